@@ -1,0 +1,2 @@
+//! The slipstick program.
+fn main() {}
