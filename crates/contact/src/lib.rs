@@ -1,1 +1,24 @@
-//! TBD
+//! Mortar contact between deformable bodies: kinematics, Coulomb friction and its enforcement.
+//!
+//! The discrete contact conditions are those of Rinderer, Popp and Gee (2025), sections 2.2–2.5, with the signs of
+//! `docs/notation.md`. Everything rests on one object per slave node j, its **mortar row**: signed coefficients
+//! `b_js` over the nodes s of both surfaces,
+//!
+//! ```text
+//! b_js = +D_jk  for a slave node s = k,      b_js = −M_jl  for a master node s = l,      Σ_s b_js = 0
+//! w_j  = Σ_s b_js x_s                       weighted relative position, 3-vector
+//! g̃_j  = −n_j · w_j                          weighted gap, ≥ 0 open                            (22)
+//! ũ_τj = −τ_jᵀ (w_j − Σ_s b_js,n−1 x_s)       objective slip increment                          (24)
+//! f_s += b_js z_j                            contact force                                     (17)
+//! ```
+//!
+//! so that coefficients and their gradients are all that the enforcement methods need from the geometry.
+//! This crate knows no design variable and no time.
+
+pub mod enforcement;
+pub mod friction;
+pub mod kinematics;
+
+mod interface;
+
+pub use interface::{ContactInterface, InterfaceError, SlaveNode};

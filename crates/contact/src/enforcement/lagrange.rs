@@ -1,0 +1,112 @@
+//! Complementarity of the Lagrange multiplier method, in projected form.
+//!
+//! ```text
+//! C = ζ − P(ζ_n − c g̃, ζ_τ + c ũ_τ),      P(p, t) = (max(0, p), Coulomb return map of t at p)
+//! ```
+//!
+//! has the same roots as (25), (26), the same active sets, the same adjoint, and converges more often. In the paper's
+//! product form the tangential rows are `max(μ p, ‖t‖)` times the ones here.
+
+use super::NodeMeasures;
+use crate::friction::{Status, return_map};
+use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
+
+/// Complementarity function of one node and its partial derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Complementarity {
+    /// Which set the node is in.
+    pub status: Status,
+    /// C = (C_n, C_ξ, C_η). \[F/L²\]
+    pub value: Vector3<f64>,
+    /// ∂C/∂ζ.
+    pub by_multiplier: Matrix3<f64>,
+    /// ∂C/∂g̃. \[F/L⁵\]
+    pub by_gap: Vector3<f64>,
+    /// ∂C/∂ũ_τ. \[F/L⁵\]
+    pub by_slip: Matrix3x2<f64>,
+}
+
+/// Evaluates C for one node.
+///
+/// `parameter` is c > 0 in F/L⁵ (both normal and tangential); the solution does not depend on it, and neither does the
+/// adjoint, so it is not differentiated. Uncovered nodes are inactive: C = ζ.
+///
+/// Paper: (25), (26), (31)–(35). Test: `complementarity_matches_finite_differences`.
+pub fn complementarity(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, parameter: f64) -> Complementarity {
+    let inactive = Complementarity {
+        status: Status::Inactive,
+        value: multiplier,
+        by_multiplier: Matrix3::identity(),
+        by_gap: Vector3::zeros(),
+        by_slip: Matrix3x2::zeros(),
+    };
+    let pressure = multiplier[0] - parameter * at.gap;
+    if !at.covered() || pressure <= 0.0 {
+        return inactive;
+    }
+    let tangential = Vector2::new(multiplier[1], multiplier[2]);
+    let returned = return_map(pressure, tangential + at.slip * parameter, friction);
+    let mut out = inactive;
+    out.status = returned.status;
+    // ζ_n − (ζ_n − c g̃)
+    out.value[0] = parameter * at.gap;
+    out.by_multiplier[(0, 0)] = 0.0;
+    out.by_gap[0] = parameter;
+    for a in 0..2 {
+        out.value[1 + a] = tangential[a] - returned.traction[a];
+        out.by_multiplier[(1 + a, 0)] = -returned.by_pressure[a];
+        out.by_gap[1 + a] = parameter * returned.by_pressure[a];
+        for b in 0..2 {
+            out.by_multiplier[(1 + a, 1 + b)] -= returned.by_trial[(a, b)];
+            out.by_slip[(1 + a, b)] = -parameter * returned.by_trial[(a, b)];
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn complementarity_matches_finite_differences() {
+        let measures = |gap, u: [f64; 2]| NodeMeasures { gap, slip: Vector2::new(u[0], u[1]), area: 1.0, reference_area: 1.0 };
+        let cases = [
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002]), Status::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.02, -0.03]), Status::Slip),
+            (Vector3::new(0.1, 0.3, -0.1), measures(0.05, [0.02, -0.03]), Status::Inactive),
+        ];
+        for (z, at, status) in cases {
+            let c = |z: Vector3<f64>, at: NodeMeasures| complementarity(z, &at, 0.3, 40.0);
+            let base = c(z, at);
+            assert_eq!(base.status, status);
+            let h = 1e-7;
+            for i in 0..3 {
+                let mut e = Vector3::zeros();
+                e[i] = h;
+                let fd = (c(z + e, at).value - c(z - e, at).value) / (2.0 * h);
+                assert!((fd - base.by_multiplier.column(i)).norm() < 1e-7);
+            }
+            let gap = |d: f64| c(z, NodeMeasures { gap: at.gap + d, ..at }).value;
+            assert!(((gap(h) - gap(-h)) / (2.0 * h) - base.by_gap).norm() < 1e-6);
+            for a in 0..2 {
+                let slip = |d: f64| {
+                    let mut slip = at.slip;
+                    slip[a] += d;
+                    c(z, NodeMeasures { slip, ..at }).value
+                };
+                assert!(((slip(h) - slip(-h)) / (2.0 * h) - base.by_slip.column(a)).norm() < 1e-5);
+            }
+        }
+    }
+
+    /// A node in contact whose multiplier satisfies the conditions is a root, whatever c is.
+    #[test]
+    fn roots_do_not_depend_on_the_parameter() {
+        let slipping = NodeMeasures { gap: 0.0, slip: Vector2::new(0.3, 0.4), area: 1.0, reference_area: 1.0 };
+        for c in [1e-3, 1.0, 1e5] {
+            let z = Vector3::new(5.0, 0.2 * 5.0 * 0.6, 0.2 * 5.0 * 0.8);
+            assert!(complementarity(z, &slipping, 0.2, c).value.norm() < 1e-13);
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Regularised contact traction: the penalty method, and the augmented Lagrangian around given multipliers.
+//!
+//! ```text
+//! ζ_n = max(0, ẑ_n − ε_n g̃),    trial = ẑ_τ + ε_τ ũ_τ,    ζ_τ = return map (stick: trial, slip: μ ζ_n trial/‖trial‖)
+//! ```
+//!
+//! Penalty is ẑ = (0, h) with the history h of the last step; the augmented Lagrangian repeats with ẑ ← ζ.
+
+use super::NodeMeasures;
+use crate::friction::{Status, return_map};
+use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
+
+/// What ε multiplies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StiffnessScaling {
+    /// Gap and slip divided by the node's tributary area: ε in F/L³, independent of the mesh.
+    #[default]
+    Area,
+    /// The weighted gap and slip themselves, as in the paper: ε in F/L⁵.
+    Weighted,
+}
+
+/// ε_n and ε_τ with their meaning.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stiffness {
+    /// ε_n.
+    pub normal: f64,
+    /// ε_τ.
+    pub tangential: f64,
+    /// What they multiply.
+    pub scaling: StiffnessScaling,
+}
+
+/// Traction of one node and its partial derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Traction {
+    /// Which set the node is in.
+    pub status: Status,
+    /// ζ = (ζ_n, ζ_ξ, ζ_η), minus the slave traction. \[F/L²\]
+    pub value: Vector3<f64>,
+    /// ∂ζ/∂g̃.
+    pub by_gap: Vector3<f64>,
+    /// ∂ζ/∂ũ_τ.
+    pub by_slip: Matrix3x2<f64>,
+    /// ∂ζ/∂A (zero with weighted scaling).
+    pub by_area: Vector3<f64>,
+    /// ∂ζ/∂ẑ; its last two columns are ∂ζ/∂h for the penalty method.
+    pub by_multiplier: Matrix3<f64>,
+}
+
+/// Evaluates the traction of one node around the multiplier ẑ.
+///
+/// Paper: (37)–(41) and (46)–(50) with the signs of theory §9. Test: `traction_matches_finite_differences`.
+pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stiffness: &Stiffness) -> Traction {
+    let open = Traction {
+        status: Status::Inactive,
+        value: Vector3::zeros(),
+        by_gap: Vector3::zeros(),
+        by_slip: Matrix3x2::zeros(),
+        by_area: Vector3::zeros(),
+        by_multiplier: Matrix3::zeros(),
+    };
+    if !at.covered() {
+        return open;
+    }
+    let (divisor, area_slope) = match stiffness.scaling {
+        StiffnessScaling::Area => (at.area, 1.0 / at.area),
+        StiffnessScaling::Weighted => (1.0, 0.0),
+    };
+    let (normal, tangential) = (stiffness.normal / divisor, stiffness.tangential / divisor);
+    let pressure = multiplier[0] - normal * at.gap;
+    if pressure <= 0.0 {
+        return open;
+    }
+    let trial = Vector2::new(multiplier[1], multiplier[2]) + at.slip * tangential;
+    let returned = return_map(pressure, trial, friction);
+    let mut out = open;
+    out.status = returned.status;
+    out.value = Vector3::new(pressure, returned.traction[0], returned.traction[1]);
+    out.by_gap[0] = -normal;
+    out.by_multiplier[(0, 0)] = 1.0;
+    // ∂pressure/∂A and ∂trial/∂A
+    let pressure_by_area = normal * at.gap * area_slope;
+    let trial_by_area = -at.slip * tangential * area_slope;
+    out.by_area[0] = pressure_by_area;
+    let tangential_by_area = returned.by_trial * trial_by_area + returned.by_pressure * pressure_by_area;
+    for a in 0..2 {
+        out.by_gap[1 + a] = -normal * returned.by_pressure[a];
+        out.by_area[1 + a] = tangential_by_area[a];
+        out.by_multiplier[(1 + a, 0)] = returned.by_pressure[a];
+        for b in 0..2 {
+            out.by_slip[(1 + a, b)] = tangential * returned.by_trial[(a, b)];
+            out.by_multiplier[(1 + a, 1 + b)] = returned.by_trial[(a, b)];
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn traction_matches_finite_differences() {
+        let at = |gap: f64, u: [f64; 2]| NodeMeasures { gap, slip: Vector2::new(u[0], u[1]), area: 0.7, reference_area: 1.0 };
+        for scaling in [StiffnessScaling::Area, StiffnessScaling::Weighted] {
+            let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
+            for (z, m, status) in [
+                (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.001, 0.004]), Status::Stick),
+                (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.2, 0.1]), Status::Slip),
+                (Vector3::new(0.5, 0.05, 0.02), at(0.1, [0.2, 0.1]), Status::Inactive),
+            ] {
+                let f = |z: Vector3<f64>, m: NodeMeasures| traction(z, &m, 0.4, &stiffness).value;
+                let base = traction(z, &m, 0.4, &stiffness);
+                assert_eq!(base.status, status);
+                let h = 1e-7;
+                let check = |plus: Vector3<f64>, minus: Vector3<f64>, exact: Vector3<f64>| {
+                    assert!(((plus - minus) / (2.0 * h) - exact).norm() < 1e-6, "{scaling:?} {status:?}");
+                };
+                for i in 0..3 {
+                    let mut e = Vector3::zeros();
+                    e[i] = h;
+                    check(f(z + e, m), f(z - e, m), base.by_multiplier.column(i).into());
+                }
+                let gap = |d: f64| f(z, NodeMeasures { gap: m.gap + d, ..m });
+                check(gap(h), gap(-h), base.by_gap);
+                let area = |d: f64| f(z, NodeMeasures { area: m.area + d, ..m });
+                check(area(h), area(-h), base.by_area);
+                for a in 0..2 {
+                    let slip = |d: f64| {
+                        let mut slip = m.slip;
+                        slip[a] += d;
+                        f(z, NodeMeasures { slip, ..m })
+                    };
+                    check(slip(h), slip(-h), base.by_slip.column(a).into());
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! A contact interface: slave and master surface, and the evaluation of all its nodes.
+
+use crate::kinematics::cell_rule::CellPoint;
+use crate::kinematics::coupling::FacetCoupling;
+use crate::kinematics::frame::RingCorner;
+use crate::kinematics::{CellRule, MultiplierShape, NodeKinematics};
+use rayon::prelude::*;
+use slipstick_mesh::FacetTree;
+
+/// What a contact interface cannot be built from, or evaluated at.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InterfaceError {
+    /// A surface has no facet.
+    #[error("the {side} surface has no facets; name a surface of the body's boundary")]
+    Empty {
+        /// "slave" or "master".
+        side: &'static str,
+    },
+    /// Slave and master share a node.
+    #[error("node {node} lies on the slave and on the master surface; contact couples two separate surfaces")]
+    SharedNode {
+        /// Global node number.
+        node: u32,
+    },
+    /// The averaged normal at a slave node vanished: the facets around it are folded or collapsed.
+    #[error("the slave surface is folded or collapsed at node {node}: no averaged normal exists there")]
+    Folded {
+        /// Global node number.
+        node: u32,
+    },
+}
+
+/// A slave node and the slave facets around it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SlaveNode {
+    /// Global node number.
+    pub node: u32,
+    /// All nodes of the slave facets around it, ascending, itself included.
+    pub ring: Vec<u32>,
+    /// Its corners in these facets, as ring positions.
+    pub corners: Vec<RingCorner>,
+    /// Ring position of the neighbour whose edge fixes the tangent's material direction.
+    pub edge: usize,
+    /// The facets around it: number of the slave facet, and which of its corners the node is.
+    pub facets: Vec<(u32, u8)>,
+}
+
+/// Slave and master surface with what the mortar integrals need; geometry is passed at evaluation.
+#[derive(Debug, Clone)]
+pub struct ContactInterface {
+    slave_facets: Vec<[u32; 4]>,
+    master_facets: Vec<[u32; 4]>,
+    slave_nodes: Vec<SlaveNode>,
+    shape: MultiplierShape,
+    rule: Vec<CellPoint>,
+    reach: f64,
+    tree: FacetTree,
+    couplings: Vec<FacetCoupling>,
+}
+
+impl ContactInterface {
+    /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise from outside).
+    ///
+    /// `reach` is the distance along the slave normal within which facets are coupled at all; it must exceed the
+    /// largest relative motion of one step, and stay below the bodies' thickness. \[L\]
+    ///
+    /// # Errors
+    /// Empty surfaces and nodes that lie on both.
+    pub fn new(
+        slave_facets: Vec<[u32; 4]>,
+        master_facets: Vec<[u32; 4]>,
+        coordinates: &[f64],
+        shape: MultiplierShape,
+        rule: CellRule,
+        reach: f64,
+    ) -> Result<Self, InterfaceError> {
+        for (facets, side) in [(&slave_facets, "slave"), (&master_facets, "master")] {
+            if facets.is_empty() {
+                return Err(InterfaceError::Empty { side });
+            }
+        }
+        let slave_nodes = slave_topology(&slave_facets);
+        let mut master: Vec<u32> = master_facets.iter().flatten().copied().collect();
+        master.sort_unstable();
+        if let Some(shared) = slave_nodes.iter().find(|s| master.binary_search(&s.node).is_ok()) {
+            return Err(InterfaceError::SharedNode { node: shared.node });
+        }
+        let tree = FacetTree::build(&master_facets, coordinates);
+        let couplings = vec![FacetCoupling::default(); slave_facets.len()];
+        Ok(Self { slave_facets, master_facets, slave_nodes, shape, rule: rule.points(), reach, tree, couplings })
+    }
+
+    /// The slave nodes, ascending by global number: the order of all nodal contact quantities.
+    pub fn slave_nodes(&self) -> &[SlaveNode] {
+        &self.slave_nodes
+    }
+
+    /// The facets of the slave surface.
+    pub fn slave_facets(&self) -> &[[u32; 4]] {
+        &self.slave_facets
+    }
+
+    /// The facets of the master surface.
+    pub fn master_facets(&self) -> &[[u32; 4]] {
+        &self.master_facets
+    }
+
+    /// The search distance along the slave normal. \[L\]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Evaluates mortar rows and frames of all slave nodes at the current positions `x` (3 per node of the mesh).
+    ///
+    /// The result depends on `x` alone, not on earlier evaluations nor on the number of threads.
+    ///
+    /// # Errors
+    /// [`InterfaceError::Folded`] where the averaged normal vanishes.
+    pub fn evaluate(
+        &mut self,
+        x: &[f64],
+        with_gradient: bool,
+        out: &mut Vec<NodeKinematics>,
+    ) -> Result<(), InterfaceError> {
+        self.tree.refit(x);
+        let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
+        let Self { slave_facets, master_facets, shape, rule, reach, tree, couplings, .. } = self;
+        let (tree, rule, masters) = (&*tree, &*rule, &*master_facets);
+        couplings.par_iter_mut().zip(&*slave_facets).for_each_init(Vec::new, |hits, (coupling, facet)| {
+            let (centre, radius) = sphere(facet, x);
+            // encloses every master facet that FacetCoupling may accept
+            let margin = *reach + radius + 2.0 * largest;
+            hits.clear();
+            tree.query(centre.map(|c| c - margin), centre.map(|c| c + margin), hits);
+            let candidates = hits.iter().map(|&h| masters[h as usize]);
+            coupling.evaluate(facet, candidates, x, rule, *shape, *reach, with_gradient);
+        });
+        out.resize_with(self.slave_nodes.len(), NodeKinematics::default);
+        let couplings = &self.couplings;
+        let folded = out
+            .par_iter_mut()
+            .zip(&self.slave_nodes)
+            .filter_map(|(row, slave)| (!row.gather(slave, couplings, x, with_gradient)).then_some(slave.node))
+            .min();
+        match folded {
+            Some(node) => Err(InterfaceError::Folded { node }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Centre and radius of the sphere around a facet.
+fn sphere(facet: &[u32; 4], x: &[f64]) -> ([f64; 3], f64) {
+    let corner = |n: u32| -> [f64; 3] { std::array::from_fn(|c| x[3 * n as usize + c]) };
+    let centre: [f64; 3] = std::array::from_fn(|c| 0.25 * facet.iter().map(|&n| corner(n)[c]).sum::<f64>());
+    let radius = facet
+        .iter()
+        .map(|&n| corner(n).iter().zip(&centre).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt())
+        .fold(0.0, f64::max);
+    (centre, radius)
+}
+
+fn slave_topology(facets: &[[u32; 4]]) -> Vec<SlaveNode> {
+    let mut around: std::collections::BTreeMap<u32, Vec<(u32, u8)>> = std::collections::BTreeMap::new();
+    for (f, facet) in facets.iter().enumerate() {
+        for (corner, &node) in facet.iter().enumerate() {
+            around.entry(node).or_default().push((f as u32, corner as u8));
+        }
+    }
+    around
+        .into_iter()
+        .map(|(node, touching)| {
+            let mut ring: Vec<u32> = touching.iter().flat_map(|&(f, _)| facets[f as usize]).collect();
+            ring.sort_unstable();
+            ring.dedup();
+            let at = |n: u32| ring.binary_search(&n).expect("the ring holds its facets' corners");
+            let corners: Vec<RingCorner> = touching
+                .iter()
+                .map(|&(f, c)| {
+                    let facet = &facets[f as usize];
+                    RingCorner {
+                        own: at(node),
+                        next: at(facet[(c as usize + 1) % 4]),
+                        previous: at(facet[(c as usize + 3) % 4]),
+                    }
+                })
+                .collect();
+            let edge = corners[0].next;
+            SlaveNode { node, ring, corners, edge, facets: touching }
+        })
+        .collect()
+}

@@ -1,0 +1,369 @@
+//! Mortar coupling of one slave facet with all master facets that it overlaps.
+//!
+//! The auxiliary plane goes through the slave facet's centre with the centre normal n₀; both facets are projected on it
+//! along n₀ and integrated there ([`super::facet_pair`]). This module differentiates the plane, sums over the masters
+//! and turns standard into dual multiplier shapes.
+//!
+//! Plane coordinates are `q_a = e_a · (x − x₀)`. D and M do not change when the plane's origin moves or its basis spins
+//! about n₀, so it is enough to let the basis follow the normal without spin, `δe_a = −(e_a · δn₀) n₀`, which gives
+//!
+//! ```text
+//! δq_a = e_a · δx − h (e_a · δn₀),   h = n₀ · (x − x₀)
+//! ```
+
+use super::cell_rule::CellPoint;
+use super::clip::Point;
+use super::facet_pair::{PairIntegrals, integrate_pair};
+use nalgebra::{Matrix4, Vector3};
+
+/// Interpolation of the Lagrange multiplier, Φ in (13).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MultiplierShape {
+    /// Φ_j = N¹_j, as in the paper's examples.
+    #[default]
+    Standard,
+    /// Φ biorthogonal to N¹ on the covered part of each slave facet: D is diagonal.
+    Dual,
+}
+
+/// Mortar rows of the four corners of one slave facet over its local nodes: 4 slave corners, then the masters' nodes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FacetCoupling {
+    /// Global numbers of the local nodes; the first four are the facet's corners. Empty where nothing overlaps.
+    pub nodes: Vec<u32>,
+    /// `coefficient[j * nodes.len() + s]` = b_js of corner j: +D for slave, −M for master nodes. \[L²\]
+    pub coefficient: Vec<f64>,
+    /// `gradient[(j * nodes.len() + s) * 3 nodes.len() + t]` = ∂b_js/∂x_t. \[L\]
+    pub gradient: Vec<f64>,
+    pair: PairIntegrals,
+    overlapping: Vec<usize>,
+}
+
+impl FacetCoupling {
+    /// ∂b_js/∂x_t over all local coordinates t.
+    pub fn gradient_row(&self, corner: usize, node: usize) -> &[f64] {
+        let n = self.nodes.len();
+        &self.gradient[(corner * n + node) * 3 * n..][..3 * n]
+    }
+
+    /// Integrates the slave facet with its candidate masters at the current positions `x` (3 per node).
+    ///
+    /// Masters that do not face the slave facet, or lie further away than `reach` along n₀ at their centre, take no part.
+    /// Paper: (15), linearised as in Popp et al. (2010). Test: `coupling_gradient_matches_finite_differences`.
+    pub fn evaluate(
+        &mut self,
+        slave: &[u32; 4],
+        candidates: impl Iterator<Item = [u32; 4]> + Clone,
+        x: &[f64],
+        rule: &[CellPoint],
+        shape: MultiplierShape,
+        reach: f64,
+        with_gradient: bool,
+    ) {
+        self.nodes.clear();
+        let corners = slave.map(|n| position(x, n));
+        let Some(plane) = Plane::of(&corners) else { return };
+        let projected = corners.map(|p| plane.project(&p));
+        self.nodes.extend_from_slice(slave);
+        // first the masters that overlap, to know the local nodes; their integrals are formed in the second pass
+        self.overlapping.clear();
+        for (index, master) in candidates.clone().enumerate() {
+            let points = master.map(|n| position(x, n));
+            if !plane.may_couple(&points, reach) {
+                continue;
+            }
+            let flat = points.map(|p| plane.project(&p));
+            if super::clip::clip(&projected, &[flat[0], flat[3], flat[2], flat[1]], &[0, 3, 2, 1]).is_some() {
+                self.overlapping.push(index);
+                for node in master {
+                    if !self.nodes[4..].contains(&node) {
+                        self.nodes.push(node);
+                    }
+                }
+            }
+        }
+        if self.overlapping.is_empty() {
+            self.nodes.clear();
+            return;
+        }
+        let n = self.nodes.len();
+        self.coefficient.clear();
+        self.coefficient.resize(4 * n, 0.0);
+        self.gradient.clear();
+        if with_gradient {
+            self.gradient.resize(12 * n * n, 0.0);
+        }
+        let mut next = 0;
+        for (index, master) in candidates.enumerate() {
+            if self.overlapping.get(next) != Some(&index) {
+                continue;
+            }
+            next += 1;
+            let points = master.map(|m| position(x, m));
+            let flat = points.map(|p| plane.project(&p));
+            let mut pair = std::mem::take(&mut self.pair);
+            if integrate_pair(&projected, &flat, rule, with_gradient, &mut pair) {
+                self.add_pair(&pair, &plane, &corners, &points, &master, with_gradient);
+            }
+            self.pair = pair;
+        }
+        if shape == MultiplierShape::Dual {
+            self.make_dual(with_gradient);
+        }
+    }
+
+    /// Adds the integrals of one pair, chaining plane coordinates to node positions.
+    fn add_pair(
+        &mut self,
+        pair: &PairIntegrals,
+        plane: &Plane,
+        corners: &[Vector3<f64>; 4],
+        points: &[Vector3<f64>; 4],
+        master: &[u32; 4],
+        with_gradient: bool,
+    ) {
+        let n = self.nodes.len();
+        let column: [usize; 4] =
+            master.map(|m| 4 + self.nodes[4..].iter().position(|&s| s == m).expect("collected in the first pass"));
+        let local: [usize; 8] = [0, 1, 2, 3, column[0], column[1], column[2], column[3]];
+        let heights: [f64; 8] =
+            std::array::from_fn(|i| plane.height(if i < 4 { &corners[i] } else { &points[i - 4] }));
+        for j in 0..4 {
+            for k in 0..4 {
+                for (entry, node, sign) in [(4 * j + k, k, 1.0), (16 + 4 * j + k, column[k], -1.0)] {
+                    let at = j * n + node;
+                    self.coefficient[at] += sign * pair.values[entry];
+                    if !with_gradient {
+                        continue;
+                    }
+                    let slope = &pair.gradient[entry];
+                    let row = &mut self.gradient[at * 3 * n..][..3 * n];
+                    let mut tilt = [0.0; 2];
+                    for i in 0..8 {
+                        let (g0, g1) = (sign * slope[2 * i], sign * slope[2 * i + 1]);
+                        tilt[0] -= heights[i] * g0;
+                        tilt[1] -= heights[i] * g1;
+                        for c in 0..3 {
+                            row[3 * local[i] + c] += g0 * plane.axes[0][c] + g1 * plane.axes[1][c];
+                        }
+                    }
+                    for a in 0..2 {
+                        for i in 0..4 {
+                            for c in 0..3 {
+                                row[3 * i + c] += tilt[a] * plane.tilt[a][i][c];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Biorthogonal shapes on the covered part: with m_jk = ∫ N_j N_k and r_j = Σ_k m_jk, Φ = A N, A = diag(r) m⁻¹.
+    ///
+    /// Then D = diag(r) and M ← A M. A facet whose covered part is so small that m is numerically singular keeps
+    /// A = I, which leaves Σ_k D = Σ_l M intact.
+    fn make_dual(&mut self, with_gradient: bool) {
+        let n = self.nodes.len();
+        let mass = Matrix4::from_fn(|j, k| self.coefficient[j * n + k]);
+        let Some(inverse) = well_conditioned_inverse(&mass) else { return };
+        let row_sum: [f64; 4] = std::array::from_fn(|j| mass.row(j).sum());
+        let transform = Matrix4::from_fn(|j, k| row_sum[j] * inverse[(j, k)]);
+        let master: Vec<f64> = (0..4 * n).map(|at| self.coefficient[at]).collect();
+        if with_gradient {
+            let columns = 3 * n;
+            let mut slopes = vec![0.0; 4 * n];
+            for t in 0..columns {
+                let slope_of = |j: usize, s: usize, g: &[f64]| g[(j * n + s) * columns + t];
+                let d_mass = Matrix4::from_fn(|j, k| slope_of(j, k, &self.gradient));
+                let d_row: [f64; 4] = std::array::from_fn(|j| d_mass.row(j).sum());
+                let d_transform = (Matrix4::from_diagonal(&d_row.into()) - transform * d_mass) * inverse;
+                for j in 0..4 {
+                    for s in 0..n {
+                        slopes[j * n + s] = if s < 4 {
+                            if s == j { d_row[j] } else { 0.0 }
+                        } else {
+                            (0..4)
+                                .map(|i| {
+                                    d_transform[(j, i)] * master[i * n + s]
+                                        + transform[(j, i)] * slope_of(i, s, &self.gradient)
+                                })
+                                .sum()
+                        };
+                    }
+                }
+                for at in 0..4 * n {
+                    self.gradient[at * columns + t] = slopes[at];
+                }
+            }
+        }
+        for j in 0..4 {
+            for s in 0..n {
+                self.coefficient[j * n + s] = if s < 4 {
+                    if s == j { row_sum[j] } else { 0.0 }
+                } else {
+                    (0..4).map(|i| transform[(j, i)] * master[i * n + s]).sum()
+                };
+            }
+        }
+    }
+}
+
+/// Inverse of a symmetric positive mass matrix, or `None` where the covered part is too small for it to mean anything.
+fn well_conditioned_inverse(mass: &Matrix4<f64>) -> Option<Matrix4<f64>> {
+    let inverse = mass.try_inverse()?;
+    let condition = mass.abs().max() * inverse.abs().max();
+    (condition.is_finite() && condition < 1e10).then_some(inverse)
+}
+
+fn position(x: &[f64], node: u32) -> Vector3<f64> {
+    let at = 3 * node as usize;
+    Vector3::new(x[at], x[at + 1], x[at + 2])
+}
+
+/// The auxiliary plane of a slave facet.
+struct Plane {
+    origin: Vector3<f64>,
+    normal: Vector3<f64>,
+    axes: [Vector3<f64>; 2],
+    /// `tilt[a][i]` = ∂(e_a · n₀)/∂x_i at fixed e_a, for the four corners i. \[1/L\]
+    tilt: [[Vector3<f64>; 4]; 2],
+    radius: f64,
+}
+
+impl Plane {
+    /// The normal at the centre of a bilinear facet is that of its diagonals' cross product.
+    fn of(corners: &[Vector3<f64>; 4]) -> Option<Self> {
+        let (a, b) = (corners[2] - corners[0], corners[3] - corners[1]);
+        let cross = a.cross(&b);
+        let length = cross.norm();
+        if !(length > 0.0) {
+            return None;
+        }
+        let normal = cross / length;
+        let first = (a - normal * normal.dot(&a)).normalize();
+        let axes = [first, normal.cross(&first)];
+        let tilt = axes.map(|e| {
+            let (by_a, by_b) = (b.cross(&e) / length, e.cross(&a) / length);
+            [-by_a, -by_b, by_a, by_b]
+        });
+        let origin = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+        let radius = corners.iter().map(|p| (p - origin).norm()).fold(0.0, f64::max);
+        Some(Self { origin, normal, axes, tilt, radius })
+    }
+
+    fn project(&self, p: &Vector3<f64>) -> Point {
+        let d = p - self.origin;
+        [self.axes[0].dot(&d), self.axes[1].dot(&d)]
+    }
+
+    fn height(&self, p: &Vector3<f64>) -> f64 {
+        self.normal.dot(&(p - self.origin))
+    }
+
+    /// Whether a master facet faces the slave facet, is within reach along the normal and near in the plane.
+    ///
+    /// The decision is invariant under rigid motion of the pair.
+    fn may_couple(&self, master: &[Vector3<f64>; 4], reach: f64) -> bool {
+        let centre = 0.25 * (master[0] + master[1] + master[2] + master[3]);
+        let radius = master.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+        let offset = centre - self.origin;
+        let height = self.normal.dot(&offset);
+        let sideways = (offset - self.normal * height).norm();
+        if height.abs() > reach + radius || sideways > self.radius + radius {
+            return false;
+        }
+        let facing = (master[2] - master[0]).cross(&(master[3] - master[1]));
+        // within 84° of opposite: a facet seen edge-on carries no meaningful projection
+        self.normal.dot(&facing) < -0.1 * facing.norm()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::CellRule;
+
+    /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12) that looks up at it,
+    /// the slave sticking out over the patch's edge when `shift` is large.
+    fn scene(shift: f64) -> (Vec<f64>, Vec<[u32; 4]>) {
+        let mut x = vec![
+            0.10, -0.10, 0.02, 0.15, 0.90, -0.03, 1.05, 1.00, 0.05, 0.95, -0.05, -0.02, //
+        ];
+        for node in 0..4 {
+            x[3 * node] += shift;
+        }
+        for j in 0..3 {
+            for i in 0..3 {
+                let (u, v) = (-0.2 + 0.7 * i as f64, -0.3 + 0.75 * j as f64);
+                x.extend([u + 0.05 * v, v - 0.04 * u, -0.05 + 0.04 * (2.0 * u + v).sin()]);
+            }
+        }
+        let at = |i: u32, j: u32| 4 + i + 3 * j;
+        let mut facets = Vec::new();
+        for j in 0..2 {
+            for i in 0..2 {
+                facets.push([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+        (x, facets)
+    }
+
+    // the slave facet looks down: 0 → 1 → 2 → 3 has its normal along −z
+    const SLAVE: [u32; 4] = [0, 1, 2, 3];
+
+    fn evaluate(x: &[f64], facets: &[[u32; 4]], shape: MultiplierShape, gradient: bool) -> FacetCoupling {
+        let mut coupling = FacetCoupling::default();
+        coupling.evaluate(&SLAVE, facets.iter().copied(), x, &CellRule::Seven.points(), shape, 1.0, gradient);
+        coupling
+    }
+
+    #[test]
+    fn coupling_gradient_matches_finite_differences() {
+        for shift in [0.0, 0.6] {
+            let (x, facets) = scene(shift);
+            for shape in [MultiplierShape::Standard, MultiplierShape::Dual] {
+                let base = evaluate(&x, &facets, shape, true);
+                let n = base.nodes.len();
+                assert!(n >= 10);
+                let scale = base.coefficient.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+                for t in 0..3 * n {
+                    let dof = 3 * base.nodes[t / 3] as usize + t % 3;
+                    let at = |h: f64| {
+                        let mut moved = x.clone();
+                        moved[dof] += h;
+                        evaluate(&moved, &facets, shape, false).coefficient
+                    };
+                    let (p1, m1, p2, m2) = (at(1e-4), at(-1e-4), at(2e-4), at(-2e-4));
+                    for e in 0..4 * n {
+                        let fd = (8.0 * (p1[e] - m1[e]) - (p2[e] - m2[e])) / 12e-4;
+                        let found = base.gradient[e * 3 * n + t];
+                        assert!((fd - found).abs() < 2e-7 * scale.max(1.0), "{shape:?} entry {e} coordinate {t}: {fd} {found}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rows_of_slave_and_master_cancel_and_dual_shapes_diagonalise() {
+        let (x, facets) = scene(0.6);
+        for shape in [MultiplierShape::Standard, MultiplierShape::Dual] {
+            let coupling = evaluate(&x, &facets, shape, true);
+            let n = coupling.nodes.len();
+            for j in 0..4 {
+                let sum: f64 = coupling.coefficient[j * n..(j + 1) * n].iter().sum();
+                assert!(sum.abs() < 1e-14, "{shape:?} corner {j}: Σ b = {sum}");
+                for t in 0..3 * n {
+                    let sum: f64 = (0..n).map(|s| coupling.gradient_row(j, s)[t]).sum();
+                    assert!(sum.abs() < 1e-12, "{shape:?} corner {j}: Σ ∂b/∂x_{t} = {sum}");
+                }
+                if shape == MultiplierShape::Dual {
+                    for k in (0..4).filter(|&k| k != j) {
+                        assert_eq!(coupling.coefficient[j * n + k], 0.0);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! Mortar integrals of one slave facet with one master facet.
+//!
+//! In the auxiliary plane of the slave facet both facets are bilinear quadrilaterals in two coordinates, and the map
+//! of a point back to a facet along the plane's normal is the inverse of that bilinear map. The integrals therefore
+//! depend on the pair's geometry through 16 plane coordinates only; the plane itself is differentiated in
+//! [`super::coupling`].
+//!
+//! ```text
+//! D_jk = Σ_cells Σ_g w_g A_cell N¹_j(ξ¹_g) N¹_k(ξ¹_g),   M_jl = Σ_cells Σ_g w_g A_cell N¹_j(ξ¹_g) N²_l(ξ²_g)      (15)
+//! ```
+
+use super::cell_rule::CellPoint;
+use super::clip::{PLANE_COORDINATES, Point, clip};
+
+/// D and M of one facet pair with the standard shape Φ = N¹, and their gradients in the plane coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairIntegrals {
+    /// `values[4 j + k]` = D_jk for k < 4 slave corners, `values[16 + 4 j + l]` = M_jl for l < 4 master corners. \[L²\]
+    pub values: [f64; 32],
+    /// ∂values / ∂(plane coordinates): 8 of the slave corners, then 8 of the master corners. \[L\]
+    pub gradient: [[f64; PLANE_COORDINATES]; 32],
+}
+
+impl Default for PairIntegrals {
+    fn default() -> Self {
+        Self { values: [0.0; 32], gradient: [[0.0; PLANE_COORDINATES]; 32] }
+    }
+}
+
+/// Corner signs of the bilinear shape functions N_i = ¼ (1 + ξ_i ξ)(1 + η_i η).
+const CORNER: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+
+/// A point mapped back to a facet.
+struct Image {
+    shape: [f64; 4],
+    /// ∂N_i/∂y: gradient in the auxiliary plane.
+    slope: [[f64; 2]; 4],
+}
+
+/// Inverse of the bilinear map `y = Σ N_i(ξ) p_i` by Newton's method, with the gradients of the shape functions.
+///
+/// `None` where the quadrilateral is degenerate or so warped that Newton's method leaves it.
+fn map_back(p: &[Point; 4], y: Point) -> Option<Image> {
+    let size = (p[0][0] - p[2][0]).hypot(p[0][1] - p[2][1]).max((p[1][0] - p[3][0]).hypot(p[1][1] - p[3][1]));
+    let (mut xi, mut shape, mut slope) = ([0.0; 2], [0.0; 4], [[0.0; 2]; 4]);
+    let mut converged = false;
+    for _ in 0..30 {
+        let mut residual = y;
+        let mut jacobian = [[0.0; 2]; 2];
+        for i in 0..4 {
+            let (a, b) = (1.0 + CORNER[i][0] * xi[0], 1.0 + CORNER[i][1] * xi[1]);
+            shape[i] = 0.25 * a * b;
+            slope[i] = [0.25 * CORNER[i][0] * b, 0.25 * CORNER[i][1] * a];
+            for c in 0..2 {
+                residual[c] -= shape[i] * p[i][c];
+                jacobian[c][0] += slope[i][0] * p[i][c];
+                jacobian[c][1] += slope[i][1] * p[i][c];
+            }
+        }
+        let det = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0];
+        if !(det > 0.0) {
+            return None;
+        }
+        if converged {
+            // ∂N/∂y = J⁻ᵀ ∂N/∂ξ
+            for s in &mut slope {
+                *s = [
+                    (s[0] * jacobian[1][1] - s[1] * jacobian[1][0]) / det,
+                    (-s[0] * jacobian[0][1] + s[1] * jacobian[0][0]) / det,
+                ];
+            }
+            return Some(Image { shape, slope });
+        }
+        xi[0] += (jacobian[1][1] * residual[0] - jacobian[0][1] * residual[1]) / det;
+        xi[1] += (-jacobian[1][0] * residual[0] + jacobian[0][0] * residual[1]) / det;
+        if xi[0].abs() > 10.0 || xi[1].abs() > 10.0 {
+            return None;
+        }
+        // quadratic convergence: one more step after this leaves round-off only, so evaluate there and stop
+        converged = residual[0].hypot(residual[1]) <= 1e-9 * size;
+    }
+    None
+}
+
+/// Integrates one pair. `slave` and `master` are the corners in the auxiliary plane in facet order; the master facet
+/// faces the slave, so it runs clockwise there.
+///
+/// Returns `false`, with `out` untouched, where the facets do not overlap or the master facet does not face the slave.
+/// The gradient is formed only if `with_gradient`.
+///
+/// Paper: (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_dual_numbers`.
+pub fn integrate_pair(
+    slave: &[Point; 4],
+    master: &[Point; 4],
+    rule: &[CellPoint],
+    with_gradient: bool,
+    out: &mut PairIntegrals,
+) -> bool {
+    // counter-clockwise in the plane = the facet's own order reversed
+    let order = [0, 3, 2, 1];
+    let Some(overlap) = clip(slave, &order.map(|i| master[i]), &order) else { return false };
+    let vertices = overlap.vertices();
+    let count = vertices.len();
+    let mut centre = [0.0; 2];
+    for v in vertices {
+        centre[0] += v.position[0] / count as f64;
+        centre[1] += v.position[1] / count as f64;
+    }
+    // the master in counter-clockwise order for the inverse map, its results are put back in facet order
+    let turned = order.map(|i| master[i]);
+
+    let mut values = [0.0; 32];
+    // gradient with respect to the polygon's vertices (8) and its centre (last)
+    let mut by_vertex = [[[0.0; 2]; 9]; 32];
+    let mut by_corner = [[0.0; PLANE_COORDINATES]; 32];
+    for i in 0..count {
+        let cell = [centre, vertices[i].position, vertices[(i + 1) % count].position];
+        let slots = [8, i, (i + 1) % count];
+        let (u, v) = (
+            [cell[1][0] - cell[0][0], cell[1][1] - cell[0][1]],
+            [cell[2][0] - cell[0][0], cell[2][1] - cell[0][1]],
+        );
+        let area = 0.5 * (u[0] * v[1] - u[1] * v[0]);
+        // ∂A/∂vertex
+        let area_slope = [
+            [0.5 * (u[1] - v[1]), 0.5 * (v[0] - u[0])],
+            [0.5 * v[1], -0.5 * v[0]],
+            [-0.5 * u[1], 0.5 * u[0]],
+        ];
+        for point in rule {
+            let l = point.barycentric;
+            let y = [
+                l[0] * cell[0][0] + l[1] * cell[1][0] + l[2] * cell[2][0],
+                l[0] * cell[0][1] + l[1] * cell[1][1] + l[2] * cell[2][1],
+            ];
+            let (Some(first), Some(turned_image)) = (map_back(slave, y), map_back(&turned, y)) else { return false };
+            let mut second = Image { shape: [0.0; 4], slope: [[0.0; 2]; 4] };
+            for (position, &own) in order.iter().enumerate() {
+                second.shape[own] = turned_image.shape[position];
+                second.slope[own] = turned_image.slope[position];
+            }
+            let weight = point.weight * area;
+            for j in 0..4 {
+                for k in 0..4 {
+                    values[4 * j + k] += weight * first.shape[j] * first.shape[k];
+                    values[16 + 4 * j + k] += weight * first.shape[j] * second.shape[k];
+                }
+            }
+            if !with_gradient {
+                continue;
+            }
+            for j in 0..4 {
+                for k in 0..4 {
+                    let both = first.shape[j] * first.shape[k];
+                    let slope_d = [
+                        weight * (first.slope[j][0] * first.shape[k] + first.shape[j] * first.slope[k][0]),
+                        weight * (first.slope[j][1] * first.shape[k] + first.shape[j] * first.slope[k][1]),
+                    ];
+                    let mixed = first.shape[j] * second.shape[k];
+                    // through the slave's and the master's inverse map
+                    let slope_s = [
+                        weight * first.slope[j][0] * second.shape[k],
+                        weight * first.slope[j][1] * second.shape[k],
+                    ];
+                    let slope_m = [
+                        weight * first.shape[j] * second.slope[k][0],
+                        weight * first.shape[j] * second.slope[k][1],
+                    ];
+                    let (d, m) = (4 * j + k, 16 + 4 * j + k);
+                    for (corner, &slot) in slots.iter().enumerate() {
+                        for c in 0..2 {
+                            let through_area = point.weight * area_slope[corner][c];
+                            by_vertex[d][slot][c] += through_area * both + l[corner] * slope_d[c];
+                            by_vertex[m][slot][c] += through_area * mixed + l[corner] * (slope_s[c] + slope_m[c]);
+                        }
+                    }
+                    // moving a corner p_i by δ shifts the image as moving y by −N_i δ
+                    for i in 0..4 {
+                        for c in 0..2 {
+                            by_corner[d][2 * i + c] -= first.shape[i] * slope_d[c];
+                            by_corner[m][2 * i + c] -= first.shape[i] * slope_s[c];
+                            by_corner[m][8 + 2 * i + c] -= second.shape[i] * slope_m[c];
+                        }
+                    }
+                }
+            }
+        }
+    }
+    out.values = values;
+    if with_gradient {
+        let mean = 1.0 / count as f64;
+        for e in 0..32 {
+            let row = &mut out.gradient[e];
+            *row = by_corner[e];
+            for (i, vertex) in vertices.iter().enumerate() {
+                // the centre is the mean of the vertices
+                let through = [
+                    by_vertex[e][i][0] + mean * by_vertex[e][8][0],
+                    by_vertex[e][i][1] + mean * by_vertex[e][8][1],
+                ];
+                for q in 0..PLANE_COORDINATES {
+                    row[q] += through[0] * vertex.gradient[0][q] + through[1] * vertex.gradient[1][q];
+                }
+            }
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::CellRule;
+    use proptest::prelude::*;
+
+    const SLAVE: [Point; 4] = [[0.0, 0.0], [1.0, 0.1], [1.1, 0.9], [-0.1, 1.0]];
+
+    /// Over a slave square that the master covers, D is the consistent mass matrix: A/36 (4, 2, 1, 2; …).
+    #[test]
+    fn covered_square_gives_the_mass_matrix() {
+        let slave = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let master = [[-1.0, -1.0], [-1.0, 2.0], [2.0, 2.0], [2.0, -1.0]];
+        let mut pair = PairIntegrals::default();
+        assert!(integrate_pair(&slave, &master, &CellRule::Seven.points(), false, &mut pair));
+        for (entry, exact) in [(0, 4.0), (1, 2.0), (2, 1.0), (3, 2.0), (5, 4.0)] {
+            assert!((pair.values[entry] - exact / 36.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_master_that_looks_away_is_skipped() {
+        let mut pair = PairIntegrals::default();
+        assert!(!integrate_pair(&SLAVE, &SLAVE, &CellRule::Seven.points(), false, &mut pair));
+    }
+
+    fn perturbed(q: &[f64; 16]) -> ([Point; 4], [Point; 4]) {
+        (std::array::from_fn(|i| [q[2 * i], q[2 * i + 1]]), std::array::from_fn(|i| [q[8 + 2 * i], q[9 + 2 * i]]))
+    }
+
+    proptest! {
+        /// Richardson-extrapolated central differences of all 32 integrals in all 16 coordinates, and Σ_k D = Σ_l M.
+        #[test]
+        fn gradient_matches_finite_differences(jitter in prop::array::uniform16(-0.1f64..0.1), x in -0.7f64..0.7, y in -0.7f64..0.7, turn in -0.7f64..0.7) {
+            let master: [Point; 4] = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]
+                .map(|p: Point| [x + turn.cos() * p[0] - turn.sin() * p[1], y + turn.sin() * p[0] + turn.cos() * p[1]]);
+            let mut q = [0.0; 16];
+            for i in 0..4 { for c in 0..2 {
+                q[2 * i + c] = SLAVE[i][c] + jitter[2 * i + c];
+                q[8 + 2 * i + c] = master[i][c] + jitter[8 + 2 * i + c];
+            } }
+            let rule = CellRule::Seven.points();
+            let value = |q: &[f64; 16]| {
+                let (s, m) = perturbed(q);
+                let mut pair = PairIntegrals::default();
+                integrate_pair(&s, &m, &rule, false, &mut pair);
+                pair.values
+            };
+            let (s, m) = perturbed(&q);
+            let mut pair = PairIntegrals::default();
+            if integrate_pair(&s, &m, &rule, true, &mut pair) {
+                for j in 0..4 {
+                    let (d, m): (f64, f64) = ((0..4).map(|k| pair.values[4 * j + k]).sum(), (0..4).map(|k| pair.values[16 + 4 * j + k]).sum());
+                    prop_assert!((d - m).abs() < 1e-14);
+                }
+                for i in 0..16 {
+                    let difference = |h: f64| {
+                        let (mut a, mut b) = (q, q);
+                        a[i] += h;
+                        b[i] -= h;
+                        let (a, b) = (value(&a), value(&b));
+                        std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
+                    };
+                    let (coarse, fine) = (difference(2e-4), difference(1e-4));
+                    for e in 0..32 {
+                        let fd = (4.0 * fine[e] - coarse[e]) / 3.0;
+                        // a change of the polygon's shape inside the step leaves a kink in the second derivative only
+                        prop_assert!((fd - pair.gradient[e][i]).abs() < 2e-6, "entry {e} coordinate {i}: {fd} {}", pair.gradient[e][i]);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Nodal frames on the slave surface: averaged normal and a tangent pair that turns with the material.
+//!
+//! ```text
+//! n_j = s / ‖s‖,  s = Σ_facets around j  (unit normal of the facet at its corner j)
+//! τ^ξ = (I − n nᵀ) e / ‖·‖  with e the current edge from j to a fixed neighbour,      τ^η = n × τ^ξ
+//! ```
+//!
+//! Because the edge is a material line, components in (τ^ξ, τ^η) are objective history: a rigid rotation, also one
+//! about the normal, leaves them unchanged.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// One corner of a slave facet at the node: positions in the node's ring of the node itself, the next and the previous
+/// corner of the facet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RingCorner {
+    /// Ring position of the node itself.
+    pub own: usize,
+    /// Ring position of the next corner, counter-clockwise seen from outside.
+    pub next: usize,
+    /// Ring position of the previous corner.
+    pub previous: usize,
+}
+
+/// Orthonormal basis at a slave node with its gradient.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NodalFrame {
+    /// Rows: outward unit normal n, tangents τ^ξ and τ^η.
+    pub basis: Matrix3<f64>,
+    /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect to the ring's
+    /// 3·|ring| coordinates. \[1/L\]. Empty if no gradient was asked for.
+    pub gradient: Vec<f64>,
+}
+
+impl NodalFrame {
+    /// Basis vector b (0 normal, 1 and 2 tangents).
+    pub fn vector(&self, b: usize) -> Vector3<f64> {
+        self.basis.row(b).transpose()
+    }
+
+    /// The 3-vector with the given components (normal, ξ, η) in this frame.
+    pub fn to_global(&self, components: &Vector3<f64>) -> Vector3<f64> {
+        self.basis.tr_mul(components)
+    }
+
+    /// ∂(basis vector b, component c)/∂(coordinate t of the ring).
+    #[inline]
+    pub fn slope(&self, b: usize, c: usize, t: usize) -> f64 {
+        self.gradient[(3 * b + c) * (self.gradient.len() / 9) + t]
+    }
+}
+
+fn cross_matrix(v: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
+}
+
+/// Derivative of `v / ‖v‖` applied from the left: `(I − u uᵀ)/‖v‖`.
+fn normalisation_slope(unit: &Vector3<f64>, length: f64) -> Matrix3<f64> {
+    (Matrix3::identity() - unit * unit.transpose()) / length
+}
+
+/// Evaluates the frame at a node whose ring has the current positions `ring`.
+///
+/// `edge` is the ring position of the neighbour that fixes the tangent's material direction. Degenerate corners
+/// (collinear edges) contribute nothing; `None` if no direction is left.
+///
+/// Paper: (19), (20) and §2.2. Tests: `frame_gradient_matches_finite_differences`, `frame_turns_with_the_body`.
+pub fn nodal_frame(
+    ring: &[Vector3<f64>],
+    corners: &[RingCorner],
+    edge: usize,
+    with_gradient: bool,
+    out: &mut NodalFrame,
+) -> Option<()> {
+    let columns = 3 * ring.len();
+    let own = corners.first()?.own;
+    let mut sum = Vector3::zeros();
+    for corner in corners {
+        let normal = corner_normal(ring, corner).2;
+        let length = normal.norm();
+        if length > 0.0 {
+            sum += normal / length;
+        }
+    }
+    let length = sum.norm();
+    if !(length > 1e-8) {
+        return None;
+    }
+    let n = sum / length;
+    let e = ring[edge] - ring[own];
+    let projected = e - n * n.dot(&e);
+    let tangent_length = projected.norm();
+    if !(tangent_length > 1e-8 * e.norm()) {
+        return None;
+    }
+    let xi = projected / tangent_length;
+    let eta = n.cross(&xi);
+    out.basis = Matrix3::from_rows(&[n.transpose(), xi.transpose(), eta.transpose()]);
+    out.gradient.clear();
+    if !with_gradient {
+        return Some(());
+    }
+    out.gradient.resize(9 * columns, 0.0);
+    let gradient = &mut out.gradient;
+    // normal
+    let outer = normalisation_slope(&n, length);
+    for corner in corners {
+        let (a, b, normal) = corner_normal(ring, corner);
+        let size = normal.norm();
+        if size == 0.0 {
+            continue;
+        }
+        let slope = outer * normalisation_slope(&(normal / size), size);
+        let (by_next, by_previous) = (-slope * cross_matrix(&b), slope * cross_matrix(&a));
+        for (node, block) in
+            [(corner.next, by_next), (corner.previous, by_previous), (corner.own, -by_next - by_previous)]
+        {
+            for r in 0..3 {
+                for c in 0..3 {
+                    gradient[r * columns + 3 * node + c] += block[(r, c)];
+                }
+            }
+        }
+    }
+    // tangents, column by column
+    let tangent_slope = normalisation_slope(&xi, tangent_length);
+    for t in 0..columns {
+        let dn = Vector3::new(gradient[t], gradient[columns + t], gradient[2 * columns + t]);
+        let mut de = Vector3::zeros();
+        if t / 3 == edge {
+            de[t % 3] = 1.0;
+        } else if t / 3 == own {
+            de[t % 3] = -1.0;
+        }
+        let d_projected = de - n * n.dot(&de) - dn * n.dot(&e) - n * dn.dot(&e);
+        let d_xi = tangent_slope * d_projected;
+        let d_eta = dn.cross(&xi) + n.cross(&d_xi);
+        for c in 0..3 {
+            gradient[(3 + c) * columns + t] = d_xi[c];
+            gradient[(6 + c) * columns + t] = d_eta[c];
+        }
+    }
+    Some(())
+}
+
+/// Edges to the next and previous corner and their cross product, the facet's (not normalised) normal at the corner.
+fn corner_normal(ring: &[Vector3<f64>], corner: &RingCorner) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
+    let a = ring[corner.next] - ring[corner.own];
+    let b = ring[corner.previous] - ring[corner.own];
+    (a, b, a.cross(&b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+
+    /// A node with four facets around it, none of them flat, on an uneven 3 × 3 grid.
+    fn patch() -> (Vec<Vector3<f64>>, Vec<RingCorner>) {
+        let mut ring = Vec::new();
+        for j in 0..3 {
+            for i in 0..3 {
+                let (x, y) = (i as f64 * (1.0 + 0.1 * j as f64), j as f64 * 0.9 + 0.07 * i as f64);
+                ring.push(Vector3::new(x, y, 0.2 * (1.3 * x).sin() - 0.15 * (x * y + 0.4).cos()));
+            }
+        }
+        let corners = [(5, 7), (7, 3), (3, 1), (1, 5)]
+            .map(|(next, previous)| RingCorner { own: 4, next, previous })
+            .to_vec();
+        (ring, corners)
+    }
+
+    #[test]
+    fn frame_gradient_matches_finite_differences() {
+        let (ring, corners) = patch();
+        let mut frame = NodalFrame::default();
+        nodal_frame(&ring, &corners, 5, true, &mut frame).unwrap();
+        assert!((frame.basis * frame.basis.transpose() - Matrix3::identity()).norm() < 1e-14);
+        let at = |t: usize, h: f64| {
+            let mut moved = ring.clone();
+            moved[t / 3][t % 3] += h;
+            let mut frame = NodalFrame::default();
+            nodal_frame(&moved, &corners, 5, false, &mut frame).unwrap();
+            frame.basis
+        };
+        for t in 0..27 {
+            let fd = (8.0 * (at(t, 1e-3) - at(t, -1e-3)) - (at(t, 2e-3) - at(t, -2e-3))) / 12e-3;
+            for b in 0..3 {
+                for c in 0..3 {
+                    assert!((fd[(b, c)] - frame.slope(b, c, t)).abs() < 1e-9, "vector {b} component {c} coordinate {t}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn frame_turns_with_the_body() {
+        let (ring, corners) = patch();
+        let rotation = Rotation3::from_euler_angles(0.4, -1.1, 2.3);
+        let turned: Vec<_> = ring.iter().map(|x| rotation * x + Vector3::new(3.0, -1.0, 7.0)).collect();
+        let (mut a, mut b) = (NodalFrame::default(), NodalFrame::default());
+        nodal_frame(&ring, &corners, 5, false, &mut a).unwrap();
+        nodal_frame(&turned, &corners, 5, false, &mut b).unwrap();
+        for v in 0..3 {
+            assert!((rotation * a.vector(v) - b.vector(v)).norm() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Everything the enforcement needs at a slave node: mortar row, frame, weighted gap and slip increment.
+
+use super::coupling::FacetCoupling;
+use super::frame::{NodalFrame, nodal_frame};
+use crate::interface::SlaveNode;
+use nalgebra::{Vector2, Vector3};
+
+/// Mortar row and frame of one slave node at given positions, with gradients if they were asked for.
+///
+/// The support lists the node's ring (all slave nodes of the facets around it) first, then the master nodes. All
+/// gradients are with respect to the current positions of the support, three coordinates a node.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NodeKinematics {
+    /// Global number of the slave node.
+    pub node: u32,
+    /// Global node numbers of the row: ring first, then masters ascending.
+    pub support: Vec<u32>,
+    /// Number of leading support nodes that belong to the slave surface.
+    pub ring: usize,
+    /// b_js: +D for slave, −M for master nodes. \[L²\]
+    pub coefficient: Vec<f64>,
+    /// `gradient[s * 3 |support| + t]` = ∂b_js/∂x_t. \[L\]
+    pub gradient: Vec<f64>,
+    /// Normal and tangents with their gradient over the ring.
+    pub frame: NodalFrame,
+    /// Tributary area of the overlap, Σ_k D_jk. Zero where nothing lies opposite. \[L²\]
+    pub area: f64,
+    /// ∂area/∂x_t. \[L\]
+    pub area_gradient: Vec<f64>,
+    /// Weighted relative position w_j = Σ_s b_js x_s. \[L³\]
+    pub relative: Vector3<f64>,
+    /// `relative_gradient[c * 3 |support| + t]` = ∂w_c/∂x_t. \[L²\]
+    pub relative_gradient: Vec<f64>,
+}
+
+/// A mortar row of the previous step: what the slip increment remembers of it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PreviousRow {
+    /// Global node numbers.
+    pub support: Vec<u32>,
+    /// b_js at the previous step. \[L²\]
+    pub coefficient: Vec<f64>,
+}
+
+impl From<&NodeKinematics> for PreviousRow {
+    fn from(now: &NodeKinematics) -> Self {
+        Self { support: now.support.clone(), coefficient: now.coefficient.clone() }
+    }
+}
+
+/// Slip increment of a node over the step and its gradient.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SlipIncrement {
+    /// ũ_τ in the node's tangent basis. \[L³\]
+    pub value: Vector2<f64>,
+    /// `gradient[a * 3 |support| + t]` = ∂ũ_a/∂x_t over the current support. \[L²\]
+    pub gradient: Vec<f64>,
+    /// `previous_gradient[a * 3 |previous support| + t]`: the part of ∂ũ_a/∂x_t that reaches nodes through the
+    /// previous row's support, to be added to the former. \[L²\]
+    pub previous_gradient: Vec<f64>,
+}
+
+impl NodeKinematics {
+    /// Gathers the node's row from the facets around it. Coordinates `x`: 3 per node.
+    ///
+    /// Returns `false` if the frame is degenerate (facets folded onto each other).
+    pub fn gather(
+        &mut self,
+        slave: &SlaveNode,
+        couplings: &[FacetCoupling],
+        x: &[f64],
+        with_gradient: bool,
+    ) -> bool {
+        self.node = slave.node;
+        self.ring = slave.ring.len();
+        self.support.clear();
+        for &(facet, _) in &slave.facets {
+            self.support.extend(couplings[facet as usize].nodes.iter().skip(4));
+        }
+        self.support.sort_unstable();
+        self.support.dedup();
+        self.support.splice(0..0, slave.ring.iter().copied());
+
+        let n = self.support.len();
+        let columns = 3 * n;
+        reset(&mut self.coefficient, n);
+        reset(&mut self.gradient, if with_gradient { n * columns } else { 0 });
+        reset(&mut self.area_gradient, if with_gradient { columns } else { 0 });
+        reset(&mut self.relative_gradient, if with_gradient { 3 * columns } else { 0 });
+        let mut local = Vec::with_capacity(32);
+        for &(facet, corner) in &slave.facets {
+            let coupling = &couplings[facet as usize];
+            local.clear();
+            local.extend(coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < 4)));
+            for (i, &s) in local.iter().enumerate() {
+                self.coefficient[s] += coupling.coefficient[corner as usize * local.len() + i];
+                if with_gradient {
+                    let from = coupling.gradient_row(corner as usize, i);
+                    let to = &mut self.gradient[s * columns..][..columns];
+                    for (k, &t) in local.iter().enumerate() {
+                        for c in 0..3 {
+                            to[3 * t + c] += from[3 * k + c];
+                        }
+                    }
+                }
+            }
+        }
+        let ring: Vec<Vector3<f64>> = slave.ring.iter().map(|&m| position(x, m)).collect();
+        if nodal_frame(&ring, &slave.corners, slave.edge, with_gradient, &mut self.frame).is_none() {
+            return false;
+        }
+        self.form_relative(x, with_gradient);
+        true
+    }
+
+    fn position_of(&self, node: u32, on_slave: bool) -> usize {
+        if on_slave {
+            self.support[..self.ring].iter().position(|&s| s == node).expect("the ring holds its facets' corners")
+        } else {
+            self.ring + self.support[self.ring..].binary_search(&node).expect("gathered from the same facets")
+        }
+    }
+
+    /// w_j and its gradient. Positions are taken relative to the node itself: Σ_s b_js = 0 makes that exact, and it
+    /// keeps the digits where the bodies are far from the origin.
+    fn form_relative(&mut self, x: &[f64], with_gradient: bool) {
+        let columns = 3 * self.support.len();
+        let own = position(x, self.node);
+        self.relative = Vector3::zeros();
+        self.area = self.coefficient[..self.ring].iter().sum();
+        for (s, &node) in self.support.iter().enumerate() {
+            let arm = position(x, node) - own;
+            self.relative += arm * self.coefficient[s];
+            if !with_gradient {
+                continue;
+            }
+            let slope = &self.gradient[s * columns..][..columns];
+            for c in 0..3 {
+                let row = &mut self.relative_gradient[c * columns..][..columns];
+                for (r, g) in row.iter_mut().zip(slope) {
+                    *r += g * arm[c];
+                }
+                row[3 * s + c] += self.coefficient[s];
+            }
+            if s < self.ring {
+                for (a, g) in self.area_gradient.iter_mut().zip(slope) {
+                    *a += g;
+                }
+            }
+        }
+    }
+
+    /// Weighted gap g̃ = −n · w, ≥ 0 open. \[L³\]
+    ///
+    /// Paper: (22) with the full row of D. Test: `gap_and_slip_gradients`.
+    pub fn gap(&self) -> f64 {
+        -self.frame.vector(0).dot(&self.relative)
+    }
+
+    /// ∂g̃/∂x_t over the support. \[L²\]
+    pub fn gap_gradient(&self, out: &mut Vec<f64>) {
+        self.project_gradient(0, &self.relative, out);
+    }
+
+    /// −∂(basis vector b · w)/∂x_t: frame and row both move.
+    fn project_gradient(&self, b: usize, relative: &Vector3<f64>, out: &mut Vec<f64>) {
+        let columns = 3 * self.support.len();
+        let vector = self.frame.vector(b);
+        out.clear();
+        out.extend((0..columns).map(|t| {
+            -(vector[0] * self.relative_gradient[t]
+                + vector[1] * self.relative_gradient[columns + t]
+                + vector[2] * self.relative_gradient[2 * columns + t])
+        }));
+        for (t, value) in out.iter_mut().take(3 * self.ring).enumerate() {
+            for c in 0..3 {
+                *value -= self.frame.slope(b, c, t) * relative[c];
+            }
+        }
+    }
+
+    /// Objective nodal slip increment ũ_τ over the step, in the node's tangent basis. \[L³\], 2 components.
+    ///
+    /// Positive along the slave's sliding. Depends on the previous step through D and M only.
+    /// Paper: (24) with the full row of D; previous-step linearisation (66) in [`previous_slip_gradient`].
+    /// Tests: `gap_and_slip_gradients`, `slip_increment_is_objective`.
+    pub fn slip(&self, previous: &PreviousRow, x: &[f64], with_gradient: bool, out: &mut SlipIncrement) {
+        let own = position(x, self.node);
+        let mut before = Vector3::zeros();
+        for (&node, b) in previous.support.iter().zip(&previous.coefficient) {
+            before += (position(x, node) - own) * *b;
+        }
+        // the previous row sums to zero only up to round-off; the node's own position carries the rest
+        let change = self.relative - before;
+        out.value = -Vector2::new(self.frame.vector(1).dot(&change), self.frame.vector(2).dot(&change));
+        out.gradient.clear();
+        out.previous_gradient.clear();
+        if !with_gradient {
+            return;
+        }
+        let mut row = Vec::new();
+        for a in 0..2 {
+            self.project_gradient(1 + a, &change, &mut row);
+            out.gradient.extend_from_slice(&row);
+            let tangent = self.frame.vector(1 + a);
+            for b in &previous.coefficient {
+                out.previous_gradient.extend(tangent.iter().map(|c| c * b));
+            }
+        }
+    }
+
+    /// ∂ũ_a/∂d_{n−1} for the weights `a_ξ`, `a_η` of the two components, added to `out` (3 per node of the mesh).
+    ///
+    /// `self` is the **previous** step's kinematics with gradients, `frame` and `x` those of the current step:
+    /// `∂ũ_a = τ_a · Σ_s ∂b_js,n−1 x_s`. Paper: (66) with full rows. Test: `gap_and_slip_gradients`.
+    pub fn add_previous_slip_gradient(&self, frame: &NodalFrame, x: &[f64], weight: Vector2<f64>, out: &mut [f64]) {
+        let columns = 3 * self.support.len();
+        let direction = frame.vector(1) * weight[0] + frame.vector(2) * weight[1];
+        let own = position(x, self.node);
+        for (s, &node) in self.support.iter().enumerate() {
+            let factor = direction.dot(&(position(x, node) - own));
+            let slope = &self.gradient[s * columns..][..columns];
+            for (t, &target) in self.support.iter().enumerate() {
+                for c in 0..3 {
+                    out[3 * target as usize + c] += factor * slope[3 * t + c];
+                }
+            }
+        }
+    }
+}
+
+fn reset(values: &mut Vec<f64>, length: usize) {
+    values.clear();
+    values.resize(length, 0.0);
+}
+
+fn position(x: &[f64], node: u32) -> Vector3<f64> {
+    let at = 3 * node as usize;
+    Vector3::new(x[at], x[at + 1], x[at + 2])
+}
