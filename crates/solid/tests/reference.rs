@@ -1,0 +1,98 @@
+//! One hex8 against an independent implementation (dual numbers, no shared source), and the assembled model against
+//! finite differences.
+
+use slipstick_linalg::{BlockMatrix, BlockPattern};
+use slipstick_mesh::{BoxShape, Mesh, box_mesh};
+use slipstick_solid::hex8::{self, ReferenceGeometry};
+use slipstick_solid::{NeoHooke, SolidModel};
+use std::sync::Arc;
+
+fn nodes(value: &serde_json::Value) -> [[f64; 3]; 8] {
+    std::array::from_fn(|i| std::array::from_fn(|c| value[i][c].as_f64().unwrap()))
+}
+
+#[test]
+fn reference_element() {
+    let text = include_str!("data/unit_element.json");
+    let data: serde_json::Value = serde_json::from_str(text).unwrap();
+    let material = NeoHooke::new(1000.0, 0.3).unwrap();
+    let geometry = ReferenceGeometry::new(&nodes(&data["X"])).unwrap();
+    let u = nodes(&data["u"]);
+    let force = hex8::internal_force(&material, &geometry, &u).unwrap();
+    let expected = nodes(&data["f_int"]);
+    for i in 0..8 {
+        for a in 0..3 {
+            assert!((force[i][a] - expected[i][a]).abs() < 1e-10 * 17.0, "{} {}", force[i][a], expected[i][a]);
+        }
+    }
+    let energy = hex8::energy(&material, &geometry, &u).unwrap();
+    assert!((energy / data["energy"].as_f64().unwrap() - 1.0).abs() < 1e-10);
+    let mut k = [[0.0; 9]; 64];
+    hex8::tangent(&material, &geometry, &u, &mut k).unwrap();
+    for column in 0..24 {
+        let expected = data["K_row0"][column].as_f64().unwrap();
+        assert!((k[column / 3][column % 3] - expected).abs() < 1e-10 * 215.0);
+    }
+}
+
+fn model() -> (Mesh, SolidModel, Vec<f64>, Vec<f64>) {
+    let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.5], elements: [3, 2, 2], grading: [1.5, 1.0, 1.0] };
+    let mesh = box_mesh("block", &shape).unwrap();
+    let model = SolidModel::new(&mesh, vec![NeoHooke::new(100.0, 0.25).unwrap()]).unwrap();
+    let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.03 * (i as f64 * 1.31).sin()).collect();
+    let factors: Vec<f64> = (0..mesh.hexes.len()).map(|e| 0.1 + 0.07 * e as f64).collect();
+    (mesh, model, d, factors)
+}
+
+#[test]
+fn assembled_tangent_matches_differences_of_the_force() {
+    let (mesh, model, d, factors) = model();
+    let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
+    let mut matrix = BlockMatrix::new(pattern.clone());
+    model.add_tangent(&d, &factors, &model.scatter(&pattern), &mut matrix).unwrap();
+    let direction: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.77).cos()).collect();
+    let mut product = vec![0.0; d.len()];
+    matrix.mul(&direction, &mut product);
+    let mut matrix_free = vec![0.0; d.len()];
+    model.add_tangent_product(&d, &factors, &direction, &mut matrix_free).unwrap();
+    let force = |h: f64| {
+        let moved: Vec<f64> = d.iter().zip(&direction).map(|(d, v)| d + h * v).collect();
+        let mut f = vec![0.0; d.len()];
+        model.internal_force(&moved, &factors, &mut f).unwrap();
+        f
+    };
+    let (p, m, pp, mm) = (force(1e-4), force(-1e-4), force(2e-4), force(-2e-4));
+    for i in 0..d.len() {
+        let fd = (8.0 * (p[i] - m[i]) - (pp[i] - mm[i])) / 12e-4;
+        assert!((fd - product[i]).abs() < 1e-8 * 100.0, "{fd} {}", product[i]);
+        assert!((product[i] - matrix_free[i]).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn factor_pull_back_matches_differences() {
+    let (_, model, d, factors) = model();
+    let adjoint: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.41).sin()).collect();
+    let mut found = vec![0.0; factors.len()];
+    model.pull_back_factors(&d, &adjoint, &mut found).unwrap();
+    for e in 0..factors.len() {
+        let product = |h: f64| {
+            let mut moved = factors.clone();
+            moved[e] += h;
+            let mut f = vec![0.0; d.len()];
+            model.internal_force(&d, &moved, &mut f).unwrap();
+            f.iter().zip(&adjoint).map(|(f, l)| f * l).sum::<f64>()
+        };
+        let fd = (product(0.5) - product(-0.5)) / 1.0; // linear in the factor
+        assert!((fd - found[e]).abs() < 1e-11, "{fd} {}", found[e]);
+    }
+}
+
+#[test]
+fn inverted_elements_are_named() {
+    let (_, model, mut d, factors) = model();
+    d[3 * 5 + 1] = 40.0;
+    let mut f = vec![0.0; d.len()];
+    let error = model.internal_force(&d, &factors, &mut f).unwrap_err();
+    assert!(!error.elements.is_empty() && error.to_string().contains("inverted element"));
+}
