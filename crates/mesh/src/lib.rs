@@ -1,7 +1,49 @@
 //! Hexahedral meshes of several bodies, with named node sets and oriented surfaces.
 //!
 //! This crate knows geometry and topology only; it knows no physics.
+//!
+//! * [`Mesh`] is the data model; [`Mesh::merge`] and [`Mesh::transform`] put bodies together.
+//! * [`box_mesh`], [`half_ball`], [`hollow_cylinder`] and [`half_ring`] generate single bodies.
+//! * [`Mesh::check`] finds what would spoil an analysis, each [`MeshDefect`] with its place and cure.
+//! * [`FacetTree`] finds the facets of a surface near a given box, for contact search.
+//!
+//! Lengths carry the user's unit \[L\]; y is up; node, element and facet numbers count from 0.
+//!
+//! ```
+//! use slipstick_mesh::{BoxShape, Mesh, Placement, box_mesh};
+//!
+//! # fn main() -> Result<(), slipstick_mesh::MeshError> {
+//! let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.0], elements: [4, 2, 2], grading: [1.0; 3] };
+//! let slab = box_mesh("slab", &shape)?;
+//! let mut die = box_mesh("die", &shape)?;
+//! die.transform(&Placement { rotate: None, translate: [0.0, 1.5, 0.0] })?;
+//! let mesh = Mesh::merge(vec![slab, die])?;
+//! mesh.validate()?;
+//! assert_eq!(mesh.surfaces["die_ymin"].facets.len(), 8);
+//! assert_eq!(mesh.set_nodes("slab_ymax").map(|nodes| nodes.len()), Some(15));
+//! # Ok(())
+//! # }
+//! ```
 
+mod assemble;
+mod check;
+mod defect;
+mod error;
+mod generate;
+mod geometry;
 mod mesh;
+mod search;
+mod select;
+mod topology;
 
+pub use assemble::{Placement, Rotation};
+pub use defect::MeshDefect;
+pub use error::MeshError;
+pub use generate::{
+    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, box_mesh, half_ball, half_ring,
+    hollow_cylinder,
+};
+pub use geometry::{HEX_CORNERS, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian};
 pub use mesh::{Body, Facet, HEX_FACES, Mesh, Surface};
+pub use search::FacetTree;
+pub use topology::NodeElements;

@@ -1,1 +1,37 @@
-//! TBD
+//! The load path and its adjoint, for any enforcement method.
+//!
+//! A load step n has unknowns y_n (displacements, and multipliers where the method has them) and an explicit, node-local
+//! history h_n:
+//!
+//! ```text
+//! F_n(y_n; y_{n−1}, h_{n−1}, φ) = 0,        h_n = G_n(y_n; y_{n−1}, h_{n−1})
+//! ```
+//!
+//! [`march()`] solves the steps forward: Newton's method (with Uzawa's iteration around it where the problem asks for it)
+//! from the last state, the prescribed increment carried through the tangent, cut-back and retry on failure.
+//! [`sweep()`] runs backward through the same states, accepted sub-steps included:
+//!
+//! ```text
+//! for n = N … 1
+//!   η_n = ∂θ/∂h_n + (∂F_{n+1}/∂h_n)ᵀ λ_{n+1} + (∂G_{n+1}/∂h_n)ᵀ η_{n+1}
+//!   K_nᵀ λ_n = −[ ∂θ/∂y_n + (∂G_n/∂y_n)ᵀ η_n + (∂F_{n+1}/∂y_n)ᵀ λ_{n+1} + (∂G_{n+1}/∂y_n)ᵀ η_{n+1} ]
+//!   dθ/dφ += (∂F_n/∂φ)ᵀ λ_n
+//! ```
+//!
+//! Prescribed unknowns are removed after transposition: their λ is zero. Paper: §3, (53)–(61), in the form that is exact
+//! for every method. The crate knows no enforcement method, does no I/O and reads no clock.
+
+mod failure;
+mod linear;
+mod march;
+mod newton;
+mod problem;
+mod sweep;
+mod uzawa;
+
+pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
+pub use linear::LinearSystem;
+pub use march::{Keep, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Silent, march};
+pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances};
+pub use problem::{PreviousPullBack, Scales, StepProblem, StepState, UzawaOptions};
+pub use sweep::{PathObjective, SweepError, SweepOptions, sweep};

@@ -1,0 +1,177 @@
+//! What can be wrong with a mesh, as [`Mesh::check`](crate::Mesh::check) reports it.
+
+/// One kind of defect with all its places. Node, element and facet numbers count from 0.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeshDefect {
+    /// A body's ranges of elements or nodes cannot be.
+    #[error("body `{body}` {reason}")]
+    BodyRange {
+        /// The body.
+        body: String,
+        /// What is wrong with its ranges.
+        reason: String,
+    },
+    /// Elements that no body owns.
+    #[error(
+        "element(s) {} belong to no body: give each body its range of elements",
+        few(elements)
+    )]
+    ElementsWithoutBody {
+        /// The elements.
+        elements: Vec<u32>,
+    },
+    /// Elements with a node number that the mesh does not have.
+    #[error(
+        "body `{body}`: element(s) {} have node numbers beyond the {nodes} nodes of the mesh: renumber them",
+        few(elements)
+    )]
+    NodeOutOfRange {
+        /// The body.
+        body: String,
+        /// The elements.
+        elements: Vec<u32>,
+        /// How many nodes the mesh has.
+        nodes: usize,
+    },
+    /// Nodes with a coordinate that is infinite or not a number.
+    #[error(
+        "node(s) {} have coordinates that are not finite: correct them",
+        few(nodes)
+    )]
+    NotFinite {
+        /// The nodes.
+        nodes: Vec<u32>,
+    },
+    /// Elements that name a node twice: wedges, pyramids or tetrahedra in disguise.
+    #[error(
+        "body `{body}`: element(s) {} name a node twice: only true hexahedra are supported",
+        few(elements)
+    )]
+    RepeatedNode {
+        /// The body.
+        body: String,
+        /// The elements.
+        elements: Vec<u32>,
+    },
+    /// Elements whose Jacobian determinant is not positive at a corner or Gauss point.
+    #[error(
+        "body `{body}`: element(s) {} are inverted or degenerate (least Jacobian determinant {worst:.3e}): \
+         correct their numbering or shape",
+        few(elements)
+    )]
+    Inverted {
+        /// The body.
+        body: String,
+        /// The elements.
+        elements: Vec<u32>,
+        /// The least Jacobian determinant of all of them. \[L³\]
+        worst: f64,
+    },
+    /// Elements that share a face with more than one other, or lie on the same side of it.
+    #[error(
+        "element(s) {} overlap at a face that they share: remove doubled elements",
+        few(elements)
+    )]
+    OverlappingFaces {
+        /// The elements.
+        elements: Vec<u32>,
+    },
+    /// Nodes of no element: they would have no stiffness.
+    #[error("node(s) {} belong to no element: remove them", few(nodes))]
+    UnusedNodes {
+        /// The nodes.
+        nodes: Vec<u32>,
+    },
+    /// Nodes that elements of two bodies use: bodies meet in contact only.
+    #[error("bodies `{}` and `{}` share node(s) {}: give each body its own nodes", bodies[0], bodies[1], few(nodes))]
+    SharedNodes {
+        /// The two bodies.
+        bodies: [String; 2],
+        /// The nodes.
+        nodes: Vec<u32>,
+    },
+    /// Nodes that a body's elements use, but that lie outside of its range of nodes.
+    #[error(
+        "body `{body}` uses node(s) {} outside of its range of nodes: number the nodes body by body",
+        few(nodes)
+    )]
+    NodesOutsideBody {
+        /// The body.
+        body: String,
+        /// The nodes.
+        nodes: Vec<u32>,
+    },
+    /// A node set with numbers that the mesh does not have.
+    #[error(
+        "node set `{set}` has node(s) {} that the mesh does not have: remove them",
+        few(nodes)
+    )]
+    SetOutOfRange {
+        /// The node set.
+        set: String,
+        /// The nodes.
+        nodes: Vec<u32>,
+    },
+    /// A node set that is not ascending and unique.
+    #[error("node set `{set}` is not ascending and unique: sort it and remove repetitions")]
+    SetNotSorted {
+        /// The node set.
+        set: String,
+    },
+    /// Facets that are not a face of the element they name (or wind crosswise around it).
+    #[error(
+        "surface `{surface}`: facet(s) {} are no faces of their elements: correct nodes or element",
+        few(facets)
+    )]
+    StrayFacets {
+        /// The surface.
+        surface: String,
+        /// Positions in the surface.
+        facets: Vec<u32>,
+    },
+    /// Facets whose nodes are clockwise seen from outside.
+    #[error(
+        "surface `{surface}`: facet(s) {} face inward: reverse their nodes (`orient_facets` does)",
+        few(facets)
+    )]
+    InwardFacets {
+        /// The surface.
+        surface: String,
+        /// Positions in the surface.
+        facets: Vec<u32>,
+    },
+    /// Facets between two elements.
+    #[error(
+        "surface `{surface}`: facet(s) {} lie between two elements: a surface must be outside",
+        few(facets)
+    )]
+    InteriorFacets {
+        /// The surface.
+        surface: String,
+        /// Positions in the surface.
+        facets: Vec<u32>,
+    },
+    /// Facets that stand in the surface already.
+    #[error(
+        "surface `{surface}`: facet(s) {} repeat earlier ones: remove them",
+        few(facets)
+    )]
+    RepeatedFacets {
+        /// The surface.
+        surface: String,
+        /// Positions in the surface.
+        facets: Vec<u32>,
+    },
+}
+
+/// The first few numbers, and how many there are in all.
+fn few(numbers: &[u32]) -> String {
+    const SHOWN: usize = 8;
+    let shown: Vec<String> = numbers.iter().take(SHOWN).map(u32::to_string).collect();
+    let rest = if numbers.len() > SHOWN {
+        format!(", … ({} in all)", numbers.len())
+    } else {
+        String::new()
+    };
+    shown.join(", ") + &rest
+}

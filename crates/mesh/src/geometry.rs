@@ -1,0 +1,222 @@
+//! Geometry of trilinear hexahedra and bilinear facets: Jacobians, volumes, centroids, areas.
+
+use crate::{Facet, Mesh, Surface};
+
+/// Natural coordinates (ξ, η, ζ) of the corners of a hex8.
+pub const HEX_CORNERS: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+/// 1/√3, the abscissa of the two-point Gauss rule (weights 1).
+const GAUSS: f64 = 0.577_350_269_189_625_8;
+
+pub(crate) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+pub(crate) fn norm(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// Tangents ∂X/∂ξ, ∂X/∂η, ∂X/∂ζ of the trilinear map at `xi`. \[L\]
+fn hex_tangents(corners: &[[f64; 3]; 8], xi: [f64; 3]) -> [[f64; 3]; 3] {
+    let mut tangents = [[0.0; 3]; 3];
+    for (x, sign) in corners.iter().zip(&HEX_CORNERS) {
+        let along: [f64; 3] = std::array::from_fn(|d| 1.0 + sign[d] * xi[d]);
+        let slopes = [
+            0.125 * sign[0] * along[1] * along[2],
+            0.125 * along[0] * sign[1] * along[2],
+            0.125 * along[0] * along[1] * sign[2],
+        ];
+        for d in 0..3 {
+            for c in 0..3 {
+                tangents[d][c] += slopes[d] * x[c];
+            }
+        }
+    }
+    tangents
+}
+
+/// Jacobian determinant det ∂X/∂ξ of the trilinear map at the natural coordinates `xi`. \[L³\]
+///
+/// Positive in a well-shaped element with the numbering of [`HEX_FACES`](crate::HEX_FACES); a brick has an
+/// eighth of its volume everywhere.
+pub fn hex_jacobian(corners: &[[f64; 3]; 8], xi: [f64; 3]) -> f64 {
+    let [a, b, c] = hex_tangents(corners, xi);
+    dot(a, cross(b, c))
+}
+
+/// Smallest scaled Jacobian over the corners and the centre: the determinant of the three *unit* tangents. \[–\]
+///
+/// 1 for a brick, 0 for a flat corner or an edge without length, negative for an inverted one.
+pub fn hex_scaled_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
+    HEX_CORNERS
+        .iter()
+        .chain(&[[0.0; 3]])
+        .fold(f64::INFINITY, |least, &xi| {
+            let [a, b, c] = hex_tangents(corners, xi);
+            let lengths = norm(a) * norm(b) * norm(c);
+            let scaled = if lengths == 0.0 {
+                0.0
+            } else {
+                dot(a, cross(b, c)) / lengths
+            };
+            // `f64::min` would drop a NaN.
+            if scaled.is_nan() || scaled < least {
+                scaled
+            } else {
+                least
+            }
+        })
+}
+
+/// Smallest Jacobian determinant over the corners and the 2×2×2 Gauss points; NaN if any is NaN. \[L³\]
+pub(crate) fn hex_least_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
+    HEX_CORNERS
+        .iter()
+        .flat_map(|&corner| [corner, corner.map(|c| c * GAUSS)])
+        .fold(f64::INFINITY, |least, xi| {
+            let jacobian = hex_jacobian(corners, xi);
+            if jacobian.is_nan() || jacobian < least {
+                jacobian
+            } else {
+                least
+            }
+        })
+}
+
+/// Volume \[L³\] and first moment about corner 0 \[L⁴\].
+///
+/// det J is quadratic in each natural coordinate and X·det J cubic, and two Gauss points per direction integrate
+/// cubics: both are exact for any trilinear hexahedron.
+fn hex_moments(corners: &[[f64; 3]; 8]) -> (f64, [f64; 3]) {
+    // Relative to a corner: far from the origin the differences would lose digits.
+    let local = corners.map(|x| subtract(x, corners[0]));
+    let (mut volume, mut moment) = (0.0, [0.0; 3]);
+    for corner in &HEX_CORNERS {
+        let xi = corner.map(|c| c * GAUSS);
+        let jacobian = hex_jacobian(&local, xi);
+        volume += jacobian;
+        for (x, sign) in local.iter().zip(&HEX_CORNERS) {
+            let shape: f64 = (0..3).map(|d| 0.5 * (1.0 + sign[d] * xi[d])).product();
+            for c in 0..3 {
+                moment[c] += jacobian * shape * x[c];
+            }
+        }
+    }
+    (volume, moment)
+}
+
+/// Vector area ½ (x₂ − x₀) × (x₃ − x₁) of a bilinear facet: ∫ n dA, exact also when warped. \[L²\]
+///
+/// Points to the side from which the nodes are seen counter-clockwise.
+pub fn facet_area_vector(corners: &[[f64; 3]; 4]) -> [f64; 3] {
+    cross(
+        subtract(corners[2], corners[0]),
+        subtract(corners[3], corners[1]),
+    )
+    .map(|c| 0.5 * c)
+}
+
+/// Area ∫ dA of a bilinear facet with 2×2 Gauss points: exact when plane and convex. \[L²\]
+pub fn facet_area(corners: &[[f64; 3]; 4]) -> f64 {
+    let [x0, x1, x2, x3] = *corners;
+    let mut area = 0.0;
+    for eta in [-GAUSS, GAUSS] {
+        for xi in [-GAUSS, GAUSS] {
+            let blend = |a: [f64; 3], b: [f64; 3], t: f64| -> [f64; 3] {
+                std::array::from_fn(|c| 0.25 * ((1.0 - t) * a[c] + (1.0 + t) * b[c]))
+            };
+            let along_xi = blend(subtract(x1, x0), subtract(x2, x3), eta);
+            let along_eta = blend(subtract(x3, x0), subtract(x2, x1), xi);
+            area += norm(cross(along_xi, along_eta));
+        }
+    }
+    area
+}
+
+impl Mesh {
+    /// Volume of one hexahedron, exact for the trilinear shape; negative if it is inside out. \[L³\]
+    pub fn element_volume(&self, element: usize) -> f64 {
+        hex_moments(&self.hex_coordinates(element)).0
+    }
+
+    /// Volumes of all hexahedra. \[L³\]
+    pub fn element_volumes(&self) -> Vec<f64> {
+        (0..self.hexes.len())
+            .map(|element| self.element_volume(element))
+            .collect()
+    }
+
+    /// Centre of volume ∫X dV / ∫dV of one hexahedron, exact for the trilinear shape. \[L\]
+    ///
+    /// An element without positive volume has no such point; the mean of its corners stands in, so that the result is
+    /// finite. [`Mesh::check`] reports such elements.
+    pub fn centroid(&self, element: usize) -> [f64; 3] {
+        let corners = self.hex_coordinates(element);
+        let (volume, moment) = hex_moments(&corners);
+        if volume > 0.0 {
+            std::array::from_fn(|c| corners[0][c] + moment[c] / volume)
+        } else {
+            std::array::from_fn(|c| corners.iter().map(|x| x[c]).sum::<f64>() / 8.0)
+        }
+    }
+
+    /// Centres of volume of all hexahedra. \[L\]
+    pub fn centroids(&self) -> Vec<[f64; 3]> {
+        (0..self.hexes.len())
+            .map(|element| self.centroid(element))
+            .collect()
+    }
+
+    /// Smallest scaled Jacobian of each hexahedron, see [`hex_scaled_jacobian`]. \[–\]
+    pub fn element_qualities(&self) -> Vec<f64> {
+        (0..self.hexes.len())
+            .map(|element| hex_scaled_jacobian(&self.hex_coordinates(element)))
+            .collect()
+    }
+
+    /// Corner coordinates of a facet. \[L\]
+    pub fn facet_coordinates(&self, facet: &Facet) -> [[f64; 3]; 4] {
+        facet.nodes.map(|n| self.nodes[n as usize])
+    }
+
+    /// Area of a surface, see [`facet_area`]. \[L²\]
+    pub fn surface_area(&self, surface: &Surface) -> f64 {
+        surface
+            .facets
+            .iter()
+            .map(|facet| facet_area(&self.facet_coordinates(facet)))
+            .sum()
+    }
+
+    /// Smallest and largest coordinates over all nodes; `None` without nodes. \[L\]
+    pub fn bounding_box(&self) -> Option<([f64; 3], [f64; 3])> {
+        let first = *self.nodes.first()?;
+        Some(self.nodes.iter().fold((first, first), |(min, max), x| {
+            (
+                std::array::from_fn(|c| min[c].min(x[c])),
+                std::array::from_fn(|c| max[c].max(x[c])),
+            )
+        }))
+    }
+}

@@ -1,0 +1,212 @@
+//! Which elements, nodes and faces hang together.
+
+use std::ops::Range;
+
+use crate::{Facet, HEX_FACES, Mesh, MeshError, Surface};
+
+/// The elements around each node, as compressed rows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NodeElements {
+    /// Row n is `elements[offsets[n]..offsets[n + 1]]`; one entry more than nodes.
+    pub offsets: Vec<usize>,
+    /// Element numbers, ascending in each row.
+    pub elements: Vec<u32>,
+}
+
+impl NodeElements {
+    /// The elements around one node, ascending.
+    pub fn of(&self, node: usize) -> &[u32] {
+        &self.elements[self.offsets[node]..self.offsets[node + 1]]
+    }
+}
+
+/// A face of an element, found by its sorted nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Face {
+    pub key: [u32; 4],
+    pub element: u32,
+    pub side: u8,
+}
+
+/// The nodes in ascending order: the same for all windings of one face.
+pub(crate) fn face_key(mut nodes: [u32; 4]) -> [u32; 4] {
+    nodes.sort_unstable();
+    nodes
+}
+
+/// All faces of one key in a list sorted by key.
+pub(crate) fn faces_of(faces: &[Face], key: [u32; 4]) -> &[Face] {
+    let start = faces.partition_point(|face| face.key < key);
+    let end = start + faces[start..].partition_point(|face| face.key == key);
+    &faces[start..end]
+}
+
+impl Mesh {
+    /// Nodes of one side of an element, counter-clockwise seen from outside.
+    pub(crate) fn side_nodes(&self, element: u32, side: usize) -> [u32; 4] {
+        HEX_FACES[side].map(|corner| self.hexes[element as usize][corner])
+    }
+
+    /// All faces of the given elements, sorted by key: faces between two elements stand side by side.
+    pub(crate) fn sorted_faces(&self, elements: Range<usize>) -> Vec<Face> {
+        let mut faces: Vec<Face> = elements
+            .flat_map(|element| (0..6).map(move |side| (element as u32, side)))
+            .map(|(element, side)| Face {
+                key: face_key(self.side_nodes(element, side)),
+                element,
+                side: side as u8,
+            })
+            .collect();
+        faces.sort_unstable();
+        faces
+    }
+
+    /// All faces of a body that bound one element only, outward, in the order of elements and their sides.
+    ///
+    /// # Panics
+    /// If there is no body of this index or its elements are out of range (see [`Mesh::check`]).
+    pub fn boundary(&self, body: usize) -> Surface {
+        let mut faces: Vec<Face> = self
+            .sorted_faces(self.bodies[body].elements.clone())
+            .chunk_by(|a, b| a.key == b.key)
+            .filter(|same| same.len() == 1)
+            .map(|same| same[0])
+            .collect();
+        faces.sort_unstable_by_key(|face| (face.element, face.side));
+        Surface {
+            facets: faces.iter().map(|face| self.facet(face)).collect(),
+        }
+    }
+
+    fn facet(&self, face: &Face) -> Facet {
+        Facet {
+            nodes: self.side_nodes(face.element, face.side as usize),
+            element: face.element,
+        }
+    }
+
+    /// The surface that the given quadrilaterals make up, in their order: each gets its element and turns outward.
+    ///
+    /// For readers: mesh files know quadrilaterals by their nodes, in any winding.
+    ///
+    /// # Errors
+    /// [`MeshError::NotOnBoundary`] if one is not the face of exactly one element.
+    pub fn surface_of_quads(&self, quads: &[[u32; 4]]) -> Result<Surface, MeshError> {
+        let faces = self.sorted_faces(0..self.hexes.len());
+        let facets = quads.iter().enumerate().map(|(quad, &nodes)| {
+            match faces_of(&faces, face_key(nodes)) {
+                [face] => Ok(self.facet(face)),
+                [] => Err(MeshError::NotOnBoundary {
+                    quad,
+                    nodes,
+                    reason: "is no face of any element",
+                }),
+                _ => Err(MeshError::NotOnBoundary {
+                    quad,
+                    nodes,
+                    reason: "lies between two elements",
+                }),
+            }
+        });
+        Ok(Surface {
+            facets: facets.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// The part of all bodies' boundaries whose facets have all four nodes in `nodes` (in any order).
+    pub fn surface_of_nodes(&self, nodes: &[u32]) -> Surface {
+        let mut chosen = vec![false; self.nodes.len()];
+        for &node in nodes {
+            if let Some(mark) = chosen.get_mut(node as usize) {
+                *mark = true;
+            }
+        }
+        let mut facets = Vec::new();
+        for body in 0..self.bodies.len() {
+            let outer = self.boundary(body).facets;
+            facets.extend(
+                outer
+                    .into_iter()
+                    .filter(|facet| facet.nodes.iter().all(|&n| chosen[n as usize])),
+            );
+        }
+        Surface { facets }
+    }
+
+    /// The elements around each node.
+    ///
+    /// # Panics
+    /// If an element has a node number out of range (see [`Mesh::check`]); so do the other functions built on it.
+    pub fn node_elements(&self) -> NodeElements {
+        let mut offsets = vec![0_usize; self.nodes.len() + 1];
+        for &node in self.hexes.iter().flatten() {
+            offsets[node as usize + 1] += 1;
+        }
+        for n in 0..self.nodes.len() {
+            offsets[n + 1] += offsets[n];
+        }
+        let mut next = offsets.clone();
+        let mut elements = vec![0; offsets[self.nodes.len()]];
+        for (element, hex) in (0_u32..).zip(&self.hexes) {
+            for &node in hex {
+                elements[next[node as usize]] = element;
+                next[node as usize] += 1;
+            }
+        }
+        NodeElements { offsets, elements }
+    }
+
+    /// For each node itself and all nodes that share an element with it, ascending: the rows of a nodal sparsity.
+    pub fn node_neighbours(&self) -> Vec<Vec<u32>> {
+        let around = self.node_elements();
+        let mut seen = vec![u32::MAX; self.nodes.len()];
+        (0..self.nodes.len())
+            .map(|node| {
+                let mark = node as u32;
+                seen[node] = mark;
+                let mut row = vec![mark];
+                for &neighbour in around
+                    .of(node)
+                    .iter()
+                    .flat_map(|&element| &self.hexes[element as usize])
+                {
+                    if seen[neighbour as usize] != mark {
+                        seen[neighbour as usize] = mark;
+                        row.push(neighbour);
+                    }
+                }
+                row.sort_unstable();
+                row
+            })
+            .collect()
+    }
+
+    /// The elements in colours: elements of one colour share no node, so they can be assembled at the same time.
+    ///
+    /// Greedy in the order of the elements, so it depends on the mesh only; elements ascend in each colour.
+    pub fn element_colours(&self) -> Vec<Vec<u32>> {
+        let around = self.node_elements();
+        let mut colours: Vec<Vec<u32>> = Vec::new();
+        let mut colour_of = vec![usize::MAX; self.hexes.len()];
+        // `taken[c] == element`: a neighbour of the element has colour c.
+        let mut taken: Vec<usize> = Vec::new();
+        for (element, hex) in self.hexes.iter().enumerate() {
+            for &neighbour in hex.iter().flat_map(|&node| around.of(node as usize)) {
+                if let Some(mark) = taken.get_mut(colour_of[neighbour as usize]) {
+                    *mark = element;
+                }
+            }
+            let colour = taken
+                .iter()
+                .position(|&mark| mark != element)
+                .unwrap_or(taken.len());
+            if colour == taken.len() {
+                taken.push(usize::MAX);
+                colours.push(Vec::new());
+            }
+            colour_of[element] = colour;
+            colours[colour].push(element as u32);
+        }
+        colours
+    }
+}

@@ -1,0 +1,142 @@
+//! Volumes, centroids, Jacobians and areas against closed forms and higher-order quadrature.
+
+use proptest::prelude::*;
+use slipstick_mesh::{
+    Body, HEX_CORNERS, Mesh, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian,
+};
+
+use crate::support::{assert_close, cubes};
+
+fn one_hex(corners: [[f64; 3]; 8]) -> Mesh {
+    Mesh {
+        nodes: corners.to_vec(),
+        hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7]],
+        bodies: vec![Body {
+            name: "hex".into(),
+            elements: 0..1,
+            nodes: 0..8,
+        }],
+        ..Mesh::default()
+    }
+}
+
+fn unit_cube() -> [[f64; 3]; 8] {
+    HEX_CORNERS.map(|sign| sign.map(|c| 0.5 * (c + 1.0)))
+}
+
+#[test]
+fn cube_with_a_raised_corner_has_the_volume_and_centroid_under_its_bilinear_lid() {
+    // Lid z = 1 + a x y on the unit square: integrals of polynomials.
+    let a = 0.7;
+    let mut corners = unit_cube();
+    corners[6][2] += a;
+    let mesh = one_hex(corners);
+    let volume = 1.0 + a / 4.0;
+    assert_close(mesh.element_volume(0), volume, 1e-15);
+    let expected = [
+        (0.5 + a / 6.0) / volume,
+        (0.5 + a / 6.0) / volume,
+        0.5 * (1.0 + a / 2.0 + a * a / 9.0) / volume,
+    ];
+    let centroid = mesh.centroid(0);
+    for c in 0..3 {
+        assert_close(centroid[c], expected[c], 1e-15);
+    }
+    assert_eq!(mesh.centroids(), vec![centroid]);
+    assert_eq!(mesh.element_volumes(), vec![mesh.element_volume(0)]);
+}
+
+#[test]
+fn scaled_jacobian_of_a_sheared_brick_is_the_sine_of_its_angle() {
+    let angle = 0.4_f64;
+    let sheared =
+        unit_cube().map(|[x, y, z]| [3.0 * x + y * angle.cos(), y * angle.sin(), 7.0 * z]);
+    assert_close(hex_scaled_jacobian(&sheared), angle.sin(), 1e-14);
+    assert_close(hex_scaled_jacobian(&unit_cube()), 1.0, 1e-15);
+    let mirrored = unit_cube().map(|[x, y, z]| [-x, y, z]);
+    assert_close(hex_scaled_jacobian(&mirrored), -1.0, 1e-15);
+    assert_eq!(hex_scaled_jacobian(&[[1.0; 3]; 8]), 0.0);
+    assert!(hex_scaled_jacobian(&[[f64::NAN; 3]; 8]).is_nan());
+    assert_close(hex_jacobian(&unit_cube(), [0.3, -0.2, 0.9]), 0.125, 1e-15);
+}
+
+#[test]
+fn far_from_the_origin_volume_and_centroid_keep_their_digits() {
+    let far = one_hex(unit_cube().map(|x| x.map(|c| c + 1e6)));
+    assert_close(far.element_volume(0), 1.0, 1e-15);
+    assert_eq!(far.centroid(0), [1e6 + 0.5; 3]);
+}
+
+#[test]
+fn element_without_volume_still_has_a_finite_centroid() {
+    let flat = one_hex(unit_cube().map(|[x, y, _]| [x, y, 2.0]));
+    assert_eq!(flat.centroid(0), [0.5, 0.5, 2.0]);
+    assert_eq!(flat.element_volume(0), 0.0);
+}
+
+#[test]
+fn facet_areas_are_those_of_the_plane_and_of_the_projection() {
+    let trapezium = [
+        [0.0, 0.0, 1.0],
+        [4.0, 0.0, 1.0],
+        [3.0, 2.0, 1.0],
+        [1.0, 2.0, 1.0],
+    ];
+    assert_close(facet_area(&trapezium), 6.0, 1e-15);
+    assert_eq!(facet_area_vector(&trapezium), [0.0, 0.0, 6.0]);
+    // A warped facet: its vector area is that of its rim's projections, ½ ∮ x × dx.
+    let warped = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 1.0],
+        [0.0, 1.0, 0.0],
+    ];
+    let rim: [f64; 3] = (0..4).fold([0.0; 3], |sum, i| {
+        let (a, b) = (warped[i], warped[(i + 1) % 4]);
+        let cross = [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ];
+        std::array::from_fn(|c| sum[c] + 0.5 * cross[c])
+    });
+    assert_eq!(facet_area_vector(&warped), rim);
+    let mesh = cubes("b", [2, 1, 1]);
+    assert_eq!(mesh.bounding_box(), Some(([0.0; 3], [2.0, 1.0, 1.0])));
+    assert_eq!(Mesh::default().bounding_box(), None);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Five Gauss points per direction integrate polynomials of degree 9.
+    #[test]
+    fn volume_and_centroid_are_exact_for_any_trilinear_hexahedron(
+        shift in prop::array::uniform8(prop::array::uniform3(-0.2_f64..0.2)),
+    ) {
+        let cube = unit_cube();
+        let corners: [[f64; 3]; 8] = std::array::from_fn(|n| std::array::from_fn(|c| cube[n][c] + shift[n][c]));
+        let root = (10.0_f64 / 7.0).sqrt();
+        let (a, b) = ((5.0 - 2.0 * root).sqrt() / 3.0, (5.0 + 2.0 * root).sqrt() / 3.0);
+        let (u, v) = ((322.0 + 13.0 * 70.0_f64.sqrt()) / 900.0, (322.0 - 13.0 * 70.0_f64.sqrt()) / 900.0);
+        let rule = [(-b, v), (-a, u), (0.0, 128.0 / 225.0), (a, u), (b, v)];
+        let (mut volume, mut moment) = (0.0, [0.0; 3]);
+        for (xi, wx) in rule {
+            for (eta, wy) in rule {
+                for (zeta, wz) in rule {
+                    let point = [xi, eta, zeta];
+                    let weight = wx * wy * wz * hex_jacobian(&corners, point);
+                    volume += weight;
+                    for (x, sign) in corners.iter().zip(&HEX_CORNERS) {
+                        let shape: f64 = (0..3).map(|d| 0.5 * (1.0 + sign[d] * point[d])).product();
+                        (0..3).for_each(|c| moment[c] += weight * shape * x[c]);
+                    }
+                }
+            }
+        }
+        let mesh = one_hex(corners);
+        prop_assert!((mesh.element_volume(0) - volume).abs() < 1e-14);
+        let centroid = mesh.centroid(0);
+        prop_assert!((0..3).all(|c| (centroid[c] - moment[c] / volume).abs() < 1e-14));
+    }
+}

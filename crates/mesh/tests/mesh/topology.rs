@@ -1,0 +1,120 @@
+//! Adjacency and colours against brute force; surfaces made of quadrilaterals and of nodes.
+
+use std::collections::BTreeSet;
+
+use slipstick_mesh::{HalfBallShape, Mesh, MeshError, half_ball};
+
+use crate::support::{assert_sound, cubes};
+
+fn ball() -> Mesh {
+    half_ball(
+        "ball",
+        &HalfBallShape {
+            radius: 1.0,
+            elements: [4, 2, 3],
+        },
+    )
+    .unwrap()
+}
+
+#[test]
+fn adjacency_agrees_with_brute_force() {
+    let mesh = Mesh::merge(vec![ball(), cubes("slab", [3, 2, 2])]).unwrap();
+    let (elements, neighbours) = (mesh.node_elements(), mesh.node_neighbours());
+    assert_eq!(elements.offsets.len(), mesh.nodes.len() + 1);
+    assert_eq!(neighbours.len(), mesh.nodes.len());
+    for node in 0..mesh.nodes.len() {
+        let around: Vec<u32> = (0..mesh.hexes.len() as u32)
+            .filter(|&e| mesh.hexes[e as usize].contains(&(node as u32)))
+            .collect();
+        assert_eq!(elements.of(node), around);
+        let expected: BTreeSet<u32> = around
+            .iter()
+            .flat_map(|&e| mesh.hexes[e as usize])
+            .collect();
+        assert!(neighbours[node].iter().eq(&expected));
+    }
+}
+
+#[test]
+fn inner_nodes_of_a_box_have_27_neighbours_and_free_nodes_only_themselves() {
+    let mut mesh = cubes("b", [2, 2, 2]);
+    mesh.nodes.push([9.0; 3]);
+    let neighbours = mesh.node_neighbours();
+    assert_eq!(neighbours[13], (0..27).collect::<Vec<_>>());
+    assert_eq!(neighbours[0].len(), 8);
+    assert_eq!(neighbours[27], vec![27]);
+}
+
+#[test]
+fn elements_of_a_colour_share_no_node() {
+    for (mesh, most) in [
+        (cubes("b", [5, 4, 3]), 8),
+        (ball(), 12),
+        (Mesh::default(), 0),
+    ] {
+        let colours = mesh.element_colours();
+        let mut all: Vec<u32> = Vec::new();
+        for colour in &colours {
+            assert!(colour.is_sorted_by(|a, b| a < b));
+            let mut nodes: Vec<u32> = colour
+                .iter()
+                .flat_map(|&e| mesh.hexes[e as usize])
+                .collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            assert_eq!(nodes.len(), 8 * colour.len());
+            all.extend(colour);
+        }
+        all.sort_unstable();
+        assert!(all.into_iter().eq(0..mesh.hexes.len() as u32));
+        // Eight colours are the least for a box; the greedy order finds them.
+        assert!(colours.len() <= most, "{} colours", colours.len());
+    }
+}
+
+#[test]
+fn quadrilaterals_find_their_elements_and_turn_outward() {
+    let mesh = ball();
+    let dome = &mesh.surfaces["ball_dome"];
+    let mut quads: Vec<[u32; 4]> = dome.facets.iter().map(|facet| facet.nodes).collect();
+    quads[0].reverse();
+    quads[1].swap(0, 1);
+    assert_eq!(&mesh.surface_of_quads(&quads).unwrap(), dome);
+    assert!(matches!(
+        mesh.surface_of_quads(&[quads[0], [0, 1, 2, 3]]),
+        Err(MeshError::NotOnBoundary { quad: 1, .. })
+    ));
+    let cut = cubes("b", [2, 1, 1]);
+    let error = cut.surface_of_quads(&[[1, 4, 10, 7]]).unwrap_err();
+    assert!(
+        error.to_string().contains("between two elements"),
+        "{error}"
+    );
+}
+
+#[test]
+fn nodes_make_the_surface_that_they_cover() {
+    let mesh = Mesh::merge(vec![cubes("slab", [3, 2, 2]), ball()]).unwrap();
+    let top = mesh.surface_of_nodes(&mesh.surfaces["slab_ymax"].nodes());
+    assert_eq!(top, mesh.surfaces["slab_ymax"]);
+    let all: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
+    assert_eq!(
+        mesh.surface_of_nodes(&all).facets.len(),
+        mesh.boundary(0).facets.len() + mesh.boundary(1).facets.len()
+    );
+    assert!(mesh.surface_of_nodes(&[0, 1, u32::MAX]).facets.is_empty());
+}
+
+#[test]
+fn a_box_with_a_hole_through_it_is_a_torus() {
+    // Removing the middle column of 3 × 3 × 1 leaves a closed boundary with Euler characteristic 0.
+    let mut mesh = cubes("frame", [3, 3, 1]);
+    mesh.hexes.remove(4);
+    mesh.bodies[0].elements = 0..8;
+    mesh.surfaces.clear();
+    let boundary = mesh.boundary(0);
+    assert_eq!(boundary.facets.len(), 8 + 8 + 12 + 4);
+    mesh.surfaces.insert("frame_all".into(), boundary);
+    assert_eq!(assert_sound(&mesh), 0);
+}

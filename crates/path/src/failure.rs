@@ -1,0 +1,103 @@
+//! What can go wrong on the path, in types that name the place.
+
+use crate::newton::IterationRecord;
+
+/// A trial state at which the equations cannot be evaluated. It is a failed Newton step, never a number that travels on.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum StateError {
+    /// Elements with J ≤ 0 at a Gauss point.
+    #[error("{} inverted element{} (first: {})", elements.len(), if elements.len() == 1 { "" } else { "s" }, elements[0])]
+    InvertedElements {
+        /// Element numbers, ascending, not empty.
+        elements: Vec<u32>,
+    },
+    /// The slave surface is folded so that no averaged normal exists.
+    #[error("the slave surface is folded at node {node}")]
+    FoldedSurface {
+        /// Global node number.
+        node: u32,
+    },
+    /// A residual or an increment is NaN or infinite.
+    #[error("{quantity} is not finite at unknown {index}")]
+    NotFinite {
+        /// What.
+        quantity: &'static str,
+        /// First such unknown.
+        index: usize,
+    },
+}
+
+/// Why the iteration of one (sub-)step failed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StepFailureKind {
+    /// No state there.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// The linear system could not be solved.
+    #[error("linear solver: {0}")]
+    Linear(String),
+    /// Residual or increments above tolerance after the last allowed iteration.
+    #[error("no convergence in {0} Newton iterations")]
+    TooManyIterations(usize),
+    /// The residual grows without bound.
+    #[error("the residual diverges")]
+    Diverged,
+    /// The active set repeats itself.
+    #[error("the active set cycles at {} slave node{}", nodes.len(), if nodes.len() == 1 { "" } else { "s" })]
+    Cycling {
+        /// Positions (in the order of the slave nodes) whose status changes.
+        nodes: Vec<u32>,
+    },
+    /// Uzawa's iteration did not reach its tolerance.
+    #[error("{iterations} Uzawa iterations left a violation of {violation:.2e}, above {tolerance:.2e}")]
+    Uzawa {
+        /// Iterations made.
+        iterations: usize,
+        /// Remaining relative violation of the contact conditions.
+        violation: f64,
+        /// What was asked for.
+        tolerance: f64,
+    },
+}
+
+/// A failed attempt at a (sub-)step, with its iterations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepFailure {
+    /// Why.
+    pub kind: StepFailureKind,
+    /// The iterations before it failed.
+    pub iterations: Vec<IterationRecord>,
+    /// The last iterate.
+    pub iterate: Vec<f64>,
+}
+
+/// The march failed beyond retry and cut-back. What was computed is in `path`.
+#[derive(Debug, Clone)]
+pub struct MarchFailure {
+    /// The user's step (1-based) in which it failed.
+    pub step: usize,
+    /// Start and end of the smallest increment tried, in pseudo-time.
+    pub increment: (f64, f64),
+    /// Every failed attempt in that step: its target time, and why it failed.
+    pub attempts: Vec<(f64, StepFailureKind)>,
+    /// The last failing iterate, for a picture of it.
+    pub iterate: Vec<f64>,
+    /// Everything that converged before.
+    pub path: crate::Path,
+}
+
+impl std::fmt::Display for MarchFailure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (from, to) = self.increment;
+        let last = self.attempts.last().map(|a| a.1.to_string()).unwrap_or_default();
+        write!(
+            f,
+            "load step {} failed: {last}; {} attempts down to the increment t = {from:.6} … {to:.6}; t = {:.6} was reached",
+            self.step,
+            self.attempts.len(),
+            self.path.states.last().map_or(0.0, |s| s.time),
+        )
+    }
+}
+
+impl std::error::Error for MarchFailure {}

@@ -1,0 +1,246 @@
+//! The march along the load path: steps, retries, cut-backs, and the store of states.
+
+use crate::failure::{MarchFailure, StepFailure, StepFailureKind};
+use crate::linear::{Factored, LinearSystem};
+use crate::newton::{self, NewtonOptions, StepReport};
+use crate::problem::{StepProblem, StepState};
+use crate::uzawa;
+use std::sync::Arc;
+
+/// What is kept of each step for the sweep. The gradient is the same either way, to the tolerance of the linear solves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Keep {
+    /// States only; the sweep assembles and factorizes again.
+    #[default]
+    States,
+    /// The factorized tangent at each converged state too.
+    Factors,
+}
+
+/// Settings of the march.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MarchOptions {
+    /// Newton's method.
+    pub newton: NewtonOptions,
+    /// How often the increment of a failing step may be halved.
+    pub max_cutbacks: u32,
+    /// What to keep for the sweep.
+    pub keep: Keep,
+}
+
+/// An accepted state.
+#[derive(Clone)]
+pub struct PathState {
+    /// Pseudo-time.
+    pub time: f64,
+    /// Unknowns and history.
+    pub state: StepState,
+    /// The user's step (1-based) that this state completes; `None` inside of a step that was cut back.
+    pub completes: Option<usize>,
+    /// How it converged.
+    pub report: StepReport,
+    pub(crate) factors: Option<Arc<Factored>>,
+}
+
+impl std::fmt::Debug for PathState {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PathState")
+            .field("time", &self.time)
+            .field("completes", &self.completes)
+            .field("unknowns", &self.state.unknowns.len())
+            .field("keeps_factors", &self.factors.is_some())
+            .finish()
+    }
+}
+
+/// All accepted states; the first is the start at time 0.
+#[derive(Debug, Clone, Default)]
+pub struct Path {
+    /// In the order of time.
+    pub states: Vec<PathState>,
+    /// Number of the user's steps that are complete.
+    pub steps: usize,
+}
+
+impl Path {
+    /// The states that complete a user's step, with the step's number.
+    pub fn completed(&self) -> impl Iterator<Item = (usize, &PathState)> {
+        self.states.iter().filter_map(|s| s.completes.map(|n| (n, s)))
+    }
+
+    /// Newton iterations of the whole path.
+    pub fn newton_iterations(&self) -> usize {
+        self.states.iter().map(|s| s.report.iterations.len()).sum()
+    }
+}
+
+/// What happens on the way.
+#[derive(Debug)]
+pub enum MarchEvent<'a> {
+    /// A (sub-)step was accepted.
+    Accepted(&'a PathState),
+    /// A (sub-)step failed and is tried again: with another setting of the iteration, or with a smaller increment.
+    Retry {
+        /// The user's step.
+        step: usize,
+        /// Target of the failed attempt.
+        time: f64,
+        /// Why it failed.
+        failure: &'a StepFailureKind,
+        /// The increment is halved (else: another setting).
+        cut_back: bool,
+    },
+}
+
+/// Watches the march; the only place where a run meets clocks, files and screens.
+pub trait MarchObserver {
+    /// Called at each event.
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        let _ = event;
+    }
+
+    /// Asked before each attempt; `true` stops the march with what is there.
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// An observer that does nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl MarchObserver for Silent {}
+
+/// Marches to each of the `times` (ascending, > 0) from `start`, which lies at time 0.
+///
+/// A failing step is tried again with the problem's other settings, then with half the increment, at most
+/// `max_cutbacks` halvings deep. Accepted sub-steps are states of the path like any other.
+///
+/// # Errors
+/// [`MarchFailure`] with everything that converged before. A cancelled march is no error: it returns a shorter path.
+pub fn march(
+    problem: &mut dyn StepProblem,
+    linear: &mut LinearSystem,
+    start: StepState,
+    times: &[f64],
+    options: &MarchOptions,
+    observer: &mut dyn MarchObserver,
+) -> Result<Path, Box<MarchFailure>> {
+    let first = PathState { time: 0.0, state: start, completes: None, report: StepReport::default(), factors: None };
+    let mut path = Path { states: vec![first], steps: 0 };
+    for (index, &end) in times.iter().enumerate() {
+        let step = index + 1;
+        let begin = path.states.last().expect("holds the start").time;
+        let whole = end - begin;
+        let smallest = whole * 0.5f64.powi(options.max_cutbacks as i32) * 0.999;
+        let mut increment = whole;
+        let mut attempts = Vec::new();
+        loop {
+            if observer.cancelled() {
+                return Ok(path);
+            }
+            let now = path.states.last().expect("holds the start").time;
+            let last = end - now <= increment * (1.0 + 1e-9);
+            let target = if last { end } else { now + increment };
+            match attempt(problem, linear, &path, target, step, options, observer) {
+                Ok((state, report, factors)) => {
+                    let completes = last.then_some(step);
+                    path.states.push(PathState { time: target, state, completes, report, factors });
+                    observer.on_event(&MarchEvent::Accepted(path.states.last().expect("pushed")));
+                    if last {
+                        path.steps = step;
+                        break;
+                    }
+                    increment = (2.0 * increment).min(whole);
+                }
+                Err(failure) => {
+                    attempts.push((target, failure.kind.clone()));
+                    increment = 0.5 * (target - now);
+                    if increment < smallest {
+                        return Err(Box::new(MarchFailure {
+                            step,
+                            increment: (now, target),
+                            attempts,
+                            iterate: failure.iterate,
+                            path,
+                        }));
+                    }
+                    observer.on_event(&MarchEvent::Retry { step, time: target, failure: &failure.kind, cut_back: true });
+                }
+            }
+        }
+    }
+    Ok(path)
+}
+
+type Accepted = (StepState, StepReport, Option<Arc<Factored>>);
+
+/// One increment with all settings that the problem offers; returns the first success or the last failure.
+fn attempt(
+    problem: &mut dyn StepProblem,
+    linear: &mut LinearSystem,
+    path: &Path,
+    time: f64,
+    step: usize,
+    options: &MarchOptions,
+    observer: &mut dyn MarchObserver,
+) -> Result<Accepted, StepFailure> {
+    let previous = &path.states.last().expect("holds the start").state;
+    let as_failure =
+        |e: crate::StateError| StepFailure { kind: e.into(), iterations: vec![], iterate: previous.unknowns.clone() };
+    problem.begin_step(previous, false).map_err(as_failure)?;
+    let mut setting = 0;
+    loop {
+        problem.vary_iteration(setting);
+        let result = solve_increment(problem, linear, previous, time, &options.newton);
+        match result {
+            Ok((y, report)) => {
+                problem.vary_iteration(0);
+                let mut history = Vec::new();
+                problem.advance_history(&y, &mut history).map_err(as_failure)?;
+                let factors = match options.keep {
+                    Keep::States => None,
+                    Keep::Factors => {
+                        let (fixed, groups) = (problem.fixed().to_vec(), problem.groups().to_vec());
+                        let matrix = problem.tangent(&y).map_err(as_failure)?;
+                        let factored = linear.factorize(matrix, &fixed, &groups).map_err(|kind| StepFailure {
+                            kind,
+                            iterations: vec![],
+                            iterate: y.clone(),
+                        })?;
+                        Some(Arc::new(factored))
+                    }
+                };
+                return Ok((StepState { unknowns: y, history }, report, factors));
+            }
+            Err(failure) => {
+                setting += 1;
+                // an inverted element is no matter of the active set; only a smaller increment helps
+                let geometric = matches!(failure.kind, StepFailureKind::State(_));
+                if geometric || !problem.vary_iteration(setting) {
+                    problem.vary_iteration(0);
+                    return Err(failure);
+                }
+                observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, cut_back: false });
+            }
+        }
+    }
+}
+
+fn solve_increment(
+    problem: &mut dyn StepProblem,
+    linear: &mut LinearSystem,
+    previous: &StepState,
+    time: f64,
+    options: &NewtonOptions,
+) -> Result<(Vec<f64>, StepReport), StepFailure> {
+    let mut y = previous.unknowns.clone();
+    let mut target = y.clone();
+    problem.prescribe(time, &mut target);
+    let mut report = StepReport::default();
+    match problem.uzawa() {
+        None => newton::solve(problem, linear, &mut y, &target, options, &mut report)?,
+        Some(outer) => uzawa::solve(problem, linear, &mut y, &target, options, &outer, &mut report)?,
+    }
+    Ok((y, report))
+}

@@ -1,0 +1,150 @@
+//! What a load step has to offer so that it can be marched and differentiated.
+
+use crate::failure::StateError;
+use slipstick_linalg::BlockMatrix;
+
+/// State at the end of a (sub-)step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StepState {
+    /// y: displacements (3 per node), then multipliers where the method has them (3 per slave node).
+    pub unknowns: Vec<f64>,
+    /// h: explicit, node-local history; empty where the method has none.
+    pub history: Vec<f64>,
+}
+
+/// Sizes against which relative tolerances are measured; all positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// Norm of the forces that balance. \[F\]
+    pub force: f64,
+    /// Norm of the displacements. \[L\]
+    pub displacement: f64,
+    /// Norm of the multipliers. \[F/L²\]
+    pub multiplier: f64,
+}
+
+/// Transposed derivatives with respect to the previous state.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PreviousPullBack {
+    /// (∂F_n/∂y_{n−1})ᵀ λ + (∂G_n/∂y_{n−1})ᵀ η.
+    pub unknowns: Vec<f64>,
+    /// (∂F_n/∂h_{n−1})ᵀ λ + (∂G_n/∂h_{n−1})ᵀ η.
+    pub history: Vec<f64>,
+}
+
+/// How far Uzawa's iteration goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UzawaOptions {
+    /// Largest violation of the contact conditions that is left, in the measure of
+    /// [`StepProblem::update_multipliers`].
+    pub tolerance: f64,
+    /// Most iterations in a step.
+    pub max_iterations: usize,
+}
+
+/// The equations of a load step. One implementation serves the march, the adjoint and every check of both.
+///
+/// The previous state is set once by [`begin_step`](Self::begin_step); all other calls refer to it. Every derivative is
+/// exact for the equations that hold **at convergence**, whatever algorithm reached them.
+pub trait StepProblem {
+    /// Number of unknowns, 3 × block rows.
+    fn unknowns(&self) -> usize;
+
+    /// Number of displacement unknowns; they come first.
+    fn displacements(&self) -> usize;
+
+    /// Length of the history.
+    fn history_length(&self) -> usize;
+
+    /// Length of the design gradient.
+    fn designs(&self) -> usize;
+
+    /// Which unknowns are prescribed (or held, during Uzawa's inner iteration).
+    fn fixed(&self) -> &[bool];
+
+    /// Elimination group of every block row, see [`slipstick_linalg::Reduction`].
+    fn groups(&self) -> &[u32];
+
+    /// Writes the prescribed displacements of pseudo-time `time` into `y`.
+    fn prescribe(&self, time: f64, y: &mut [f64]);
+
+    /// Sets the previous state (and what follows from it); `for_adjoint` prepares the pull-backs too.
+    ///
+    /// # Errors
+    /// If the previous state cannot be evaluated.
+    fn begin_step(&mut self, previous: &StepState, for_adjoint: bool) -> Result<(), StateError>;
+
+    /// F(y).
+    ///
+    /// # Errors
+    /// If `y` is no state.
+    fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError>;
+
+    /// ∂F/∂y at `y`, including rows and columns of prescribed unknowns.
+    ///
+    /// # Errors
+    /// If `y` is no state.
+    fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError>;
+
+    /// Sizes for relative tolerances, at the state of the last [`residual`](Self::residual).
+    fn scales(&self) -> Scales;
+
+    /// Status of every contact node (0 open, 1 stick, 2 slip) at the last [`residual`](Self::residual).
+    fn active_set(&self) -> &[u8];
+
+    /// h = G(y).
+    ///
+    /// # Errors
+    /// If `y` is no state.
+    fn advance_history(&mut self, y: &[f64], out: &mut Vec<f64>) -> Result<(), StateError>;
+
+    /// Adds (∂G/∂y)ᵀ η.
+    ///
+    /// # Errors
+    /// If `y` is no state.
+    fn pull_back_current(&mut self, y: &[f64], eta: &[f64], out: &mut [f64]) -> Result<(), StateError>;
+
+    /// Transposed derivatives of F and G with respect to the previous unknowns and history.
+    ///
+    /// # Errors
+    /// If `y` is no state.
+    fn pull_back_previous(
+        &mut self,
+        y: &[f64],
+        lambda: &[f64],
+        eta: &[f64],
+        out: &mut PreviousPullBack,
+    ) -> Result<(), StateError>;
+
+    /// Adds (∂F/∂φ)ᵀ λ.
+    ///
+    /// # Errors
+    /// If `y` is no state.
+    fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError>;
+
+    /// Offers another setting of parameters that change the iteration but not its solution, for retry number
+    /// `attempt` ≥ 1; `false` if there is none. `attempt` = 0 restores the default.
+    fn vary_iteration(&mut self, attempt: usize) -> bool {
+        attempt == 0
+    }
+
+    /// Uzawa's iteration, if the method solves its steps by it.
+    fn uzawa(&self) -> Option<UzawaOptions> {
+        None
+    }
+
+    /// Holds the multipliers in `y` fixed and uses the augmented traction around them, or ends that.
+    fn hold_multipliers(&mut self, held: bool) {
+        let _ = held;
+    }
+
+    /// Replaces the multipliers in `y` by the augmented traction at its displacements; returns the largest violation of
+    /// the contact conditions before the update, relative so that it is unit-free (or as the method's option says).
+    ///
+    /// # Errors
+    /// If `y` is no state.
+    fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
+        let _ = y;
+        Ok(0.0)
+    }
+}

@@ -1,0 +1,116 @@
+//! The adjoint sweep, written once for all methods.
+
+use crate::failure::{StateError, StepFailureKind};
+use crate::linear::LinearSystem;
+use crate::march::Path;
+use crate::problem::{PreviousPullBack, StepProblem, StepState};
+
+/// An objective as the sweep sees it: explicit partial derivatives at the states that complete a user's step.
+pub trait PathObjective {
+    /// Adds ∂θ/∂y_n and ∂θ/∂φ of user step `step` (1-based) at its state.
+    ///
+    /// # Errors
+    /// If the state cannot be evaluated.
+    fn add_derivative(
+        &mut self,
+        step: usize,
+        time: f64,
+        state: &StepState,
+        by_unknowns: &mut [f64],
+        by_design: &mut [f64],
+    ) -> Result<(), StateError>;
+}
+
+/// Settings of the sweep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SweepOptions {
+    /// Relative residual of the transposed solves.
+    pub linear_tolerance: f64,
+}
+
+impl Default for SweepOptions {
+    fn default() -> Self {
+        Self { linear_tolerance: 1e-11 }
+    }
+}
+
+/// Why a sweep failed: it meets only states that converged, so this is rare.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("adjoint at t = {time}: {kind}")]
+pub struct SweepError {
+    /// Pseudo-time of the state.
+    pub time: f64,
+    /// Why.
+    pub kind: StepFailureKind,
+}
+
+/// dθ/dφ by the time-discrete adjoint, through all accepted sub-steps.
+///
+/// Steps whose right-hand side vanishes need no solve: without friction these are all steps that the objective does not
+/// see. Paper: (59)–(61), (69), (70). Tests: `tests/gradient.rs` (crate slipstick).
+///
+/// # Errors
+/// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance.
+pub fn sweep(
+    problem: &mut dyn StepProblem,
+    linear: &mut LinearSystem,
+    path: &Path,
+    objective: &mut dyn PathObjective,
+    options: &SweepOptions,
+) -> Result<Vec<f64>, SweepError> {
+    let n = problem.unknowns();
+    let mut gradient = vec![0.0; problem.designs()];
+    let mut carry = PreviousPullBack { unknowns: vec![0.0; n], history: vec![0.0; problem.history_length()] };
+    for index in (1..path.states.len()).rev() {
+        let here = &path.states[index];
+        step_back(problem, linear, path, index, objective, options, &mut gradient, &mut carry)
+            .map_err(|kind| SweepError { time: here.time, kind })?;
+    }
+    if let Some(index) = gradient.iter().position(|g| !g.is_finite()) {
+        let kind = StateError::NotFinite { quantity: "the gradient", index }.into();
+        return Err(SweepError { time: 0.0, kind });
+    }
+    Ok(gradient)
+}
+
+fn step_back(
+    problem: &mut dyn StepProblem,
+    linear: &mut LinearSystem,
+    path: &Path,
+    index: usize,
+    objective: &mut dyn PathObjective,
+    options: &SweepOptions,
+    gradient: &mut [f64],
+    carry: &mut PreviousPullBack,
+) -> Result<(), StepFailureKind> {
+    let (previous, here) = (&path.states[index - 1].state, &path.states[index]);
+    let y = &here.state.unknowns;
+    // the history takes no direct part in objectives, so η_n is what step n + 1 hands back
+    let eta = std::mem::take(&mut carry.history);
+    let mut rhs = std::mem::take(&mut carry.unknowns);
+    if let Some(step) = here.completes {
+        objective.add_derivative(step, here.time, &here.state, &mut rhs, gradient)?;
+    }
+    let (quiet_unknowns, quiet_history) = (rhs.iter().all(|&r| r == 0.0), eta.iter().all(|&e| e == 0.0));
+    if quiet_unknowns && quiet_history {
+        carry.unknowns = rhs;
+        carry.history = eta;
+        return Ok(());
+    }
+    problem.begin_step(previous, true)?;
+    if !quiet_history {
+        problem.pull_back_current(y, &eta, &mut rhs)?;
+    }
+    rhs.iter_mut().for_each(|r| *r = -*r);
+    let lambda = match &here.factors {
+        Some(factors) => factors.solve(&rhs, true, options.linear_tolerance)?,
+        None => {
+            let (fixed, groups) = (problem.fixed().to_vec(), problem.groups().to_vec());
+            let matrix = problem.tangent(y)?;
+            linear.factorize(matrix, &fixed, &groups)?.solve(&rhs, true, options.linear_tolerance)?
+        }
+    };
+    problem.pull_back_design(y, &lambda, gradient)?;
+    problem.pull_back_previous(y, &lambda, &eta, carry)?;
+    Ok(())
+}
