@@ -186,7 +186,8 @@ fn slave_topology(facets: &[[u32; 4]]) -> Vec<SlaveNode> {
                     }
                 })
                 .collect();
-            let edge = corners[0].next;
+            // the edge along the facet's own ξ direction: leaving corners 0 and 2, arriving at 1 and 3
+            let edge = if touching[0].1 % 2 == 0 { corners[0].next } else { corners[0].previous };
             SlaveNode { node, ring, corners, edge, facets: touching }
         })
         .collect()

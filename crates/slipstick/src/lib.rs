@@ -1,1 +1,10 @@
-//! TBD
+//! Topology optimization of bodies in three-dimensional finite-deformation frictional mortar contact.
+//!
+//! This crate is the facade over the method's crates: [`case`] reads and checks a case file, [`output`] writes
+//! result files.
+
+pub mod analysis;
+pub mod build;
+pub mod case;
+pub mod model;
+pub mod output;

@@ -1,0 +1,339 @@
+//! The command line, as typed.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, Parser, Subcommand, ValueHint};
+
+/// Topology optimization of bodies in three-dimensional finite-deformation frictional contact.
+#[derive(Debug, Clone, Parser)]
+#[command(
+    name = "slipstick",
+    version,
+    propagate_version = true,
+    arg_required_else_help = true,
+    after_help = "Exit codes:\n  0  done\n  2  wrong command line, case file or other input\n  \
+                  3  the analysis failed\n  4  interrupted; what was reached is on disk\n\n\
+                  A first run:\n  slipstick new half-ball\n  slipstick check half_ball.toml\n  \
+                  slipstick optimize half_ball.toml"
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Options of every command.
+#[derive(Debug, Clone, Args)]
+pub struct Common {
+    /// Print results and errors as JSON, one object per line, on standard output
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Threads; results do not depend on them [default: the case file's, else all cores]
+    #[arg(long, global = true, value_name = "NUMBER")]
+    pub threads: Option<NonZeroUsize>,
+    /// Print errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Print more: load steps; twice: Newton iterations
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    pub verbose: u8,
+}
+
+/// A command.
+#[derive(Debug, Clone, Subcommand)]
+pub enum Command {
+    /// Write a commented case file to start from
+    New(New),
+    /// Look at a case without running it: sets, surfaces, initial gaps, loose bodies, size
+    Check(Check),
+    /// Forward analysis of the start design, or of a given one
+    Solve(Solve),
+    /// Objective and its gradient with respect to the densities
+    Gradient(Gradient),
+    /// Optimize the design
+    Optimize(Optimize),
+    /// Check derivatives on your own model
+    Verify(Verify),
+    /// Go on with an optimization that was interrupted, or make more iterations
+    Resume(Resume),
+    /// Evaluate a design under other conditions
+    Evaluate(Evaluate),
+}
+
+/// Arguments of `new`.
+#[derive(Debug, Clone, Args)]
+pub struct New {
+    /// Which template; without it, all are listed
+    #[arg(value_name = "TEMPLATE")]
+    pub template: Option<String>,
+    /// File to write; `-` is standard output [default: the template's name with `.toml`]
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+    /// Replace the file where it exists
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// The case file.
+#[derive(Debug, Clone, Args)]
+pub struct CaseFile {
+    /// The case file
+    #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
+    pub case: PathBuf,
+}
+
+/// Where results go.
+#[derive(Debug, Clone, Args)]
+pub struct Out {
+    /// Directory for results [default: the case file's `output.directory`, else its name without `.toml`]
+    #[arg(short, long, value_name = "DIRECTORY", value_hint = ValueHint::DirPath)]
+    pub out: Option<PathBuf>,
+    /// Replace results of an earlier run in that directory
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// A design other than the case's uniform start.
+#[derive(Debug, Clone, Args)]
+pub struct DesignFrom {
+    /// Take the densities from results of an optimization: its directory, or a table of densities (.csv)
+    #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
+    pub design: Option<PathBuf>,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Clone, Args)]
+pub struct Check {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// Print the case with all defaults filled in, as a case file
+    #[arg(long)]
+    pub resolved: bool,
+}
+
+/// Arguments of `solve`.
+#[derive(Debug, Clone, Args)]
+pub struct Solve {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// The design.
+    #[command(flatten)]
+    pub design: DesignFrom,
+    /// Where results go.
+    #[command(flatten)]
+    pub out: Out,
+}
+
+/// Arguments of `gradient`.
+#[derive(Debug, Clone, Args)]
+pub struct Gradient {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// The design.
+    #[command(flatten)]
+    pub design: DesignFrom,
+    /// Where results go.
+    #[command(flatten)]
+    pub out: Out,
+}
+
+/// Arguments of `optimize`.
+#[derive(Debug, Clone, Args)]
+pub struct Optimize {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// The start design.
+    #[command(flatten)]
+    pub design: DesignFrom,
+    /// Where results go.
+    #[command(flatten)]
+    pub out: Out,
+    /// Most iterations [default: the case file's]
+    #[arg(long, value_name = "NUMBER")]
+    pub iterations: Option<NonZeroUsize>,
+}
+
+/// Arguments of `verify`.
+#[derive(Debug, Clone, Args)]
+pub struct Verify {
+    /// What to check.
+    #[command(subcommand)]
+    pub what: VerifyWhat,
+}
+
+/// What `verify` checks.
+#[derive(Debug, Clone, Subcommand)]
+pub enum VerifyWhat {
+    /// The gradient against central differences, at halved steps: the error falls as the square of the step, but at kinks
+    Gradient(VerifyGradient),
+}
+
+/// Arguments of `verify gradient`.
+#[derive(Debug, Clone, Args)]
+pub struct VerifyGradient {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// The design.
+    #[command(flatten)]
+    pub design: DesignFrom,
+    /// Elements to differentiate by one at a time, spread over the design; costs two analyses each and step
+    #[arg(long, value_name = "NUMBER", default_value = "5")]
+    pub elements: NonZeroUsize,
+    /// First step in density
+    #[arg(long, value_name = "STEP", default_value = "1e-4", value_parser = step)]
+    pub step: f64,
+    /// How often the step is halved
+    #[arg(long, value_name = "NUMBER", default_value_t = 3)]
+    pub halvings: u32,
+    /// Relative error up to which the gradient counts as right
+    #[arg(long, value_name = "ERROR", default_value = "1e-5", value_parser = positive)]
+    pub tolerance: f64,
+    /// Where results go.
+    #[command(flatten)]
+    pub out: Out,
+}
+
+/// Arguments of `resume`.
+#[derive(Debug, Clone, Args)]
+pub struct Resume {
+    /// Directory of the optimization
+    #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
+    pub results: PathBuf,
+    /// Most iterations in all [default: the case file's]
+    #[arg(long, value_name = "NUMBER")]
+    pub iterations: Option<NonZeroUsize>,
+}
+
+/// Arguments of `evaluate`.
+#[derive(Debug, Clone, Args)]
+pub struct Evaluate {
+    /// The case file.
+    #[command(flatten)]
+    pub case: CaseFile,
+    /// Take the densities from results of an optimization: its directory, or a table of densities (.csv)
+    #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
+    pub design: PathBuf,
+    /// Coefficients of friction for all contact pairs, one evaluation each [default: the case file's]
+    #[arg(long, value_name = "MU", value_delimiter = ',', value_parser = not_negative)]
+    pub friction: Vec<f64>,
+    /// Where results go.
+    #[command(flatten)]
+    pub out: Out,
+}
+
+fn number(text: &str, range: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    let value = text
+        .parse()
+        .map_err(|_| format!("{expected} is expected"))?;
+    // Infinity and NaN parse as numbers too.
+    if f64::is_finite(value) && range(value) {
+        Ok(value)
+    } else {
+        Err(format!("{expected} is expected"))
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text, |value| value > 0.0, "a number greater than zero")
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |value| value >= 0.0, "a number not less than zero")
+}
+
+fn step(text: &str) -> Result<f64, String> {
+    number(
+        text,
+        |value| value > 0.0 && value < 1.0,
+        "a number between 0 and 1",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn parse(line: &str) -> Result<Cli, clap::Error> {
+        Cli::try_parse_from(line.split_whitespace())
+    }
+
+    #[test]
+    fn definitions_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn commands_are_read() {
+        let cli = parse("slipstick optimize case.toml --out o --threads 2 -vv").expect("right");
+        assert_eq!(
+            (
+                cli.common.threads.map(NonZeroUsize::get),
+                cli.common.verbose
+            ),
+            (Some(2), 2)
+        );
+        let Command::Optimize(optimize) = cli.command else {
+            panic!("optimize")
+        };
+        assert_eq!(optimize.case.case, PathBuf::from("case.toml"));
+        assert_eq!(optimize.out.out, Some(PathBuf::from("o")));
+
+        let cli = parse("slipstick --json verify gradient case.toml --step 1e-3").expect("right");
+        assert!(cli.common.json);
+        let Command::Verify(Verify {
+            what: VerifyWhat::Gradient(gradient),
+        }) = cli.command
+        else {
+            panic!("verify gradient")
+        };
+        assert_eq!(
+            (gradient.step, gradient.elements.get(), gradient.halvings),
+            (1e-3, 5, 3)
+        );
+
+        let cli =
+            parse("slipstick evaluate c.toml --design o --friction 0,0.1,0.25").expect("right");
+        let Command::Evaluate(evaluate) = cli.command else {
+            panic!("evaluate")
+        };
+        assert_eq!(evaluate.friction, [0.0, 0.1, 0.25]);
+        for line in [
+            "new",
+            "new ironing --force",
+            "check c.toml --resolved",
+            "solve c.toml",
+            "resume o",
+        ] {
+            parse(&format!("slipstick {line}")).expect("right");
+        }
+    }
+
+    /// Wrong command lines end with exit code 2, as wrong case files do; help does not.
+    #[test]
+    fn wrong_command_lines_exit_with_2() {
+        for line in [
+            "optimise c.toml",
+            "solve",
+            "solve c.toml --threads 0",
+            "evaluate c.toml",
+            "evaluate c.toml --design o --friction -0.1",
+            "evaluate c.toml --design o --friction nan",
+            "verify gradient c.toml --step 2",
+            "check c.toml -q -v",
+        ] {
+            let error = parse(&format!("slipstick {line}")).expect_err(line);
+            assert_eq!(error.exit_code(), 2, "{line}");
+        }
+        assert_eq!(parse("slipstick --help").expect_err("help").exit_code(), 0);
+    }
+}

@@ -1,0 +1,95 @@
+//! Reading a case file and showing what is wrong with it.
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::Path;
+
+use slipstick::case::{CaseDiagnostic, CaseErrors, Resolved, Severity, parse_case};
+
+/// Why there is no case.
+#[derive(Debug)]
+pub enum Unreadable {
+    /// The file cannot be read.
+    Io(io::Error),
+    /// The file is wrong.
+    Wrong(CaseErrors),
+}
+
+/// Reads and checks a case file.
+///
+/// # Errors
+///
+/// [`Unreadable`]; both kinds end the program with exit code 2.
+pub fn read(path: &Path) -> Result<Resolved, Unreadable> {
+    let text = std::fs::read_to_string(path).map_err(Unreadable::Io)?;
+    parse_case(&text, &path.display().to_string()).map_err(Unreadable::Wrong)
+}
+
+/// Diagnostics for people: with the lines of the file on a terminal, else `file:line:column: …`.
+pub fn report(diagnostics: &[CaseDiagnostic], terminal: bool) -> String {
+    let mut text = String::new();
+    let handler = miette::GraphicalReportHandler::new();
+    for diagnostic in diagnostics {
+        if !terminal || handler.render_report(&mut text, diagnostic).is_err() {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{}", diagnostic.plain());
+        }
+    }
+    text
+}
+
+/// Diagnostics for programs, one JSON object per line.
+pub fn report_json(diagnostics: &[CaseDiagnostic]) -> String {
+    let object = |diagnostic: &CaseDiagnostic| {
+        let severity = match diagnostic.severity() {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        };
+        let object = serde_json::json!({
+            "severity": severity,
+            "code": diagnostic.code().as_str(),
+            "file": diagnostic.file(),
+            "line": diagnostic.line(),
+            "column": diagnostic.column(),
+            "message": diagnostic.message(),
+            "help": diagnostic.help(),
+        });
+        format!("{object}\n")
+    };
+    diagnostics.iter().map(object).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_shown_with_place_and_code() {
+        let errors =
+            parse_case("titel = 1\n[load_path]\nsteps = 0\n", "c.toml").expect_err("wrong");
+        let plain = report(errors.diagnostics(), false);
+        assert!(
+            plain.contains("c.toml:1:1: error: unknown key `titel`"),
+            "{plain}"
+        );
+        assert!(plain.contains("c.toml:3:9: error: `steps`"), "{plain}");
+        let shown = report(errors.diagnostics(), true);
+        assert!(
+            shown.contains("slipstick::case::steps") && shown.contains("steps = 0"),
+            "{shown}"
+        );
+        let lines = report_json(errors.diagnostics());
+        let last = lines.lines().last().expect("a line");
+        let object: serde_json::Value = serde_json::from_str(last).expect("JSON");
+        assert_eq!((&object["line"], &object["column"]), (&3.into(), &9.into()));
+        assert_eq!(object["code"], "slipstick::case::steps");
+    }
+
+    #[test]
+    fn a_missing_file_is_an_error() {
+        assert!(matches!(
+            read(Path::new("no/such/case.toml")),
+            Err(Unreadable::Io(_))
+        ));
+    }
+}

@@ -1,0 +1,23 @@
+//! How the program ends.
+
+use std::process::{ExitCode, Termination};
+
+/// The program's exit codes. Wrong command lines end with 2 too; that is clap's own code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// Done.
+    Ok = 0,
+    /// Wrong command line, case file or other input.
+    BadInput = 2,
+    /// The analysis failed.
+    AnalysisFailed = 3,
+    /// Interrupted; what was reached is on disk.
+    Interrupted = 4,
+}
+
+impl Termination for Exit {
+    fn report(self) -> ExitCode {
+        ExitCode::from(self as u8)
+    }
+}

@@ -1,0 +1,238 @@
+//! Elements within the filter radius of each element, with conic weights.
+
+use rayon::prelude::*;
+
+use super::FilterError;
+
+/// Coordinates beyond this would overflow in squared distances. \[L\]
+const FARTHEST: f64 = 1e150;
+
+/// For each element `e` the elements `i` with `w_ei = r − ‖X_e − X_i‖ > 0`, centroids `X`. \[L\]
+///
+/// Each element is its own neighbour, with weight `r`. Neighbours are in ascending order, and the weights are symmetric
+/// to the last bit, so that sums over them do not depend on how the lists were found.
+#[derive(Clone, Debug)]
+pub struct Neighbours {
+    starts: Vec<usize>,
+    elements: Vec<u32>,
+    weights: Vec<f64>,
+}
+
+impl Neighbours {
+    /// Finds all pairs closer than `radius` \[L\], through a grid of cells not smaller than the radius.
+    ///
+    /// # Errors
+    ///
+    /// A radius that is not positive and finite, a centroid that is not finite, more than 2³² elements.
+    pub fn new(centroids: &[[f64; 3]], radius: f64) -> Result<Self, FilterError> {
+        if !(radius.is_finite() && radius > 0.0) {
+            return Err(FilterError::Radius { radius });
+        }
+        if u32::try_from(centroids.len()).is_err() {
+            return Err(FilterError::TooMany {
+                elements: centroids.len(),
+            });
+        }
+        if let Some(element) = centroids
+            .iter()
+            .position(|centroid| !centroid.iter().all(|x| x.abs() < FARTHEST))
+        {
+            return Err(FilterError::Centroid { element });
+        }
+        let grid = CellGrid::new(centroids, radius);
+        let rows: Vec<Vec<(u32, f64)>> = centroids
+            .par_iter()
+            .map(|centroid| grid.within(centroids, centroid, radius))
+            .collect();
+        let mut neighbours = Self {
+            starts: vec![0],
+            elements: Vec::new(),
+            weights: Vec::new(),
+        };
+        for row in &rows {
+            neighbours.elements.extend(row.iter().map(|entry| entry.0));
+            neighbours.weights.extend(row.iter().map(|entry| entry.1));
+            neighbours.starts.push(neighbours.elements.len());
+        }
+        Ok(neighbours)
+    }
+
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Whether there are no elements.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Neighbours of `element` and their weights \[L\], the element itself among them.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such element.
+    pub fn of(&self, element: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let row = self.starts[element]..self.starts[element + 1];
+        let elements = self.elements[row.clone()]
+            .iter()
+            .map(|&element| element as usize);
+        elements.zip(self.weights[row].iter().copied())
+    }
+
+    /// `Σ_i w_ei a_i` for each element `e`, in parallel over the elements and in fixed order within each sum.
+    pub(super) fn weighted_sums(&self, a: &[f64]) -> Vec<f64> {
+        let sum = |element| {
+            self.of(element)
+                .map(|(neighbour, weight)| weight * a[neighbour])
+                .sum()
+        };
+        (0..self.len()).into_par_iter().map(sum).collect()
+    }
+}
+
+/// Elements sorted by cubic cells.
+struct CellGrid {
+    origin: [f64; 3],
+    size: f64,
+    cells: [usize; 3],
+    starts: Vec<usize>,
+    elements: Vec<u32>,
+}
+
+impl CellGrid {
+    fn new(centroids: &[[f64; 3]], radius: f64) -> Self {
+        let bound = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
+            centroids.iter().fold([start; 3], |bound, x| {
+                std::array::from_fn(|k| pick(bound[k], x[k]))
+            })
+        };
+        let (low, high) = (
+            bound(f64::min, f64::INFINITY),
+            bound(f64::max, f64::NEG_INFINITY),
+        );
+        let extent: [f64; 3] = std::array::from_fn(|k| (high[k] - low[k]).max(0.0));
+        // A radius far below the element size must not make more cells than there are elements to put in them.
+        let cells_along = |size: f64| extent.map(|length| (length / size).floor() + 1.0);
+        let most = 4.0 * centroids.len() as f64 + 64.0;
+        // The margin keeps rounding from putting two elements closer than the radius two cells apart.
+        let mut size = 1.000_000_1 * radius;
+        while cells_along(size).iter().product::<f64>() > most {
+            size *= 1.25;
+        }
+        let cells = cells_along(size).map(|count| count as usize);
+        let mut grid = Self {
+            origin: low,
+            size,
+            cells,
+            starts: Vec::new(),
+            elements: Vec::new(),
+        };
+        grid.sort(centroids);
+        grid
+    }
+
+    /// Counting sort, stable: within a cell, elements stay in ascending order.
+    fn sort(&mut self, centroids: &[[f64; 3]]) {
+        let cell_of: Vec<usize> = centroids.iter().map(|x| self.index(self.cell(x))).collect();
+        self.starts = vec![0; self.cells.iter().product::<usize>() + 1];
+        for &cell in &cell_of {
+            self.starts[cell + 1] += 1;
+        }
+        for cell in 1..self.starts.len() {
+            self.starts[cell] += self.starts[cell - 1];
+        }
+        let mut next = self.starts.clone();
+        self.elements = vec![0; centroids.len()];
+        for (element, &cell) in cell_of.iter().enumerate() {
+            self.elements[next[cell]] = element as u32;
+            next[cell] += 1;
+        }
+    }
+
+    fn cell(&self, x: &[f64; 3]) -> [usize; 3] {
+        std::array::from_fn(|k| {
+            (((x[k] - self.origin[k]) / self.size) as usize).min(self.cells[k] - 1)
+        })
+    }
+
+    fn index(&self, [i, j, k]: [usize; 3]) -> usize {
+        (i * self.cells[1] + j) * self.cells[2] + k
+    }
+
+    fn within(&self, centroids: &[[f64; 3]], x: &[f64; 3], radius: f64) -> Vec<(u32, f64)> {
+        let centre = self.cell(x);
+        let range = |k: usize| centre[k].saturating_sub(1)..=(centre[k] + 1).min(self.cells[k] - 1);
+        let mut found = Vec::new();
+        for i in range(0) {
+            for j in range(1) {
+                for k in range(2) {
+                    let cell = self.index([i, j, k]);
+                    for &element in &self.elements[self.starts[cell]..self.starts[cell + 1]] {
+                        let weight = radius - distance(x, &centroids[element as usize]);
+                        if weight > 0.0 {
+                            found.push((element, weight));
+                        }
+                    }
+                }
+            }
+        }
+        found.sort_unstable_by_key(|entry| entry.0);
+        found
+    }
+}
+
+/// Symmetric to the last bit.
+fn distance(x: &[f64; 3], y: &[f64; 3]) -> f64 {
+    let [a, b, c] = [x[0] - y[0], x[1] - y[1], x[2] - y[2]];
+    (a * a + b * b + c * c).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn brute_force(centroids: &[[f64; 3]], radius: f64, element: usize) -> Vec<(usize, f64)> {
+        let weight = |i: usize| radius - distance(&centroids[element], &centroids[i]);
+        (0..centroids.len())
+            .map(|i| (i, weight(i)))
+            .filter(|entry| entry.1 > 0.0)
+            .collect()
+    }
+
+    proptest! {
+        /// Against all pairs; radii from far below the spacing to beyond the extent, flat and line-like clouds.
+        #[test]
+        fn same_as_all_pairs(
+            points in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 1..80),
+            stretch in prop::array::uniform3(prop::sample::select(vec![0.0, 1e-3, 1.0, 50.0])),
+            radius in prop::sample::select(vec![1e-9, 0.05, 0.3, 1.0, 300.0]),
+        ) {
+            let centroids: Vec<[f64; 3]> =
+                points.iter().map(|p| std::array::from_fn(|k| p[k] * stretch[k])).collect();
+            let neighbours = Neighbours::new(&centroids, radius).unwrap();
+            for element in 0..centroids.len() {
+                let found: Vec<_> = neighbours.of(element).collect();
+                prop_assert_eq!(found, brute_force(&centroids, radius, element));
+            }
+        }
+    }
+
+    #[test]
+    fn no_elements() {
+        assert!(Neighbours::new(&[], 1.0).unwrap().is_empty());
+    }
+
+    #[test]
+    fn errors_name_the_element() {
+        for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(matches!(
+                Neighbours::new(&[[0.0; 3]], radius),
+                Err(FilterError::Radius { .. })
+            ));
+        }
+        let error = Neighbours::new(&[[0.0; 3], [0.0, f64::NAN, 0.0]], 1.0).unwrap_err();
+        assert_eq!(error, FilterError::Centroid { element: 1 });
+    }
+}

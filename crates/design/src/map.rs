@@ -1,0 +1,116 @@
+//! From design variables to densities, and the transpose for gradients.
+
+/// A differentiable map from design variables `x` to densities `φ`, with its exact transpose.
+///
+/// Lengths of `x` and `φ` may differ; each implementation states its own. Both are dimensionless.
+///
+/// # Panics
+///
+/// Implementations panic when a slice has another length than the map was made for: that is an error of the calling
+/// program, never of its input.
+pub trait DesignMap: Send + Sync {
+    /// Densities `φ(x)`.
+    fn apply(&self, x: &[f64]) -> Vec<f64>;
+
+    /// Pulls a gradient back: `(∂φ/∂x)ᵀ dθ/dφ` at `x`, of the length of `x`.
+    fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64>;
+}
+
+/// The densities are the design variables.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Identity;
+
+impl DesignMap for Identity {
+    fn apply(&self, x: &[f64]) -> Vec<f64> {
+        x.to_vec()
+    }
+
+    fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
+        d_phi.to_vec()
+    }
+}
+
+/// Several maps, the first applied first. An empty chain is the identity.
+#[derive(Default)]
+pub struct Chain {
+    maps: Vec<Box<dyn DesignMap>>,
+}
+
+impl Chain {
+    /// The composition `maps[last] ∘ … ∘ maps[0]`.
+    pub fn new(maps: Vec<Box<dyn DesignMap>>) -> Self {
+        Self { maps }
+    }
+}
+
+impl DesignMap for Chain {
+    fn apply(&self, x: &[f64]) -> Vec<f64> {
+        self.maps
+            .iter()
+            .fold(x.to_vec(), |value, map| map.apply(&value))
+    }
+
+    fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64> {
+        // Each map is differentiated where it was applied, so the way up is walked first and remembered.
+        let mut inputs = Vec::with_capacity(self.maps.len());
+        let mut value = x.to_vec();
+        for map in &self.maps {
+            let next = map.apply(&value);
+            inputs.push(std::mem::replace(&mut value, next));
+        }
+        let maps_and_inputs = self.maps.iter().zip(&inputs).rev();
+        maps_and_inputs.fold(d_phi.to_vec(), |gradient, (map, input)| {
+            map.pull_back(input, &gradient)
+        })
+    }
+}
+
+/// Applies a map of the listed elements' densities to those entries of a longer vector; the others pass unchanged.
+///
+/// Keeps a filter inside the design domain, so that densities do not leak from or to bodies that are not designed.
+pub struct OnElements<M> {
+    elements: Vec<u32>,
+    map: M,
+}
+
+impl<M: DesignMap> OnElements<M> {
+    /// `map` takes and gives `elements.len()` densities in the order of `elements`.
+    pub fn new(elements: Vec<u32>, map: M) -> Self {
+        Self { elements, map }
+    }
+
+    fn gather(&self, all: &[f64]) -> Vec<f64> {
+        self.elements
+            .iter()
+            .map(|&element| all[element as usize])
+            .collect()
+    }
+
+    fn scatter(&self, part: &[f64], all: &mut [f64]) {
+        assert_eq!(
+            part.len(),
+            self.elements.len(),
+            "the map changes the number of densities"
+        );
+        for (&element, &value) in self.elements.iter().zip(part) {
+            all[element as usize] = value;
+        }
+    }
+}
+
+impl<M: DesignMap> DesignMap for OnElements<M> {
+    fn apply(&self, x: &[f64]) -> Vec<f64> {
+        let mut densities = x.to_vec();
+        self.scatter(&self.map.apply(&self.gather(x)), &mut densities);
+        densities
+    }
+
+    fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64> {
+        let mut gradient = d_phi.to_vec();
+        self.scatter(
+            &self.map.pull_back(&self.gather(x), &self.gather(d_phi)),
+            &mut gradient,
+        );
+        gradient
+    }
+}

@@ -1,0 +1,253 @@
+//! The contact force that a structure gives back.
+
+use super::{
+    Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force,
+};
+
+/// Nodal forces below this part of the largest nodal force of the model are rounding noise of nodes without contact.
+///
+/// Counting such a node as zero moves the objective by less than the equilibrium tolerance can see.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// Negative sum of the force norms of the slave nodes: `θ_s = −Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int,s^(j)`. \[F\]
+///
+/// Minimising it maximises the contact force. Slave nodes carry no external force, so that their internal force is the
+/// negative contact force. With `ε = 0` this is the norm itself, which has no derivative at `f_j = 0`: a node whose force
+/// is below 1e-12 of the largest nodal force of the model counts as zero, with zero derivative. With `ε > 0` the
+/// function is smooth everywhere; choose ε far below the forces that matter.
+///
+/// Paper: (91), (93), (96); the regularisation is ours.
+#[derive(Clone, Debug)]
+pub struct ContactForce {
+    nodes: Vec<u32>,
+    steps: ObservedSteps,
+    regularisation: f64,
+}
+
+impl ContactForce {
+    /// `nodes`: the slave nodes `S`, of a mesh with `node_count` nodes; `regularisation`: ε ≥ 0 \[F\].
+    ///
+    /// Check `steps` against the load path with [`ObservedSteps::check`].
+    ///
+    /// # Errors
+    ///
+    /// No node, a node out of range or named twice, a regularisation that is negative or not finite.
+    pub fn new(
+        nodes: Vec<u32>,
+        node_count: usize,
+        steps: ObservedSteps,
+        regularisation: f64,
+    ) -> Result<Self, ObjectiveError> {
+        check_nodes(&nodes, node_count)?;
+        if !regularisation.is_finite() || regularisation < 0.0 {
+            return Err(ObjectiveError::Regularisation {
+                value: regularisation,
+            });
+        }
+        Ok(Self {
+            nodes,
+            steps,
+            regularisation,
+        })
+    }
+
+    /// The slave nodes whose forces are summed.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// The steps that are summed over.
+    pub fn steps(&self) -> &ObservedSteps {
+        &self.steps
+    }
+
+    /// Norm below which a node counts as free of contact. \[F\]
+    fn threshold(&self, internal_force: &[f64]) -> f64 {
+        if self.regularisation > 0.0 {
+            return 0.0;
+        }
+        let nodes = internal_force.chunks_exact(3);
+        let largest = nodes
+            .map(|f| f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
+            .fold(0.0, f64::max);
+        NEGLIGIBLE * largest.sqrt()
+    }
+}
+
+fn norm([x, y, z]: [f64; 3]) -> f64 {
+    (x * x + y * y + z * z).sqrt()
+}
+
+impl Objective for ContactForce {
+    fn name(&self) -> &str {
+        "contact_force"
+    }
+
+    fn observes(&self, step: usize, steps: usize) -> bool {
+        self.steps.contains(step, steps)
+    }
+
+    fn value(&self, state: &StateView) -> f64 {
+        let threshold = self.threshold(state.internal_force);
+        let mut sum = 0.0;
+        for &node in &self.nodes {
+            let size = norm(nodal_force(state.internal_force, node));
+            if size <= threshold {
+                continue; // false for NaN, which therefore reaches the sum
+            }
+            // √(f·f + ε²) − ε without cancellation for f ≪ ε
+            sum += size * (size / (size.hypot(self.regularisation) + self.regularisation));
+        }
+        -sum
+    }
+
+    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
+        let threshold = self.threshold(state.internal_force);
+        for &node in &self.nodes {
+            let force = nodal_force(state.internal_force, node);
+            let size = norm(force);
+            if size <= threshold {
+                continue;
+            }
+            let regularised = size.hypot(self.regularisation);
+            for component in 0..3 {
+                derivative.internal_force[3 * node as usize + component] -=
+                    force[component] / regularised;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(internal_force: &[f64]) -> StateView<'_> {
+        StateView {
+            step: 1,
+            steps: 1,
+            time: 1.0,
+            displacement: &[],
+            internal_force,
+        }
+    }
+
+    fn gradient(objective: &impl Objective, force: &[f64]) -> Vec<f64> {
+        let mut internal_force = vec![0.0; force.len()];
+        let mut derivative = StateDerivative {
+            displacement: &mut [],
+            internal_force: &mut internal_force,
+        };
+        objective.derivative(&view(force), &mut derivative);
+        internal_force
+    }
+
+    /// Node 0 is not observed and carries the largest force; node 3 carries noise.
+    const FORCE: [f64; 12] = [
+        50.0, 0.0, 1.0, 3.0, -4.0, 0.0, 2.0, -1.0, 2.0, 1e-13, -2e-13, 1e-13,
+    ];
+
+    #[test]
+    fn norms_by_hand_and_noise_counts_as_zero() {
+        let objective = ContactForce::new(vec![1, 2, 3], 4, ObservedSteps::Last, 0.0).unwrap();
+        assert_eq!(objective.value(&view(&FORCE)), -8.0);
+        let third = 1.0 / 3.0;
+        let expected = [
+            0.0,
+            0.0,
+            0.0,
+            -0.6,
+            0.8,
+            0.0,
+            -2.0 * third,
+            third,
+            -2.0 * third,
+            0.0,
+            0.0,
+            0.0,
+        ];
+        for (value, expected) in gradient(&objective, &FORCE).iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-15);
+        }
+        assert_eq!(objective.value(&view(&[0.0; 12])), 0.0);
+        assert_eq!(gradient(&objective, &[0.0; 12]), [0.0; 12]);
+    }
+
+    #[test]
+    fn derivative_agrees_with_central_differences() {
+        for regularisation in [0.0, 1e-3, 1.0] {
+            let objective =
+                ContactForce::new(vec![2, 1], 4, ObservedSteps::All, regularisation).unwrap();
+            let exact = gradient(&objective, &FORCE);
+            for entry in 0..12 {
+                let step = 1e-5;
+                let mut forward = FORCE;
+                let mut backward = FORCE;
+                forward[entry] += step;
+                backward[entry] -= step;
+                let change = objective.value(&view(&forward)) - objective.value(&view(&backward));
+                assert!(
+                    (change / (2.0 * step) - exact[entry]).abs() < 1e-9,
+                    "entry {entry}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn regularisation_is_smooth_at_zero_and_keeps_its_digits() {
+        let objective = ContactForce::new(vec![0], 1, ObservedSteps::Last, 1.0).unwrap();
+        // √(f² + 1) − 1 = f²/2 − f⁴/8 …; the naive form would give 0 for f = 1e-9.
+        let value = objective.value(&view(&[1e-9, 0.0, 0.0]));
+        assert!((value / -0.5e-18 - 1.0).abs() < 1e-12);
+        assert!((gradient(&objective, &[1e-9, 0.0, 0.0])[0] / -1e-9 - 1.0).abs() < 1e-12);
+        assert_eq!(gradient(&objective, &[0.0; 3]), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_force_that_is_not_a_number_is_not_lost() {
+        let objective = ContactForce::new(vec![1], 2, ObservedSteps::Last, 0.0).unwrap();
+        let force = [1.0, 0.0, 0.0, f64::NAN, 0.0, 0.0];
+        assert!(objective.value(&view(&force)).is_nan());
+        assert!(gradient(&objective, &force)[3].is_nan());
+    }
+
+    #[test]
+    fn derivatives_accumulate() {
+        let objective = ContactForce::new(vec![0], 1, ObservedSteps::Last, 0.0).unwrap();
+        let mut internal_force = [10.0, 20.0, 30.0];
+        let mut derivative = StateDerivative {
+            displacement: &mut [],
+            internal_force: &mut internal_force,
+        };
+        objective.derivative(&view(&[0.0, 2.0, 0.0]), &mut derivative);
+        assert_eq!(internal_force, [10.0, 19.0, 30.0]);
+    }
+
+    #[test]
+    fn errors_name_the_node() {
+        let make = |nodes: &[u32], regularisation| {
+            ContactForce::new(nodes.to_vec(), 4, ObservedSteps::Last, regularisation).unwrap_err()
+        };
+        assert_eq!(make(&[], 0.0), ObjectiveError::NoNodes);
+        assert_eq!(
+            make(&[0, 4], 0.0),
+            ObjectiveError::NodeOutOfRange {
+                node: 4,
+                node_count: 4
+            }
+        );
+        assert_eq!(
+            make(&[2, 1, 2], 0.0),
+            ObjectiveError::DuplicateNode { node: 2 }
+        );
+        assert_eq!(
+            make(&[1], -1.0),
+            ObjectiveError::Regularisation { value: -1.0 }
+        );
+        assert!(matches!(
+            make(&[1], f64::NAN),
+            ObjectiveError::Regularisation { .. }
+        ));
+    }
+}

@@ -1,0 +1,211 @@
+//! What is minimised, as a function of the states of the load path.
+//!
+//! An [`Objective`] is asked once per user load step that it observes; the caller sums over the steps. It sees the
+//! displacements and the internal forces of the whole model and gives explicit partial derivatives with respect to both.
+//! The chain rule, (92)–(98) of the paper, is the caller's: it multiplies by `∂f_int/∂d` and `∂f_int/∂φ`.
+
+mod contact_force;
+mod reaction_force;
+
+pub use contact_force::ContactForce;
+pub use reaction_force::ReactionForce;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Why an objective cannot be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ObjectiveError {
+    /// The objective would always be zero.
+    #[error("the objective looks at no node; give it a surface or node set that is not empty")]
+    NoNodes,
+    /// A node that the mesh does not have.
+    #[error("the objective names node {node}, but the mesh has nodes 0 to {last}", last = node_count.saturating_sub(1))]
+    NodeOutOfRange {
+        /// The node, from 0.
+        node: u32,
+        /// Number of nodes of the mesh.
+        node_count: usize,
+    },
+    /// A node would count twice.
+    #[error("the objective names node {node} twice; name each node once")]
+    DuplicateNode {
+        /// The node, from 0.
+        node: u32,
+    },
+    /// The regularisation is negative, infinite or not a number.
+    #[error("regularisation {value} is not a finite force ≥ 0")]
+    Regularisation {
+        /// What was given. \[F\]
+        value: f64,
+    },
+    /// The direction has no direction.
+    #[error("direction [{}, {}, {}] is not a finite vector other than zero", direction[0], direction[1], direction[2])]
+    Direction {
+        /// What was given.
+        direction: [f64; 3],
+    },
+    /// A step that the load path does not have.
+    #[error("the objective observes step {step}, but the load path has steps 1 to {steps}")]
+    StepOutOfRange {
+        /// The step, from 1.
+        step: usize,
+        /// Number of user load steps.
+        steps: usize,
+    },
+    /// A step would count twice.
+    #[error("the objective observes step {step} twice; name each step once")]
+    DuplicateStep {
+        /// The step, from 1.
+        step: usize,
+    },
+    /// The objective would always be zero.
+    #[error("the objective observes no step; choose \"last\", \"all\" or a list of steps from 1")]
+    NoSteps,
+}
+
+/// The state at the end of a user load step.
+#[derive(Clone, Copy, Debug)]
+pub struct StateView<'a> {
+    /// User load step, from 1.
+    pub step: usize,
+    /// Number of user load steps.
+    pub steps: usize,
+    /// Pseudo-time at the end of the step.
+    pub time: f64,
+    /// Nodal displacements `d`, entry `3·node + component`. \[L\]
+    pub displacement: &'a [f64],
+    /// Nodal internal forces `f_int(d, φ)`, entry `3·node + component`. \[F\]
+    pub internal_force: &'a [f64],
+}
+
+/// Explicit partial derivatives of an objective; implementations add to what is there.
+#[derive(Debug)]
+pub struct StateDerivative<'a> {
+    /// `∂θ_s/∂d` at fixed internal force, entry `3·node + component`.
+    pub displacement: &'a mut [f64],
+    /// `∂θ_s/∂f_int` at fixed displacement, entry `3·node + component`.
+    pub internal_force: &'a mut [f64],
+}
+
+/// A function of the states of the load path, to be minimised: `θ = Σ_s θ_s` over the observed steps `s`.
+///
+/// A state that is not finite gives a value that is not finite; it is never turned into a number.
+pub trait Objective: Send + Sync {
+    /// Short name for reports, in snake case.
+    fn name(&self) -> &str;
+
+    /// Whether step `step` (from 1) of `steps` contributes. Steps that do not may need no adjoint solve.
+    fn observes(&self, step: usize, steps: usize) -> bool;
+
+    /// `θ_s` of an observed step.
+    fn value(&self, state: &StateView) -> f64;
+
+    /// Adds the partial derivatives of [`Objective::value`] at `state` to `derivative`.
+    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative);
+}
+
+/// Which user load steps an objective sums over.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ObservedSteps {
+    /// The last step only. Paper: (91) with `s = N`.
+    #[default]
+    Last,
+    /// All steps. Paper: (96).
+    All,
+    /// The listed steps, from 1.
+    Only(Vec<usize>),
+}
+
+impl ObservedSteps {
+    /// Whether step `step` (from 1) of `steps` is observed.
+    pub fn contains(&self, step: usize, steps: usize) -> bool {
+        match self {
+            Self::Last => step == steps,
+            Self::All => (1..=steps).contains(&step),
+            Self::Only(list) => list.contains(&step),
+        }
+    }
+
+    /// Checks a choice against the number of load steps.
+    ///
+    /// # Errors
+    ///
+    /// An empty list, a listed step outside `1..=steps`, or one that is listed twice.
+    pub fn check(&self, steps: usize) -> Result<(), ObjectiveError> {
+        let Self::Only(list) = self else {
+            return Ok(());
+        };
+        if list.is_empty() {
+            return Err(ObjectiveError::NoSteps);
+        }
+        for (position, &step) in list.iter().enumerate() {
+            if !(1..=steps).contains(&step) {
+                return Err(ObjectiveError::StepOutOfRange { step, steps });
+            }
+            if list[..position].contains(&step) {
+                return Err(ObjectiveError::DuplicateStep { step });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_nodes(nodes: &[u32], node_count: usize) -> Result<(), ObjectiveError> {
+    if nodes.is_empty() {
+        return Err(ObjectiveError::NoNodes);
+    }
+    let mut sorted = nodes.to_vec();
+    sorted.sort_unstable();
+    if let Some(&node) = sorted.last().filter(|&&node| node as usize >= node_count) {
+        return Err(ObjectiveError::NodeOutOfRange { node, node_count });
+    }
+    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(ObjectiveError::DuplicateNode { node: pair[0] }),
+        None => Ok(()),
+    }
+}
+
+fn nodal_force(internal_force: &[f64], node: u32) -> [f64; 3] {
+    let first = 3 * node as usize;
+    [
+        internal_force[first],
+        internal_force[first + 1],
+        internal_force[first + 2],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn observed_steps() {
+        let observed = |choice: &ObservedSteps| {
+            (1..=4)
+                .filter(|&step| choice.contains(step, 4))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(observed(&ObservedSteps::Last), [4]);
+        assert_eq!(observed(&ObservedSteps::All), [1, 2, 3, 4]);
+        assert_eq!(observed(&ObservedSteps::Only(vec![3, 1])), [1, 3]);
+        assert_eq!(
+            ObservedSteps::Only(vec![1, 5]).check(4),
+            Err(ObjectiveError::StepOutOfRange { step: 5, steps: 4 })
+        );
+        assert_eq!(
+            ObservedSteps::Only(vec![0]).check(4),
+            Err(ObjectiveError::StepOutOfRange { step: 0, steps: 4 })
+        );
+        assert_eq!(
+            ObservedSteps::Only(vec![2, 2]).check(4),
+            Err(ObjectiveError::DuplicateStep { step: 2 })
+        );
+        assert_eq!(
+            ObservedSteps::Only(vec![]).check(4),
+            Err(ObjectiveError::NoSteps)
+        );
+        assert_eq!(ObservedSteps::Only(vec![4, 2]).check(4), Ok(()));
+    }
+}

@@ -1,0 +1,349 @@
+//! Primal-dual interior-point solution of the subproblem.
+//!
+//! The optimality conditions, with each complementarity product set to ε instead of 0, are solved by damped Newton steps
+//! for ε = 1, 0.1, … down to the tolerance. All unknowns but the multipliers of the constraints and of `z` are
+//! eliminated, so that a Newton step costs O(n m²) and solves one system of size m + 1. Source: the notes, section on
+//! the primal-dual solution; the treatment of slacks is ours.
+
+use super::MmaError;
+use super::dense::solve_dense;
+use super::subproblem::{Subproblem, Variable};
+
+/// Newton iterations for one ε.
+const MOST_ITERATIONS: usize = 200;
+/// Halvings of one Newton step; one that needs more has met rounding.
+const MOST_HALVINGS: usize = 50;
+/// Residual, relative to the largest derivative or value, with which a step that has met rounding still serves.
+const SUFFICIENT: f64 = 1e-6;
+
+/// Solution of the subproblem; `x`, `xi`, `eta` of the variables that can move.
+pub(super) struct Solution {
+    pub x: Vec<f64>,
+    pub xi: Vec<f64>,
+    pub eta: Vec<f64>,
+    pub lambda: Vec<f64>,
+    pub y: Vec<f64>,
+    pub z: f64,
+    pub mu: Vec<f64>,
+    pub zeta: f64,
+    pub slack: Vec<f64>,
+    pub iterations: usize,
+    pub residual: f64,
+}
+
+/// All unknowns, or their changes in a Newton step.
+#[derive(Clone)]
+struct Point {
+    x: Vec<f64>,
+    xi: Vec<f64>,
+    eta: Vec<f64>,
+    lambda: Vec<f64>,
+    y: Vec<f64>,
+    mu: Vec<f64>,
+    slack: Vec<f64>,
+    z: f64,
+    zeta: f64,
+}
+
+impl Point {
+    /// `self = from + length · direction`.
+    fn set_sum(&mut self, from: &Point, length: f64, direction: &Point) {
+        let add = |to: &mut [f64], from: &[f64], change: &[f64]| {
+            for ((to, from), change) in to.iter_mut().zip(from).zip(change) {
+                *to = from + length * change;
+            }
+        };
+        add(&mut self.x, &from.x, &direction.x);
+        add(&mut self.xi, &from.xi, &direction.xi);
+        add(&mut self.eta, &from.eta, &direction.eta);
+        add(&mut self.lambda, &from.lambda, &direction.lambda);
+        add(&mut self.y, &from.y, &direction.y);
+        add(&mut self.mu, &from.mu, &direction.mu);
+        add(&mut self.slack, &from.slack, &direction.slack);
+        self.z = from.z + length * direction.z;
+        self.zeta = from.zeta + length * direction.zeta;
+    }
+}
+
+/// Size of the residual of the optimality conditions.
+#[derive(Clone, Copy)]
+struct Residual {
+    /// Sum of squares; not finite if any residual is not.
+    squares: f64,
+    /// Largest absolute residual. Ignores residuals that are not numbers: look at `squares` first.
+    max: f64,
+}
+
+impl Residual {
+    fn add(&mut self, residual: f64) {
+        self.squares += residual * residual;
+        self.max = self.max.max(residual.abs());
+    }
+
+    fn is_finite(self) -> bool {
+        self.squares.is_finite()
+    }
+}
+
+impl Subproblem<'_> {
+    /// Solves the subproblem.
+    ///
+    /// # Errors
+    ///
+    /// [`MmaError::Subproblem`] if rounding or overflow stops the iteration far from a solution.
+    pub fn solve(&self) -> Result<Solution, MmaError> {
+        let mut at = self.start();
+        let mut iterations = 0;
+        let mut epsilon = 1.0;
+        let residual = loop {
+            let residual = self.centre(&mut at, epsilon, &mut iterations);
+            if epsilon <= self.parameters.subproblem_tolerance {
+                break residual;
+            }
+            epsilon = (0.1 * epsilon).max(self.parameters.subproblem_tolerance);
+        };
+        let sufficient = self
+            .parameters
+            .subproblem_tolerance
+            .max(SUFFICIENT * self.scale);
+        if !residual.is_finite() || residual.max > sufficient {
+            return Err(MmaError::Subproblem {
+                residual: residual.squares.sqrt(),
+            });
+        }
+        let residual = residual.max;
+        let Point {
+            x,
+            xi,
+            eta,
+            lambda,
+            y,
+            mu,
+            slack,
+            z,
+            zeta,
+        } = at;
+        Ok(Solution {
+            x,
+            xi,
+            eta,
+            lambda,
+            y,
+            z,
+            mu,
+            zeta,
+            slack,
+            iterations,
+            residual,
+        })
+    }
+
+    /// The start of the notes: the middle of the bounds, everything else of order 1.
+    fn start(&self) -> Point {
+        let m = self.values.len();
+        let of_variables =
+            |value: fn(&Variable) -> f64| self.variables.iter().map(value).collect::<Vec<f64>>();
+        Point {
+            x: of_variables(|v| 0.5 * (v.alpha + v.beta)),
+            xi: of_variables(|v| (2.0 / (v.beta - v.alpha)).max(1.0)),
+            eta: of_variables(|v| (2.0 / (v.beta - v.alpha)).max(1.0)),
+            lambda: vec![1.0; m],
+            y: vec![1.0; m],
+            mu: vec![(0.5 * self.parameters.c).max(1.0); m],
+            slack: vec![1.0; m],
+            z: 1.0,
+            zeta: 1.0,
+        }
+    }
+
+    /// Newton iteration for one ε, until no residual is above 0.9 ε or rounding stops it.
+    fn centre(&self, at: &mut Point, epsilon: f64, iterations: &mut usize) -> Residual {
+        let mut residual = self.residual_with_free_slack(at, epsilon);
+        let mut next = at.clone();
+        let mut direction = at.clone();
+        for _ in 0..MOST_ITERATIONS {
+            if residual.max <= 0.9 * epsilon || !residual.is_finite() {
+                break;
+            }
+            if !self.newton_direction(at, epsilon, &mut direction) {
+                break;
+            }
+            *iterations += 1;
+            let mut length = self.longest_step(at, &direction);
+            let decreased = (0..MOST_HALVINGS).find_map(|_| {
+                next.set_sum(at, length, &direction);
+                length *= 0.5;
+                let trial = self.residual_with_free_slack(&mut next, epsilon);
+                (trial.squares < residual.squares).then_some(trial)
+            });
+            let Some(trial) = decreased else { break };
+            residual = trial;
+            std::mem::swap(at, &mut next);
+        }
+        residual
+    }
+
+    /// Residual of the optimality conditions at `at`, after moving slacks to where it is smaller.
+    ///
+    /// The slack of a constraint that does not bind can follow the curved constraint exactly, at next to no cost in
+    /// complementarity. Newton steps alone would have to be short enough for the constraint to look straight, to a
+    /// precision that such a constraint does not deserve, and the iteration would creep.
+    fn residual_with_free_slack(&self, at: &mut Point, epsilon: f64) -> Residual {
+        let p = self.parameters;
+        let mut residual = Residual {
+            squares: 0.0,
+            max: 0.0,
+        };
+        let mut values = self.values.to_vec();
+        for (j, variable) in self.variables.iter().enumerate() {
+            let (x, xi, eta) = (at.x[j], at.xi[j], at.eta[j]);
+            let (to_upp, to_low) = (1.0 / (variable.upp - x), 1.0 / (x - variable.low));
+            let (rising, falling) = self.combined(j, &at.lambda);
+            residual.add(rising * to_upp * to_upp - falling * to_low * to_low - xi + eta);
+            residual.add(xi * (x - variable.alpha) - epsilon);
+            residual.add(eta * (variable.beta - x) - epsilon);
+            self.add_values(j, x, to_upp, to_low, &mut values);
+        }
+        for (i, value) in values.iter().enumerate() {
+            residual.add(p.c + p.d * at.y[i] - at.mu[i] - at.lambda[i]);
+            let violation = value - p.a * at.z - at.y[i] + at.slack[i];
+            let (free, lambda) = (p.a * at.z + at.y[i] - value, at.lambda[i]);
+            let kept = violation.powi(2) + (lambda * at.slack[i] - epsilon).powi(2);
+            if free > 0.0 && (lambda * free - epsilon).powi(2) < kept {
+                at.slack[i] = free;
+            } else {
+                residual.add(violation);
+            }
+            residual.add(at.mu[i] * at.y[i] - epsilon);
+            residual.add(at.lambda[i] * at.slack[i] - epsilon);
+        }
+        residual.add(p.a0 - at.zeta - p.a * at.lambda.iter().sum::<f64>());
+        residual.add(at.zeta * at.z - epsilon);
+        residual
+    }
+
+    /// Newton direction at `at`; `false` if the reduced system is singular or not finite.
+    fn newton_direction(&self, at: &Point, epsilon: f64, direction: &mut Point) -> bool {
+        let p = self.parameters;
+        let m = at.lambda.len();
+        let size = m + 1;
+        let mut matrix = vec![0.0; size * size];
+        let mut right = vec![0.0; size];
+        let mut values = self.values.to_vec();
+        let mut slopes = vec![0.0; m];
+        for j in 0..self.variables.len() {
+            let terms = self.linearise(j, at, epsilon, &mut slopes);
+            self.add_values(j, at.x[j], terms.to_upp, terms.to_low, &mut values);
+            for i in 0..m {
+                right[i] -= slopes[i] * terms.gradient / terms.curvature;
+                for k in 0..=i {
+                    matrix[i * size + k] += slopes[i] * slopes[k] / terms.curvature;
+                }
+            }
+        }
+        for i in 0..m {
+            let curvature_y = p.d + at.mu[i] / at.y[i];
+            let gradient_y = p.c + p.d * at.y[i] - at.lambda[i] - epsilon / at.y[i];
+            right[i] += values[i] - p.a * at.z - at.y[i]
+                + epsilon / at.lambda[i]
+                + gradient_y / curvature_y;
+            matrix[i * size + i] += at.slack[i] / at.lambda[i] + 1.0 / curvature_y;
+            for k in 0..i {
+                matrix[k * size + i] = matrix[i * size + k];
+            }
+            matrix[i * size + m] = p.a;
+            matrix[m * size + i] = p.a;
+        }
+        matrix[m * size + m] = -at.zeta / at.z;
+        right[m] = p.a0 - p.a * at.lambda.iter().sum::<f64>() - epsilon / at.z;
+        if !solve_dense(&mut matrix, &mut right) {
+            return false;
+        }
+        self.back_substitute(at, epsilon, &right, direction);
+        true
+    }
+
+    /// Gradient and curvature of the barrier Lagrangian in `x_j`, and `slopes[i] = ∂f̃_i/∂x_j`.
+    fn linearise(&self, j: usize, at: &Point, epsilon: f64, slopes: &mut [f64]) -> Terms {
+        let (variable, x) = (&self.variables[j], at.x[j]);
+        let (to_upp, to_low) = (1.0 / (variable.upp - x), 1.0 / (x - variable.low));
+        let (upp2, low2) = (to_upp * to_upp, to_low * to_low);
+        let (to_alpha, to_beta) = (1.0 / (x - variable.alpha), 1.0 / (variable.beta - x));
+        let (rising, falling) = self.combined(j, &at.lambda);
+        self.slopes(j, upp2, low2, slopes);
+        Terms {
+            gradient: rising * upp2 - falling * low2 - epsilon * to_alpha + epsilon * to_beta,
+            curvature: 2.0 * (rising * upp2 * to_upp + falling * low2 * to_low)
+                + at.xi[j] * to_alpha
+                + at.eta[j] * to_beta,
+            to_upp,
+            to_low,
+            to_alpha,
+            to_beta,
+        }
+    }
+
+    /// All other changes from those of the multipliers and of `z`.
+    fn back_substitute(&self, at: &Point, epsilon: f64, reduced: &[f64], direction: &mut Point) {
+        let p = self.parameters;
+        let m = at.lambda.len();
+        direction.lambda.copy_from_slice(&reduced[..m]);
+        direction.z = reduced[m];
+        direction.zeta = epsilon / at.z - at.zeta - at.zeta * direction.z / at.z;
+        let mut slopes = vec![0.0; m];
+        for j in 0..self.variables.len() {
+            let terms = self.linearise(j, at, epsilon, &mut slopes);
+            let coupling: f64 = slopes
+                .iter()
+                .zip(&direction.lambda)
+                .map(|(slope, change)| slope * change)
+                .sum();
+            let dx = -(terms.gradient + coupling) / terms.curvature;
+            direction.x[j] = dx;
+            direction.xi[j] = (epsilon - at.xi[j] * dx) * terms.to_alpha - at.xi[j];
+            direction.eta[j] = (epsilon + at.eta[j] * dx) * terms.to_beta - at.eta[j];
+        }
+        for i in 0..m {
+            let curvature_y = p.d + at.mu[i] / at.y[i];
+            let gradient_y = p.c + p.d * at.y[i] - at.lambda[i] - epsilon / at.y[i];
+            direction.y[i] = (direction.lambda[i] - gradient_y) / curvature_y;
+            direction.mu[i] = (epsilon - at.mu[i] * direction.y[i]) / at.y[i] - at.mu[i];
+            direction.slack[i] =
+                (epsilon - at.slack[i] * direction.lambda[i]) / at.lambda[i] - at.slack[i];
+        }
+    }
+
+    /// Longest step, at most 1, that uses up no more than 1/1.01 of the distance to any bound.
+    fn longest_step(&self, at: &Point, direction: &Point) -> f64 {
+        let mut inverse: f64 = 1.0;
+        let mut shrink = |values: &[f64], changes: &[f64]| {
+            for (value, change) in values.iter().zip(changes) {
+                inverse = inverse.max(-1.01 * change / value);
+            }
+        };
+        shrink(&at.xi, &direction.xi);
+        shrink(&at.eta, &direction.eta);
+        shrink(&at.lambda, &direction.lambda);
+        shrink(&at.y, &direction.y);
+        shrink(&at.mu, &direction.mu);
+        shrink(&at.slack, &direction.slack);
+        shrink(&[at.z, at.zeta], &[direction.z, direction.zeta]);
+        for (j, variable) in self.variables.iter().enumerate() {
+            let change = 1.01 * direction.x[j];
+            inverse = inverse
+                .max(-change / (at.x[j] - variable.alpha))
+                .max(change / (variable.beta - at.x[j]));
+        }
+        1.0 / inverse
+    }
+}
+
+/// The linearisation in one variable, with the inverse distances to asymptotes and bounds.
+struct Terms {
+    gradient: f64,
+    curvature: f64,
+    to_upp: f64,
+    to_low: f64,
+    to_alpha: f64,
+    to_beta: f64,
+}

@@ -1,0 +1,138 @@
+//! How far a design is from optimal.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::{check_functions, check_point, check_vector};
+use super::{MmaError, MmaParameters, MmaStep};
+
+/// Residual of the optimality conditions of the problem that MMA solves; both are zero at an optimum.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KktResidual {
+    /// Euclidean norm of all residuals.
+    pub norm: f64,
+    /// Largest absolute residual.
+    pub max: f64,
+}
+
+/// Accumulates residuals.
+struct Accumulator {
+    squares: f64,
+    max: f64,
+}
+
+impl Accumulator {
+    fn add(&mut self, residual: f64) {
+        self.squares += residual * residual;
+        self.max = self.max.max(residual.abs());
+    }
+}
+
+/// Residual of the Karush–Kuhn–Tucker conditions at the result `step.x` of a step, with the multipliers of its
+/// subproblem and with values and gradients evaluated **at `step.x`** (the check of the notes).
+///
+/// The bounds' multipliers belong to the bounds of the step; where the move limit holds a variable back, the residual
+/// shows it. Values and gradients must be scaled as they were for the step.
+///
+/// # Errors
+///
+/// Wrong lengths, an entry that is not finite, a design outside its bounds.
+pub fn kkt_residual(
+    parameters: &MmaParameters,
+    step: &MmaStep,
+    lower: &[f64],
+    upper: &[f64],
+    objective_gradient: &[f64],
+    constraints: &[f64],
+    constraint_gradients: &[Vec<f64>],
+) -> Result<KktResidual, MmaError> {
+    let (n, m) = (step.x.len(), step.lambda.len());
+    check_point(n, &step.x, lower, upper)?;
+    check_functions(n, m, objective_gradient, constraints, constraint_gradients)?;
+    for (what, vector, length) in [
+        ("xi", &step.xi, n),
+        ("eta", &step.eta, n),
+        ("y", &step.y, m),
+        ("mu", &step.mu, m),
+    ] {
+        check_vector(what, vector, length)?;
+    }
+    let bound_multipliers = |j: usize, _: f64| (step.xi[j], step.eta[j]);
+    Ok(residual(
+        parameters,
+        &step.x,
+        lower,
+        upper,
+        objective_gradient,
+        constraints,
+        constraint_gradients,
+        step,
+        bound_multipliers,
+    ))
+}
+
+/// The same at the design that the step started from. The bounds' multipliers there are those that the gradient of the
+/// Lagrangian asks for, which leaves `∂L/∂x_j` times the distance to the bound it pushes to.
+pub(super) fn residual_at_input(
+    parameters: &MmaParameters,
+    x: &[f64],
+    lower: &[f64],
+    upper: &[f64],
+    objective_gradient: &[f64],
+    constraints: &[f64],
+    constraint_gradients: &[Vec<f64>],
+    step: &MmaStep,
+) -> KktResidual {
+    let bound_multipliers = |_: usize, slope: f64| (slope.max(0.0), (-slope).max(0.0));
+    residual(
+        parameters,
+        x,
+        lower,
+        upper,
+        objective_gradient,
+        constraints,
+        constraint_gradients,
+        step,
+        bound_multipliers,
+    )
+}
+
+/// All conditions: stationarity in `x`, `y`, `z`, feasibility, complementarity. Notes, section on the KKT conditions.
+fn residual(
+    parameters: &MmaParameters,
+    x: &[f64],
+    lower: &[f64],
+    upper: &[f64],
+    objective_gradient: &[f64],
+    constraints: &[f64],
+    constraint_gradients: &[Vec<f64>],
+    step: &MmaStep,
+    bound_multipliers: impl Fn(usize, f64) -> (f64, f64),
+) -> KktResidual {
+    let p = parameters;
+    let mut sum = Accumulator {
+        squares: 0.0,
+        max: 0.0,
+    };
+    for j in 0..x.len() {
+        let mut slope = objective_gradient[j];
+        for (lambda, gradient) in step.lambda.iter().zip(constraint_gradients) {
+            slope += lambda * gradient[j];
+        }
+        let (xi, eta) = bound_multipliers(j, slope);
+        sum.add(slope - xi + eta);
+        sum.add(xi * (x[j] - lower[j]));
+        sum.add(eta * (upper[j] - x[j]));
+    }
+    for i in 0..constraints.len() {
+        sum.add(p.c + p.d * step.y[i] - step.mu[i] - step.lambda[i]);
+        sum.add(constraints[i] - p.a * step.z - step.y[i] + step.slack[i]);
+        sum.add(step.mu[i] * step.y[i]);
+        sum.add(step.lambda[i] * step.slack[i]);
+    }
+    sum.add(p.a0 - step.zeta - p.a * step.lambda.iter().sum::<f64>());
+    sum.add(step.zeta * step.z);
+    KktResidual {
+        norm: sum.squares.sqrt(),
+        max: sum.max,
+    }
+}

@@ -1,0 +1,267 @@
+//! One step of the method of moving asymptotes.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::{check_functions, check_point};
+use super::kkt::residual_at_input;
+use super::subproblem::{Subproblem, Variable};
+use super::{KktResidual, MmaError, MmaParameters};
+
+/// The method of moving asymptotes, version of 2007, for `n` variables and `m` constraints `g_i ≤ 0`.
+///
+/// Holds all that one step hands to the next, so that a copy written out and read back continues bit for bit; the floats
+/// must survive the trip exactly (for JSON: `serde_json` with its feature `float_roundtrip`).
+///
+/// Svanberg's cantilever: the lightest of five hollow beams whose tip moves by no more than 1.
+///
+/// ```
+/// use slipstick_design::{Mma, MmaParameters};
+///
+/// let coefficients = [61.0, 37.0, 19.0, 7.0, 1.0];
+/// let (lower, upper) = ([1.0; 5], [10.0; 5]);
+/// let mut x = vec![5.0; 5];
+/// let mut mma = Mma::new(5, 1, MmaParameters::default());
+/// let mut weight = 0.0;
+/// for _ in 0..15 {
+///     weight = 0.0624 * x.iter().sum::<f64>();
+///     let tip: f64 = (0..5).map(|j| coefficients[j] / x[j].powi(3)).sum();
+///     let slopes = (0..5).map(|j| -3.0 * coefficients[j] / x[j].powi(4)).collect();
+///     x = mma.update(&x, &lower, &upper, weight, &[0.0624; 5], &[tip - 1.0], &[slopes])?.x;
+/// }
+/// assert!((weight - 1.33996).abs() < 1e-5);
+/// # Ok::<(), slipstick_design::MmaError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mma {
+    n: usize,
+    m: usize,
+    parameters: MmaParameters,
+    /// Number of steps made.
+    iteration: usize,
+    /// `x` of one and of two steps ago; empty before there was one.
+    x1: Vec<f64>,
+    x2: Vec<f64>,
+    /// Asymptotes of the last step; empty before the first.
+    low: Vec<f64>,
+    upp: Vec<f64>,
+}
+
+/// Result of one step: the next design, and the solution of the subproblem with its multipliers.
+#[derive(Clone, Debug)]
+pub struct MmaStep {
+    /// The next design, within the bounds and the move limit.
+    pub x: Vec<f64>,
+    /// Multipliers of the constraints. ≥ 0
+    pub lambda: Vec<f64>,
+    /// Multipliers of the lower and upper bounds of the variables. ≥ 0
+    pub xi: Vec<f64>,
+    /// See `xi`.
+    pub eta: Vec<f64>,
+    /// Elastic violation of each constraint. ≥ 0; visibly positive if no design within the move limit is feasible.
+    pub y: Vec<f64>,
+    /// Elastic variable common to all constraints. ≥ 0
+    pub z: f64,
+    /// Multipliers of `y ≥ 0`.
+    pub mu: Vec<f64>,
+    /// Multiplier of `z ≥ 0`.
+    pub zeta: f64,
+    /// Slack of each approximated constraint. ≥ 0
+    pub slack: Vec<f64>,
+    /// Newton iterations of the subproblem.
+    pub subproblem_iterations: usize,
+    /// Largest violation of the subproblem's optimality conditions.
+    pub subproblem_residual: f64,
+    /// How far the design that was **passed in** is from optimal, judged with the multipliers of this subproblem.
+    /// Zero at an optimum.
+    pub kkt_residual: KktResidual,
+}
+
+impl Mma {
+    /// An optimizer without history for `n` variables and `m` constraints; `m = 0` is allowed.
+    ///
+    /// Parameters are checked by [`Self::update`]; [`MmaParameters::check`] does it earlier.
+    pub fn new(n: usize, m: usize, parameters: MmaParameters) -> Self {
+        let none = Vec::new;
+        Self {
+            n,
+            m,
+            parameters,
+            iteration: 0,
+            x1: none(),
+            x2: none(),
+            low: none(),
+            upp: none(),
+        }
+    }
+
+    /// Number of steps made.
+    pub fn iteration(&self) -> usize {
+        self.iteration
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &MmaParameters {
+        &self.parameters
+    }
+
+    /// Lower and upper asymptotes of the last step; empty before the first.
+    pub fn asymptotes(&self) -> (&[f64], &[f64]) {
+        (&self.low, &self.upp)
+    }
+
+    /// From the design `x` with its values and derivatives to the next design.
+    ///
+    /// `objective` f₀(x) and `constraints` g_i(x) ≤ 0, `constraint_gradients[i][j] = ∂g_i/∂x_j`, all scaled as
+    /// [`super::Scaling`] tells. A variable with `lower = upper` stays where it is.
+    ///
+    /// # Errors
+    ///
+    /// A parameter out of range, wrong lengths, an entry that is not finite, a design outside its bounds, or a
+    /// subproblem that cannot be solved. The history is then as before.
+    pub fn update(
+        &mut self,
+        x: &[f64],
+        lower: &[f64],
+        upper: &[f64],
+        objective: f64,
+        objective_gradient: &[f64],
+        constraints: &[f64],
+        constraint_gradients: &[Vec<f64>],
+    ) -> Result<MmaStep, MmaError> {
+        self.parameters.check()?;
+        check_point(self.n, x, lower, upper)?;
+        if !objective.is_finite() {
+            return Err(MmaError::NotFinite {
+                what: "the objective".to_owned(),
+                index: 0,
+                value: objective,
+            });
+        }
+        check_functions(
+            self.n,
+            self.m,
+            objective_gradient,
+            constraints,
+            constraint_gradients,
+        )?;
+
+        let (low, upp) = self.moved_asymptotes(x, lower, upper);
+        let variables = self.variables(x, lower, upper, &low, &upp);
+        let subproblem = Subproblem::new(
+            &self.parameters,
+            &variables,
+            objective_gradient,
+            constraints,
+            constraint_gradients,
+        );
+        let solution = subproblem.solve()?;
+
+        let mut step = MmaStep {
+            x: x.to_vec(),
+            lambda: solution.lambda,
+            xi: vec![0.0; self.n],
+            eta: vec![0.0; self.n],
+            y: solution.y,
+            z: solution.z,
+            mu: solution.mu,
+            zeta: solution.zeta,
+            slack: solution.slack,
+            subproblem_iterations: solution.iterations,
+            subproblem_residual: solution.residual,
+            kkt_residual: KktResidual {
+                norm: 0.0,
+                max: 0.0,
+            },
+        };
+        for (k, variable) in variables.iter().enumerate() {
+            let (j, t, range) = (variable.index, solution.x[k], variable.range);
+            // Rounding must not carry the sum over a bound.
+            step.x[j] = (x[j] + t * range).clamp(lower[j], upper[j]);
+            step.xi[j] = solution.xi[k] / range;
+            step.eta[j] = solution.eta[k] / range;
+        }
+        step.kkt_residual = residual_at_input(
+            &self.parameters,
+            x,
+            lower,
+            upper,
+            objective_gradient,
+            constraints,
+            constraint_gradients,
+            &step,
+        );
+
+        self.x2 = std::mem::replace(&mut self.x1, x.to_vec());
+        self.low = low;
+        self.upp = upp;
+        self.iteration += 1;
+        Ok(step)
+    }
+
+    /// Asymptotes `l_j < x_j < u_j` of this step. Notes, section on the asymptotes: at `asyinit` of the range for two
+    /// steps, then nearer where a variable turns back and farther where it moves on.
+    fn moved_asymptotes(&self, x: &[f64], lower: &[f64], upper: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let p = &self.parameters;
+        let distances = |j: usize| -> (f64, f64) {
+            let range = upper[j] - lower[j];
+            if self.iteration < 2 {
+                return (p.asyinit * range, p.asyinit * range);
+            }
+            let turn = (x[j] - self.x1[j]) * (self.x1[j] - self.x2[j]);
+            let factor = if turn > 0.0 {
+                p.asyincr
+            } else if turn < 0.0 {
+                p.asydecr
+            } else {
+                1.0
+            };
+            let limited =
+                |distance: f64| (factor * distance).clamp(p.asymin * range, p.asymax * range);
+            (
+                limited(self.x1[j] - self.low[j]),
+                limited(self.upp[j] - self.x1[j]),
+            )
+        };
+        (0..x.len())
+            .map(|j| {
+                let (below, above) = distances(j);
+                (x[j] - below, x[j] + above)
+            })
+            .unzip()
+    }
+
+    /// The variables that can move, with the bounds `α ≤ x ≤ β` of this step.
+    fn variables(
+        &self,
+        x: &[f64],
+        lower: &[f64],
+        upper: &[f64],
+        low: &[f64],
+        upp: &[f64],
+    ) -> Vec<Variable> {
+        let p = &self.parameters;
+        let variable = |j: usize| {
+            let range = upper[j] - lower[j];
+            let scaled = |bound: f64| (bound - x[j]) / range;
+            let (below, above) = (scaled(low[j]), scaled(upp[j]));
+            let alpha = scaled(lower[j])
+                .max((1.0 - p.albefa) * below)
+                .max(-p.move_limit);
+            let beta = scaled(upper[j])
+                .min((1.0 - p.albefa) * above)
+                .min(p.move_limit);
+            Variable {
+                index: j,
+                range,
+                low: below,
+                upp: above,
+                alpha,
+                beta,
+            }
+        };
+        (0..x.len())
+            .map(variable)
+            .filter(Variable::can_move)
+            .collect()
+    }
+}

@@ -1,0 +1,143 @@
+//! Parameters of the method of moving asymptotes.
+
+use serde::{Deserialize, Serialize};
+
+use super::MmaError;
+
+/// Parameters of MMA by the names of the notes; [`Default`] gives the notes' values.
+///
+/// Lengths are parts of the range `upper − lower` of each variable, so that no parameter has a unit. The elastic
+/// variables `y`, `z` make every subproblem feasible: MMA minimises
+/// `f₀(x) + a₀ z + Σ_i (c y_i + ½ d y_i²)` subject to `f_i(x) − a z − y_i ≤ 0`, `y, z ≥ 0`; with the default values
+/// `z = 0`, and `y_i` is a violation of constraint `i` that costs `c` per unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MmaParameters {
+    /// Distance of the asymptotes in the first two iterations. In (0, ∞).
+    pub asyinit: f64,
+    /// Factor by which the asymptotes of a variable that moves on in one direction recede. At least 1.
+    pub asyincr: f64,
+    /// Factor by which the asymptotes of a variable that turns back close in. In (0, 1].
+    pub asydecr: f64,
+    /// Smallest distance of the asymptotes. In (0, `asymax`].
+    pub asymin: f64,
+    /// Largest distance of the asymptotes.
+    pub asymax: f64,
+    /// A step leaves at least this part of the distance to the asymptotes. In (0, 1).
+    pub albefa: f64,
+    /// Largest step. In (0, 1].
+    pub move_limit: f64,
+    /// Curvature given to functions without any. In (0, ∞).
+    pub raa0: f64,
+    /// Weight of `z`. In (0, ∞).
+    pub a0: f64,
+    /// Share of `z` in each constraint; 0 unless a largest function is to be minimised. At least 0.
+    pub a: f64,
+    /// Linear price of violating a constraint: well above the multipliers, after scaling. At least 0, `c + d > 0`.
+    pub c: f64,
+    /// Quadratic price of violating a constraint. At least 0.
+    pub d: f64,
+    /// Residual to which the subproblem is solved. In (0, 1).
+    pub subproblem_tolerance: f64,
+}
+
+impl Default for MmaParameters {
+    fn default() -> Self {
+        Self {
+            asyinit: 0.5,
+            asyincr: 1.2,
+            asydecr: 0.7,
+            asymin: 0.01,
+            asymax: 10.0,
+            albefa: 0.1,
+            move_limit: 0.5,
+            raa0: 1e-5,
+            a0: 1.0,
+            a: 0.0,
+            c: 1000.0,
+            d: 1.0,
+            subproblem_tolerance: 1e-7,
+        }
+    }
+}
+
+impl MmaParameters {
+    /// Checks every parameter against its range.
+    ///
+    /// # Errors
+    ///
+    /// [`MmaError::Parameter`] with the first parameter that is out of range.
+    pub fn check(&self) -> Result<(), MmaError> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let checks = [
+            (
+                "asyinit",
+                self.asyinit,
+                positive(self.asyinit),
+                "positive and finite",
+            ),
+            (
+                "asyincr",
+                self.asyincr,
+                self.asyincr >= 1.0 && self.asyincr.is_finite(),
+                "at least 1 and finite",
+            ),
+            (
+                "asydecr",
+                self.asydecr,
+                self.asydecr > 0.0 && self.asydecr <= 1.0,
+                "in (0, 1]",
+            ),
+            (
+                "asymax",
+                self.asymax,
+                positive(self.asymax),
+                "positive and finite",
+            ),
+            (
+                "asymin",
+                self.asymin,
+                self.asymin > 0.0 && self.asymin <= self.asymax,
+                "in (0, asymax]",
+            ),
+            (
+                "albefa",
+                self.albefa,
+                self.albefa > 0.0 && self.albefa < 1.0,
+                "in (0, 1)",
+            ),
+            (
+                "move_limit",
+                self.move_limit,
+                self.move_limit > 0.0 && self.move_limit <= 1.0,
+                "in (0, 1]",
+            ),
+            (
+                "raa0",
+                self.raa0,
+                positive(self.raa0),
+                "positive and finite",
+            ),
+            ("a0", self.a0, positive(self.a0), "positive and finite"),
+            ("a", self.a, not_negative(self.a), "finite and not negative"),
+            ("d", self.d, not_negative(self.d), "finite and not negative"),
+            (
+                "c",
+                self.c,
+                not_negative(self.c) && self.c + self.d > 0.0,
+                "finite and not negative, with c + d > 0",
+            ),
+            (
+                "subproblem_tolerance",
+                self.subproblem_tolerance,
+                self.subproblem_tolerance > 0.0 && self.subproblem_tolerance < 1.0,
+                "in (0, 1)",
+            ),
+        ];
+        match checks.into_iter().find(|check| !check.2) {
+            Some((name, value, _, range)) => Err(MmaError::Parameter { name, value, range }),
+            None => Ok(()),
+        }
+    }
+}

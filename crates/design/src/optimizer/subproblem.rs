@@ -1,0 +1,130 @@
+//! The separable convex subproblem of MMA.
+//!
+//! Minimise `f̃₀(x) + a₀z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a z − y_i ≤ 0`, `α ≤ x ≤ β`, `y, z ≥ 0`, where
+//!
+//! `f̃_i(x) = f_i(x⁰) + Σ_j [ p_ij/(u_j − x_j) + q_ij/(x_j − l_j) ] − [ the same at x⁰ ]`.
+//!
+//! Inside, each `x_j` is shifted and scaled, see [`Variable`]. Source: the notes, section on the subproblem.
+
+use super::MmaParameters;
+
+/// A variable `t = (x − x⁰)/(upper − lower)` that can move in this step; it starts at 0.
+///
+/// Shifted, so that distances to near bounds keep their digits wherever the bounds are; scaled, so that the iteration
+/// does not depend on units.
+pub(super) struct Variable {
+    /// Its number among all variables.
+    pub index: usize,
+    /// Its upper less its lower bound, in units of `x`.
+    pub range: f64,
+    /// Its asymptotes, `low < 0 < upp`.
+    pub low: f64,
+    /// See `low`.
+    pub upp: f64,
+    /// Its bounds in this step, `low < α ≤ 0 ≤ β < upp`.
+    pub alpha: f64,
+    /// See `alpha`.
+    pub beta: f64,
+}
+
+impl Variable {
+    /// Whether there is room between the bounds and to the asymptotes; never where the range is zero.
+    pub fn can_move(&self) -> bool {
+        self.range > 0.0 && self.alpha < self.beta && self.low < self.alpha && self.beta < self.upp
+    }
+
+    /// `(p_j, q_j)` of a function with derivative `slope = ∂f/∂x_j`, for `t`.
+    fn approximation(&self, slope: f64, raa0: f64) -> (f64, f64) {
+        let slope = slope * self.range;
+        let (rising, falling) = (slope.max(0.0), (-slope).max(0.0));
+        let both = 0.001 * (rising + falling) + raa0;
+        (
+            self.upp.powi(2) * (rising + both),
+            self.low.powi(2) * (falling + both),
+        )
+    }
+}
+
+/// The subproblem. Coefficients of constraint `i` and variable `j` are at `j·m + i`.
+pub(super) struct Subproblem<'a> {
+    pub parameters: &'a MmaParameters,
+    pub variables: &'a [Variable],
+    p0: Vec<f64>,
+    q0: Vec<f64>,
+    p: Vec<f64>,
+    q: Vec<f64>,
+    /// `f_i(x⁰)`
+    pub values: &'a [f64],
+    /// Largest derivative (with respect to `t`) or value, at least 1.
+    pub scale: f64,
+}
+
+impl<'a> Subproblem<'a> {
+    /// Approximates functions with these values and gradients at the variables' `x`. Only `variables` can move.
+    pub fn new(
+        parameters: &'a MmaParameters,
+        variables: &'a [Variable],
+        objective_gradient: &[f64],
+        constraints: &'a [f64],
+        constraint_gradients: &[Vec<f64>],
+    ) -> Self {
+        let raa0 = parameters.raa0;
+        let (p0, q0) = variables
+            .iter()
+            .map(|v| v.approximation(objective_gradient[v.index], raa0))
+            .unzip();
+        let gradients = || constraint_gradients.iter();
+        let (p, q) = variables
+            .iter()
+            .flat_map(|v| gradients().map(|gradient| v.approximation(gradient[v.index], raa0)))
+            .unzip();
+        let mut scale = constraints
+            .iter()
+            .fold(1.0, |scale: f64, value| scale.max(value.abs()));
+        for variable in variables {
+            let slopes = gradients().map(|gradient| gradient[variable.index]);
+            for slope in slopes.chain([objective_gradient[variable.index]]) {
+                scale = scale.max((slope * variable.range).abs());
+            }
+        }
+        Self {
+            parameters,
+            variables,
+            p0,
+            q0,
+            p,
+            q,
+            values: constraints,
+            scale,
+        }
+    }
+
+    /// `∂f̃₀/∂x_j + Σ_i λ_i ∂f̃_i/∂x_j` from its parts: `p_j + Σ λ_i p_ij` and `q_j + Σ λ_i q_ij`.
+    pub fn combined(&self, j: usize, lambda: &[f64]) -> (f64, f64) {
+        let m = lambda.len();
+        let (mut p, mut q) = (self.p0[j], self.q0[j]);
+        for i in 0..m {
+            p += lambda[i] * self.p[j * m + i];
+            q += lambda[i] * self.q[j * m + i];
+        }
+        (p, q)
+    }
+
+    /// Adds `f̃_i(t) − f_i(0)` of variable `j` to `values`, as a product with `t` so that nothing cancels.
+    pub fn add_values(&self, j: usize, x: f64, to_upp: f64, to_low: f64, values: &mut [f64]) {
+        let (variable, m) = (&self.variables[j], values.len());
+        let upper = x * to_upp / variable.upp;
+        let lower = x * to_low / -variable.low;
+        for i in 0..m {
+            values[i] += self.p[j * m + i] * upper - self.q[j * m + i] * lower;
+        }
+    }
+
+    /// `slopes[i] = ∂f̃_i/∂x_j` from `1/(u_j − x_j)²` and `1/(x_j − l_j)²`.
+    pub fn slopes(&self, j: usize, upp2: f64, low2: f64, slopes: &mut [f64]) {
+        let m = slopes.len();
+        for i in 0..m {
+            slopes[i] = self.p[j * m + i] * upp2 - self.q[j * m + i] * low2;
+        }
+    }
+}

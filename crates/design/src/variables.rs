@@ -1,0 +1,420 @@
+//! Which elements are designed, which are passive, and where the design starts.
+
+mod error;
+
+pub use error::DesignError;
+
+use crate::map::DesignMap;
+
+/// What an element is to the design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Not in the design domain: full material, no share in the design volume.
+    Outside,
+    /// In the design domain with a design variable of its own.
+    Designed,
+    /// In the design domain, always φ = 1.
+    Solid,
+    /// In the design domain, always φ = 0, so that only the smallest stiffness of the interpolation (86) is left.
+    Void,
+}
+
+impl Role {
+    /// The density of an element that has no variable.
+    fn fixed_density(self) -> Option<f64> {
+        match self {
+            Self::Outside | Self::Solid => Some(1.0),
+            Self::Void => Some(0.0),
+            Self::Designed => None,
+        }
+    }
+}
+
+/// The map between design variables (one per designed element) and densities of all elements.
+///
+/// As a [`DesignMap`] it puts the variables in their elements and the fixed densities of [`Role`] in all others.
+#[derive(Clone, Debug)]
+pub struct DesignVariables {
+    roles: Vec<Role>,
+    designed: Vec<u32>,
+    domain: Vec<u32>,
+}
+
+impl DesignVariables {
+    /// `domain`: elements of the design domain of a mesh with `element_count` elements; `solid`, `void`: its passive
+    /// elements. Lists need no order and may name an element more than once.
+    ///
+    /// # Errors
+    ///
+    /// An element out of range, passive outside the domain, or both solid and void; a domain without designed elements.
+    pub fn new(
+        element_count: usize,
+        domain: &[u32],
+        solid: &[u32],
+        void: &[u32],
+    ) -> Result<Self, DesignError> {
+        let mut roles = vec![Role::Outside; element_count];
+        for &element in domain {
+            let role = roles.get_mut(element as usize);
+            *role.ok_or(DesignError::ElementOutOfRange {
+                element,
+                element_count,
+            })? = Role::Designed;
+        }
+        for (list, passive) in [(solid, Role::Solid), (void, Role::Void)] {
+            for &element in list {
+                match roles.get_mut(element as usize) {
+                    None => {
+                        return Err(DesignError::ElementOutOfRange {
+                            element,
+                            element_count,
+                        });
+                    }
+                    Some(Role::Outside) => return Err(DesignError::PassiveOutside { element }),
+                    Some(role) if *role != Role::Designed && *role != passive => {
+                        return Err(DesignError::Contradiction { element });
+                    }
+                    Some(role) => *role = passive,
+                }
+            }
+        }
+        let elements_where = |wanted: fn(Role) -> bool| -> Vec<u32> {
+            (0..element_count as u32)
+                .filter(|&element| wanted(roles[element as usize]))
+                .collect()
+        };
+        let designed = elements_where(|role| role == Role::Designed);
+        let domain = elements_where(|role| role != Role::Outside);
+        if designed.is_empty() {
+            return Err(DesignError::Empty {
+                domain: domain.len(),
+                passive: domain.len(),
+            });
+        }
+        Ok(Self {
+            roles,
+            designed,
+            domain,
+        })
+    }
+
+    /// Number of design variables.
+    pub fn count(&self) -> usize {
+        self.designed.len()
+    }
+
+    /// Number of elements of the mesh.
+    pub fn element_count(&self) -> usize {
+        self.roles.len()
+    }
+
+    /// The role of every element.
+    pub fn roles(&self) -> &[Role] {
+        &self.roles
+    }
+
+    /// Designed elements in ascending order: variable `k` is the density of element `designed()[k]`.
+    pub fn designed(&self) -> &[u32] {
+        &self.designed
+    }
+
+    /// Elements of the design domain, designed and passive, in ascending order.
+    pub fn domain(&self) -> &[u32] {
+        &self.domain
+    }
+
+    /// The entries of the designed elements out of a vector over all elements: inverse of the map for densities, its
+    /// transpose for gradients.
+    ///
+    /// # Panics
+    ///
+    /// If `all` has not one entry per element.
+    pub fn restrict(&self, all: &[f64]) -> Vec<f64> {
+        assert_eq!(all.len(), self.roles.len(), "one entry per element");
+        self.designed
+            .iter()
+            .map(|&element| all[element as usize])
+            .collect()
+    }
+
+    /// The map that resets passive elements, to follow a filter that has blurred them.
+    pub fn passives(&self) -> Passives {
+        Passives {
+            fixed: self.roles.iter().map(|role| role.fixed_density()).collect(),
+        }
+    }
+
+    /// Volumes with those outside the design domain set to zero, for [`crate::VolumeConstraint`]. \[L³\]
+    ///
+    /// # Errors
+    ///
+    /// Not one volume per element, or a volume in the domain that is not finite and positive.
+    pub fn domain_volumes(&self, volumes: &[f64]) -> Result<Vec<f64>, DesignError> {
+        if volumes.len() != self.roles.len() {
+            return Err(DesignError::VolumeCount {
+                expected: self.roles.len(),
+                found: volumes.len(),
+            });
+        }
+        let mut domain_volumes = vec![0.0; volumes.len()];
+        for &element in &self.domain {
+            let element = element as usize;
+            let volume = volumes[element];
+            if !(volume.is_finite() && volume > 0.0) {
+                return Err(DesignError::Volume { element, volume });
+            }
+            domain_volumes[element] = volume;
+        }
+        Ok(domain_volumes)
+    }
+
+    /// Smallest and largest solid fraction of the design domain that the passive elements leave possible.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::domain_volumes`].
+    pub fn fraction_range(&self, volumes: &[f64]) -> Result<(f64, f64), DesignError> {
+        let volumes = self.domain_volumes(volumes)?;
+        let volume_of = |role: Role| -> f64 {
+            self.roles
+                .iter()
+                .zip(&volumes)
+                .filter(|(other, _)| **other == role)
+                .map(|(_, volume)| volume)
+                .sum()
+        };
+        let (designed, solid, void) = (
+            volume_of(Role::Designed),
+            volume_of(Role::Solid),
+            volume_of(Role::Void),
+        );
+        let all = designed + solid + void;
+        Ok((solid / all, (solid + designed) / all))
+    }
+
+    /// Checks that some design has at most the solid fraction `limit`.
+    ///
+    /// # Errors
+    ///
+    /// [`DesignError::Fraction`] if the passive solid elements alone are more, and as [`Self::domain_volumes`].
+    pub fn check_limit(&self, volumes: &[f64], limit: f64) -> Result<(), DesignError> {
+        let (smallest, largest) = self.fraction_range(volumes)?;
+        if limit >= smallest {
+            Ok(())
+        } else {
+            Err(DesignError::Fraction {
+                fraction: limit,
+                smallest,
+                largest,
+            })
+        }
+    }
+
+    /// Variables that are all `value`.
+    ///
+    /// # Errors
+    ///
+    /// A value outside [0, 1].
+    pub fn uniform(&self, value: f64) -> Result<Vec<f64>, DesignError> {
+        if (0.0..=1.0).contains(&value) {
+            Ok(vec![value; self.designed.len()])
+        } else {
+            Err(DesignError::Initial { value })
+        }
+    }
+
+    /// Equal variables with which the design domain, passive elements included, has the solid fraction `fraction`.
+    ///
+    /// # Errors
+    ///
+    /// [`DesignError::Fraction`] if the passive elements make it impossible, and as [`Self::domain_volumes`].
+    pub fn uniform_with_fraction(
+        &self,
+        volumes: &[f64],
+        fraction: f64,
+    ) -> Result<Vec<f64>, DesignError> {
+        let (smallest, largest) = self.fraction_range(volumes)?;
+        // `largest > smallest` holds: there is a designed element, and its volume is positive.
+        let value = (fraction - smallest) / (largest - smallest);
+        self.uniform(value).map_err(|_| DesignError::Fraction {
+            fraction,
+            smallest,
+            largest,
+        })
+    }
+}
+
+impl DesignMap for DesignVariables {
+    fn apply(&self, x: &[f64]) -> Vec<f64> {
+        assert_eq!(
+            x.len(),
+            self.designed.len(),
+            "one variable per designed element"
+        );
+        let mut densities: Vec<f64> = self
+            .roles
+            .iter()
+            .map(|role| role.fixed_density().unwrap_or(0.0))
+            .collect();
+        for (&element, &value) in self.designed.iter().zip(x) {
+            densities[element as usize] = value;
+        }
+        densities
+    }
+
+    fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
+        self.restrict(d_phi)
+    }
+}
+
+/// Resets the densities of elements that are not designed; a [`DesignMap`] over all elements.
+#[derive(Clone, Debug)]
+pub struct Passives {
+    fixed: Vec<Option<f64>>,
+}
+
+impl DesignMap for Passives {
+    fn apply(&self, x: &[f64]) -> Vec<f64> {
+        assert_eq!(x.len(), self.fixed.len(), "one density per element");
+        self.fixed
+            .iter()
+            .zip(x)
+            .map(|(fixed, &value)| fixed.unwrap_or(value))
+            .collect()
+    }
+
+    fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
+        assert_eq!(d_phi.len(), self.fixed.len(), "one derivative per element");
+        self.fixed
+            .iter()
+            .zip(d_phi)
+            .map(|(fixed, &value)| if fixed.is_some() { 0.0 } else { value })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::VolumeConstraint;
+
+    /// Elements 1 to 5 of seven are the domain; 2 is solid, 4 is void.
+    fn example() -> DesignVariables {
+        DesignVariables::new(7, &[5, 4, 3, 2, 1], &[2, 2], &[4]).unwrap()
+    }
+
+    const VOLUMES: [f64; 7] = [9.0, 1.0, 2.0, 3.0, 4.0, 10.0, 9.0];
+
+    #[test]
+    fn variables_to_elements_and_back() {
+        let variables = example();
+        assert_eq!(variables.designed(), [1, 3, 5]);
+        assert_eq!(variables.domain(), [1, 2, 3, 4, 5]);
+        let x = [0.1, 0.3, 0.5];
+        let densities = variables.apply(&x);
+        assert_eq!(densities, [1.0, 0.1, 1.0, 0.3, 0.0, 0.5, 1.0]);
+        assert_eq!(variables.restrict(&densities), x);
+        let blurred = [0.7; 7];
+        assert_eq!(
+            variables.passives().apply(&blurred),
+            [1.0, 0.7, 1.0, 0.7, 0.0, 0.7, 1.0]
+        );
+        assert_eq!(
+            variables.passives().pull_back(&blurred, &[2.0; 7]),
+            [0.0, 2.0, 0.0, 2.0, 0.0, 2.0, 0.0]
+        );
+    }
+
+    #[test]
+    fn initial_design_meets_the_fraction_with_passives() {
+        let variables = example();
+        // Solid 2 of 20, designed 14 of 20: 0.45 asks for (9 − 2)/14 = 0.5.
+        let x = variables.uniform_with_fraction(&VOLUMES, 0.45).unwrap();
+        assert!(x.iter().all(|value| (value - 0.5).abs() < 1e-15));
+        let constraint =
+            VolumeConstraint::new(variables.domain_volumes(&VOLUMES).unwrap(), 0.45).unwrap();
+        assert_eq!(constraint.design_volume(), 20.0);
+        assert!(constraint.value(&variables.apply(&x)).abs() < 1e-15);
+        assert_eq!(variables.fraction_range(&VOLUMES).unwrap(), (0.1, 0.8));
+        for fraction in [0.05, 0.9, f64::NAN] {
+            let error = variables
+                .uniform_with_fraction(&VOLUMES, fraction)
+                .unwrap_err();
+            assert!(matches!(
+                error,
+                DesignError::Fraction {
+                    smallest: 0.1,
+                    largest: 0.8,
+                    ..
+                }
+            ));
+        }
+        assert!(variables.check_limit(&VOLUMES, 0.1).is_ok());
+        assert!(variables.check_limit(&VOLUMES, 0.95).is_ok());
+        assert!(variables.check_limit(&VOLUMES, 0.09).is_err());
+        assert!(variables.check_limit(&VOLUMES, f64::NAN).is_err());
+    }
+
+    #[test]
+    fn errors_name_the_element() {
+        let make = |domain: &[u32], solid: &[u32], void: &[u32]| {
+            DesignVariables::new(4, domain, solid, void).unwrap_err()
+        };
+        assert_eq!(
+            make(&[], &[], &[]),
+            DesignError::Empty {
+                domain: 0,
+                passive: 0
+            }
+        );
+        assert_eq!(
+            make(&[1, 2], &[1], &[2]),
+            DesignError::Empty {
+                domain: 2,
+                passive: 2
+            }
+        );
+        assert_eq!(
+            make(&[1, 2, 3], &[1, 3], &[2, 3]),
+            DesignError::Contradiction { element: 3 }
+        );
+        assert_eq!(
+            make(&[1], &[0], &[]),
+            DesignError::PassiveOutside { element: 0 }
+        );
+        let out_of_range = DesignError::ElementOutOfRange {
+            element: 4,
+            element_count: 4,
+        };
+        assert_eq!(make(&[1, 4], &[], &[]), out_of_range);
+        assert_eq!(make(&[1], &[], &[4]), out_of_range);
+
+        let variables = example();
+        assert_eq!(
+            variables.uniform(1.5),
+            Err(DesignError::Initial { value: 1.5 })
+        );
+        assert!(variables.uniform(f64::NAN).is_err());
+        let few = variables.domain_volumes(&VOLUMES[..3]);
+        assert_eq!(
+            few,
+            Err(DesignError::VolumeCount {
+                expected: 7,
+                found: 3
+            })
+        );
+        let mut flat = VOLUMES;
+        flat[3] = 0.0;
+        assert_eq!(
+            variables.domain_volumes(&flat),
+            Err(DesignError::Volume {
+                element: 3,
+                volume: 0.0
+            })
+        );
+        // An element outside the domain may have any volume.
+        flat = VOLUMES;
+        flat[0] = f64::NAN;
+        assert!(variables.domain_volumes(&flat).is_ok());
+    }
+}

@@ -1,0 +1,164 @@
+//! The volume constraint.
+
+use thiserror::Error;
+
+/// Why a volume constraint cannot be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum VolumeError {
+    /// A volume is negative, infinite or not a number.
+    #[error(
+        "element {element} has volume {volume}; volumes of designed elements are finite and not negative"
+    )]
+    Volume {
+        /// Element, from 0.
+        element: usize,
+        /// Its volume. \[L³\]
+        volume: f64,
+    },
+    /// There is nothing to constrain.
+    #[error("the design domain has no volume; name at least one body with elements in it")]
+    Empty,
+    /// The limit is outside (0, 1].
+    #[error("volume fraction {fraction} is outside (0, 1]")]
+    Fraction {
+        /// The limit asked for.
+        fraction: f64,
+    },
+}
+
+/// At most a fraction of the design domain is solid: `g(φ) = Σ_e φ_e v_e / (V_design · V_max) − 1 ≤ 0`.
+///
+/// Relative to its limit, so that `g = 0.01` is one per cent too much. Paper: (87).
+#[derive(Clone, Debug)]
+pub struct VolumeConstraint {
+    volumes: Vec<f64>,
+    design_volume: f64,
+    fraction: f64,
+}
+
+impl VolumeConstraint {
+    /// `volumes`: `v_e` of every element, 0 for elements outside the design domain \[L³\]; `fraction`: the limit `V_max`
+    /// in (0, 1\], of the whole domain with its passive elements.
+    ///
+    /// # Errors
+    ///
+    /// A volume that is negative or not finite, a domain without volume, a fraction outside (0, 1\].
+    pub fn new(volumes: Vec<f64>, fraction: f64) -> Result<Self, VolumeError> {
+        if let Some(element) = volumes.iter().position(|v| !v.is_finite() || *v < 0.0) {
+            return Err(VolumeError::Volume {
+                element,
+                volume: volumes[element],
+            });
+        }
+        if !(fraction > 0.0 && fraction <= 1.0) {
+            return Err(VolumeError::Fraction { fraction });
+        }
+        let design_volume: f64 = volumes.iter().sum();
+        if design_volume <= 0.0 {
+            return Err(VolumeError::Empty);
+        }
+        Ok(Self {
+            volumes,
+            design_volume,
+            fraction,
+        })
+    }
+
+    /// `V_design`, the volume of the design domain. \[L³\]
+    pub fn design_volume(&self) -> f64 {
+        self.design_volume
+    }
+
+    /// `V_max`, the largest solid fraction allowed.
+    pub fn limit(&self) -> f64 {
+        self.fraction
+    }
+
+    /// `V(φ) = Σ φ_e v_e / V_design`, the solid fraction of the design domain.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many densities as volumes.
+    pub fn fraction(&self, densities: &[f64]) -> f64 {
+        assert_eq!(
+            densities.len(),
+            self.volumes.len(),
+            "one density per element"
+        );
+        let solid: f64 = densities
+            .iter()
+            .zip(&self.volumes)
+            .map(|(density, volume)| density * volume)
+            .sum();
+        solid / self.design_volume
+    }
+
+    /// `g(φ)`, not positive where the constraint holds.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many densities as volumes.
+    pub fn value(&self, densities: &[f64]) -> f64 {
+        self.fraction(densities) / self.fraction - 1.0
+    }
+
+    /// `∂g/∂φ_e = v_e / (V_design · V_max)`, the same for every design.
+    pub fn gradient(&self) -> Vec<f64> {
+        let limit_volume = self.design_volume * self.fraction;
+        self.volumes
+            .iter()
+            .map(|volume| volume / limit_volume)
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn value_and_gradient_by_hand() {
+        // 0.5·2 + 1·1 + 0.25·4 = 3 of 7; the zero volume is an element outside the domain.
+        let constraint = VolumeConstraint::new(vec![2.0, 1.0, 4.0, 0.0], 0.4).unwrap();
+        let densities = [0.5, 1.0, 0.25, 1.0];
+        assert!((constraint.fraction(&densities) - 3.0 / 7.0).abs() < 1e-15);
+        assert!((constraint.value(&densities) - (3.0 / 2.8 - 1.0)).abs() < 1e-15);
+        // Linear: the value at the limit is zero, and the gradient carries one design to any other.
+        assert!(constraint.value(&[0.4; 4]).abs() < 1e-15);
+        let gradient = constraint.gradient();
+        let change: f64 = gradient
+            .iter()
+            .zip(densities)
+            .map(|(g, density)| g * (density - 0.4))
+            .sum();
+        assert!((constraint.value(&densities) - change).abs() < 1e-15);
+    }
+
+    #[test]
+    fn errors_name_the_place() {
+        let volume = VolumeConstraint::new(vec![1.0, f64::NAN], 0.5).unwrap_err();
+        assert!(matches!(volume, VolumeError::Volume { element: 1, .. }));
+        let negative = VolumeConstraint::new(vec![1.0, 1.0, -1.0], 0.5).unwrap_err();
+        assert_eq!(
+            negative,
+            VolumeError::Volume {
+                element: 2,
+                volume: -1.0
+            }
+        );
+        assert_eq!(
+            VolumeConstraint::new(vec![0.0], 0.5).unwrap_err(),
+            VolumeError::Empty
+        );
+        assert_eq!(
+            VolumeConstraint::new(vec![], 0.5).unwrap_err(),
+            VolumeError::Empty
+        );
+        for fraction in [0.0, -0.1, 1.1, f64::NAN] {
+            assert!(matches!(
+                VolumeConstraint::new(vec![1.0], fraction),
+                Err(VolumeError::Fraction { .. })
+            ));
+        }
+    }
+}

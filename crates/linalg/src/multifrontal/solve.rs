@@ -1,0 +1,232 @@
+//! Forward and backward substitution along the fronts.
+//!
+//! With P A Q = L U, rows are read in the order of the pivot rows and columns in that of the pivot
+//! columns; for the transposed system the two and the two triangles swap roles.
+
+use super::Numeric;
+use super::kernels;
+use super::numeric::Front;
+use super::scalar::Scalar;
+use faer::linalg::triangular_solve as triangular;
+use faer::{Accum, MatMut, MatRef, Par};
+
+/// Right-hand sides treated together.
+const BLOCK: usize = 32;
+
+impl<T: Scalar> Numeric<T> {
+    /// Overwrites the right-hand sides, one after the other in `rhs`, by the solutions.
+    pub fn solve(&self, transpose: bool, rhs: &mut [f64]) {
+        if self.symbolic.n == 0 {
+            return;
+        }
+        for block in rhs.chunks_mut(self.symbolic.n * BLOCK) {
+            self.solve_block(transpose, block);
+        }
+    }
+
+    fn solve_block(&self, transpose: bool, rhs: &mut [f64]) {
+        let n = self.symbolic.n;
+        let (before, after) = if transpose {
+            (&self.scaling.columns, &self.scaling.rows)
+        } else {
+            (&self.scaling.rows, &self.scaling.columns)
+        };
+        let mut units = Vec::with_capacity(rhs.len() / n);
+        let mut x: Vec<T> = Vec::with_capacity(rhs.len());
+        for column in rhs.chunks_exact_mut(n) {
+            column
+                .iter_mut()
+                .zip(before)
+                .for_each(|(b, scale)| *b *= scale);
+            let unit = power_of_two_near(crate::csr::largest(column));
+            let permuted = self.symbolic.permutation.iter();
+            x.extend(permuted.map(|&i| T::from_f64(column[i as usize] / unit)));
+            units.push(unit);
+        }
+        if units.len() == 1 {
+            self.sweep(transpose, &mut x);
+        } else {
+            self.sweep_block(transpose, &mut x);
+        }
+        for ((column, x), unit) in rhs.chunks_exact_mut(n).zip(x.chunks_exact(n)).zip(units) {
+            for (&i, x) in self.symbolic.permutation.iter().zip(x) {
+                column[i as usize] = x.to_f64() * unit * after[i as usize];
+            }
+        }
+    }
+
+    /// Rows (forward) and columns (backward) of a front beyond its pivots.
+    fn beyond<'a>(&'a self, k: usize, delayed: &'a [u32]) -> impl Iterator<Item = usize> + 'a {
+        delayed
+            .iter()
+            .chain(&self.symbolic.supernodes[k].rows)
+            .map(|&i| i as usize)
+    }
+
+    /// One right-hand side, in place, permuted numbering.
+    fn sweep(&self, transpose: bool, x: &mut [T]) {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let y = self.forward(transpose, x);
+                self.backward(transpose, &y, x);
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn forward(&self, transpose: bool, b: &mut [T]) -> Vec<T> {
+        let mut y: Vec<T> = Vec::with_capacity(b.len());
+        let mut update: Vec<T> = Vec::new();
+        for (k, front) in self.fronts.iter().enumerate() {
+            let (pivots, delayed) = if transpose {
+                (&front.pivot_columns, &front.delayed_columns)
+            } else {
+                (&front.pivot_rows, &front.delayed_rows)
+            };
+            let start = y.len();
+            y.extend(pivots.iter().map(|&i| b[i as usize]));
+            let w = &mut y[start..];
+            update.clear();
+            update.resize(
+                delayed.len() + self.symbolic.supernodes[k].rows.len(),
+                T::ZERO,
+            );
+            if transpose {
+                kernels::solve_upper_transposed(&front.lu, w);
+                kernels::subtract_transposed_product(&front.upper, w, &mut update);
+            } else {
+                kernels::solve_unit_lower(&front.lu, w);
+                kernels::subtract_product(&front.lower, w, &mut update);
+            }
+            for (i, u) in self.beyond(k, delayed).zip(&update) {
+                b[i] += *u;
+            }
+        }
+        y
+    }
+
+    #[inline(always)]
+    fn backward(&self, transpose: bool, y: &[T], x: &mut [T]) {
+        let mut end = y.len();
+        let mut w: Vec<T> = Vec::new();
+        let mut known: Vec<T> = Vec::new();
+        for (k, front) in self.fronts.iter().enumerate().rev() {
+            let (pivots, delayed) = if transpose {
+                (&front.pivot_rows, &front.delayed_rows)
+            } else {
+                (&front.pivot_columns, &front.delayed_columns)
+            };
+            let start = end - pivots.len();
+            w.clear();
+            w.extend_from_slice(&y[start..end]);
+            end = start;
+            known.clear();
+            known.extend(self.beyond(k, delayed).map(|i| x[i]));
+            if transpose {
+                kernels::subtract_transposed_product(&front.lower, &known, &mut w);
+                kernels::solve_unit_lower_transposed(&front.lu, &mut w);
+            } else {
+                kernels::subtract_product(&front.upper, &known, &mut w);
+                kernels::solve_upper(&front.lu, &mut w);
+            }
+            for (&i, w) in pivots.iter().zip(&w) {
+                x[i as usize] = *w;
+            }
+        }
+    }
+
+    /// Several right-hand sides at once, by matrix products.
+    fn sweep_block(&self, transpose: bool, x: &mut [T]) {
+        let n = self.symbolic.n;
+        let mut stages: Vec<Vec<T>> = Vec::with_capacity(self.fronts.len());
+        for (k, front) in self.fronts.iter().enumerate() {
+            let (pivots, delayed) = if transpose {
+                (&front.pivot_columns, &front.delayed_columns)
+            } else {
+                (&front.pivot_rows, &front.delayed_rows)
+            };
+            let mut w = gather(x, n, || pivots.iter().map(|&i| i as usize));
+            let rows = delayed.len() + self.symbolic.supernodes[k].rows.len();
+            let update = front.forward_block(transpose, &mut w, rows, x.len() / n);
+            for (x, update) in x.chunks_exact_mut(n).zip(update.chunks_exact(rows.max(1))) {
+                for (i, u) in self.beyond(k, delayed).zip(update) {
+                    x[i] += *u;
+                }
+            }
+            stages.push(w);
+        }
+        for (k, (front, mut w)) in self.fronts.iter().zip(stages).enumerate().rev() {
+            let (pivots, delayed) = if transpose {
+                (&front.pivot_rows, &front.delayed_rows)
+            } else {
+                (&front.pivot_columns, &front.delayed_columns)
+            };
+            let known = gather(x, n, || self.beyond(k, delayed));
+            front.backward_block(transpose, &mut w, &known, x.len() / n);
+            for (x, w) in x
+                .chunks_exact_mut(n)
+                .zip(w.chunks_exact(pivots.len().max(1)))
+            {
+                for (&i, w) in pivots.iter().zip(w) {
+                    x[i as usize] = *w;
+                }
+            }
+        }
+    }
+}
+
+impl<T: Scalar> Front<T> {
+    /// Solves with L11 (U11ᵀ) and returns the negative update −L21 w (−U12ᵀ w) of `rows` rows.
+    fn forward_block(&self, transpose: bool, w: &mut [T], rows: usize, columns: usize) -> Vec<T> {
+        let q = self.pivot_rows.len();
+        let lu = MatRef::from_column_major_slice(&self.lu, q, q);
+        let mut w = MatMut::from_column_major_slice_mut(w, q, columns);
+        let mut update = vec![T::ZERO; rows * columns];
+        let target = MatMut::from_column_major_slice_mut(&mut update, rows, columns);
+        if transpose {
+            let upper = MatRef::from_column_major_slice(&self.upper, q, rows).transpose();
+            triangular::solve_lower_triangular_in_place(lu.transpose(), w.as_mut(), Par::Seq);
+            faer::linalg::matmul::matmul(target, Accum::Add, upper, w.as_ref(), -T::ONE, Par::Seq);
+        } else {
+            let lower = MatRef::from_column_major_slice(&self.lower, rows, q);
+            triangular::solve_unit_lower_triangular_in_place(lu, w.as_mut(), Par::Seq);
+            faer::linalg::matmul::matmul(target, Accum::Add, lower, w.as_ref(), -T::ONE, Par::Seq);
+        }
+        update
+    }
+
+    /// w ← U11⁻¹ (w − U12 known), transposed L11⁻ᵀ (w − L21ᵀ known).
+    fn backward_block(&self, transpose: bool, w: &mut [T], known: &[T], columns: usize) {
+        let q = self.pivot_rows.len();
+        let rows = known.len() / columns;
+        let lu = MatRef::from_column_major_slice(&self.lu, q, q);
+        let mut w = MatMut::from_column_major_slice_mut(w, q, columns);
+        let known = MatRef::from_column_major_slice(known, rows, columns);
+        if transpose {
+            let lower = MatRef::from_column_major_slice(&self.lower, rows, q).transpose();
+            faer::linalg::matmul::matmul(w.as_mut(), Accum::Add, lower, known, -T::ONE, Par::Seq);
+            triangular::solve_unit_upper_triangular_in_place(lu.transpose(), w, Par::Seq);
+        } else {
+            let upper = MatRef::from_column_major_slice(&self.upper, q, rows);
+            faer::linalg::matmul::matmul(w.as_mut(), Accum::Add, upper, known, -T::ONE, Par::Seq);
+            triangular::solve_upper_triangular_in_place(lu, w, Par::Seq);
+        }
+    }
+}
+
+/// Entries at `places` of each column of `n` entries.
+fn gather<T: Copy, I: Iterator<Item = usize>>(x: &[T], n: usize, places: impl Fn() -> I) -> Vec<T> {
+    x.chunks_exact(n)
+        .flat_map(|column| places().map(|i| column[i]))
+        .collect()
+}
+
+/// Unit for a right-hand side, so that single precision neither overflows nor underflows.
+fn power_of_two_near(largest: f64) -> f64 {
+    if largest.is_normal() {
+        largest.log2().floor().clamp(-1000.0, 1000.0).exp2()
+    } else {
+        1.0
+    }
+}

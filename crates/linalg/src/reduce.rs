@@ -1,0 +1,284 @@
+//! Removal of prescribed unknowns.
+
+use crate::block::{BlockMatrix, BlockPattern};
+use crate::csr::{CsrMatrix, CsrPattern};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Marks a prescribed unknown in the full-to-reduced map.
+const FIXED: u32 = u32::MAX;
+
+/// Map from all unknowns (three per block row) to the free ones, built once per pattern and set of
+/// prescribed unknowns.
+#[derive(Debug, Clone)]
+pub struct Reduction {
+    blocks: Arc<BlockPattern>,
+    /// Reduced index of each full unknown, or [`FIXED`].
+    reduced: Vec<u32>,
+    /// Full index of each free unknown, ascending.
+    free: Vec<u32>,
+    pattern: Arc<CsrPattern>,
+}
+
+impl Reduction {
+    /// Prepares the removal of the unknowns marked in `fixed` (three per block row).
+    ///
+    /// `groups` has an elimination group per block row; the block row of a multiplier names the
+    /// group of its slave node, which comes first in the group. Where all displacements of that
+    /// node are prescribed, the multiplier would be left alone with its zero diagonal; it then
+    /// joins the group of a free node that it is coupled to.
+    ///
+    /// # Panics
+    /// If a length does not match the pattern.
+    pub fn new(pattern: &Arc<BlockPattern>, fixed: &[bool], groups: &[u32]) -> Self {
+        let rows = pattern.rows();
+        assert!(
+            fixed.len() == 3 * rows && groups.len() == rows,
+            "{rows} block rows need {} fixed flags and {rows} groups, but got {} and {}",
+            3 * rows,
+            fixed.len(),
+            groups.len()
+        );
+        assert!(
+            3 * rows < FIXED as usize,
+            "{rows} block rows exceed the index range"
+        );
+        let free: Vec<u32> = (0..3 * rows as u32)
+            .filter(|&i| !fixed[i as usize])
+            .collect();
+        let mut reduced = vec![FIXED; 3 * rows];
+        for (k, &i) in free.iter().enumerate() {
+            reduced[i as usize] = k as u32;
+        }
+        let groups = attach_lone_multipliers(pattern, &reduced, groups);
+        let csr = Arc::new(reduced_pattern(pattern, &reduced, &free, &groups));
+        Self {
+            blocks: Arc::clone(pattern),
+            reduced,
+            free,
+            pattern: csr,
+        }
+    }
+
+    /// Number of free unknowns.
+    pub fn free(&self) -> usize {
+        self.free.len()
+    }
+
+    /// Pattern of the reduced matrices.
+    pub fn pattern(&self) -> &Arc<CsrPattern> {
+        &self.pattern
+    }
+
+    /// Block row and component (0, 1, 2) of a reduced unknown, to name it in messages.
+    pub fn origin(&self, unknown: usize) -> (usize, usize) {
+        let full = self.free[unknown] as usize;
+        (full / 3, full % 3)
+    }
+
+    /// Rows and columns of the free unknowns of `a`.
+    ///
+    /// # Panics
+    /// If `a` has another pattern than this reduction.
+    pub fn reduce(&self, a: &BlockMatrix) -> CsrMatrix {
+        let values = vec![0.0; self.pattern.entries()];
+        let mut reduced = CsrMatrix {
+            pattern: Arc::clone(&self.pattern),
+            values,
+        };
+        self.reduce_into(a, &mut reduced);
+        reduced
+    }
+
+    /// As [`Reduction::reduce`], into a matrix that an earlier call returned.
+    ///
+    /// # Panics
+    /// If one of the matrices has another pattern than this reduction.
+    pub fn reduce_into(&self, a: &BlockMatrix, into: &mut CsrMatrix) {
+        assert!(
+            Arc::ptr_eq(a.pattern(), &self.blocks) || **a.pattern() == *self.blocks,
+            "the matrix has another sparsity pattern than the reduction was built for"
+        );
+        assert!(
+            into.values.len() == self.pattern.entries()
+                && (Arc::ptr_eq(&into.pattern, &self.pattern) || *into.pattern == *self.pattern),
+            "the target has another sparsity pattern than the reduction was built for"
+        );
+        let mut rest = into.values.as_mut_slice();
+        let mut rows = Vec::with_capacity(self.free.len());
+        for window in self.pattern.row_offsets.windows(2) {
+            let (row, tail) = rest.split_at_mut(window[1] - window[0]);
+            rows.push(row);
+            rest = tail;
+        }
+        rows.into_par_iter()
+            .with_min_len(512)
+            .enumerate()
+            .for_each(|(k, row)| {
+                let (i, component) = self.origin(k);
+                let mut entries = row.iter_mut();
+                for position in self.blocks.row_range(i) {
+                    let column =
+                        self.blocks.row(i)[position - self.blocks.row_range(i).start] as usize;
+                    let block = &a.values()[position];
+                    for b in 0..3 {
+                        if self.reduced[3 * column + b] != FIXED
+                            && let Some(entry) = entries.next()
+                        {
+                            *entry = block[3 * component + b];
+                        }
+                    }
+                }
+            });
+    }
+
+    /// Free entries of a full vector.
+    ///
+    /// # Panics
+    /// If the length is not three per block row.
+    pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
+        assert_eq!(
+            full.len(),
+            self.reduced.len(),
+            "a full vector has three entries per block row"
+        );
+        self.free.iter().map(|&i| full[i as usize]).collect()
+    }
+
+    /// Writes the free entries into a full vector; prescribed entries stay untouched.
+    ///
+    /// # Panics
+    /// If a length does not match.
+    pub fn prolong(&self, reduced: &[f64], full: &mut [f64]) {
+        assert_eq!(
+            reduced.len(),
+            self.free.len(),
+            "a reduced vector has an entry per free unknown"
+        );
+        assert_eq!(
+            full.len(),
+            self.reduced.len(),
+            "a full vector has three entries per block row"
+        );
+        for (&i, value) in self.free.iter().zip(reduced) {
+            full[i as usize] = *value;
+        }
+    }
+}
+
+/// Number of free components of block row `i`.
+fn free_components(reduced: &[u32], i: usize) -> usize {
+    reduced[3 * i..3 * i + 3]
+        .iter()
+        .filter(|&&k| k != FIXED)
+        .count()
+}
+
+/// Moves each block row whose group leader (first row of the group) is entirely prescribed to the
+/// group of the coupled leader with the most free components, the lowest-numbered among equals.
+fn attach_lone_multipliers(pattern: &BlockPattern, reduced: &[u32], groups: &[u32]) -> Vec<u32> {
+    let mut leaders: HashMap<u32, usize> = HashMap::new();
+    for (i, &group) in groups.iter().enumerate() {
+        leaders.entry(group).or_insert(i);
+    }
+    let mut attached = groups.to_vec();
+    for i in 0..pattern.rows() {
+        let leader = leaders[&groups[i]];
+        if leader == i || free_components(reduced, i) == 0 || free_components(reduced, leader) > 0 {
+            continue;
+        }
+        let host = pattern
+            .row(i)
+            .iter()
+            .map(|&j| j as usize)
+            .filter(|&j| leaders[&groups[j]] == j && free_components(reduced, j) > 0)
+            .max_by_key(|&j| (free_components(reduced, j), std::cmp::Reverse(j)));
+        if let Some(host) = host {
+            attached[i] = groups[host];
+        }
+    }
+    attached
+}
+
+fn reduced_pattern(
+    pattern: &BlockPattern,
+    reduced: &[u32],
+    free: &[u32],
+    groups: &[u32],
+) -> CsrPattern {
+    let mut row_offsets = Vec::with_capacity(free.len() + 1);
+    let mut columns = Vec::new();
+    row_offsets.push(0);
+    for &full in free {
+        for &j in pattern.row(full as usize / 3) {
+            let components = &reduced[3 * j as usize..3 * j as usize + 3];
+            columns.extend(components.iter().filter(|&&k| k != FIXED));
+        }
+        row_offsets.push(columns.len());
+    }
+    let groups = free.iter().map(|&full| groups[full as usize / 3]).collect();
+    CsrPattern {
+        n: free.len(),
+        row_offsets,
+        columns,
+        groups,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example() -> BlockMatrix {
+        let pattern = BlockPattern::from_rows(&[vec![0, 2], vec![1, 2], vec![0, 1, 2]]);
+        let mut a = BlockMatrix::new(Arc::new(pattern));
+        for (k, block) in a.values_mut().iter_mut().enumerate() {
+            *block = std::array::from_fn(|l| ((k * 9 + l) as f64 * 0.37).sin());
+        }
+        a
+    }
+
+    /// The reduced product equals the full product with zeros at the prescribed unknowns.
+    #[test]
+    fn reduced_rows_and_columns_are_those_of_the_free_unknowns() {
+        let a = example();
+        let fixed = [false, true, false, true, true, true, false, false, true];
+        let reduction = Reduction::new(a.pattern(), &fixed, &[0, 1, 2]);
+        assert_eq!(reduction.free(), 4);
+        assert_eq!(reduction.origin(2), (2, 0));
+        assert!(reduction.pattern().is_consistent());
+        let reduced = reduction.reduce(&a);
+        let x = [0.3, -1.0, 0.5, 2.0];
+        let (mut full, mut product, mut y) = ([0.0; 9], [0.0; 9], [0.0; 4]);
+        reduction.prolong(&x, &mut full);
+        a.mul(&full, &mut product);
+        reduced.mul(&x, &mut y);
+        for (y, expected) in y.iter().zip(reduction.restrict(&product)) {
+            assert!((y - expected).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn prescribed_entries_stay_untouched() {
+        let a = example();
+        let mut fixed = [false; 9];
+        fixed[4] = true;
+        let reduction = Reduction::new(a.pattern(), &fixed, &[0, 1, 2]);
+        let mut full = [7.0; 9];
+        reduction.prolong(&[1.0; 8], &mut full);
+        assert_eq!(full, [1.0, 1.0, 1.0, 1.0, 7.0, 1.0, 1.0, 1.0, 1.0]);
+    }
+
+    /// Block row 2 is a multiplier of node 1; with node 1 prescribed it joins node 0.
+    #[test]
+    fn a_multiplier_of_a_prescribed_node_joins_a_free_neighbour() {
+        let a = example();
+        let mut fixed = [false; 9];
+        fixed[3..6].fill(true);
+        let reduction = Reduction::new(a.pattern(), &fixed, &[0, 1, 1]);
+        assert_eq!(reduction.pattern().groups, vec![0; 6]);
+        let free_node = Reduction::new(a.pattern(), &[false; 9], &[0, 1, 1]);
+        assert_eq!(free_node.pattern().groups, vec![0, 0, 0, 1, 1, 1, 1, 1, 1]);
+    }
+}

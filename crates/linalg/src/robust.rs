@@ -1,0 +1,185 @@
+//! A solver that falls back to a more robust method when one fails.
+
+use crate::csr::{CsrMatrix, CsrPattern};
+use crate::multifrontal::MultifrontalSolver;
+use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision};
+use crate::supernodal::SupernodalSolver;
+use crate::verified::{SolveError, SolveOptions, solve_with};
+use std::sync::Arc;
+
+/// Relative residual that factors must reach on a test vector, with the help of GMRES. A singular
+/// matrix cannot reach it, for the vector has a part of about 1/√n outside of its range.
+const TEST_TOLERANCE: f64 = 1e-4;
+
+/// Iterations granted to that test. Single precision needs two to six on hard problems.
+const TEST_ITERATIONS: usize = 12;
+
+/// Unknowns above which faer is not tried as a fallback: it would need more than 12 GB.
+const LARGEST_FALLBACK: usize = 120_000;
+
+/// Which direct solver to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SolverChoice {
+    /// Multifrontal in double precision, then faer.
+    #[default]
+    Auto,
+    /// Multifrontal in the given precision; single precision falls back to double, then to faer.
+    Multifrontal {
+        /// Number format of the factors.
+        precision: Precision,
+    },
+    /// faer's supernodal LU only.
+    Faer,
+}
+
+/// Facade over the solvers: tries them in turn until factors pass a test solve.
+///
+/// The chain is multifrontal in single precision (if chosen), multifrontal in double precision, faer
+/// (up to 120 000 unknowns). A matrix that double precision finds singular is reported at once.
+#[derive(Debug)]
+pub struct RobustSolver {
+    choice: SolverChoice,
+    multifrontal: MultifrontalSolver,
+    supernodal: SupernodalSolver,
+    used: Option<Method>,
+}
+
+/// A link of the chain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Method {
+    Multifrontal(Precision),
+    Supernodal,
+}
+
+impl Method {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Multifrontal(Precision::F64) => "multifrontal LU in double precision",
+            Self::Multifrontal(Precision::F32) => "multifrontal LU in single precision",
+            Self::Supernodal => "supernodal LU",
+        }
+    }
+}
+
+impl RobustSolver {
+    /// A solver of the given kind, without an analysis yet.
+    pub fn new(choice: SolverChoice) -> Self {
+        Self {
+            choice,
+            multifrontal: MultifrontalSolver::new(Precision::F64),
+            supernodal: SupernodalSolver::new(),
+            used: None,
+        }
+    }
+
+    /// Name of the method behind the latest successful factorization.
+    pub fn used(&self) -> Option<&'static str> {
+        self.used.map(Method::name)
+    }
+
+    /// Prepares for matrices on `pattern`; otherwise the first factorization does.
+    ///
+    /// # Errors
+    /// If the pattern is inconsistent or too large for the ordering.
+    pub fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
+        match self.choice {
+            SolverChoice::Faer => Ok(()),
+            _ => self.multifrontal.analyse(pattern),
+        }
+    }
+
+    fn chain(&self, n: usize) -> Vec<Method> {
+        use Method::{Multifrontal, Supernodal};
+        let mut chain = match self.choice {
+            SolverChoice::Faer => return vec![Supernodal],
+            SolverChoice::Multifrontal {
+                precision: Precision::F32,
+            } => {
+                vec![Multifrontal(Precision::F32), Multifrontal(Precision::F64)]
+            }
+            _ => vec![Multifrontal(Precision::F64)],
+        };
+        if n <= LARGEST_FALLBACK {
+            chain.push(Supernodal);
+        }
+        chain
+    }
+
+    fn attempt(
+        &mut self,
+        method: Method,
+        a: &CsrMatrix,
+    ) -> Result<Box<dyn Factorization>, FactorizationError> {
+        let factors = match method {
+            Method::Multifrontal(precision) => {
+                self.multifrontal.set_precision(precision);
+                self.multifrontal.factorize(a)?
+            }
+            Method::Supernodal => self.supernodal.factorize(a)?,
+        };
+        test_factors(a, factors.as_ref(), method.name())?;
+        self.used = Some(method);
+        Ok(factors)
+    }
+}
+
+impl LinearSolver for RobustSolver {
+    fn name(&self) -> &'static str {
+        match self.choice {
+            SolverChoice::Faer => "supernodal LU",
+            _ => "multifrontal LU with fallbacks",
+        }
+    }
+
+    fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        use FactorizationError::{NonFinite, Pattern, Singular};
+        let mut failure = None;
+        for method in self.chain(a.n()) {
+            match self.attempt(method, a) {
+                Ok(factors) => return Ok(factors),
+                Err(error @ (NonFinite { .. } | Pattern { .. })) => return Err(error),
+                Err(error @ Singular { .. }) if method != Method::Multifrontal(Precision::F32) => {
+                    return Err(error);
+                }
+                // The latest failure is that of the most accurate method.
+                Err(error) => failure = Some(error),
+            }
+        }
+        Err(failure.unwrap_or(FactorizationError::Backend {
+            solver: self.name(),
+            n: a.n(),
+            reason: "no method is available".to_owned(),
+        }))
+    }
+}
+
+/// Solves for a fixed vector without structure and looks at the true residual.
+fn test_factors(
+    a: &CsrMatrix,
+    factors: &dyn Factorization,
+    solver: &'static str,
+) -> Result<(), FactorizationError> {
+    // In proportion to the rows, as real right-hand sides are.
+    let rhs: Vec<f64> = (0..a.n())
+        .map(|i| {
+            let row = a.row(i).1.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            row * (i as f64 * i as f64 * 0.618_034).sin()
+        })
+        .collect();
+    let mut x = vec![0.0; a.n()];
+    let options = SolveOptions {
+        tolerance: TEST_TOLERANCE,
+        max_iterations: TEST_ITERATIONS,
+        restart: TEST_ITERATIONS,
+    };
+    let residual = match solve_with(a, factors, false, &rhs, &mut x, &options) {
+        Ok(report) => report.relative_residual,
+        Err(SolveError::NotConverged { report, .. }) => report.relative_residual,
+        Err(_) => f64::NAN,
+    };
+    if residual <= TEST_TOLERANCE {
+        Ok(())
+    } else {
+        Err(FactorizationError::Inaccurate { solver, residual })
+    }
+}

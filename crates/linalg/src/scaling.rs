@@ -1,0 +1,145 @@
+//! Equilibration of rows and columns by powers of two.
+
+use crate::csr::CsrMatrix;
+use rayon::prelude::*;
+
+/// Rows of a parallel task.
+const ROWS_PER_TASK: usize = 8192;
+
+/// Symmetric sweeps before the rows and then the columns are levelled at once.
+const SWEEPS: usize = 3;
+
+/// Row and column factors that bring the largest entry of every row and column of
+/// `diag(rows) A diag(columns)` close to one. Powers of two, so that scaling is free of rounding.
+#[derive(Debug, Clone)]
+pub(crate) struct Scaling {
+    pub rows: Vec<f64>,
+    pub columns: Vec<f64>,
+}
+
+impl Scaling {
+    /// A few simultaneous sweeps in the maximum norm treat rows and columns alike; one pass over
+    /// rows and one over columns then finish what widely spread entries left.
+    /// Reference: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
+    /// matrices, RAL-TR-2001-034. Empty rows and columns keep the factor one.
+    pub fn equilibrate(a: &CsrMatrix) -> Self {
+        let n = a.n();
+        let mut scaling = Self {
+            rows: vec![1.0; n],
+            columns: vec![1.0; n],
+        };
+        for _ in 0..SWEEPS {
+            let (rows, columns) = scaling.largest_entries(a);
+            multiply(&mut scaling.rows, &rows, -0.5);
+            multiply(&mut scaling.columns, &columns, -0.5);
+        }
+        let (rows, _) = scaling.largest_entries(a);
+        multiply(&mut scaling.rows, &rows, -1.0);
+        let (_, columns) = scaling.largest_entries(a);
+        multiply(&mut scaling.columns, &columns, -1.0);
+        scaling
+    }
+
+    /// Largest absolute entry of each scaled row and column. Maxima do not depend on the order in
+    /// which threads take them.
+    fn largest_entries(&self, a: &CsrMatrix) -> (Vec<f64>, Vec<f64>) {
+        let n = a.n();
+        let mut rows = vec![0.0f64; n];
+        let columns = rows
+            .par_chunks_mut(ROWS_PER_TASK)
+            .enumerate()
+            .fold(
+                || vec![0.0f64; n],
+                |mut columns, (task, rows)| {
+                    for (k, row) in rows.iter_mut().enumerate() {
+                        let i = task * ROWS_PER_TASK + k;
+                        let (places, values) = a.row(i);
+                        for (&j, value) in places.iter().zip(values) {
+                            let j = j as usize;
+                            let scaled = value.abs() * self.rows[i] * self.columns[j];
+                            *row = row.max(scaled);
+                            columns[j] = columns[j].max(scaled);
+                        }
+                    }
+                    columns
+                },
+            )
+            .reduce(
+                || vec![0.0f64; n],
+                |mut columns, other| {
+                    columns
+                        .iter_mut()
+                        .zip(other)
+                        .for_each(|(c, o)| *c = c.max(o));
+                    columns
+                },
+            );
+        (rows, columns)
+    }
+
+    /// Entries of the scaled matrix, converted, in the order of the pattern.
+    pub fn apply<T>(&self, a: &CsrMatrix, convert: impl Fn(f64) -> T) -> Vec<T> {
+        let mut values = Vec::with_capacity(a.values.len());
+        for i in 0..a.n() {
+            let (columns, row) = a.row(i);
+            let scaled = columns
+                .iter()
+                .zip(row)
+                .map(|(&j, value)| convert(value * self.rows[i] * self.columns[j as usize]));
+            values.extend(scaled);
+        }
+        values
+    }
+}
+
+/// Multiplies each factor by the power of two next to `size^exponent`. Zero sizes leave it, and
+/// factors stay within 2^±400, so that neither they nor their products overflow.
+fn multiply(factors: &mut [f64], sizes: &[f64], exponent: f64) {
+    for (factor, size) in factors.iter_mut().zip(sizes) {
+        if *size > 0.0 && size.is_finite() {
+            let power = factor.log2() + (exponent * size.log2()).round();
+            *factor = power.clamp(-400.0, 400.0).exp2();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::csr::CsrPattern;
+    use std::sync::Arc;
+
+    /// A matrix that spans 24 decades: afterwards all row and column maxima are within [1/4, 4],
+    /// and dividing the factors out restores the entries exactly.
+    #[test]
+    fn spans_of_many_decades_are_levelled_exactly() {
+        let n = 12;
+        let entry = |i: usize, j: usize| {
+            (1.0 + ((i * 7 + j * 3) % 5) as f64) * 10f64.powi(i as i32 * 2 - 12 + j as i32)
+        };
+        let pattern = CsrPattern {
+            n,
+            row_offsets: (0..=n).map(|i| i * n).collect(),
+            columns: (0..n * n).map(|k| (k % n) as u32).collect(),
+            groups: vec![0; n],
+        };
+        let values: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
+        let a = CsrMatrix {
+            pattern: Arc::new(pattern),
+            values,
+        };
+        let scaling = Scaling::equilibrate(&a);
+        let scaled = scaling.apply(&a, |x| x);
+        for i in 0..n {
+            let row = (0..n).map(|j| scaled[i * n + j].abs()).fold(0.0, f64::max);
+            let column = (0..n).map(|j| scaled[j * n + i].abs()).fold(0.0, f64::max);
+            assert!((0.25..=4.0).contains(&row) && (0.25..=4.0).contains(&column));
+        }
+        for (k, s) in scaled.iter().enumerate() {
+            assert_eq!(
+                s / (scaling.rows[k / n] * scaling.columns[k % n]),
+                a.values[k]
+            );
+        }
+    }
+}

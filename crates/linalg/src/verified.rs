@@ -1,0 +1,347 @@
+//! Solves verified by their true residual.
+
+use crate::csr::{CsrMatrix, largest, norm};
+use crate::solver::Factorization;
+use thiserror::Error;
+
+/// Backward error at which an iteration that stalls has met the rounding errors of the residual
+/// itself: a few units in the last place, since rows hold some hundred entries.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Outcome of a verified solve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveReport {
+    /// ‖b − A x‖₂ / ‖b‖₂ of the returned solution, computed with the matrix in double precision.
+    pub relative_residual: f64,
+    /// ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞): the relative change of A and b for which x is exact.
+    pub backward_error: f64,
+    /// Solves with the factors beyond the first one.
+    pub iterations: usize,
+}
+
+/// How far to go in a verified solve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveOptions {
+    /// Relative residual ‖b − A x‖₂ / ‖b‖₂ to reach.
+    pub tolerance: f64,
+    /// Most solves with the factors beyond the first one.
+    pub max_iterations: usize,
+    /// Directions kept before a restart. Each takes two vectors of memory.
+    pub restart: usize,
+}
+
+impl SolveOptions {
+    /// The given tolerance, at most 100 iterations, a restart after 50.
+    pub fn new(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            max_iterations: 100,
+            restart: 50,
+        }
+    }
+}
+
+/// Why a verified solve failed.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SolveError {
+    /// Lengths do not match.
+    #[error(
+        "the matrix has {n} unknowns, but the factors, right-hand side and solution have \
+         {factors}, {rhs} and {solution}"
+    )]
+    Dimension {
+        /// Unknowns of the matrix.
+        n: usize,
+        /// Unknowns of the factorization.
+        factors: usize,
+        /// Length of the right-hand side.
+        rhs: usize,
+        /// Length of the solution.
+        solution: usize,
+    },
+    /// The right-hand side has an entry that is NaN or infinite.
+    #[error("entry {index} of the right-hand side is not finite; check the loads and the residual")]
+    NonFiniteRightHandSide {
+        /// First such entry.
+        index: usize,
+    },
+    /// The factors or the matrix produced a number that is not finite.
+    #[error(
+        "the solve produced a number that is not finite; the matrix or its factors are unusable"
+    )]
+    NonFinite,
+    /// The residual stayed above the tolerance.
+    #[error(
+        "the linear solve stopped at a relative residual of {:e} after {} iterations, above the \
+         tolerance {tolerance:e}; factorize the current matrix, in double precision if it was single",
+        .report.relative_residual, .report.iterations
+    )]
+    NotConverged {
+        /// What was reached; the solution vector holds the best iterate.
+        report: SolveReport,
+        /// What was asked for.
+        tolerance: f64,
+    },
+}
+
+/// Solves A x = b, or Aᵀ x = b where `transpose` is set, to the relative residual `tolerance`.
+///
+/// The factors may be of single precision or of a nearby matrix: they precondition a flexible GMRES
+/// on the double precision matrix `a`, and every convergence decision rests on the true residual. The
+/// previous content of `x` is ignored. Where rounding makes `tolerance` unreachable, a solution
+/// whose normwise backward error is at the level of rounding counts as converged; the report tells.
+///
+/// References: Saad, A flexible inner-outer preconditioned GMRES algorithm, SIAM J. Sci. Comput. 14
+/// (1993); Rigal and Gaches, J. ACM 14 (1967) for the backward error.
+///
+/// # Errors
+/// See [`SolveError`]; after `NotConverged`, `x` holds the best iterate.
+pub fn solve_verified(
+    a: &CsrMatrix,
+    f: &dyn Factorization,
+    transpose: bool,
+    rhs: &[f64],
+    x: &mut [f64],
+    tolerance: f64,
+) -> Result<SolveReport, SolveError> {
+    solve_with(a, f, transpose, rhs, x, &SolveOptions::new(tolerance))
+}
+
+/// As [`solve_verified`], with limits on iterations and memory.
+///
+/// # Errors
+/// See [`SolveError`].
+pub fn solve_with(
+    a: &CsrMatrix,
+    f: &dyn Factorization,
+    transpose: bool,
+    rhs: &[f64],
+    x: &mut [f64],
+    options: &SolveOptions,
+) -> Result<SolveReport, SolveError> {
+    let n = a.n();
+    if f.n() != n || rhs.len() != n || x.len() != n {
+        return Err(SolveError::Dimension {
+            n,
+            factors: f.n(),
+            rhs: rhs.len(),
+            solution: x.len(),
+        });
+    }
+    if let Some(index) = rhs.iter().position(|b| !b.is_finite()) {
+        return Err(SolveError::NonFiniteRightHandSide { index });
+    }
+    x.fill(0.0);
+    if norm(rhs) == 0.0 {
+        return Ok(SolveReport {
+            relative_residual: 0.0,
+            backward_error: 0.0,
+            iterations: 0,
+        });
+    }
+    let system = System {
+        a,
+        f,
+        transpose,
+        rhs,
+        norm: a.infinity_norm(transpose),
+    };
+    x.copy_from_slice(rhs);
+    system.precondition(x);
+    let mut residual = vec![0.0; n];
+    let mut report = system.assess(x, &mut residual, 0)?;
+    while !system.accepts(&report, options.tolerance) {
+        let left = options.max_iterations.saturating_sub(report.iterations);
+        if left == 0 {
+            return Err(SolveError::NotConverged {
+                report,
+                tolerance: options.tolerance,
+            });
+        }
+        let target = options.tolerance * norm(rhs);
+        let mut candidate = x.to_vec();
+        let steps = left.min(options.restart.max(1));
+        let taken = system.cycle(&mut candidate, &residual, target, steps)?;
+        let improved = system.assess(&candidate, &mut residual, report.iterations + taken)?;
+        let stalled = improved.relative_residual > 0.5 * report.relative_residual;
+        if improved.relative_residual < report.relative_residual {
+            x.copy_from_slice(&candidate);
+            report = improved;
+        } else {
+            report.iterations = improved.iterations;
+        }
+        if stalled && !system.accepts(&report, options.tolerance) {
+            if report.backward_error <= ROUNDING {
+                return Ok(report);
+            }
+            return Err(SolveError::NotConverged {
+                report,
+                tolerance: options.tolerance,
+            });
+        }
+    }
+    Ok(report)
+}
+
+struct System<'a> {
+    a: &'a CsrMatrix,
+    f: &'a dyn Factorization,
+    transpose: bool,
+    rhs: &'a [f64],
+    /// Infinity norm of the operator.
+    norm: f64,
+}
+
+impl System<'_> {
+    fn precondition(&self, v: &mut [f64]) {
+        if self.transpose {
+            self.f.solve_transpose(v);
+        } else {
+            self.f.solve(v);
+        }
+    }
+
+    fn apply(&self, v: &[f64], product: &mut [f64]) {
+        if self.transpose {
+            self.a.mul_transpose(v, product);
+        } else {
+            self.a.mul(v, product);
+        }
+    }
+
+    /// True residual of `x`, left in `residual`.
+    fn assess(
+        &self,
+        x: &[f64],
+        residual: &mut [f64],
+        iterations: usize,
+    ) -> Result<SolveReport, SolveError> {
+        self.a.residual(self.transpose, x, self.rhs, residual);
+        let relative_residual = norm(residual) / norm(self.rhs);
+        let backward_error = largest(residual) / (self.norm * largest(x) + largest(self.rhs));
+        if relative_residual.is_finite() && backward_error.is_finite() {
+            Ok(SolveReport {
+                relative_residual,
+                backward_error,
+                iterations,
+            })
+        } else {
+            Err(SolveError::NonFinite)
+        }
+    }
+
+    /// Converged, or as exact as double precision can tell.
+    fn accepts(&self, report: &SolveReport, tolerance: f64) -> bool {
+        report.relative_residual <= tolerance || report.backward_error <= f64::EPSILON
+    }
+
+    /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the
+    /// number of preconditioned directions.
+    fn cycle(
+        &self,
+        x: &mut [f64],
+        r: &[f64],
+        target: f64,
+        steps: usize,
+    ) -> Result<usize, SolveError> {
+        let beta = norm(r);
+        let mut basis = vec![r.iter().map(|r| r / beta).collect::<Vec<f64>>()];
+        let mut directions: Vec<Vec<f64>> = Vec::new();
+        let mut hessenberg = GivensLeastSquares::new(beta);
+        while directions.len() < steps {
+            let mut z = basis[directions.len()].clone();
+            self.precondition(&mut z);
+            let mut w = vec![0.0; z.len()];
+            self.apply(&z, &mut w);
+            directions.push(z);
+            let column = orthogonalise(&mut w, &basis);
+            if !column.iter().all(|h| h.is_finite()) {
+                return Err(SolveError::NonFinite);
+            }
+            let next = column[column.len() - 1];
+            let estimate = hessenberg.push(column);
+            if estimate <= 0.5 * target || next == 0.0 {
+                break;
+            }
+            w.iter_mut().for_each(|w| *w /= next);
+            basis.push(w);
+        }
+        for (coefficient, z) in hessenberg.solution().iter().zip(&directions) {
+            x.iter_mut().zip(z).for_each(|(x, z)| *x += coefficient * z);
+        }
+        Ok(directions.len())
+    }
+}
+
+/// Removes the components of `w` along `basis`, twice for full orthogonality. Returns the
+/// coefficients followed by the norm of what is left.
+fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
+    let mut column = vec![0.0; basis.len() + 1];
+    for _ in 0..2 {
+        for (h, v) in column.iter_mut().zip(basis) {
+            let projection: f64 = w.iter().zip(v).map(|(w, v)| w * v).sum();
+            w.iter_mut().zip(v).for_each(|(w, v)| *w -= projection * v);
+            *h += projection;
+        }
+    }
+    column[basis.len()] = norm(w);
+    column
+}
+
+/// min ‖β e₁ − H y‖ for a growing Hessenberg matrix, by Givens rotations.
+struct GivensLeastSquares {
+    columns: Vec<Vec<f64>>,
+    rotations: Vec<(f64, f64)>,
+    rhs: Vec<f64>,
+}
+
+impl GivensLeastSquares {
+    fn new(beta: f64) -> Self {
+        Self {
+            columns: Vec::new(),
+            rotations: Vec::new(),
+            rhs: vec![beta],
+        }
+    }
+
+    /// Appends a column (one entry longer than the last one) and returns the residual norm.
+    fn push(&mut self, mut column: Vec<f64>) -> f64 {
+        let k = self.rotations.len();
+        for (i, &(c, s)) in self.rotations.iter().enumerate() {
+            let (upper, lower) = (column[i], column[i + 1]);
+            column[i] = c * upper + s * lower;
+            column[i + 1] = c * lower - s * upper;
+        }
+        let length = column[k].hypot(column[k + 1]);
+        let (c, s) = if length == 0.0 {
+            (1.0, 0.0)
+        } else {
+            (column[k] / length, column[k + 1] / length)
+        };
+        column[k] = length;
+        column.truncate(k + 1);
+        let last = self.rhs[k];
+        self.rhs[k] = c * last;
+        self.rhs.push(-s * last);
+        self.rotations.push((c, s));
+        self.columns.push(column);
+        (s * last).abs()
+    }
+
+    /// Coefficients of the minimiser. A zero pivot (an exactly singular operator) gets none.
+    fn solution(&self) -> Vec<f64> {
+        let k = self.columns.len();
+        let mut y = self.rhs[..k].to_vec();
+        for j in (0..k).rev() {
+            y[j] = if self.columns[j][j] == 0.0 {
+                0.0
+            } else {
+                y[j] / self.columns[j][j]
+            };
+            for i in 0..j {
+                y[i] -= self.columns[j][i] * y[j];
+            }
+        }
+        y
+    }
+}

@@ -1,0 +1,315 @@
+//! Direct solvers against dense elimination, against each other and by their residuals.
+
+mod common;
+
+use common::{Brick, Random, difference, relative_residual};
+use slipstick_linalg::{
+    CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalSolver, Precision,
+    RobustSolver, SolverChoice, SupernodalSolver, solve_verified,
+};
+use std::sync::Arc;
+
+const BRICK: Brick = Brick {
+    nodes: [9, 8, 7],
+    multipliers: true,
+    contrast: 3.0,
+    nonsymmetry: 0.05,
+    fixed_bottom: true,
+};
+
+/// Gaussian elimination with partial pivoting, written out: the independent reference.
+fn dense_solve(a: &CsrMatrix, transpose: bool, b: &[f64]) -> Vec<f64> {
+    let n = a.n();
+    let mut m = vec![vec![0.0; n + 1]; n];
+    for i in 0..n {
+        let (columns, values) = a.row(i);
+        for (&j, &v) in columns.iter().zip(values) {
+            let (r, c) = if transpose {
+                (j as usize, i)
+            } else {
+                (i, j as usize)
+            };
+            m[r][c] = v;
+        }
+        m[i][n] = b[i];
+    }
+    for k in 0..n {
+        let pivot = (k..n)
+            .max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs()))
+            .unwrap();
+        m.swap(k, pivot);
+        let (head, tail) = m.split_at_mut(k + 1);
+        for row in tail {
+            let factor = row[k] / head[k][k];
+            if factor != 0.0 {
+                row[k..]
+                    .iter_mut()
+                    .zip(&head[k][k..])
+                    .for_each(|(x, p)| *x -= factor * p);
+            }
+        }
+    }
+    let mut x = vec![0.0; n];
+    for k in (0..n).rev() {
+        let sum: f64 = (k + 1..n).map(|j| m[k][j] * x[j]).sum();
+        x[k] = (m[k][n] - sum) / m[k][k];
+    }
+    x
+}
+
+fn solvers() -> Vec<Box<dyn LinearSolver>> {
+    vec![
+        Box::new(SupernodalSolver::new()),
+        Box::new(MultifrontalSolver::new(Precision::F64)),
+        Box::new(RobustSolver::new(SolverChoice::Auto)),
+    ]
+}
+
+fn csr(rows: &[Vec<(u32, f64)>], groups: Vec<u32>) -> CsrMatrix {
+    let mut pattern = CsrPattern {
+        n: rows.len(),
+        row_offsets: vec![0],
+        columns: vec![],
+        groups,
+    };
+    let mut values = Vec::new();
+    for row in rows {
+        pattern.columns.extend(row.iter().map(|e| e.0));
+        values.extend(row.iter().map(|e| e.1));
+        pattern.row_offsets.push(values.len());
+    }
+    CsrMatrix {
+        pattern: Arc::new(pattern),
+        values,
+    }
+}
+
+#[test]
+fn both_solves_agree_with_dense_elimination() {
+    let brick = Brick {
+        nodes: [5, 4, 4],
+        ..BRICK
+    };
+    let (a, _) = brick.reduced(1);
+    let b = Random(2).vector(a.n());
+    for mut solver in solvers() {
+        let factors = solver.factorize(&a).unwrap();
+        for transpose in [false, true] {
+            let mut x = b.clone();
+            if transpose {
+                factors.solve_transpose(&mut x)
+            } else {
+                factors.solve(&mut x)
+            }
+            let error = difference(&x, &dense_solve(&a, transpose, &b));
+            assert!(
+                error < 1e-10,
+                "{} transpose {transpose}: {error:e}",
+                solver.name()
+            );
+        }
+    }
+}
+
+#[test]
+fn saddle_points_on_many_fronts_are_solved_to_rounding() {
+    let (a, _) = BRICK.reduced(3);
+    let b = Random(4).vector(a.n());
+    let mut solver = MultifrontalSolver::new(Precision::F64);
+    let factors = solver.factorize_matrix(&a).unwrap();
+    assert!(
+        factors.statistics().fronts > 10,
+        "{:?}",
+        factors.statistics()
+    );
+    for transpose in [false, true] {
+        let mut x = b.clone();
+        if transpose {
+            factors.solve_transpose(&mut x)
+        } else {
+            factors.solve(&mut x)
+        }
+        let residual = relative_residual(&a, transpose, &x, &b);
+        assert!(residual < 1e-10, "transpose {transpose}: {residual:e}");
+    }
+}
+
+/// Multipliers as groups of their own may be eliminated first, on zero pivots: they must be
+/// delayed, without loss of accuracy.
+#[test]
+fn multipliers_apart_from_their_nodes_are_delayed() {
+    let (a, _) = BRICK.reduced(5);
+    let mut pattern = (*a.pattern).clone();
+    let first_multiplier = a.n() - 3 * 9 * 8;
+    for (i, group) in pattern.groups.iter_mut().enumerate().skip(first_multiplier) {
+        *group = 1_000_000 + i as u32 / 3;
+    }
+    let a = CsrMatrix {
+        pattern: Arc::new(pattern),
+        values: a.values,
+    };
+    let b = Random(6).vector(a.n());
+    for precision in [Precision::F64, Precision::F32] {
+        let factors = MultifrontalSolver::new(precision)
+            .factorize_matrix(&a)
+            .unwrap();
+        assert!(factors.statistics().delayed_pivots > 0);
+        for transpose in [false, true] {
+            let mut x = vec![0.0; a.n()];
+            let report = solve_verified(&a, &factors, transpose, &b, &mut x, 1e-10).unwrap();
+            assert!(report.iterations <= 6, "{precision:?} {report:?}");
+            let mut columns: Vec<f64> = b.iter().chain(&b).map(|b| 2.0 * b).collect();
+            if transpose {
+                factors.solve_transpose_many(&mut columns);
+            } else {
+                factors.solve_many(&mut columns);
+            }
+            let half: Vec<f64> = columns[a.n()..].iter().map(|x| 0.5 * x).collect();
+            let bound = if precision == Precision::F64 {
+                1e-9
+            } else {
+                1e-1
+            };
+            assert!(difference(&half, &x) < bound);
+        }
+    }
+}
+
+#[test]
+fn several_right_hand_sides_equal_single_solves() {
+    let (a, _) = BRICK.reduced(9);
+    let b = Random(10).vector(40 * a.n());
+    for mut solver in solvers() {
+        let factors = solver.factorize(&a).unwrap();
+        let (mut together, mut transposed) = (b.clone(), b.clone());
+        factors.solve_many(&mut together);
+        factors.solve_transpose_many(&mut transposed);
+        for (k, b) in b.chunks_exact(a.n()).enumerate().step_by(13) {
+            let range = k * a.n()..(k + 1) * a.n();
+            let (mut x, mut y) = (b.to_vec(), b.to_vec());
+            factors.solve(&mut x);
+            factors.solve_transpose(&mut y);
+            assert!(difference(&together[range.clone()], &x) < 1e-10);
+            assert!(difference(&transposed[range], &y) < 1e-10);
+        }
+    }
+}
+
+/// The adjoint identity ⟨w, A⁻¹ v⟩ = ⟨A⁻ᵀ w, v⟩.
+#[test]
+fn transposed_solves_are_adjoint() {
+    let (a, _) = BRICK.reduced(11);
+    let (v, w) = (Random(12).vector(a.n()), Random(13).vector(a.n()));
+    let factors = MultifrontalSolver::new(Precision::F64)
+        .factorize(&a)
+        .unwrap();
+    let (mut x, mut y) = (v.clone(), w.clone());
+    factors.solve(&mut x);
+    factors.solve_transpose(&mut y);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let scale = x.iter().map(|x| x.abs()).sum::<f64>();
+    assert!((dot(&w, &x) - dot(&y, &v)).abs() < 1e-10 * scale);
+}
+
+/// One, two and three threads: the same bits, in factors (through solutions) and products. The
+/// brick is large enough for parallel subtrees and tiles.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let brick = Brick {
+        nodes: [16, 15, 14],
+        ..BRICK
+    };
+    let (a, _) = brick.reduced(14);
+    let b = Random(15).vector(a.n());
+    let run = |threads: usize, precision: Precision| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let factors = MultifrontalSolver::new(precision).factorize(&a).unwrap();
+            let (mut x, mut y) = (b.clone(), b.clone());
+            factors.solve(&mut x);
+            factors.solve_transpose(&mut y);
+            let mut product = vec![0.0; a.n()];
+            a.mul(&x, &mut product);
+            [x, y, product]
+        })
+    };
+    for precision in [Precision::F64, Precision::F32] {
+        let reference = run(1, precision);
+        for threads in [2, 3] {
+            for (x, y) in run(threads, precision).iter().zip(&reference) {
+                assert!(x.iter().zip(y).all(|(x, y)| x.to_bits() == y.to_bits()));
+            }
+        }
+    }
+}
+
+/// Random sparse matrices without structure, with isolated unknowns and empty systems.
+#[test]
+fn unstructured_matrices_agree_with_dense_elimination() {
+    let mut random = Random(19);
+    for n in [0usize, 1, 2, 7, 60, 250] {
+        let rows: Vec<Vec<(u32, f64)>> = (0..n)
+            .map(|i| {
+                let mut columns: Vec<usize> = (0..4)
+                    .map(|_| ((random.next() + 1.0) * 0.5 * n as f64) as usize)
+                    .collect();
+                columns.push((i * 17 + 3) % n);
+                columns.retain(|&j| j != i && i % 9 != 4 && j % 9 != 4);
+                columns.push(i);
+                columns.sort_unstable();
+                columns.dedup();
+                columns.iter().map(|&j| (j as u32, random.next())).collect()
+            })
+            .collect();
+        let a = csr(&rows, (0..n as u32).collect());
+        let b = random.vector(n);
+        for mut solver in solvers() {
+            let factors = solver.factorize(&a).unwrap();
+            for transpose in [false, true] {
+                let mut x = b.clone();
+                if transpose {
+                    factors.solve_transpose(&mut x)
+                } else {
+                    factors.solve(&mut x)
+                }
+                let reference = dense_solve(&a, transpose, &b);
+                if n > 0 {
+                    let error = difference(&x, &reference);
+                    assert!(error < 1e-7, "{} n = {n}: {error:e}", solver.name());
+                }
+            }
+        }
+    }
+}
+
+/// The analysis survives new values on the same pattern and is renewed for another pattern.
+#[test]
+fn solvers_follow_changes_of_values_and_patterns() {
+    let (first, _) = BRICK.reduced(20);
+    let mut second = first.clone();
+    second
+        .values
+        .iter_mut()
+        .enumerate()
+        .for_each(|(k, v)| *v *= 1.0 + 0.1 * (k as f64).sin());
+    let (third, _) = Brick {
+        nodes: [6, 5, 4],
+        ..BRICK
+    }
+    .reduced(21);
+    for mut solver in solvers() {
+        for a in [&first, &second, &third, &first] {
+            let b = Random(22).vector(a.n());
+            let mut x = b.clone();
+            solver.factorize(a).unwrap().solve(&mut x);
+            assert!(
+                relative_residual(a, false, &x, &b) < 1e-9,
+                "{}",
+                solver.name()
+            );
+        }
+    }
+}

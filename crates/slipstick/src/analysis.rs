@@ -1,0 +1,241 @@
+//! Forward analysis and gradient of a built problem.
+
+use crate::model::ContactModel;
+use slipstick_contact::friction::Status;
+use slipstick_design::objective::{Objective, StateDerivative, StateView};
+use slipstick_path::{
+    LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, StateError,
+    StepState, SweepError, SweepOptions, march, sweep,
+};
+
+/// Contact results of a slave node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NodalContact {
+    /// Global node number.
+    pub node: u32,
+    /// Open, stick or slip.
+    pub status: Status,
+    /// Multiplier ζ = (normal, ξ, η) in the node's frame, minus the slave traction; normal ≥ 0 in compression. \[F/L²\]
+    pub traction: [f64; 3],
+    /// The multiplier as a vector z. \[F/L²\]
+    pub global_traction: [f64; 3],
+    /// Weighted gap over tributary area, ≥ 0 open; `None` where nothing lies opposite. \[L\]
+    pub gap: Option<f64>,
+    /// Weighted gap g̃. \[L³\]
+    pub weighted_gap: f64,
+    /// Weighted slip increment ũ_τ of the last (sub-)step. \[L³\]
+    pub weighted_slip: [f64; 2],
+    /// Slip increment over tributary area. \[L\]
+    pub slip: [f64; 2],
+    /// Tributary area of the overlap. \[L²\]
+    pub area: f64,
+}
+
+/// A forward analysis with the objective's value.
+#[derive(Debug, Clone)]
+pub struct Forward {
+    /// All states.
+    pub path: Path,
+    /// Per user's step: θ_s where the objective observes it, else 0.
+    pub step_values: Vec<f64>,
+    /// θ = Σ θ_s.
+    pub value: f64,
+}
+
+/// Why an analysis failed.
+#[derive(Debug, thiserror::Error)]
+pub enum AnalysisError {
+    /// The march failed beyond retry.
+    #[error(transparent)]
+    March(#[from] Box<MarchFailure>),
+    /// The adjoint failed.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// A converged state could not be evaluated.
+    #[error(transparent)]
+    State(#[from] StateError),
+}
+
+/// A model with load steps, objective and solver: everything that a density determines.
+pub struct Analysis {
+    /// The discrete problem.
+    pub model: ContactModel,
+    /// Ends of the user's steps in pseudo-time, ascending.
+    pub times: Vec<f64>,
+    /// What is minimised, if anything.
+    pub objective: Option<Box<dyn Objective>>,
+    /// March settings.
+    pub march: MarchOptions,
+    /// Sweep settings.
+    pub sweep: SweepOptions,
+    /// Linear solver.
+    pub linear: LinearSystem,
+}
+
+impl Analysis {
+    /// Marches the whole path with the given element densities and evaluates the objective.
+    ///
+    /// # Errors
+    /// [`AnalysisError::March`] with what converged before the failure.
+    pub fn forward(
+        &mut self,
+        density: &[f64],
+        observer: &mut dyn MarchObserver,
+    ) -> Result<Forward, AnalysisError> {
+        self.model.set_density(density);
+        let rest = self.model.rest();
+        let path = march(
+            &mut self.model,
+            &mut self.linear,
+            rest,
+            &self.times,
+            &self.march,
+            observer,
+        )?;
+        let mut step_values = vec![0.0; self.times.len()];
+        let steps = self.times.len();
+        if let Some(objective) = &self.objective {
+            for (step, state) in path.completed() {
+                if objective.observes(step, steps) {
+                    let force = internal_force(&self.model, &state.state)?;
+                    step_values[step - 1] = objective.value(&view(
+                        &self.model,
+                        step,
+                        steps,
+                        state.time,
+                        &state.state,
+                        &force,
+                    ));
+                }
+            }
+        }
+        Ok(Forward {
+            value: step_values.iter().sum(),
+            path,
+            step_values,
+        })
+    }
+
+    /// dθ/dφ of every element (zero outside of the design) at the densities of the last [`forward`](Self::forward).
+    ///
+    /// # Errors
+    /// [`AnalysisError::Sweep`].
+    ///
+    /// # Panics
+    /// Without an objective.
+    pub fn gradient(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
+        let objective = self
+            .objective
+            .take()
+            .expect("a gradient needs an objective");
+        let mut adapter = Adapter {
+            objective: objective.as_ref(),
+            steps: self.times.len(),
+            partials: Vec::new(),
+        };
+        let result = adapter
+            .prepare(&self.model, &forward.path)
+            .map_err(AnalysisError::from)
+            .and_then(|()| {
+                sweep(
+                    &mut self.model,
+                    &mut self.linear,
+                    &forward.path,
+                    &mut adapter,
+                    &self.sweep,
+                )
+                .map_err(Into::into)
+            });
+        self.objective = Some(objective);
+        result
+    }
+}
+
+fn internal_force(model: &ContactModel, state: &StepState) -> Result<Vec<f64>, StateError> {
+    let n = model.prescribed().fixed().len();
+    let mut force = vec![0.0; n];
+    model.internal_force(&state.unknowns[..n], &mut force)?;
+    Ok(force)
+}
+
+fn view<'a>(
+    model: &ContactModel,
+    step: usize,
+    steps: usize,
+    time: f64,
+    state: &'a StepState,
+    force: &'a [f64],
+) -> StateView<'a> {
+    let n = model.prescribed().fixed().len();
+    StateView {
+        step,
+        steps,
+        time,
+        displacement: &state.unknowns[..n],
+        internal_force: force,
+    }
+}
+
+/// Chains an objective on internal forces to unknowns and design: ∂θ/∂d += K_int ∂θ/∂f, ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
+/// Paper: (92)–(98).
+struct Adapter<'a> {
+    objective: &'a dyn Objective,
+    steps: usize,
+    /// Per observed step: its number, ∂θ/∂y and ∂θ/∂φ.
+    partials: Vec<(usize, Vec<f64>, Vec<f64>)>,
+}
+
+impl Adapter<'_> {
+    fn prepare(&mut self, model: &ContactModel, path: &Path) -> Result<(), StateError> {
+        for (step, at) in path.completed() {
+            if !self.objective.observes(step, self.steps) {
+                continue;
+            }
+            let force = internal_force(model, &at.state)?;
+            let n = force.len();
+            let d = &at.state.unknowns[..n];
+            let (mut by_displacement, mut by_force) = (vec![0.0; n], vec![0.0; n]);
+            self.objective.derivative(
+                &view(model, step, self.steps, at.time, &at.state, &force),
+                &mut StateDerivative {
+                    displacement: &mut by_displacement,
+                    internal_force: &mut by_force,
+                },
+            );
+            let inverted = crate::model::inverted;
+            model
+                .solid()
+                .add_tangent_product(d, model.factors(), &by_force, &mut by_displacement)
+                .map_err(inverted)?;
+            let mut by_factor = vec![0.0; model.solid().elements()];
+            model
+                .solid()
+                .pull_back_factors(d, &by_force, &mut by_factor)
+                .map_err(inverted)?;
+            let by_design = by_factor
+                .iter()
+                .enumerate()
+                .map(|(e, b)| model.factor_derivative(e) * b)
+                .collect();
+            self.partials.push((step, by_displacement, by_design));
+        }
+        Ok(())
+    }
+}
+
+impl PathObjective for Adapter<'_> {
+    fn add_derivative(
+        &mut self,
+        step: usize,
+        _time: f64,
+        _state: &StepState,
+        by_unknowns: &mut [f64],
+        by_design: &mut [f64],
+    ) -> Result<(), StateError> {
+        if let Some((_, d, phi)) = self.partials.iter().find(|p| p.0 == step) {
+            by_unknowns.iter_mut().zip(d).for_each(|(o, v)| *o += v);
+            by_design.iter_mut().zip(phi).for_each(|(o, v)| *o += v);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,300 @@
+//! Errors and warnings about a case file, each with a stable code and its place in the file.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+
+macro_rules! case_codes {
+    ($($(#[doc = $doc:literal])+ $variant:ident => $name:literal,)+) => {
+        /// Stable codes of all errors and warnings about a case file.
+        ///
+        /// A code keeps its meaning from version to version; the wording of a message may change.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum CaseCode { $($(#[doc = $doc])+ $variant,)+ }
+
+        impl CaseCode {
+            /// Every code.
+            pub const ALL: &[Self] = &[$(Self::$variant),+];
+
+            /// The code as shown and searched for: `slipstick::case::unknown_key`.
+            pub fn as_str(self) -> &'static str {
+                match self { $(Self::$variant => concat!("slipstick::case::", $name),)+ }
+            }
+        }
+    };
+}
+
+case_codes! {
+    /// The text is not TOML.
+    Syntax => "syntax",
+    /// A key that means nothing here.
+    UnknownKey => "unknown_key",
+    /// A key that has no default is absent.
+    MissingKey => "missing_key",
+    /// A whole section is absent that the command needs.
+    MissingSection => "missing_section",
+    /// A value of the wrong type.
+    WrongType => "wrong_type",
+    /// None or several of the keys given of which there must be one (a body's shape, a material, …).
+    ChooseOne => "choose_one",
+    /// A word that is none of those known here.
+    UnknownWord => "unknown_word",
+    /// A number that is infinite or not a number.
+    NotFinite => "not_finite",
+    /// A number outside of its range, where no other code says it closer.
+    OutOfRange => "out_of_range",
+    /// An empty list or name where something must stand.
+    Empty => "empty",
+    /// A name with characters other than letters, digits, `_` and `-`.
+    BadName => "bad_name",
+    /// Two bodies, sets or surfaces of one name, or one thing listed twice.
+    DuplicateName => "duplicate_name",
+    /// A body of this name does not exist.
+    UnknownBody => "unknown_body",
+    /// A set or surface of this name does not exist.
+    UnknownSet => "unknown_set",
+    /// A node set where a surface must stand.
+    NotASurface => "not_a_surface",
+    /// A box or ring whose lower bound is not below its upper bound.
+    BadShape => "bad_shape",
+    /// Number of elements.
+    Elements => "elements",
+    /// Young's modulus not positive.
+    YoungsModulus => "youngs_modulus",
+    /// Poisson's ratio outside of (−1, 1/2).
+    PoissonRatio => "poisson_ratio",
+    /// Negative coefficient of friction.
+    Friction => "friction",
+    /// Slave and master are the same surface.
+    SameSurface => "same_surface",
+    /// Number of integration points without a rule.
+    CellRule => "cell_rule",
+    /// Way points not increasing in time, or outside of (0, 1].
+    MotionTime => "motion_time",
+    /// A motion that contradicts itself or the condition's other keys.
+    Motion => "motion",
+    /// Two conditions prescribe the same component of the same nodes.
+    ConflictingDirichlet => "conflicting_dirichlet",
+    /// Number of load steps, or a step that does not exist.
+    Steps => "steps",
+    /// A SIMP parameter outside of its range.
+    Simp => "simp",
+    /// A density or volume fraction outside of (0, 1].
+    Fraction => "fraction",
+    /// A design without bodies.
+    EmptyDesign => "empty_design",
+    /// Passive solid elements alone exceed the volume fraction.
+    InfeasibleVolume => "infeasible_volume",
+    /// Passive solid and passive void share elements.
+    ContradictoryPassive => "contradictory_passive",
+    /// The start design violates the volume constraint (warning).
+    InitialVolume => "initial_volume",
+    /// No condition holds a body (warning).
+    UnsupportedBody => "unsupported_body",
+    /// A corner of a motion lies between two load steps, which cut it off (warning).
+    CornerBetweenSteps => "corner_between_steps",
+    /// The objective is a contact force and there is no contact.
+    NoContact => "no_contact",
+    /// The mesh generator refuses the shape.
+    Mesh => "mesh",
+    /// A set that selects no nodes.
+    EmptySet => "empty_set",
+    /// Bodies penetrate each other at the start.
+    PenetratingStart => "penetrating_start",
+    /// A setting that cannot be combined with another.
+    Unsupported => "unsupported",
+}
+
+impl fmt::Display for CaseCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// Whether a diagnostic stops the run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Severity {
+    /// It does.
+    Error,
+    /// It does not, but is probably not what was meant.
+    Warning,
+}
+
+/// One error or warning about a case file.
+///
+/// Shown by itself it is the message; [`CaseDiagnostic::plain`] puts the place before it, and as a
+/// [`miette::Diagnostic`] it carries the source, so that a report can show the lines.
+#[derive(Debug, Clone)]
+pub struct CaseDiagnostic {
+    pub(super) code: CaseCode,
+    pub(super) severity: Severity,
+    pub(super) message: String,
+    pub(super) label: String,
+    pub(super) help: String,
+    pub(super) span: Range<usize>,
+    pub(super) line: usize,
+    pub(super) column: usize,
+    pub(super) source: Arc<NamedSource<String>>,
+}
+
+impl CaseDiagnostic {
+    /// The stable code.
+    pub fn code(&self) -> CaseCode {
+        self.code
+    }
+
+    /// Error or warning.
+    pub fn severity(&self) -> Severity {
+        self.severity
+    }
+
+    /// What is wrong, in one line.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// What to do about it; may be empty.
+    pub fn help(&self) -> &str {
+        &self.help
+    }
+
+    /// The file's name as given to the parser.
+    pub fn file(&self) -> &str {
+        self.source.name()
+    }
+
+    /// Line, from 1.
+    pub fn line(&self) -> usize {
+        self.line
+    }
+
+    /// Column in characters, from 1.
+    pub fn column(&self) -> usize {
+        self.column
+    }
+
+    /// Byte range in the file's text.
+    pub fn span(&self) -> Range<usize> {
+        self.span.clone()
+    }
+
+    /// The same with this short text at the marked place.
+    pub fn with_label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    /// `file:line:column: error: message [code]`, then the help, as one or two lines.
+    pub fn plain(&self) -> String {
+        let severity = match self.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        };
+        let Self {
+            line,
+            column,
+            message,
+            code,
+            help,
+            ..
+        } = self;
+        let mut text = format!(
+            "{}:{line}:{column}: {severity}: {message} [{code}]",
+            self.file()
+        );
+        if !help.is_empty() {
+            text.push_str("\n    help: ");
+            text.push_str(help);
+        }
+        text
+    }
+}
+
+impl fmt::Display for CaseDiagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for CaseDiagnostic {}
+
+impl Diagnostic for CaseDiagnostic {
+    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(self.code))
+    }
+
+    fn severity(&self) -> Option<miette::Severity> {
+        Some(match self.severity {
+            Severity::Error => miette::Severity::Error,
+            Severity::Warning => miette::Severity::Warning,
+        })
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        (!self.help.is_empty()).then(|| Box::new(&self.help) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        Some(self.source.as_ref())
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let label = (!self.label.is_empty()).then(|| self.label.clone());
+        let length = self.span.end - self.span.start;
+        Some(Box::new(std::iter::once(LabeledSpan::new(
+            label,
+            self.span.start,
+            length,
+        ))))
+    }
+}
+
+/// All errors of a case file, in the order of the file; never empty.
+///
+/// Warnings are left out: beside an error they may be its consequence.
+///
+/// Shown, it is one `file:line:column: error: message [code]` per diagnostic. A program that renders with miette
+/// goes through [`CaseErrors::diagnostics`], each of which is a [`miette::Diagnostic`].
+#[derive(Debug, Clone)]
+pub struct CaseErrors {
+    diagnostics: Vec<CaseDiagnostic>,
+}
+
+impl CaseErrors {
+    /// The errors among these diagnostics, sorted by place; `None` where there are none.
+    pub fn collect(mut diagnostics: Vec<CaseDiagnostic>) -> Option<Self> {
+        diagnostics.retain(|diagnostic| diagnostic.severity == Severity::Error);
+        diagnostics.sort_by_key(|diagnostic| (diagnostic.span.start, diagnostic.span.end));
+        (!diagnostics.is_empty()).then_some(Self { diagnostics })
+    }
+
+    /// The errors in the order of the file.
+    pub fn diagnostics(&self) -> &[CaseDiagnostic] {
+        &self.diagnostics
+    }
+}
+
+impl From<CaseDiagnostic> for CaseErrors {
+    fn from(diagnostic: CaseDiagnostic) -> Self {
+        Self {
+            diagnostics: vec![diagnostic],
+        }
+    }
+}
+
+impl fmt::Display for CaseErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, diagnostic) in self.diagnostics.iter().enumerate() {
+            if i > 0 {
+                f.write_str("\n")?;
+            }
+            f.write_str(&diagnostic.plain())?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for CaseErrors {}

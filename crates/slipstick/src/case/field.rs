@@ -1,0 +1,106 @@
+//! One value of a table on its way from what was typed to what it means.
+
+use super::CaseCode;
+use super::typed::Table;
+
+/// A value of a table: absent, wrong (and reported), or read.
+///
+/// After an error the stand-in of [`Field::or`] or [`Field::required`] is used, only to go on and find more errors.
+#[must_use]
+pub(super) struct Field<'t, 'a, T> {
+    table: &'t Table<'a>,
+    key: &'static str,
+    present: bool,
+    value: Option<T>,
+}
+
+impl<'t, 'a, T> Field<'t, 'a, T> {
+    pub(super) fn new(
+        table: &'t Table<'a>,
+        key: &'static str,
+        present: bool,
+        value: Option<T>,
+    ) -> Self {
+        Self {
+            table,
+            key,
+            present,
+            value,
+        }
+    }
+
+    /// Reports `code` where the value does not pass the test; `message` is put behind the key.
+    pub(super) fn check(
+        mut self,
+        code: CaseCode,
+        test: impl FnOnce(&T) -> bool,
+        message: &str,
+        help: &str,
+    ) -> Self {
+        if let Some(value) = &self.value
+            && !test(value)
+        {
+            let message = format!("`{}` {message}", self.key);
+            self.table
+                .reader
+                .error(&self.table.path_of(self.key), code, message, help);
+            self.value = None;
+        }
+        self
+    }
+
+    pub(super) fn map<U>(self, meaning: impl FnOnce(T) -> U) -> Field<'t, 'a, U> {
+        Field::new(self.table, self.key, self.present, self.value.map(meaning))
+    }
+
+    /// The value, or the default where it is absent.
+    pub(super) fn or(self, default: T) -> T {
+        self.value.unwrap_or(default)
+    }
+
+    /// The value where it is given.
+    pub(super) fn optional(self) -> Option<T> {
+        self.value
+    }
+
+    /// The value; its absence is an error.
+    pub(super) fn required(self, stand_in: T, help: &str) -> T {
+        if !self.present {
+            self.table.note_missing(self.key, help);
+        }
+        self.value.unwrap_or(stand_in)
+    }
+}
+
+impl<'t, 'a> Field<'t, 'a, f64> {
+    pub(super) fn positive(self, code: CaseCode) -> Self {
+        self.check(code, |&value| value > 0.0, "must be greater than zero", "")
+    }
+}
+
+impl<'t, 'a> Field<'t, 'a, i64> {
+    /// A whole number from `least` up to a bound that no honest use reaches.
+    pub(super) fn count(self, code: CaseCode, least: i64) -> Field<'t, 'a, usize> {
+        let message = format!("must be a whole number from {least} to {LARGEST_COUNT}");
+        self.check(code, |n| (least..=LARGEST_COUNT).contains(n), &message, "")
+            .map(|n| n as usize)
+    }
+}
+
+impl<'t, 'a> Field<'t, 'a, [i64; 3]> {
+    /// Three counts, each from its own least.
+    pub(super) fn counts(self, code: CaseCode, least: [i64; 3]) -> Field<'t, 'a, [usize; 3]> {
+        let message = format!("must be whole numbers, at least {least:?}");
+        let in_range = |counts: &[i64; 3]| {
+            counts
+                .iter()
+                .zip(least)
+                .all(|(n, least)| (least..=LARGEST_COUNT).contains(n))
+        };
+        self.check(code, in_range, &message, "")
+            .map(|counts| counts.map(|n| n as usize))
+    }
+}
+
+/// Keeps sums and products of a few counts within 64 bits, and a slip of the keyboard out.
+const LARGEST_COUNT: i64 = 1_000_000;

@@ -1,0 +1,270 @@
+//! Bodies (`[[body]]`) and node sets (`[[set]]`).
+
+use super::super::names::Names;
+use super::super::resolved::{Body, Material, NodeSet, Placement, Rotate, Shape};
+use super::super::typed::Table;
+use super::{CaseCode, boxes, direction, name};
+
+const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring"];
+/// What goes on after a shape that cannot be read.
+const STAND_IN: Shape = Shape::Box {
+    min: [0.0; 3],
+    max: [1.0; 3],
+    elements: [1; 3],
+    grading: [1.0; 3],
+};
+/// More elements than any run can hold.
+const MOST_ELEMENTS: usize = 100_000_000;
+
+pub(super) fn bodies(root: &Table<'_>, names: &mut Names) -> Vec<Body> {
+    let tables = root.tables("body");
+    if tables.is_empty() {
+        root.note_missing("body", "add [[body]] with a name, a shape and a material");
+    }
+    tables.into_iter().map(|table| body(table, names)).collect()
+}
+
+fn body(table: Table<'_>, names: &mut Names) -> Body {
+    let name = name(&table);
+    let shape = shape(&table);
+    names.add_body(table.reader, &table.path_of("name"), &name, shape.as_ref());
+    let place = table.table("place").map(place).unwrap_or_default();
+    let material = material(&table);
+    table.finish();
+    Body {
+        name,
+        shape: shape.unwrap_or(STAND_IN),
+        place,
+        material,
+    }
+}
+
+/// The shape; `None` only where it is not known which one is meant.
+fn shape(table: &Table<'_>) -> Option<Shape> {
+    let key = table.choose("the body's shape", SHAPES)?;
+    let Some(inner) = table.table(key) else {
+        // A value of the wrong type still says which faces there will be.
+        return Some(stand_in(key));
+    };
+    let shape = match key {
+        "box" => box_shape(&inner),
+        "half_ball" => Shape::HalfBall {
+            radius: length(&inner, "radius"),
+            elements: elements(&inner, [1; 3], "[n, h, m]: a core of n × n × h in m layers"),
+        },
+        "hollow_cylinder" => {
+            let (inner_radius, outer_radius) = radii(&inner);
+            let height = length(&inner, "height");
+            let elements = elements(&inner, [1, 3, 1], "[radial, around, axial]");
+            Shape::HollowCylinder {
+                inner_radius,
+                outer_radius,
+                height,
+                elements,
+            }
+        }
+        _ => {
+            let (inner_radius, outer_radius) = radii(&inner);
+            let width = length(&inner, "width");
+            let elements = elements(&inner, [2, 1, 1], "[around, radial, across]");
+            Shape::HalfRing {
+                outer_radius,
+                inner_radius,
+                width,
+                elements,
+            }
+        }
+    };
+    if shape
+        .element_count()
+        .is_none_or(|count| count > MOST_ELEMENTS)
+    {
+        inner.reader.error(
+            &inner.path_of("elements"),
+            CaseCode::Elements,
+            format!("more than {MOST_ELEMENTS} elements"),
+            "",
+        );
+    }
+    inner.finish();
+    Some(shape)
+}
+
+fn stand_in(key: &str) -> Shape {
+    let elements = [2, 3, 1];
+    match key {
+        "half_ball" => Shape::HalfBall {
+            radius: 1.0,
+            elements,
+        },
+        "hollow_cylinder" => Shape::HollowCylinder {
+            inner_radius: 1.0,
+            outer_radius: 2.0,
+            height: 1.0,
+            elements,
+        },
+        "half_ring" => Shape::HalfRing {
+            outer_radius: 2.0,
+            inner_radius: 1.0,
+            width: 1.0,
+            elements,
+        },
+        _ => STAND_IN,
+    }
+}
+
+fn box_shape(table: &Table<'_>) -> Shape {
+    let min = table
+        .vector("min")
+        .required([0.0; 3], "the box's lowest corner [x, y, z]");
+    let above = |max: &[f64; 3]| (0..3).all(|i| min[i] < max[i]);
+    let max = table
+        .vector("max")
+        .check(
+            CaseCode::BadShape,
+            above,
+            "must lie above `min` in every direction",
+            "`min` is the lowest corner, `max` the highest",
+        )
+        .required(min.map(|x| x + 1.0), "the box's highest corner [x, y, z]");
+    let grading = table
+        .vector("grading")
+        .check(
+            CaseCode::OutOfRange,
+            |grading| grading.iter().all(|&ratio| ratio > 0.0),
+            "must be greater than zero",
+            "the size of the last element over that of the first, per direction; 1 is uniform",
+        )
+        .or([1.0; 3]);
+    Shape::Box {
+        min,
+        max,
+        elements: elements(table, [1; 3], "along [x, y, z]"),
+        grading,
+    }
+}
+
+fn length(table: &Table<'_>, key: &'static str) -> f64 {
+    table
+        .number(key)
+        .positive(CaseCode::BadShape)
+        .required(1.0, "a length")
+}
+
+/// Inner and outer radius.
+fn radii(table: &Table<'_>) -> (f64, f64) {
+    let inner = length(table, "inner_radius");
+    // Not tested against an inner radius that is a stand-in.
+    let least = if table.has("inner_radius") {
+        inner
+    } else {
+        0.0
+    };
+    let outer = table
+        .number("outer_radius")
+        .positive(CaseCode::BadShape)
+        .check(
+            CaseCode::BadShape,
+            |&outer| outer > least,
+            "must be greater than `inner_radius`",
+            "",
+        )
+        .required(inner + 1.0, "a length");
+    (inner, outer)
+}
+
+fn elements(table: &Table<'_>, least: [i64; 3], help: &str) -> [usize; 3] {
+    let help = format!("how many elements {help}");
+    let stand_in = least.map(|n| n as usize);
+    table
+        .integers("elements")
+        .counts(CaseCode::Elements, least)
+        .required(stand_in, &help)
+}
+
+fn place(table: Table<'_>) -> Placement {
+    let rotate = table.table("rotate").map(|rotate| {
+        let axis = direction(&rotate, "axis");
+        let degrees = rotate
+            .number("degrees")
+            .required(0.0, "the angle, for instance 90");
+        rotate.finish();
+        Rotate { axis, degrees }
+    });
+    let translate = table.vector("translate").or([0.0; 3]);
+    table.finish();
+    Placement { rotate, translate }
+}
+
+fn material(table: &Table<'_>) -> Material {
+    let stand_in = Material::NeoHooke {
+        youngs_modulus: 1.0,
+        poisson_ratio: 0.3,
+    };
+    if !table.has("material") {
+        table.note_missing(
+            "material",
+            "for instance material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }",
+        );
+    }
+    let Some(material) = table.table("material") else {
+        return stand_in;
+    };
+    let chosen = material.choose("the material", &["neo_hooke"]);
+    let law = chosen.and_then(|key| material.table(key)).map(neo_hooke);
+    material.finish();
+    law.unwrap_or(stand_in)
+}
+
+fn neo_hooke(table: Table<'_>) -> Material {
+    let youngs_modulus = table
+        .number("youngs_modulus")
+        .positive(CaseCode::YoungsModulus)
+        .required(1.0, "Young's modulus of the solid");
+    let poisson_ratio = table
+        .number("poisson_ratio")
+        .check(
+            CaseCode::PoissonRatio,
+            |&nu| nu > -1.0 && nu < 0.5,
+            "must lie between -1 and 0.5, bounds excluded",
+            "nearly incompressible material locks these elements: stay below about 0.45",
+        )
+        .required(0.3, "Poisson's ratio, for instance 0.3");
+    table.finish();
+    Material::NeoHooke {
+        youngs_modulus,
+        poisson_ratio,
+    }
+}
+
+pub(super) fn sets(root: &Table<'_>, names: &mut Names) -> Vec<NodeSet> {
+    root.tables("set")
+        .into_iter()
+        .map(|table| set(table, names))
+        .collect()
+}
+
+fn set(table: Table<'_>, names: &mut Names) -> NodeSet {
+    let name = name(&table);
+    let within = table.string("within").optional();
+    if let Some(within) = &within {
+        names.check_set(table.reader, &table.path_of("within"), within);
+    }
+    names.add_set(table.reader, table.path(), &name, within.as_deref());
+    let boxes = boxes(&table, "boxes");
+    let help = "boxes = [{ min = [x, y, z], max = [x, y, z] }]";
+    if !table.has("boxes") {
+        table.note_missing("boxes", help);
+    } else if boxes.is_empty() {
+        let path = table.path_of("boxes");
+        table
+            .reader
+            .error(&path, CaseCode::Empty, "a set needs at least one box", help);
+    }
+    table.finish();
+    NodeSet {
+        name,
+        within,
+        boxes,
+    }
+}

@@ -1,0 +1,178 @@
+//! Contact pairs (`[[contact]]`).
+
+use super::super::field::Field;
+use super::super::names::Names;
+use super::super::resolved::{
+    CELL_RULES, Contact, Enforcement, MultiplierShape, PenaltyScaling, Stiffness, ToleranceScaling,
+};
+use super::super::typed::Table;
+use super::CaseCode;
+
+const LAGRANGE: Enforcement = Enforcement::Lagrange {
+    complementarity_parameter: 5.0,
+};
+
+pub(super) fn contacts(root: &Table<'_>, names: &Names) -> Vec<Contact> {
+    let mut contacts: Vec<Contact> = Vec::new();
+    for table in root.tables("contact") {
+        let reader = table.reader;
+        let path = table.path().to_owned();
+        let contact = contact(table, names);
+        let same =
+            |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
+        if !contact.slave.is_empty() && contacts.iter().any(same) {
+            reader.error(
+                &path,
+                CaseCode::DuplicateName,
+                format!(
+                    "the pair {} – {} is listed twice",
+                    contact.slave, contact.master
+                ),
+                "remove one of them",
+            );
+        }
+        contacts.push(contact);
+    }
+    contacts
+}
+
+fn contact(table: Table<'_>, names: &Names) -> Contact {
+    let slave = surface(&table, "slave", names);
+    let master = surface(&table, "master", names);
+    if slave == master && !slave.is_empty() {
+        table.reader.error(
+            &table.path_of("master"),
+            CaseCode::SameSurface,
+            format!("`{slave}` is slave and master"),
+            "a surface cannot be in contact with itself: name two surfaces",
+        );
+    }
+    let friction = table
+        .number("friction")
+        .check(
+            CaseCode::Friction,
+            |&mu| mu >= 0.0,
+            "must not be negative",
+            "0 is frictionless",
+        )
+        .required(0.0, "the coefficient of friction; 0 is frictionless");
+    let multiplier_shape = table
+        .word(
+            "multiplier_shape",
+            &[
+                ("standard", MultiplierShape::Standard),
+                ("dual", MultiplierShape::Dual),
+            ],
+        )
+        .or(MultiplierShape::Standard);
+    let cell_rule = cell_rule(&table);
+    let search_radius = positive(&table, "search_radius").optional();
+    let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
+    table.finish();
+    Contact {
+        slave,
+        master,
+        friction,
+        multiplier_shape,
+        cell_rule,
+        search_radius,
+        enforcement,
+    }
+}
+
+/// The name of a surface; empty after an error.
+fn surface(table: &Table<'_>, key: &'static str, names: &Names) -> String {
+    let help = "the name of a surface: a body's name, `_`, and the face, as in \"plate_ymax\"";
+    let name = table.string(key).required(String::new(), help);
+    names.check_surface(table.reader, &table.path_of(key), &name);
+    name
+}
+
+fn cell_rule(table: &Table<'_>) -> usize {
+    let help = format!("points per triangle with a rule: {CELL_RULES:?}");
+    table
+        .integer("cell_rule")
+        .check(
+            CaseCode::CellRule,
+            |points| CELL_RULES.iter().any(|&rule| rule as i64 == *points),
+            "is no number of points with a rule",
+            &help,
+        )
+        .or(7) as usize
+}
+
+fn enforcement(table: Table<'_>) -> Enforcement {
+    let chosen = table.choose("the enforcement", &["lagrange", "penalty", "augmented"]);
+    let enforcement = chosen
+        .and_then(|key| Some((key, table.table(key)?)))
+        .map(|(key, inner)| {
+            let enforcement = match key {
+                "lagrange" => Enforcement::Lagrange {
+                    complementarity_parameter: positive(&inner, "complementarity_parameter")
+                        .or(5.0),
+                },
+                "penalty" => Enforcement::Penalty {
+                    stiffness: stiffness(&inner),
+                    scaling: penalty_scaling(&inner),
+                },
+                _ => augmented(&inner),
+            };
+            inner.finish();
+            enforcement
+        });
+    table.finish();
+    enforcement.unwrap_or(LAGRANGE)
+}
+
+fn augmented(table: &Table<'_>) -> Enforcement {
+    Enforcement::Augmented {
+        stiffness: stiffness(table),
+        scaling: penalty_scaling(table),
+        tolerance: positive(table, "tolerance").or(1e-8),
+        tolerance_scaling: table
+            .word(
+                "tolerance_scaling",
+                &[
+                    ("relative", ToleranceScaling::Relative),
+                    ("absolute", ToleranceScaling::Absolute),
+                ],
+            )
+            .or(ToleranceScaling::Relative),
+        max_uzawa: table
+            .integer("max_uzawa")
+            .count(CaseCode::OutOfRange, 1)
+            .or(200),
+    }
+}
+
+fn penalty_scaling(table: &Table<'_>) -> PenaltyScaling {
+    table
+        .word(
+            "scaling",
+            &[
+                ("area", PenaltyScaling::Area),
+                ("weighted", PenaltyScaling::Weighted),
+            ],
+        )
+        .or(PenaltyScaling::Area)
+}
+
+fn positive<'t, 'a>(table: &'t Table<'a>, key: &'static str) -> Field<'t, 'a, f64> {
+    table.number(key).positive(CaseCode::OutOfRange)
+}
+
+/// One number for both directions, or `{ normal = …, tangential = … }`.
+fn stiffness(table: &Table<'_>) -> Option<Stiffness> {
+    if table.value("stiffness")?.get_ref().is_table() {
+        let inner = table.table("stiffness")?;
+        let normal = positive(&inner, "normal").required(1.0, "the normal stiffness");
+        let tangential = positive(&inner, "tangential").or(normal);
+        inner.finish();
+        return Some(Stiffness { normal, tangential });
+    }
+    let both = positive(table, "stiffness").optional()?;
+    Some(Stiffness {
+        normal: both,
+        tangential: both,
+    })
+}

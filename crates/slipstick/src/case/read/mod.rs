@@ -1,0 +1,92 @@
+//! From the typed tables to the [`Case`]: one file per part of the case.
+
+mod bodies;
+mod contact;
+mod design;
+mod motion;
+mod run;
+
+use super::names::Names;
+use super::resolved::Case;
+use super::typed::Table;
+use super::{BoxRegion, CaseCode};
+
+/// Reads the whole document. After an error the result is a stand-in, of use to nobody.
+pub(super) fn case(root: Table<'_>) -> Case {
+    let mut names = Names::default();
+    let title = root.string("title").or(String::new());
+    let bodies = bodies::bodies(&root, &mut names);
+    let sets = bodies::sets(&root, &mut names);
+    let load_path = motion::load_path(&root);
+    let contacts = contact::contacts(&root, &names);
+    let dirichlet = motion::dirichlet(&root, &names, load_path.steps);
+    let design = design::design(&root, &names, &bodies);
+    let objective = design::objective(&root, &contacts, load_path.steps);
+    let optimizer = design::optimizer(&root, design.as_ref());
+    let output = run::output(&root);
+    let solver = run::solver(&root);
+    motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet);
+    root.finish();
+    Case {
+        title,
+        bodies,
+        sets,
+        contacts,
+        dirichlet,
+        load_path,
+        design,
+        objective,
+        optimizer,
+        output,
+        solver,
+    }
+}
+
+/// A name: letters, digits, `_` and `-`, so that it can stand in paths, file names and tables. Empty after an error.
+fn name(table: &Table<'_>) -> String {
+    let allowed = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
+    table
+        .string("name")
+        .check(
+            CaseCode::BadName,
+            |name| !name.is_empty() && name.chars().all(allowed),
+            "must be made of letters, digits, `_` and `-`",
+            "for instance \"plate\" or \"lower_ring\"",
+        )
+        .required(String::new(), "for instance name = \"plate\"")
+}
+
+/// A list of boxes `{ min = […], max = […] }`.
+fn boxes(table: &Table<'_>, key: &'static str) -> Vec<BoxRegion> {
+    table.tables(key).into_iter().map(box_region).collect()
+}
+
+fn box_region(table: Table<'_>) -> BoxRegion {
+    let help = "the box's lowest and highest corner: { min = [x, y, z], max = [x, y, z] }";
+    let min = table.vector("min").required([0.0; 3], help);
+    let ordered = |max: &[f64; 3]| (0..3).all(|i| min[i] <= max[i]);
+    let max = table
+        .vector("max")
+        .check(
+            CaseCode::BadShape,
+            ordered,
+            "lies below `min`",
+            "swap the two bounds",
+        )
+        .required(min, help);
+    table.finish();
+    BoxRegion { min, max }
+}
+
+/// A direction: three numbers, not all zero.
+fn direction(table: &Table<'_>, key: &'static str) -> [f64; 3] {
+    table
+        .vector(key)
+        .check(
+            CaseCode::OutOfRange,
+            |axis| axis.iter().any(|&x| x != 0.0),
+            "must not be the zero vector",
+            "the y axis is [0, 1, 0]",
+        )
+        .required([0.0, 1.0, 0.0], "a direction, for instance [0, 1, 0]")
+}

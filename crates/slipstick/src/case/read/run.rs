@@ -1,0 +1,47 @@
+//! What a run writes and how it computes: `[output]`, `[solver]`.
+
+use super::super::resolved::{LinearSolverChoice, Output, Solver};
+use super::super::typed::Table;
+use super::CaseCode;
+
+pub(super) fn output(root: &Table<'_>) -> Output {
+    let default = Output {
+        directory: None,
+        every: 10,
+    };
+    root.table("output").map_or(default, |table| {
+        let directory = table
+            .string("directory")
+            .check(
+                CaseCode::Empty,
+                |path| !path.is_empty(),
+                "is empty",
+                "leave the key out",
+            )
+            .optional();
+        let every = table.integer("every").count(CaseCode::OutOfRange, 1).or(10);
+        table.finish();
+        Output { directory, every }
+    })
+}
+
+pub(super) fn solver(root: &Table<'_>) -> Solver {
+    let default = Solver {
+        linear: LinearSolverChoice::Auto,
+        threads: None,
+    };
+    root.table("solver").map_or(default, |table| {
+        let words = [
+            ("auto", LinearSolverChoice::Auto),
+            ("multifrontal", LinearSolverChoice::Multifrontal),
+            ("faer", LinearSolverChoice::Faer),
+        ];
+        let linear = table.word("linear", &words).or(LinearSolverChoice::Auto);
+        let threads = table
+            .integer("threads")
+            .count(CaseCode::OutOfRange, 1)
+            .optional();
+        table.finish();
+        Solver { linear, threads }
+    })
+}

@@ -1,0 +1,213 @@
+//! Collects the places of values, and what is wrong with them, while a document is read.
+
+use std::cell::RefCell;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::typed::Table;
+use super::{CaseCode, CaseDiagnostic, Severity, SourceMap};
+
+/// Collects places and diagnostics while a document is read.
+pub(super) struct Reader {
+    map: RefCell<SourceMap>,
+    diagnostics: RefCell<Vec<CaseDiagnostic>>,
+}
+
+impl Reader {
+    pub(super) fn new(text: &str, file_name: &str) -> Self {
+        Self {
+            map: RefCell::new(SourceMap::new(text, file_name)),
+            diagnostics: RefCell::default(),
+        }
+    }
+
+    pub(super) fn into_parts(self) -> (SourceMap, Vec<CaseDiagnostic>) {
+        (self.map.into_inner(), self.diagnostics.into_inner())
+    }
+
+    /// Notes where the value that `path` names stands.
+    pub(super) fn note(&self, path: &str, span: Range<usize>) {
+        self.map.borrow_mut().insert(path.to_owned(), span);
+    }
+
+    /// Whether a value stands in the file, however wrong.
+    pub(super) fn contains(&self, path: &str) -> bool {
+        self.map.borrow().contains(path)
+    }
+
+    pub(super) fn error_at(
+        &self,
+        span: Range<usize>,
+        code: CaseCode,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        let map = self.map.borrow();
+        let diagnostic = map.diagnostic_at(Severity::Error, span, code, message, help);
+        self.diagnostics.borrow_mut().push(diagnostic);
+    }
+
+    pub(super) fn error(
+        &self,
+        path: &str,
+        code: CaseCode,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        let span = self.map.borrow().span(path);
+        self.error_at(span, code, message, help);
+    }
+
+    pub(super) fn warning(
+        &self,
+        path: &str,
+        code: CaseCode,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        let diagnostic = self.map.borrow().warning(path, code, message, help);
+        self.diagnostics.borrow_mut().push(diagnostic);
+    }
+
+    pub(super) fn wrong_type(&self, value: &Spanned<DeValue<'_>>, what: &str, expected: &str) {
+        let found = type_name(value.get_ref());
+        self.error_at(
+            value.span(),
+            CaseCode::WrongType,
+            format!("{what} must be {expected}, not {found}"),
+            "",
+        );
+    }
+
+    /// A finite number; an integer is one too.
+    pub(super) fn number(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<f64> {
+        let parsed = match value.get_ref() {
+            DeValue::Float(float) => float.as_str().parse().ok(),
+            DeValue::Integer(_) => integer_value(value.get_ref()).map(|integer| integer as f64),
+            _ => None,
+        };
+        match parsed {
+            Some(number) if f64::is_finite(number) => Some(number),
+            Some(number) => {
+                self.error_at(
+                    value.span(),
+                    CaseCode::NotFinite,
+                    format!("{what} must be a finite number, not {number}"),
+                    "",
+                );
+                None
+            }
+            None => {
+                self.wrong_type(value, what, "a number");
+                None
+            }
+        }
+    }
+
+    pub(super) fn integer(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<i64> {
+        let integer = integer_value(value.get_ref());
+        if integer.is_none() {
+            self.wrong_type(value, what, "a whole number");
+        }
+        integer
+    }
+
+    pub(super) fn string(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<String> {
+        let string = value.get_ref().as_str();
+        if string.is_none() {
+            self.wrong_type(value, what, "a string in quotes");
+        }
+        string.map(str::to_owned)
+    }
+
+    /// Exactly three values.
+    pub(super) fn three<T: Copy>(
+        &self,
+        value: &Spanned<DeValue<'_>>,
+        what: &str,
+        one: impl Fn(&Spanned<DeValue<'_>>, &str) -> Option<T>,
+    ) -> Option<[T; 3]> {
+        let Some(array) = value.get_ref().as_array() else {
+            self.wrong_type(value, what, "a list of three numbers");
+            return None;
+        };
+        // Each entry is looked at, so that each wrong one is reported.
+        let entries: Vec<Option<T>> = array.iter().map(|entry| one(entry, what)).collect();
+        if entries.len() != 3 {
+            let message = format!("{what} must be three numbers, not {}", entries.len());
+            self.error_at(
+                value.span(),
+                CaseCode::WrongType,
+                message,
+                "one per direction: [x, y, z]",
+            );
+            return None;
+        }
+        let complete: Option<Vec<T>> = entries.into_iter().collect();
+        complete.and_then(|values| values.try_into().ok())
+    }
+
+    /// A table of the document.
+    pub(super) fn table<'a>(
+        &'a self,
+        value: &'a Spanned<DeValue<'a>>,
+        path: String,
+    ) -> Option<Table<'a>> {
+        self.note(&path, value.span());
+        match value.get_ref().as_table() {
+            Some(table) => Some(Table::new(self, table, path)),
+            None => {
+                self.wrong_type(value, &format!("`{path}`"), "a table { … }");
+                None
+            }
+        }
+    }
+}
+
+fn integer_value(value: &DeValue<'_>) -> Option<i64> {
+    let integer = value.as_integer()?;
+    i64::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
+
+fn type_name(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a string",
+        DeValue::Integer(_) => "a whole number",
+        DeValue::Float(_) => "a number with a decimal point or exponent",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "a list",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+/// "did you mean …?" where a candidate is near, else the list of all.
+pub(super) fn suggestion_or_list(name: &str, candidates: &[impl AsRef<str>]) -> String {
+    if let Some(near) = nearest(name, candidates) {
+        return format!("did you mean `{near}`?");
+    }
+    let names: Vec<&str> = candidates.iter().map(AsRef::as_ref).collect();
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!("known here: {}", names.join(", "))
+    }
+}
+
+/// The candidate nearest to `name`, where few letters differ.
+pub(super) fn nearest<'c>(name: &str, candidates: &'c [impl AsRef<str>]) -> Option<&'c str> {
+    let allowed = (name.chars().count() / 3).max(1);
+    candidates
+        .iter()
+        .map(|c| {
+            (
+                strsim::damerau_levenshtein(&name.to_lowercase(), c.as_ref()),
+                c.as_ref(),
+            )
+        })
+        .filter(|&(distance, _)| distance <= allowed)
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, candidate)| candidate)
+}

@@ -1,0 +1,165 @@
+//! Bodies and node sets.
+
+use serde::Serialize;
+
+/// A body: shape, place, material.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Body {
+    /// Unique name; the body's surfaces are called `{name}_{face}`.
+    pub name: String,
+    /// Shape and mesh.
+    #[serde(flatten)]
+    pub shape: Shape,
+    /// Where the shape, made in its own frame, is put.
+    pub place: Placement,
+    /// The material of the solid (density 1).
+    pub material: Material,
+}
+
+/// The shapes that can be meshed. y is up; lengths in \[L\].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// An axis-aligned box. Faces `xmin xmax ymin ymax zmin zmax`.
+    Box {
+        /// Lowest corner.
+        min: [f64; 3],
+        /// Highest corner, above `min` in every direction.
+        max: [f64; 3],
+        /// Elements along x, y, z; at least 1.
+        elements: [usize; 3],
+        /// Size of the last element over that of the first, per direction; 1 is uniform.
+        grading: [f64; 3],
+    },
+    /// A solid half ball, dome down (−y), the centre of its flat face in the origin. Faces `flat dome`.
+    HalfBall {
+        /// Radius.
+        radius: f64,
+        /// `[n, h, m]`: the core is n × n × h elements (h downward), wrapped by m layers:
+        /// n²h + m(n² + 4nh) elements.
+        elements: [usize; 3],
+    },
+    /// A hollow cylinder about the y axis, from y = 0 to `height`. Faces `bottom top inner outer`.
+    HollowCylinder {
+        /// Inner radius.
+        inner_radius: f64,
+        /// Outer radius.
+        outer_radius: f64,
+        /// Height.
+        height: f64,
+        /// Elements radially, around (at least 3), axially.
+        elements: [usize; 3],
+    },
+    /// The lower half (y ≤ 0) of a ring about the z axis. Faces `outer inner ends zmin zmax`.
+    HalfRing {
+        /// Outer radius.
+        outer_radius: f64,
+        /// Inner radius.
+        inner_radius: f64,
+        /// Width along z, from −width/2 to width/2.
+        width: f64,
+        /// Elements around (at least 2), radially, across (along z).
+        elements: [usize; 3],
+    },
+}
+
+impl Shape {
+    /// The key that names the shape in the case file.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Box { .. } => "box",
+            Self::HalfBall { .. } => "half_ball",
+            Self::HollowCylinder { .. } => "hollow_cylinder",
+            Self::HalfRing { .. } => "half_ring",
+        }
+    }
+
+    /// The faces that the mesh of this shape has: its surfaces are `{body}_{face}`.
+    pub fn faces(&self) -> &'static [&'static str] {
+        match self {
+            Self::Box { .. } => &["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"],
+            Self::HalfBall { .. } => &["flat", "dome"],
+            Self::HollowCylinder { .. } => &["bottom", "top", "inner", "outer"],
+            Self::HalfRing { .. } => &["outer", "inner", "ends", "zmin", "zmax"],
+        }
+    }
+
+    /// How many elements the mesh of this shape has; `None` where the number overflows.
+    pub fn element_count(&self) -> Option<usize> {
+        match *self {
+            Self::Box { elements, .. }
+            | Self::HollowCylinder { elements, .. }
+            | Self::HalfRing { elements, .. } => elements
+                .iter()
+                .try_fold(1usize, |product, &n| product.checked_mul(n)),
+            Self::HalfBall {
+                elements: [n, h, m],
+                ..
+            } => {
+                let square = n.checked_mul(n)?;
+                let layer = square.checked_add(n.checked_mul(h)?.checked_mul(4)?)?;
+                square.checked_mul(h)?.checked_add(m.checked_mul(layer)?)
+            }
+        }
+    }
+}
+
+/// Rotation about the origin, then translation.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Placement {
+    /// The rotation; `None` is no rotation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotate: Option<Rotate>,
+    /// The translation. \[L\]
+    pub translate: [f64; 3],
+}
+
+/// A rotation about an axis through the origin, right-handed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Rotate {
+    /// Direction of the axis; need not be a unit vector, is not zero.
+    pub axis: [f64; 3],
+    /// Angle in degrees.
+    pub degrees: f64,
+}
+
+/// A material law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Material {
+    /// Coupled compressible neo-Hooke. Paper: (100).
+    NeoHooke {
+        /// Young's modulus E > 0. \[F/L²\]
+        youngs_modulus: f64,
+        /// Poisson's ratio, −1 < ν < 1/2.
+        poisson_ratio: f64,
+    },
+}
+
+/// A node set: all nodes that lie in one of the boxes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NodeSet {
+    /// Unique name, different from every surface's.
+    pub name: String,
+    /// Only nodes of this surface or earlier set; `None`: of all bodies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within: Option<String>,
+    /// The boxes, bounds included; at least one.
+    pub boxes: Vec<BoxRegion>,
+}
+
+/// An axis-aligned region of the reference configuration, bounds included. \[L\]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BoxRegion {
+    /// Lowest corner.
+    pub min: [f64; 3],
+    /// Highest corner; at or above `min` in every direction.
+    pub max: [f64; 3],
+}
+
+impl BoxRegion {
+    /// Whether the point is in the region, bounds included.
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        (0..3).all(|i| self.min[i] <= point[i] && point[i] <= self.max[i])
+    }
+}

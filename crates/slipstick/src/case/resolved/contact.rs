@@ -1,0 +1,100 @@
+//! Contact pairs and their enforcement.
+
+use serde::Serialize;
+
+/// A contact pair.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Contact {
+    /// The surface that carries the multipliers and is integrated over.
+    pub slave: String,
+    /// The other surface.
+    pub master: String,
+    /// Coefficient of friction μ ≥ 0.
+    pub friction: f64,
+    /// Shape functions of the multipliers.
+    pub multiplier_shape: MultiplierShape,
+    /// Integration points on each triangle of a mortar segment, one of [`CELL_RULES`].
+    pub cell_rule: usize,
+    /// Distance within which facets are paired \[L\]; `None`: chosen from facet sizes and the motion of a step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub search_radius: Option<f64>,
+    /// How the contact conditions are enforced.
+    pub enforcement: Enforcement,
+}
+
+/// Numbers of points of the triangle rules that `cell_rule` may name; exact to degree 1, 2, 4, 5, 6.
+pub const CELL_RULES: [usize; 5] = [1, 3, 6, 7, 12];
+
+/// Shape functions of the Lagrange multipliers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MultiplierShape {
+    /// Those of the slave displacement; the paper's examples.
+    Standard,
+    /// Biorthogonal to them: D is diagonal.
+    Dual,
+}
+
+/// How the contact conditions are enforced.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Enforcement {
+    /// Lagrange multipliers and semi-smooth Newton. Paper: section 2.3.
+    Lagrange {
+        /// Unit-free factor f of the complementarity parameter c = f·E/(h A). The solution does not depend on it.
+        complementarity_parameter: f64,
+    },
+    /// Penalty. Paper: section 2.4.
+    Penalty {
+        /// Stiffness; `None`: chosen from the bodies' moduli and element sizes.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stiffness: Option<Stiffness>,
+        /// What the stiffness multiplies.
+        scaling: PenaltyScaling,
+    },
+    /// Augmented Lagrangian, Uzawa's iteration. Paper: section 2.5.
+    Augmented {
+        /// Stiffness; `None`: chosen from the bodies' moduli and element sizes.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stiffness: Option<Stiffness>,
+        /// What the stiffness multiplies.
+        scaling: PenaltyScaling,
+        /// Tolerance of the nodal contact conditions (the paper's ε_ALM).
+        tolerance: f64,
+        /// What the tolerance is relative to.
+        tolerance_scaling: ToleranceScaling,
+        /// Most Uzawa iterations in a load step.
+        max_uzawa: usize,
+    },
+}
+
+/// Penalty stiffness ε.
+///
+/// \[F/L³\] with [`PenaltyScaling::Area`], \[F/L⁵\] with [`PenaltyScaling::Weighted`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Stiffness {
+    /// ε_n > 0.
+    pub normal: f64,
+    /// ε_τ > 0.
+    pub tangential: f64,
+}
+
+/// What the penalty stiffness multiplies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PenaltyScaling {
+    /// Gap and slip increment over the node's tributary area: independent of the mesh.
+    Area,
+    /// The weighted gap and slip increment, as in the paper.
+    Weighted,
+}
+
+/// What the augmented Lagrangian's tolerance is relative to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ToleranceScaling {
+    /// The largest contact traction and the facet size: unit-free.
+    Relative,
+    /// Nothing: the bound holds for the conditions as they are, as in the paper.
+    Absolute,
+}

@@ -1,0 +1,81 @@
+//! What a case file means: every value checked, every default filled in.
+//!
+//! The field names are those of the case file, so a [`Case`] written out as TOML (or looked at in a run's JSON
+//! record) is itself a complete case file. Units are the user's own, only consistent: \[L\] length, \[F\] force.
+
+mod bodies;
+mod contact;
+mod design;
+mod motion;
+
+pub use bodies::*;
+pub use contact::*;
+pub use design::*;
+pub use motion::*;
+
+use serde::Serialize;
+
+/// One case: bodies, contact, supports and motion, and, for an optimization, design, objective and optimizer.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Case {
+    /// A line for people; may be empty.
+    pub title: String,
+    /// The bodies, in the order of the file; the mesh numbers their elements in this order. At least one.
+    #[serde(rename = "body")]
+    pub bodies: Vec<Body>,
+    /// Node sets that the user selects, besides the surfaces that come with the bodies.
+    #[serde(rename = "set")]
+    pub sets: Vec<NodeSet>,
+    /// Contact pairs.
+    #[serde(rename = "contact")]
+    pub contacts: Vec<Contact>,
+    /// Supports and prescribed motions.
+    pub dirichlet: Vec<Dirichlet>,
+    /// Pseudo-time steps and Newton's tolerances.
+    pub load_path: LoadPath,
+    /// The design; `None` where the case is for a forward analysis only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub design: Option<Design>,
+    /// The objective θ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub objective: Option<Objective>,
+    /// The optimizer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub optimizer: Option<Optimizer>,
+    /// What a run writes.
+    pub output: Output,
+    /// Linear solver and threads.
+    pub solver: Solver,
+}
+
+/// What a run writes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Output {
+    /// Directory, relative to the case file; `None`: the program's choice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub directory: Option<String>,
+    /// Fields are written every so many optimization iterations, and after the last.
+    pub every: usize,
+}
+
+/// Linear solver and threads. Results do not depend on the number of threads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Solver {
+    /// The factorization.
+    pub linear: LinearSolverChoice,
+    /// Threads; `None`: as many as the machine has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub threads: Option<usize>,
+}
+
+/// The factorization.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearSolverChoice {
+    /// Multifrontal, falling back on faer's.
+    Auto,
+    /// Multifrontal LU.
+    Multifrontal,
+    /// faer's supernodal sparse LU.
+    Faer,
+}

@@ -1,0 +1,422 @@
+//! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion.
+//!
+//! [`ContactModel`] puts the crates together: it implements [`StepProblem`], which the march and the adjoint sweep work
+//! on. Unknowns are the displacements d of all nodes and, for the Lagrange and augmented Lagrangian methods, the
+//! multiplier components ζ_j in the frame of each slave node.
+//!
+//! | method | y | h | F |
+//! |---|---|---|---|
+//! | Lagrange | d, ζ | – | R = f_int + f_co, C |
+//! | penalty | d | ζ_τ | R |
+//! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
+
+pub mod node;
+pub mod pattern;
+pub mod prescribed;
+mod step;
+
+use nalgebra::Vector3;
+use node::NodeStep;
+use pattern::ContactPattern;
+use prescribed::Prescribed;
+use slipstick_contact::enforcement::NodeMeasures;
+use slipstick_contact::enforcement::regularised::Stiffness;
+use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
+use slipstick_contact::{ContactInterface, InterfaceError};
+use slipstick_linalg::BlockMatrix;
+use slipstick_mesh::Mesh;
+use slipstick_path::{StateError, StepState, UzawaOptions};
+use slipstick_solid::{InvertedElements, Simp, SolidModel, model::Scatter};
+
+/// How the contact conditions of a model are enforced; one method for all interfaces.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Method {
+    /// Lagrange multipliers; unit-free factor f of c = f E/(h A).
+    Lagrange {
+        /// f > 0; the solution does not depend on it.
+        complementarity: f64,
+    },
+    /// Penalty, with one stiffness per interface.
+    Penalty {
+        /// ε of each interface.
+        stiffness: Vec<Stiffness>,
+    },
+    /// Augmented Lagrangian, with one stiffness per interface.
+    Augmented {
+        /// ε of each interface.
+        stiffness: Vec<Stiffness>,
+        /// When Uzawa's iteration stops.
+        uzawa: UzawaOptions,
+        /// Whether the tolerance bounds |ζ − ẑ|/ε (the paper's measure, a weighted gap) instead of the change of
+        /// traction relative to the largest traction.
+        absolute: bool,
+    },
+}
+
+impl Method {
+    /// Whether the multipliers are unknowns.
+    pub fn has_multipliers(&self) -> bool {
+        !matches!(self, Self::Penalty { .. })
+    }
+}
+
+/// An interface with what the model adds to its geometry.
+#[derive(Debug, Clone)]
+pub struct ModelInterface {
+    /// Geometry.
+    pub interface: ContactInterface,
+    /// Coefficient of friction μ.
+    pub friction: f64,
+}
+
+/// Constant data of a slave node.
+#[derive(Debug, Clone, Copy)]
+struct SlaveData {
+    interface: u32,
+    /// Reference area of the slave surface around the node. \[L²\]
+    area: f64,
+    /// Facet size around the node. \[L\]
+    size: f64,
+}
+
+/// The discrete problem of a load step; see the module's description.
+pub struct ContactModel {
+    solid: SolidModel,
+    simp: Simp,
+    /// Design density of every element; elements outside of the design have density 1.
+    density: Vec<f64>,
+    designed: Vec<bool>,
+    factors: Vec<f64>,
+    coordinates: Vec<f64>,
+    interfaces: Vec<ModelInterface>,
+    method: Method,
+    prescribed: Prescribed,
+    slaves: Vec<SlaveData>,
+    /// Elements at each slave node's facets, and at each interface's master facets: for E_eff.
+    slave_elements: Vec<Vec<u32>>,
+    master_elements: Vec<Vec<u32>>,
+    /// Factor of c, one per slave node: E_eff/h. \[F/L³\]
+    hardness: Vec<f64>,
+    variation: f64,
+    fixed: Vec<bool>,
+    fixed_held: Vec<bool>,
+    groups: Vec<u32>,
+    held: bool,
+    pattern: ContactPattern,
+    scatter: Option<Scatter>,
+    matrix: Option<BlockMatrix>,
+    // previous state
+    previous_rows: Vec<PreviousRow>,
+    previous_kinematics: Vec<NodeKinematics>,
+    previous_history: Vec<f64>,
+    // current evaluation
+    evaluated: Option<(Vec<f64>, bool)>,
+    kinematics: Vec<NodeKinematics>,
+    steps: Vec<NodeStep>,
+    status: Vec<u8>,
+    internal: Vec<f64>,
+    /// Norm of all multipliers at the last residual.
+    traction_norm: f64,
+    floors: Floors,
+}
+
+/// Lower bounds of the scales, from the problem's own data, so that a start at rest has scales too.
+#[derive(Debug, Clone, Copy)]
+struct Floors {
+    force: f64,
+    displacement: f64,
+    multiplier: f64,
+}
+
+/// Smallest part of a characteristic size that a relative tolerance is measured against.
+const FLOOR: f64 = 1e-6;
+
+impl ContactModel {
+    /// Assembles a model.
+    ///
+    /// `largest_motion` is the largest prescribed displacement on the path; it sizes the tolerances of a start at rest.
+    pub fn new(
+        mesh: &Mesh,
+        solid: SolidModel,
+        interfaces: Vec<ModelInterface>,
+        method: Method,
+        prescribed: Prescribed,
+        simp: Simp,
+        designed: Vec<bool>,
+        largest_motion: f64,
+    ) -> Self {
+        let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+        let nodes = mesh.nodes.len();
+        let (slaves, slave_elements, master_elements) = slave_data(mesh, &interfaces);
+        let multipliers = if method.has_multipliers() {
+            slaves.len()
+        } else {
+            0
+        };
+        let mut groups: Vec<u32> = (0..nodes as u32).collect();
+        let mut fixed = prescribed.fixed().to_vec();
+        let mut fixed_held = fixed.clone();
+        if multipliers > 0 {
+            groups.extend(
+                interfaces
+                    .iter()
+                    .flat_map(|i| i.interface.slave_nodes())
+                    .map(|s| s.node),
+            );
+            fixed.resize(3 * (nodes + multipliers), false);
+            fixed_held.resize(3 * (nodes + multipliers), true);
+        }
+        let pattern = ContactPattern::new(mesh.node_neighbours(), slaves.len(), multipliers > 0);
+        let modulus = (0..solid.elements())
+            .map(|e| solid.material(e).youngs_modulus())
+            .fold(0.0, f64::max);
+        let volume: f64 = mesh.element_volumes().iter().sum();
+        let size = (volume / mesh.hexes.len() as f64).cbrt();
+        let motion = if largest_motion > 0.0 {
+            largest_motion
+        } else {
+            size
+        };
+        let floors = Floors {
+            force: FLOOR * modulus * size * motion,
+            displacement: FLOOR * motion,
+            multiplier: FLOOR * modulus * motion / size,
+        };
+        let elements = solid.elements();
+        let count = slaves.len();
+        let mut model = Self {
+            solid,
+            simp,
+            density: vec![1.0; elements],
+            designed,
+            factors: vec![1.0; elements],
+            internal: vec![0.0; coordinates.len()],
+            coordinates,
+            interfaces,
+            method,
+            prescribed,
+            slaves,
+            slave_elements,
+            master_elements,
+            hardness: vec![1.0; count],
+            variation: 1.0,
+            fixed,
+            fixed_held,
+            groups,
+            held: false,
+            pattern,
+            scatter: None,
+            matrix: None,
+            previous_rows: vec![PreviousRow::default(); count],
+            previous_kinematics: Vec::new(),
+            previous_history: Vec::new(),
+            evaluated: None,
+            kinematics: Vec::new(),
+            steps: vec![NodeStep::default(); count],
+            status: vec![0; count],
+            traction_norm: 0.0,
+            floors,
+        };
+        model.set_density(&vec![1.0; elements]);
+        model
+    }
+
+    /// Sets the density of every element (1 outside of the design). Values are taken as they are; the caller keeps them
+    /// in [0, 1].
+    pub fn set_density(&mut self, density: &[f64]) {
+        self.density.copy_from_slice(density);
+        for e in 0..density.len() {
+            self.factors[e] = if self.designed[e] {
+                self.simp.factor(density[e])
+            } else {
+                1.0
+            };
+        }
+        let stiffness = |elements: &[u32]| {
+            let sum: f64 = elements
+                .iter()
+                .map(|&e| {
+                    self.factors[e as usize] * self.solid.material(e as usize).youngs_modulus()
+                })
+                .sum();
+            sum / elements.len() as f64
+        };
+        let master: Vec<f64> = self.master_elements.iter().map(|m| stiffness(m)).collect();
+        self.hardness = (0..self.slaves.len())
+            .map(|j| {
+                let (s, m) = (
+                    stiffness(&self.slave_elements[j]),
+                    master[self.slaves[j].interface as usize],
+                );
+                // the two sides give way one after the other; φ_min = 0 and φ = 0 would leave nothing
+                (s * m / (s + m)).max(1e-6 * s.max(m)) / self.slaves[j].size
+            })
+            .collect();
+        self.evaluated = None;
+        self.pattern.reset();
+        self.matrix = None;
+        self.scatter = None;
+    }
+
+    /// The density of every element.
+    pub fn density(&self) -> &[f64] {
+        &self.density
+    }
+
+    /// Stiffness factor of every element.
+    pub fn factors(&self) -> &[f64] {
+        &self.factors
+    }
+
+    /// d factor/dφ of an element: zero outside of the design.
+    pub fn factor_derivative(&self, element: usize) -> f64 {
+        if self.designed[element] {
+            self.simp.derivative(self.density[element])
+        } else {
+            0.0
+        }
+    }
+
+    /// The solid bodies.
+    pub fn solid(&self) -> &SolidModel {
+        &self.solid
+    }
+
+    /// The interfaces.
+    pub fn interfaces(&self) -> &[ModelInterface] {
+        &self.interfaces
+    }
+
+    /// How contact is enforced.
+    pub fn method(&self) -> &Method {
+        &self.method
+    }
+
+    /// Prescribed motion.
+    pub fn prescribed(&self) -> &Prescribed {
+        &self.prescribed
+    }
+
+    /// Global numbers of all slave nodes, interface after interface: the order of nodal contact results.
+    pub fn slave_nodes(&self) -> Vec<u32> {
+        self.interfaces
+            .iter()
+            .flat_map(|i| i.interface.slave_nodes())
+            .map(|s| s.node)
+            .collect()
+    }
+
+    /// The state at rest: no displacement, no multiplier, no history.
+    pub fn rest(&self) -> StepState {
+        let history = if self.method.has_multipliers() {
+            0
+        } else {
+            2 * self.slaves.len()
+        };
+        StepState {
+            unknowns: vec![0.0; 3 * self.block_rows()],
+            history: vec![0.0; history],
+        }
+    }
+
+    /// Number of block rows: nodes, then multipliers.
+    fn block_rows(&self) -> usize {
+        self.pattern.rows()
+    }
+
+    fn displacement_count(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// Multiplier components of slave node j in y.
+    fn multiplier(&self, y: &[f64], j: usize) -> Vector3<f64> {
+        let at = self.displacement_count() + 3 * j;
+        Vector3::new(y[at], y[at + 1], y[at + 2])
+    }
+
+    fn measures(&self, j: usize) -> NodeMeasures {
+        self.steps[j].measures(&self.kinematics[j], self.slaves[j].area)
+    }
+
+    /// Current positions x = X + d.
+    fn positions(&self, y: &[f64]) -> Vec<f64> {
+        self.coordinates.iter().zip(y).map(|(x, d)| x + d).collect()
+    }
+
+    /// Mortar rows and frames of all interfaces at positions `x`.
+    fn kinematics_at(
+        interfaces: &mut [ModelInterface],
+        x: &[f64],
+        with_gradient: bool,
+        out: &mut Vec<NodeKinematics>,
+    ) -> Result<(), StateError> {
+        let mut part = Vec::new();
+        out.clear();
+        for interface in interfaces {
+            interface
+                .interface
+                .evaluate(x, with_gradient, &mut part)
+                .map_err(|e| match e {
+                    InterfaceError::Folded { node } => StateError::FoldedSurface { node },
+                    other => unreachable!("interface was built: {other}"),
+                })?;
+            out.append(&mut part);
+        }
+        Ok(())
+    }
+}
+
+impl std::fmt::Debug for ContactModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ContactModel")
+            .field("elements", &self.solid.elements())
+            .field("slave_nodes", &self.slaves.len())
+            .field("method", &self.method)
+            .finish_non_exhaustive()
+    }
+}
+
+/// An inverted element is a trial state that is none.
+pub(crate) fn inverted(error: InvertedElements) -> StateError {
+    StateError::InvertedElements {
+        elements: error.elements,
+    }
+}
+
+type SlaveTables = (Vec<SlaveData>, Vec<Vec<u32>>, Vec<Vec<u32>>);
+
+/// Reference areas, sizes and adjacent elements of all slave nodes.
+fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
+    let touching = mesh.node_elements();
+    let elements_at = |nodes: &mut dyn Iterator<Item = u32>| {
+        let mut all: Vec<u32> = nodes
+            .flat_map(|n| touching.of(n as usize).iter().copied())
+            .collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    };
+    let (mut slaves, mut slave_elements, mut master_elements) =
+        (Vec::new(), Vec::new(), Vec::new());
+    for (i, model) in interfaces.iter().enumerate() {
+        let interface = &model.interface;
+        let areas: Vec<f64> = interface
+            .slave_facets()
+            .iter()
+            .map(|f| slipstick_mesh::facet_area(&f.map(|n| mesh.nodes[n as usize])))
+            .collect();
+        for slave in interface.slave_nodes() {
+            let around: f64 = slave.facets.iter().map(|&(f, _)| areas[f as usize]).sum();
+            slaves.push(SlaveData {
+                interface: i as u32,
+                area: 0.25 * around,
+                size: (around / slave.facets.len() as f64).sqrt(),
+            });
+            slave_elements.push(elements_at(&mut std::iter::once(slave.node)));
+        }
+        master_elements.push(elements_at(
+            &mut interface.master_facets().iter().flatten().copied(),
+        ));
+    }
+    (slaves, slave_elements, master_elements)
+}

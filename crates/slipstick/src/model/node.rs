@@ -1,0 +1,259 @@
+//! One slave node in a load step: its kinematics against the previous step, and its blocks of force and tangent.
+
+use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
+use slipstick_contact::enforcement::NodeMeasures;
+use slipstick_contact::friction::Status;
+use slipstick_contact::kinematics::rows::SlipIncrement;
+use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
+use slipstick_linalg::BlockMatrix;
+
+/// Measures of a slave node in the current step with their gradients over the union of the current and the previous
+/// mortar row's support.
+#[derive(Debug, Clone, Default)]
+pub struct NodeStep {
+    /// Global nodes: the current support, then nodes that only the previous row has.
+    pub support: Vec<u32>,
+    /// Slip increment over the step. \[L³\]
+    pub slip: Vector2<f64>,
+    /// ∂g̃/∂x over `support`. \[L²\]
+    pub gap_gradient: Vec<f64>,
+    /// ∂ũ_a/∂x over `support`, one vector per component. \[L²\]
+    pub slip_gradient: [Vec<f64>; 2],
+    scratch: SlipIncrement,
+}
+
+impl NodeStep {
+    /// Evaluates slip (and gradients) against the previous row, at current positions `x`.
+    pub fn evaluate(
+        &mut self,
+        now: &NodeKinematics,
+        previous: &PreviousRow,
+        x: &[f64],
+        with_gradient: bool,
+    ) {
+        now.slip(previous, x, with_gradient, &mut self.scratch);
+        self.slip = self.scratch.value;
+        self.support.clear();
+        self.support.extend_from_slice(&now.support);
+        if !with_gradient {
+            return;
+        }
+        let own = 3 * now.support.len();
+        let place: Vec<usize> = previous
+            .support
+            .iter()
+            .map(|&node| {
+                self.support
+                    .iter()
+                    .position(|&s| s == node)
+                    .unwrap_or_else(|| {
+                        self.support.push(node);
+                        self.support.len() - 1
+                    })
+            })
+            .collect();
+        let columns = 3 * self.support.len();
+        now.gap_gradient(&mut self.gap_gradient);
+        self.gap_gradient.resize(columns, 0.0);
+        let before = 3 * previous.support.len();
+        for (a, row) in self.slip_gradient.iter_mut().enumerate() {
+            row.clear();
+            row.extend_from_slice(&self.scratch.gradient[a * own..][..own]);
+            row.resize(columns, 0.0);
+            for (i, &s) in place.iter().enumerate() {
+                for c in 0..3 {
+                    row[3 * s + c] += self.scratch.previous_gradient[a * before + 3 * i + c];
+                }
+            }
+        }
+    }
+
+    /// The measures that the contact laws take.
+    pub fn measures(&self, now: &NodeKinematics, reference_area: f64) -> NodeMeasures {
+        NodeMeasures {
+            gap: now.gap(),
+            slip: self.slip,
+            area: now.area,
+            reference_area,
+        }
+    }
+
+    /// Row of ∂(law)/∂x for a law component with the given partial derivatives in gap, slip and area.
+    fn law_row(
+        &self,
+        now: &NodeKinematics,
+        by_gap: f64,
+        by_slip: [f64; 2],
+        by_area: f64,
+        out: &mut Vec<f64>,
+    ) {
+        out.clear();
+        out.extend((0..self.gap_gradient.len()).map(|t| {
+            by_gap * self.gap_gradient[t]
+                + by_slip[0] * self.slip_gradient[0][t]
+                + by_slip[1] * self.slip_gradient[1][t]
+        }));
+        if by_area != 0.0 {
+            out.iter_mut()
+                .zip(&now.area_gradient)
+                .for_each(|(o, g)| *o += by_area * g);
+        }
+    }
+}
+
+/// A node's traction in its frame, and how it depends on the measures. For the Lagrange method ζ is an unknown of its
+/// own and all partial derivatives vanish.
+#[derive(Debug, Clone, Copy)]
+pub struct NodeTraction {
+    /// Status of the node.
+    pub status: Status,
+    /// ζ = (ζ_n, ζ_ξ, ζ_η). \[F/L²\]
+    pub value: Vector3<f64>,
+    /// ∂ζ/∂g̃.
+    pub by_gap: Vector3<f64>,
+    /// ∂ζ/∂ũ.
+    pub by_slip: Matrix3x2<f64>,
+    /// ∂ζ/∂A.
+    pub by_area: Vector3<f64>,
+}
+
+/// Adds the node's contact force f_s = b_js z_j to `out`. Paper: (17), (43).
+pub fn add_force(now: &NodeKinematics, traction: &Vector3<f64>, out: &mut [f64]) {
+    if *traction == Vector3::zeros() {
+        return;
+    }
+    let z = now.frame.to_global(traction);
+    for (&node, b) in now.support.iter().zip(&now.coefficient) {
+        for c in 0..3 {
+            out[3 * node as usize + c] += b * z[c];
+        }
+    }
+}
+
+/// Adds ∂f/∂x of the node's contact force: `∂f_sc/∂x_t = ∂b_js/∂x_t z_c + b_js ∂z_c/∂x_t`, z = Σ_b (frame)_b ζ_b.
+///
+/// Test: `tangent_matches_finite_differences` (tests/derivatives.rs).
+pub fn add_force_tangent(
+    now: &NodeKinematics,
+    step: &NodeStep,
+    traction: &NodeTraction,
+    matrix: &mut BlockMatrix,
+) {
+    let columns = 3 * step.support.len();
+    let own = 3 * now.support.len();
+    let z = now.frame.to_global(&traction.value);
+    // ∂z_c/∂x_t
+    let mut slope = vec![0.0; 3 * columns];
+    let mut row = Vec::new();
+    for b in 0..3 {
+        step.law_row(
+            now,
+            traction.by_gap[b],
+            [traction.by_slip[(b, 0)], traction.by_slip[(b, 1)]],
+            traction.by_area[b],
+            &mut row,
+        );
+        let vector = now.frame.vector(b);
+        for c in 0..3 {
+            let target = &mut slope[c * columns..][..columns];
+            for t in 0..columns {
+                target[t] += vector[c] * row[t];
+            }
+            for t in 0..3 * now.ring {
+                target[t] += now.frame.slope(b, c, t) * traction.value[b];
+            }
+        }
+    }
+    for (s, &row_node) in now.support.iter().enumerate() {
+        let coefficient = now.coefficient[s];
+        let gradient = &now.gradient[s * own..][..own];
+        for (t, &column_node) in step.support.iter().enumerate() {
+            let mut block = [0.0; 9];
+            for c in 0..3 {
+                for d in 0..3 {
+                    let at = 3 * t + d;
+                    block[3 * c + d] = coefficient * slope[c * columns + at];
+                    if at < own {
+                        block[3 * c + d] += gradient[at] * z[c];
+                    }
+                }
+            }
+            matrix.add(row_node as usize, column_node as usize, &block);
+        }
+    }
+}
+
+/// Adds ∂f/∂ζ, the column blocks of a multiplier node: `∂f_sc/∂ζ_b = b_js (frame)_b,c`.
+pub fn add_multiplier_column(now: &NodeKinematics, column: usize, matrix: &mut BlockMatrix) {
+    for (&node, b) in now.support.iter().zip(&now.coefficient) {
+        let block = std::array::from_fn(|e| b * now.frame.basis[(e % 3, e / 3)]);
+        matrix.add(node as usize, column, &block);
+    }
+}
+
+/// Adds the row blocks of a multiplier node: ∂C/∂x through gap and slip, and ∂C/∂ζ.
+pub fn add_complementarity_row(
+    now: &NodeKinematics,
+    step: &NodeStep,
+    by_gap: &Vector3<f64>,
+    by_slip: &Matrix3x2<f64>,
+    by_multiplier: &Matrix3<f64>,
+    row: usize,
+    matrix: &mut BlockMatrix,
+) {
+    matrix.add(
+        row,
+        row,
+        &std::array::from_fn(|e| by_multiplier[(e / 3, e % 3)]),
+    );
+    let mut rows: [Vec<f64>; 3] = Default::default();
+    for b in 0..3 {
+        step.law_row(
+            now,
+            by_gap[b],
+            [by_slip[(b, 0)], by_slip[(b, 1)]],
+            0.0,
+            &mut rows[b],
+        );
+    }
+    if rows.iter().flatten().all(|&v| v == 0.0) {
+        return;
+    }
+    for (t, &node) in step.support.iter().enumerate() {
+        matrix.add(
+            row,
+            node as usize,
+            &std::array::from_fn(|e| rows[e / 3][3 * t + e % 3]),
+        );
+    }
+}
+
+/// The node's local relative adjoint displacement p_b = (frame)_b · Σ_s b_js λ_s: how λᵀ R depends on ζ.
+pub fn relative_adjoint(now: &NodeKinematics, lambda: &[f64]) -> Vector3<f64> {
+    let mut relative = Vector3::zeros();
+    for (&node, b) in now.support.iter().zip(&now.coefficient) {
+        let at = 3 * node as usize;
+        relative += Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]) * *b;
+    }
+    now.frame.basis * relative
+}
+
+/// Adds Σ_b weight_b ∂ζ_b/∂x: the pull-back of a traction through gap, slip and area.
+pub fn add_traction_pull_back(
+    now: &NodeKinematics,
+    step: &NodeStep,
+    traction: &NodeTraction,
+    weight: &Vector3<f64>,
+    out: &mut [f64],
+) {
+    let by_gap = weight.dot(&traction.by_gap);
+    let by_slip = traction.by_slip.tr_mul(weight);
+    let by_area = weight.dot(&traction.by_area);
+    let mut row = Vec::new();
+    step.law_row(now, by_gap, [by_slip[0], by_slip[1]], by_area, &mut row);
+    for (t, &node) in step.support.iter().enumerate() {
+        for c in 0..3 {
+            out[3 * node as usize + c] += row[3 * t + c];
+        }
+    }
+}

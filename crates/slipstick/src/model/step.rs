@@ -1,0 +1,450 @@
+//! The equations of a load step and their derivatives: [`StepProblem`] for the contact model.
+
+use super::node::{self, NodeTraction};
+use super::{ContactModel, Method, inverted};
+use nalgebra::{Matrix3x2, Vector3};
+use rayon::prelude::*;
+use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
+use slipstick_contact::enforcement::regularised::{Traction, traction};
+use slipstick_contact::kinematics::PreviousRow;
+use slipstick_linalg::BlockMatrix;
+use slipstick_path::{PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
+
+impl ContactModel {
+    /// Brings kinematics and slip to the displacements in `y`; nothing is done where they are there already.
+    fn evaluate(&mut self, y: &[f64], with_gradient: bool) -> Result<(), StateError> {
+        let d = &y[..self.displacement_count()];
+        if let Some((at, gradient)) = &self.evaluated {
+            if at == d && (*gradient || !with_gradient) {
+                return Ok(());
+            }
+        }
+        self.evaluated = None;
+        let x = self.positions(y);
+        Self::kinematics_at(
+            &mut self.interfaces,
+            &x,
+            with_gradient,
+            &mut self.kinematics,
+        )?;
+        self.steps
+            .par_iter_mut()
+            .zip(&self.kinematics)
+            .zip(&self.previous_rows)
+            .for_each(|((step, now), previous)| step.evaluate(now, previous, &x, with_gradient));
+        self.evaluated = Some((d.to_vec(), with_gradient));
+        Ok(())
+    }
+
+    fn friction(&self, j: usize) -> f64 {
+        self.interfaces[self.slaves[j].interface as usize].friction
+    }
+
+    /// C of node j for multiplier ζ; c = f E_eff/(h A) at the current overlap.
+    fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
+        let factor = match self.method {
+            Method::Lagrange { complementarity } => complementarity,
+            _ => 5.0,
+        };
+        let at = self.measures(j);
+        let area = at.area.max(1e-300);
+        complementarity(
+            zeta,
+            &at,
+            self.friction(j),
+            self.variation * factor * self.hardness[j] / area,
+        )
+    }
+
+    /// Regularised traction of node j around the multiplier ẑ.
+    fn regularised_of(&self, j: usize, around: Vector3<f64>) -> Traction {
+        let stiffness = match &self.method {
+            Method::Penalty { stiffness } | Method::Augmented { stiffness, .. } => stiffness,
+            Method::Lagrange { .. } => {
+                unreachable!("the Lagrange method has no regularised traction")
+            }
+        };
+        traction(
+            around,
+            &self.measures(j),
+            self.friction(j),
+            &stiffness[self.slaves[j].interface as usize],
+        )
+    }
+
+    /// Traction that acts in R at node j, with its dependence on the displacements.
+    fn acting(&self, y: &[f64], j: usize) -> NodeTraction {
+        let around = match self.method {
+            Method::Penalty { .. } => Vector3::new(
+                0.0,
+                self.previous_history[2 * j],
+                self.previous_history[2 * j + 1],
+            ),
+            Method::Augmented { .. } if self.held => self.multiplier(y, j),
+            _ => {
+                let zeta = self.multiplier(y, j);
+                return NodeTraction {
+                    status: self.complementarity_of(j, zeta).status,
+                    value: zeta,
+                    by_gap: Vector3::zeros(),
+                    by_slip: Matrix3x2::zeros(),
+                    by_area: Vector3::zeros(),
+                };
+            }
+        };
+        let t = self.regularised_of(j, around);
+        NodeTraction {
+            status: t.status,
+            value: t.value,
+            by_gap: t.by_gap,
+            by_slip: t.by_slip,
+            by_area: t.by_area,
+        }
+    }
+
+    /// Whether C is part of F: not for the penalty method, and not while multipliers are held.
+    fn has_complementarity(&self) -> bool {
+        self.method.has_multipliers() && !self.held
+    }
+
+    /// Contact results of every slave node at a state: traction ζ, status, gap and slip over area.
+    ///
+    /// # Errors
+    /// If the state cannot be evaluated.
+    pub fn contact_results(
+        &mut self,
+        previous: &StepState,
+        state: &StepState,
+    ) -> Result<Vec<crate::analysis::NodalContact>, StateError> {
+        self.begin_step(previous, false)?;
+        self.evaluate(&state.unknowns, false)?;
+        Ok((0..self.slaves.len())
+            .map(|j| {
+                let acting = self.acting(&state.unknowns, j);
+                let at = self.measures(j);
+                let per_area = |v: f64| if at.covered() { v / at.area } else { 0.0 };
+                crate::analysis::NodalContact {
+                    node: self.kinematics[j].node,
+                    status: acting.status,
+                    traction: acting.value.into(),
+                    global_traction: self.kinematics[j].frame.to_global(&acting.value).into(),
+                    gap: at.covered().then(|| at.gap / at.area),
+                    weighted_gap: at.gap,
+                    weighted_slip: at.slip.into(),
+                    slip: [per_area(at.slip[0]), per_area(at.slip[1])],
+                    area: at.area,
+                }
+            })
+            .collect())
+    }
+
+    /// Internal force at displacements `d` and current density.
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        self.solid
+            .internal_force(d, &self.factors, out)
+            .map_err(inverted)
+    }
+}
+
+impl StepProblem for ContactModel {
+    fn unknowns(&self) -> usize {
+        3 * self.block_rows()
+    }
+
+    fn displacements(&self) -> usize {
+        self.displacement_count()
+    }
+
+    fn history_length(&self) -> usize {
+        if self.method.has_multipliers() {
+            0
+        } else {
+            2 * self.slaves.len()
+        }
+    }
+
+    fn designs(&self) -> usize {
+        self.solid.elements()
+    }
+
+    fn fixed(&self) -> &[bool] {
+        if self.held {
+            &self.fixed_held
+        } else {
+            &self.fixed
+        }
+    }
+
+    fn groups(&self) -> &[u32] {
+        &self.groups
+    }
+
+    fn prescribe(&self, time: f64, y: &mut [f64]) {
+        self.prescribed.apply(time, y);
+    }
+
+    fn begin_step(&mut self, previous: &StepState, for_adjoint: bool) -> Result<(), StateError> {
+        let x = self.positions(&previous.unknowns);
+        let mut kinematics = std::mem::take(&mut self.previous_kinematics);
+        Self::kinematics_at(&mut self.interfaces, &x, for_adjoint, &mut kinematics)?;
+        self.previous_rows = kinematics.iter().map(PreviousRow::from).collect();
+        self.previous_kinematics = kinematics;
+        self.previous_history.clone_from(&previous.history);
+        self.evaluated = None;
+        Ok(())
+    }
+
+    fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let split = self.displacement_count();
+        self.solid
+            .internal_force(&y[..split], &self.factors, &mut self.internal)
+            .map_err(inverted)?;
+        self.evaluate(y, false)?;
+        out[..split].copy_from_slice(&self.internal);
+        out[split..].fill(0.0);
+        let mut squares = 0.0;
+        for j in 0..self.slaves.len() {
+            let acting = self.acting(y, j);
+            self.status[j] = acting.status as u8;
+            squares += acting.value.norm_squared();
+            node::add_force(&self.kinematics[j], &acting.value, &mut out[..split]);
+            if self.has_complementarity() {
+                let c = self.complementarity_of(j, self.multiplier(y, j));
+                out[split + 3 * j..][..3].copy_from_slice(c.value.as_slice());
+            }
+        }
+        self.traction_norm = squares.sqrt();
+        Ok(())
+    }
+
+    fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError> {
+        let split = self.displacement_count();
+        self.evaluate(y, true)?;
+        let interfaces: Vec<_> = self.interfaces.iter().map(|i| &i.interface).collect();
+        let (pattern, grown) = self
+            .pattern
+            .covering(self.steps.iter().map(|s| s.support.as_slice()), &interfaces);
+        if grown || self.matrix.is_none() {
+            self.scatter = Some(self.solid.scatter(&pattern));
+            self.matrix = Some(BlockMatrix::new(pattern));
+        }
+        let mut matrix = self.matrix.take().expect("made above");
+        matrix.set_zero();
+        let scatter = self.scatter.as_ref().expect("made with the matrix");
+        let result = self
+            .solid
+            .add_tangent(&y[..split], &self.factors, scatter, &mut matrix)
+            .map_err(inverted);
+        if result.is_ok() {
+            for j in 0..self.slaves.len() {
+                let (now, step) = (&self.kinematics[j], &self.steps[j]);
+                let acting = self.acting(y, j);
+                if acting.value != Vector3::zeros() {
+                    node::add_force_tangent(now, step, &acting, &mut matrix);
+                }
+                if self.has_complementarity() {
+                    let row = split / 3 + j;
+                    let c = self.complementarity_of(j, self.multiplier(y, j));
+                    node::add_multiplier_column(now, row, &mut matrix);
+                    node::add_complementarity_row(
+                        now,
+                        step,
+                        &c.by_gap,
+                        &c.by_slip,
+                        &c.by_multiplier,
+                        row,
+                        &mut matrix,
+                    );
+                }
+            }
+        }
+        self.matrix = Some(matrix);
+        result?;
+        Ok(self.matrix.as_ref().expect("put back above"))
+    }
+
+    fn scales(&self) -> Scales {
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let displacement = self.evaluated.as_ref().map_or(0.0, |(d, _)| norm(d));
+        Scales {
+            force: norm(&self.internal).max(self.floors.force),
+            displacement: displacement.max(self.floors.displacement),
+            multiplier: self.traction_norm.max(self.floors.multiplier),
+        }
+    }
+
+    fn active_set(&self) -> &[u8] {
+        &self.status
+    }
+
+    fn advance_history(&mut self, y: &[f64], out: &mut Vec<f64>) -> Result<(), StateError> {
+        out.clear();
+        if self.method.has_multipliers() {
+            return Ok(());
+        }
+        self.evaluate(y, false)?;
+        for j in 0..self.slaves.len() {
+            let acting = self.acting(y, j).value;
+            out.extend([acting[1], acting[2]]);
+        }
+        Ok(())
+    }
+
+    fn pull_back_current(
+        &mut self,
+        y: &[f64],
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        self.evaluate(y, true)?;
+        for j in 0..self.slaves.len() {
+            let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
+            let acting = self.acting(y, j);
+            node::add_traction_pull_back(
+                &self.kinematics[j],
+                &self.steps[j],
+                &acting,
+                &weight,
+                out,
+            );
+        }
+        Ok(())
+    }
+
+    fn pull_back_previous(
+        &mut self,
+        y: &[f64],
+        lambda: &[f64],
+        eta: &[f64],
+        out: &mut PreviousPullBack,
+    ) -> Result<(), StateError> {
+        self.evaluate(y, true)?;
+        let split = self.displacement_count();
+        out.unknowns.clear();
+        out.unknowns.resize(self.unknowns(), 0.0);
+        out.history.clear();
+        out.history.resize(self.history_length(), 0.0);
+        let x = self.positions(y);
+        for j in 0..self.slaves.len() {
+            let now = &self.kinematics[j];
+            // weight of ũ_τ in λᵀF + ηᵀG
+            let by_slip = if self.method.has_multipliers() {
+                let at = split + 3 * j;
+                let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
+                self.complementarity_of(j, self.multiplier(y, j))
+                    .by_slip
+                    .tr_mul(&mu)
+            } else {
+                let h = Vector3::new(
+                    0.0,
+                    self.previous_history[2 * j],
+                    self.previous_history[2 * j + 1],
+                );
+                let t = self.regularised_of(j, h);
+                let mut weight = node::relative_adjoint(now, lambda);
+                weight[1] += eta[2 * j];
+                weight[2] += eta[2 * j + 1];
+                let by_history = t.by_multiplier.tr_mul(&weight);
+                out.history[2 * j] = by_history[1];
+                out.history[2 * j + 1] = by_history[2];
+                t.by_slip.tr_mul(&weight)
+            };
+            if by_slip[0] != 0.0 || by_slip[1] != 0.0 {
+                self.previous_kinematics[j].add_previous_slip_gradient(
+                    &now.frame,
+                    &x,
+                    by_slip,
+                    &mut out.unknowns,
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn pull_back_design(
+        &mut self,
+        y: &[f64],
+        lambda: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let split = self.displacement_count();
+        let mut by_factor = vec![0.0; self.solid.elements()];
+        self.solid
+            .pull_back_factors(&y[..split], &lambda[..split], &mut by_factor)
+            .map_err(inverted)?;
+        for (e, (o, b)) in out.iter_mut().zip(&by_factor).enumerate() {
+            *o += self.factor_derivative(e) * b;
+        }
+        Ok(())
+    }
+
+    fn vary_iteration(&mut self, attempt: usize) -> bool {
+        self.variation = 1.0;
+        match (&self.method, attempt) {
+            (_, 0) => true,
+            (Method::Lagrange { .. }, 1) => {
+                self.variation = 10.0;
+                true
+            }
+            (Method::Lagrange { .. }, 2) => {
+                self.variation = 0.1;
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn uzawa(&self) -> Option<UzawaOptions> {
+        match &self.method {
+            Method::Augmented { uzawa, .. } => Some(*uzawa),
+            _ => None,
+        }
+    }
+
+    fn hold_multipliers(&mut self, held: bool) {
+        self.held = held;
+    }
+
+    fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
+        self.evaluate(y, false)?;
+        let Method::Augmented {
+            stiffness,
+            absolute,
+            ..
+        } = &self.method
+        else {
+            return Ok(0.0);
+        };
+        let (absolute, stiffness) = (*absolute, stiffness.clone());
+        let split = self.displacement_count();
+        let (mut change, mut largest): (f64, f64) = (
+            0.0,
+            self.floors.multiplier / (self.slaves.len() as f64).sqrt(),
+        );
+        for j in 0..self.slaves.len() {
+            let before = self.multiplier(y, j);
+            let now = self.regularised_of(j, before).value;
+            // normal and tangential conditions each for itself
+            let mut difference = (now[0] - before[0])
+                .abs()
+                .max((now[1] - before[1]).hypot(now[2] - before[2]));
+            if absolute {
+                let epsilon = &stiffness[self.slaves[j].interface as usize];
+                let divisor = match epsilon.scaling {
+                    slipstick_contact::enforcement::regularised::StiffnessScaling::Area => {
+                        self.kinematics[j].area.max(1e-300)
+                    }
+                    slipstick_contact::enforcement::regularised::StiffnessScaling::Weighted => 1.0,
+                };
+                difference *= divisor / epsilon.normal.min(epsilon.tangential);
+            }
+            change = change.max(difference);
+            largest = largest.max(now.norm());
+            y[split + 3 * j..][..3].copy_from_slice(now.as_slice());
+        }
+        Ok(if absolute { change } else { change / largest })
+    }
+}

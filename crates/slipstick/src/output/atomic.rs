@@ -1,0 +1,46 @@
+//! Files that appear whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::OutputError;
+
+/// Writes a file through a temporary one beside it, which takes the file's name when it is complete and on disk.
+///
+/// Whoever reads meanwhile, or after a crash, finds the old file or the new one, never a part. Two writers of the
+/// same file at once must be different processes.
+///
+/// # Errors
+///
+/// [`OutputError::Io`]; the temporary file is removed then.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let temporary = temporary_name(path);
+    let result = write_and_sync(&temporary, write).and_then(|()| fs::rename(&temporary, path));
+    if result.is_err() {
+        // The first error is the one to tell; that the remains may stay behind is its consequence.
+        let _ = fs::remove_file(&temporary);
+    }
+    result.map_err(OutputError::io("write", path))
+}
+
+fn write_and_sync(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut writer = BufWriter::with_capacity(1 << 16, File::create(path)?);
+    write(&mut writer)?;
+    writer
+        .into_inner()
+        .map_err(io::IntoInnerError::into_error)?
+        .sync_all()
+}
+
+fn temporary_name(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    path.with_file_name(name)
+}

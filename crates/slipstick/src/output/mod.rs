@@ -1,0 +1,52 @@
+//! Result files: VTU meshes with fields, PVD collections of them over time, CSV tables.
+//!
+//! Files appear whole or not at all: what is written goes to a temporary file beside the target, which then takes
+//! its name. A CSV table grows line by line instead, each line in one piece.
+//!
+//! ```
+//! use slipstick::output::{Csv, Pvd, Values, Vtu};
+//! # let folder = std::env::temp_dir().join(format!("slipstick-doc-{}", std::process::id()));
+//! # std::fs::create_dir_all(&folder)?;
+//! let points = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.],
+//!               [0., 0., 1.], [1., 0., 1.], [1., 1., 1.], [0., 1., 1.]];
+//! let mut vtu = Vtu::new(&points, &[[0, 1, 2, 3, 4, 5, 6, 7]])?;
+//! vtu.point_field("displacement", 3, Values::F64(&[0.0; 24]))?;
+//! vtu.cell_field("density", 1, Values::F64(&[0.5]))?;
+//! vtu.save(&folder.join("step_1.vtu"))?;
+//!
+//! let mut pvd = Pvd::default();
+//! pvd.add(1.0, "step_1.vtu")?;
+//! pvd.save(&folder.join("steps.pvd"))?;
+//!
+//! let mut csv = Csv::create(&folder.join("history.csv"), &["iteration", "objective"])?;
+//! csv.row(&[1usize.into(), (-8.31).into()])?;
+//! # std::fs::remove_dir_all(&folder)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod atomic;
+mod csv;
+mod error;
+mod pvd;
+mod vtu;
+
+pub use atomic::write_atomically;
+pub use csv::{Cell, Csv};
+pub use error::OutputError;
+pub use pvd::Pvd;
+pub use vtu::{Values, Vtu};
+
+/// The text as it may stand in an XML attribute.
+fn xml(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            _ => escaped.push(c),
+        }
+    }
+    escaped
+}
