@@ -56,6 +56,10 @@ pub struct FactorStatistics {
     pub delayed_pivots: usize,
     /// Largest entry of U; the scaled matrix has entries of about one.
     pub growth: f64,
+    /// Smallest pivot of the scaled matrix; infinite without any.
+    pub smallest_pivot: f64,
+    /// Unknown of the smallest pivot: where the matrix is closest to singular.
+    pub weakest_unknown: usize,
 }
 
 /// Multifrontal LU solver. The analysis is kept while the pattern is the same allocation.
@@ -178,12 +182,22 @@ impl<T: Scalar> Numeric<T> {
                 residual: f64::NAN,
             });
         }
+        let (smallest_pivot, weakest) = fronts
+            .iter()
+            .filter_map(Front::smallest_pivot)
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((f64::INFINITY, 0));
         let statistics = FactorStatistics {
             fronts: fronts.len(),
             factor_entries: fronts.iter().map(Front::entries).sum(),
             operations: symbolic.operations,
             delayed_pivots: fronts.iter().map(|f| f.delayed_rows.len()).sum(),
             growth,
+            smallest_pivot,
+            weakest_unknown: symbolic
+                .permutation
+                .get(weakest as usize)
+                .map_or(0, |&i| i as usize),
         };
         Ok(Self {
             symbolic,

@@ -29,7 +29,16 @@ pub(super) struct Front<T> {
     pub growth: f64,
 }
 
-impl<T> Front<T> {
+impl<T: Scalar> Front<T> {
+    /// Size and column of the smallest pivot.
+    pub fn smallest_pivot(&self) -> Option<(f64, u32)> {
+        let q = self.pivot_columns.len();
+        let pivots = (0..q).map(|i| self.lu[i + i * q].absolute().to_f64());
+        pivots
+            .zip(self.pivot_columns.iter().copied())
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     pub fn entries(&self) -> usize {
         self.lu.len() + self.upper.len() + self.lower.len()
     }
