@@ -231,15 +231,9 @@ pub struct Evaluate {
 }
 
 fn number(text: &str, range: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
-    let value = text
-        .parse()
-        .map_err(|_| format!("{expected} is expected"))?;
+    let value = text.parse().map_err(|_| format!("{expected} is expected"))?;
     // Infinity and NaN parse as numbers too.
-    if f64::is_finite(value) && range(value) {
-        Ok(value)
-    } else {
-        Err(format!("{expected} is expected"))
-    }
+    if f64::is_finite(value) && range(value) { Ok(value) } else { Err(format!("{expected} is expected")) }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -251,11 +245,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
 }
 
 fn step(text: &str) -> Result<f64, String> {
-    number(
-        text,
-        |value| value > 0.0 && value < 1.0,
-        "a number between 0 and 1",
-    )
+    number(text, |value| value > 0.0 && value < 1.0, "a number between 0 and 1")
 }
 
 #[cfg(test)]
@@ -275,45 +265,22 @@ mod tests {
     #[test]
     fn commands_are_read() {
         let cli = parse("slipstick optimize case.toml --out o --threads 2 -vv").expect("right");
-        assert_eq!(
-            (
-                cli.common.threads.map(NonZeroUsize::get),
-                cli.common.verbose
-            ),
-            (Some(2), 2)
-        );
-        let Command::Optimize(optimize) = cli.command else {
-            panic!("optimize")
-        };
+        assert_eq!((cli.common.threads.map(NonZeroUsize::get), cli.common.verbose), (Some(2), 2));
+        let Command::Optimize(optimize) = cli.command else { panic!("optimize") };
         assert_eq!(optimize.case.case, PathBuf::from("case.toml"));
         assert_eq!(optimize.out.out, Some(PathBuf::from("o")));
 
         let cli = parse("slipstick --json verify gradient case.toml --step 1e-3").expect("right");
         assert!(cli.common.json);
-        let Command::Verify(Verify {
-            what: VerifyWhat::Gradient(gradient),
-        }) = cli.command
-        else {
+        let Command::Verify(Verify { what: VerifyWhat::Gradient(gradient) }) = cli.command else {
             panic!("verify gradient")
         };
-        assert_eq!(
-            (gradient.step, gradient.elements.get(), gradient.halvings),
-            (1e-3, 5, 3)
-        );
+        assert_eq!((gradient.step, gradient.elements.get(), gradient.halvings), (1e-3, 5, 3));
 
-        let cli =
-            parse("slipstick evaluate c.toml --design o --friction 0,0.1,0.25").expect("right");
-        let Command::Evaluate(evaluate) = cli.command else {
-            panic!("evaluate")
-        };
+        let cli = parse("slipstick evaluate c.toml --design o --friction 0,0.1,0.25").expect("right");
+        let Command::Evaluate(evaluate) = cli.command else { panic!("evaluate") };
         assert_eq!(evaluate.friction, [0.0, 0.1, 0.25]);
-        for line in [
-            "new",
-            "new ironing --force",
-            "check c.toml --resolved",
-            "solve c.toml",
-            "resume o",
-        ] {
+        for line in ["new", "new ironing --force", "check c.toml --resolved", "solve c.toml", "resume o"] {
             parse(&format!("slipstick {line}")).expect("right");
         }
     }

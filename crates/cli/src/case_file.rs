@@ -65,19 +65,12 @@ mod tests {
 
     #[test]
     fn errors_are_shown_with_place_and_code() {
-        let errors =
-            parse_case("titel = 1\n[load_path]\nsteps = 0\n", "c.toml").expect_err("wrong");
+        let errors = parse_case("titel = 1\n[load_path]\nsteps = 0\n", "c.toml").expect_err("wrong");
         let plain = report(errors.diagnostics(), false);
-        assert!(
-            plain.contains("c.toml:1:1: error: unknown key `titel`"),
-            "{plain}"
-        );
+        assert!(plain.contains("c.toml:1:1: error: unknown key `titel`"), "{plain}");
         assert!(plain.contains("c.toml:3:9: error: `steps`"), "{plain}");
         let shown = report(errors.diagnostics(), true);
-        assert!(
-            shown.contains("slipstick::case::steps") && shown.contains("steps = 0"),
-            "{shown}"
-        );
+        assert!(shown.contains("slipstick::case::steps") && shown.contains("steps = 0"), "{shown}");
         let lines = report_json(errors.diagnostics());
         let last = lines.lines().last().expect("a line");
         let object: serde_json::Value = serde_json::from_str(last).expect("JSON");
@@ -87,9 +80,6 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_an_error() {
-        assert!(matches!(
-            read(Path::new("no/such/case.toml")),
-            Err(Unreadable::Io(_))
-        ));
+        assert!(matches!(read(Path::new("no/such/case.toml")), Err(Unreadable::Io(_))));
     }
 }

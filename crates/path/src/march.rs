@@ -39,6 +39,8 @@ pub struct PathState {
     pub completes: Option<usize>,
     /// How it converged.
     pub report: StepReport,
+    /// Status of every contact node at this state (0 open, 1 stick, 2 slip).
+    pub active_set: Vec<u8>,
     pub(crate) factors: Option<Arc<Factored>>,
 }
 
@@ -126,7 +128,14 @@ pub fn march(
     options: &MarchOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<Path, Box<MarchFailure>> {
-    let first = PathState { time: 0.0, state: start, completes: None, report: StepReport::default(), factors: None };
+    let first = PathState {
+        time: 0.0,
+        state: start,
+        completes: None,
+        report: StepReport::default(),
+        active_set: Vec::new(),
+        factors: None,
+    };
     let mut path = Path { states: vec![first], steps: 0 };
     for (index, &end) in times.iter().enumerate() {
         let step = index + 1;
@@ -145,7 +154,8 @@ pub fn march(
             match attempt(problem, linear, &path, target, step, options, observer) {
                 Ok((state, report, factors)) => {
                     let completes = last.then_some(step);
-                    path.states.push(PathState { time: target, state, completes, report, factors });
+                    let active_set = problem.active_set().to_vec();
+                    path.states.push(PathState { time: target, state, completes, report, active_set, factors });
                     observer.on_event(&MarchEvent::Accepted(path.states.last().expect("pushed")));
                     if last {
                         path.steps = step;

@@ -6,5 +6,8 @@
 pub mod analysis;
 pub mod build;
 pub mod case;
+pub mod check;
 pub mod model;
+pub mod optimize;
 pub mod output;
+pub mod verify;

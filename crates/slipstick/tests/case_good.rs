@@ -14,18 +14,8 @@ fn half_ball() -> Resolved {
 fn every_template_parses_without_warning() {
     for template in TEMPLATES {
         let resolved = parse(template.text);
-        assert!(
-            resolved.warnings.is_empty(),
-            "{}: {:?}",
-            template.name,
-            resolved.warnings
-        );
-        let elements: usize = resolved
-            .case
-            .bodies
-            .iter()
-            .filter_map(|body| body.shape.element_count())
-            .sum();
+        assert!(resolved.warnings.is_empty(), "{}: {:?}", template.name, resolved.warnings);
+        let elements: usize = resolved.case.bodies.iter().filter_map(|body| body.shape.element_count()).sum();
         // By hand: 15·3·15 + (6²·3 + 2·(6² + 4·6·3)); 18·6·8 + 24·1·10; 4 + 1.
         let expected = match template.name {
             "half-ball" => 999,
@@ -40,86 +30,36 @@ fn every_template_parses_without_warning() {
 
 #[test]
 fn the_cases_of_the_repository_parse() {
-    let folder = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../cases/half_ball_on_plate"
-    );
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../cases/half_ball_on_plate");
     let text = std::fs::read_to_string(format!("{folder}/coarse.toml")).expect("readable");
     let resolved = parse(&text);
-    resolved
-        .require(&["contact", "dirichlet", "design", "objective", "optimizer"])
-        .expect("complete");
+    resolved.require(&["contact", "dirichlet", "design", "objective", "optimizer"]).expect("complete");
 }
 
 #[test]
 fn values_and_defaults_are_as_documented() {
     let case = half_ball().case;
-    assert_eq!(
-        case.bodies[1].shape,
-        Shape::HalfBall {
-            radius: 0.75,
-            elements: [6, 3, 2]
-        }
-    );
+    assert_eq!(case.bodies[1].shape, Shape::HalfBall { radius: 0.75, elements: [6, 3, 2] });
     assert_eq!(case.bodies[1].place.translate, [-0.5, 0.75, -0.25]);
-    assert_eq!(
-        case.bodies[0].material,
-        Material::NeoHooke {
-            youngs_modulus: 1000.0,
-            poisson_ratio: 0.3
-        }
-    );
-    assert_eq!(
-        case.contacts[0].enforcement,
-        Enforcement::Lagrange {
-            complementarity_parameter: 5.0
-        }
-    );
-    assert_eq!(
-        case.dirichlet[0].components,
-        [Component::X, Component::Y, Component::Z]
-    );
+    assert_eq!(case.bodies[0].material, Material::NeoHooke { youngs_modulus: 1000.0, poisson_ratio: 0.3 });
+    assert_eq!(case.contacts[0].enforcement, Enforcement::Lagrange { complementarity_parameter: 5.0 });
+    assert_eq!(case.dirichlet[0].components, [Component::X, Component::Y, Component::Z]);
     assert!(case.dirichlet[0].motion.is_empty());
-    assert_eq!(
-        (
-            case.load_path.max_newton_iterations,
-            case.load_path.max_cutbacks
-        ),
-        (25, 8)
-    );
+    assert_eq!((case.load_path.max_newton_iterations, case.load_path.max_cutbacks), (25, 8));
     assert_eq!(case.load_path.tolerance.relative, 1e-9);
-    assert_eq!(
-        case.objective,
-        Some(Objective::ContactForce {
-            steps: ObservedSteps::Last
-        })
-    );
+    assert_eq!(case.objective, Some(Objective::ContactForce { steps: ObservedSteps::Last }));
     let mma = case.optimizer.expect("given").mma;
-    assert_eq!(
-        (mma.move_limit, mma.asyinit, mma.asydecr, mma.c),
-        (0.1, 0.8, 0.65, 1000.0)
-    );
+    assert_eq!((mma.move_limit, mma.asyinit, mma.asydecr, mma.c), (0.1, 0.8, 0.65, 1000.0));
     let minimal = parse(
         "[[body]]\nname = 'a'\nmaterial.neo_hooke = { youngs_modulus = 1, poisson_ratio = 0 }\n\
          box = { min = [0, 0, 0], max = [1, 1, 1], elements = [1, 0x2, 1_0] }\n\
          [[dirichlet]]\nset = 'a_ymin'\n[load_path]\nsteps = 1\n",
     )
     .case;
-    let Shape::Box {
-        elements, grading, ..
-    } = minimal.bodies[0].shape
-    else {
-        panic!("a box")
-    };
+    let Shape::Box { elements, grading, .. } = minimal.bodies[0].shape else { panic!("a box") };
     assert_eq!((elements, grading), ([1, 2, 10], [1.0; 3]));
     assert_eq!((minimal.design, minimal.output.every), (None, 10));
-    assert_eq!(
-        minimal.solver,
-        Solver {
-            linear: LinearSolverChoice::Auto,
-            threads: None
-        }
-    );
+    assert_eq!(minimal.solver, Solver { linear: LinearSolverChoice::Auto, threads: None });
 }
 
 #[test]
@@ -129,33 +69,16 @@ fn all_enforcements_and_shapes_are_read() {
         let text = text.replace("{ lagrange = {} }", enforcement);
         parse(&text).case.contacts[0].enforcement
     };
-    let both = |value| {
-        Some(Stiffness {
-            normal: value,
-            tangential: value,
-        })
-    };
-    assert_eq!(
-        with("{ penalty = {} }"),
-        Enforcement::Penalty {
-            stiffness: None,
-            scaling: PenaltyScaling::Area
-        }
-    );
+    let both = |value| Some(Stiffness { normal: value, tangential: value });
+    assert_eq!(with("{ penalty = {} }"), Enforcement::Penalty { stiffness: None, scaling: PenaltyScaling::Area });
     assert_eq!(
         with("{ penalty = { stiffness = 1000, scaling = \"weighted\" } }"),
-        Enforcement::Penalty {
-            stiffness: both(1000.0),
-            scaling: PenaltyScaling::Weighted
-        }
+        Enforcement::Penalty { stiffness: both(1000.0), scaling: PenaltyScaling::Weighted }
     );
     assert_eq!(
         with("{ penalty = { stiffness = { normal = 2.0, tangential = 1.0 } } }"),
         Enforcement::Penalty {
-            stiffness: Some(Stiffness {
-                normal: 2.0,
-                tangential: 1.0
-            }),
+            stiffness: Some(Stiffness { normal: 2.0, tangential: 1.0 }),
             scaling: PenaltyScaling::Area
         }
     );
@@ -172,10 +95,7 @@ fn all_enforcements_and_shapes_are_read() {
     let cylinder = "hollow_cylinder = { inner_radius = 2, outer_radius = 5, height = 8, \
                     elements = [1, 8, 1] }";
     let text = text
-        .replace(
-            "box = { min = [0.6, 1.0, 0.1], max = [1.4, 1.8, 0.9], elements = [1, 1, 1] }",
-            cylinder,
-        )
+        .replace("box = { min = [0.6, 1.0, 0.1], max = [1.4, 1.8, 0.9], elements = [1, 1, 1] }", cylinder)
         .replace("cube_ymin", "cube_bottom")
         .replace("cube_ymax", "cube_top");
     assert_eq!(parse(&text).case.bodies[1].shape.element_count(), Some(8));
@@ -189,18 +109,11 @@ fn a_resolved_case_is_a_case_file() {
         if let Some(Objective::ContactForce { steps }) = &mut case.objective {
             *steps = ObservedSteps::Only(vec![1, 4]);
         }
-        case.dirichlet[1].rotation = Some(RotationAxis {
-            point: [0.1, 0.2, 0.3],
-            direction: [0.0, 1.0, 0.0],
-        });
+        case.dirichlet[1].rotation = Some(RotationAxis { point: [0.1, 0.2, 0.3], direction: [0.0, 1.0, 0.0] });
         case.dirichlet[1].motion[0].angle = 12.5;
         let text = toml::to_string(&case).expect("writable");
         assert_eq!(parse(&text).case, case, "{text}");
-        assert!(
-            !serde_json::to_string(&case)
-                .expect("writable")
-                .contains("null")
-        );
+        assert!(!serde_json::to_string(&case).expect("writable").contains("null"));
     }
 }
 
@@ -227,22 +140,8 @@ fn what_is_left_out_of_a_way_point_stays() {
     );
     let text = text.replace("#   # slid to the plate's centre and pressed on\n]", "");
     let motion = parse(&text).case.dirichlet[1].motion.clone();
-    assert_eq!(
-        motion[1],
-        Waypoint {
-            t: 0.5,
-            u: [0.0, -0.10, 0.0],
-            angle: 30.0
-        }
-    );
-    assert_eq!(
-        motion[2],
-        Waypoint {
-            t: 1.0,
-            u: [0.0, -0.2, 0.0],
-            angle: 30.0
-        }
-    );
+    assert_eq!(motion[1], Waypoint { t: 0.5, u: [0.0, -0.10, 0.0], angle: 30.0 });
+    assert_eq!(motion[2], Waypoint { t: 1.0, u: [0.0, -0.2, 0.0], angle: 30.0 });
 }
 
 #[test]
@@ -254,15 +153,8 @@ fn warnings_have_code_and_place() {
         let warnings = parse(&text).warnings;
         assert_eq!(warnings.len(), 1, "{warnings:?}");
         assert_eq!(warnings[0].severity(), Severity::Warning);
-        let line = text
-            .lines()
-            .nth(warnings[0].line() - 1)
-            .expect("in the file")
-            .to_owned();
-        (
-            warnings[0].code(),
-            line[warnings[0].column() - 1..].to_owned(),
-        )
+        let line = text.lines().nth(warnings[0].line() - 1).expect("in the file").to_owned();
+        (warnings[0].code(), line[warnings[0].column() - 1..].to_owned())
     };
     let (code, at) = warned("t = 0.4", "t = 0.45");
     assert_eq!(code, CaseCode::CornerBetweenSteps);
@@ -271,10 +163,7 @@ fn warnings_have_code_and_place() {
     assert_eq!((code, at.as_str()), (CaseCode::InitialVolume, "0.5"));
     let (code, at) = warned("set = \"ball_flat\"", "set = \"plate_xmin\"");
     assert_eq!((code, at.as_str()), (CaseCode::UnsupportedBody, "\"ball\""));
-    let (code, at) = warned(
-        "{ t = 0.4",
-        "{ t = 0.2, u = [0, 0, 0] }, # \n { t = 0.40001",
-    );
+    let (code, at) = warned("{ t = 0.4", "{ t = 0.2, u = [0, 0, 0] }, # \n { t = 0.40001");
     assert_eq!(code, CaseCode::CornerBetweenSteps);
     assert!(at.starts_with("0.40001"), "{at}");
 }
@@ -285,41 +174,22 @@ fn later_errors_point_back_at_the_file() {
     let map = &resolved.source_map;
     let text = map.text();
     assert_eq!(&text[map.span("contact[0].slave")], "\"ball_dome\"");
-    assert_eq!(
-        &text[map.span("set[0].boxes[2].min[0]")],
-        &text[map.span("set[0].boxes[2].min")]
-    );
-    assert_eq!(
-        &text[map.span("body[1].material.neo_hooke.poisson_ratio")],
-        "0.3"
-    );
+    assert_eq!(&text[map.span("set[0].boxes[2].min[0]")], &text[map.span("set[0].boxes[2].min")]);
+    assert_eq!(&text[map.span("body[1].material.neo_hooke.poisson_ratio")], "0.3");
     // A default stands nowhere: its table does instead.
     assert_eq!(&text[map.span("contact[0].search_radius")], "[[contact]]");
     assert!(!map.contains("contact[0].search_radius"));
-    let errors = map.error(
-        "set[0].boxes",
-        CaseCode::EmptySet,
-        "the set is empty",
-        "widen it",
-    );
-    let line = 1 + text
-        .lines()
-        .position(|line| line == "boxes = [")
-        .expect("a line");
-    let expected = format!(
-        "case.toml:{line}:9: error: the set is empty [slipstick::case::empty_set]\n    help: widen it"
-    );
+    let errors = map.error("set[0].boxes", CaseCode::EmptySet, "the set is empty", "widen it");
+    let line = 1 + text.lines().position(|line| line == "boxes = [").expect("a line");
+    let expected =
+        format!("case.toml:{line}:9: error: the set is empty [slipstick::case::empty_set]\n    help: widen it");
     assert_eq!(errors.to_string(), expected);
 }
 
 #[test]
 fn codes_are_unique_and_named_alike() {
     let mut names: Vec<&str> = CaseCode::ALL.iter().map(|code| code.as_str()).collect();
-    assert!(
-        names
-            .iter()
-            .all(|name| name.starts_with("slipstick::case::"))
-    );
+    assert!(names.iter().all(|name| name.starts_with("slipstick::case::")));
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), CaseCode::ALL.len());
@@ -328,12 +198,8 @@ fn codes_are_unique_and_named_alike() {
 #[test]
 fn sections_that_a_command_needs_are_asked_for() {
     let resolved = parse(template("cube-on-cuboid").expect("a template").text);
-    resolved
-        .require(&["design", "objective"])
-        .expect("both are there");
-    let errors = resolved
-        .require(&["design", "optimizer"])
-        .expect_err("no optimizer");
+    resolved.require(&["design", "objective"]).expect("both are there");
+    let errors = resolved.require(&["design", "optimizer"]).expect_err("no optimizer");
     assert_eq!(errors.diagnostics().len(), 1);
     assert_eq!(errors.diagnostics()[0].code(), CaseCode::MissingSection);
     assert!(errors.to_string().contains("no section [optimizer]"));
@@ -341,10 +207,7 @@ fn sections_that_a_command_needs_are_asked_for() {
 
 #[test]
 fn boxes_hold_their_bounds() {
-    let region = BoxRegion {
-        min: [0.0; 3],
-        max: [1.0, 1.0, 0.0],
-    };
+    let region = BoxRegion { min: [0.0; 3], max: [1.0, 1.0, 0.0] };
     assert!(region.contains([0.0, 1.0, 0.0]));
     assert!(!region.contains([0.0, 1.0, 1e-12]));
     assert!(!region.contains([f64::NAN, 0.0, 0.0]));

@@ -34,22 +34,12 @@ struct Array {
 impl Array {
     fn f64(&self) -> Vec<f64> {
         assert_eq!(self.type_name, "Float64");
-        self.bytes
-            .as_chunks()
-            .0
-            .iter()
-            .map(|&bytes| f64::from_le_bytes(bytes))
-            .collect()
+        self.bytes.as_chunks().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect()
     }
 
     fn i64(&self) -> Vec<i64> {
         assert_eq!(self.type_name, "Int64");
-        self.bytes
-            .as_chunks()
-            .0
-            .iter()
-            .map(|&bytes| i64::from_le_bytes(bytes))
-            .collect()
+        self.bytes.as_chunks().0.iter().map(|&bytes| i64::from_le_bytes(bytes)).collect()
     }
 }
 
@@ -61,10 +51,7 @@ fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
 /// Arrays by name, from the XML part and the appended data.
 fn read_vtu(bytes: &[u8]) -> BTreeMap<String, Array> {
     let marker = b"<AppendedData encoding=\"raw\">\n_";
-    let split = bytes
-        .windows(marker.len())
-        .position(|w| w == marker)
-        .expect("appended data");
+    let split = bytes.windows(marker.len()).position(|w| w == marker).expect("appended data");
     let header = std::str::from_utf8(&bytes[..split]).expect("text");
     let data = &bytes[split + marker.len()..];
     assert!(data.ends_with(b"\n</AppendedData>\n</VTKFile>\n"));
@@ -72,9 +59,7 @@ fn read_vtu(bytes: &[u8]) -> BTreeMap<String, Array> {
     let mut section = String::new();
     let mut arrays = BTreeMap::new();
     for tag in header.split('<').skip(1) {
-        if ["Points", "Cells", "PointData", "CellData"]
-            .contains(&tag.trim_end().trim_end_matches('>'))
-        {
+        if ["Points", "Cells", "PointData", "CellData"].contains(&tag.trim_end().trim_end_matches('>')) {
             section = tag.trim_end().trim_end_matches('>').to_owned();
         }
         let Some(offset) = attribute(tag, "offset") else {
@@ -85,10 +70,7 @@ fn read_vtu(bytes: &[u8]) -> BTreeMap<String, Array> {
         let array = Array {
             section: section.clone(),
             type_name: attribute(tag, "type").expect("a type").to_owned(),
-            components: attribute(tag, "NumberOfComponents")
-                .unwrap_or("1")
-                .parse()
-                .expect("a number"),
+            components: attribute(tag, "NumberOfComponents").unwrap_or("1").parse().expect("a number"),
             bytes: rest[..u64::from_le_bytes(*size) as usize].to_vec(),
         };
         arrays.insert(attribute(tag, "Name").expect("a name").to_owned(), array);
@@ -100,20 +82,12 @@ fn read_vtu(bytes: &[u8]) -> BTreeMap<String, Array> {
 fn a_vtu_reads_back_bit_for_bit() {
     let displacement: Vec<f64> = (0..36).map(|i| (f64::from(i) * 0.7).sin() / 3.0).collect();
     let density = [0.1, f64::MIN_POSITIVE];
-    let (error, body, status) = (
-        [1.5f32, -2.25],
-        [-7i64, i64::MAX],
-        [0u8, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 255],
-    );
+    let (error, body, status) = ([1.5f32, -2.25], [-7i64, i64::MAX], [0u8, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 255]);
     let mut vtu = Vtu::new(&POINTS, &HEXES).expect("a mesh");
-    vtu.point_field("displacement", 3, Values::F64(&displacement))
-        .expect("fits");
-    vtu.point_field("status", 1, Values::U8(&status))
-        .expect("fits");
-    vtu.cell_field("density", 1, Values::F64(&density))
-        .expect("fits");
-    vtu.cell_field("a<b & \"c\"", 1, Values::F32(&error))
-        .expect("fits");
+    vtu.point_field("displacement", 3, Values::F64(&displacement)).expect("fits");
+    vtu.point_field("status", 1, Values::U8(&status)).expect("fits");
+    vtu.cell_field("density", 1, Values::F64(&density)).expect("fits");
+    vtu.cell_field("a<b & \"c\"", 1, Values::F32(&error)).expect("fits");
     vtu.cell_field("body", 1, Values::I64(&body)).expect("fits");
     vtu.time(0.1).expect("finite");
     let folder = tempfile::tempdir().expect("a folder");
@@ -124,11 +98,7 @@ fn a_vtu_reads_back_bit_for_bit() {
     let arrays = read_vtu(&bytes);
     assert_eq!(arrays["Points"].f64(), POINTS.as_flattened());
     assert_eq!(arrays["Points"].components, 3);
-    let nodes: Vec<i64> = HEXES
-        .as_flattened()
-        .iter()
-        .map(|&node| i64::from(node))
-        .collect();
+    let nodes: Vec<i64> = HEXES.as_flattened().iter().map(|&node| i64::from(node)).collect();
     assert_eq!(arrays["connectivity"].i64(), nodes);
     assert_eq!(arrays["offsets"].i64(), [8, 16]);
     assert_eq!(arrays["types"].bytes, [12, 12]);
@@ -139,10 +109,7 @@ fn a_vtu_reads_back_bit_for_bit() {
     assert_eq!(arrays["density"].section, "CellData");
     assert_eq!(arrays["body"].i64(), body);
     let escaped = &arrays["a&lt;b &amp; &quot;c&quot;"];
-    assert_eq!(
-        (escaped.type_name.as_str(), escaped.bytes.len()),
-        ("Float32", 8)
-    );
+    assert_eq!((escaped.type_name.as_str(), escaped.bytes.len()), ("Float32", 8));
     let text = String::from_utf8_lossy(&bytes);
     assert!(text.contains("NumberOfPoints=\"12\" NumberOfCells=\"2\""));
     assert!(text.contains("Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">0.1<"));
@@ -153,49 +120,19 @@ fn a_vtu_reads_back_bit_for_bit() {
 #[test]
 fn wrong_fields_are_refused() {
     let mut vtu = Vtu::new(&POINTS, &HEXES).expect("a mesh");
-    let error = vtu
-        .cell_field("density", 1, Values::F64(&[0.5]))
-        .map(|_| ())
-        .expect_err("too short");
-    assert_eq!(
-        error.to_string(),
-        "field `density` has 1 values; 1 components on 2 cells need 2"
-    );
-    let error = vtu
-        .cell_field("density", 1, Values::F64(&[0.5, f64::NAN]))
-        .map(|_| ());
-    assert!(
-        matches!(error, Err(OutputError::NotFinite { entry: 1, .. })),
-        "{error:?}"
-    );
+    let error = vtu.cell_field("density", 1, Values::F64(&[0.5])).map(|_| ()).expect_err("too short");
+    assert_eq!(error.to_string(), "field `density` has 1 values; 1 components on 2 cells need 2");
+    let error = vtu.cell_field("density", 1, Values::F64(&[0.5, f64::NAN])).map(|_| ());
+    assert!(matches!(error, Err(OutputError::NotFinite { entry: 1, .. })), "{error:?}");
     let error = vtu.point_field("status", 0, Values::U8(&[])).map(|_| ());
-    assert!(
-        matches!(error, Err(OutputError::Length { .. })),
-        "{error:?}"
-    );
-    vtu.cell_field("density", 1, Values::F64(&[0.5, 0.5]))
-        .expect("fits");
-    let error = vtu
-        .cell_field("density", 1, Values::F64(&[0.5, 0.5]))
-        .map(|_| ());
-    assert!(
-        matches!(error, Err(OutputError::DuplicateField { .. })),
-        "{error:?}"
-    );
+    assert!(matches!(error, Err(OutputError::Length { .. })), "{error:?}");
+    vtu.cell_field("density", 1, Values::F64(&[0.5, 0.5])).expect("fits");
+    let error = vtu.cell_field("density", 1, Values::F64(&[0.5, 0.5])).map(|_| ());
+    assert!(matches!(error, Err(OutputError::DuplicateField { .. })), "{error:?}");
     let error = Vtu::new(&POINTS[..11], &HEXES).map(|_| ());
-    assert!(matches!(
-        error,
-        Err(OutputError::NodeOutOfRange {
-            element: 1,
-            node: 11,
-            ..
-        })
-    ));
+    assert!(matches!(error, Err(OutputError::NodeOutOfRange { element: 1, node: 11, .. })));
     let error = Vtu::new(&[[0.0, f64::INFINITY, 0.0]], &[]).map(|_| ());
-    assert!(matches!(
-        error,
-        Err(OutputError::NotFinite { entry: 1, .. })
-    ));
+    assert!(matches!(error, Err(OutputError::NotFinite { entry: 1, .. })));
 }
 
 #[test]
@@ -208,17 +145,11 @@ fn a_failed_write_leaves_the_old_file() {
         Err(io::Error::other("the disk is full"))
     })
     .expect_err("failed");
-    assert!(
-        error.to_string().contains("state.bin: the disk is full"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("state.bin: the disk is full"), "{error}");
     assert_eq!(fs::read(&path).expect("readable"), b"old");
     assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
     let missing = folder.path().join("none").join("state.bin");
-    assert!(matches!(
-        write_atomically(&missing, |_| Ok(())),
-        Err(OutputError::Io { .. })
-    ));
+    assert!(matches!(write_atomically(&missing, |_| Ok(())), Err(OutputError::Io { .. })));
 }
 
 #[test]
@@ -229,10 +160,7 @@ fn a_collection_lists_times_and_parts() {
     pvd.add(1e-9, "d.vtu").expect("finite");
     assert!(pvd.add(f64::NAN, "e.vtu").is_err());
     let text = pvd.to_xml();
-    let sets: Vec<&str> = text
-        .lines()
-        .filter(|line| line.starts_with("<DataSet"))
-        .collect();
+    let sets: Vec<&str> = text.lines().filter(|line| line.starts_with("<DataSet")).collect();
     assert_eq!(
         sets,
         [
@@ -250,38 +178,21 @@ fn a_table_keeps_every_digit() {
     let values = [1.0 / 3.0, -8.30829169, 1e-300, f64::MAX, -0.0];
     let mut csv = Csv::create(&path, &["i", "value", "note, or none"]).expect("created");
     for (i, value) in values.into_iter().enumerate() {
-        csv.row(&[i.into(), value.into(), None::<f64>.into()])
-            .expect("written");
+        csv.row(&[i.into(), value.into(), None::<f64>.into()]).expect("written");
     }
-    csv.row(&[Cell::Integer(-1), 2.0.into(), "say \"a,b\"".into()])
-        .expect("written");
+    csv.row(&[Cell::Integer(-1), 2.0.into(), "say \"a,b\"".into()]).expect("written");
     let text = fs::read_to_string(&path).expect("readable");
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "i,value,\"note, or none\"");
     assert_eq!(lines[6], "-1,2.0,\"say \"\"a,b\"\"\"");
     for (line, value) in lines[1..].iter().zip(values) {
-        let read: f64 = line
-            .split(',')
-            .nth(1)
-            .expect("a value")
-            .parse()
-            .expect("a number");
+        let read: f64 = line.split(',').nth(1).expect("a value").parse().expect("a number");
         assert_eq!(read.to_bits(), value.to_bits(), "{line}");
     }
     let error = csv.row(&[1.0.into()]).expect_err("too short");
-    assert!(
-        error
-            .to_string()
-            .starts_with("a row of 1 values does not fit the 3 columns"),
-        "{error}"
-    );
-    let error = csv
-        .row(&[1usize.into(), f64::NAN.into(), Cell::Empty])
-        .expect_err("not finite");
-    assert!(
-        error.to_string().starts_with("`value` is NaN at entry 1"),
-        "{error}"
-    );
+    assert!(error.to_string().starts_with("a row of 1 values does not fit the 3 columns"), "{error}");
+    let error = csv.row(&[1usize.into(), f64::NAN.into(), Cell::Empty]).expect_err("not finite");
+    assert!(error.to_string().starts_with("`value` is NaN at entry 1"), "{error}");
     assert_eq!(fs::read_to_string(&path).expect("readable"), text);
 }
 
@@ -294,20 +205,13 @@ fn a_table_goes_on_where_the_run_does() {
     let text = || fs::read_to_string(&path).expect("readable");
     assert!(resume(1).is_err());
     let mut csv = resume(0).expect("created");
-    csv.row(&[1usize.into(), "two\nlines".into()])
-        .expect("written");
+    csv.row(&[1usize.into(), "two\nlines".into()]).expect("written");
     csv.row(&[2usize.into(), "b".into()]).expect("written");
     // A third row, cut short by a crash.
-    let mut file = fs::OpenOptions::new()
-        .append(true)
-        .open(&path)
-        .expect("open");
+    let mut file = fs::OpenOptions::new().append(true).open(&path).expect("open");
     file.write_all(b"3,half a li").expect("written");
     let error = resume(3).expect_err("two whole rows");
-    assert!(
-        error.to_string().contains("has 2 whole rows, not 3"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("has 2 whole rows, not 3"), "{error}");
     let mut csv = resume(2).expect("resumed");
     csv.row(&[3usize.into(), "c".into()]).expect("written");
     assert_eq!(text(), "i,note\n1,\"two\nlines\"\n2,b\n3,c\n");

@@ -92,6 +92,18 @@ impl MultifrontalSolver {
         self.symbolic(pattern).map(|_| ())
     }
 
+    /// Entries of L and U and floating-point operations that a factorization of `pattern` will need, from the analysis
+    /// alone; `None` if the pattern cannot be analysed.
+    pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
+        let symbolic = Symbolic::analyse(pattern).ok()?;
+        let entries = symbolic
+            .supernodes
+            .iter()
+            .map(|s| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64)
+            .sum();
+        Some((entries, symbolic.operations))
+    }
+
     fn knows(&self, pattern: &Arc<CsrPattern>) -> bool {
         self.analysis
             .as_ref()

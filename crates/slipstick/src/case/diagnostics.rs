@@ -193,18 +193,8 @@ impl CaseDiagnostic {
             Severity::Error => "error",
             Severity::Warning => "warning",
         };
-        let Self {
-            line,
-            column,
-            message,
-            code,
-            help,
-            ..
-        } = self;
-        let mut text = format!(
-            "{}:{line}:{column}: {severity}: {message} [{code}]",
-            self.file()
-        );
+        let Self { line, column, message, code, help, .. } = self;
+        let mut text = format!("{}:{line}:{column}: {severity}: {message} [{code}]", self.file());
         if !help.is_empty() {
             text.push_str("\n    help: ");
             text.push_str(help);
@@ -244,11 +234,7 @@ impl Diagnostic for CaseDiagnostic {
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         let label = (!self.label.is_empty()).then(|| self.label.clone());
         let length = self.span.end - self.span.start;
-        Some(Box::new(std::iter::once(LabeledSpan::new(
-            label,
-            self.span.start,
-            length,
-        ))))
+        Some(Box::new(std::iter::once(LabeledSpan::new(label, self.span.start, length))))
     }
 }
 
@@ -279,9 +265,7 @@ impl CaseErrors {
 
 impl From<CaseDiagnostic> for CaseErrors {
     fn from(diagnostic: CaseDiagnostic) -> Self {
-        Self {
-            diagnostics: vec![diagnostic],
-        }
+        Self { diagnostics: vec![diagnostic] }
     }
 }
 

@@ -15,35 +15,17 @@ pub(super) struct Field<'t, 'a, T> {
 }
 
 impl<'t, 'a, T> Field<'t, 'a, T> {
-    pub(super) fn new(
-        table: &'t Table<'a>,
-        key: &'static str,
-        present: bool,
-        value: Option<T>,
-    ) -> Self {
-        Self {
-            table,
-            key,
-            present,
-            value,
-        }
+    pub(super) fn new(table: &'t Table<'a>, key: &'static str, present: bool, value: Option<T>) -> Self {
+        Self { table, key, present, value }
     }
 
     /// Reports `code` where the value does not pass the test; `message` is put behind the key.
-    pub(super) fn check(
-        mut self,
-        code: CaseCode,
-        test: impl FnOnce(&T) -> bool,
-        message: &str,
-        help: &str,
-    ) -> Self {
+    pub(super) fn check(mut self, code: CaseCode, test: impl FnOnce(&T) -> bool, message: &str, help: &str) -> Self {
         if let Some(value) = &self.value
             && !test(value)
         {
             let message = format!("`{}` {message}", self.key);
-            self.table
-                .reader
-                .error(&self.table.path_of(self.key), code, message, help);
+            self.table.reader.error(&self.table.path_of(self.key), code, message, help);
             self.value = None;
         }
         self
@@ -82,8 +64,7 @@ impl<'t, 'a> Field<'t, 'a, i64> {
     /// A whole number from `least` up to a bound that no honest use reaches.
     pub(super) fn count(self, code: CaseCode, least: i64) -> Field<'t, 'a, usize> {
         let message = format!("must be a whole number from {least} to {LARGEST_COUNT}");
-        self.check(code, |n| (least..=LARGEST_COUNT).contains(n), &message, "")
-            .map(|n| n as usize)
+        self.check(code, |n| (least..=LARGEST_COUNT).contains(n), &message, "").map(|n| n as usize)
     }
 }
 
@@ -91,14 +72,9 @@ impl<'t, 'a> Field<'t, 'a, [i64; 3]> {
     /// Three counts, each from its own least.
     pub(super) fn counts(self, code: CaseCode, least: [i64; 3]) -> Field<'t, 'a, [usize; 3]> {
         let message = format!("must be whole numbers, at least {least:?}");
-        let in_range = |counts: &[i64; 3]| {
-            counts
-                .iter()
-                .zip(least)
-                .all(|(n, least)| (least..=LARGEST_COUNT).contains(n))
-        };
-        self.check(code, in_range, &message, "")
-            .map(|counts| counts.map(|n| n as usize))
+        let in_range =
+            |counts: &[i64; 3]| counts.iter().zip(least).all(|(n, least)| (least..=LARGEST_COUNT).contains(n));
+        self.check(code, in_range, &message, "").map(|counts| counts.map(|n| n as usize))
     }
 }
 

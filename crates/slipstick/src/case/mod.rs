@@ -51,9 +51,7 @@ impl Resolved {
     ///
     /// [`CaseCode::MissingSection`] for each that the file lacks, at the file's start.
     pub fn require(&self, sections: &[&str]) -> Result<(), CaseErrors> {
-        let missing = sections
-            .iter()
-            .filter(|section| !self.source_map.contains(section));
+        let missing = sections.iter().filter(|section| !self.source_map.contains(section));
         let error = |section: &&str| {
             self.source_map.diagnostic(
                 Severity::Error,
@@ -92,9 +90,5 @@ pub fn parse_case(text: &str, file_name: &str) -> Result<Resolved, CaseErrors> {
         return Err(errors);
     }
     warnings.sort_by_key(|warning| warning.span().start);
-    Ok(Resolved {
-        case,
-        warnings,
-        source_map,
-    })
+    Ok(Resolved { case, warnings, source_map })
 }

@@ -25,13 +25,7 @@ pub(super) struct Names {
 
 impl Names {
     /// Adds a body and its surfaces; `path` is where its name stands.
-    pub(super) fn add_body(
-        &mut self,
-        reader: &Reader,
-        path: &str,
-        name: &str,
-        shape: Option<&Shape>,
-    ) {
+    pub(super) fn add_body(&mut self, reader: &Reader, path: &str, name: &str, shape: Option<&Shape>) {
         if name.is_empty() {
             self.nameless = true;
         } else if self.bodies.iter().any(|other| other == name) {
@@ -54,16 +48,8 @@ impl Names {
     }
 
     /// Adds a node set; `within` is a surface or an earlier set.
-    pub(super) fn add_set(
-        &mut self,
-        reader: &Reader,
-        path: &str,
-        name: &str,
-        within: Option<&str>,
-    ) {
-        let body = within
-            .and_then(|within| self.find(within))
-            .and_then(|(_, body)| body);
+    pub(super) fn add_set(&mut self, reader: &Reader, path: &str, name: &str, within: Option<&str>) {
+        let body = within.and_then(|within| self.find(within)).and_then(|(_, body)| body);
         if name.is_empty() {
             self.nameless = true;
         } else if self.find(name).is_some() {
@@ -89,10 +75,8 @@ impl Names {
 
     /// Whether an unknown name may be due to an error that is reported elsewhere.
     fn excusable(&self, name: &str) -> bool {
-        let of_shapeless = |&body: &usize| {
-            name.strip_prefix(&self.bodies[body])
-                .is_some_and(|rest| rest.starts_with('_'))
-        };
+        let of_shapeless =
+            |&body: &usize| name.strip_prefix(&self.bodies[body]).is_some_and(|rest| rest.starts_with('_'));
         name.is_empty() || self.nameless || self.shapeless.iter().any(of_shapeless)
     }
 
@@ -111,12 +95,8 @@ impl Names {
 
     /// Reports a name that is not a surface.
     pub(super) fn check_surface(&self, reader: &Reader, path: &str, name: &str) {
-        let surfaces: Vec<&str> = self
-            .sets
-            .iter()
-            .filter(|(_, kind, _)| *kind == Kind::Surface)
-            .map(|(name, _, _)| name.as_str())
-            .collect();
+        let surfaces: Vec<&str> =
+            self.sets.iter().filter(|(_, kind, _)| *kind == Kind::Surface).map(|(name, _, _)| name.as_str()).collect();
         match self.find(name) {
             Some((Kind::Surface, _)) => {}
             Some((Kind::Set, _)) => reader.error(

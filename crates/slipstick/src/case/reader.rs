@@ -17,10 +17,7 @@ pub(super) struct Reader {
 
 impl Reader {
     pub(super) fn new(text: &str, file_name: &str) -> Self {
-        Self {
-            map: RefCell::new(SourceMap::new(text, file_name)),
-            diagnostics: RefCell::default(),
-        }
+        Self { map: RefCell::new(SourceMap::new(text, file_name)), diagnostics: RefCell::default() }
     }
 
     pub(super) fn into_parts(self) -> (SourceMap, Vec<CaseDiagnostic>) {
@@ -49,36 +46,19 @@ impl Reader {
         self.diagnostics.borrow_mut().push(diagnostic);
     }
 
-    pub(super) fn error(
-        &self,
-        path: &str,
-        code: CaseCode,
-        message: impl Into<String>,
-        help: impl Into<String>,
-    ) {
+    pub(super) fn error(&self, path: &str, code: CaseCode, message: impl Into<String>, help: impl Into<String>) {
         let span = self.map.borrow().span(path);
         self.error_at(span, code, message, help);
     }
 
-    pub(super) fn warning(
-        &self,
-        path: &str,
-        code: CaseCode,
-        message: impl Into<String>,
-        help: impl Into<String>,
-    ) {
+    pub(super) fn warning(&self, path: &str, code: CaseCode, message: impl Into<String>, help: impl Into<String>) {
         let diagnostic = self.map.borrow().warning(path, code, message, help);
         self.diagnostics.borrow_mut().push(diagnostic);
     }
 
     pub(super) fn wrong_type(&self, value: &Spanned<DeValue<'_>>, what: &str, expected: &str) {
         let found = type_name(value.get_ref());
-        self.error_at(
-            value.span(),
-            CaseCode::WrongType,
-            format!("{what} must be {expected}, not {found}"),
-            "",
-        );
+        self.error_at(value.span(), CaseCode::WrongType, format!("{what} must be {expected}, not {found}"), "");
     }
 
     /// A finite number; an integer is one too.
@@ -137,12 +117,7 @@ impl Reader {
         let entries: Vec<Option<T>> = array.iter().map(|entry| one(entry, what)).collect();
         if entries.len() != 3 {
             let message = format!("{what} must be three numbers, not {}", entries.len());
-            self.error_at(
-                value.span(),
-                CaseCode::WrongType,
-                message,
-                "one per direction: [x, y, z]",
-            );
+            self.error_at(value.span(), CaseCode::WrongType, message, "one per direction: [x, y, z]");
             return None;
         }
         let complete: Option<Vec<T>> = entries.into_iter().collect();
@@ -150,11 +125,7 @@ impl Reader {
     }
 
     /// A table of the document.
-    pub(super) fn table<'a>(
-        &'a self,
-        value: &'a Spanned<DeValue<'a>>,
-        path: String,
-    ) -> Option<Table<'a>> {
+    pub(super) fn table<'a>(&'a self, value: &'a Spanned<DeValue<'a>>, path: String) -> Option<Table<'a>> {
         self.note(&path, value.span());
         match value.get_ref().as_table() {
             Some(table) => Some(Table::new(self, table, path)),
@@ -189,11 +160,7 @@ pub(super) fn suggestion_or_list(name: &str, candidates: &[impl AsRef<str>]) -> 
         return format!("did you mean `{near}`?");
     }
     let names: Vec<&str> = candidates.iter().map(AsRef::as_ref).collect();
-    if names.is_empty() {
-        String::new()
-    } else {
-        format!("known here: {}", names.join(", "))
-    }
+    if names.is_empty() { String::new() } else { format!("known here: {}", names.join(", ")) }
 }
 
 /// The candidate nearest to `name`, where few letters differ.
@@ -201,12 +168,7 @@ pub(super) fn nearest<'c>(name: &str, candidates: &'c [impl AsRef<str>]) -> Opti
     let allowed = (name.chars().count() / 3).max(1);
     candidates
         .iter()
-        .map(|c| {
-            (
-                strsim::damerau_levenshtein(&name.to_lowercase(), c.as_ref()),
-                c.as_ref(),
-            )
-        })
+        .map(|c| (strsim::damerau_levenshtein(&name.to_lowercase(), c.as_ref()), c.as_ref()))
         .filter(|&(distance, _)| distance <= allowed)
         .min_by_key(|&(distance, _)| distance)
         .map(|(_, candidate)| candidate)

@@ -24,9 +24,7 @@ impl SourceMap {
         let newlines = text.bytes().enumerate().filter(|&(_, byte)| byte == b'\n');
         Self {
             source: Arc::new(NamedSource::new(file_name, text.to_owned()).with_language("TOML")),
-            line_starts: std::iter::once(0)
-                .chain(newlines.map(|(i, _)| i + 1))
-                .collect(),
+            line_starts: std::iter::once(0).chain(newlines.map(|(i, _)| i + 1)).collect(),
             spans: BTreeMap::new(),
         }
     }
@@ -110,15 +108,8 @@ impl SourceMap {
     }
 
     /// An error at the value that `path` names, alone.
-    pub fn error(
-        &self,
-        path: &str,
-        code: CaseCode,
-        message: impl Into<String>,
-        help: impl Into<String>,
-    ) -> CaseErrors {
-        self.diagnostic(Severity::Error, path, code, message, help)
-            .into()
+    pub fn error(&self, path: &str, code: CaseCode, message: impl Into<String>, help: impl Into<String>) -> CaseErrors {
+        self.diagnostic(Severity::Error, path, code, message, help).into()
     }
 
     /// A warning at the value that `path` names.

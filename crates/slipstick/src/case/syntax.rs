@@ -8,17 +8,9 @@ use super::reader::Reader;
 /// After an unclosed bracket, say, every line is wrong. An error counts as a cause of its own where right lines lie
 /// between it and the error before; lines without a value (blank, comment) tell nothing.
 pub(super) fn report(reader: &Reader, text: &str, errors: &[toml::de::Error]) {
-    let mut errors: Vec<_> = errors
-        .iter()
-        .map(|error| (error.span().unwrap_or(0..0), error.message()))
-        .collect();
+    let mut errors: Vec<_> = errors.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
     errors.sort_by_key(|(span, _)| span.start);
-    let line_of = |offset: usize| {
-        text.as_bytes()[..offset]
-            .iter()
-            .filter(|&&b| b == b'\n')
-            .count()
-    };
+    let line_of = |offset: usize| text.as_bytes()[..offset].iter().filter(|&&b| b == b'\n').count();
     let mut last: Option<usize> = None;
     for (span, message) in errors {
         let line = line_of(span.start.min(text.len()));
@@ -30,12 +22,7 @@ pub(super) fn report(reader: &Reader, text: &str, errors: &[toml::de::Error]) {
             })
         });
         if !follows {
-            reader.error_at(
-                span,
-                CaseCode::Syntax,
-                message,
-                "the format: https://toml.io",
-            );
+            reader.error_at(span, CaseCode::Syntax, message, "the format: https://toml.io");
         }
         last = Some(line);
     }

@@ -32,22 +32,12 @@ struct Missing {
 
 impl<'a> Table<'a> {
     pub(super) fn new(reader: &'a Reader, table: &'a DeTable<'a>, path: String) -> Self {
-        Self {
-            reader,
-            table,
-            path,
-            known: RefCell::default(),
-            missing: RefCell::default(),
-        }
+        Self { reader, table, path, known: RefCell::default(), missing: RefCell::default() }
     }
 
     /// Notes that a key is needed and absent; reported by [`Table::finish`], where no misspelt key explains it.
     pub(super) fn note_missing(&self, key: &'static str, help: &str) {
-        let table = if self.path.is_empty() {
-            "the case file"
-        } else {
-            &self.path
-        };
+        let table = if self.path.is_empty() { "the case file" } else { &self.path };
         self.missing.borrow_mut().push(Missing {
             keys: vec![key],
             code: CaseCode::MissingKey,
@@ -63,11 +53,7 @@ impl<'a> Table<'a> {
 
     /// The path of a key of this table.
     pub(super) fn path_of(&self, key: &str) -> String {
-        if self.path.is_empty() {
-            key.to_owned()
-        } else {
-            format!("{}.{key}", self.path)
-        }
+        if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
     /// The value of a key, its place noted, the key known from now on.
@@ -105,25 +91,15 @@ impl<'a> Table<'a> {
     }
 
     pub(super) fn vector(&self, key: &'static str) -> Field<'_, 'a, [f64; 3]> {
-        self.field(key, |value, what| {
-            self.reader
-                .three(value, what, |entry, what| self.reader.number(entry, what))
-        })
+        self.field(key, |value, what| self.reader.three(value, what, |entry, what| self.reader.number(entry, what)))
     }
 
     pub(super) fn integers(&self, key: &'static str) -> Field<'_, 'a, [i64; 3]> {
-        self.field(key, |value, what| {
-            self.reader
-                .three(value, what, |entry, what| self.reader.integer(entry, what))
-        })
+        self.field(key, |value, what| self.reader.three(value, what, |entry, what| self.reader.integer(entry, what)))
     }
 
     /// One word out of several, as what it means.
-    pub(super) fn word<T: Copy>(
-        &self,
-        key: &'static str,
-        words: &[(&'static str, T)],
-    ) -> Field<'_, 'a, T> {
+    pub(super) fn word<T: Copy>(&self, key: &'static str, words: &[(&'static str, T)]) -> Field<'_, 'a, T> {
         self.field(key, |value, what| {
             let word = self.reader.string(value, what)?;
             let found = words.iter().find(|(name, _)| *name == word);
@@ -193,8 +169,7 @@ impl<'a> Table<'a> {
                 vec![Table::new(self.reader, table, format!("{path}[0]"))]
             }
             _ => {
-                self.reader
-                    .wrong_type(value, &format!("`{key}`"), &format!("tables [[{key}]]"));
+                self.reader.wrong_type(value, &format!("`{key}`"), &format!("tables [[{key}]]"));
                 Vec::new()
             }
         }
@@ -219,11 +194,7 @@ impl<'a> Table<'a> {
             self.reader.error(
                 &self.path_of(given[1]),
                 CaseCode::ChooseOne,
-                format!(
-                    "{what} is given {} times: {}",
-                    given.len(),
-                    given.join(", ")
-                ),
+                format!("{what} is given {} times: {}", given.len(), given.join(", ")),
                 "keep one of them",
             );
         }
@@ -233,28 +204,16 @@ impl<'a> Table<'a> {
     /// Reports every key that was not asked for, and every needed one that is absent.
     pub(super) fn finish(self) {
         let known = self.known.into_inner();
-        let names = self
-            .table
-            .keys()
-            .map(|key| (key.get_ref().as_ref(), key.span()));
+        let names = self.table.keys().map(|key| (key.get_ref().as_ref(), key.span()));
         let unknown: Vec<(&str, _)> = names.filter(|(name, _)| !known.contains(name)).collect();
         for missing in self.missing.into_inner() {
             let misspelt = |&(name, _): &(&str, _)| nearest(name, &missing.keys).is_some();
             if !unknown.iter().any(misspelt) {
-                let Missing {
-                    code,
-                    message,
-                    help,
-                    ..
-                } = missing;
+                let Missing { code, message, help, .. } = missing;
                 self.reader.error(&self.path, code, message, help);
             }
         }
-        let place = if self.path.is_empty() {
-            "at the top level"
-        } else {
-            &format!("in {}", self.path)
-        };
+        let place = if self.path.is_empty() { "at the top level" } else { &format!("in {}", self.path) };
         for (name, span) in unknown {
             self.reader.error_at(
                 span,

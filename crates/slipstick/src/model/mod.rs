@@ -292,6 +292,29 @@ impl ContactModel {
         &self.method
     }
 
+    /// Replaces the method's settings by others of the same method.
+    ///
+    /// # Panics
+    /// If it is another method: that would change the unknowns.
+    pub fn set_method(&mut self, method: Method) {
+        assert_eq!(std::mem::discriminant(&self.method), std::mem::discriminant(&method), "another method");
+        self.method = method;
+    }
+
+    /// Sets the tolerance of Uzawa's iteration, relative; nothing for the other methods.
+    pub fn set_uzawa_tolerance(&mut self, tolerance: f64) {
+        if let Method::Augmented { uzawa, absolute, .. } = &mut self.method {
+            *absolute = false;
+            uzawa.tolerance = tolerance;
+            uzawa.max_iterations = uzawa.max_iterations.max(10_000);
+        }
+    }
+
+    /// Sets the coefficient of friction of all interfaces.
+    pub fn set_friction(&mut self, friction: f64) {
+        self.interfaces.iter_mut().for_each(|i| i.friction = friction);
+    }
+
     /// Prescribed motion.
     pub fn prescribed(&self) -> &Prescribed {
         &self.prescribed

@@ -14,10 +14,7 @@ use super::OutputError;
 /// # Errors
 ///
 /// [`OutputError::Io`]; the temporary file is removed then.
-pub fn write_atomically(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), OutputError> {
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), OutputError> {
     let temporary = temporary_name(path);
     let result = write_and_sync(&temporary, write).and_then(|()| fs::rename(&temporary, path));
     if result.is_err() {
@@ -27,16 +24,10 @@ pub fn write_atomically(
     result.map_err(OutputError::io("write", path))
 }
 
-fn write_and_sync(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> io::Result<()> {
+fn write_and_sync(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let mut writer = BufWriter::with_capacity(1 << 16, File::create(path)?);
     write(&mut writer)?;
-    writer
-        .into_inner()
-        .map_err(io::IntoInnerError::into_error)?
-        .sync_all()
+    writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
 }
 
 fn temporary_name(path: &Path) -> PathBuf {

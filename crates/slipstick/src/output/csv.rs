@@ -79,10 +79,7 @@ impl Csv {
             return Self::create(path, columns);
         }
         let text = fs::read_to_string(path).map_err(OutputError::io("read", path))?;
-        let other = |reason: String| OutputError::OtherTable {
-            path: path.to_owned(),
-            reason,
-        };
+        let other = |reason: String| OutputError::OtherTable { path: path.to_owned(), reason };
         let header = header(columns);
         let Some(body) = text.strip_prefix(&header) else {
             return Err(other("has other columns".to_owned()));
@@ -106,16 +103,9 @@ impl Csv {
     }
 
     fn open(path: &Path, columns: &[&str]) -> Result<Self, OutputError> {
-        let file = OpenOptions::new()
-            .append(true)
-            .open(path)
-            .map_err(OutputError::io("open", path))?;
+        let file = OpenOptions::new().append(true).open(path).map_err(OutputError::io("open", path))?;
         let columns = columns.iter().map(|&column| column.to_owned()).collect();
-        Ok(Self {
-            path: path.to_owned(),
-            columns,
-            file,
-        })
+        Ok(Self { path: path.to_owned(), columns, file })
     }
 
     /// Appends a row.
@@ -127,11 +117,7 @@ impl Csv {
     pub fn row(&mut self, cells: &[Cell]) -> Result<(), OutputError> {
         if cells.len() != self.columns.len() {
             let (expected, found) = (self.columns.len(), cells.len());
-            return Err(OutputError::Columns {
-                path: self.path.clone(),
-                expected,
-                found,
-            });
+            return Err(OutputError::Columns { path: self.path.clone(), expected, found });
         }
         let mut line = String::new();
         for (entry, cell) in cells.iter().enumerate() {
@@ -141,11 +127,7 @@ impl Csv {
             match cell {
                 Cell::Float(value) if !value.is_finite() => {
                     let name = self.columns[entry].clone();
-                    return Err(OutputError::NotFinite {
-                        name,
-                        entry,
-                        value: *value,
-                    });
+                    return Err(OutputError::NotFinite { name, entry, value: *value });
                 }
                 // The debug form is the shortest that reads back as the same number, with an exponent where
                 // plain digits would be long.
@@ -156,9 +138,7 @@ impl Csv {
             }
         }
         line.push('\n');
-        self.file
-            .write_all(line.as_bytes())
-            .map_err(OutputError::io("write", &self.path))
+        self.file.write_all(line.as_bytes()).map_err(OutputError::io("write", &self.path))
     }
 }
 
@@ -168,11 +148,7 @@ fn header(columns: &[&str]) -> String {
 }
 
 fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
 /// Where the rows end: behind each line feed outside of quotes.

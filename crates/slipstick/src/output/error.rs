@@ -39,9 +39,7 @@ pub enum OutputError {
         what: &'static str,
     },
     /// A hexahedron with a node that does not exist.
-    #[error(
-        "hexahedron {element} has node {node}, but there are {nodes} nodes (numbers count from 0)"
-    )]
+    #[error("hexahedron {element} has node {node}, but there are {nodes} nodes (numbers count from 0)")]
     NodeOutOfRange {
         /// The hexahedron.
         element: usize,
@@ -84,10 +82,6 @@ impl OutputError {
     /// For `map_err`: what was done to which file.
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        move |source| Self::Io {
-            action,
-            path,
-            source,
-        }
+        move |source| Self::Io { action, path, source }
     }
 }

@@ -27,6 +27,7 @@
 mod atomic;
 mod csv;
 mod error;
+pub mod fields;
 mod pvd;
 mod vtu;
 

@@ -20,11 +20,7 @@ impl Pvd {
     pub fn add(&mut self, time: f64, file: impl Into<String>) -> Result<(), OutputError> {
         if !time.is_finite() {
             let (name, entry) = ("time".to_owned(), self.entries.len());
-            return Err(OutputError::NotFinite {
-                name,
-                entry,
-                value: time,
-            });
+            return Err(OutputError::NotFinite { name, entry, value: time });
         }
         self.entries.push((time, file.into()));
         Ok(())
@@ -47,10 +43,7 @@ impl Pvd {
             part = if repeated { part + 1 } else { 0 };
             let file = xml(file);
             // Writing to a string cannot fail.
-            let _ = writeln!(
-                text,
-                "<DataSet timestep=\"{time:?}\" group=\"\" part=\"{part}\" file=\"{file}\"/>"
-            );
+            let _ = writeln!(text, "<DataSet timestep=\"{time:?}\" group=\"\" part=\"{part}\" file=\"{file}\"/>");
         }
         text.push_str("</Collection>\n</VTKFile>\n");
         text

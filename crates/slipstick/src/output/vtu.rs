@@ -54,9 +54,7 @@ impl Values<'_> {
 
     /// The first value that is not finite.
     fn not_finite(&self) -> Option<(usize, f64)> {
-        let find = |values: &mut dyn Iterator<Item = f64>| {
-            values.enumerate().find(|(_, value)| !value.is_finite())
-        };
+        let find = |values: &mut dyn Iterator<Item = f64>| values.enumerate().find(|(_, value)| !value.is_finite());
         match self {
             Self::F64(values) => find(&mut values.iter().copied()),
             Self::F32(values) => find(&mut values.iter().map(|&value| f64::from(value))),
@@ -75,10 +73,7 @@ impl Values<'_> {
 }
 
 /// Writes in pieces of some kilobytes: a call per value through the trait object would dominate.
-fn write_all<const N: usize>(
-    writer: &mut dyn Write,
-    values: impl Iterator<Item = [u8; N]>,
-) -> io::Result<()> {
+fn write_all<const N: usize>(writer: &mut dyn Write, values: impl Iterator<Item = [u8; N]>) -> io::Result<()> {
     let mut buffer = Vec::with_capacity(1 << 13);
     for value in values {
         buffer.extend_from_slice(&value);
@@ -117,20 +112,10 @@ impl<'a> Vtu<'a> {
         check_finite("points", Values::F64(points.as_flattened()))?;
         for (element, nodes) in hexes.iter().enumerate() {
             if let Some(&node) = nodes.iter().find(|&&node| node as usize >= points.len()) {
-                return Err(OutputError::NodeOutOfRange {
-                    element,
-                    node,
-                    nodes: points.len(),
-                });
+                return Err(OutputError::NodeOutOfRange { element, node, nodes: points.len() });
             }
         }
-        Ok(Self {
-            points,
-            hexes,
-            point_fields: Vec::new(),
-            cell_fields: Vec::new(),
-            time: None,
-        })
+        Ok(Self { points, hexes, point_fields: Vec::new(), cell_fields: Vec::new(), time: None })
     }
 
     /// Notes the time that the file shows; viewers display it.
@@ -149,20 +134,8 @@ impl<'a> Vtu<'a> {
     /// # Errors
     ///
     /// [`OutputError::Length`], [`OutputError::NotFinite`], [`OutputError::DuplicateField`].
-    pub fn point_field(
-        &mut self,
-        name: &str,
-        components: usize,
-        values: Values<'a>,
-    ) -> Result<&mut Self, OutputError> {
-        let field = field(
-            name,
-            components,
-            values,
-            "points",
-            self.points.len(),
-            &self.point_fields,
-        )?;
+    pub fn point_field(&mut self, name: &str, components: usize, values: Values<'a>) -> Result<&mut Self, OutputError> {
+        let field = field(name, components, values, "points", self.points.len(), &self.point_fields)?;
         self.point_fields.push(field);
         Ok(self)
     }
@@ -172,20 +145,8 @@ impl<'a> Vtu<'a> {
     /// # Errors
     ///
     /// [`OutputError::Length`], [`OutputError::NotFinite`], [`OutputError::DuplicateField`].
-    pub fn cell_field(
-        &mut self,
-        name: &str,
-        components: usize,
-        values: Values<'a>,
-    ) -> Result<&mut Self, OutputError> {
-        let field = field(
-            name,
-            components,
-            values,
-            "cells",
-            self.hexes.len(),
-            &self.cell_fields,
-        )?;
+    pub fn cell_field(&mut self, name: &str, components: usize, values: Values<'a>) -> Result<&mut Self, OutputError> {
+        let field = field(name, components, values, "cells", self.hexes.len(), &self.cell_fields)?;
         self.cell_fields.push(field);
         Ok(self)
     }
@@ -205,19 +166,10 @@ impl<'a> Vtu<'a> {
     ///
     /// Those of the writer.
     pub fn write(&self, writer: &mut dyn Write) -> io::Result<()> {
-        let connectivity: Vec<i64> = self
-            .hexes
-            .as_flattened()
-            .iter()
-            .map(|&node| i64::from(node))
-            .collect();
+        let connectivity: Vec<i64> = self.hexes.as_flattened().iter().map(|&node| i64::from(node)).collect();
         let offsets: Vec<i64> = (1..=self.hexes.len() as i64).map(|cell| 8 * cell).collect();
         let types = vec![HEXAHEDRON; self.hexes.len()];
-        let array = |name: &str, components, values| Field {
-            name: name.to_owned(),
-            components,
-            values,
-        };
+        let array = |name: &str, components, values| Field { name: name.to_owned(), components, values };
         let points = [array("Points", 3, Values::F64(self.points.as_flattened()))];
         let cells = [
             array("connectivity", 1, Values::I64(&connectivity)),
@@ -239,11 +191,7 @@ impl<'a> Vtu<'a> {
         writer.write_all(b"\n</AppendedData>\n</VTKFile>\n")
     }
 
-    fn write_header(
-        &self,
-        writer: &mut dyn Write,
-        sections: &[(&str, &[Field<'_>])],
-    ) -> io::Result<()> {
+    fn write_header(&self, writer: &mut dyn Write, sections: &[(&str, &[Field<'_>])]) -> io::Result<()> {
         writeln!(
             writer,
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
@@ -257,19 +205,11 @@ impl<'a> Vtu<'a> {
             )?;
         }
         let (points, cells) = (self.points.len(), self.hexes.len());
-        writeln!(
-            writer,
-            "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">"
-        )?;
+        writeln!(writer, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
         let mut offset = 0;
         for (section, fields) in sections {
             writeln!(writer, "<{section}>")?;
-            for Field {
-                name,
-                components,
-                values,
-            } in *fields
-            {
+            for Field { name, components, values } in *fields {
                 let (name, type_name) = (xml(name), values.type_name());
                 // Without the attribute it is 1, and readers give a list of numbers, not of lists of one number.
                 let components = match components {
@@ -300,32 +240,18 @@ fn field<'a>(
     let found = values.len();
     let name = name.to_owned();
     if components == 0 || components.checked_mul(items) != Some(found) {
-        return Err(OutputError::Length {
-            name,
-            components,
-            what,
-            items,
-            found,
-        });
+        return Err(OutputError::Length { name, components, what, items, found });
     }
     check_finite(&name, values)?;
     if others.iter().any(|other| other.name == name) {
         return Err(OutputError::DuplicateField { name, what });
     }
-    Ok(Field {
-        name,
-        components,
-        values,
-    })
+    Ok(Field { name, components, values })
 }
 
 fn check_finite(name: &str, values: Values<'_>) -> Result<(), OutputError> {
     match values.not_finite() {
-        Some((entry, value)) => Err(OutputError::NotFinite {
-            name: name.to_owned(),
-            entry,
-            value,
-        }),
+        Some((entry, value)) => Err(OutputError::NotFinite { name: name.to_owned(), entry, value }),
         None => Ok(()),
     }
 }

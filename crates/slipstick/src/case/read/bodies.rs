@@ -7,12 +7,7 @@ use super::{CaseCode, boxes, direction, name};
 
 const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring"];
 /// What goes on after a shape that cannot be read.
-const STAND_IN: Shape = Shape::Box {
-    min: [0.0; 3],
-    max: [1.0; 3],
-    elements: [1; 3],
-    grading: [1.0; 3],
-};
+const STAND_IN: Shape = Shape::Box { min: [0.0; 3], max: [1.0; 3], elements: [1; 3], grading: [1.0; 3] };
 /// More elements than any run can hold.
 const MOST_ELEMENTS: usize = 100_000_000;
 
@@ -31,12 +26,7 @@ fn body(table: Table<'_>, names: &mut Names) -> Body {
     let place = table.table("place").map(place).unwrap_or_default();
     let material = material(&table);
     table.finish();
-    Body {
-        name,
-        shape: shape.unwrap_or(STAND_IN),
-        place,
-        material,
-    }
+    Body { name, shape: shape.unwrap_or(STAND_IN), place, material }
 }
 
 /// The shape; `None` only where it is not known which one is meant.
@@ -56,29 +46,16 @@ fn shape(table: &Table<'_>) -> Option<Shape> {
             let (inner_radius, outer_radius) = radii(&inner);
             let height = length(&inner, "height");
             let elements = elements(&inner, [1, 3, 1], "[radial, around, axial]");
-            Shape::HollowCylinder {
-                inner_radius,
-                outer_radius,
-                height,
-                elements,
-            }
+            Shape::HollowCylinder { inner_radius, outer_radius, height, elements }
         }
         _ => {
             let (inner_radius, outer_radius) = radii(&inner);
             let width = length(&inner, "width");
             let elements = elements(&inner, [2, 1, 1], "[around, radial, across]");
-            Shape::HalfRing {
-                outer_radius,
-                inner_radius,
-                width,
-                elements,
-            }
+            Shape::HalfRing { outer_radius, inner_radius, width, elements }
         }
     };
-    if shape
-        .element_count()
-        .is_none_or(|count| count > MOST_ELEMENTS)
-    {
+    if shape.element_count().is_none_or(|count| count > MOST_ELEMENTS) {
         inner.reader.error(
             &inner.path_of("elements"),
             CaseCode::Elements,
@@ -93,30 +70,15 @@ fn shape(table: &Table<'_>) -> Option<Shape> {
 fn stand_in(key: &str) -> Shape {
     let elements = [2, 3, 1];
     match key {
-        "half_ball" => Shape::HalfBall {
-            radius: 1.0,
-            elements,
-        },
-        "hollow_cylinder" => Shape::HollowCylinder {
-            inner_radius: 1.0,
-            outer_radius: 2.0,
-            height: 1.0,
-            elements,
-        },
-        "half_ring" => Shape::HalfRing {
-            outer_radius: 2.0,
-            inner_radius: 1.0,
-            width: 1.0,
-            elements,
-        },
+        "half_ball" => Shape::HalfBall { radius: 1.0, elements },
+        "hollow_cylinder" => Shape::HollowCylinder { inner_radius: 1.0, outer_radius: 2.0, height: 1.0, elements },
+        "half_ring" => Shape::HalfRing { outer_radius: 2.0, inner_radius: 1.0, width: 1.0, elements },
         _ => STAND_IN,
     }
 }
 
 fn box_shape(table: &Table<'_>) -> Shape {
-    let min = table
-        .vector("min")
-        .required([0.0; 3], "the box's lowest corner [x, y, z]");
+    let min = table.vector("min").required([0.0; 3], "the box's lowest corner [x, y, z]");
     let above = |max: &[f64; 3]| (0..3).all(|i| min[i] < max[i]);
     let max = table
         .vector("max")
@@ -136,39 +98,22 @@ fn box_shape(table: &Table<'_>) -> Shape {
             "the size of the last element over that of the first, per direction; 1 is uniform",
         )
         .or([1.0; 3]);
-    Shape::Box {
-        min,
-        max,
-        elements: elements(table, [1; 3], "along [x, y, z]"),
-        grading,
-    }
+    Shape::Box { min, max, elements: elements(table, [1; 3], "along [x, y, z]"), grading }
 }
 
 fn length(table: &Table<'_>, key: &'static str) -> f64 {
-    table
-        .number(key)
-        .positive(CaseCode::BadShape)
-        .required(1.0, "a length")
+    table.number(key).positive(CaseCode::BadShape).required(1.0, "a length")
 }
 
 /// Inner and outer radius.
 fn radii(table: &Table<'_>) -> (f64, f64) {
     let inner = length(table, "inner_radius");
     // Not tested against an inner radius that is a stand-in.
-    let least = if table.has("inner_radius") {
-        inner
-    } else {
-        0.0
-    };
+    let least = if table.has("inner_radius") { inner } else { 0.0 };
     let outer = table
         .number("outer_radius")
         .positive(CaseCode::BadShape)
-        .check(
-            CaseCode::BadShape,
-            |&outer| outer > least,
-            "must be greater than `inner_radius`",
-            "",
-        )
+        .check(CaseCode::BadShape, |&outer| outer > least, "must be greater than `inner_radius`", "")
         .required(inner + 1.0, "a length");
     (inner, outer)
 }
@@ -176,18 +121,13 @@ fn radii(table: &Table<'_>) -> (f64, f64) {
 fn elements(table: &Table<'_>, least: [i64; 3], help: &str) -> [usize; 3] {
     let help = format!("how many elements {help}");
     let stand_in = least.map(|n| n as usize);
-    table
-        .integers("elements")
-        .counts(CaseCode::Elements, least)
-        .required(stand_in, &help)
+    table.integers("elements").counts(CaseCode::Elements, least).required(stand_in, &help)
 }
 
 fn place(table: Table<'_>) -> Placement {
     let rotate = table.table("rotate").map(|rotate| {
         let axis = direction(&rotate, "axis");
-        let degrees = rotate
-            .number("degrees")
-            .required(0.0, "the angle, for instance 90");
+        let degrees = rotate.number("degrees").required(0.0, "the angle, for instance 90");
         rotate.finish();
         Rotate { axis, degrees }
     });
@@ -197,10 +137,7 @@ fn place(table: Table<'_>) -> Placement {
 }
 
 fn material(table: &Table<'_>) -> Material {
-    let stand_in = Material::NeoHooke {
-        youngs_modulus: 1.0,
-        poisson_ratio: 0.3,
-    };
+    let stand_in = Material::NeoHooke { youngs_modulus: 1.0, poisson_ratio: 0.3 };
     if !table.has("material") {
         table.note_missing(
             "material",
@@ -217,10 +154,8 @@ fn material(table: &Table<'_>) -> Material {
 }
 
 fn neo_hooke(table: Table<'_>) -> Material {
-    let youngs_modulus = table
-        .number("youngs_modulus")
-        .positive(CaseCode::YoungsModulus)
-        .required(1.0, "Young's modulus of the solid");
+    let youngs_modulus =
+        table.number("youngs_modulus").positive(CaseCode::YoungsModulus).required(1.0, "Young's modulus of the solid");
     let poisson_ratio = table
         .number("poisson_ratio")
         .check(
@@ -231,17 +166,11 @@ fn neo_hooke(table: Table<'_>) -> Material {
         )
         .required(0.3, "Poisson's ratio, for instance 0.3");
     table.finish();
-    Material::NeoHooke {
-        youngs_modulus,
-        poisson_ratio,
-    }
+    Material::NeoHooke { youngs_modulus, poisson_ratio }
 }
 
 pub(super) fn sets(root: &Table<'_>, names: &mut Names) -> Vec<NodeSet> {
-    root.tables("set")
-        .into_iter()
-        .map(|table| set(table, names))
-        .collect()
+    root.tables("set").into_iter().map(|table| set(table, names)).collect()
 }
 
 fn set(table: Table<'_>, names: &mut Names) -> NodeSet {
@@ -257,14 +186,8 @@ fn set(table: Table<'_>, names: &mut Names) -> NodeSet {
         table.note_missing("boxes", help);
     } else if boxes.is_empty() {
         let path = table.path_of("boxes");
-        table
-            .reader
-            .error(&path, CaseCode::Empty, "a set needs at least one box", help);
+        table.reader.error(&path, CaseCode::Empty, "a set needs at least one box", help);
     }
     table.finish();
-    NodeSet {
-        name,
-        within,
-        boxes,
-    }
+    NodeSet { name, within, boxes }
 }

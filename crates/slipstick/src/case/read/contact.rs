@@ -8,9 +8,7 @@ use super::super::resolved::{
 use super::super::typed::Table;
 use super::CaseCode;
 
-const LAGRANGE: Enforcement = Enforcement::Lagrange {
-    complementarity_parameter: 5.0,
-};
+const LAGRANGE: Enforcement = Enforcement::Lagrange { complementarity_parameter: 5.0 };
 
 pub(super) fn contacts(root: &Table<'_>, names: &Names) -> Vec<Contact> {
     let mut contacts: Vec<Contact> = Vec::new();
@@ -18,16 +16,12 @@ pub(super) fn contacts(root: &Table<'_>, names: &Names) -> Vec<Contact> {
         let reader = table.reader;
         let path = table.path().to_owned();
         let contact = contact(table, names);
-        let same =
-            |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
+        let same = |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
         if !contact.slave.is_empty() && contacts.iter().any(same) {
             reader.error(
                 &path,
                 CaseCode::DuplicateName,
-                format!(
-                    "the pair {} – {} is listed twice",
-                    contact.slave, contact.master
-                ),
+                format!("the pair {} – {} is listed twice", contact.slave, contact.master),
                 "remove one of them",
             );
         }
@@ -49,35 +43,16 @@ fn contact(table: Table<'_>, names: &Names) -> Contact {
     }
     let friction = table
         .number("friction")
-        .check(
-            CaseCode::Friction,
-            |&mu| mu >= 0.0,
-            "must not be negative",
-            "0 is frictionless",
-        )
+        .check(CaseCode::Friction, |&mu| mu >= 0.0, "must not be negative", "0 is frictionless")
         .required(0.0, "the coefficient of friction; 0 is frictionless");
     let multiplier_shape = table
-        .word(
-            "multiplier_shape",
-            &[
-                ("standard", MultiplierShape::Standard),
-                ("dual", MultiplierShape::Dual),
-            ],
-        )
+        .word("multiplier_shape", &[("standard", MultiplierShape::Standard), ("dual", MultiplierShape::Dual)])
         .or(MultiplierShape::Standard);
     let cell_rule = cell_rule(&table);
     let search_radius = positive(&table, "search_radius").optional();
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
     table.finish();
-    Contact {
-        slave,
-        master,
-        friction,
-        multiplier_shape,
-        cell_rule,
-        search_radius,
-        enforcement,
-    }
+    Contact { slave, master, friction, multiplier_shape, cell_rule, search_radius, enforcement }
 }
 
 /// The name of a surface; empty after an error.
@@ -103,23 +78,17 @@ fn cell_rule(table: &Table<'_>) -> usize {
 
 fn enforcement(table: Table<'_>) -> Enforcement {
     let chosen = table.choose("the enforcement", &["lagrange", "penalty", "augmented"]);
-    let enforcement = chosen
-        .and_then(|key| Some((key, table.table(key)?)))
-        .map(|(key, inner)| {
-            let enforcement = match key {
-                "lagrange" => Enforcement::Lagrange {
-                    complementarity_parameter: positive(&inner, "complementarity_parameter")
-                        .or(5.0),
-                },
-                "penalty" => Enforcement::Penalty {
-                    stiffness: stiffness(&inner),
-                    scaling: penalty_scaling(&inner),
-                },
-                _ => augmented(&inner),
-            };
-            inner.finish();
-            enforcement
-        });
+    let enforcement = chosen.and_then(|key| Some((key, table.table(key)?))).map(|(key, inner)| {
+        let enforcement = match key {
+            "lagrange" => Enforcement::Lagrange {
+                complementarity_parameter: positive(&inner, "complementarity_parameter").or(5.0),
+            },
+            "penalty" => Enforcement::Penalty { stiffness: stiffness(&inner), scaling: penalty_scaling(&inner) },
+            _ => augmented(&inner),
+        };
+        inner.finish();
+        enforcement
+    });
     table.finish();
     enforcement.unwrap_or(LAGRANGE)
 }
@@ -132,28 +101,16 @@ fn augmented(table: &Table<'_>) -> Enforcement {
         tolerance_scaling: table
             .word(
                 "tolerance_scaling",
-                &[
-                    ("relative", ToleranceScaling::Relative),
-                    ("absolute", ToleranceScaling::Absolute),
-                ],
+                &[("relative", ToleranceScaling::Relative), ("absolute", ToleranceScaling::Absolute)],
             )
             .or(ToleranceScaling::Relative),
-        max_uzawa: table
-            .integer("max_uzawa")
-            .count(CaseCode::OutOfRange, 1)
-            .or(200),
+        max_uzawa: table.integer("max_uzawa").count(CaseCode::OutOfRange, 1).or(200),
     }
 }
 
 fn penalty_scaling(table: &Table<'_>) -> PenaltyScaling {
     table
-        .word(
-            "scaling",
-            &[
-                ("area", PenaltyScaling::Area),
-                ("weighted", PenaltyScaling::Weighted),
-            ],
-        )
+        .word("scaling", &[("area", PenaltyScaling::Area), ("weighted", PenaltyScaling::Weighted)])
         .or(PenaltyScaling::Area)
 }
 
@@ -171,8 +128,5 @@ fn stiffness(table: &Table<'_>) -> Option<Stiffness> {
         return Some(Stiffness { normal, tangential });
     }
     let both = positive(table, "stiffness").optional()?;
-    Some(Stiffness {
-        normal: both,
-        tangential: both,
-    })
+    Some(Stiffness { normal: both, tangential: both })
 }

@@ -13,9 +13,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
     let design_bodies = design_bodies(&table, names);
     let fraction = |key| {
         let range = |&value: &f64| value > 0.0 && value <= 1.0;
-        table
-            .number(key)
-            .check(CaseCode::Fraction, range, "must lie in (0, 1]", "")
+        table.number(key).check(CaseCode::Fraction, range, "must lie in (0, 1]", "")
     };
     let volume_fraction = fraction("volume_fraction").optional();
     let initial = if table.has("initial") || table.has("volume_fraction") {
@@ -25,10 +23,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
     };
     let sensitivity_filter = table.table("sensitivity_filter").map(|filter| {
         let help = "in the unit of length, for instance 1.5 element sizes";
-        let radius = filter
-            .number("radius")
-            .positive(CaseCode::OutOfRange)
-            .required(1.0, help);
+        let radius = filter.number("radius").positive(CaseCode::OutOfRange).required(1.0, help);
         filter.finish();
         SensitivityFilter { radius }
     });
@@ -57,12 +52,7 @@ fn design_bodies(table: &Table<'_>, names: &Names) -> Vec<String> {
     let help = "the names of the bodies whose elements are designed";
     let listed = table
         .list("bodies", one)
-        .check(
-            CaseCode::EmptyDesign,
-            |list| !list.is_empty(),
-            "is empty: nothing to design",
-            help,
-        )
+        .check(CaseCode::EmptyDesign, |list| !list.is_empty(), "is empty: nothing to design", help)
         .required(Vec::new(), help);
     let mut bodies: Vec<String> = Vec::new();
     for (name, path) in listed {
@@ -79,15 +69,7 @@ fn design_bodies(table: &Table<'_>, names: &Names) -> Vec<String> {
 fn simp(table: &Table<'_>) -> Simp {
     let default = Simp { p: 3.0, min: 1e-3 };
     table.table("simp").map_or(default, |simp| {
-        let p = simp
-            .number("p")
-            .check(
-                CaseCode::Simp,
-                |&p| p >= 1.0,
-                "must be at least 1",
-                "3 is usual",
-            )
-            .or(default.p);
+        let p = simp.number("p").check(CaseCode::Simp, |&p| p >= 1.0, "must be at least 1", "3 is usual").or(default.p);
         let min = simp
             .number("min")
             .check(
@@ -109,25 +91,15 @@ fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
         return;
     }
     let (mut solid, mut total, mut both) = (0.0, 0.0, false);
-    for body in bodies
-        .iter()
-        .filter(|body| design.bodies.contains(&body.name))
-    {
+    for body in bodies.iter().filter(|body| design.bodies.contains(&body.name)) {
         let Some((volume, centroids)) = uniform_elements(body) else {
             return;
         };
         for point in centroids {
             total += volume;
-            if design
-                .passive_solid
-                .iter()
-                .any(|region| region.contains(point))
-            {
+            if design.passive_solid.iter().any(|region| region.contains(point)) {
                 solid += volume;
-                both |= design
-                    .passive_void
-                    .iter()
-                    .any(|region| region.contains(point));
+                both |= design.passive_void.iter().any(|region| region.contains(point));
             }
         }
     }
@@ -154,19 +126,10 @@ fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
 
 /// Element volume and centroids of a uniform, unrotated box of at most a million elements.
 fn uniform_elements(body: &Body) -> Option<(f64, impl Iterator<Item = [f64; 3]>)> {
-    let Shape::Box {
-        min,
-        max,
-        elements,
-        grading,
-    } = body.shape
-    else {
+    let Shape::Box { min, max, elements, grading } = body.shape else {
         return None;
     };
-    let count = body
-        .shape
-        .element_count()
-        .filter(|&count| count <= 1_000_000)?;
+    let count = body.shape.element_count().filter(|&count| count <= 1_000_000)?;
     if grading != [1.0; 3] || body.place.rotate.is_some() {
         return None;
     }
@@ -187,10 +150,7 @@ fn warn_initial(reader: &Reader, design: &Design) {
         reader.warning(
             "design.initial",
             CaseCode::InitialVolume,
-            format!(
-                "the start design ({}) violates the volume constraint ({limit})",
-                design.initial
-            ),
+            format!("the start design ({}) violates the volume constraint ({limit})", design.initial),
             "the optimizer will remove material first; initial = volume_fraction is usual",
         );
     }
@@ -246,26 +206,15 @@ fn observed_steps(table: &Table<'_>, steps: usize) -> ObservedSteps {
     let increasing = |list: &Vec<usize>| list.windows(2).all(|pair| pair[0] < pair[1]);
     let list = table
         .list("steps", one)
-        .check(
-            CaseCode::Empty,
-            |list| !list.is_empty(),
-            "names no load step",
-            "",
-        )
-        .check(
-            CaseCode::Steps,
-            increasing,
-            "must increase",
-            "list each step once, in order",
-        )
+        .check(CaseCode::Empty, |list| !list.is_empty(), "names no load step", "")
+        .check(CaseCode::Steps, increasing, "must increase", "list each step once, in order")
         .or(Vec::new());
     ObservedSteps::Only(list)
 }
 
 pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Optimizer> {
     let table = root.table("optimizer")?;
-    if design.is_some_and(|design| design.volume_fraction.is_none())
-        && !table.reader.contains("design.volume_fraction")
+    if design.is_some_and(|design| design.volume_fraction.is_none()) && !table.reader.contains("design.volume_fraction")
     {
         table.reader.error(
             "design",
@@ -279,25 +228,15 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
         .integer("iterations")
         .count(CaseCode::OutOfRange, 1)
         .required(1, "the number of design iterations, for instance 100");
-    let tolerance = table
-        .number("tolerance")
-        .positive(CaseCode::OutOfRange)
-        .optional();
+    let tolerance = table.number("tolerance").positive(CaseCode::OutOfRange).optional();
     table.finish();
-    Some(Optimizer {
-        mma,
-        iterations,
-        tolerance,
-    })
+    Some(Optimizer { mma, iterations, tolerance })
 }
 
 fn mma(table: Table<'_>) -> Mma {
     let default = Mma::default();
     let within = |key, range: fn(&f64) -> bool, message: &str, value| {
-        table
-            .number(key)
-            .check(CaseCode::OutOfRange, range, message, "")
-            .or(value)
+        table.number(key).check(CaseCode::OutOfRange, range, message, "").or(value)
     };
     let unit: fn(&f64) -> bool = |&x| x > 0.0 && x <= 1.0;
     let fraction: fn(&f64) -> bool = |&x| x > 0.0 && x < 1.0;
@@ -305,36 +244,16 @@ fn mma(table: Table<'_>) -> Mma {
     let asymin = positive("asymin", default.asymin);
     let asymax = table
         .number("asymax")
-        .check(
-            CaseCode::OutOfRange,
-            |&x| x > asymin,
-            "must be greater than `asymin`",
-            "",
-        )
+        .check(CaseCode::OutOfRange, |&x| x > asymin, "must be greater than `asymin`", "")
         .or(default.asymax.max(asymin));
     let mma = Mma {
         move_limit: within("move_limit", unit, "must lie in (0, 1]", default.move_limit),
         asyinit: positive("asyinit", default.asyinit),
-        asyincr: within(
-            "asyincr",
-            |&x| x >= 1.0,
-            "must be at least 1",
-            default.asyincr,
-        ),
-        asydecr: within(
-            "asydecr",
-            fraction,
-            "must lie between 0 and 1",
-            default.asydecr,
-        ),
+        asyincr: within("asyincr", |&x| x >= 1.0, "must be at least 1", default.asyincr),
+        asydecr: within("asydecr", fraction, "must lie between 0 and 1", default.asydecr),
         asymin,
         asymax,
-        albefa: within(
-            "albefa",
-            fraction,
-            "must lie between 0 and 1",
-            default.albefa,
-        ),
+        albefa: within("albefa", fraction, "must lie between 0 and 1", default.albefa),
         raa0: positive("raa0", default.raa0),
         c: positive("c", default.c),
     };

@@ -27,19 +27,7 @@ pub(super) fn case(root: Table<'_>) -> Case {
     let solver = run::solver(&root);
     motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet);
     root.finish();
-    Case {
-        title,
-        bodies,
-        sets,
-        contacts,
-        dirichlet,
-        load_path,
-        design,
-        objective,
-        optimizer,
-        output,
-        solver,
-    }
+    Case { title, bodies, sets, contacts, dirichlet, load_path, design, objective, optimizer, output, solver }
 }
 
 /// A name: letters, digits, `_` and `-`, so that it can stand in paths, file names and tables. Empty after an error.
@@ -67,12 +55,7 @@ fn box_region(table: Table<'_>) -> BoxRegion {
     let ordered = |max: &[f64; 3]| (0..3).all(|i| min[i] <= max[i]);
     let max = table
         .vector("max")
-        .check(
-            CaseCode::BadShape,
-            ordered,
-            "lies below `min`",
-            "swap the two bounds",
-        )
+        .check(CaseCode::BadShape, ordered, "lies below `min`", "swap the two bounds")
         .required(min, help);
     table.finish();
     BoxRegion { min, max }

@@ -1,45 +1,28 @@
 //! Supports and motions (`[[dirichlet]]`) and the load path (`[load_path]`).
 
 use super::super::names::Names;
-use super::super::resolved::{
-    Body, Component, Contact, Dirichlet, LoadPath, RotationAxis, Tolerance, Waypoint,
-};
+use super::super::resolved::{Body, Component, Contact, Dirichlet, LoadPath, RotationAxis, Tolerance, Waypoint};
 use super::super::typed::Table;
 use super::{CaseCode, direction};
 
-const COMPONENTS: [(&str, Component); 3] = [
-    ("x", Component::X),
-    ("y", Component::Y),
-    ("z", Component::Z),
-];
+const COMPONENTS: [(&str, Component); 3] = [("x", Component::X), ("y", Component::Y), ("z", Component::Z)];
 
 /// Goes on where the number of steps cannot be read: every step exists.
 const UNKNOWN_STEPS: usize = usize::MAX >> 1;
 
 pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
     let relative = 1e-9;
-    let mut tolerance = Tolerance {
-        relative,
-        residual: None,
-        displacement: None,
-        contact: None,
-        multiplier: None,
-    };
+    let mut tolerance = Tolerance { relative, residual: None, displacement: None, contact: None, multiplier: None };
     let Some(table) = root.table("load_path") else {
         if !root.has("load_path") {
             root.note_missing("load_path", "for instance [load_path] with steps = 10");
         }
-        return LoadPath {
-            steps: UNKNOWN_STEPS,
-            tolerance,
-            max_newton_iterations: 25,
-            max_cutbacks: 8,
-        };
+        return LoadPath { steps: UNKNOWN_STEPS, tolerance, max_newton_iterations: 25, max_cutbacks: 8 };
     };
-    let steps = table.integer("steps").count(CaseCode::Steps, 1).required(
-        UNKNOWN_STEPS,
-        "the number of equal steps of pseudo-time from 0 to 1",
-    );
+    let steps = table
+        .integer("steps")
+        .count(CaseCode::Steps, 1)
+        .required(UNKNOWN_STEPS, "the number of equal steps of pseudo-time from 0 to 1");
     if let Some(inner) = table.table("tolerance") {
         let bound = |key| inner.number(key).positive(CaseCode::OutOfRange);
         tolerance = Tolerance {
@@ -51,21 +34,10 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
         };
         inner.finish();
     }
-    let max_newton_iterations = table
-        .integer("max_newton_iterations")
-        .count(CaseCode::OutOfRange, 1)
-        .or(25);
-    let max_cutbacks = table
-        .integer("max_cutbacks")
-        .count(CaseCode::OutOfRange, 0)
-        .or(8);
+    let max_newton_iterations = table.integer("max_newton_iterations").count(CaseCode::OutOfRange, 1).or(25);
+    let max_cutbacks = table.integer("max_cutbacks").count(CaseCode::OutOfRange, 0).or(8);
     table.finish();
-    LoadPath {
-        steps,
-        tolerance,
-        max_newton_iterations,
-        max_cutbacks,
-    }
+    LoadPath { steps, tolerance, max_newton_iterations, max_cutbacks }
 }
 
 pub(super) fn dirichlet(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Dirichlet> {
@@ -75,11 +47,7 @@ pub(super) fn dirichlet(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Di
         let path = table.path_of("set");
         let condition = condition(table, names, steps);
         let conflict = conditions.iter().any(|other| {
-            other.set == condition.set
-                && other
-                    .components
-                    .iter()
-                    .any(|c| condition.components.contains(c))
+            other.set == condition.set && other.components.iter().any(|c| condition.components.contains(c))
         });
         if conflict && !condition.set.is_empty() {
             reader.error(
@@ -108,12 +76,7 @@ fn condition(table: Table<'_>, names: &Names, steps: usize) -> Dirichlet {
     });
     let motion = motion(&table, &components, rotation.is_some(), steps);
     table.finish();
-    Dirichlet {
-        set,
-        components,
-        motion,
-        rotation,
-    }
+    Dirichlet { set, components, motion, rotation }
 }
 
 fn components(table: &Table<'_>) -> Vec<Component> {
@@ -131,41 +94,22 @@ fn components(table: &Table<'_>) -> Vec<Component> {
     let help = "leave the key out to prescribe all three";
     let mut components = table
         .list("components", one)
-        .check(
-            CaseCode::Empty,
-            |list| !list.is_empty(),
-            "names no component",
-            help,
-        )
+        .check(CaseCode::Empty, |list| !list.is_empty(), "names no component", help)
         .or(all());
     let given = components.len();
     components.sort_unstable();
     components.dedup();
     if components.len() < given {
-        reader.error(
-            &table.path_of("components"),
-            CaseCode::DuplicateName,
-            "a component is listed twice",
-            "",
-        );
+        reader.error(&table.path_of("components"), CaseCode::DuplicateName, "a component is listed twice", "");
     }
     components
 }
 
 /// The way points; `u` or `angle` left out stay as at the way point before.
-fn motion(
-    table: &Table<'_>,
-    components: &[Component],
-    has_axis: bool,
-    steps: usize,
-) -> Vec<Waypoint> {
+fn motion(table: &Table<'_>, components: &[Component], has_axis: bool, steps: usize) -> Vec<Waypoint> {
     let mut points: Vec<Waypoint> = Vec::new();
     for point in table.tables("motion") {
-        let last = points.last().copied().unwrap_or(Waypoint {
-            t: 0.0,
-            u: [0.0; 3],
-            angle: 0.0,
-        });
+        let last = points.last().copied().unwrap_or(Waypoint { t: 0.0, u: [0.0; 3], angle: 0.0 });
         points.push(waypoint(point, &last, components, has_axis, steps));
     }
     if has_axis && points.iter().all(|point| point.angle == 0.0) {
@@ -179,13 +123,7 @@ fn motion(
     points
 }
 
-fn waypoint(
-    table: Table<'_>,
-    last: &Waypoint,
-    components: &[Component],
-    has_axis: bool,
-    steps: usize,
-) -> Waypoint {
+fn waypoint(table: Table<'_>, last: &Waypoint, components: &[Component], has_axis: bool, steps: usize) -> Waypoint {
     let earliest = last.t;
     let t = table
         .number("t")
@@ -216,11 +154,7 @@ fn waypoint(
             "{ t = 1.0, u = [x, y, z] } or { t = 1.0, angle = 30.0 }",
         );
     }
-    let free = |u: &[f64; 3]| {
-        COMPONENTS
-            .iter()
-            .any(|(_, c)| u[c.index()] != 0.0 && !components.contains(c))
-    };
+    let free = |u: &[f64; 3]| COMPONENTS.iter().any(|(_, c)| u[c.index()] != 0.0 && !components.contains(c));
     let u = table
         .vector("u")
         .check(
@@ -240,11 +174,7 @@ fn waypoint(
         )
         .or(last.angle);
     table.finish();
-    Waypoint {
-        t: t.unwrap_or(earliest),
-        u,
-        angle,
-    }
+    Waypoint { t: t.unwrap_or(earliest), u, angle }
 }
 
 /// The path of a load step is straight, so that a way point between two of them is passed by.
@@ -274,10 +204,7 @@ pub(super) fn warn_unsupported(
 ) {
     let body_of = |name: &str| names.find(name).map(|(_, body)| body);
     // A set over all bodies may hold any of them, and an unknown name is an error already.
-    if dirichlet
-        .iter()
-        .any(|condition| !matches!(body_of(&condition.set), Some(Some(_))))
-    {
+    if dirichlet.iter().any(|condition| !matches!(body_of(&condition.set), Some(Some(_)))) {
         return;
     }
     for (number, body) in bodies.iter().enumerate() {
@@ -285,9 +212,7 @@ pub(super) fn warn_unsupported(
         if dirichlet.iter().any(|condition| on_body(&condition.set)) {
             continue;
         }
-        let touches = contacts
-            .iter()
-            .any(|pair| on_body(&pair.slave) || on_body(&pair.master));
+        let touches = contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master));
         let what = if touches {
             "only contact holds it, and until it touches, nothing"
         } else {

@@ -5,19 +5,11 @@ use super::super::typed::Table;
 use super::CaseCode;
 
 pub(super) fn output(root: &Table<'_>) -> Output {
-    let default = Output {
-        directory: None,
-        every: 10,
-    };
+    let default = Output { directory: None, every: 10 };
     root.table("output").map_or(default, |table| {
         let directory = table
             .string("directory")
-            .check(
-                CaseCode::Empty,
-                |path| !path.is_empty(),
-                "is empty",
-                "leave the key out",
-            )
+            .check(CaseCode::Empty, |path| !path.is_empty(), "is empty", "leave the key out")
             .optional();
         let every = table.integer("every").count(CaseCode::OutOfRange, 1).or(10);
         table.finish();
@@ -26,10 +18,7 @@ pub(super) fn output(root: &Table<'_>) -> Output {
 }
 
 pub(super) fn solver(root: &Table<'_>) -> Solver {
-    let default = Solver {
-        linear: LinearSolverChoice::Auto,
-        threads: None,
-    };
+    let default = Solver { linear: LinearSolverChoice::Auto, threads: None };
     root.table("solver").map_or(default, |table| {
         let words = [
             ("auto", LinearSolverChoice::Auto),
@@ -37,10 +26,7 @@ pub(super) fn solver(root: &Table<'_>) -> Solver {
             ("faer", LinearSolverChoice::Faer),
         ];
         let linear = table.word("linear", &words).or(LinearSolverChoice::Auto);
-        let threads = table
-            .integer("threads")
-            .count(CaseCode::OutOfRange, 1)
-            .optional();
+        let threads = table.integer("threads").count(CaseCode::OutOfRange, 1).optional();
         table.finish();
         Solver { linear, threads }
     })

@@ -87,15 +87,10 @@ impl Shape {
     /// How many elements the mesh of this shape has; `None` where the number overflows.
     pub fn element_count(&self) -> Option<usize> {
         match *self {
-            Self::Box { elements, .. }
-            | Self::HollowCylinder { elements, .. }
-            | Self::HalfRing { elements, .. } => elements
-                .iter()
-                .try_fold(1usize, |product, &n| product.checked_mul(n)),
-            Self::HalfBall {
-                elements: [n, h, m],
-                ..
-            } => {
+            Self::Box { elements, .. } | Self::HollowCylinder { elements, .. } | Self::HalfRing { elements, .. } => {
+                elements.iter().try_fold(1usize, |product, &n| product.checked_mul(n))
+            }
+            Self::HalfBall { elements: [n, h, m], .. } => {
                 let square = n.checked_mul(n)?;
                 let layer = square.checked_add(n.checked_mul(h)?.checked_mul(4)?)?;
                 square.checked_mul(h)?.checked_add(m.checked_mul(layer)?)

@@ -41,11 +41,7 @@ impl Dirichlet {
     /// Piecewise linear through (0, 0) and the way points; constant after the last one. The rotation comes first,
     /// then the displacement.
     pub fn at(&self, t: f64) -> ([f64; 3], f64) {
-        let mut last = Waypoint {
-            t: 0.0,
-            u: [0.0; 3],
-            angle: 0.0,
-        };
+        let mut last = Waypoint { t: 0.0, u: [0.0; 3], angle: 0.0 };
         for &next in &self.motion {
             if t <= next.t {
                 let s = ((t - last.t) / (next.t - last.t)).clamp(0.0, 1.0);

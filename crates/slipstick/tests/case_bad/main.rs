@@ -1,5 +1,7 @@
 //! Wrong case files: each with the code and the place of what is wrong, all errors at once.
 
+mod sections;
+
 use slipstick::case::{CaseCode, CaseErrors, Severity, parse_case};
 
 /// A right case; the tests spoil one line of it.
@@ -92,10 +94,7 @@ fn only_error(text: &str, code: CaseCode, (line, column): (usize, usize)) -> Str
         .map(|d| (d.code(), d.line(), d.column()))
         .collect();
     assert_eq!(found, [(code, line, column)], "{errors}");
-    let error = errors
-        .diagnostics()
-        .iter()
-        .find(|d| d.severity() == Severity::Error);
+    let error = errors.diagnostics().iter().find(|d| d.severity() == Severity::Error);
     error.map(|d| d.help().to_owned()).unwrap_or_default()
 }
 
@@ -109,22 +108,10 @@ fn the_right_case_is_right() {
 fn syntax() {
     use CaseCode::Syntax;
     one(1, "\"good\"", "good", Syntax, "good");
-    one(
-        26,
-        "steps = 10",
-        "steps = 10\nsteps = 20",
-        Syntax,
-        "steps = 20",
-    );
+    one(26, "steps = 10", "steps = 10\nsteps = 20", Syntax, "steps = 20");
     one(9, "{ rotate", "[{ rotate", Syntax, "material");
-    let both = GOOD
-        .replace("\"good\"", "good")
-        .replace("every = 10", "every = ten");
-    let places: Vec<_> = errors(&both)
-        .diagnostics()
-        .iter()
-        .map(|d| d.line())
-        .collect();
+    let both = GOOD.replace("\"good\"", "good").replace("every = 10", "every = ten");
+    let places: Vec<_> = errors(&both).diagnostics().iter().map(|d| d.line()).collect();
     assert_eq!(places, [1, 39]);
 }
 
@@ -137,21 +124,9 @@ fn unknown_keys_get_a_suggestion() {
     assert_eq!(help, "known here: min, max, grading, elements");
     let help = one(31, "p = 3", "p = 3, mim = 0", UnknownKey, "mim");
     assert_eq!(help, "did you mean `min`?");
-    one(
-        18,
-        "friction = 0.3",
-        "friction = 0.3\nfrction = 1",
-        UnknownKey,
-        "frction",
-    );
+    one(18, "friction = 0.3", "friction = 0.3\nfrction = 1", UnknownKey, "frction");
     one(36, "move_limit", "move_limits", UnknownKey, "move_limits");
-    one(
-        19,
-        "lagrange = {}",
-        "lagrange = { c = 3 }",
-        UnknownKey,
-        "c = 3",
-    );
+    one(19, "lagrange = {}", "lagrange = { c = 3 }", UnknownKey, "c = 3");
     one(40, "[solver]", "[sovler]", UnknownKey, "sovler");
 }
 
@@ -165,41 +140,17 @@ fn missing_keys_and_choices() {
     one_at(5, "material", "#", MissingKey, (2, 1));
     one_at(30, "volume_fraction = 0.3", "", MissingKey, (27, 1));
     one(19, "lagrange = {}", "", ChooseOne, "{");
-    one(
-        8,
-        "half_ball =",
-        "box = {}\nhalf_ball =",
-        ChooseOne,
-        "{ radius",
-    );
+    one(8, "half_ball =", "box = {}\nhalf_ball =", ChooseOne, "{ radius");
     one(24, "{ t = 0.5, u", "{ u", MissingKey, "{ u");
-    one_at(
-        14,
-        "boxes = [{ min = [0, 0, 0], max = [1, 0, 1] }]",
-        "",
-        MissingKey,
-        (11, 1),
-    );
+    one_at(14, "boxes = [{ min = [0, 0, 0], max = [1, 0, 1] }]", "", MissingKey, (11, 1));
 }
 
 #[test]
 fn missing_sections() {
     let errors = errors("title = \"empty\"");
-    let found: Vec<_> = errors
-        .diagnostics()
-        .iter()
-        .map(|d| (d.code(), d.line()))
-        .collect();
-    assert_eq!(
-        found,
-        [(CaseCode::MissingKey, 1), (CaseCode::MissingKey, 1)]
-    );
-    assert!(
-        errors
-            .to_string()
-            .contains("the case file needs the key `body`"),
-        "{errors}"
-    );
+    let found: Vec<_> = errors.diagnostics().iter().map(|d| (d.code(), d.line())).collect();
+    assert_eq!(found, [(CaseCode::MissingKey, 1), (CaseCode::MissingKey, 1)]);
+    assert!(errors.to_string().contains("the case file needs the key `body`"), "{errors}");
     assert!(errors.to_string().contains("[load_path]"), "{errors}");
 }
 
@@ -225,20 +176,8 @@ fn wrong_types() {
     one(27, "[design]", "[[design]]", WrongType, "[[design]]");
     one(11, "[[set]]", "[set]", WrongType, "[set]");
     one(41, "\"auto\"", "1979-05-27", WrongType, "1979");
-    one(
-        4,
-        "{ min = [0, 0, 0], max = [4, 1, 4], elements = [4, 1, 4] }",
-        "1",
-        WrongType,
-        "1",
-    );
-    one(
-        19,
-        "{ lagrange = {} }",
-        "\"lagrange\"",
-        WrongType,
-        "\"lagrange\"",
-    );
+    one(4, "{ min = [0, 0, 0], max = [4, 1, 4], elements = [4, 1, 4] }", "1", WrongType, "1");
+    one(19, "{ lagrange = {} }", "\"lagrange\"", WrongType, "\"lagrange\"");
     one(34, "\"last\"", "7", WrongType, "7");
 }
 
@@ -249,48 +188,6 @@ fn numbers_that_are_none() {
     one(18, "0.3", "inf", NotFinite, "inf");
     one(24, "-1, 0", "-inf, 0", NotFinite, "-inf");
     one(32, "0.5", "1e999", NotFinite, "1e999");
-}
-
-#[test]
-fn bodies_and_material() {
-    use CaseCode::*;
-    one(5, "1000.0", "0.0", YoungsModulus, "0.0");
-    one(5, "1000.0", "-1", YoungsModulus, "-1");
-    one(5, "0.3", "0.5", PoissonRatio, "0.5");
-    one(5, "0.3", "-1.0", PoissonRatio, "-1.0");
-    one(4, "max = [4", "max = [0", BadShape, "[0, 1, 4]");
-    one(4, "[4, 1, 4] }", "[4, 0, 4] }", Elements, "[4, 0");
-    one(
-        4,
-        "[4, 1, 4] }",
-        "[1000000, 1000, 4] }",
-        Elements,
-        "[1000000",
-    );
-    one(
-        4,
-        "4] }",
-        "4], grading = [1, 0, 1] }",
-        OutOfRange,
-        "[1, 0, 1]",
-    );
-    one(8, "1.0", "0.0", BadShape, "0.0");
-    one(9, "[0, 1, 0]", "[0, 0, 0]", OutOfRange, "[0, 0, 0]");
-    one(14, "[1, 0, 1]", "[1, -1, 1]", BadShape, "[1, -1, 1]");
-    one(
-        14,
-        "[{ min = [0, 0, 0], max = [1, 0, 1] }]",
-        "[]",
-        Empty,
-        "[]",
-    );
-    let ring =
-        "half_ring = { inner_radius = 2, outer_radius = 1, width = 1, elements = [2, 1, 1] }";
-    let text = GOOD.replace("half_ball = { radius = 1.0, elements = [2, 1, 1] }", ring);
-    let text = text
-        .replace("ball_dome", "ball_outer")
-        .replace("ball_flat", "ball_ends");
-    only_error(&text, BadShape, (8, 48));
 }
 
 #[test]
@@ -312,13 +209,7 @@ fn unknown_names_get_a_suggestion() {
 fn names_given_twice_or_badly() {
     use CaseCode::*;
     one(17, "plate_ymax", "ball_dome", SameSurface, "\"ball_dome\"");
-    one(
-        28,
-        "[\"plate\"]",
-        "[\"plate\", \"plate\"]",
-        DuplicateName,
-        "\"plate\"]",
-    );
+    one(28, "[\"plate\"]", "[\"plate\", \"plate\"]", DuplicateName, "\"plate\"]");
     one(23, "ball_flat", "feet", ConflictingDirichlet, "\"feet\"");
     // Nothing follows from a name that cannot be read: the surfaces named after it are not reported as well.
     one(7, "\"ball\"", "\"a ball\"", BadName, "\"a ball\"");
@@ -336,135 +227,7 @@ fn duplicate_bodies_sets_and_pairs() {
     only_error(&format!("{GOOD}{pair}"), CaseCode::DuplicateName, (42, 1));
 }
 
-#[test]
-fn contact() {
-    use CaseCode::*;
-    one(18, "0.3", "-0.1", Friction, "-0.1");
-    one(18, "0.3", "0.3\ncell_rule = 5", CellRule, "5");
-    one(
-        18,
-        "0.3",
-        "0.3\nmultiplier_shape = \"double\"",
-        UnknownWord,
-        "\"double\"",
-    );
-    one(18, "0.3", "0.3\nsearch_radius = -1", OutOfRange, "-1");
-    one(
-        19,
-        "lagrange = {}",
-        "penalty = { stiffness = 0 }",
-        OutOfRange,
-        "0 }",
-    );
-    one(
-        19,
-        "lagrange = {}",
-        "penalty = { stiffness = { tangential = 1 } }",
-        MissingKey,
-        "{ tang",
-    );
-    one(
-        19,
-        "lagrange = {}",
-        "augmented = { tolerance = 0.0 }",
-        OutOfRange,
-        "0.0",
-    );
-}
-
-#[test]
-fn motion() {
-    use CaseCode::*;
-    one(24, "t = 0.5", "t = 1.0", MotionTime, "1.0, u = [1");
-    one(24, "t = 1.0", "t = 1.5", MotionTime, "1.5");
-    one(24, "t = 0.5", "t = 0.0", MotionTime, "0.0");
-    one(24, ", u = [1, -1, 0]", "", Motion, "{ t = 1.0");
-    one(24, "u = [1, -1, 0]", "angle = 30", Motion, "30");
-    one(
-        24,
-        "motion",
-        "components = [\"y\", \"z\"]\nmotion",
-        Motion,
-        "[1, -1, 0]",
-    );
-    one(
-        21,
-        "\"feet\"",
-        "\"feet\"\ncomponents = [\"x\", \"v\"]",
-        UnknownWord,
-        "\"v\"",
-    );
-    one(21, "\"feet\"", "\"feet\"\ncomponents = []", Empty, "[]");
-    one(
-        21,
-        "\"feet\"",
-        "\"feet\"\ncomponents = [\"x\", \"x\"]",
-        DuplicateName,
-        "[\"x\"",
-    );
-}
-
-#[test]
-fn load_path_objective_and_run() {
-    use CaseCode::*;
-    one(26, "10", "0", Steps, "0");
-    one(26, "10", "-3", Steps, "-3");
-    one(34, "\"last\"", "[1, 11]", Steps, "11");
-    one(34, "\"last\"", "[3, 2]", Steps, "[3, 2]");
-    one(34, "\"last\"", "\"lst\"", UnknownWord, "\"lst\"");
-    one(37, "30", "0", OutOfRange, "0");
-    one(39, "10", "0", OutOfRange, "0");
-    one(41, "auto", "umfpack", UnknownWord, "\"umfpack\"");
-}
-
-#[test]
-fn design_and_optimizer() {
-    use CaseCode::*;
-    one(28, "[\"plate\"]", "[]", EmptyDesign, "[]");
-    one(29, "0.3", "0.0", Fraction, "0.0");
-    one(30, "0.3", "1.1", Fraction, "1.1");
-    one(31, "p = 3", "p = 0.5", Simp, "0.5");
-    one(31, "1e-3", "1.0", Simp, "1.0");
-    one(31, "1e-3", "-0.1", Simp, "-0.1");
-    one(32, "0.5", "0", OutOfRange, "0");
-    one(36, "0.1", "0", OutOfRange, "0 }");
-    one(36, "0.1", "0.1, asydecr = 1.2", OutOfRange, "1.2");
-}
-
 /// Five of sixteen elements are solid: 0.3125 of the volume, above 0.3.
-#[test]
-fn passive_elements() {
-    use CaseCode::*;
-    let row = "{ min = [0, 0, 0], max = [4, 1, 1] }";
-    let one_more = "{ min = [0, 0, 1], max = [1, 1, 2] }";
-    let passive = |text: &str| format!("sensitivity_filter = {{ radius = 0.5 }}\n{text}");
-    let line = GOOD.lines().nth(31).expect("line 32");
-    let four = GOOD.replace(line, &passive(&format!("passive_solid = [{row}]")));
-    parse_case(&four, "case.toml").unwrap_or_else(|errors| panic!("{errors}"));
-    let five = GOOD.replace(
-        line,
-        &passive(&format!("passive_solid = [{row}, {one_more}]")),
-    );
-    only_error(&five, InfeasibleVolume, (30, 19));
-    let text = passive(&format!("passive_solid = [{row}]\npassive_void = [{row}]"));
-    only_error(&GOOD.replace(line, &text), ContradictoryPassive, (34, 16));
-}
-
-#[test]
-fn an_objective_of_contact_needs_contact() {
-    let text = GOOD.replace("[[contact]]", "[contact_pair]");
-    let errors = errors(&text);
-    let found: Vec<_> = errors
-        .diagnostics()
-        .iter()
-        .map(|d| (d.code(), d.line(), d.column()))
-        .collect();
-    assert_eq!(
-        found,
-        [(CaseCode::UnknownKey, 15, 2), (CaseCode::NoContact, 34, 17)]
-    );
-}
-
 #[test]
 fn all_errors_come_at_once_in_the_order_of_the_file() {
     let text = GOOD
@@ -474,50 +237,27 @@ fn all_errors_come_at_once_in_the_order_of_the_file() {
         .replace("steps = 10", "steps = 0")
         .replace("\"auto\"", "\"otto\"");
     let errors = errors(&text);
-    let found: Vec<_> = errors
-        .diagnostics()
-        .iter()
-        .map(|d| (d.code(), d.line()))
-        .collect();
+    let found: Vec<_> = errors.diagnostics().iter().map(|d| (d.code(), d.line())).collect();
     use CaseCode::*;
-    let expected = [
-        (UnknownKey, 1),
-        (YoungsModulus, 5),
-        (YoungsModulus, 10),
-        (UnknownSet, 16),
-        (Steps, 26),
-        (UnknownWord, 41),
-    ];
+    let expected =
+        [(UnknownKey, 1), (YoungsModulus, 5), (YoungsModulus, 10), (UnknownSet, 16), (Steps, 26), (UnknownWord, 41)];
     assert_eq!(found, expected, "{errors}");
     let first = errors.to_string().lines().next().map(str::to_owned);
-    let expected =
-        "case.toml:1:1: error: unknown key `titel` at the top level [slipstick::case::unknown_key]";
+    let expected = "case.toml:1:1: error: unknown key `titel` at the top level [slipstick::case::unknown_key]";
     assert_eq!(first.as_deref(), Some(expected));
 }
 
 /// Columns count characters, not bytes.
 #[test]
 fn columns_count_characters() {
-    let text = GOOD.replace("\"good\"", "\"gut\" # größer").replace(
-        "name = \"feet\"\nwithin = \"plate_ymin\"",
-        "name = \"füße\"\nwithin = \"plate_ymin\"",
-    );
+    let text = GOOD
+        .replace("\"good\"", "\"gut\" # größer")
+        .replace("name = \"feet\"\nwithin = \"plate_ymin\"", "name = \"füße\"\nwithin = \"plate_ymin\"");
     let text = text.replace("set = \"feet\"", "\"set\" = \"füße\"; x = 1");
     assert_eq!(errors(&text).diagnostics()[0].code(), CaseCode::Syntax);
     let text = "title = \"ü\"\nsolver = { linear = \"ö\", trheads = 2 }\n";
-    let found: Vec<_> = errors(text)
-        .diagnostics()
-        .iter()
-        .skip(2)
-        .map(|d| (d.code(), d.line(), d.column()))
-        .collect();
-    assert_eq!(
-        found,
-        [
-            (CaseCode::UnknownWord, 2, 21),
-            (CaseCode::UnknownKey, 2, 26)
-        ]
-    );
+    let found: Vec<_> = errors(text).diagnostics().iter().skip(2).map(|d| (d.code(), d.line(), d.column())).collect();
+    assert_eq!(found, [(CaseCode::UnknownWord, 2, 21), (CaseCode::UnknownKey, 2, 26)]);
 }
 
 /// A report shows the line, the code and the help.
@@ -530,12 +270,7 @@ fn miette_renders_the_place() {
         let handler = miette::GraphicalReportHandler::new_themed(miette::GraphicalTheme::none());
         handler.render_report(&mut report, error).expect("rendered");
     }
-    for part in [
-        "case.toml:18:1",
-        "frction = 0.3",
-        "slipstick::case::unknown_key",
-        "did you mean",
-    ] {
+    for part in ["case.toml:18:1", "frction = 0.3", "slipstick::case::unknown_key", "did you mean"] {
         assert!(report.contains(part), "{part} in\n{report}");
     }
 }
@@ -549,12 +284,7 @@ fn mutilated_files_never_panic() {
         for text in [&GOOD[..place], &without, &doubled] {
             if let Err(errors) = parse_case(text, "case.toml") {
                 assert!(!errors.diagnostics().is_empty());
-                assert!(
-                    errors
-                        .diagnostics()
-                        .iter()
-                        .all(|d| d.line() >= 1 && d.column() >= 1)
-                );
+                assert!(errors.diagnostics().iter().all(|d| d.line() >= 1 && d.column() >= 1));
             }
         }
     }

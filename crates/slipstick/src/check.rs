@@ -1,0 +1,256 @@
+//! What can be said about a case before it runs: sizes, supports, initial gaps, memory.
+
+use crate::build::Problem;
+use crate::case::Case;
+use nalgebra::DMatrix;
+use serde::Serialize;
+use slipstick_mesh::Mesh;
+use slipstick_path::{StateError, StepProblem};
+
+/// Something that a run survives, but that is probably not meant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Notice {
+    /// Dotted path in the case file.
+    pub path: String,
+    /// What.
+    pub message: String,
+    /// What mends it.
+    pub help: String,
+}
+
+/// A body in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BodySummary {
+    /// Name.
+    pub name: String,
+    /// Elements.
+    pub elements: usize,
+    /// Nodes.
+    pub nodes: usize,
+    /// Volume. \[L³\]
+    pub volume: f64,
+    /// Worst scaled Jacobian of its elements: 1 is a brick, 0 degenerate.
+    pub quality: f64,
+    /// Rigid motions (of 6) that supports and prescribed motions leave free.
+    pub free_motions: usize,
+}
+
+/// A contact pair in its reference configuration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactSummary {
+    /// Slave surface.
+    pub slave: String,
+    /// Master surface.
+    pub master: String,
+    /// Slave facets and nodes, master facets.
+    pub facets: [usize; 2],
+    /// Slave nodes.
+    pub slave_nodes: usize,
+    /// Slave nodes with something opposite within the search distance.
+    pub covered: usize,
+    /// Smallest nodal gap (weighted gap over tributary area), negative: penetration; `None` if nothing is opposite. \[L\]
+    pub smallest_gap: Option<f64>,
+    /// Node of the smallest gap.
+    pub at_node: Option<u32>,
+    /// Search distance along the slave normal. \[L\]
+    pub reach: f64,
+}
+
+/// The result of a check.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Inspection {
+    /// Bodies.
+    pub bodies: Vec<BodySummary>,
+    /// Contact pairs.
+    pub contacts: Vec<ContactSummary>,
+    /// Named node sets and surfaces with their number of nodes.
+    pub sets: Vec<(String, usize)>,
+    /// Free unknowns of a step.
+    pub unknowns: usize,
+    /// Designed elements.
+    pub designed: usize,
+    /// Load steps.
+    pub steps: usize,
+    /// Predicted memory of one factorization. \[bytes\]
+    pub factor_bytes: f64,
+    /// Predicted peak memory of a run. \[bytes\]
+    pub peak_bytes: f64,
+    /// Floating-point operations of one factorization.
+    pub factor_operations: f64,
+    /// Warnings.
+    pub notices: Vec<Notice>,
+}
+
+/// Penetrations above this fraction of the facet size are worth a warning.
+const PENETRATION: f64 = 1e-6;
+
+/// Inspects a built problem in its reference configuration.
+///
+/// # Errors
+/// If the reference configuration itself cannot be evaluated.
+pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateError> {
+    let mut notices = Vec::new();
+    let bodies = bodies(&problem.mesh, problem.analysis.model.prescribed().fixed());
+    for (b, body) in bodies.iter().enumerate() {
+        if body.free_motions > 0 {
+            notices.push(Notice {
+                path: format!("body[{b}]"),
+                message: format!(
+                    "body `{}` can move freely in {} of 6 rigid motions; contact alone would have to hold it",
+                    body.name, body.free_motions
+                ),
+                help: "prescribe more of it in a [[dirichlet]] table, unless it is held by contact from the start".into(),
+            });
+        }
+    }
+    let contacts = contacts(case, problem, &mut notices)?;
+    let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(problem)?;
+    let elements = problem.mesh.hexes.len() as f64;
+    let unknowns_all = 3.0 * problem.mesh.nodes.len() as f64;
+    let states = unknowns_all * 8.0 * (case.load_path.steps + 1) as f64;
+    // reference geometry, element forces and scatter map; frontal stack of about half of the factors
+    let peak_bytes = 1.5 * factor_bytes + 3.0 * matrix_bytes + elements * (1700.0 + 192.0 + 256.0) + states;
+    let sets = problem
+        .mesh
+        .names()
+        .iter()
+        .map(|name| (name.to_string(), problem.mesh.set_nodes(name).map_or(0, |n| n.len())))
+        .collect();
+    Ok(Inspection {
+        bodies,
+        contacts,
+        sets,
+        unknowns,
+        designed: problem.variables.as_ref().map_or(0, slipstick_design::DesignVariables::count),
+        steps: case.load_path.steps,
+        factor_bytes,
+        peak_bytes,
+        factor_operations,
+        notices,
+    })
+}
+
+fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
+    let (volumes, qualities) = (mesh.element_volumes(), mesh.element_qualities());
+    mesh.bodies
+        .iter()
+        .map(|body| BodySummary {
+            name: body.name.clone(),
+            elements: body.elements.len(),
+            nodes: body.nodes.len(),
+            volume: volumes[body.elements.clone()].iter().sum(),
+            quality: qualities[body.elements.clone()].iter().copied().fold(f64::INFINITY, f64::min),
+            free_motions: 6 - held_motions(mesh, body.nodes.clone(), fixed),
+        })
+        .collect()
+}
+
+/// Rank of the prescribed displacements of a body in its six rigid motions.
+fn held_motions(mesh: &Mesh, nodes: std::ops::Range<usize>, fixed: &[bool]) -> usize {
+    let count = nodes.len() as f64;
+    let mut centre = [0.0; 3];
+    for n in nodes.clone() {
+        (0..3).for_each(|c| centre[c] += mesh.nodes[n][c] / count);
+    }
+    let mut size = 0.0;
+    let mut gram = DMatrix::<f64>::zeros(6, 6);
+    let arms: Vec<[f64; 3]> =
+        nodes.clone().map(|n| std::array::from_fn(|c| mesh.nodes[n][c] - centre[c])).collect();
+    for arm in &arms {
+        size = f64::max(size, arm.iter().map(|a| a * a).sum::<f64>().sqrt());
+    }
+    for (n, arm) in nodes.zip(&arms) {
+        let arm = arm.map(|a| a / size.max(f64::MIN_POSITIVE));
+        for c in (0..3).filter(|&c| fixed[3 * n + c]) {
+            // displacement component c of a translation and of a rotation about each axis: (ω × arm)_c
+            let (c1, c2) = ((c + 1) % 3, (c + 2) % 3);
+            let mut row = [0.0; 6];
+            row[c] = 1.0;
+            row[3 + c1] = arm[c2];
+            row[3 + c2] = -arm[c1];
+            for i in 0..6 {
+                for j in 0..6 {
+                    gram[(i, j)] += row[i] * row[j];
+                }
+            }
+        }
+    }
+    let largest = gram.diagonal().max();
+    if largest == 0.0 {
+        return 0;
+    }
+    gram.symmetric_eigenvalues().iter().filter(|&&e| e > 1e-10 * largest).count()
+}
+
+fn contacts(
+    case: &Case,
+    problem: &mut Problem,
+    notices: &mut Vec<Notice>,
+) -> Result<Vec<ContactSummary>, StateError> {
+    let rest = problem.analysis.model.rest();
+    let found = problem.analysis.model.contact_results(&rest, &rest)?;
+    let mut start = 0;
+    let mut summaries = Vec::new();
+    for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model.interfaces()).enumerate() {
+        let interface = &model.interface;
+        let count = interface.slave_nodes().len();
+        let nodes = &found[start..start + count];
+        start += count;
+        let closest = nodes
+            .iter()
+            .filter_map(|n| n.gap.map(|g| (g, n.node)))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let size = interface
+            .slave_facets()
+            .iter()
+            .map(|f| slipstick_mesh::facet_area(&f.map(|n| problem.mesh.nodes[n as usize])).sqrt())
+            .fold(f64::INFINITY, f64::min);
+        if let Some((gap, node)) = closest.filter(|c| c.0 < -PENETRATION * size) {
+            notices.push(Notice {
+                path: format!("contact[{i}]"),
+                message: format!(
+                    "`{}` and `{}` penetrate each other by {:.3e} at node {node} before anything moves",
+                    contact.slave, contact.master, -gap
+                ),
+                help: "move a body apart in its `place.translate`; the first load step has to push this out otherwise".into(),
+            });
+        }
+        if closest.is_none() {
+            notices.push(Notice {
+                path: format!("contact[{i}]"),
+                message: format!(
+                    "nothing of `{}` lies opposite of `{}` within the search distance {:.3e}",
+                    contact.master,
+                    contact.slave,
+                    interface.reach()
+                ),
+                help: "right if they meet later; else check placement and the choice of surfaces".into(),
+            });
+        }
+        summaries.push(ContactSummary {
+            slave: contact.slave.clone(),
+            master: contact.master.clone(),
+            facets: [interface.slave_facets().len(), interface.master_facets().len()],
+            slave_nodes: count,
+            covered: nodes.iter().filter(|n| n.gap.is_some()).count(),
+            smallest_gap: closest.map(|c| c.0),
+            at_node: closest.map(|c| c.1),
+            reach: interface.reach(),
+        });
+    }
+    Ok(summaries)
+}
+
+/// Free unknowns, bytes and operations of a factorization, bytes of the matrix.
+fn factorization(problem: &mut Problem) -> Result<(usize, f64, f64, f64), StateError> {
+    let model = &mut problem.analysis.model;
+    let rest = model.rest();
+    model.begin_step(&rest, false)?;
+    let (fixed, groups) = (model.fixed().to_vec(), model.groups().to_vec());
+    let matrix = model.tangent(&rest.unknowns)?;
+    let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), &fixed, &groups);
+    let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
+    let size = slipstick_linalg::MultifrontalSolver::predict(reduction.pattern());
+    let (entries, operations) = size.unwrap_or((0.0, 0.0));
+    Ok((reduction.free(), 8.0 * entries, operations, matrix_bytes))
+}

@@ -1,0 +1,315 @@
+//! The optimization loop: analyse, differentiate, filter, update.
+//!
+//! ```text
+//! x ──design variables──▶ φ ──march──▶ θ ──sweep──▶ dθ/dφ ──sensitivity filter──▶ MMA ──▶ x
+//! ```
+//!
+//! [`Optimization`] only advances; time, files and screens belong to who calls it. All that the next iteration depends on
+//! is in [`OptimizationState`], which can be stored and taken up again bit for bit.
+
+use crate::analysis::{AnalysisError, Forward};
+use crate::build::{BuildError, Problem};
+use crate::case::Case;
+use serde::{Deserialize, Serialize};
+use slipstick_design::{
+    DesignMap, DesignVariables, Mma, MmaError, MmaParameters, Scaling, SensitivityFilter, VolumeConstraint,
+};
+use slipstick_path::{MarchFailure, MarchObserver};
+
+/// One evaluated design.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct IterationRecord {
+    /// 0 is the start design.
+    pub iteration: usize,
+    /// θ.
+    pub objective: f64,
+    /// Filled fraction of the design domain.
+    pub volume_fraction: f64,
+    /// Largest change of a density in the update that followed; `None` after the last evaluation.
+    pub change: Option<f64>,
+    /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as MMA sees it.
+    pub optimality: Option<f64>,
+    /// Newton iterations of the whole path.
+    pub newton_iterations: usize,
+    /// Uzawa iterations of the whole path.
+    pub uzawa_iterations: usize,
+    /// Accepted (sub-)steps.
+    pub increments: usize,
+    /// Slave nodes open, sticking, slipping at the end of the path.
+    pub status: [usize; 3],
+    /// How often the update was halved because the path could not be marched with the full one.
+    pub halvings: usize,
+}
+
+/// Everything that the next iteration depends on.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct OptimizationState {
+    /// Number of updates made.
+    pub iteration: usize,
+    /// Design variables.
+    pub x: Vec<f64>,
+    /// The variables before the last update, to step back to.
+    pub x_before: Option<Vec<f64>>,
+    /// The optimizer's memory.
+    pub mma: Mma,
+    /// Scales of objective and constraint from the first iteration.
+    pub scaling: Option<Scaling>,
+    /// All evaluated designs.
+    pub history: Vec<IterationRecord>,
+}
+
+/// Why an optimization stopped short.
+#[derive(Debug, thiserror::Error)]
+pub enum OptimizeError {
+    /// The case has no design, no objective or no volume fraction.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The analysis failed.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// The optimizer failed.
+    #[error("optimizer: {0}")]
+    Mma(#[from] MmaError),
+    /// Stopped from outside, in the middle of an iteration; the state is that of the last finished one.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// An optimization in progress.
+pub struct Optimization {
+    /// The problem being designed.
+    pub problem: Problem,
+    variables: DesignVariables,
+    filter: Option<SensitivityFilter>,
+    volume: VolumeConstraint,
+    limit: f64,
+    iterations: usize,
+    tolerance: Option<f64>,
+    /// What the next iteration depends on.
+    pub state: OptimizationState,
+}
+
+/// How often an update is halved when the path of the new design cannot be marched.
+const MAX_HALVINGS: usize = 3;
+
+impl Optimization {
+    /// Prepares the optimization of a built case.
+    ///
+    /// # Errors
+    /// [`OptimizeError::Build`] if the case lacks a design with a volume fraction, an objective, or an optimizer.
+    pub fn new(case: &Case, problem: Problem) -> Result<Self, OptimizeError> {
+        let missing = |path: &str, help: &str| BuildError {
+            path: path.into(),
+            message: "an optimization needs it".into(),
+            help: help.into(),
+        };
+        let design = case.design.as_ref().ok_or_else(|| missing("design", "add a [design] table"))?;
+        let limit = design
+            .volume_fraction
+            .ok_or_else(|| missing("design.volume_fraction", "give the fraction of the design bodies' volume to use"))?;
+        let optimizer = case.optimizer.as_ref().ok_or_else(|| missing("optimizer", "add an [optimizer] table"))?;
+        if problem.analysis.objective.is_none() {
+            return Err(missing("objective", "add an [objective] table").into());
+        }
+        let variables = problem.variables.clone().ok_or_else(|| missing("design", "add a [design] table"))?;
+        let fail = |path: &'static str| {
+            move |e: &dyn std::fmt::Display| BuildError {
+                path: path.into(),
+                message: e.to_string(),
+                help: "change the value".into(),
+            }
+        };
+        let volumes = problem.mesh.element_volumes();
+        let domain: Vec<usize> = variables.domain().iter().map(|&e| e as usize).collect();
+        let domain_volumes: Vec<f64> = domain.iter().map(|&e| volumes[e]).collect();
+        let filter = match design.sensitivity_filter {
+            Some(filter) => {
+                let centroids = problem.mesh.centroids();
+                let centroids: Vec<[f64; 3]> = domain.iter().map(|&e| centroids[e]).collect();
+                Some(
+                    SensitivityFilter::new(&centroids, &domain_volumes, filter.radius)
+                        .map_err(|e| fail("design.sensitivity_filter.radius")(&e))?,
+                )
+            }
+            None => None,
+        };
+        let volume =
+            VolumeConstraint::new(domain_volumes, limit).map_err(|e| fail("design.volume_fraction")(&e))?;
+        let x = variables.restrict(&problem.initial_density);
+        let m = &optimizer.mma;
+        let parameters = MmaParameters {
+            asyinit: m.asyinit,
+            asyincr: m.asyincr,
+            asydecr: m.asydecr,
+            asymin: m.asymin,
+            asymax: m.asymax,
+            albefa: m.albefa,
+            move_limit: m.move_limit,
+            raa0: m.raa0,
+            c: m.c,
+            ..MmaParameters::default()
+        };
+        let state = OptimizationState {
+            iteration: 0,
+            mma: Mma::new(x.len(), 1, parameters),
+            x,
+            x_before: None,
+            scaling: None,
+            history: Vec::new(),
+        };
+        Ok(Self {
+            problem,
+            variables,
+            filter,
+            volume,
+            limit,
+            iterations: optimizer.iterations,
+            tolerance: optimizer.tolerance,
+            state,
+        })
+    }
+
+    /// Densities of all elements at the current variables.
+    pub fn density(&self) -> Vec<f64> {
+        self.variables.apply(&self.state.x)
+    }
+
+    /// Bound on the volume fraction.
+    pub fn volume_limit(&self) -> f64 {
+        self.limit
+    }
+
+    /// Updates asked for.
+    pub fn iterations(&self) -> usize {
+        self.iterations
+    }
+
+    /// Sets the number of updates asked for.
+    pub fn set_iterations(&mut self, iterations: usize) {
+        self.iterations = iterations;
+    }
+
+    /// Whether all updates are made (or the change fell below the tolerance) and the last design is evaluated.
+    pub fn finished(&self) -> bool {
+        let evaluated = self.state.history.len() > self.state.iteration;
+        evaluated && self.done()
+    }
+
+    /// No further update is wanted.
+    fn done(&self) -> bool {
+        let settled = self.state.history.iter().rev().find_map(|r| r.change);
+        self.state.iteration >= self.iterations
+            || matches!((self.tolerance, settled), (Some(bound), Some(change)) if change <= bound)
+    }
+
+    /// Evaluates the current design and, unless all updates are made, updates it. Returns the forward analysis of the
+    /// evaluated design, whose record is the last one of the state's history.
+    ///
+    /// If the path of an updated design cannot be marched, the update is halved, a few times.
+    ///
+    /// # Errors
+    /// See [`OptimizeError`]; the state is then that of the last finished iteration.
+    pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
+        let (forward, halvings) = self.march_or_step_back(observer)?;
+        let density = self.density();
+        let domain: Vec<f64> = self.variables.domain().iter().map(|&e| density[e as usize]).collect();
+        let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
+        record.halvings = halvings;
+        let mut next = self.state.clone();
+        if !self.done() {
+            let gradient = self.problem.analysis.gradient(&forward)?;
+            if observer.cancelled() {
+                return Err(OptimizeError::Interrupted);
+            }
+            self.update(&mut next, &mut record, &domain, forward.value, &gradient)?;
+        }
+        next.history.push(record);
+        self.state = next;
+        Ok(forward)
+    }
+
+    fn march_or_step_back(
+        &mut self,
+        observer: &mut dyn MarchObserver,
+    ) -> Result<(Forward, usize), OptimizeError> {
+        let mut halvings = 0;
+        loop {
+            let density = self.density();
+            let failure = match self.problem.analysis.forward(&density, observer) {
+                Ok(forward) if forward.path.steps < self.problem.analysis.times.len() => {
+                    return Err(OptimizeError::Interrupted);
+                }
+                Ok(forward) => return Ok((forward, halvings)),
+                Err(failure) => failure,
+            };
+            let back = match (&failure, &self.state.x_before) {
+                (AnalysisError::March(_), Some(before)) if halvings < MAX_HALVINGS => before,
+                _ => return Err(failure.into()),
+            };
+            halvings += 1;
+            self.state.x = self.state.x.iter().zip(back).map(|(x, b)| 0.5 * (x + b)).collect();
+        }
+    }
+
+    /// Filters the gradient, scales, and lets MMA choose the next variables.
+    fn update(
+        &self,
+        next: &mut OptimizationState,
+        record: &mut IterationRecord,
+        domain_density: &[f64],
+        value: f64,
+        gradient: &[f64],
+    ) -> Result<(), OptimizeError> {
+        let domain = self.variables.domain();
+        let on_domain: Vec<f64> = domain.iter().map(|&e| gradient[e as usize]).collect();
+        let filtered = match &self.filter {
+            Some(filter) => filter.apply(domain_density, &on_domain),
+            None => on_domain,
+        };
+        let spread = |values: &[f64]| {
+            let mut all = vec![0.0; self.variables.element_count()];
+            for (&e, v) in domain.iter().zip(values) {
+                all[e as usize] = *v;
+            }
+            self.variables.restrict(&all)
+        };
+        let objective_gradient = spread(&filtered);
+        let volume_gradient = vec![spread(&self.volume.gradient())];
+        let scaling =
+            next.scaling.get_or_insert_with(|| Scaling::from_first(&objective_gradient, &volume_gradient)).clone();
+        let (f, df) = scaling.scale_objective(value, &objective_gradient);
+        let (g, dg) = scaling.scale_constraints(&[self.volume.value(domain_density)], &volume_gradient);
+        let n = next.x.len();
+        let step = next.mma.update(&next.x, &vec![0.0; n], &vec![1.0; n], f, &df, &g, &dg)?;
+        record.change = Some(step.x.iter().zip(&next.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
+        record.optimality = Some(step.kkt_residual.norm);
+        next.x_before = Some(std::mem::replace(&mut next.x, step.x));
+        next.iteration += 1;
+        Ok(())
+    }
+}
+
+fn record(iteration: usize, forward: &Forward, volume_fraction: f64) -> IterationRecord {
+    let states = &forward.path.states;
+    let last = states.last().and_then(|s| s.report.iterations.last());
+    IterationRecord {
+        iteration,
+        objective: forward.value,
+        volume_fraction,
+        newton_iterations: forward.path.newton_iterations(),
+        uzawa_iterations: states.iter().map(|s| s.report.uzawa).sum(),
+        increments: states.len() - 1,
+        status: last.map_or([0; 3], |r| r.status),
+        ..IterationRecord::default()
+    }
+}
+
+impl OptimizeError {
+    /// The march that failed, if that is what happened.
+    pub fn march_failure(&self) -> Option<&MarchFailure> {
+        match self {
+            Self::Analysis(AnalysisError::March(failure)) => Some(failure),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! What can be wrong in each section of a case file.
+
+use super::*;
+
+#[test]
+fn bodies_and_material() {
+    use CaseCode::*;
+    one(5, "1000.0", "0.0", YoungsModulus, "0.0");
+    one(5, "1000.0", "-1", YoungsModulus, "-1");
+    one(5, "0.3", "0.5", PoissonRatio, "0.5");
+    one(5, "0.3", "-1.0", PoissonRatio, "-1.0");
+    one(4, "max = [4", "max = [0", BadShape, "[0, 1, 4]");
+    one(4, "[4, 1, 4] }", "[4, 0, 4] }", Elements, "[4, 0");
+    one(4, "[4, 1, 4] }", "[1000000, 1000, 4] }", Elements, "[1000000");
+    one(4, "4] }", "4], grading = [1, 0, 1] }", OutOfRange, "[1, 0, 1]");
+    one(8, "1.0", "0.0", BadShape, "0.0");
+    one(9, "[0, 1, 0]", "[0, 0, 0]", OutOfRange, "[0, 0, 0]");
+    one(14, "[1, 0, 1]", "[1, -1, 1]", BadShape, "[1, -1, 1]");
+    one(14, "[{ min = [0, 0, 0], max = [1, 0, 1] }]", "[]", Empty, "[]");
+    let ring = "half_ring = { inner_radius = 2, outer_radius = 1, width = 1, elements = [2, 1, 1] }";
+    let text = GOOD.replace("half_ball = { radius = 1.0, elements = [2, 1, 1] }", ring);
+    let text = text.replace("ball_dome", "ball_outer").replace("ball_flat", "ball_ends");
+    only_error(&text, BadShape, (8, 48));
+}
+
+#[test]
+fn contact() {
+    use CaseCode::*;
+    one(18, "0.3", "-0.1", Friction, "-0.1");
+    one(18, "0.3", "0.3\ncell_rule = 5", CellRule, "5");
+    one(18, "0.3", "0.3\nmultiplier_shape = \"double\"", UnknownWord, "\"double\"");
+    one(18, "0.3", "0.3\nsearch_radius = -1", OutOfRange, "-1");
+    one(19, "lagrange = {}", "penalty = { stiffness = 0 }", OutOfRange, "0 }");
+    one(19, "lagrange = {}", "penalty = { stiffness = { tangential = 1 } }", MissingKey, "{ tang");
+    one(19, "lagrange = {}", "augmented = { tolerance = 0.0 }", OutOfRange, "0.0");
+}
+
+#[test]
+fn motion() {
+    use CaseCode::*;
+    one(24, "t = 0.5", "t = 1.0", MotionTime, "1.0, u = [1");
+    one(24, "t = 1.0", "t = 1.5", MotionTime, "1.5");
+    one(24, "t = 0.5", "t = 0.0", MotionTime, "0.0");
+    one(24, ", u = [1, -1, 0]", "", Motion, "{ t = 1.0");
+    one(24, "u = [1, -1, 0]", "angle = 30", Motion, "30");
+    one(24, "motion", "components = [\"y\", \"z\"]\nmotion", Motion, "[1, -1, 0]");
+    one(21, "\"feet\"", "\"feet\"\ncomponents = [\"x\", \"v\"]", UnknownWord, "\"v\"");
+    one(21, "\"feet\"", "\"feet\"\ncomponents = []", Empty, "[]");
+    one(21, "\"feet\"", "\"feet\"\ncomponents = [\"x\", \"x\"]", DuplicateName, "[\"x\"");
+}
+
+#[test]
+fn load_path_objective_and_run() {
+    use CaseCode::*;
+    one(26, "10", "0", Steps, "0");
+    one(26, "10", "-3", Steps, "-3");
+    one(34, "\"last\"", "[1, 11]", Steps, "11");
+    one(34, "\"last\"", "[3, 2]", Steps, "[3, 2]");
+    one(34, "\"last\"", "\"lst\"", UnknownWord, "\"lst\"");
+    one(37, "30", "0", OutOfRange, "0");
+    one(39, "10", "0", OutOfRange, "0");
+    one(41, "auto", "umfpack", UnknownWord, "\"umfpack\"");
+}
+
+#[test]
+fn design_and_optimizer() {
+    use CaseCode::*;
+    one(28, "[\"plate\"]", "[]", EmptyDesign, "[]");
+    one(29, "0.3", "0.0", Fraction, "0.0");
+    one(30, "0.3", "1.1", Fraction, "1.1");
+    one(31, "p = 3", "p = 0.5", Simp, "0.5");
+    one(31, "1e-3", "1.0", Simp, "1.0");
+    one(31, "1e-3", "-0.1", Simp, "-0.1");
+    one(32, "0.5", "0", OutOfRange, "0");
+    one(36, "0.1", "0", OutOfRange, "0 }");
+    one(36, "0.1", "0.1, asydecr = 1.2", OutOfRange, "1.2");
+}
+
+#[test]
+fn passive_elements() {
+    use CaseCode::*;
+    let row = "{ min = [0, 0, 0], max = [4, 1, 1] }";
+    let one_more = "{ min = [0, 0, 1], max = [1, 1, 2] }";
+    let passive = |text: &str| format!("sensitivity_filter = {{ radius = 0.5 }}\n{text}");
+    let line = GOOD.lines().nth(31).expect("line 32");
+    let four = GOOD.replace(line, &passive(&format!("passive_solid = [{row}]")));
+    parse_case(&four, "case.toml").unwrap_or_else(|errors| panic!("{errors}"));
+    let five = GOOD.replace(line, &passive(&format!("passive_solid = [{row}, {one_more}]")));
+    only_error(&five, InfeasibleVolume, (30, 19));
+    let text = passive(&format!("passive_solid = [{row}]\npassive_void = [{row}]"));
+    only_error(&GOOD.replace(line, &text), ContradictoryPassive, (34, 16));
+}
+
+#[test]
+fn an_objective_of_contact_needs_contact() {
+    let text = GOOD.replace("[[contact]]", "[contact_pair]");
+    let errors = errors(&text);
+    let found: Vec<_> = errors.diagnostics().iter().map(|d| (d.code(), d.line(), d.column())).collect();
+    assert_eq!(found, [(CaseCode::UnknownKey, 15, 2), (CaseCode::NoContact, 34, 17)]);
+}

@@ -1,0 +1,148 @@
+//! What the proofs of the method share: small scenes, status tables, finite differences of the whole objective.
+
+#![allow(dead_code)] // each test binary uses its part
+
+use slipstick::analysis::{Forward, NodalContact};
+use slipstick::build::{Problem, build};
+use slipstick::case::parse_case;
+use slipstick_contact::friction::Status;
+use slipstick_path::Silent;
+
+pub mod scene;
+
+/// Builds a case from its text.
+pub fn problem(text: &str) -> Problem {
+    let resolved = parse_case(text, "proof.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
+    build(&resolved.case).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// The sequence of a linear congruential generator (Knuth's MMIX constants), in [0, 1): the same on every machine.
+pub struct Random(u64);
+
+impl Random {
+    /// Starts the sequence at `seed`.
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0xD1B5_4A32_D192_ED03)
+    }
+
+    /// The next number in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// The next number in [low, high).
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// A vector of numbers in [−size, size).
+    pub fn vector(&mut self, length: usize, size: f64) -> Vec<f64> {
+        (0..length).map(|_| self.within(-size, size)).collect()
+    }
+}
+
+/// A heterogeneous density in [0.4, 0.9) on the design elements, 1 elsewhere.
+pub fn random_density(problem: &Problem, seed: u64) -> Vec<f64> {
+    let mut random = Random::new(seed);
+    let designed = designed(problem);
+    (0..problem.initial_density.len())
+        .map(|e| if designed.contains(&e) { random.within(0.4, 0.9) } else { 1.0 })
+        .collect()
+}
+
+/// The elements of the design.
+pub fn designed(problem: &Problem) -> Vec<usize> {
+    match &problem.variables {
+        None => Vec::new(),
+        Some(v) => {
+            let inside = |r: &slipstick_design::Role| *r != slipstick_design::Role::Outside;
+            v.roles().iter().enumerate().filter(|(_, r)| inside(r)).map(|(e, _)| e).collect()
+        }
+    }
+}
+
+/// Marches; a failure is the test's failure.
+pub fn forward(problem: &mut Problem, density: &[f64]) -> Forward {
+    problem.analysis.forward(density, &mut Silent).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Contact results at every accepted state after the start.
+pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalContact>> {
+    let states: Vec<_> = forward.path.states.iter().map(|s| s.state.clone()).collect();
+    states.windows(2).map(|w| problem.analysis.model.contact_results(&w[0], &w[1]).unwrap()).collect()
+}
+
+/// Status of every slave node at every accepted state after the start: `O`pen, s`t`ick, s`l`ip, one word a state.
+pub fn status_path(problem: &mut Problem, forward: &Forward) -> Vec<String> {
+    let letter = |c: &NodalContact| match c.status {
+        Status::Inactive => 'o',
+        Status::Stick => 't',
+        Status::Slip => 'l',
+    };
+    contact_path(problem, forward).iter().map(|nodes| nodes.iter().map(letter).collect()).collect()
+}
+
+/// Euclidean norm.
+pub fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+/// ‖a − b‖/‖b‖.
+pub fn deviation(a: &[f64], b: &[f64]) -> f64 {
+    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    norm(&difference) / norm(b)
+}
+
+/// Central differences of θ over the whole design, of order 4: `(8 (θ₊₁ − θ₋₁) − (θ₊₂ − θ₋₂))/12h`. `None` if an active
+/// set on the way differs from `expected`, so that a kink may lie inside of ±2h.
+pub fn differences(problem: &mut Problem, density: &[f64], h: f64, expected: &[String]) -> Option<Vec<f64>> {
+    let mut gradient = Vec::new();
+    for e in designed(problem) {
+        let mut value = |shift: f64| {
+            let mut moved = density.to_vec();
+            moved[e] += shift;
+            let run = forward(problem, &moved);
+            (status_path(problem, &run) == expected).then_some(run.value)
+        };
+        let (p1, m1, p2, m2) = (value(h)?, value(-h)?, value(2.0 * h)?, value(-2.0 * h)?);
+        gradient.push((8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * h));
+    }
+    Some(gradient)
+}
+
+/// A gradient with what it was compared to.
+pub struct GradientCheck {
+    /// ‖adjoint − differences‖/‖differences‖ over the whole design, the best of the step sizes.
+    pub error: f64,
+    /// θ.
+    pub value: f64,
+    /// Adjoint gradient over the design elements.
+    pub adjoint: Vec<f64>,
+    /// Statuses of all accepted states.
+    pub statuses: Vec<String>,
+    /// The base run.
+    pub forward: Forward,
+}
+
+/// Compares the adjoint gradient with central differences of order 4, step sizes 1e-3 … 1e-4 until one agrees to 1e-8.
+///
+/// # Panics
+/// If active sets change inside of the smallest step.
+pub fn check_gradient(problem: &mut Problem, density: &[f64]) -> GradientCheck {
+    let base = forward(problem, density);
+    let statuses = status_path(problem, &base);
+    let whole = problem.analysis.gradient(&base).unwrap_or_else(|e| panic!("{e}"));
+    let adjoint: Vec<f64> = designed(problem).into_iter().map(|e| whole[e]).collect();
+    let mut error = f64::INFINITY;
+    for h in [1e-3, 4e-4, 1e-4] {
+        if let Some(expected) = differences(problem, density, h, &statuses) {
+            error = error.min(deviation(&adjoint, &expected));
+        }
+        if error < 1e-8 {
+            break;
+        }
+    }
+    assert!(error.is_finite(), "an active set changes inside of every step size; statuses {statuses:?}");
+    GradientCheck { error, value: base.value, adjoint, statuses, forward: base }
+}
