@@ -4,8 +4,8 @@ use crate::model::ContactModel;
 use slipstick_contact::friction::Status;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_path::{
-    LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, StateError,
-    StepState, SweepError, SweepOptions, march, sweep,
+    LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, StateError, StepState, SweepError,
+    SweepOptions, march, sweep,
 };
 
 /// Contact results of a slave node.
@@ -77,43 +77,22 @@ impl Analysis {
     ///
     /// # Errors
     /// [`AnalysisError::March`] with what converged before the failure.
-    pub fn forward(
-        &mut self,
-        density: &[f64],
-        observer: &mut dyn MarchObserver,
-    ) -> Result<Forward, AnalysisError> {
+    pub fn forward(&mut self, density: &[f64], observer: &mut dyn MarchObserver) -> Result<Forward, AnalysisError> {
         self.model.set_density(density);
         let rest = self.model.rest();
-        let path = march(
-            &mut self.model,
-            &mut self.linear,
-            rest,
-            &self.times,
-            &self.march,
-            observer,
-        )?;
+        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &self.march, observer)?;
         let mut step_values = vec![0.0; self.times.len()];
         let steps = self.times.len();
         if let Some(objective) = &self.objective {
             for (step, state) in path.completed() {
                 if objective.observes(step, steps) {
                     let force = internal_force(&self.model, &state.state)?;
-                    step_values[step - 1] = objective.value(&view(
-                        &self.model,
-                        step,
-                        steps,
-                        state.time,
-                        &state.state,
-                        &force,
-                    ));
+                    step_values[step - 1] =
+                        objective.value(&view(&self.model, step, steps, state.time, &state.state, &force));
                 }
             }
         }
-        Ok(Forward {
-            value: step_values.iter().sum(),
-            path,
-            step_values,
-        })
+        Ok(Forward { value: step_values.iter().sum(), path, step_values })
     }
 
     /// dθ/dφ of every element (zero outside of the design) at the densities of the last [`forward`](Self::forward).
@@ -124,28 +103,11 @@ impl Analysis {
     /// # Panics
     /// Without an objective.
     pub fn gradient(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
-        let objective = self
-            .objective
-            .take()
-            .expect("a gradient needs an objective");
-        let mut adapter = Adapter {
-            objective: objective.as_ref(),
-            steps: self.times.len(),
-            partials: Vec::new(),
-        };
-        let result = adapter
-            .prepare(&self.model, &forward.path)
-            .map_err(AnalysisError::from)
-            .and_then(|()| {
-                sweep(
-                    &mut self.model,
-                    &mut self.linear,
-                    &forward.path,
-                    &mut adapter,
-                    &self.sweep,
-                )
-                .map_err(Into::into)
-            });
+        let objective = self.objective.take().expect("a gradient needs an objective");
+        let mut adapter = Adapter { objective: objective.as_ref(), steps: self.times.len(), partials: Vec::new() };
+        let result = adapter.prepare(&self.model, &forward.path).map_err(AnalysisError::from).and_then(|()| {
+            sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &self.sweep).map_err(Into::into)
+        });
         self.objective = Some(objective);
         result
     }
@@ -167,13 +129,7 @@ fn view<'a>(
     force: &'a [f64],
 ) -> StateView<'a> {
     let n = model.prescribed().fixed().len();
-    StateView {
-        step,
-        steps,
-        time,
-        displacement: &state.unknowns[..n],
-        internal_force: force,
-    }
+    StateView { step, steps, time, displacement: &state.unknowns[..n], internal_force: force }
 }
 
 /// Chains an objective on internal forces to unknowns and design: ∂θ/∂d += K_int ∂θ/∂f, ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
@@ -197,26 +153,13 @@ impl Adapter<'_> {
             let (mut by_displacement, mut by_force) = (vec![0.0; n], vec![0.0; n]);
             self.objective.derivative(
                 &view(model, step, self.steps, at.time, &at.state, &force),
-                &mut StateDerivative {
-                    displacement: &mut by_displacement,
-                    internal_force: &mut by_force,
-                },
+                &mut StateDerivative { displacement: &mut by_displacement, internal_force: &mut by_force },
             );
             let inverted = crate::model::inverted;
-            model
-                .solid()
-                .add_tangent_product(d, model.factors(), &by_force, &mut by_displacement)
-                .map_err(inverted)?;
+            model.solid().add_tangent_product(d, model.factors(), &by_force, &mut by_displacement).map_err(inverted)?;
             let mut by_factor = vec![0.0; model.solid().elements()];
-            model
-                .solid()
-                .pull_back_factors(d, &by_force, &mut by_factor)
-                .map_err(inverted)?;
-            let by_design = by_factor
-                .iter()
-                .enumerate()
-                .map(|(e, b)| model.factor_derivative(e) * b)
-                .collect();
+            model.solid().pull_back_factors(d, &by_force, &mut by_factor).map_err(inverted)?;
+            let by_design = by_factor.iter().enumerate().map(|(e, b)| model.factor_derivative(e) * b).collect();
             self.partials.push((step, by_displacement, by_design));
         }
         Ok(())

@@ -11,8 +11,7 @@ use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_linalg::SolverChoice;
 use slipstick_mesh::{self as mesh, Mesh};
 use slipstick_path::{
-    Keep, LinearSystem, MarchOptions, NewtonOptions, SweepOptions, Tolerance, Tolerances,
-    UzawaOptions,
+    Keep, LinearSystem, MarchOptions, NewtonOptions, SweepOptions, Tolerance, Tolerances, UzawaOptions,
 };
 use slipstick_solid::{NeoHooke, Simp, SolidModel};
 
@@ -30,11 +29,7 @@ pub struct BuildError {
 
 impl BuildError {
     fn new(path: impl Into<String>, message: impl ToString, help: impl Into<String>) -> Self {
-        Self {
-            path: path.into(),
-            message: message.to_string(),
-            help: help.into(),
-        }
+        Self { path: path.into(), message: message.to_string(), help: help.into() }
     }
 }
 
@@ -58,40 +53,23 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
     let mut parts = Vec::with_capacity(case.bodies.len());
     for (b, body) in case.bodies.iter().enumerate() {
         let path = format!("body[{b}].{}", body.shape.key());
-        let fail = |e: mesh::MeshError| {
-            BuildError::new(&path, e, "change the shape or its element counts")
-        };
+        let fail = |e: mesh::MeshError| BuildError::new(&path, e, "change the shape or its element counts");
         let mut part = generate(body).map_err(fail)?;
-        let rotate = body.place.rotate.map(|r| mesh::Rotation {
-            axis: r.axis,
-            degrees: r.degrees,
-        });
-        part.transform(&mesh::Placement {
-            rotate,
-            translate: body.place.translate,
-        })
-        .map_err(|e| {
-            BuildError::new(
-                format!("body[{b}].place"),
-                e,
-                "give finite numbers and an axis that is not zero",
-            )
+        let rotate = body.place.rotate.map(|r| mesh::Rotation { axis: r.axis, degrees: r.degrees });
+        part.transform(&mesh::Placement { rotate, translate: body.place.translate }).map_err(|e| {
+            BuildError::new(format!("body[{b}].place"), e, "give finite numbers and an axis that is not zero")
         })?;
         parts.push(part);
     }
-    let mut all =
-        Mesh::merge(parts).map_err(|e| BuildError::new("body", e, "rename one of the bodies"))?;
+    let mut all = Mesh::merge(parts).map_err(|e| BuildError::new("body", e, "rename one of the bodies"))?;
     for (s, set) in case.sets.iter().enumerate() {
         let path = format!("set[{s}]");
         let within = match &set.within {
             Some(name) => Some(nodes_of(&all, name, &format!("{path}.within"))?),
             None => None,
         };
-        let mut nodes: Vec<u32> = set
-            .boxes
-            .iter()
-            .flat_map(|b| all.nodes_in_box(b.min, b.max, within.as_deref()))
-            .collect();
+        let mut nodes: Vec<u32> =
+            set.boxes.iter().flat_map(|b| all.nodes_in_box(b.min, b.max, within.as_deref())).collect();
         nodes.sort_unstable();
         nodes.dedup();
         if nodes.is_empty() {
@@ -108,79 +86,35 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
     if let Some(first) = defects.first() {
         let message = format!(
             "{first}{}",
-            if defects.len() > 1 {
-                format!(" (and {} more defects)", defects.len() - 1)
-            } else {
-                String::new()
-            }
+            if defects.len() > 1 { format!(" (and {} more defects)", defects.len() - 1) } else { String::new() }
         );
-        return Err(BuildError::new(
-            "body",
-            message,
-            "check shape, element counts and placement",
-        ));
+        return Err(BuildError::new("body", message, "check shape, element counts and placement"));
     }
     Ok(all)
 }
 
 fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {
     match body.shape {
-        case::Shape::Box {
-            min,
-            max,
-            elements,
-            grading,
-        } => mesh::box_mesh(
-            &body.name,
-            &mesh::BoxShape {
-                min,
-                max,
-                elements,
-                grading,
-            },
-        ),
+        case::Shape::Box { min, max, elements, grading } => {
+            mesh::box_mesh(&body.name, &mesh::BoxShape { min, max, elements, grading })
+        }
         case::Shape::HalfBall { radius, elements } => {
             mesh::half_ball(&body.name, &mesh::HalfBallShape { radius, elements })
         }
-        case::Shape::HollowCylinder {
-            inner_radius,
-            outer_radius,
-            height,
-            elements,
-        } => mesh::hollow_cylinder(
+        case::Shape::HollowCylinder { inner_radius, outer_radius, height, elements } => mesh::hollow_cylinder(
             &body.name,
-            &mesh::HollowCylinderShape {
-                inner_radius,
-                outer_radius,
-                height,
-                elements,
-            },
+            &mesh::HollowCylinderShape { inner_radius, outer_radius, height, elements },
         ),
-        case::Shape::HalfRing {
-            outer_radius,
-            inner_radius,
-            width,
-            elements,
-        } => mesh::half_ring(
-            &body.name,
-            &mesh::HalfRingShape {
-                outer_radius,
-                inner_radius,
-                width,
-                elements,
-            },
-        ),
+        case::Shape::HalfRing { outer_radius, inner_radius, width, elements } => {
+            mesh::half_ring(&body.name, &mesh::HalfRingShape { outer_radius, inner_radius, width, elements })
+        }
     }
 }
 
 fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, BuildError> {
     mesh.set_nodes(name).map(|n| n.into_owned()).ok_or_else(|| {
         let known = mesh.names().join(", ");
-        BuildError::new(
-            path,
-            format!("there is no set or surface `{name}`"),
-            format!("known names: {known}"),
-        )
+        BuildError::new(path, format!("there is no set or surface `{name}`"), format!("known names: {known}"))
     })
 }
 
@@ -193,11 +127,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
-        sets.push(nodes_of(
-            &mesh,
-            &dirichlet.set,
-            &format!("dirichlet[{i}].set"),
-        )?);
+        sets.push(nodes_of(&mesh, &dirichlet.set, &format!("dirichlet[{i}].set"))?);
     }
     let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates).map_err(|e| {
         BuildError::new(
@@ -210,57 +140,38 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
     let times: Vec<f64> = (1..=steps).map(|n| n as f64 / steps as f64).collect();
     let mut materials = Vec::with_capacity(case.bodies.len());
     for (b, body) in case.bodies.iter().enumerate() {
-        let case::Material::NeoHooke {
-            youngs_modulus,
-            poisson_ratio,
-        } = body.material;
+        let case::Material::NeoHooke { youngs_modulus, poisson_ratio } = body.material;
         let path = format!("body[{b}].material.neo_hooke");
-        materials.push(NeoHooke::new(youngs_modulus, poisson_ratio).map_err(|e| {
-            BuildError::new(path, e, "give a positive modulus and -1 < ratio < 0.5")
-        })?);
+        materials.push(
+            NeoHooke::new(youngs_modulus, poisson_ratio)
+                .map_err(|e| BuildError::new(path, e, "give a positive modulus and -1 < ratio < 0.5"))?,
+        );
     }
-    let solid = SolidModel::new(&mesh, materials).map_err(|e| {
-        BuildError::new(
-            "body",
-            e,
-            "the mesh is folded in its reference configuration",
-        )
-    })?;
+    let solid = SolidModel::new(&mesh, materials)
+        .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     let step_motion = prescribed.largest_step(&times);
     let interfaces = build_interfaces(case, &mesh, &coordinates, step_motion)?;
     let method = build_method(case, &interfaces, &solid, &mesh)?;
     let variables = build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
-        Some(v) => v
-            .roles()
-            .iter()
-            .map(|r| *r != slipstick_design::Role::Outside)
-            .collect(),
+        Some(v) => v.roles().iter().map(|r| *r != slipstick_design::Role::Outside).collect(),
         None => vec![false; mesh.hexes.len()],
     };
-    let simp = case.design.as_ref().map_or(
-        Simp {
-            penalization: 1.0,
-            minimum: 0.0,
-        },
-        |d| Simp {
-            penalization: d.simp.p,
-            minimum: d.simp.min,
-        },
-    );
+    let simp = case
+        .design
+        .as_ref()
+        .map_or(Simp { penalization: 1.0, minimum: 0.0 }, |d| Simp { penalization: d.simp.p, minimum: d.simp.min });
     let initial_density = match (&variables, &case.design) {
         (Some(v), Some(design)) => {
-            let x = v.uniform(design.initial).map_err(|e| {
-                BuildError::new("design.initial", e, "choose a density between 0 and 1")
-            })?;
+            let x = v
+                .uniform(design.initial)
+                .map_err(|e| BuildError::new("design.initial", e, "choose a density between 0 and 1"))?;
             slipstick_design::DesignMap::apply(v, &x)
         }
         _ => vec![1.0; mesh.hexes.len()],
     };
     let largest = prescribed.largest(&times);
-    let model = ContactModel::new(
-        &mesh, solid, interfaces, method, prescribed, simp, designed, largest,
-    );
+    let model = ContactModel::new(&mesh, solid, interfaces, method, prescribed, simp, designed, largest);
     let objective = build_objective(case, &model, mesh.nodes.len())?;
     let analysis = Analysis {
         model,
@@ -270,18 +181,13 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         sweep: SweepOptions::default(),
         linear: LinearSystem::new(match case.solver.linear {
             case::LinearSolverChoice::Auto => SolverChoice::Auto,
-            case::LinearSolverChoice::Multifrontal => SolverChoice::Multifrontal {
-                precision: slipstick_linalg::Precision::F64,
-            },
+            case::LinearSolverChoice::Multifrontal => {
+                SolverChoice::Multifrontal { precision: slipstick_linalg::Precision::F64 }
+            }
             case::LinearSolverChoice::Faer => SolverChoice::Faer,
         }),
     };
-    Ok(Problem {
-        mesh,
-        analysis,
-        variables,
-        initial_density,
-    })
+    Ok(Problem { mesh, analysis, variables, initial_density })
 }
 
 fn march_options(case: &Case) -> MarchOptions {
@@ -319,48 +225,26 @@ fn build_interfaces(
             let surface = mesh.surfaces.get(name).ok_or_else(|| {
                 let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
                 let help = format!("contact needs facets; known surfaces: {}", known.join(", "));
-                BuildError::new(
-                    format!("contact[{i}].{key}"),
-                    format!("there is no surface `{name}`"),
-                    help,
-                )
+                BuildError::new(format!("contact[{i}].{key}"), format!("there is no surface `{name}`"), help)
             })?;
             Ok(surface.facets.iter().map(|f| f.nodes).collect())
         };
-        let (slave, master) = (
-            surface(&contact.slave, "slave")?,
-            surface(&contact.master, "master")?,
-        );
+        let (slave, master) = (surface(&contact.slave, "slave")?, surface(&contact.master, "master")?);
         let size = |facets: &[[u32; 4]]| {
-            facets
-                .iter()
-                .map(|f| mesh::facet_area(&f.map(|n| mesh.nodes[n as usize])).sqrt())
-                .fold(0.0, f64::max)
+            facets.iter().map(|f| mesh::facet_area(&f.map(|n| mesh.nodes[n as usize])).sqrt()).fold(0.0, f64::max)
         };
         // never less than one step's motion, so that nothing is passed unnoticed
-        let reach = contact
-            .search_radius
-            .unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * step_motion);
+        let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * step_motion);
         let shape = match contact.multiplier_shape {
             case::MultiplierShape::Standard => MultiplierShape::Standard,
             case::MultiplierShape::Dual => MultiplierShape::Dual,
         };
         let rule = CellRule::with_points(contact.cell_rule).ok_or_else(|| {
             let message = format!("there is no rule with {} points", contact.cell_rule);
-            BuildError::new(
-                format!("contact[{i}].cell_rule"),
-                message,
-                "choose 1, 3, 6, 7 or 12",
-            )
+            BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
         })?;
         let interface = ContactInterface::new(slave, master, coordinates, shape, rule, reach)
-            .map_err(|e| {
-                BuildError::new(
-                    format!("contact[{i}]"),
-                    e,
-                    "choose two surfaces of different bodies",
-                )
-            })?;
+            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?;
         for slave in interface.slave_nodes() {
             if let Some(first) = slaves_so_far.insert(slave.node, i) {
                 let message = format!("node {} is a slave of contact[{first}] too", slave.node);
@@ -371,10 +255,7 @@ fn build_interfaces(
                 ));
             }
         }
-        interfaces.push(ModelInterface {
-            interface,
-            friction: contact.friction,
-        });
+        interfaces.push(ModelInterface { interface, friction: contact.friction });
     }
     Ok(interfaces)
 }
@@ -386,8 +267,8 @@ fn build_method(
     mesh: &Mesh,
 ) -> Result<Method, BuildError> {
     let kind = |e: &case::Enforcement| std::mem::discriminant(e);
-    if let Some(i) = (1..case.contacts.len())
-        .find(|&i| kind(&case.contacts[i].enforcement) != kind(&case.contacts[0].enforcement))
+    if let Some(i) =
+        (1..case.contacts.len()).find(|&i| kind(&case.contacts[i].enforcement) != kind(&case.contacts[0].enforcement))
     {
         let path = format!("contact[{i}].enforcement");
         return Err(BuildError::new(
@@ -400,40 +281,20 @@ fn build_method(
     for (contact, interface) in case.contacts.iter().zip(interfaces) {
         let (given, scaling) = match contact.enforcement {
             case::Enforcement::Penalty { stiffness, scaling } => (stiffness, scaling),
-            case::Enforcement::Augmented {
-                stiffness, scaling, ..
-            } => (stiffness, scaling),
+            case::Enforcement::Augmented { stiffness, scaling, .. } => (stiffness, scaling),
             case::Enforcement::Lagrange { .. } => continue,
         };
-        stiffness.push(penalty_stiffness(
-            given,
-            scaling,
-            &interface.interface,
-            solid,
-            mesh,
-        ));
+        stiffness.push(penalty_stiffness(given, scaling, &interface.interface, solid, mesh));
     }
     Ok(match case.contacts.first().map(|c| c.enforcement) {
-        None => Method::Lagrange {
-            complementarity: 5.0,
-        },
-        Some(case::Enforcement::Lagrange {
-            complementarity_parameter,
-        }) => Method::Lagrange {
-            complementarity: complementarity_parameter,
-        },
+        None => Method::Lagrange { complementarity: 5.0 },
+        Some(case::Enforcement::Lagrange { complementarity_parameter }) => {
+            Method::Lagrange { complementarity: complementarity_parameter }
+        }
         Some(case::Enforcement::Penalty { .. }) => Method::Penalty { stiffness },
-        Some(case::Enforcement::Augmented {
-            tolerance,
-            tolerance_scaling,
-            max_uzawa,
-            ..
-        }) => Method::Augmented {
+        Some(case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, .. }) => Method::Augmented {
             stiffness,
-            uzawa: UzawaOptions {
-                tolerance,
-                max_iterations: max_uzawa,
-            },
+            uzawa: UzawaOptions { tolerance, max_iterations: max_uzawa },
             absolute: tolerance_scaling == case::ToleranceScaling::Absolute,
         },
     })
@@ -451,20 +312,10 @@ fn penalty_stiffness(
     mesh: &Mesh,
 ) -> Stiffness {
     let touching = mesh.node_elements();
-    let modulus = |node: u32| {
-        solid
-            .material(touching.of(node as usize)[0] as usize)
-            .youngs_modulus()
-    };
-    let (s, m) = (
-        modulus(interface.slave_facets()[0][0]),
-        modulus(interface.master_facets()[0][0]),
-    );
-    let areas: Vec<f64> = interface
-        .slave_facets()
-        .iter()
-        .map(|f| mesh::facet_area(&f.map(|n| mesh.nodes[n as usize])))
-        .collect();
+    let modulus = |node: u32| solid.material(touching.of(node as usize)[0] as usize).youngs_modulus();
+    let (s, m) = (modulus(interface.slave_facets()[0][0]), modulus(interface.master_facets()[0][0]));
+    let areas: Vec<f64> =
+        interface.slave_facets().iter().map(|f| mesh::facet_area(&f.map(|n| mesh.nodes[n as usize]))).collect();
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
     let by_area = PENALTY_FACTOR * s * m / (s + m) / mean.sqrt();
     let (scaling, default) = match scaling {
@@ -472,15 +323,8 @@ fn penalty_stiffness(
         // a node's tributary area is about one facet
         case::PenaltyScaling::Weighted => (StiffnessScaling::Weighted, by_area / mean),
     };
-    let given = given.unwrap_or(case::Stiffness {
-        normal: default,
-        tangential: default,
-    });
-    Stiffness {
-        normal: given.normal,
-        tangential: given.tangential,
-        scaling,
-    }
+    let given = given.unwrap_or(case::Stiffness { normal: default, tangential: default });
+    Stiffness { normal: given.normal, tangential: given.tangential, scaling }
 }
 
 fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, BuildError> {
@@ -490,44 +334,26 @@ fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, 
     let mut domain = Vec::new();
     for (i, name) in design.bodies.iter().enumerate() {
         let body = mesh.body(name).ok_or_else(|| {
-            BuildError::new(
-                format!("design.bodies[{i}]"),
-                format!("there is no body `{name}`"),
-                "name a [[body]]",
-            )
+            BuildError::new(format!("design.bodies[{i}]"), format!("there is no body `{name}`"), "name a [[body]]")
         })?;
         domain.extend(body.elements.clone().map(|e| e as u32));
     }
     let centroids = mesh.centroids();
     let inside = |regions: &[case::BoxRegion]| -> Vec<u32> {
-        domain
-            .iter()
-            .copied()
-            .filter(|&e| regions.iter().any(|r| r.contains(centroids[e as usize])))
-            .collect()
+        domain.iter().copied().filter(|&e| regions.iter().any(|r| r.contains(centroids[e as usize]))).collect()
     };
     let (solid, void) = (inside(&design.passive_solid), inside(&design.passive_void));
     let variables = DesignVariables::new(mesh.hexes.len(), &domain, &solid, &void)
         .map_err(|e| BuildError::new("design", e, "change bodies or passive regions"))?;
     if let Some(fraction) = design.volume_fraction {
-        variables
-            .check_limit(&mesh.element_volumes(), fraction)
-            .map_err(|e| {
-                BuildError::new(
-                    "design.volume_fraction",
-                    e,
-                    "raise the fraction or shrink the passive solid",
-                )
-            })?;
+        variables.check_limit(&mesh.element_volumes(), fraction).map_err(|e| {
+            BuildError::new("design.volume_fraction", e, "raise the fraction or shrink the passive solid")
+        })?;
     }
     Ok(Some(variables))
 }
 
-fn build_objective(
-    case: &Case,
-    model: &ContactModel,
-    nodes: usize,
-) -> Result<Option<Box<dyn Objective>>, BuildError> {
+fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Option<Box<dyn Objective>>, BuildError> {
     let Some(case::Objective::ContactForce { steps }) = &case.objective else {
         return Ok(None);
     };
@@ -537,14 +363,8 @@ fn build_objective(
         case::ObservedSteps::Only(list) => ObservedSteps::Only(list.clone()),
     };
     let fail = |e: slipstick_design::ObjectiveError| {
-        BuildError::new(
-            "objective.contact_force",
-            e,
-            "observe steps of the load path, and have a contact pair",
-        )
+        BuildError::new("objective.contact_force", e, "observe steps of the load path, and have a contact pair")
     };
     steps.check(case.load_path.steps).map_err(fail)?;
-    Ok(Some(Box::new(
-        ContactForce::new(model.slave_nodes(), nodes, steps, 0.0).map_err(fail)?,
-    )))
+    Ok(Some(Box::new(ContactForce::new(model.slave_nodes(), nodes, steps, 0.0).map_err(fail)?)))
 }

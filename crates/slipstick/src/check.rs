@@ -99,7 +99,8 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
                     "body `{}` can move freely in {} of 6 rigid motions; contact alone would have to hold it",
                     body.name, body.free_motions
                 ),
-                help: "prescribe more of it in a [[dirichlet]] table, unless it is held by contact from the start".into(),
+                help: "prescribe more of it in a [[dirichlet]] table, unless it is held by contact from the start"
+                    .into(),
             });
         }
     }
@@ -154,8 +155,7 @@ fn held_motions(mesh: &Mesh, nodes: std::ops::Range<usize>, fixed: &[bool]) -> u
     }
     let mut size = 0.0;
     let mut gram = DMatrix::<f64>::zeros(6, 6);
-    let arms: Vec<[f64; 3]> =
-        nodes.clone().map(|n| std::array::from_fn(|c| mesh.nodes[n][c] - centre[c])).collect();
+    let arms: Vec<[f64; 3]> = nodes.clone().map(|n| std::array::from_fn(|c| mesh.nodes[n][c] - centre[c])).collect();
     for arm in &arms {
         size = f64::max(size, arm.iter().map(|a| a * a).sum::<f64>().sqrt());
     }
@@ -182,11 +182,7 @@ fn held_motions(mesh: &Mesh, nodes: std::ops::Range<usize>, fixed: &[bool]) -> u
     gram.symmetric_eigenvalues().iter().filter(|&&e| e > 1e-10 * largest).count()
 }
 
-fn contacts(
-    case: &Case,
-    problem: &mut Problem,
-    notices: &mut Vec<Notice>,
-) -> Result<Vec<ContactSummary>, StateError> {
+fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Result<Vec<ContactSummary>, StateError> {
     let rest = problem.analysis.model.rest();
     let found = problem.analysis.model.contact_results(&rest, &rest)?;
     let mut start = 0;
@@ -196,10 +192,7 @@ fn contacts(
         let count = interface.slave_nodes().len();
         let nodes = &found[start..start + count];
         start += count;
-        let closest = nodes
-            .iter()
-            .filter_map(|n| n.gap.map(|g| (g, n.node)))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let closest = nodes.iter().filter_map(|n| n.gap.map(|g| (g, n.node))).min_by(|a, b| a.0.total_cmp(&b.0));
         let size = interface
             .slave_facets()
             .iter()
@@ -212,7 +205,8 @@ fn contacts(
                     "`{}` and `{}` penetrate each other by {:.3e} at node {node} before anything moves",
                     contact.slave, contact.master, -gap
                 ),
-                help: "move a body apart in its `place.translate`; the first load step has to push this out otherwise".into(),
+                help: "move a body apart in its `place.translate`; the first load step has to push this out otherwise"
+                    .into(),
             });
         }
         if closest.is_none() {

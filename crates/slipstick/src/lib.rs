@@ -1,7 +1,7 @@
 //! Topology optimization of bodies in three-dimensional finite-deformation frictional mortar contact.
 //!
 //! This crate is the facade over the method's crates: [`case`] reads and checks a case file, [`output`] writes
-//! result files.
+//! result files, [`run`] keeps the directory of a run.
 
 pub mod analysis;
 pub mod build;
@@ -10,4 +10,5 @@ pub mod check;
 pub mod model;
 pub mod optimize;
 pub mod output;
+pub mod run;
 pub mod verify;

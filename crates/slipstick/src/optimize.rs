@@ -104,9 +104,9 @@ impl Optimization {
             help: help.into(),
         };
         let design = case.design.as_ref().ok_or_else(|| missing("design", "add a [design] table"))?;
-        let limit = design
-            .volume_fraction
-            .ok_or_else(|| missing("design.volume_fraction", "give the fraction of the design bodies' volume to use"))?;
+        let limit = design.volume_fraction.ok_or_else(|| {
+            missing("design.volume_fraction", "give the fraction of the design bodies' volume to use")
+        })?;
         let optimizer = case.optimizer.as_ref().ok_or_else(|| missing("optimizer", "add an [optimizer] table"))?;
         if problem.analysis.objective.is_none() {
             return Err(missing("objective", "add an [objective] table").into());
@@ -133,8 +133,7 @@ impl Optimization {
             }
             None => None,
         };
-        let volume =
-            VolumeConstraint::new(domain_volumes, limit).map_err(|e| fail("design.volume_fraction")(&e))?;
+        let volume = VolumeConstraint::new(domain_volumes, limit).map_err(|e| fail("design.volume_fraction")(&e))?;
         let x = variables.restrict(&problem.initial_density);
         let m = &optimizer.mma;
         let parameters = MmaParameters {
@@ -228,10 +227,7 @@ impl Optimization {
         Ok(forward)
     }
 
-    fn march_or_step_back(
-        &mut self,
-        observer: &mut dyn MarchObserver,
-    ) -> Result<(Forward, usize), OptimizeError> {
+    fn march_or_step_back(&mut self, observer: &mut dyn MarchObserver) -> Result<(Forward, usize), OptimizeError> {
         let mut halvings = 0;
         loop {
             let density = self.density();

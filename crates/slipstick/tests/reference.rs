@@ -55,12 +55,7 @@ fn run(friction: f64, enforcement: &str) -> (Problem, f64, Vec<f64>, slipstick::
 }
 
 fn deviation(found: &[f64], expected: &Value) -> f64 {
-    let expected: Vec<f64> = expected
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|v| v.as_f64().unwrap())
-        .collect();
+    let expected: Vec<f64> = expected.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
     let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
     norm(&mut found.iter().zip(&expected).map(|(a, b)| a - b)) / norm(&mut expected.iter().copied())
 }
@@ -71,17 +66,9 @@ fn compare(friction: f64, method: &str, enforcement: &str, theta_bound: f64, gra
     let (_, theta, gradient, _) = run(friction, enforcement);
     let theta_error = (theta / expected["theta"].as_f64().unwrap() - 1.0).abs();
     let gradient_error = deviation(&gradient, &expected["gradient"]);
-    println!(
-        "mu {friction} {method}: theta {theta:.10} error {theta_error:.1e}, gradient error {gradient_error:.1e}"
-    );
-    assert!(
-        theta_error < theta_bound,
-        "mu {friction} {method}: theta {theta} is off by {theta_error:e}"
-    );
-    assert!(
-        gradient_error < gradient_bound,
-        "mu {friction} {method}: gradient is off by {gradient_error:e}"
-    );
+    println!("mu {friction} {method}: theta {theta:.10} error {theta_error:.1e}, gradient error {gradient_error:.1e}");
+    assert!(theta_error < theta_bound, "mu {friction} {method}: theta {theta} is off by {theta_error:e}");
+    assert!(gradient_error < gradient_bound, "mu {friction} {method}: gradient is off by {gradient_error:e}");
 }
 
 #[test]
@@ -95,8 +82,7 @@ fn lagrange_matches_the_independent_implementation() {
 fn penalty_matches_the_independent_implementation() {
     for friction in [0.5, 0.2] {
         for epsilon in [100, 200, 500, 1000, 2000] {
-            let enforcement =
-                format!("{{ penalty = {{ stiffness = {epsilon}, scaling = \"weighted\" }} }}");
+            let enforcement = format!("{{ penalty = {{ stiffness = {epsilon}, scaling = \"weighted\" }} }}");
             compare(friction, &format!("PM{epsilon}"), &enforcement, 1e-9, 1e-7);
         }
     }

@@ -148,35 +148,20 @@ impl ContactModel {
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
         let nodes = mesh.nodes.len();
         let (slaves, slave_elements, master_elements) = slave_data(mesh, &interfaces);
-        let multipliers = if method.has_multipliers() {
-            slaves.len()
-        } else {
-            0
-        };
+        let multipliers = if method.has_multipliers() { slaves.len() } else { 0 };
         let mut groups: Vec<u32> = (0..nodes as u32).collect();
         let mut fixed = prescribed.fixed().to_vec();
         let mut fixed_held = fixed.clone();
         if multipliers > 0 {
-            groups.extend(
-                interfaces
-                    .iter()
-                    .flat_map(|i| i.interface.slave_nodes())
-                    .map(|s| s.node),
-            );
+            groups.extend(interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node));
             fixed.resize(3 * (nodes + multipliers), false);
             fixed_held.resize(3 * (nodes + multipliers), true);
         }
         let pattern = ContactPattern::new(mesh.node_neighbours(), slaves.len(), multipliers > 0);
-        let modulus = (0..solid.elements())
-            .map(|e| solid.material(e).youngs_modulus())
-            .fold(0.0, f64::max);
+        let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.hexes.len() as f64).cbrt();
-        let motion = if largest_motion > 0.0 {
-            largest_motion
-        } else {
-            size
-        };
+        let motion = if largest_motion > 0.0 { largest_motion } else { size };
         let floors = Floors {
             force: FLOOR * modulus * size * motion,
             displacement: FLOOR * motion,
@@ -226,28 +211,19 @@ impl ContactModel {
     pub fn set_density(&mut self, density: &[f64]) {
         self.density.copy_from_slice(density);
         for e in 0..density.len() {
-            self.factors[e] = if self.designed[e] {
-                self.simp.factor(density[e])
-            } else {
-                1.0
-            };
+            self.factors[e] = if self.designed[e] { self.simp.factor(density[e]) } else { 1.0 };
         }
         let stiffness = |elements: &[u32]| {
             let sum: f64 = elements
                 .iter()
-                .map(|&e| {
-                    self.factors[e as usize] * self.solid.material(e as usize).youngs_modulus()
-                })
+                .map(|&e| self.factors[e as usize] * self.solid.material(e as usize).youngs_modulus())
                 .sum();
             sum / elements.len() as f64
         };
         let master: Vec<f64> = self.master_elements.iter().map(|m| stiffness(m)).collect();
         self.hardness = (0..self.slaves.len())
             .map(|j| {
-                let (s, m) = (
-                    stiffness(&self.slave_elements[j]),
-                    master[self.slaves[j].interface as usize],
-                );
+                let (s, m) = (stiffness(&self.slave_elements[j]), master[self.slaves[j].interface as usize]);
                 // the two sides give way one after the other; φ_min = 0 and φ = 0 would leave nothing
                 (s * m / (s + m)).max(1e-6 * s.max(m)) / self.slaves[j].size
             })
@@ -270,11 +246,7 @@ impl ContactModel {
 
     /// d factor/dφ of an element: zero outside of the design.
     pub fn factor_derivative(&self, element: usize) -> f64 {
-        if self.designed[element] {
-            self.simp.derivative(self.density[element])
-        } else {
-            0.0
-        }
+        if self.designed[element] { self.simp.derivative(self.density[element]) } else { 0.0 }
     }
 
     /// The solid bodies.
@@ -322,24 +294,13 @@ impl ContactModel {
 
     /// Global numbers of all slave nodes, interface after interface: the order of nodal contact results.
     pub fn slave_nodes(&self) -> Vec<u32> {
-        self.interfaces
-            .iter()
-            .flat_map(|i| i.interface.slave_nodes())
-            .map(|s| s.node)
-            .collect()
+        self.interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node).collect()
     }
 
     /// The state at rest: no displacement, no multiplier, no history.
     pub fn rest(&self) -> StepState {
-        let history = if self.method.has_multipliers() {
-            0
-        } else {
-            2 * self.slaves.len()
-        };
-        StepState {
-            unknowns: vec![0.0; 3 * self.block_rows()],
-            history: vec![0.0; history],
-        }
+        let history = if self.method.has_multipliers() { 0 } else { 2 * self.slaves.len() };
+        StepState { unknowns: vec![0.0; 3 * self.block_rows()], history: vec![0.0; history] }
     }
 
     /// Number of block rows: nodes, then multipliers.
@@ -376,13 +337,10 @@ impl ContactModel {
         let mut part = Vec::new();
         out.clear();
         for interface in interfaces {
-            interface
-                .interface
-                .evaluate(x, with_gradient, &mut part)
-                .map_err(|e| match e {
-                    InterfaceError::Folded { node } => StateError::FoldedSurface { node },
-                    other => unreachable!("interface was built: {other}"),
-                })?;
+            interface.interface.evaluate(x, with_gradient, &mut part).map_err(|e| match e {
+                InterfaceError::Folded { node } => StateError::FoldedSurface { node },
+                other => unreachable!("interface was built: {other}"),
+            })?;
             out.append(&mut part);
         }
         Ok(())
@@ -401,9 +359,7 @@ impl std::fmt::Debug for ContactModel {
 
 /// An inverted element is a trial state that is none.
 pub(crate) fn inverted(error: InvertedElements) -> StateError {
-    StateError::InvertedElements {
-        elements: error.elements,
-    }
+    StateError::InvertedElements { elements: error.elements }
 }
 
 type SlaveTables = (Vec<SlaveData>, Vec<Vec<u32>>, Vec<Vec<u32>>);
@@ -412,15 +368,12 @@ type SlaveTables = (Vec<SlaveData>, Vec<Vec<u32>>, Vec<Vec<u32>>);
 fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
     let touching = mesh.node_elements();
     let elements_at = |nodes: &mut dyn Iterator<Item = u32>| {
-        let mut all: Vec<u32> = nodes
-            .flat_map(|n| touching.of(n as usize).iter().copied())
-            .collect();
+        let mut all: Vec<u32> = nodes.flat_map(|n| touching.of(n as usize).iter().copied()).collect();
         all.sort_unstable();
         all.dedup();
         all
     };
-    let (mut slaves, mut slave_elements, mut master_elements) =
-        (Vec::new(), Vec::new(), Vec::new());
+    let (mut slaves, mut slave_elements, mut master_elements) = (Vec::new(), Vec::new(), Vec::new());
     for (i, model) in interfaces.iter().enumerate() {
         let interface = &model.interface;
         let areas: Vec<f64> = interface
@@ -437,9 +390,7 @@ fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
             });
             slave_elements.push(elements_at(&mut std::iter::once(slave.node)));
         }
-        master_elements.push(elements_at(
-            &mut interface.master_facets().iter().flatten().copied(),
-        ));
+        master_elements.push(elements_at(&mut interface.master_facets().iter().flatten().copied()));
     }
     (slaves, slave_elements, master_elements)
 }

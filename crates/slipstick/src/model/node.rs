@@ -24,13 +24,7 @@ pub struct NodeStep {
 
 impl NodeStep {
     /// Evaluates slip (and gradients) against the previous row, at current positions `x`.
-    pub fn evaluate(
-        &mut self,
-        now: &NodeKinematics,
-        previous: &PreviousRow,
-        x: &[f64],
-        with_gradient: bool,
-    ) {
+    pub fn evaluate(&mut self, now: &NodeKinematics, previous: &PreviousRow, x: &[f64], with_gradient: bool) {
         now.slip(previous, x, with_gradient, &mut self.scratch);
         self.slip = self.scratch.value;
         self.support.clear();
@@ -43,13 +37,10 @@ impl NodeStep {
             .support
             .iter()
             .map(|&node| {
-                self.support
-                    .iter()
-                    .position(|&s| s == node)
-                    .unwrap_or_else(|| {
-                        self.support.push(node);
-                        self.support.len() - 1
-                    })
+                self.support.iter().position(|&s| s == node).unwrap_or_else(|| {
+                    self.support.push(node);
+                    self.support.len() - 1
+                })
             })
             .collect();
         let columns = 3 * self.support.len();
@@ -70,23 +61,11 @@ impl NodeStep {
 
     /// The measures that the contact laws take.
     pub fn measures(&self, now: &NodeKinematics, reference_area: f64) -> NodeMeasures {
-        NodeMeasures {
-            gap: now.gap(),
-            slip: self.slip,
-            area: now.area,
-            reference_area,
-        }
+        NodeMeasures { gap: now.gap(), slip: self.slip, area: now.area, reference_area }
     }
 
     /// Row of ∂(law)/∂x for a law component with the given partial derivatives in gap, slip and area.
-    fn law_row(
-        &self,
-        now: &NodeKinematics,
-        by_gap: f64,
-        by_slip: [f64; 2],
-        by_area: f64,
-        out: &mut Vec<f64>,
-    ) {
+    fn law_row(&self, now: &NodeKinematics, by_gap: f64, by_slip: [f64; 2], by_area: f64, out: &mut Vec<f64>) {
         out.clear();
         out.extend((0..self.gap_gradient.len()).map(|t| {
             by_gap * self.gap_gradient[t]
@@ -94,9 +73,7 @@ impl NodeStep {
                 + by_slip[1] * self.slip_gradient[1][t]
         }));
         if by_area != 0.0 {
-            out.iter_mut()
-                .zip(&now.area_gradient)
-                .for_each(|(o, g)| *o += by_area * g);
+            out.iter_mut().zip(&now.area_gradient).for_each(|(o, g)| *o += by_area * g);
         }
     }
 }
@@ -133,12 +110,7 @@ pub fn add_force(now: &NodeKinematics, traction: &Vector3<f64>, out: &mut [f64])
 /// Adds ∂f/∂x of the node's contact force: `∂f_sc/∂x_t = ∂b_js/∂x_t z_c + b_js ∂z_c/∂x_t`, z = Σ_b (frame)_b ζ_b.
 ///
 /// Test: `tangent_matches_finite_differences` (tests/derivatives.rs).
-pub fn add_force_tangent(
-    now: &NodeKinematics,
-    step: &NodeStep,
-    traction: &NodeTraction,
-    matrix: &mut BlockMatrix,
-) {
+pub fn add_force_tangent(now: &NodeKinematics, step: &NodeStep, traction: &NodeTraction, matrix: &mut BlockMatrix) {
     let columns = 3 * step.support.len();
     let own = 3 * now.support.len();
     let z = now.frame.to_global(&traction.value);
@@ -201,30 +173,16 @@ pub fn add_complementarity_row(
     row: usize,
     matrix: &mut BlockMatrix,
 ) {
-    matrix.add(
-        row,
-        row,
-        &std::array::from_fn(|e| by_multiplier[(e / 3, e % 3)]),
-    );
+    matrix.add(row, row, &std::array::from_fn(|e| by_multiplier[(e / 3, e % 3)]));
     let mut rows: [Vec<f64>; 3] = Default::default();
     for b in 0..3 {
-        step.law_row(
-            now,
-            by_gap[b],
-            [by_slip[(b, 0)], by_slip[(b, 1)]],
-            0.0,
-            &mut rows[b],
-        );
+        step.law_row(now, by_gap[b], [by_slip[(b, 0)], by_slip[(b, 1)]], 0.0, &mut rows[b]);
     }
     if rows.iter().flatten().all(|&v| v == 0.0) {
         return;
     }
     for (t, &node) in step.support.iter().enumerate() {
-        matrix.add(
-            row,
-            node as usize,
-            &std::array::from_fn(|e| rows[e / 3][3 * t + e % 3]),
-        );
+        matrix.add(row, node as usize, &std::array::from_fn(|e| rows[e / 3][3 * t + e % 3]));
     }
 }
 

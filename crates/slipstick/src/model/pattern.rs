@@ -1,81 +1,76 @@
-//! Sparsity pattern of the tangent: element neighbours plus contact couplings, with slack for motion.
+//! Sparsity pattern of the tangent: element neighbours plus the couplings of slave nodes in or near contact.
 
-use slipstick_contact::ContactInterface;
 use slipstick_linalg::BlockPattern;
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Builds and keeps the pattern; it is rebuilt only when a coupling leaves it.
+///
+/// A rebuild takes all nodes near contact along, not only those in contact. The first rebuild of a step forgets
+/// couplings that slid away, later ones only add, so that a step cannot alternate between two patterns.
 #[derive(Debug, Clone)]
 pub struct ContactPattern {
     bulk: Vec<Vec<u32>>,
-    /// Per slave node: every node that its mortar row may reach, ascending.
+    /// Per slave node: every node that its mortar row may reach, ascending; empty for nodes away from contact.
     reach: Vec<Vec<u32>>,
     multipliers: bool,
+    forget: bool,
     pattern: Option<Arc<BlockPattern>>,
+}
+
+/// What a slave node asks of the pattern.
+#[derive(Debug, Clone, Copy)]
+pub struct Coupling<'a> {
+    /// Nodes that its mortar rows reach.
+    pub support: &'a [u32],
+    /// It contributes to the tangent now.
+    pub needed: bool,
+    /// It may contribute soon.
+    pub near: bool,
 }
 
 impl ContactPattern {
     /// `bulk`: node neighbours of the mesh; `slaves`: number of slave nodes; `multipliers`: whether each has a block row.
     pub fn new(bulk: Vec<Vec<u32>>, slaves: usize, multipliers: bool) -> Self {
-        Self {
-            bulk,
-            reach: vec![Vec::new(); slaves],
-            multipliers,
-            pattern: None,
-        }
+        Self { bulk, reach: vec![Vec::new(); slaves], multipliers, forget: true, pattern: None }
     }
 
     /// Forgets all couplings, so that a march does not depend on what was solved before it.
     pub fn reset(&mut self) {
         self.reach.iter_mut().for_each(Vec::clear);
+        self.forget = true;
         self.pattern = None;
+    }
+
+    /// Tells that a new step begins.
+    pub fn begin_step(&mut self) {
+        self.forget = true;
     }
 
     /// Number of block rows.
     pub fn rows(&self) -> usize {
-        self.bulk.len()
-            + if self.multipliers {
-                self.reach.len()
-            } else {
-                0
-            }
+        self.bulk.len() + if self.multipliers { self.reach.len() } else { 0 }
     }
 
-    /// The pattern that holds these supports (one per slave node), and whether it is a new one.
-    ///
-    /// A support that is new takes the facets around its master nodes along, so that further sliding stays inside.
-    pub fn covering<'a>(
-        &mut self,
-        supports: impl Iterator<Item = &'a [u32]>,
-        interfaces: &[&ContactInterface],
-    ) -> (Arc<BlockPattern>, bool) {
-        let mut grown = self.pattern.is_none();
-        let mut wanted = Vec::new();
-        for (j, support) in supports.enumerate() {
-            if support
-                .iter()
-                .any(|n| self.reach[j].binary_search(n).is_err())
-            {
-                wanted.push((j, support.to_vec()));
-                grown = true;
+    /// The pattern that holds the needed couplings (one per slave node), and whether it is a new one.
+    pub fn covering<'a>(&mut self, couplings: impl Iterator<Item = Coupling<'a>> + Clone) -> (Arc<BlockPattern>, bool) {
+        let inside = |reach: &[u32], c: &Coupling<'_>| c.support.iter().all(|n| reach.binary_search(n).is_ok());
+        let fits = couplings.clone().zip(&self.reach).all(|(c, reach)| !c.needed || inside(reach, &c));
+        if let (true, Some(pattern)) = (fits, &self.pattern) {
+            return (pattern.clone(), false);
+        }
+        if std::mem::take(&mut self.forget) {
+            self.reach.iter_mut().for_each(Vec::clear);
+        }
+        for (c, reach) in couplings.zip(&mut self.reach) {
+            if c.needed || c.near {
+                reach.extend_from_slice(c.support);
+                reach.sort_unstable();
+                reach.dedup();
             }
         }
-        if !wanted.is_empty() {
-            let around = master_neighbours(interfaces, self.bulk.len());
-            for (j, support) in wanted {
-                let mut all: BTreeSet<u32> = self.reach[j].iter().copied().collect();
-                for node in support {
-                    all.insert(node);
-                    all.extend(&around[node as usize]);
-                }
-                self.reach[j] = all.into_iter().collect();
-            }
-        }
-        if grown {
-            self.pattern = Some(Arc::new(self.build()));
-        }
-        (self.pattern.clone().expect("built above"), grown)
+        let pattern = Arc::new(self.build());
+        self.pattern = Some(pattern.clone());
+        (pattern, true)
     }
 
     fn build(&self) -> BlockPattern {
@@ -96,21 +91,6 @@ impl ContactPattern {
                 rows[nodes + j].push((nodes + j) as u32);
             }
         }
-        for row in &mut rows {
-            row.sort_unstable();
-            row.dedup();
-        }
         BlockPattern::from_rows(&rows)
     }
-}
-
-/// For each master node, the nodes of all master facets around it.
-fn master_neighbours(interfaces: &[&ContactInterface], nodes: usize) -> Vec<Vec<u32>> {
-    let mut around = vec![Vec::new(); nodes];
-    for facet in interfaces.iter().flat_map(|i| i.master_facets()) {
-        for &node in facet {
-            around[node as usize].extend_from_slice(facet);
-        }
-    }
-    around
 }

@@ -29,11 +29,7 @@ impl Prescribed {
     ///
     /// # Errors
     /// [`ConflictingMotion`] where two tables that do not say the same meet in one unknown.
-    pub fn new(
-        motions: Vec<Dirichlet>,
-        sets: &[Vec<u32>],
-        coordinates: &[f64],
-    ) -> Result<Self, ConflictingMotion> {
+    pub fn new(motions: Vec<Dirichlet>, sets: &[Vec<u32>], coordinates: &[f64]) -> Result<Self, ConflictingMotion> {
         let mut owner: Vec<Option<u32>> = vec![None; coordinates.len()];
         let mut entries = Vec::new();
         for (m, (motion, nodes)) in motions.iter().zip(sets).enumerate() {
@@ -49,21 +45,13 @@ impl Prescribed {
                         }
                         Some(first) if same(&motions[first as usize], motion) => {}
                         Some(_) => {
-                            return Err(ConflictingMotion {
-                                node,
-                                component: c as u8,
-                                motion: m,
-                            });
+                            return Err(ConflictingMotion { node, component: c as u8, motion: m });
                         }
                     }
                 }
             }
         }
-        Ok(Self {
-            motions,
-            entries,
-            fixed: owner.iter().map(Option::is_some).collect(),
-        })
+        Ok(Self { motions, entries, fixed: owner.iter().map(Option::is_some).collect() })
     }
 
     /// Which displacement unknowns are prescribed.
@@ -73,11 +61,7 @@ impl Prescribed {
 
     /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis, then translation.
     pub fn apply(&self, time: f64, d: &mut [f64]) {
-        let poses: Vec<_> = self
-            .motions
-            .iter()
-            .map(|m| (m.at(time), m.rotation))
-            .collect();
+        let poses: Vec<_> = self.motions.iter().map(|m| (m.at(time), m.rotation)).collect();
         for &(dof, x, c, motion) in &self.entries {
             let ((u, degrees), axis) = &poses[motion as usize];
             let mut value = u[c as usize];
@@ -132,21 +116,10 @@ mod tests {
             set: "top".into(),
             components: vec![Component::X, Component::Y, Component::Z],
             motion: vec![
-                Waypoint {
-                    t: 0.5,
-                    u: [0.0, -1.0, 0.0],
-                    angle: 0.0,
-                },
-                Waypoint {
-                    t: 1.0,
-                    u: [2.0, -1.0, 0.0],
-                    angle: 90.0,
-                },
+                Waypoint { t: 0.5, u: [0.0, -1.0, 0.0], angle: 0.0 },
+                Waypoint { t: 1.0, u: [2.0, -1.0, 0.0], angle: 90.0 },
             ],
-            rotation: Some(RotationAxis {
-                point: [1.0, 0.0, 0.0],
-                direction: [0.0, 2.0, 0.0],
-            }),
+            rotation: Some(RotationAxis { point: [1.0, 0.0, 0.0], direction: [0.0, 2.0, 0.0] }),
         }
     }
 
@@ -168,18 +141,7 @@ mod tests {
     fn contradicting_tables_are_refused() {
         let mut other = driven();
         other.motion.pop();
-        let result = Prescribed::new(
-            vec![driven(), driven(), other],
-            &[vec![0], vec![0], vec![0]],
-            &[0.0; 3],
-        );
-        assert_eq!(
-            result.unwrap_err(),
-            ConflictingMotion {
-                node: 0,
-                component: 0,
-                motion: 2
-            }
-        );
+        let result = Prescribed::new(vec![driven(), driven(), other], &[vec![0], vec![0], vec![0]], &[0.0; 3]);
+        assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, motion: 2 });
     }
 }

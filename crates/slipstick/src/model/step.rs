@@ -1,14 +1,19 @@
 //! The equations of a load step and their derivatives: [`StepProblem`] for the contact model.
 
 use super::node::{self, NodeTraction};
+use super::pattern::Coupling;
 use super::{ContactModel, Method, inverted};
 use nalgebra::{Matrix3x2, Vector3};
 use rayon::prelude::*;
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, traction};
+use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::PreviousRow;
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
+
+/// Nodes whose gap is below this fraction of their facet size have a place in the pattern before they touch.
+const NEAR: f64 = 0.1;
 
 impl ContactModel {
     /// Brings kinematics and slip to the displacements in `y`; nothing is done where they are there already.
@@ -21,12 +26,7 @@ impl ContactModel {
         }
         self.evaluated = None;
         let x = self.positions(y);
-        Self::kinematics_at(
-            &mut self.interfaces,
-            &x,
-            with_gradient,
-            &mut self.kinematics,
-        )?;
+        Self::kinematics_at(&mut self.interfaces, &x, with_gradient, &mut self.kinematics)?;
         self.steps
             .par_iter_mut()
             .zip(&self.kinematics)
@@ -48,12 +48,7 @@ impl ContactModel {
         };
         let at = self.measures(j);
         let area = at.area.max(1e-300);
-        complementarity(
-            zeta,
-            &at,
-            self.friction(j),
-            self.variation * factor * self.hardness[j] / area,
-        )
+        complementarity(zeta, &at, self.friction(j), self.variation * factor * self.hardness[j] / area)
     }
 
     /// Regularised traction of node j around the multiplier ẑ.
@@ -64,22 +59,13 @@ impl ContactModel {
                 unreachable!("the Lagrange method has no regularised traction")
             }
         };
-        traction(
-            around,
-            &self.measures(j),
-            self.friction(j),
-            &stiffness[self.slaves[j].interface as usize],
-        )
+        traction(around, &self.measures(j), self.friction(j), &stiffness[self.slaves[j].interface as usize])
     }
 
     /// Traction that acts in R at node j, with its dependence on the displacements.
     fn acting(&self, y: &[f64], j: usize) -> NodeTraction {
         let around = match self.method {
-            Method::Penalty { .. } => Vector3::new(
-                0.0,
-                self.previous_history[2 * j],
-                self.previous_history[2 * j + 1],
-            ),
+            Method::Penalty { .. } => Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1]),
             Method::Augmented { .. } if self.held => self.multiplier(y, j),
             _ => {
                 let zeta = self.multiplier(y, j);
@@ -93,13 +79,14 @@ impl ContactModel {
             }
         };
         let t = self.regularised_of(j, around);
-        NodeTraction {
-            status: t.status,
-            value: t.value,
-            by_gap: t.by_gap,
-            by_slip: t.by_slip,
-            by_area: t.by_area,
-        }
+        NodeTraction { status: t.status, value: t.value, by_gap: t.by_gap, by_slip: t.by_slip, by_area: t.by_area }
+    }
+
+    /// Whether node j has a part in the tangent. An open node without multiplier has none: its C = ζ = 0 stays, its force
+    /// stays zero, and its adjoint multiplies nothing.
+    fn contributes(&self, y: &[f64], j: usize) -> bool {
+        let acting = self.acting(y, j);
+        acting.status != Status::Inactive || acting.value != Vector3::zeros()
     }
 
     /// Whether C is part of F: not for the penalty method, and not while multipliers are held.
@@ -143,9 +130,7 @@ impl ContactModel {
     /// # Errors
     /// If elements are inverted.
     pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        self.solid
-            .internal_force(d, &self.factors, out)
-            .map_err(inverted)
+        self.solid.internal_force(d, &self.factors, out).map_err(inverted)
     }
 }
 
@@ -159,11 +144,7 @@ impl StepProblem for ContactModel {
     }
 
     fn history_length(&self) -> usize {
-        if self.method.has_multipliers() {
-            0
-        } else {
-            2 * self.slaves.len()
-        }
+        if self.method.has_multipliers() { 0 } else { 2 * self.slaves.len() }
     }
 
     fn designs(&self) -> usize {
@@ -171,11 +152,7 @@ impl StepProblem for ContactModel {
     }
 
     fn fixed(&self) -> &[bool] {
-        if self.held {
-            &self.fixed_held
-        } else {
-            &self.fixed
-        }
+        if self.held { &self.fixed_held } else { &self.fixed }
     }
 
     fn groups(&self) -> &[u32] {
@@ -194,14 +171,13 @@ impl StepProblem for ContactModel {
         self.previous_kinematics = kinematics;
         self.previous_history.clone_from(&previous.history);
         self.evaluated = None;
+        self.pattern.begin_step();
         Ok(())
     }
 
     fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.displacement_count();
-        self.solid
-            .internal_force(&y[..split], &self.factors, &mut self.internal)
-            .map_err(inverted)?;
+        self.solid.internal_force(&y[..split], &self.factors, &mut self.internal).map_err(inverted)?;
         self.evaluate(y, false)?;
         out[..split].copy_from_slice(&self.internal);
         out[split..].fill(0.0);
@@ -223,10 +199,15 @@ impl StepProblem for ContactModel {
     fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError> {
         let split = self.displacement_count();
         self.evaluate(y, true)?;
-        let interfaces: Vec<_> = self.interfaces.iter().map(|i| &i.interface).collect();
-        let (pattern, grown) = self
-            .pattern
-            .covering(self.steps.iter().map(|s| s.support.as_slice()), &interfaces);
+        let wants: Vec<(bool, bool)> = (0..self.slaves.len())
+            .map(|j| {
+                let at = self.measures(j);
+                (self.contributes(y, j), at.covered() && at.gap < NEAR * self.slaves[j].size * at.area)
+            })
+            .collect();
+        let couplings = self.steps.iter().zip(&wants);
+        let couplings = couplings.map(|(s, &(needed, near))| Coupling { support: &s.support, needed, near });
+        let (pattern, grown) = self.pattern.covering(couplings);
         if grown || self.matrix.is_none() {
             self.scatter = Some(self.solid.scatter(&pattern));
             self.matrix = Some(BlockMatrix::new(pattern));
@@ -234,30 +215,22 @@ impl StepProblem for ContactModel {
         let mut matrix = self.matrix.take().expect("made above");
         matrix.set_zero();
         let scatter = self.scatter.as_ref().expect("made with the matrix");
-        let result = self
-            .solid
-            .add_tangent(&y[..split], &self.factors, scatter, &mut matrix)
-            .map_err(inverted);
+        let result = self.solid.add_tangent(&y[..split], &self.factors, scatter, &mut matrix).map_err(inverted);
         if result.is_ok() {
             for j in 0..self.slaves.len() {
-                let (now, step) = (&self.kinematics[j], &self.steps[j]);
-                let acting = self.acting(y, j);
-                if acting.value != Vector3::zeros() {
-                    node::add_force_tangent(now, step, &acting, &mut matrix);
+                let (now, step, row) = (&self.kinematics[j], &self.steps[j], split / 3 + j);
+                if !self.contributes(y, j) {
+                    if self.method.has_multipliers() {
+                        matrix.add(row, row, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+                    }
+                    continue;
                 }
+                node::add_force_tangent(now, step, &self.acting(y, j), &mut matrix);
                 if self.has_complementarity() {
-                    let row = split / 3 + j;
                     let c = self.complementarity_of(j, self.multiplier(y, j));
                     node::add_multiplier_column(now, row, &mut matrix);
-                    node::add_complementarity_row(
-                        now,
-                        step,
-                        &c.by_gap,
-                        &c.by_slip,
-                        &c.by_multiplier,
-                        row,
-                        &mut matrix,
-                    );
+                    let partials = (&c.by_gap, &c.by_slip, &c.by_multiplier);
+                    node::add_complementarity_row(now, step, partials.0, partials.1, partials.2, row, &mut matrix);
                 }
             }
         }
@@ -269,10 +242,12 @@ impl StepProblem for ContactModel {
     fn scales(&self) -> Scales {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let displacement = self.evaluated.as_ref().map_or(0.0, |(d, _)| norm(d));
+        let position = self.evaluated.as_ref().map_or_else(|| norm(&self.coordinates), |(d, _)| norm(&self.positions(d)));
         Scales {
             force: norm(&self.internal).max(self.floors.force),
             displacement: displacement.max(self.floors.displacement),
             multiplier: self.traction_norm.max(self.floors.multiplier),
+            position,
         }
     }
 
@@ -293,23 +268,12 @@ impl StepProblem for ContactModel {
         Ok(())
     }
 
-    fn pull_back_current(
-        &mut self,
-        y: &[f64],
-        eta: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
+    fn pull_back_current(&mut self, y: &[f64], eta: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         self.evaluate(y, true)?;
         for j in 0..self.slaves.len() {
             let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
             let acting = self.acting(y, j);
-            node::add_traction_pull_back(
-                &self.kinematics[j],
-                &self.steps[j],
-                &acting,
-                &weight,
-                out,
-            );
+            node::add_traction_pull_back(&self.kinematics[j], &self.steps[j], &acting, &weight, out);
         }
         Ok(())
     }
@@ -334,15 +298,9 @@ impl StepProblem for ContactModel {
             let by_slip = if self.method.has_multipliers() {
                 let at = split + 3 * j;
                 let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
-                self.complementarity_of(j, self.multiplier(y, j))
-                    .by_slip
-                    .tr_mul(&mu)
+                self.complementarity_of(j, self.multiplier(y, j)).by_slip.tr_mul(&mu)
             } else {
-                let h = Vector3::new(
-                    0.0,
-                    self.previous_history[2 * j],
-                    self.previous_history[2 * j + 1],
-                );
+                let h = Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1]);
                 let t = self.regularised_of(j, h);
                 let mut weight = node::relative_adjoint(now, lambda);
                 weight[1] += eta[2 * j];
@@ -353,28 +311,16 @@ impl StepProblem for ContactModel {
                 t.by_slip.tr_mul(&weight)
             };
             if by_slip[0] != 0.0 || by_slip[1] != 0.0 {
-                self.previous_kinematics[j].add_previous_slip_gradient(
-                    &now.frame,
-                    &x,
-                    by_slip,
-                    &mut out.unknowns,
-                );
+                self.previous_kinematics[j].add_previous_slip_gradient(&now.frame, &x, by_slip, &mut out.unknowns);
             }
         }
         Ok(())
     }
 
-    fn pull_back_design(
-        &mut self,
-        y: &[f64],
-        lambda: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
+    fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.displacement_count();
         let mut by_factor = vec![0.0; self.solid.elements()];
-        self.solid
-            .pull_back_factors(&y[..split], &lambda[..split], &mut by_factor)
-            .map_err(inverted)?;
+        self.solid.pull_back_factors(&y[..split], &lambda[..split], &mut by_factor).map_err(inverted)?;
         for (e, (o, b)) in out.iter_mut().zip(&by_factor).enumerate() {
             *o += self.factor_derivative(e) * b;
         }
@@ -410,27 +356,17 @@ impl StepProblem for ContactModel {
 
     fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
         self.evaluate(y, false)?;
-        let Method::Augmented {
-            stiffness,
-            absolute,
-            ..
-        } = &self.method
-        else {
+        let Method::Augmented { stiffness, absolute, .. } = &self.method else {
             return Ok(0.0);
         };
         let (absolute, stiffness) = (*absolute, stiffness.clone());
         let split = self.displacement_count();
-        let (mut change, mut largest): (f64, f64) = (
-            0.0,
-            self.floors.multiplier / (self.slaves.len() as f64).sqrt(),
-        );
+        let (mut change, mut largest): (f64, f64) = (0.0, self.floors.multiplier / (self.slaves.len() as f64).sqrt());
         for j in 0..self.slaves.len() {
             let before = self.multiplier(y, j);
             let now = self.regularised_of(j, before).value;
             // normal and tangential conditions each for itself
-            let mut difference = (now[0] - before[0])
-                .abs()
-                .max((now[1] - before[1]).hypot(now[2] - before[2]));
+            let mut difference = (now[0] - before[0]).abs().max((now[1] - before[1]).hypot(now[2] - before[2]));
             if absolute {
                 let epsilon = &stiffness[self.slaves[j].interface as usize];
                 let divisor = match epsilon.scaling {

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::vtu::{Values, Vtu};
 use super::OutputError;
+use super::vtu::{Values, Vtu};
 use crate::analysis::NodalContact;
 use slipstick_contact::friction::Status;
 use slipstick_mesh::Mesh;

@@ -1,0 +1,102 @@
+//! What can go wrong with a run's directory.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::output::OutputError;
+
+/// An error about a run's directory: names the place and the cure.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The directory holds a run already.
+    #[error("{} holds the results of a run already", .directory.display())]
+    Exists {
+        /// The directory.
+        directory: PathBuf,
+    },
+    /// The place cannot become a run's directory.
+    #[error("cannot make the directory {}: {reason}", .directory.display())]
+    Directory {
+        /// The directory.
+        directory: PathBuf,
+        /// Why not.
+        reason: String,
+        /// What mends it.
+        cure: String,
+    },
+    /// The directory holds no run.
+    #[error("{} holds no {file}", .directory.display())]
+    NoRun {
+        /// The directory.
+        directory: PathBuf,
+        /// The file that should be there.
+        file: &'static str,
+    },
+    /// A file of the run that is not what it should be.
+    #[error("{}: {reason}", .path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// In what way.
+        reason: String,
+        /// What mends it.
+        cure: String,
+    },
+    /// The case is not the one that the run was started with.
+    #[error("{} is not the case that this run was started with: its SHA-256 is {found}, not {expected}", .path.display())]
+    OtherCase {
+        /// The file.
+        path: PathBuf,
+        /// Hash of the run.
+        expected: String,
+        /// Hash of the file.
+        found: String,
+    },
+    /// A table of densities that does not fit the mesh.
+    #[error("{}{}: {reason}", .path.display(), .line.map_or(String::new(), |n| format!(":{n}")))]
+    Densities {
+        /// The table.
+        path: PathBuf,
+        /// Line, from 1; `None` where it is the whole table.
+        line: Option<usize>,
+        /// What is wrong.
+        reason: String,
+        /// What mends it.
+        cure: String,
+    },
+    /// A file cannot be read.
+    #[error("cannot read {}: {source}", .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// A file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+impl RunError {
+    /// What mends it, in words for the program's user.
+    pub fn cure(&self) -> String {
+        match self {
+            Self::Exists { .. } => {
+                "name another directory with --out, go on with `slipstick resume`, or give --force to replace them".into()
+            }
+            Self::Directory { cure, .. } | Self::Damaged { cure, .. } | Self::Densities { cure, .. } => cure.clone(),
+            Self::NoRun { .. } => "name the directory that an optimization has written".into(),
+            Self::OtherCase { .. } => {
+                "put the old text back, or start a new run with `slipstick optimize CASE --design RESULTS`".into()
+            }
+            Self::Read { .. } => "check the name and the permission to read it".into(),
+            Self::Output(_) => "check the permission to write there and the free space".into(),
+        }
+    }
+
+    /// For `map_err`: the file that could not be read.
+    pub(super) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Read { path, source }
+    }
+}

@@ -1,0 +1,194 @@
+//! A failed analysis in words: where, why, what was tried, what may help.
+
+use std::fmt;
+
+use serde::Serialize;
+use slipstick_mesh::Mesh;
+use slipstick_path::{MarchFailure, StateError, StepFailureKind};
+
+use crate::analysis::AnalysisError;
+
+/// A place of the model that a failure names.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Place {
+    /// `element` or `node`.
+    pub kind: &'static str,
+    /// Its global number.
+    pub number: u32,
+    /// Its body.
+    pub body: String,
+    /// Reference position; of an element its centroid. \[L\]
+    pub position: [f64; 3],
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kind, number, body, position: [x, y, z] } = self;
+        write!(f, "{kind} {number} of body `{body}` at ({x:.4}, {y:.4}, {z:.4})")
+    }
+}
+
+/// Why an analysis failed, for people and programs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FailureReport {
+    /// The user's load step (from 1) that failed; `None` if it was no load step.
+    pub step: Option<usize>,
+    /// Pseudo-time that was reached.
+    pub reached: Option<f64>,
+    /// Why.
+    pub cause: String,
+    /// Where, the first few.
+    pub places: Vec<Place>,
+    /// What was tried in that step, failures in a row that read the same counted together.
+    pub attempts: Vec<String>,
+    /// What the user may change.
+    pub cures: Vec<String>,
+}
+
+/// Places and attempts that are listed, at most.
+const LISTED: usize = 5;
+
+impl FailureReport {
+    /// Explains a failed analysis; `slaves` are the model's slave nodes, which some failures are numbered by.
+    pub fn new(error: &AnalysisError, mesh: &Mesh, slaves: &[u32]) -> Self {
+        match error {
+            AnalysisError::March(failure) => Self::of_march(failure, mesh, slaves),
+            AnalysisError::Sweep(error) => {
+                let mut report = Self::of_kind(&error.kind, mesh, slaves);
+                report.reached = Some(error.time);
+                report.cause = format!("adjoint at t = {:.6}: {}", error.time, error.kind);
+                report
+            }
+            AnalysisError::State(error) => {
+                let mut report = Self::of_kind(&StepFailureKind::State(error.clone()), mesh, slaves);
+                report.cause = format!("a converged state cannot be evaluated: {error}");
+                report
+            }
+        }
+    }
+
+    /// Explains a failed march.
+    pub fn of_march(failure: &MarchFailure, mesh: &Mesh, slaves: &[u32]) -> Self {
+        let mut report = match failure.attempts.last() {
+            Some((_, kind)) => Self::of_kind(kind, mesh, slaves),
+            None => Self::empty("no attempt was made".into()),
+        };
+        report.step = Some(failure.step);
+        report.reached = failure.path.states.last().map(|state| state.time);
+        report.attempts = attempts(failure);
+        report
+    }
+
+    fn empty(cause: String) -> Self {
+        Self { step: None, reached: None, cause, places: Vec::new(), attempts: Vec::new(), cures: Vec::new() }
+    }
+
+    fn of_kind(kind: &StepFailureKind, mesh: &Mesh, slaves: &[u32]) -> Self {
+        let places = match kind {
+            StepFailureKind::State(StateError::InvertedElements { elements }) => {
+                elements.iter().take(LISTED).filter_map(|&element| element_place(mesh, element)).collect()
+            }
+            StepFailureKind::State(StateError::FoldedSurface { node }) => node_place(mesh, *node).into_iter().collect(),
+            StepFailureKind::State(StateError::NotFinite { index, .. }) => {
+                let row = index / 3;
+                // Rows behind those of the nodes belong to the slave nodes' multipliers.
+                let multiplier = || slaves.get(row - mesh.nodes.len()).copied();
+                let node = if row < mesh.nodes.len() { u32::try_from(row).ok() } else { multiplier() };
+                node.and_then(|node| node_place(mesh, node)).into_iter().collect()
+            }
+            StepFailureKind::Cycling { nodes } => {
+                let node = |position: &u32| slaves.get(*position as usize).copied();
+                nodes.iter().filter_map(node).take(LISTED).filter_map(|node| node_place(mesh, node)).collect()
+            }
+            _ => Vec::new(),
+        };
+        Self { places, cures: cures(kind), ..Self::empty(kind.to_string()) }
+    }
+}
+
+impl fmt::Display for FailureReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.step {
+            Some(step) => write!(f, "load step {step} failed: {}", self.cause)?,
+            None => write!(f, "{}", self.cause)?,
+        }
+        for place in &self.places {
+            write!(f, "\n    at {place}")?;
+        }
+        if let Some(reached) = self.reached {
+            write!(f, "\n    reached: t = {reached:.6}")?;
+        }
+        if !self.attempts.is_empty() {
+            write!(f, "\n    tried:")?;
+        }
+        for attempt in &self.attempts {
+            write!(f, "\n      {attempt}")?;
+        }
+        for cure in &self.cures {
+            write!(f, "\n    help: {cure}")?;
+        }
+        Ok(())
+    }
+}
+
+fn element_place(mesh: &Mesh, element: u32) -> Option<Place> {
+    let body = mesh.body_of_element(element as usize)?;
+    let (body, position) = (mesh.bodies[body].name.clone(), mesh.centroid(element as usize));
+    Some(Place { kind: "element", number: element, body, position })
+}
+
+fn node_place(mesh: &Mesh, node: u32) -> Option<Place> {
+    let body = mesh.bodies.iter().find(|body| body.nodes.contains(&(node as usize)))?;
+    Some(Place { kind: "node", number: node, body: body.name.clone(), position: mesh.nodes[node as usize] })
+}
+
+/// The attempts of the failed step in order, equal reasons in a row together, the middle of a long list left out.
+fn attempts(failure: &MarchFailure) -> Vec<String> {
+    let mut groups: Vec<(f64, f64, usize, String)> = Vec::new();
+    for (time, kind) in &failure.attempts {
+        let reason = kind.to_string();
+        match groups.last_mut() {
+            Some((_, last, count, same)) if *same == reason => (*last, *count) = (*time, *count + 1),
+            _ => groups.push((*time, *time, 1, reason)),
+        }
+    }
+    let line = |(first, last, count, reason): &(f64, f64, usize, String)| match count {
+        1 => format!("to t = {first:.6}: {reason}"),
+        _ => format!("to t = {first:.6} … {last:.6} ({count} times): {reason}"),
+    };
+    let mut lines: Vec<String> = groups.iter().map(line).collect();
+    if lines.len() > LISTED {
+        let hidden = lines.len() - (LISTED - 1);
+        lines.splice(LISTED - 2..lines.len() - 2, [format!("… {hidden} more …")]);
+    }
+    lines
+}
+
+/// What the user may change, most promising first; names of the case file's keys in backquotes.
+fn cures(kind: &StepFailureKind) -> Vec<String> {
+    let steps = "more load steps (`load_path.steps`), so that each moves the bodies less";
+    let cuts = "more halvings of a failing step (`load_path.max_cutbacks`)";
+    let void = "a stiffer void (`design.simp.min`), if the place is in material of low density";
+    let support = "bodies held from the start: `slipstick check` lists rigid motions that nothing prevents";
+    let list: &[&str] = match kind {
+        StepFailureKind::State(StateError::InvertedElements { .. }) => {
+            &[steps, void, "a smaller motion (`dirichlet.motion`) or a finer mesh at the place"]
+        }
+        StepFailureKind::State(StateError::FoldedSurface { .. }) => {
+            &[steps, void, "slave and master exchanged (`contact.slave`, `contact.master`)"]
+        }
+        StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
+        StepFailureKind::Linear(_) => &[support, "φ_min above 0 (`design.simp.min`), if the design has void elements"],
+        StepFailureKind::TooManyIterations(_) | StepFailureKind::Diverged => {
+            &[steps, cuts, "more Newton iterations (`load_path.max_newton_iterations`)", support]
+        }
+        StepFailureKind::Cycling { .. } => {
+            &[steps, cuts, "another `complementarity_parameter` or a slightly different mesh of one contact surface"]
+        }
+        StepFailureKind::Uzawa { .. } => &[
+            "a higher stiffness, or more iterations (`enforcement.augmented`: `stiffness`, `max_uzawa`)",
+            "Lagrange multipliers (`enforcement = { lagrange = {} }`), which need no such iteration",
+        ],
+    };
+    list.iter().map(|cure| (*cure).to_owned()).collect()
+}

@@ -1,0 +1,99 @@
+//! The load path of a design as files for ParaView.
+
+use slipstick_mesh::Mesh;
+use slipstick_path::{MarchFailure, Path, PathState, StepState};
+
+use super::{RunDirectory, RunError};
+use crate::analysis::NodalContact;
+use crate::model::ContactModel;
+use crate::output::{OutputError, Pvd, fields};
+
+/// Writes `path_XXXX.vtu` of every completed load step, step 0 included, and `path.pvd`; returns how many steps.
+///
+/// The slip increment of a step that was cut back is that of its last sub-step. Where a state cannot be evaluated any
+/// more (it converged, so that is rare), its contact fields are left out.
+///
+/// # Errors
+/// [`RunError::Output`].
+pub fn write_path(run: &RunDirectory, mesh: &Mesh, model: &mut ContactModel, path: &Path) -> Result<usize, RunError> {
+    let mut collection = Pvd::default();
+    let mut written = 0;
+    for (index, at) in path.states.iter().enumerate() {
+        let step = match at.completes {
+            Some(step) => step,
+            None if index == 0 => 0,
+            None => continue,
+        };
+        add_state(run, mesh, model, path, index, step, &mut collection)?;
+        written += 1;
+    }
+    collection.save(&run.file("path.pvd"))?;
+    Ok(written)
+}
+
+/// Writes what a failed march leaves: the completed load steps as [`write_path`] does, the last converged sub-step
+/// after them if it completes no step, and `failure.vtu`, the failing iterate; returns whether that one is finite and
+/// was written.
+///
+/// # Errors
+/// [`RunError::Output`].
+pub fn write_failure(
+    run: &RunDirectory,
+    mesh: &Mesh,
+    model: &mut ContactModel,
+    failure: &MarchFailure,
+) -> Result<bool, RunError> {
+    write_path(run, mesh, model, &failure.path)?;
+    let Some(last) = failure.path.states.last() else { return Ok(false) };
+    if last.completes.is_none() && failure.path.states.len() > 1 {
+        let contact = contact(model, &failure.path, failure.path.states.len() - 1);
+        let name = RunDirectory::numbered("path", failure.step);
+        save(run, &name, mesh, model, last.time, &last.state, &contact)?;
+    }
+    let complete = failure.iterate.len() == last.state.unknowns.len();
+    if !complete || failure.iterate.iter().any(|value| !value.is_finite()) {
+        return Ok(false);
+    }
+    let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
+    let contact = model.contact_results(&last.state, &iterate).unwrap_or_default();
+    save(run, "failure.vtu", mesh, model, failure.increment.1, &iterate, &contact)?;
+    Ok(true)
+}
+
+fn add_state(
+    run: &RunDirectory,
+    mesh: &Mesh,
+    model: &mut ContactModel,
+    path: &Path,
+    index: usize,
+    step: usize,
+    collection: &mut Pvd,
+) -> Result<(), OutputError> {
+    let PathState { time, state, .. } = &path.states[index];
+    let contact = contact(model, path, index);
+    let name = RunDirectory::numbered("path", step);
+    save(run, &name, mesh, model, *time, state, &contact)?;
+    collection.add(*time, name)
+}
+
+/// Contact results of a state of the path; the start is its own previous state.
+fn contact(model: &mut ContactModel, path: &Path, index: usize) -> Vec<NodalContact> {
+    let previous = &path.states[index.saturating_sub(1)].state;
+    model.contact_results(previous, &path.states[index].state).unwrap_or_default()
+}
+
+fn save(
+    run: &RunDirectory,
+    name: &str,
+    mesh: &Mesh,
+    model: &ContactModel,
+    time: f64,
+    state: &StepState,
+    contact: &[NodalContact],
+) -> Result<(), OutputError> {
+    let displacement = &state.unknowns[..3 * mesh.nodes.len()];
+    let determinants = model.solid().smallest_determinants(displacement);
+    // Where nothing lies opposite, the gap is at least the distance that was searched.
+    let reach = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
+    fields::write_state(&run.file(name), mesh, time, displacement, contact, model.density(), &determinants, reach)
+}

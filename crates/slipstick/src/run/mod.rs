@@ -1,0 +1,49 @@
+//! What a run writes and reads: one directory per run.
+//!
+//! | file | holds | written |
+//! |---|---|---|
+//! | `run.json` | who ran what, when, on what machine, and how it ended: [`RunRecord`] | at start and end |
+//! | `case.toml` | the case file's text | at start |
+//! | `history.csv` | one row per evaluated design: [`History`] | row by row |
+//! | `newton.csv` | one row per Newton iteration: [`NewtonTable`] | row by row |
+//! | `checkpoint.json` | all that the next iteration depends on: [`Checkpoint`] | after every iteration |
+//! | `design.csv` | density of every element of the last evaluated design | after every iteration |
+//! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every so many iterations |
+//! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
+//! | `failure.vtu` | the iterate at which a march failed for good | then |
+//!
+//! Files appear whole or not at all and tables grow by whole lines, so a run that is killed leaves its last finished
+//! iteration behind, and [`Checkpoint`] takes it up again bit for bit. A directory belongs to one run:
+//! [`RunDirectory::create`] refuses one that holds another's.
+
+mod checkpoint;
+mod clock;
+mod densities;
+mod directory;
+mod error;
+mod failure;
+mod fields;
+mod record;
+mod tables;
+
+pub use checkpoint::Checkpoint;
+pub use densities::{load_density, read_density, write_densities};
+pub use directory::RunDirectory;
+pub use error::RunError;
+pub use failure::{FailureReport, Place};
+pub use fields::{write_failure, write_path};
+pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
+pub use tables::{History, NewtonTable};
+
+use std::io::Write;
+use std::path::Path;
+
+use crate::output::{OutputError, write_atomically};
+
+/// Writes a value as JSON, whole or not at all.
+fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), OutputError> {
+    write_atomically(path, |writer| {
+        serde_json::to_writer_pretty(&mut *writer, value)?;
+        writer.write_all(b"\n")
+    })
+}
