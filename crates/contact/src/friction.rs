@@ -66,7 +66,9 @@ mod tests {
 
     #[test]
     fn return_map_matches_finite_differences() {
-        for (pressure, trial) in [(2.0, Vector2::new(0.3, -0.2)), (2.0, Vector2::new(1.3, -0.9)), (0.1, Vector2::new(-4.0, 3.0))] {
+        for (pressure, trial) in
+            [(2.0, Vector2::new(0.3, -0.2)), (2.0, Vector2::new(1.3, -0.9)), (0.1, Vector2::new(-4.0, 3.0))]
+        {
             let base = return_map(pressure, trial, 0.4);
             assert!(base.traction.norm() <= 0.4 * pressure * (1.0 + 1e-15));
             let h = 1e-6;
@@ -78,7 +80,8 @@ mod tests {
                     / (2.0 * h);
                 assert!((fd - base.by_trial.column(c)).norm() < 1e-9);
             }
-            let fd = (return_map(pressure + h, trial, 0.4).traction - return_map(pressure - h, trial, 0.4).traction) / (2.0 * h);
+            let fd = (return_map(pressure + h, trial, 0.4).traction - return_map(pressure - h, trial, 0.4).traction)
+                / (2.0 * h);
             assert!((fd - base.by_pressure).norm() < 1e-9);
         }
     }

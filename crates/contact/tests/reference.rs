@@ -26,8 +26,13 @@ fn facets(value: &Value) -> Vec<[u32; 4]> {
 
 fn configuration() -> Configuration {
     let data: Value = serde_json::from_str(include_str!("data/unit_mortar.json")).unwrap();
-    let reference: Vec<f64> =
-        data["setup_nodes"].as_array().unwrap().iter().flat_map(|x| x.as_array().unwrap()).map(|v| v.as_f64().unwrap()).collect();
+    let reference: Vec<f64> = data["setup_nodes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|x| x.as_array().unwrap())
+        .map(|v| v.as_f64().unwrap())
+        .collect();
     let (slave, master) = (list(&data["slave_nodes"]), list(&data["master_nodes"]));
     let mut current = reference.clone();
     for (nodes, key) in [(&slave, "u_slave"), (&master, "u_master")] {

@@ -175,7 +175,12 @@ pub fn march(
                             path,
                         }));
                     }
-                    observer.on_event(&MarchEvent::Retry { step, time: target, failure: &failure.kind, cut_back: true });
+                    observer.on_event(&MarchEvent::Retry {
+                        step,
+                        time: target,
+                        failure: &failure.kind,
+                        cut_back: true,
+                    });
                 }
             }
         }

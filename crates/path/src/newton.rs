@@ -87,11 +87,33 @@ pub struct StepReport {
     pub uzawa: usize,
 }
 
+/// An increment below this part of the positions is rounding: that of x = X + d, times the sum over a mortar row.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Largest relative residual that rounding of the positions may leave: a stiff penalty multiplies it.
+const ROUNDED: f64 = 1e-8;
+
+/// Iterations without a new best residual after which increments are damped.
+const STALLED: usize = 3;
+
+/// A residual counts as a new best if it is below this part of the best so far.
+const PROGRESS: f64 = 0.7;
+
+/// Growth of the residual in one iteration after which increments are damped.
+const OUTBURST: f64 = 3.0;
+
+/// Part of the decrease that the linear model promises and a damped increment must deliver (Armijo).
+const ARMIJO: f64 = 1e-2;
+
 /// Largest growth of the residual over its value after the first solve that still counts as on its way.
 const DIVERGED: f64 = 1e8;
 
 /// Solves F(y) = 0 from `y`, whose prescribed entries still hold the last step's values, to the prescribed values of
 /// `target`. The Dirichlet increment is carried through the tangent: K_ff Δy_f = −F_f − K_fp Δy_p in the first solve.
+///
+/// Where the tolerances ask for more than the positions' rounding lets the residual fall, the iteration ends at rounding:
+/// the increment is a few units in the last place of the positions, and the residual falls no more. Where the residual
+/// stalls, increments are damped by a line search.
 ///
 /// Paper: (28)–(30), (36), (45). Test: `newton_converges_quadratically` (crate slipstick).
 pub(crate) fn solve(
@@ -122,6 +144,7 @@ fn iterate(
     problem.residual(y, &mut residual)?;
     let mut sets = ActiveSets::default();
     let mut reference = f64::INFINITY;
+    let mut progress = Progress::default();
     for iteration in 1..=options.max_iterations {
         let fixed = problem.fixed().to_vec();
         let mut rhs: Vec<f64> = residual.iter().map(|r| -r).collect();
@@ -147,7 +170,12 @@ fn iterate(
         }
         finite(&increment, "the Newton increment")?;
         // a first increment carries the prescribed motion, so it is taken whole
-        let step_length = advance(problem, y, &increment, &mut residual, if iteration == 1 { 0 } else { 4 })?;
+        let step_length = if iteration == 1 {
+            try_length(problem, y, &y.to_vec(), &increment, 1.0, &mut residual)?;
+            1.0
+        } else {
+            advance(problem, y, &increment, &mut residual, &fixed, &mut progress)?
+        };
         if iteration == 1 {
             for i in 0..displacements {
                 if fixed[i] {
@@ -162,39 +190,112 @@ fn iterate(
             return Ok(());
         }
         let size = record.residual / scales.force + record.contact / scales.multiplier;
+        if size <= ROUNDED && record.displacement <= ROUNDING * scales.position && !progress.falls_to(size) {
+            return Ok(());
+        }
+        progress.add(size);
         if iteration == 1 {
             reference = size.max(1.0);
         } else if !(size < DIVERGED * reference) {
             return Err(StepFailureKind::Diverged);
         }
-        if let Some(nodes) = sets.cycling(problem.active_set()) {
+        let cycle = sets.cycling(problem.active_set());
+        if let (Some(nodes), false) = (cycle, progress.since == 0) {
             return Err(StepFailureKind::Cycling { nodes });
         }
     }
     Err(StepFailureKind::TooManyIterations(options.max_iterations))
 }
 
-/// y ← y + α Δ with α halved up to `halvings` times until the residual exists; returns α.
+/// y ← y + α Δ with the first α of 1, 1/2, … 1/16 whose residual exists and is small enough, the best of them if none is;
+/// returns α.
+///
+/// A whole increment may let the residual grow: on the way to the right active set it often does. After a stall or an
+/// outburst, increments are damped: the residual must fall as the linear model promises. Newton's increment is a direction
+/// of descent of the residual's norm wherever the equations are differentiable, so a cycle between branches of the
+/// friction law, which a smaller load increment does not end (at first contact the problem is homogeneous), ends here.
+/// Scales are frozen at the start.
 fn advance(
     problem: &mut dyn StepProblem,
     y: &mut [f64],
     increment: &[f64],
     residual: &mut [f64],
-    halvings: usize,
+    fixed: &[bool],
+    progress: &mut Progress,
 ) -> Result<f64, StateError> {
-    let start = y.to_vec();
-    let mut length = 1.0;
-    for attempt in 0..=halvings {
-        for i in 0..y.len() {
-            y[i] = start[i] + length * increment[i];
-        }
-        match problem.residual(y, residual).and_then(|()| finite(residual, "the residual")) {
-            Ok(()) => return Ok(length),
-            Err(error) if attempt == halvings => return Err(error),
-            Err(_) => length *= 0.5,
+    let (split, scales) = (problem.displacements(), problem.scales());
+    let size = |residual: &[f64]| {
+        free_norm(&residual[..split], &fixed[..split]) / scales.force
+            + free_norm(&residual[split..], &fixed[split..]) / scales.multiplier
+    };
+    let (start, before) = (y.to_vec(), size(residual));
+    let mut best: Option<(f64, f64)> = None;
+    let mut failure = None;
+    for halvings in 0..5 {
+        let length = 0.5f64.powi(halvings);
+        match try_length(problem, y, &start, increment, length, residual) {
+            Ok(()) => {
+                let after = size(residual);
+                progress.damped |= after > OUTBURST * before.max(ROUNDED);
+                if !progress.damped || after <= (1.0 - ARMIJO * length) * before {
+                    return Ok(length);
+                }
+                if best.is_none_or(|(_, least)| after < least) {
+                    best = Some((length, after));
+                }
+            }
+            Err(error) => failure = Some(error),
         }
     }
-    unreachable!("the loop returns in its last pass")
+    match (best, failure) {
+        (Some((length, _)), _) => {
+            try_length(problem, y, &start, increment, length, residual)?;
+            Ok(length)
+        }
+        (None, error) => Err(error.expect("every length failed")),
+    }
+}
+
+/// y ← start + α Δ and its residual.
+fn try_length(
+    problem: &mut dyn StepProblem,
+    y: &mut [f64],
+    start: &[f64],
+    increment: &[f64],
+    length: f64,
+    residual: &mut [f64],
+) -> Result<(), StateError> {
+    for i in 0..y.len() {
+        y[i] = start[i] + length * increment[i];
+    }
+    problem.residual(y, residual)?;
+    finite(residual, "the residual")
+}
+
+/// How the residual falls.
+#[derive(Default)]
+struct Progress {
+    best: Option<f64>,
+    since: usize,
+    /// From the first stall or outburst on.
+    damped: bool,
+}
+
+impl Progress {
+    fn add(&mut self, size: f64) {
+        if self.best.is_none_or(|best| size < PROGRESS * best) {
+            self.best = Some(size);
+            self.since = 0;
+        } else {
+            self.since += 1;
+            self.damped |= self.since >= STALLED;
+        }
+    }
+
+    /// Whether `size` is still well below the best so far.
+    fn falls_to(&self, size: f64) -> bool {
+        self.best.is_none_or(|best| size < 0.1 * best)
+    }
 }
 
 fn finite(values: &[f64], quantity: &'static str) -> Result<(), StateError> {
@@ -213,22 +314,25 @@ fn record(
     step_length: f64,
 ) -> IterationRecord {
     let split = problem.displacements();
-    let free_norm = |values: &[f64], offset: usize| {
-        values.iter().enumerate().filter(|(i, _)| !fixed[offset + i]).map(|(_, v)| v * v).sum::<f64>().sqrt()
-    };
+    let norm = |values: &[f64]| (free_norm(&values[..split], &fixed[..split]), free_norm(&values[split..], &fixed[split..]));
+    let ((residual, contact), (displacement, multiplier)) = (norm(residual), norm(increment));
     let mut status = [0; 3];
     for &s in problem.active_set() {
         status[s as usize] += 1;
     }
     IterationRecord {
         iteration,
-        residual: free_norm(&residual[..split], 0),
-        contact: free_norm(&residual[split..], split),
-        displacement: step_length * free_norm(&increment[..split], 0),
-        multiplier: step_length * free_norm(&increment[split..], split),
+        residual,
+        contact,
+        displacement: step_length * displacement,
+        multiplier: step_length * multiplier,
         step_length,
         status,
     }
+}
+
+fn free_norm(values: &[f64], fixed: &[bool]) -> f64 {
+    values.iter().zip(fixed).filter(|(_, fixed)| !**fixed).map(|(v, _)| v * v).sum::<f64>().sqrt()
 }
 
 fn converged(record: &IterationRecord, scales: &Scales, tolerances: &Tolerances) -> bool {
@@ -245,12 +349,11 @@ struct ActiveSets {
 }
 
 impl ActiveSets {
-    /// Adds the set of this iteration. `Some(positions that change)` if the same set was left and met again at least
-    /// three times.
+    /// Adds the set of this iteration. `Some(positions that change)` if the set was entered at least three times before.
     fn cycling(&mut self, now: &[u8]) -> Option<Vec<u32>> {
         let changed = self.history.last().is_some_and(|last| last != now);
-        let returns = self.history.iter().filter(|set| set.as_slice() == now).count();
-        let cycle = changed && returns >= 3;
+        let entered = |i: usize| self.history[i] == now && (i == 0 || self.history[i - 1] != now);
+        let cycle = changed && (0..self.history.len()).filter(|&i| entered(i)).count() >= 3;
         let nodes = cycle.then(|| {
             (0..now.len() as u32)
                 .filter(|&i| self.history.iter().rev().take(8).any(|set| set[i as usize] != now[i as usize]))
@@ -273,5 +376,7 @@ mod tests {
         assert_eq!(verdicts[6], Some(vec![1]));
         let mut sets = ActiveSets::default();
         assert!((0..20).all(|_| sets.cycling(&[1, 2]).is_none()));
+        // one excursion from a set that held for long is no cycle
+        assert!([[1, 1], [1, 2]].iter().all(|set| sets.cycling(set).is_none()));
     }
 }

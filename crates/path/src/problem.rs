@@ -21,6 +21,8 @@ pub struct Scales {
     pub displacement: f64,
     /// Norm of the multipliers. \[F/L²\]
     pub multiplier: f64,
+    /// Norm of the positions x = X + d, whose rounding no iteration can undercut. \[L\]
+    pub position: f64,
 }
 
 /// Transposed derivatives with respect to the previous state.
@@ -40,6 +42,8 @@ pub struct UzawaOptions {
     pub tolerance: f64,
     /// Most iterations in a step.
     pub max_iterations: usize,
+    /// Updates that the acceleration remembers; 0 is the plain iteration.
+    pub memory: usize,
 }
 
 /// The equations of a load step. One implementation serves the march, the adjoint and every check of both.

@@ -3,9 +3,9 @@
 use crate::analysis::Analysis;
 use crate::case::{self, Case};
 use crate::model::prescribed::Prescribed;
-use crate::model::{ContactModel, Method, ModelInterface};
+use crate::model::{ContactModel, GivenStiffness, Method, ModelInterface};
 use slipstick_contact::ContactInterface;
-use slipstick_contact::enforcement::regularised::{Stiffness, StiffnessScaling};
+use slipstick_contact::enforcement::regularised::StiffnessScaling;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_linalg::SolverChoice;
@@ -151,7 +151,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     let step_motion = prescribed.largest_step(&times);
     let interfaces = build_interfaces(case, &mesh, &coordinates, step_motion)?;
-    let method = build_method(case, &interfaces, &solid, &mesh)?;
+    let method = build_method(case)?;
     let variables = build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
         Some(v) => v.roles().iter().map(|r| *r != slipstick_design::Role::Outside).collect(),
@@ -171,7 +171,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         _ => vec![1.0; mesh.hexes.len()],
     };
     let largest = prescribed.largest(&times);
-    let model = ContactModel::new(&mesh, solid, interfaces, method, prescribed, simp, designed, largest);
+    let model = ContactModel::new(&mesh, solid, interfaces, method, prescribed, simp, designed, &initial_density, largest);
     let objective = build_objective(case, &model, mesh.nodes.len())?;
     let analysis = Analysis {
         model,
@@ -260,12 +260,7 @@ fn build_interfaces(
     Ok(interfaces)
 }
 
-fn build_method(
-    case: &Case,
-    interfaces: &[ModelInterface],
-    solid: &SolidModel,
-    mesh: &Mesh,
-) -> Result<Method, BuildError> {
+fn build_method(case: &Case) -> Result<Method, BuildError> {
     let kind = |e: &case::Enforcement| std::mem::discriminant(e);
     if let Some(i) =
         (1..case.contacts.len()).find(|&i| kind(&case.contacts[i].enforcement) != kind(&case.contacts[0].enforcement))
@@ -277,54 +272,34 @@ fn build_method(
             "give all pairs the same enforcement",
         ));
     }
-    let mut stiffness = Vec::with_capacity(interfaces.len());
-    for (contact, interface) in case.contacts.iter().zip(interfaces) {
-        let (given, scaling) = match contact.enforcement {
-            case::Enforcement::Penalty { stiffness, scaling } => (stiffness, scaling),
-            case::Enforcement::Augmented { stiffness, scaling, .. } => (stiffness, scaling),
-            case::Enforcement::Lagrange { .. } => continue,
-        };
-        stiffness.push(penalty_stiffness(given, scaling, &interface.interface, solid, mesh));
-    }
+    let given = |stiffness: Option<case::Stiffness>, scaling| GivenStiffness {
+        value: stiffness.map(|s| [s.normal, s.tangential]),
+        scaling: match scaling {
+            case::PenaltyScaling::Area => StiffnessScaling::Area,
+            case::PenaltyScaling::Weighted => StiffnessScaling::Weighted,
+        },
+    };
+    let stiffness: Vec<GivenStiffness> = case
+        .contacts
+        .iter()
+        .filter_map(|contact| match contact.enforcement {
+            case::Enforcement::Penalty { stiffness, scaling } => Some(given(stiffness, scaling)),
+            case::Enforcement::Augmented { stiffness, scaling, .. } => Some(given(stiffness, scaling)),
+            case::Enforcement::Lagrange { .. } => None,
+        })
+        .collect();
     Ok(match case.contacts.first().map(|c| c.enforcement) {
         None => Method::Lagrange { complementarity: 5.0 },
         Some(case::Enforcement::Lagrange { complementarity_parameter }) => {
             Method::Lagrange { complementarity: complementarity_parameter }
         }
         Some(case::Enforcement::Penalty { .. }) => Method::Penalty { stiffness },
-        Some(case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, .. }) => Method::Augmented {
+        Some(case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. }) => Method::Augmented {
             stiffness,
-            uzawa: UzawaOptions { tolerance, max_iterations: max_uzawa },
+            uzawa: UzawaOptions { tolerance, max_iterations: max_uzawa, memory: acceleration },
             absolute: tolerance_scaling == case::ToleranceScaling::Absolute,
         },
     })
-}
-
-/// Penetration under a pressure p is p/ε: with ε = 10 E/h (E of the two solids in series) a pressure of 1 % of E costs a
-/// thousandth of the facet size h. Solid moduli, not SIMP-scaled ones: ε must not depend on the design.
-const PENALTY_FACTOR: f64 = 10.0;
-
-fn penalty_stiffness(
-    given: Option<case::Stiffness>,
-    scaling: case::PenaltyScaling,
-    interface: &ContactInterface,
-    solid: &SolidModel,
-    mesh: &Mesh,
-) -> Stiffness {
-    let touching = mesh.node_elements();
-    let modulus = |node: u32| solid.material(touching.of(node as usize)[0] as usize).youngs_modulus();
-    let (s, m) = (modulus(interface.slave_facets()[0][0]), modulus(interface.master_facets()[0][0]));
-    let areas: Vec<f64> =
-        interface.slave_facets().iter().map(|f| mesh::facet_area(&f.map(|n| mesh.nodes[n as usize]))).collect();
-    let mean = areas.iter().sum::<f64>() / areas.len() as f64;
-    let by_area = PENALTY_FACTOR * s * m / (s + m) / mean.sqrt();
-    let (scaling, default) = match scaling {
-        case::PenaltyScaling::Area => (StiffnessScaling::Area, by_area),
-        // a node's tributary area is about one facet
-        case::PenaltyScaling::Weighted => (StiffnessScaling::Weighted, by_area / mean),
-    };
-    let given = given.unwrap_or(case::Stiffness { normal: default, tangential: default });
-    Stiffness { normal: given.normal, tangential: given.tangential, scaling }
 }
 
 fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, BuildError> {

@@ -89,7 +89,8 @@ fn all_enforcements_and_shapes_are_read() {
             scaling: PenaltyScaling::Area,
             tolerance: 1e-9,
             tolerance_scaling: ToleranceScaling::Relative,
-            max_uzawa: 50
+            max_uzawa: 50,
+            acceleration: 8
         }
     );
     let cylinder = "hollow_cylinder = { inner_radius = 2, outer_radius = 5, height = 8, \

@@ -45,8 +45,7 @@ impl ReferenceGeometry {
             for i in 0..8 {
                 let s = CORNER[i];
                 let f: [f64; 3] = std::array::from_fn(|c| 1.0 + s[c] * xi[c]);
-                parent[i] =
-                    [0.125 * s[0] * f[1] * f[2], 0.125 * s[1] * f[0] * f[2], 0.125 * s[2] * f[0] * f[1]];
+                parent[i] = [0.125 * s[0] * f[1] * f[2], 0.125 * s[1] * f[0] * f[2], 0.125 * s[2] * f[0] * f[1]];
                 for a in 0..3 {
                     for b in 0..3 {
                         jacobian[a][b] += corners[i][a] * parent[i][b];
@@ -174,7 +173,10 @@ pub fn energy(material: &NeoHooke, at: &ReferenceGeometry, d: &[[f64; 3]; 8]) ->
 
 /// Smallest J over the Gauss points: what says how near an element is to inversion.
 pub fn smallest_determinant(at: &ReferenceGeometry, d: &[[f64; 3]; 8]) -> f64 {
-    at.gradients.iter().map(|g| deformation(g, d).map_or(f64::NEG_INFINITY, |(_, _, j)| j)).fold(f64::INFINITY, f64::min)
+    at.gradients
+        .iter()
+        .map(|g| deformation(g, d).map_or(f64::NEG_INFINITY, |(_, _, j)| j))
+        .fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

@@ -70,7 +70,8 @@ impl NeoHooke {
 
     /// Energy density Ψ at determinant `j` > 0 and first invariant `i1`. \[F/L²\]
     pub fn energy(&self, j: f64, i1: f64) -> f64 {
-        let volumetric = if self.beta == 0.0 { -2.0 * j.ln() } else { (-2.0 * self.beta * j.ln()).exp_m1() / self.beta };
+        let volumetric =
+            if self.beta == 0.0 { -2.0 * j.ln() } else { (-2.0 * self.beta * j.ln()).exp_m1() / self.beta };
         self.c * (volumetric + i1 - 3.0)
     }
 }

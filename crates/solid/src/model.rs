@@ -86,7 +86,8 @@ impl SolidModel {
         out.par_chunks_exact_mut(3).enumerate().for_each(|(node, f)| {
             f.fill(0.0);
             for &e in self.node_elements.of(node) {
-                let local = self.hexes[e as usize].iter().position(|&n| n as usize == node).expect("node of its element");
+                let local =
+                    self.hexes[e as usize].iter().position(|&n| n as usize == node).expect("node of its element");
                 for c in 0..3 {
                     f[c] += factors[e as usize] * forces[e as usize][local][c];
                 }

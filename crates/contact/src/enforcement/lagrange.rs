@@ -70,7 +70,8 @@ mod tests {
 
     #[test]
     fn complementarity_matches_finite_differences() {
-        let measures = |gap, u: [f64; 2]| NodeMeasures { gap, slip: Vector2::new(u[0], u[1]), area: 1.0, reference_area: 1.0 };
+        let measures =
+            |gap, u: [f64; 2]| NodeMeasures { gap, slip: Vector2::new(u[0], u[1]), area: 1.0, reference_area: 1.0 };
         let cases = [
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002]), Status::Stick),
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.02, -0.03]), Status::Slip),

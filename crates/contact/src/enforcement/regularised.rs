@@ -102,7 +102,12 @@ mod tests {
 
     #[test]
     fn traction_matches_finite_differences() {
-        let at = |gap: f64, u: [f64; 2]| NodeMeasures { gap, slip: Vector2::new(u[0], u[1]), area: 0.7, reference_area: 1.0 };
+        let at = |gap: f64, u: [f64; 2]| NodeMeasures {
+            gap,
+            slip: Vector2::new(u[0], u[1]),
+            area: 0.7,
+            reference_area: 1.0,
+        };
         for scaling in [StiffnessScaling::Area, StiffnessScaling::Weighted] {
             let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
             for (z, m, status) in [

@@ -81,8 +81,7 @@ pub fn clip(slave: &[Point; 4], master: &[Point; 4], master_order: &[usize; 4]) 
         Overlap { vertices: [Vertex { position: [0.0; 2], gradient: [[0.0; PLANE_COORDINATES]; 2] }; 8], count };
     for i in 0..count {
         let entering = polygon[(i + count - 1) % count].leaving;
-        overlap.vertices[i] =
-            vertex(polygon[i].position, entering, polygon[i].leaving, slave, master, master_order);
+        overlap.vertices[i] = vertex(polygon[i].position, entering, polygon[i].leaving, slave, master, master_order);
     }
     Some(overlap)
 }
@@ -174,7 +173,12 @@ fn vertex(
                 Line::Slave(i) => (slave[(i + which) % 4], 2 * ((i + which) % 4)),
                 Line::Master(i) => (master[(i + which) % 4], 8 + 2 * master_order[(i + which) % 4]),
             };
-            crossing_gradient(&mut gradient, position, [end(entering, 0), end(entering, 1)], [end(leaving, 0), end(leaving, 1)]);
+            crossing_gradient(
+                &mut gradient,
+                position,
+                [end(entering, 0), end(entering, 1)],
+                [end(leaving, 0), end(leaving, 1)],
+            );
         }
     }
     Vertex { position, gradient }
@@ -289,10 +293,7 @@ mod tests {
                 let mut out = [[0.0; 2]; 4];
                 for (i, corner) in [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].iter().enumerate() {
                     let q = [scale * (corner[0] + jitter[2 * i]), scale * (corner[1] + jitter[2 * i + 1])];
-                    out[i] = [
-                        x + angle.cos() * q[0] - angle.sin() * q[1],
-                        y + angle.sin() * q[0] + angle.cos() * q[1],
-                    ];
+                    out[i] = [x + angle.cos() * q[0] - angle.sin() * q[1], y + angle.sin() * q[0] + angle.cos() * q[1]];
                 }
                 out
             },

@@ -126,8 +126,7 @@ impl FacetCoupling {
         let column: [usize; 4] =
             master.map(|m| 4 + self.nodes[4..].iter().position(|&s| s == m).expect("collected in the first pass"));
         let local: [usize; 8] = [0, 1, 2, 3, column[0], column[1], column[2], column[3]];
-        let heights: [f64; 8] =
-            std::array::from_fn(|i| plane.height(if i < 4 { &corners[i] } else { &points[i - 4] }));
+        let heights: [f64; 8] = std::array::from_fn(|i| plane.height(if i < 4 { &corners[i] } else { &points[i - 4] }));
         for j in 0..4 {
             for k in 0..4 {
                 for (entry, node, sign) in [(4 * j + k, k, 1.0), (16 + 4 * j + k, column[k], -1.0)] {
@@ -338,7 +337,10 @@ mod tests {
                     for e in 0..4 * n {
                         let fd = (8.0 * (p1[e] - m1[e]) - (p2[e] - m2[e])) / 12e-4;
                         let found = base.gradient[e * 3 * n + t];
-                        assert!((fd - found).abs() < 2e-7 * scale.max(1.0), "{shape:?} entry {e} coordinate {t}: {fd} {found}");
+                        assert!(
+                            (fd - found).abs() < 2e-7 * scale.max(1.0),
+                            "{shape:?} entry {e} coordinate {t}: {fd} {found}"
+                        );
                     }
                 }
             }

@@ -116,17 +116,12 @@ pub fn integrate_pair(
     for i in 0..count {
         let cell = [centre, vertices[i].position, vertices[(i + 1) % count].position];
         let slots = [8, i, (i + 1) % count];
-        let (u, v) = (
-            [cell[1][0] - cell[0][0], cell[1][1] - cell[0][1]],
-            [cell[2][0] - cell[0][0], cell[2][1] - cell[0][1]],
-        );
+        let (u, v) =
+            ([cell[1][0] - cell[0][0], cell[1][1] - cell[0][1]], [cell[2][0] - cell[0][0], cell[2][1] - cell[0][1]]);
         let area = 0.5 * (u[0] * v[1] - u[1] * v[0]);
         // ∂A/∂vertex
-        let area_slope = [
-            [0.5 * (u[1] - v[1]), 0.5 * (v[0] - u[0])],
-            [0.5 * v[1], -0.5 * v[0]],
-            [-0.5 * u[1], 0.5 * u[0]],
-        ];
+        let area_slope =
+            [[0.5 * (u[1] - v[1]), 0.5 * (v[0] - u[0])], [0.5 * v[1], -0.5 * v[0]], [-0.5 * u[1], 0.5 * u[0]]];
         for point in rule {
             let l = point.barycentric;
             let y = [
@@ -158,14 +153,10 @@ pub fn integrate_pair(
                     ];
                     let mixed = first.shape[j] * second.shape[k];
                     // through the slave's and the master's inverse map
-                    let slope_s = [
-                        weight * first.slope[j][0] * second.shape[k],
-                        weight * first.slope[j][1] * second.shape[k],
-                    ];
-                    let slope_m = [
-                        weight * first.shape[j] * second.slope[k][0],
-                        weight * first.shape[j] * second.slope[k][1],
-                    ];
+                    let slope_s =
+                        [weight * first.slope[j][0] * second.shape[k], weight * first.slope[j][1] * second.shape[k]];
+                    let slope_m =
+                        [weight * first.shape[j] * second.slope[k][0], weight * first.shape[j] * second.slope[k][1]];
                     let (d, m) = (4 * j + k, 16 + 4 * j + k);
                     for (corner, &slot) in slots.iter().enumerate() {
                         for c in 0..2 {
@@ -194,10 +185,8 @@ pub fn integrate_pair(
             *row = by_corner[e];
             for (i, vertex) in vertices.iter().enumerate() {
                 // the centre is the mean of the vertices
-                let through = [
-                    by_vertex[e][i][0] + mean * by_vertex[e][8][0],
-                    by_vertex[e][i][1] + mean * by_vertex[e][8][1],
-                ];
+                let through =
+                    [by_vertex[e][i][0] + mean * by_vertex[e][8][0], by_vertex[e][i][1] + mean * by_vertex[e][8][1]];
                 for q in 0..PLANE_COORDINATES {
                     row[q] += through[0] * vertex.gradient[0][q] + through[1] * vertex.gradient[1][q];
                 }

@@ -164,9 +164,8 @@ mod tests {
                 ring.push(Vector3::new(x, y, 0.2 * (1.3 * x).sin() - 0.15 * (x * y + 0.4).cos()));
             }
         }
-        let corners = [(5, 7), (7, 3), (3, 1), (1, 5)]
-            .map(|(next, previous)| RingCorner { own: 4, next, previous })
-            .to_vec();
+        let corners =
+            [(5, 7), (7, 3), (3, 1), (1, 5)].map(|(next, previous)| RingCorner { own: 4, next, previous }).to_vec();
         (ring, corners)
     }
 
@@ -187,7 +186,10 @@ mod tests {
             let fd = (8.0 * (at(t, 1e-3) - at(t, -1e-3)) - (at(t, 2e-3) - at(t, -2e-3))) / 12e-3;
             for b in 0..3 {
                 for c in 0..3 {
-                    assert!((fd[(b, c)] - frame.slope(b, c, t)).abs() < 1e-9, "vector {b} component {c} coordinate {t}");
+                    assert!(
+                        (fd[(b, c)] - frame.slope(b, c, t)).abs() < 1e-9,
+                        "vector {b} component {c} coordinate {t}"
+                    );
                 }
             }
         }

@@ -64,13 +64,7 @@ impl NodeKinematics {
     /// Gathers the node's row from the facets around it. Coordinates `x`: 3 per node.
     ///
     /// Returns `false` if the frame is degenerate (facets folded onto each other).
-    pub fn gather(
-        &mut self,
-        slave: &SlaveNode,
-        couplings: &[FacetCoupling],
-        x: &[f64],
-        with_gradient: bool,
-    ) -> bool {
+    pub fn gather(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], x: &[f64], with_gradient: bool) -> bool {
         self.node = slave.node;
         self.ring = slave.ring.len();
         self.support.clear();

@@ -20,7 +20,7 @@ use node::NodeStep;
 use pattern::ContactPattern;
 use prescribed::Prescribed;
 use slipstick_contact::enforcement::NodeMeasures;
-use slipstick_contact::enforcement::regularised::Stiffness;
+use slipstick_contact::enforcement::regularised::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceError};
 use slipstick_linalg::BlockMatrix;
@@ -39,12 +39,12 @@ pub enum Method {
     /// Penalty, with one stiffness per interface.
     Penalty {
         /// ε of each interface.
-        stiffness: Vec<Stiffness>,
+        stiffness: Vec<GivenStiffness>,
     },
     /// Augmented Lagrangian, with one stiffness per interface.
     Augmented {
         /// ε of each interface.
-        stiffness: Vec<Stiffness>,
+        stiffness: Vec<GivenStiffness>,
         /// When Uzawa's iteration stops.
         uzawa: UzawaOptions,
         /// Whether the tolerance bounds |ζ − ẑ|/ε (the paper's measure, a weighted gap) instead of the change of
@@ -52,6 +52,21 @@ pub enum Method {
         absolute: bool,
     },
 }
+
+/// ε of an interface as the case gives it, or the default.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GivenStiffness {
+    /// ε_n and ε_τ; `None`: [`DEFAULT_STIFFNESS`] times the bodies' own stiffness at the interface.
+    pub value: Option<[f64; 2]>,
+    /// What they multiply.
+    pub scaling: StiffnessScaling,
+}
+
+/// Default of ε h/E, with E the moduli of both sides in series and h the facet size.
+///
+/// The penalty method takes E at the start design, because ε must not depend on the design; the augmented Lagrangian
+/// takes the current E, because its solution does not depend on ε.
+pub const DEFAULT_STIFFNESS: f64 = 10.0;
 
 impl Method {
     /// Whether the multipliers are unknowns.
@@ -97,6 +112,8 @@ pub struct ContactModel {
     master_elements: Vec<Vec<u32>>,
     /// Factor of c, one per slave node: E_eff/h. \[F/L³\]
     hardness: Vec<f64>,
+    /// ε of each slave node; empty for the Lagrange method.
+    stiffness: Vec<Stiffness>,
     variation: f64,
     fixed: Vec<bool>,
     fixed_held: Vec<bool>,
@@ -134,6 +151,7 @@ const FLOOR: f64 = 1e-6;
 impl ContactModel {
     /// Assembles a model.
     ///
+    /// `start` is the density of every element at the start design; it sizes the penalty method's default stiffness.
     /// `largest_motion` is the largest prescribed displacement on the path; it sizes the tolerances of a start at rest.
     pub fn new(
         mesh: &Mesh,
@@ -143,6 +161,7 @@ impl ContactModel {
         prescribed: Prescribed,
         simp: Simp,
         designed: Vec<bool>,
+        start: &[f64],
         largest_motion: f64,
     ) -> Self {
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
@@ -184,6 +203,7 @@ impl ContactModel {
             slave_elements,
             master_elements,
             hardness: vec![1.0; count],
+            stiffness: Vec::new(),
             variation: 1.0,
             fixed,
             fixed_held,
@@ -202,7 +222,8 @@ impl ContactModel {
             traction_norm: 0.0,
             floors,
         };
-        model.set_density(&vec![1.0; elements]);
+        model.set_density(start);
+        model.stiffness = model.node_stiffness();
         model
     }
 
@@ -228,10 +249,30 @@ impl ContactModel {
                 (s * m / (s + m)).max(1e-6 * s.max(m)) / self.slaves[j].size
             })
             .collect();
+        if matches!(self.method, Method::Augmented { .. }) {
+            self.stiffness = self.node_stiffness();
+        }
         self.evaluated = None;
         self.pattern.reset();
         self.matrix = None;
         self.scatter = None;
+    }
+
+    /// ε of every slave node, as given or from the present hardness.
+    fn node_stiffness(&self) -> Vec<Stiffness> {
+        let (Method::Penalty { stiffness } | Method::Augmented { stiffness, .. }) = &self.method else {
+            return Vec::new();
+        };
+        let of = |(slave, hardness): (&SlaveData, &f64)| {
+            let given = &stiffness[slave.interface as usize];
+            let default = DEFAULT_STIFFNESS * hardness;
+            let [normal, tangential] = given.value.unwrap_or(match given.scaling {
+                StiffnessScaling::Area => [default; 2],
+                StiffnessScaling::Weighted => [default / slave.area; 2],
+            });
+            Stiffness { normal, tangential, scaling: given.scaling }
+        };
+        self.slaves.iter().zip(&self.hardness).map(of).collect()
     }
 
     /// The density of every element.

@@ -53,13 +53,7 @@ impl ContactModel {
 
     /// Regularised traction of node j around the multiplier ẑ.
     fn regularised_of(&self, j: usize, around: Vector3<f64>) -> Traction {
-        let stiffness = match &self.method {
-            Method::Penalty { stiffness } | Method::Augmented { stiffness, .. } => stiffness,
-            Method::Lagrange { .. } => {
-                unreachable!("the Lagrange method has no regularised traction")
-            }
-        };
-        traction(around, &self.measures(j), self.friction(j), &stiffness[self.slaves[j].interface as usize])
+        traction(around, &self.measures(j), self.friction(j), &self.stiffness[j])
     }
 
     /// Traction that acts in R at node j, with its dependence on the displacements.
@@ -356,10 +350,9 @@ impl StepProblem for ContactModel {
 
     fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
         self.evaluate(y, false)?;
-        let Method::Augmented { stiffness, absolute, .. } = &self.method else {
+        let Method::Augmented { absolute, .. } = self.method else {
             return Ok(0.0);
         };
-        let (absolute, stiffness) = (*absolute, stiffness.clone());
         let split = self.displacement_count();
         let (mut change, mut largest): (f64, f64) = (0.0, self.floors.multiplier / (self.slaves.len() as f64).sqrt());
         for j in 0..self.slaves.len() {
@@ -368,7 +361,7 @@ impl StepProblem for ContactModel {
             // normal and tangential conditions each for itself
             let mut difference = (now[0] - before[0]).abs().max((now[1] - before[1]).hypot(now[2] - before[2]));
             if absolute {
-                let epsilon = &stiffness[self.slaves[j].interface as usize];
+                let epsilon = &self.stiffness[j];
                 let divisor = match epsilon.scaling {
                     slipstick_contact::enforcement::regularised::StiffnessScaling::Area => {
                         self.kinematics[j].area.max(1e-300)

@@ -105,6 +105,7 @@ fn augmented(table: &Table<'_>) -> Enforcement {
             )
             .or(ToleranceScaling::Relative),
         max_uzawa: table.integer("max_uzawa").count(CaseCode::OutOfRange, 1).or(200),
+        acceleration: table.integer("acceleration").count(CaseCode::OutOfRange, 0).or(8),
     }
 }
 
