@@ -7,9 +7,23 @@ use serde::Serialize;
 use slipstick_mesh::Mesh;
 use slipstick_path::{StateError, StepProblem};
 
+/// What a notice is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoticeKind {
+    /// Supports leave rigid motions of a body free.
+    LooseBody,
+    /// The bodies of a contact pair penetrate each other at the start.
+    PenetratingStart,
+    /// The surfaces of a contact pair do not see each other.
+    NothingOpposite,
+}
+
 /// Something that a run survives, but that is probably not meant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Notice {
+    /// What it is about.
+    pub kind: NoticeKind,
     /// Dotted path in the case file.
     pub path: String,
     /// What.
@@ -94,6 +108,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     for (b, body) in bodies.iter().enumerate() {
         if body.free_motions > 0 {
             notices.push(Notice {
+                kind: NoticeKind::LooseBody,
                 path: format!("body[{b}]"),
                 message: format!(
                     "body `{}` can move freely in {} of 6 rigid motions; contact alone would have to hold it",
@@ -200,6 +215,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
             .fold(f64::INFINITY, f64::min);
         if let Some((gap, node)) = closest.filter(|c| c.0 < -PENETRATION * size) {
             notices.push(Notice {
+                kind: NoticeKind::PenetratingStart,
                 path: format!("contact[{i}]"),
                 message: format!(
                     "`{}` and `{}` penetrate each other by {:.3e} at node {node} before anything moves",
@@ -211,6 +227,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
         }
         if closest.is_none() {
             notices.push(Notice {
+                kind: NoticeKind::NothingOpposite,
                 path: format!("contact[{i}]"),
                 message: format!(
                     "nothing of `{}` lies opposite of `{}` within the search distance {:.3e}",

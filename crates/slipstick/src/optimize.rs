@@ -75,6 +75,15 @@ pub enum OptimizeError {
     Interrupted,
 }
 
+/// The design that was analysed last.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluated {
+    /// Densities of all elements.
+    pub density: Vec<f64>,
+    /// dθ/dφ of all elements, unfiltered; `None` after the last evaluation, which needs none.
+    pub gradient: Option<Vec<f64>>,
+}
+
 /// An optimization in progress.
 pub struct Optimization {
     /// The problem being designed.
@@ -85,6 +94,7 @@ pub struct Optimization {
     limit: f64,
     iterations: usize,
     tolerance: Option<f64>,
+    evaluated: Option<Evaluated>,
     /// What the next iteration depends on.
     pub state: OptimizationState,
 }
@@ -164,6 +174,7 @@ impl Optimization {
             limit,
             iterations: optimizer.iterations,
             tolerance: optimizer.tolerance,
+            evaluated: None,
             state,
         })
     }
@@ -171,6 +182,11 @@ impl Optimization {
     /// Densities of all elements at the current variables.
     pub fn density(&self) -> Vec<f64> {
         self.variables.apply(&self.state.x)
+    }
+
+    /// The design of the last [`advance`](Self::advance); `None` before the first.
+    pub fn evaluated(&self) -> Option<&Evaluated> {
+        self.evaluated.as_ref()
     }
 
     /// Bound on the volume fraction.
@@ -215,15 +231,18 @@ impl Optimization {
         let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
         record.halvings = halvings;
         let mut next = self.state.clone();
+        let mut derivative = None;
         if !self.done() {
             let gradient = self.problem.analysis.gradient(&forward)?;
             if observer.cancelled() {
                 return Err(OptimizeError::Interrupted);
             }
             self.update(&mut next, &mut record, &domain, forward.value, &gradient)?;
+            derivative = Some(gradient);
         }
         next.history.push(record);
         self.state = next;
+        self.evaluated = Some(Evaluated { density, gradient: derivative });
         Ok(forward)
     }
 

@@ -16,7 +16,7 @@ use super::clip::Point;
 use super::facet_pair::{PairIntegrals, integrate_pair};
 use nalgebra::{Matrix4, Vector3};
 
-/// Interpolation of the Lagrange multiplier, Φ in (13).
+/// Interpolation of the Lagrange multiplier, Φ. Paper: (13).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MultiplierShape {
     /// Φ_j = N¹_j, as in the paper's examples.

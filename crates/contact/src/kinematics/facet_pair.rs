@@ -88,7 +88,7 @@ fn map_back(p: &[Point; 4], y: Point) -> Option<Image> {
 /// Returns `false`, with `out` untouched, where the facets do not overlap or the master facet does not face the slave.
 /// The gradient is formed only if `with_gradient`.
 ///
-/// Paper: (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_dual_numbers`.
+/// Paper: (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_finite_differences`.
 pub fn integrate_pair(
     slave: &[Point; 4],
     master: &[Point; 4],

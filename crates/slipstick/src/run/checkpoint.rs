@@ -4,8 +4,9 @@ use std::fs;
 
 use serde::{Deserialize, Serialize};
 
-use super::{RunDirectory, RunError, write_json};
+use super::{RunDirectory, RunError};
 use crate::optimize::OptimizationState;
+use crate::output::write_atomically;
 
 /// Version of the file's layout; another one is refused.
 const FORMAT: u32 = 1;
@@ -45,7 +46,9 @@ impl Checkpoint {
     /// # Errors
     /// [`RunError::Output`].
     pub fn write(&self, run: &RunDirectory) -> Result<(), RunError> {
-        Ok(write_json(&run.file("checkpoint.json"), self)?)
+        // Compact: a design of a million elements is ten vectors of that length.
+        let path = run.file("checkpoint.json");
+        Ok(write_atomically(&path, |writer| Ok(serde_json::to_writer(writer, self)?))?)
     }
 
     /// Reads `checkpoint.json`.

@@ -1,7 +1,6 @@
 //! Densities of elements as tables.
 
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 
 use slipstick_mesh::Mesh;

@@ -82,7 +82,8 @@ impl RunError {
     pub fn cure(&self) -> String {
         match self {
             Self::Exists { .. } => {
-                "name another directory with --out, go on with `slipstick resume`, or give --force to replace them".into()
+                "name another directory with --out, go on with `slipstick resume`, or give --force to replace them"
+                    .into()
             }
             Self::Directory { cure, .. } | Self::Damaged { cure, .. } | Self::Densities { cure, .. } => cure.clone(),
             Self::NoRun { .. } => "name the directory that an optimization has written".into(),

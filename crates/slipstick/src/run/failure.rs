@@ -1,6 +1,7 @@
 //! A failed analysis in words: where, why, what was tried, what may help.
 
 use std::fmt;
+use std::mem::discriminant;
 
 use serde::Serialize;
 use slipstick_mesh::Mesh;
@@ -39,7 +40,7 @@ pub struct FailureReport {
     pub cause: String,
     /// Where, the first few.
     pub places: Vec<Place>,
-    /// What was tried in that step, failures in a row that read the same counted together.
+    /// What was tried in that step, failures of one kind in a row counted together.
     pub attempts: Vec<String>,
     /// What the user may change.
     pub cures: Vec<String>,
@@ -75,7 +76,13 @@ impl FailureReport {
         };
         report.step = Some(failure.step);
         report.reached = failure.path.states.last().map(|state| state.time);
-        report.attempts = attempts(failure);
+        report.attempts = attempts(failure, mesh, slaves);
+        // The last attempt need not be the telling one: other reasons on the way have their cures too.
+        for cure in failure.attempts.iter().rev().flat_map(|(_, kind)| cures(kind)) {
+            if !report.cures.contains(&cure) {
+                report.cures.push(cure);
+            }
+        }
         report
     }
 
@@ -84,25 +91,7 @@ impl FailureReport {
     }
 
     fn of_kind(kind: &StepFailureKind, mesh: &Mesh, slaves: &[u32]) -> Self {
-        let places = match kind {
-            StepFailureKind::State(StateError::InvertedElements { elements }) => {
-                elements.iter().take(LISTED).filter_map(|&element| element_place(mesh, element)).collect()
-            }
-            StepFailureKind::State(StateError::FoldedSurface { node }) => node_place(mesh, *node).into_iter().collect(),
-            StepFailureKind::State(StateError::NotFinite { index, .. }) => {
-                let row = index / 3;
-                // Rows behind those of the nodes belong to the slave nodes' multipliers.
-                let multiplier = || slaves.get(row - mesh.nodes.len()).copied();
-                let node = if row < mesh.nodes.len() { u32::try_from(row).ok() } else { multiplier() };
-                node.and_then(|node| node_place(mesh, node)).into_iter().collect()
-            }
-            StepFailureKind::Cycling { nodes } => {
-                let node = |position: &u32| slaves.get(*position as usize).copied();
-                nodes.iter().filter_map(node).take(LISTED).filter_map(|node| node_place(mesh, node)).collect()
-            }
-            _ => Vec::new(),
-        };
-        Self { places, cures: cures(kind), ..Self::empty(kind.to_string()) }
+        Self { places: places(kind, mesh, slaves), cures: cures(kind), ..Self::empty(kind.to_string()) }
     }
 }
 
@@ -131,6 +120,31 @@ impl fmt::Display for FailureReport {
     }
 }
 
+/// The first few places that a failure names.
+fn places(kind: &StepFailureKind, mesh: &Mesh, slaves: &[u32]) -> Vec<Place> {
+    let node = |node: u32| node_place(mesh, node);
+    match kind {
+        StepFailureKind::State(StateError::InvertedElements { elements }) => {
+            elements.iter().take(LISTED).filter_map(|&element| element_place(mesh, element)).collect()
+        }
+        StepFailureKind::State(StateError::FoldedSurface { node: at }) => node(*at).into_iter().collect(),
+        StepFailureKind::State(StateError::NotFinite { index, .. }) => {
+            let row = index / 3;
+            // Rows behind those of the nodes belong to the slave nodes' multipliers.
+            let number = match row.checked_sub(mesh.nodes.len()) {
+                None => u32::try_from(row).ok(),
+                Some(multiplier) => slaves.get(multiplier).copied(),
+            };
+            number.and_then(node).into_iter().collect()
+        }
+        StepFailureKind::Cycling { nodes } => {
+            let number = |position: &u32| slaves.get(*position as usize).copied();
+            nodes.iter().filter_map(number).take(LISTED).filter_map(node).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
 fn element_place(mesh: &Mesh, element: u32) -> Option<Place> {
     let body = mesh.body_of_element(element as usize)?;
     let (body, position) = (mesh.bodies[body].name.clone(), mesh.centroid(element as usize));
@@ -142,19 +156,23 @@ fn node_place(mesh: &Mesh, node: u32) -> Option<Place> {
     Some(Place { kind: "node", number: node, body: body.name.clone(), position: mesh.nodes[node as usize] })
 }
 
-/// The attempts of the failed step in order, equal reasons in a row together, the middle of a long list left out.
-fn attempts(failure: &MarchFailure) -> Vec<String> {
-    let mut groups: Vec<(f64, f64, usize, String)> = Vec::new();
+/// The attempts of the failed step in order, reasons of one kind in a row together, the middle of a long list left out.
+fn attempts(failure: &MarchFailure, mesh: &Mesh, slaves: &[u32]) -> Vec<String> {
+    let mut groups: Vec<(f64, f64, usize, &StepFailureKind)> = Vec::new();
     for (time, kind) in &failure.attempts {
-        let reason = kind.to_string();
         match groups.last_mut() {
-            Some((_, last, count, same)) if *same == reason => (*last, *count) = (*time, *count + 1),
-            _ => groups.push((*time, *time, 1, reason)),
+            Some((_, last, count, same)) if discriminant(*same) == discriminant(kind) => {
+                (*last, *count, *same) = (*time, *count + 1, kind);
+            }
+            _ => groups.push((*time, *time, 1, kind)),
         }
     }
-    let line = |(first, last, count, reason): &(f64, f64, usize, String)| match count {
-        1 => format!("to t = {first:.6}: {reason}"),
-        _ => format!("to t = {first:.6} … {last:.6} ({count} times): {reason}"),
+    let line = |(first, last, count, kind): &(f64, f64, usize, &StepFailureKind)| {
+        let place = places(kind, mesh, slaves).first().map_or(String::new(), |place| format!(", first: {place}"));
+        match count {
+            1 => format!("to t = {first:.6}: {kind}{place}"),
+            _ => format!("to t = {first:.6} … {last:.6}, {count} times, at last: {kind}{place}"),
+        }
     };
     let mut lines: Vec<String> = groups.iter().map(line).collect();
     if lines.len() > LISTED {

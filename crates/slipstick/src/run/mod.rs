@@ -34,16 +34,3 @@ pub use failure::{FailureReport, Place};
 pub use fields::{write_failure, write_path};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
 pub use tables::{History, NewtonTable};
-
-use std::io::Write;
-use std::path::Path;
-
-use crate::output::{OutputError, write_atomically};
-
-/// Writes a value as JSON, whole or not at all.
-fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), OutputError> {
-    write_atomically(path, |writer| {
-        serde_json::to_writer_pretty(&mut *writer, value)?;
-        writer.write_all(b"\n")
-    })
-}

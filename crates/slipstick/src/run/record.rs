@@ -5,8 +5,9 @@ use std::fs;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::{RunDirectory, RunError, clock, write_json};
+use super::{RunDirectory, RunError, clock};
 use crate::case::Case;
+use crate::output::write_atomically;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -129,7 +130,10 @@ impl RunRecord {
     /// # Errors
     /// [`RunError::Output`].
     pub fn write(&self, run: &RunDirectory) -> Result<(), RunError> {
-        Ok(write_json(&run.file("run.json"), self)?)
+        Ok(write_atomically(&run.file("run.json"), |writer| {
+            serde_json::to_writer_pretty(&mut *writer, self)?;
+            writer.write_all(b"\n")
+        })?)
     }
 
     /// Reads `run.json`.

@@ -1,0 +1,174 @@
+//! Weighted gap and slip increment: gradients against central differences, objectivity under any common rotation.
+
+use nalgebra::{Rotation3, Unit, Vector2, Vector3};
+use slipstick_contact::ContactInterface;
+use slipstick_contact::kinematics::rows::SlipIncrement;
+use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
+use slipstick_mesh::{BoxShape, Mesh, box_mesh};
+
+const SHAPES: [MultiplierShape; 2] = [MultiplierShape::Standard, MultiplierShape::Dual];
+
+/// A block over a slab, faces not matching, the block sticking out over the slab's edge.
+fn mesh() -> Mesh {
+    let shape = |min, max, elements| BoxShape { min, max, elements, grading: [1.0; 3] };
+    let slab = box_mesh("slab", &shape([0.0; 3], [2.0, 0.5, 1.0], [3, 1, 2])).unwrap();
+    let block = box_mesh("block", &shape([0.45, 0.5, 0.37], [1.25, 1.0, 1.17], [2, 1, 2])).unwrap();
+    Mesh::merge(vec![slab, block]).unwrap()
+}
+
+fn interface(mesh: &Mesh, x: &[f64], shape: MultiplierShape) -> ContactInterface {
+    let facets = |name: &str| mesh.surfaces[name].facets.iter().map(|f| f.nodes).collect::<Vec<_>>();
+    ContactInterface::new(facets("block_ymin"), facets("slab_ymax"), x, shape, CellRule::Seven, 1.0).unwrap()
+}
+
+/// Deterministic noise in [−size, size) (linear congruential generator, Knuth's MMIX constants).
+fn noise(length: usize, size: f64, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    (0..length)
+        .map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            size * ((state >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
+        })
+        .collect()
+}
+
+fn disturbed(mesh: &Mesh, seed: u64) -> Vec<f64> {
+    let x = mesh.nodes.iter().flatten().copied();
+    x.zip(noise(3 * mesh.nodes.len(), 0.02, seed)).map(|(x, d)| x + d).collect()
+}
+
+fn evaluate(interface: &mut ContactInterface, x: &[f64], gradient: bool) -> Vec<NodeKinematics> {
+    let mut rows = Vec::new();
+    interface.evaluate(x, gradient, &mut rows).unwrap();
+    rows
+}
+
+/// Gap and the two slip components of every slave node.
+fn measures(rows: &[NodeKinematics], before: &[NodeKinematics], x: &[f64]) -> Vec<[f64; 3]> {
+    let mut slip = SlipIncrement::default();
+    rows.iter()
+        .zip(before)
+        .map(|(row, before)| {
+            row.slip(&PreviousRow::from(before), x, false, &mut slip);
+            [row.gap(), slip.value[0], slip.value[1]]
+        })
+        .collect()
+}
+
+/// `(8 (f₊₁ − f₋₁) − (f₊₂ − f₋₂))/12h` of all measures.
+fn difference(mut at: impl FnMut(f64) -> Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+    let h = 1e-5;
+    let (p1, m1, p2, m2) = (at(h), at(-h), at(2.0 * h), at(-2.0 * h));
+    let entry = |j: usize, c: usize| (8.0 * (p1[j][c] - m1[j][c]) - (p2[j][c] - m2[j][c])) / (12.0 * h);
+    (0..p1.len()).map(|j| std::array::from_fn(|c| entry(j, c))).collect()
+}
+
+/// Largest deviation of any entry of any gradient, current and previous. Entries are of the size of facet areas, 0.1.
+#[test]
+fn gap_and_slip_gradients() {
+    let mesh = mesh();
+    let (x, x_before) = (disturbed(&mesh, 1), disturbed(&mesh, 2));
+    for shape in SHAPES {
+        let mut interface = interface(&mesh, &x, shape);
+        let before = evaluate(&mut interface, &x_before, true);
+        let now = evaluate(&mut interface, &x, true);
+        let columns = x.len();
+        let mut exact = vec![[[0.0; 3]; 2]; now.len() * columns];
+        for (j, (row, before)) in now.iter().zip(&before).enumerate() {
+            let (mut gap, mut slip) = (Vec::new(), SlipIncrement::default());
+            row.gap_gradient(&mut gap);
+            row.slip(&PreviousRow::from(before), &x, true, &mut slip);
+            for a in 0..2 {
+                let mut scattered = vec![0.0; columns];
+                let weight = if a == 0 { Vector2::x() } else { Vector2::y() };
+                before.add_previous_slip_gradient(&row.frame, &x, weight, &mut scattered);
+                for (t, value) in scattered.iter().enumerate() {
+                    exact[j * columns + t][1][1 + a] = *value;
+                }
+            }
+            let n = 3 * row.support.len();
+            let m = 3 * before.support.len();
+            for t in 0..n {
+                let target = &mut exact[j * columns + 3 * row.support[t / 3] as usize + t % 3][0];
+                target[0] += gap[t];
+                target[1] += slip.gradient[t];
+                target[2] += slip.gradient[n + t];
+            }
+            for t in 0..m {
+                let target = &mut exact[j * columns + 3 * before.support[t / 3] as usize + t % 3][0];
+                target[1] += slip.previous_gradient[t];
+                target[2] += slip.previous_gradient[m + t];
+            }
+        }
+        let mut worst: f64 = 0.0;
+        for t in 0..columns {
+            let moved = |x: &[f64], h: f64| {
+                let mut x = x.to_vec();
+                x[t] += h;
+                x
+            };
+            let current = difference(|h| {
+                let x = moved(&x, h);
+                measures(&evaluate(&mut interface, &x, false), &before, &x)
+            });
+            let previous = difference(|h| {
+                let x_before = moved(&x_before, h);
+                measures(&now, &evaluate(&mut interface, &x_before, false), &x)
+            });
+            for j in 0..now.len() {
+                for c in 0..3 {
+                    worst = worst.max((exact[j * columns + t][0][c] - current[j][c]).abs());
+                    worst = worst.max((exact[j * columns + t][1][c] - previous[j][c]).abs());
+                }
+            }
+        }
+        println!("{shape:?}: {worst:.1e}");
+        assert!(worst < 1e-9, "{shape:?}: {worst:e}");
+    }
+}
+
+fn rotated(x: &[f64], axis: Vector3<f64>, degrees: f64) -> Vec<f64> {
+    let turn = Rotation3::from_axis_angle(&Unit::new_normalize(axis), f64::to_radians(degrees));
+    let shift = Vector3::new(0.3, -0.2, 0.7);
+    x.chunks_exact(3).flat_map(|p| <[f64; 3]>::from(turn * Vector3::new(p[0], p[1], p[2]) + shift)).collect()
+}
+
+/// A common rigid motion between two steps is no slip, whatever axis and angle; spin about the contact normal included.
+#[test]
+fn slip_increment_is_objective() {
+    let mesh = mesh();
+    let x = disturbed(&mesh, 3);
+    for shape in SHAPES {
+        let mut interface = interface(&mesh, &x, shape);
+        let before = evaluate(&mut interface, &x, false);
+        for axis in [Vector3::y(), Vector3::x(), Vector3::new(1.0, 2.0, -0.5)] {
+            for degrees in [1.0, 30.0, 90.0, 180.0] {
+                let turned = rotated(&x, axis, degrees);
+                let now = evaluate(&mut interface, &turned, false);
+                for ((gap, slip), before) in
+                    measures(&now, &before, &turned).iter().map(|m| (m[0], [m[1], m[2]])).zip(&before)
+                {
+                    assert!(slip[0].hypot(slip[1]) < 1e-14, "{shape:?} {degrees}°: {slip:?}");
+                    assert!((gap - before.gap()).abs() < 1e-14);
+                }
+            }
+        }
+    }
+}
+
+/// The slip between two states does not change when the second one is seen from a turned frame.
+#[test]
+fn slip_of_a_sliding_pair_turns_with_the_body() {
+    let mesh = mesh();
+    let (x_before, x) = (disturbed(&mesh, 4), disturbed(&mesh, 5));
+    for shape in SHAPES {
+        let mut interface = interface(&mesh, &x, shape);
+        let before = evaluate(&mut interface, &x_before, false);
+        let straight = measures(&evaluate(&mut interface, &x, false), &before, &x);
+        let turned = rotated(&x, Vector3::new(0.4, 1.0, 0.2), 70.0);
+        let seen = measures(&evaluate(&mut interface, &turned, false), &before, &turned);
+        for (a, b) in straight.iter().zip(&seen) {
+            assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-14), "{a:?} {b:?}");
+        }
+    }
+}

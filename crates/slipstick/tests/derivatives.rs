@@ -1,0 +1,321 @@
+//! Every derivative of the step's equations against central differences (order 4) at generic states: bodies warped at
+//! random, multipliers and history at random, open, sticking and slipping nodes, the slave reaching over the master's edge.
+
+mod common;
+
+use common::scene::*;
+use common::*;
+use nalgebra::{Rotation3, Unit, Vector2, Vector3};
+use slipstick::build::Problem;
+use slipstick_contact::enforcement::NodeMeasures;
+use slipstick_contact::enforcement::lagrange::complementarity;
+use slipstick_path::{PreviousPullBack, StepProblem, StepState};
+
+const FRICTION: f64 = 0.4;
+/// Relative to the largest entry of the derivative.
+const BOUND: f64 = 1e-8;
+
+fn variants() -> Vec<(String, String, &'static str)> {
+    let weighted = "{ penalty = { stiffness = { normal = 3e4, tangential = 2e4 }, scaling = \"weighted\" } }";
+    let methods = [
+        ("Lagrange", LAGRANGE.to_string()),
+        ("penalty over area", penalty(4e3)),
+        ("penalty weighted", weighted.into()),
+        ("augmented", augmented(3e3, 1e-8)),
+    ];
+    methods
+        .iter()
+        .flat_map(|(name, e)| ["standard", "dual"].map(|shape| (format!("{name}, {shape}"), e.clone(), shape)))
+        .collect()
+}
+
+struct Generic {
+    problem: Problem,
+    density: Vec<f64>,
+    previous: StepState,
+    y: Vec<f64>,
+}
+
+/// A state in which all three statuses occur; the first of a few seeds that has one.
+fn generic(enforcement: &str, shape: &'static str, held: bool) -> Generic {
+    let scene = Scene {
+        slab: [3, 1, 2],
+        block: [2, 1, 2],
+        corner: [0.9, 1.0, 0.37],
+        friction: FRICTION,
+        enforcement: enforcement.into(),
+        shape,
+        ..Scene::default()
+    };
+    let mut problem = problem(&scene.text());
+    let density = random_density(&problem, 1);
+    let model = &mut problem.analysis.model;
+    model.set_density(&density);
+    model.hold_multipliers(held);
+    let (n, split) = (model.unknowns(), model.displacements());
+    for seed in 1..100 {
+        let mut random = Random::new(seed);
+        let mut state = || {
+            let mut y = random.vector(split, 0.01);
+            y.extend((split..n).map(|i| if i % 3 == 0 { random.within(-5.0, 40.0) } else { random.within(-8.0, 8.0) }));
+            y
+        };
+        let (previous, y) = (state(), state());
+        let previous = StepState { unknowns: previous, history: random.vector(model.history_length(), 5.0) };
+        model.begin_step(&previous, true).unwrap();
+        let mut out = vec![0.0; n];
+        model.residual(&y, &mut out).unwrap();
+        if (0..3).all(|s| model.active_set().iter().filter(|&&a| a == s).count() >= 2) {
+            return Generic { problem, density, previous, y };
+        }
+    }
+    panic!("no seed has open, sticking and slipping nodes");
+}
+
+/// Central differences of order 4 of a vector function along coordinate `t` of `at`.
+fn difference(at: &[f64], t: usize, h: f64, mut f: impl FnMut(&[f64]) -> Vec<f64>) -> Vec<f64> {
+    let mut value = |s: f64| {
+        let mut moved = at.to_vec();
+        moved[t] += s * h;
+        f(&moved)
+    };
+    let (p1, m1, p2, m2) = (value(1.0), value(-1.0), value(2.0), value(-2.0));
+    (0..p1.len()).map(|i| (8.0 * (p1[i] - m1[i]) - (p2[i] - m2[i])) / (12.0 * h)).collect()
+}
+
+fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Generic {
+    fn residual(&mut self, y: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; y.len()];
+        self.problem.analysis.model.residual(y, &mut out).unwrap();
+        out
+    }
+
+    fn history(&mut self, y: &[f64]) -> Vec<f64> {
+        let mut out = Vec::new();
+        self.problem.analysis.model.advance_history(y, &mut out).unwrap();
+        out
+    }
+
+    fn begin(&mut self, previous: &StepState) {
+        self.problem.analysis.model.begin_step(previous, true).unwrap();
+    }
+
+    /// The parameter c of every active node, from C_n = c g̃.
+    fn parameters(&mut self) -> Vec<f64> {
+        let y = self.y.clone();
+        let out = self.residual(&y);
+        let split = self.problem.analysis.model.displacements();
+        let (previous, state) = (self.previous.clone(), StepState { unknowns: y, history: vec![] });
+        let contact = self.problem.analysis.model.contact_results(&previous, &state).unwrap();
+        contact.iter().enumerate().map(|(j, c)| if c.gap.is_some() { out[split + 3 * j] / c.weighted_gap } else { 0.0 }).collect()
+    }
+
+    /// F with the parameter c, which steers the iteration only and is not differentiated, held at `parameters`.
+    fn frozen(&mut self, y: &[f64], parameters: &[f64], statuses: &[u8]) -> Vec<f64> {
+        let mut out = self.residual(y);
+        let split = self.problem.analysis.model.displacements();
+        let (previous, state) = (self.previous.clone(), StepState { unknowns: y.to_vec(), history: vec![] });
+        let contact = self.problem.analysis.model.contact_results(&previous, &state).unwrap();
+        for (j, c) in contact.iter().enumerate().filter(|(j, _)| statuses[*j] != 0) {
+            let at = NodeMeasures {
+                gap: c.weighted_gap,
+                slip: Vector2::from(c.weighted_slip),
+                area: c.area,
+                reference_area: c.area,
+            };
+            let zeta = Vector3::from_column_slice(&y[split + 3 * j..][..3]);
+            let value = complementarity(zeta, &at, FRICTION, parameters[j]).value;
+            out[split + 3 * j..][..3].copy_from_slice(value.as_slice());
+        }
+        out
+    }
+}
+
+fn check_tangent(name: &str, generic: &mut Generic, with_multipliers: bool) {
+    let y = generic.y.clone();
+    let split = generic.problem.analysis.model.displacements();
+    let n = if with_multipliers { y.len() } else { split };
+    let columns: Vec<Vec<f64>> = {
+        let matrix = generic.problem.analysis.model.tangent(&y).unwrap();
+        (0..n)
+            .map(|t| {
+                let (mut unit, mut column) = (vec![0.0; y.len()], vec![0.0; y.len()]);
+                unit[t] = 1.0;
+                matrix.mul(&unit, &mut column);
+                column
+            })
+            .collect()
+    };
+    let mut statuses = vec![0; 0];
+    let mut parameters = Vec::new();
+    if with_multipliers {
+        generic.residual(&y);
+        statuses = generic.problem.analysis.model.active_set().to_vec();
+        parameters = generic.parameters();
+    }
+    // blocks (R, C) × (d, ζ): each against its own largest entry
+    let mut worst = [[0.0f64; 2]; 2];
+    let mut size = [[0.0f64; 2]; 2];
+    for (t, column) in columns.iter().enumerate() {
+        let h = if t < split { 1e-5 } else { 1e-2 };
+        let expected = difference(&y, t, h, |y| match with_multipliers {
+            true => generic.frozen(y, &parameters, &statuses),
+            false => generic.residual(y),
+        });
+        for i in 0..n {
+            let (r, c) = (usize::from(i >= split), usize::from(t >= split));
+            worst[r][c] = worst[r][c].max((column[i] - expected[i]).abs());
+            size[r][c] = size[r][c].max(expected[i].abs());
+        }
+    }
+    for r in 0..2 {
+        for c in 0..2 {
+            if size[r][c] > 0.0 {
+                println!("{name}: block {r}{c} {:.1e}", worst[r][c] / size[r][c]);
+                assert!(worst[r][c] < BOUND * size[r][c], "{name}: block {r}{c}: {:e} of {:e}", worst[r][c], size[r][c]);
+            }
+        }
+    }
+}
+
+#[test]
+fn tangent_matches_finite_differences() {
+    for (name, enforcement, shape) in variants() {
+        let with_multipliers = !enforcement.contains("penalty");
+        check_tangent(&name, &mut generic(&enforcement, shape, false), with_multipliers);
+        if enforcement.contains("augmented") {
+            check_tangent(&format!("{name}, held"), &mut generic(&enforcement, shape, true), false);
+        }
+    }
+}
+
+/// λᵀ∂F/∂y_{n−1} + ηᵀ∂G/∂y_{n−1} and the same for h_{n−1}.
+#[test]
+fn previous_pull_back_matches_finite_differences() {
+    for (name, enforcement, shape) in variants() {
+        let mut generic = generic(&enforcement, shape, false);
+        let (y, previous) = (generic.y.clone(), generic.previous.clone());
+        let mut random = Random::new(17);
+        let (lambda, eta) = (random.vector(y.len(), 1.0), random.vector(previous.history.len(), 1.0));
+        let mut found = PreviousPullBack::default();
+        generic.begin(&previous);
+        generic.problem.analysis.model.pull_back_previous(&y, &lambda, &eta, &mut found).unwrap();
+        let mut product = |previous: &StepState| {
+            generic.begin(previous);
+            vec![dot(&lambda, &generic.residual(&y)) + dot(&eta, &generic.history(&y))]
+        };
+        let by_unknown: Vec<f64> = (0..y.len())
+            .map(|t| {
+                difference(&previous.unknowns, t, 1e-5, |u| {
+                    product(&StepState { unknowns: u.to_vec(), history: previous.history.clone() })
+                })[0]
+            })
+            .collect();
+        let by_history: Vec<f64> = (0..eta.len())
+            .map(|t| {
+                difference(&previous.history, t, 1e-3, |h| {
+                    product(&StepState { unknowns: previous.unknowns.clone(), history: h.to_vec() })
+                })[0]
+            })
+            .collect();
+        let error = deviation(&found.unknowns, &by_unknown);
+        println!("{name}: {error:.1e}");
+        assert!(error < BOUND, "{name}: {error:e}");
+        if !eta.is_empty() {
+            let error = deviation(&found.history, &by_history);
+            println!("{name}, history: {error:.1e}");
+            assert!(error < BOUND, "{name}, history: {error:e}");
+        }
+    }
+}
+
+/// ηᵀ∂G/∂y, and λᵀ∂F/∂φ. The complementarity conditions do not depend on the design.
+#[test]
+fn current_and_design_pull_back_match_finite_differences() {
+    for (name, enforcement, shape) in variants() {
+        let mut generic = generic(&enforcement, shape, false);
+        let (y, previous) = (generic.y.clone(), generic.previous.clone());
+        generic.begin(&previous);
+        let mut random = Random::new(23);
+        let eta = random.vector(previous.history.len(), 1.0);
+        if !eta.is_empty() {
+            let mut found = vec![0.0; y.len()];
+            generic.problem.analysis.model.pull_back_current(&y, &eta, &mut found).unwrap();
+            let expected: Vec<f64> =
+                (0..y.len()).map(|t| difference(&y, t, 1e-5, |y| vec![dot(&eta, &generic.history(y))])[0]).collect();
+            let error = deviation(&found, &expected);
+            println!("{name}, current: {error:.1e}");
+            assert!(error < BOUND, "{name}, current: {error:e}");
+        }
+        let split = generic.problem.analysis.model.displacements();
+        let mut lambda = random.vector(y.len(), 1.0);
+        let design = |generic: &mut Generic, lambda: &[f64]| {
+            let mut found = vec![0.0; generic.density.len()];
+            generic.problem.analysis.model.pull_back_design(&y, lambda, &mut found).unwrap();
+            found
+        };
+        let found = design(&mut generic, &lambda);
+        lambda[split..].fill(0.0);
+        assert_eq!(found, design(&mut generic, &lambda));
+        let density = generic.density.clone();
+        let expected: Vec<f64> = (0..density.len())
+            .map(|e| {
+                difference(&density, e, 1e-3, |density| {
+                    generic.problem.analysis.model.set_density(density);
+                    vec![dot(&lambda, &generic.residual(&y))]
+                })[0]
+            })
+            .collect();
+        let error = deviation(&found, &expected);
+        println!("{name}, design: {error:.1e}");
+        assert!(error < BOUND, "{name}, design: {error:e}");
+    }
+}
+
+/// A sticking traction turns with the bodies: the history's components are kept under any common rotation of the two
+/// bodies in a step, also a spin about the contact normal (theory §3).
+#[test]
+fn sticking_traction_is_kept_under_rotation() {
+    for shape in ["standard", "dual"] {
+        let mut generic = generic(&penalty(4e3), shape, false);
+        let coordinates: Vec<f64> = generic.problem.mesh.nodes.iter().flatten().copied().collect();
+        let mut previous = generic.previous.clone();
+        // well inside of the friction cone: pressed together by 0.03, little traction
+        for (t, d) in previous.unknowns.iter_mut().enumerate() {
+            let on_block = generic.problem.mesh.body("block").unwrap().nodes.contains(&(t / 3));
+            if on_block && t % 3 == 1 {
+                *d -= 0.03;
+            }
+        }
+        previous.history.iter_mut().for_each(|h| *h *= 0.1);
+        generic.begin(&previous);
+        for (axis, degrees) in [(Vector3::y(), 30.0), (Vector3::y(), 120.0), (Vector3::new(1.0, 0.3, -2.0), 75.0)] {
+            let turn = Rotation3::from_axis_angle(&Unit::new_normalize(axis), f64::to_radians(degrees));
+            let mut turned = Vec::new();
+            for (p, d) in coordinates.chunks_exact(3).zip(previous.unknowns.chunks_exact(3)) {
+                let reference = Vector3::new(p[0], p[1], p[2]);
+                let moved = turn * (reference + Vector3::new(d[0], d[1], d[2])) - reference;
+                turned.extend_from_slice(moved.as_slice());
+            }
+            let history = generic.history(&turned);
+            generic.residual(&turned);
+            let sticking: Vec<usize> =
+                (0..history.len() / 2).filter(|&j| generic.problem.analysis.model.active_set()[j] == 1).collect();
+            assert!(sticking.len() >= 4, "{sticking:?}");
+            let scale = largest(previous.history.iter().copied());
+            for j in sticking {
+                for c in [2 * j, 2 * j + 1] {
+                    assert!((history[c] - previous.history[c]).abs() < 1e-13 * scale.max(1.0), "{degrees}° node {j}");
+                }
+            }
+        }
+    }
+}
