@@ -12,8 +12,8 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueHint};
     version,
     propagate_version = true,
     arg_required_else_help = true,
-    after_help = "Exit codes:\n  0  done\n  2  wrong command line, case file or other input\n  \
-                  3  the analysis failed\n  4  interrupted; what was reached is on disk\n\n\
+    after_help = "Exit codes:\n  0  done\n  2  wrong command line, case file or other input; results cannot be written\n  \
+                  3  the analysis failed, or a gradient is not what differences say\n  4  interrupted; what was reached is on disk\n\n\
                   A first run:\n  slipstick new half-ball\n  slipstick check half_ball.toml\n  \
                   slipstick optimize half_ball.toml"
 )]
@@ -89,7 +89,8 @@ pub struct CaseFile {
 /// Where results go.
 #[derive(Debug, Clone, Args)]
 pub struct Out {
-    /// Directory for results [default: the case file's `output.directory`, else its name without `.toml`]
+    /// Directory for results [default: the case file's `output.directory`, else its name without `.toml`, beside it;
+    /// but for `optimize` with `_` and the command's name behind it]
     #[arg(short, long, value_name = "DIRECTORY", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
     /// Replace results of an earlier run in that directory
@@ -188,6 +189,9 @@ pub struct VerifyGradient {
     /// Elements to differentiate by one at a time, spread over the design; costs two analyses each and step
     #[arg(long, value_name = "NUMBER", default_value = "5")]
     pub elements: NonZeroUsize,
+    /// Random directions over the whole design; cost as much as an element
+    #[arg(long, value_name = "NUMBER", default_value_t = 2)]
+    pub directions: usize,
     /// First step in density
     #[arg(long, value_name = "STEP", default_value = "1e-4", value_parser = step)]
     pub step: f64,
@@ -208,7 +212,7 @@ pub struct Resume {
     /// Directory of the optimization
     #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
     pub results: PathBuf,
-    /// Most iterations in all [default: the case file's]
+    /// Most iterations in all [default: what was asked for before]
     #[arg(long, value_name = "NUMBER")]
     pub iterations: Option<NonZeroUsize>,
 }
@@ -276,6 +280,7 @@ mod tests {
             panic!("verify gradient")
         };
         assert_eq!((gradient.step, gradient.elements.get(), gradient.halvings), (1e-3, 5, 3));
+        assert_eq!(gradient.directions, 2);
 
         let cli = parse("slipstick evaluate c.toml --design o --friction 0,0.1,0.25").expect("right");
         let Command::Evaluate(evaluate) = cli.command else { panic!("evaluate") };

@@ -38,25 +38,21 @@ pub fn report(diagnostics: &[CaseDiagnostic], terminal: bool) -> String {
     text
 }
 
-/// Diagnostics for programs, one JSON object per line.
-pub fn report_json(diagnostics: &[CaseDiagnostic]) -> String {
-    let object = |diagnostic: &CaseDiagnostic| {
-        let severity = match diagnostic.severity() {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-        };
-        let object = serde_json::json!({
-            "severity": severity,
-            "code": diagnostic.code().as_str(),
-            "file": diagnostic.file(),
-            "line": diagnostic.line(),
-            "column": diagnostic.column(),
-            "message": diagnostic.message(),
-            "help": diagnostic.help(),
-        });
-        format!("{object}\n")
+/// A diagnostic for programs.
+pub fn object(diagnostic: &CaseDiagnostic) -> serde_json::Value {
+    let severity = match diagnostic.severity() {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
     };
-    diagnostics.iter().map(object).collect()
+    serde_json::json!({
+        "severity": severity,
+        "code": diagnostic.code().as_str(),
+        "file": diagnostic.file(),
+        "line": diagnostic.line(),
+        "column": diagnostic.column(),
+        "message": diagnostic.message(),
+        "help": diagnostic.help(),
+    })
 }
 
 #[cfg(test)]
@@ -71,9 +67,7 @@ mod tests {
         assert!(plain.contains("c.toml:3:9: error: `steps`"), "{plain}");
         let shown = report(errors.diagnostics(), true);
         assert!(shown.contains("slipstick::case::steps") && shown.contains("steps = 0"), "{shown}");
-        let lines = report_json(errors.diagnostics());
-        let last = lines.lines().last().expect("a line");
-        let object: serde_json::Value = serde_json::from_str(last).expect("JSON");
+        let object = object(errors.diagnostics().last().expect("an error"));
         assert_eq!((&object["line"], &object["column"]), (&3.into(), &9.into()));
         assert_eq!(object["code"], "slipstick::case::steps");
     }

@@ -1,5 +1,61 @@
-//! The parts of the slipstick program: command line, reading of case files with reports of their errors, exit codes.
+//! The parts of the slipstick program.
+//!
+//! [`run`] does what a command line asks for. The program adds nothing to the method: it reads cases, watches analyses,
+//! and keeps the directory of a run ([`slipstick::run`]).
 
 pub mod args;
 pub mod case_file;
+pub mod commands;
+pub mod console;
 pub mod exit;
+pub mod failure;
+pub mod interrupt;
+pub mod setup;
+pub mod table;
+pub mod watch;
+
+use args::{Cli, Command, VerifyWhat};
+use console::Console;
+use exit::Exit;
+use failure::Failure;
+use interrupt::Interrupt;
+
+/// What every command works with.
+pub struct Context {
+    /// Where text and events go.
+    pub console: Console,
+    /// Whether the user wants to stop.
+    pub interrupt: Interrupt,
+    /// Options of every command.
+    pub common: args::Common,
+    /// The command line, for the record of a run.
+    pub line: Vec<String>,
+}
+
+/// Does what the command line asks for.
+pub fn run(cli: Cli, line: Vec<String>) -> Exit {
+    let console = Console::new(&cli.common);
+    let context = Context { console, interrupt: Interrupt::install(), common: cli.common, line };
+    let result = match &cli.command {
+        Command::New(args) => commands::new::run(&context, args),
+        Command::Check(args) => commands::check::run(&context, args),
+        Command::Solve(args) => commands::solve::run(&context, args),
+        Command::Gradient(args) => commands::gradient::run(&context, args),
+        Command::Optimize(args) => commands::optimize::run(&context, args),
+        Command::Resume(args) => commands::resume::run(&context, args),
+        Command::Evaluate(args) => commands::evaluate::run(&context, args),
+        Command::Verify(args) => match &args.what {
+            VerifyWhat::Gradient(args) => commands::verify::run(&context, args),
+        },
+    };
+    match result {
+        Ok(()) => Exit::Ok,
+        Err(failure) => {
+            context.console.failure(&failure);
+            failure.exit()
+        }
+    }
+}
+
+/// The result of a command.
+pub type Outcome<T = ()> = Result<T, Failure>;

@@ -1,0 +1,142 @@
+//! `slipstick check`: looks at a case without running it.
+
+use serde_json::json;
+use slipstick::build::Problem;
+use slipstick::case::Component;
+use slipstick::check::Inspection;
+
+use super::{bytes, digits};
+use crate::args::Check;
+use crate::failure::Failure;
+use crate::setup::{Setup, prepare, read};
+use crate::table::lines;
+use crate::{Context, Outcome};
+
+/// Floating-point operations per second that the estimate of time assumes; about half of what one core of a desktop
+/// machine reaches in the factorization.
+const OPERATIONS_PER_SECOND: f64 = 15e9;
+
+/// Shows sizes, sets, supports, contact pairs and initial gaps, with warnings at their place in the file; or the case
+/// with all defaults filled in.
+///
+/// # Errors
+/// [`Failure::Case`], [`Failure::Input`].
+pub fn run(context: &Context, args: &Check) -> Outcome {
+    if args.resolved {
+        let resolved = read(&args.case.case)?;
+        context.console.warnings(&resolved.warnings);
+        let text = toml::to_string_pretty(&resolved.case).map_err(|error| {
+            Failure::input(format!("the case cannot be written as TOML: {error}"), "keep numbers below 2⁶³")
+        })?;
+        if context.console.json() {
+            context.console.event("result", json!({ "command": "check", "case": resolved.case }));
+        } else {
+            context.console.raw(&text);
+        }
+        return Ok(());
+    }
+    let (setup, problem) = prepare(context, &args.case.case, &[])?;
+    let seconds = setup.inspection.factor_operations / OPERATIONS_PER_SECOND;
+    context
+        .console
+        .event("result", json!({ "command": "check", "inspection": setup.inspection, "factor_seconds": seconds }));
+    let console = &context.console;
+    if !setup.resolved.case.title.is_empty() {
+        console.text(&setup.resolved.case.title);
+    }
+    console.text("\nbodies");
+    console.lines(&bodies(&setup.inspection));
+    console.text("\nsets and surfaces");
+    let sets = setup.inspection.sets.iter().map(|(name, nodes)| vec![name.clone(), nodes.to_string()]);
+    console.lines(&lines(&["name", "nodes"], &sets.collect::<Vec<_>>()));
+    console.text("\nsupports and motions");
+    console.lines(&supports(&setup, &problem));
+    if !setup.inspection.contacts.is_empty() {
+        console.text("\ncontact, at the start");
+        console.lines(&contacts(&setup));
+    }
+    console.text("\nsize");
+    console.lines(&size(&setup.inspection, seconds));
+    let problems = setup.inspection.notices.len() + setup.resolved.warnings.len();
+    console.text(if problems == 0 { "\nnothing to complain about" } else { "\nsee the warnings" });
+    Ok(())
+}
+
+fn bodies(inspection: &Inspection) -> Vec<String> {
+    let rows: Vec<_> = inspection
+        .bodies
+        .iter()
+        .map(|body| {
+            vec![
+                body.name.clone(),
+                body.elements.to_string(),
+                body.nodes.to_string(),
+                digits(body.volume),
+                format!("{:.3}", body.quality),
+                body.free_motions.to_string(),
+            ]
+        })
+        .collect();
+    lines(&["name", "elements", "nodes", "volume", "worst quality", "free rigid motions"], &rows)
+}
+
+fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
+    let rows: Vec<_> = setup
+        .resolved
+        .case
+        .dirichlet
+        .iter()
+        .map(|condition| {
+            let nodes = problem.mesh.set_nodes(&condition.set).map_or(0, |nodes| nodes.len());
+            let letter = |component: &Component| ["x", "y", "z"][component.index()];
+            let components: String = condition.components.iter().map(letter).collect();
+            let (u, angle) = condition.at(1.0);
+            let motion = match (condition.motion.is_empty(), angle == 0.0) {
+                (true, _) => "held".into(),
+                (false, true) => format!("{u:?}"),
+                (false, false) => format!("{u:?}, {angle}°"),
+            };
+            vec![condition.set.clone(), nodes.to_string(), components, motion]
+        })
+        .collect();
+    lines(&["set", "nodes", "components", "at the end"], &rows)
+}
+
+fn contacts(setup: &Setup) -> Vec<String> {
+    let rows: Vec<_> = setup
+        .inspection
+        .contacts
+        .iter()
+        .zip(&setup.resolved.case.contacts)
+        .map(|(pair, case)| {
+            let gap = match (pair.smallest_gap, pair.at_node) {
+                (Some(gap), Some(node)) => format!("{gap:.3e} at node {node}"),
+                _ => "nothing opposite".into(),
+            };
+            vec![
+                format!("{} on {}", pair.slave, pair.master),
+                format!("{} / {}", pair.facets[0], pair.facets[1]),
+                pair.slave_nodes.to_string(),
+                pair.covered.to_string(),
+                case.friction.to_string(),
+                format!("{:.3e}", pair.reach),
+                gap,
+            ]
+        })
+        .collect();
+    let header = ["slave on master", "facets", "slave nodes", "with something opposite", "friction", "searched to"];
+    lines(&[&header[..], &["smallest gap"]].concat(), &rows)
+}
+
+fn size(inspection: &Inspection, seconds: f64) -> Vec<String> {
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let rows = [
+        row("load steps", inspection.steps.to_string()),
+        row("unknowns of a step", inspection.unknowns.to_string()),
+        row("designed elements", inspection.designed.to_string()),
+        row("factors, predicted", bytes(inspection.factor_bytes)),
+        row("memory of a run, predicted", bytes(inspection.peak_bytes)),
+        row("a factorization, roughly", format!("{seconds:.2} s on one core")),
+    ];
+    lines(&["", ""], &rows).split_off(1)
+}

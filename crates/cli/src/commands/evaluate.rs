@@ -1,0 +1,107 @@
+//! `slipstick evaluate`: a design under other coefficients of friction. Paper: Table 1.
+
+use serde_json::json;
+use slipstick::build::Problem;
+use slipstick::output::Csv;
+use slipstick::run::NewtonTable;
+
+use super::{digits, final_status, whole};
+use crate::args::Evaluate;
+use crate::setup::{Run, failed, prepare, volume_fraction};
+use crate::table::lines;
+use crate::watch::Watch;
+use crate::{Context, Outcome};
+
+const COLUMNS: &[&str] = &[
+    "friction",
+    "objective",
+    "volume_fraction",
+    "objective_over_volume_fraction",
+    "newton_iterations",
+    "increments",
+    "open",
+    "stick",
+    "slip",
+];
+
+/// Evaluates a design, once for each coefficient of friction.
+///
+/// # Errors
+/// As [`crate::failure::Failure`] lists them; what was evaluated before stays in the table.
+pub fn run(context: &Context, args: &Evaluate) -> Outcome {
+    let (setup, mut problem) = prepare(context, &args.case.case, &["dirichlet", "design", "objective", "contact"])?;
+    let density = setup.density_of(&problem, &args.design)?;
+    let run = Run::start(context, &setup, &args.out, "evaluate")?;
+    let outcome = evaluate(context, &mut problem, &run, &density, &args.friction);
+    run.end(outcome)
+}
+
+fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], friction: &[f64]) -> Outcome {
+    let directory = &run.directory;
+    let own = own_friction(problem);
+    let asked: Vec<Option<f64>> =
+        if friction.is_empty() { vec![None] } else { friction.iter().copied().map(Some).collect() };
+    let steps = problem.analysis.times.len();
+    let fraction = volume_fraction(problem, density).unwrap_or(1.0);
+    let mut csv = Csv::create(&directory.file("evaluate.csv"), COLUMNS)?;
+    let mut watch = Watch::new(context).with_table(NewtonTable::open(directory, 0)?);
+    context.console.start_bar(steps * asked.len(), 0);
+    let mut rows = Vec::new();
+    for (number, &coefficient) in asked.iter().enumerate() {
+        watch.begin(number, steps * number);
+        if let Some(coefficient) = coefficient {
+            problem.analysis.model.set_friction(coefficient);
+        }
+        let forward = match problem.analysis.forward(density, &mut watch) {
+            Ok(forward) => forward,
+            Err(error) => return Err(failed(problem, &error, directory)),
+        };
+        watch.check()?;
+        whole(context, &forward, steps)?;
+        let shown = coefficient.or(own);
+        let [open, stick, slip] = final_status(&forward);
+        let (newton, increments) = (forward.path.newton_iterations(), forward.path.states.len() - 1);
+        csv.row(&[
+            shown.into(),
+            forward.value.into(),
+            fraction.into(),
+            (forward.value / fraction).into(),
+            newton.into(),
+            increments.into(),
+            open.into(),
+            stick.into(),
+            slip.into(),
+        ])?;
+        context.console.event(
+            "evaluation",
+            json!({
+                "friction": shown, "objective": forward.value, "volume_fraction": fraction,
+                "objective_over_volume_fraction": forward.value / fraction, "newton_iterations": newton,
+                "increments": increments, "open": open, "stick": stick, "slip": slip,
+            }),
+        );
+        rows.push(vec![
+            shown.map_or("as in the case".into(), |value| value.to_string()),
+            digits(forward.value),
+            digits(forward.value / fraction),
+            open.to_string(),
+            stick.to_string(),
+            slip.to_string(),
+        ]);
+    }
+    context.console.end_bar();
+    context.console.text(&format!("volume fraction {fraction:.5}"));
+    context
+        .console
+        .lines(&lines(&["friction", "objective", "objective/volume fraction", "open", "stick", "slip"], &rows));
+    let path = directory.path();
+    context.console.event("result", json!({ "command": "evaluate", "directory": path, "evaluations": rows.len() }));
+    Ok(())
+}
+
+/// The case's coefficient of friction, if all its contact pairs have the same.
+fn own_friction(problem: &Problem) -> Option<f64> {
+    let mut all = problem.analysis.model.interfaces().iter().map(|interface| interface.friction);
+    let first = all.next()?;
+    all.all(|other| other == first).then_some(first)
+}

@@ -1,0 +1,55 @@
+//! `slipstick gradient`: objective and its derivative with respect to every density.
+
+use serde_json::json;
+use slipstick::build::Problem;
+use slipstick::output::fields::write_design;
+use slipstick::run::{NewtonTable, write_densities};
+
+use super::{digits, whole};
+use crate::args::Gradient;
+use crate::setup::{Run, failed, prepare, volume_fraction};
+use crate::watch::Watch;
+use crate::{Context, Outcome};
+
+/// Marches, sweeps back, and writes the derivatives.
+///
+/// # Errors
+/// As [`crate::failure::Failure`] lists them.
+pub fn run(context: &Context, args: &Gradient) -> Outcome {
+    let (setup, mut problem) = prepare(context, &args.case.case, &["dirichlet", "design", "objective"])?;
+    let density = setup.density(&problem, &args.design)?;
+    let run = Run::start(context, &setup, &args.out, "gradient")?;
+    let outcome = gradient(context, &mut problem, &run, &density);
+    run.end(outcome)
+}
+
+fn gradient(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -> Outcome {
+    let directory = &run.directory;
+    let mut watch = Watch::new(context).with_table(NewtonTable::open(directory, 0)?);
+    let analysis = &mut problem.analysis;
+    let forward = match analysis.forward(density, &mut watch) {
+        Ok(forward) => forward,
+        Err(error) => return Err(failed(problem, &error, directory)),
+    };
+    watch.check()?;
+    whole(context, &forward, problem.analysis.times.len())?;
+    let gradient = match problem.analysis.gradient(&forward) {
+        Ok(gradient) => gradient,
+        Err(error) => return Err(failed(problem, &error, directory)),
+    };
+    let mesh = &problem.mesh;
+    write_densities(&directory.file("gradient.csv"), mesh, density, Some(&gradient))?;
+    write_design(&directory.file("gradient.vtu"), mesh, 0, density, Some(&gradient))?;
+    let path = directory.path();
+    let norm = gradient.iter().map(|value| value * value).sum::<f64>().sqrt();
+    context.console.event(
+        "result",
+        json!({
+            "command": "gradient", "directory": path, "objective": forward.value, "gradient_norm": norm,
+            "volume_fraction": volume_fraction(problem, density),
+        }),
+    );
+    context.console.text(&format!("objective {}, norm of its gradient {}", digits(forward.value), digits(norm)));
+    context.console.text(&format!("derivatives in {}", path.join("gradient.csv").display()));
+    Ok(())
+}

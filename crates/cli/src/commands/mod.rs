@@ -1,0 +1,57 @@
+//! The commands, one file each.
+
+pub mod check;
+pub mod evaluate;
+pub mod gradient;
+pub mod new;
+pub mod optimize;
+pub mod resume;
+pub mod solve;
+pub mod verify;
+
+use slipstick::analysis::Forward;
+
+use crate::failure::Failure;
+use crate::{Context, Outcome};
+
+/// The analysis, unless the user stopped it before its last load step.
+fn whole(context: &Context, forward: &Forward, steps: usize) -> Outcome {
+    if context.interrupt.requested() && forward.path.steps < steps {
+        let message = format!("{} of {steps} load steps were reached", forward.path.steps);
+        return Err(Failure::Interrupted { message, resume: None });
+    }
+    Ok(())
+}
+
+/// Slave nodes open, sticking, slipping at the end of the path.
+fn final_status(forward: &Forward) -> [usize; 3] {
+    let last = forward.path.states.last().and_then(|state| state.report.iterations.last());
+    last.map_or([0; 3], |record| record.status)
+}
+
+/// A quantity in few digits, for people.
+fn digits(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e6).contains(&size) { format!("{value:.5e}") } else { format!("{value:.6}") }
+}
+
+/// Bytes in words.
+fn bytes(value: f64) -> String {
+    let (scaled, unit) = match value {
+        v if v < 1e6 => (v / 1e3, "kB"),
+        v if v < 1e9 => (v / 1e6, "MB"),
+        v => (v / 1e9, "GB"),
+    };
+    format!("{scaled:.1} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn quantities_are_short() {
+        assert_eq!(super::digits(-9.876_543_21), "-9.876543");
+        assert_eq!(super::digits(1.234e-7), "1.23400e-7");
+        assert_eq!(super::digits(0.0), "0.000000");
+        assert_eq!((super::bytes(2.5e3), super::bytes(3.26e9)), ("2.5 kB".into(), "3.3 GB".into()));
+    }
+}

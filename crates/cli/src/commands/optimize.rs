@@ -1,0 +1,158 @@
+//! `slipstick optimize`, and the loop that `slipstick resume` goes on with.
+
+use std::time::Instant;
+
+use serde_json::json;
+use slipstick::analysis::Forward;
+use slipstick::case::Resolved;
+use slipstick::optimize::{IterationRecord, Optimization};
+use slipstick::output::Pvd;
+use slipstick::output::fields::write_design;
+use slipstick::run::{Checkpoint, History, NewtonTable, RunDirectory, write_densities, write_path};
+
+use super::digits;
+use crate::args::Optimize;
+use crate::failure::Failure;
+use crate::setup::{Run, prepare, stopped};
+use crate::watch::Watch;
+use crate::{Context, Outcome};
+
+/// Sections that an optimization cannot do without.
+pub const SECTIONS: &[&str] = &["dirichlet", "design", "objective", "optimizer"];
+
+/// Optimizes the design of a case.
+///
+/// # Errors
+/// As [`Failure`] lists them.
+pub fn run(context: &Context, args: &Optimize) -> Outcome {
+    let (setup, mut problem) = prepare(context, &args.case.case, SECTIONS)?;
+    problem.initial_density = setup.density(&problem, &args.design)?;
+    let mut optimization = start(&setup.resolved, problem)?;
+    if let Some(iterations) = args.iterations {
+        optimization.set_iterations(iterations.get());
+    }
+    let run = Run::start(context, &setup, &args.out, "optimize")?;
+    let state = optimization.state.clone();
+    let hash = run.case_sha256().to_owned();
+    let checkpoint = Checkpoint::new(hash, optimization.iterations(), Vec::new(), state);
+    let outcome = drive(context, &setup.resolved, &mut optimization, &run, checkpoint);
+    run.end(outcome)
+}
+
+/// An optimization of a built case at its start.
+///
+/// # Errors
+/// [`Failure::Case`] if the case lacks what an optimization needs.
+pub fn start(resolved: &Resolved, problem: slipstick::build::Problem) -> Outcome<Optimization> {
+    use slipstick::optimize::OptimizeError::Build;
+    Optimization::new(&resolved.case, problem).map_err(|error| match error {
+        Build(error) => Failure::build(&error, &resolved.source_map),
+        other => Failure::input(other.to_string(), "check [design] and [optimizer]"),
+    })
+}
+
+/// Runs an optimization from its checkpoint to its end; everything is on disk after every iteration.
+///
+/// # Errors
+/// As [`Failure`] lists them; finished iterations are kept.
+pub fn drive(
+    context: &Context,
+    resolved: &Resolved,
+    optimization: &mut Optimization,
+    run: &Run,
+    mut checkpoint: Checkpoint,
+) -> Outcome {
+    let directory = &run.directory;
+    let steps = optimization.problem.analysis.times.len();
+    let mut history = History::open(directory, checkpoint.state.history.len())?;
+    let table = NewtonTable::open(directory, checkpoint.newton_rows.last().copied().unwrap_or(0))?;
+    let mut watch = Watch::new(context).with_table(table);
+    // From here on a run that is stopped or killed can be resumed.
+    checkpoint.write(directory)?;
+    let done = steps * optimization.state.iteration;
+    context.console.start_bar(steps * (optimization.iterations() + 1), done);
+    let mut last: Option<Forward> = None;
+    while !optimization.finished() {
+        let iteration = optimization.state.iteration;
+        watch.begin(iteration, steps * iteration);
+        let clock = Instant::now();
+        let forward = match optimization.advance(&mut watch) {
+            Ok(forward) => forward,
+            Err(error) => return Err(stopped(&mut optimization.problem, resolved, &error, directory)),
+        };
+        watch.check()?;
+        let seconds = clock.elapsed().as_secs_f64();
+        if let Some(record) = optimization.state.history.last() {
+            history.record(record, seconds)?;
+            tell(context, &mut watch, record, seconds);
+        }
+        write_iteration(directory, optimization, iteration, resolved.case.output.every)?;
+        checkpoint.newton_rows.push(watch.newton_rows());
+        checkpoint.state = optimization.state.clone();
+        checkpoint.write(directory)?;
+        last = Some(forward);
+    }
+    context.console.end_bar();
+    if let Some(forward) = &last {
+        let problem = &mut optimization.problem;
+        write_path(directory, &problem.mesh, &mut problem.analysis.model, &forward.path)?;
+    }
+    tell_result(context, optimization, directory);
+    Ok(())
+}
+
+/// The design of a finished iteration: always as a table, at times as a field.
+fn write_iteration(run: &RunDirectory, optimization: &Optimization, iteration: usize, every: usize) -> Outcome {
+    let Some(design) = optimization.evaluated() else { return Ok(()) };
+    let (mesh, gradient) = (&optimization.problem.mesh, design.gradient.as_deref());
+    write_densities(&run.file("design.csv"), mesh, &design.density, gradient)?;
+    if !iteration.is_multiple_of(every) && !optimization.finished() {
+        return Ok(());
+    }
+    let name = RunDirectory::numbered("design", iteration);
+    write_design(&run.file(&name), mesh, iteration, &design.density, gradient)?;
+    let mut collection = Pvd::default();
+    for number in 0..=iteration {
+        let name = RunDirectory::numbered("design", number);
+        if run.file(&name).exists() {
+            collection.add(number as f64, name)?;
+        }
+    }
+    Ok(collection.save(&run.file("design.pvd"))?)
+}
+
+fn tell(context: &Context, watch: &mut Watch<'_>, record: &IterationRecord, seconds: f64) {
+    let IterationRecord { iteration, objective, volume_fraction, newton_iterations, .. } = record;
+    let mut event = json!(record);
+    event["seconds"] = json!(seconds);
+    context.console.event("iteration", event);
+    let headline = format!("{iteration:>5}  objective {:>14}  volume {volume_fraction:.5}", digits(*objective));
+    if !context.console.has_bar() {
+        let change = record.change.map_or("       ".into(), |change| format!("{change:.5}"));
+        let [open, stick, slip] = record.status;
+        context.console.text(&format!(
+            "{headline}  change {change}  Newton {newton_iterations:>4}  open {open}, stick {stick}, slip {slip}  \
+             {seconds:.1} s"
+        ));
+    }
+    watch.set_headline(format!("{headline}  | "));
+}
+
+fn tell_result(context: &Context, optimization: &Optimization, run: &RunDirectory) {
+    let Some(record) = optimization.state.history.last() else { return };
+    let path = run.path();
+    context.console.event(
+        "result",
+        json!({
+            "command": "optimize", "directory": path, "iterations": optimization.state.iteration,
+            "objective": record.objective, "volume_fraction": record.volume_fraction,
+        }),
+    );
+    context.console.text(&format!(
+        "objective {}, volume fraction {:.5} after {} iterations; design in {}",
+        digits(record.objective),
+        record.volume_fraction,
+        optimization.state.iteration,
+        path.join("design.pvd").display()
+    ));
+}

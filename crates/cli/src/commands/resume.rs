@@ -1,0 +1,56 @@
+//! `slipstick resume`: goes on with an optimization, bit for bit.
+
+use slipstick::run::{Checkpoint, RunDirectory, RunError, RunRecord, sha256};
+
+use super::optimize::{SECTIONS, drive, start};
+use crate::args::Resume;
+use crate::setup::{Run, prepare};
+use crate::{Context, Outcome};
+
+/// Goes on with an optimization from its last finished iteration.
+///
+/// # Errors
+/// As [`crate::failure::Failure`] lists them; of those [`crate::failure::Failure::Input`] if the case's text is not the one that the run was started
+/// with.
+pub fn run(context: &Context, args: &Resume) -> Outcome {
+    let directory = RunDirectory::open(&args.results)?;
+    let mut checkpoint = Checkpoint::read(&directory)?;
+    let record = RunRecord::read(&directory)?;
+    let path = directory.file("case.toml");
+    let (setup, problem) = {
+        let text = std::fs::read_to_string(&path).map_err(|source| RunError::Read { path: path.clone(), source })?;
+        let (expected, found) = (checkpoint.case_sha256.clone(), sha256(&text));
+        if expected != found {
+            return Err(RunError::OtherCase { path, expected, found }.into());
+        }
+        prepare(context, &path, SECTIONS)?
+    };
+    let mut optimization = start(&setup.resolved, problem)?;
+    if checkpoint.state.x.len() != optimization.state.x.len() {
+        let (found, expected) = (checkpoint.state.x.len(), optimization.state.x.len());
+        return Err(RunError::Damaged {
+            path: directory.file("checkpoint.json"),
+            reason: format!("has {found} design variables, the case {expected}"),
+            cure: "start anew with `slipstick optimize CASE --design RESULTS`".into(),
+        }
+        .into());
+    }
+    let iterations = args.iterations.map_or(checkpoint.iterations, usize::from);
+    optimization.set_iterations(iterations);
+    optimization.state = checkpoint.state.clone();
+    if optimization.finished() {
+        let made = optimization.state.iteration;
+        context.console.text(&format!(
+            "nothing is left to do after {made} iterations; --iterations asks for more, unless `optimizer.tolerance` is met"
+        ));
+        let told = serde_json::json!({ "command": "resume", "directory": directory.path(), "iterations": made });
+        context.console.event("result", told);
+        return Ok(());
+    }
+    checkpoint.iterations = iterations;
+    checkpoint.reopen();
+    optimization.state = checkpoint.state.clone();
+    let run = Run::take_up(context, directory, record, setup.threads)?;
+    let outcome = drive(context, &setup.resolved, &mut optimization, &run, checkpoint);
+    run.end(outcome)
+}

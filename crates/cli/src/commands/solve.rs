@@ -1,0 +1,53 @@
+//! `slipstick solve`: the load path of one design.
+
+use serde_json::json;
+use slipstick::build::Problem;
+use slipstick::run::{NewtonTable, write_densities, write_path};
+
+use super::{digits, final_status, whole};
+use crate::args::Solve;
+use crate::setup::{Run, failed, prepare, volume_fraction};
+use crate::watch::Watch;
+use crate::{Context, Outcome};
+
+/// Marches the load path and writes its states.
+///
+/// # Errors
+/// As [`crate::failure::Failure`] lists them.
+pub fn run(context: &Context, args: &Solve) -> Outcome {
+    let (setup, mut problem) = prepare(context, &args.case.case, &["dirichlet"])?;
+    let density = setup.density(&problem, &args.design)?;
+    let run = Run::start(context, &setup, &args.out, "solve")?;
+    let outcome = solve(context, &mut problem, &run, &density);
+    run.end(outcome)
+}
+
+fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -> Outcome {
+    let directory = &run.directory;
+    let table = NewtonTable::open(directory, 0)?;
+    let mut watch = Watch::new(context).with_table(table).telling_steps();
+    let forward = match problem.analysis.forward(density, &mut watch) {
+        Ok(forward) => forward,
+        Err(error) => return Err(failed(problem, &error, directory)),
+    };
+    watch.check()?;
+    write_densities(&directory.file("design.csv"), &problem.mesh, density, None)?;
+    write_path(directory, &problem.mesh, &mut problem.analysis.model, &forward.path)?;
+    whole(context, &forward, problem.analysis.times.len())?;
+    let (path, [open, stick, slip]) = (directory.path(), final_status(&forward));
+    let objective = problem.analysis.objective.is_some().then_some(forward.value);
+    let newton = forward.path.newton_iterations();
+    context.console.event(
+        "result",
+        json!({
+            "command": "solve", "directory": path, "objective": objective, "step_values": forward.step_values,
+            "volume_fraction": volume_fraction(problem, density), "newton_iterations": newton,
+            "increments": forward.path.states.len() - 1, "open": open, "stick": stick, "slip": slip,
+        }),
+    );
+    if let Some(value) = objective {
+        context.console.text(&format!("objective {}", digits(value)));
+    }
+    context.console.text(&format!("{newton} Newton iterations; states in {}", path.join("path.pvd").display()));
+    Ok(())
+}

@@ -1,0 +1,171 @@
+//! Where text and events go: people read text, programs read one JSON object per line.
+
+use std::cell::OnceCell;
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value, json};
+use slipstick::case::CaseDiagnostic;
+
+use crate::args::Common;
+use crate::case_file;
+use crate::failure::Failure;
+
+/// Where text and events go.
+///
+/// Results stand on standard output, warnings and errors on standard error; with `--json` all of them are events on
+/// standard output.
+#[derive(Debug)]
+pub struct Console {
+    json: bool,
+    quiet: bool,
+    verbose: u8,
+    bar: OnceCell<ProgressBar>,
+}
+
+impl Console {
+    /// As the options say.
+    pub fn new(common: &Common) -> Self {
+        Self { json: common.json, quiet: common.quiet, verbose: common.verbose, bar: OnceCell::new() }
+    }
+
+    /// Whether results are events.
+    pub fn json(&self) -> bool {
+        self.json
+    }
+
+    /// Whether this much is to be told: 0 always (but when quiet), 1 load steps, 2 Newton iterations.
+    pub fn tells(&self, level: u8) -> bool {
+        !self.quiet && self.verbose >= level
+    }
+
+    /// A line for people.
+    pub fn text(&self, line: &str) {
+        if !self.json && !self.quiet {
+            self.suspended(|| put(line));
+        }
+    }
+
+    /// Lines for people.
+    pub fn lines(&self, lines: &[String]) {
+        lines.iter().for_each(|line| self.text(line));
+    }
+
+    /// Text that is the command's result itself, like a case file.
+    pub fn raw(&self, text: &str) {
+        let mut out = std::io::stdout().lock();
+        // A reader that has seen enough and closed the pipe is no error.
+        let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    }
+
+    /// An object for programs; `value` is an object, which gets the key `event`.
+    pub fn event(&self, name: &str, mut value: Value) {
+        if self.json {
+            value["event"] = name.into();
+            put(&value.to_string());
+        }
+    }
+
+    /// Warnings about the case file.
+    pub fn warnings(&self, diagnostics: &[CaseDiagnostic]) {
+        self.diagnostics("warning", diagnostics, !self.quiet);
+    }
+
+    /// A warning about something else.
+    pub fn warning(&self, message: &str) {
+        self.event("warning", json!({ "message": message }));
+        if !self.json && !self.quiet {
+            self.suspended(|| eprintln!("warning: {message}"));
+        }
+    }
+
+    fn diagnostics(&self, event: &str, diagnostics: &[CaseDiagnostic], shown: bool) {
+        if self.json {
+            for diagnostic in diagnostics {
+                self.event(event, case_file::object(diagnostic));
+            }
+        } else if shown {
+            let text = case_file::report(diagnostics, std::io::stderr().is_terminal());
+            self.suspended(|| eprint!("{text}"));
+        }
+    }
+
+    /// Why the command ends.
+    pub fn failure(&self, failure: &Failure) {
+        self.end_bar();
+        let exit = failure.exit() as u8;
+        match failure {
+            Failure::Case(diagnostics) => self.diagnostics("error", diagnostics, true),
+            _ if !self.json => eprintln!("{}", failure.text()),
+            Failure::Input { message, cure } | Failure::Check { message, cure } => {
+                self.event("error", json!({ "exit": exit, "message": message, "help": cure }));
+            }
+            Failure::Analysis { report, kept } => {
+                let message = report.to_string();
+                let message = message.lines().next().unwrap_or_default();
+                self.event("error", json!({ "exit": exit, "message": message, "failure": report, "kept": kept }));
+            }
+            Failure::Interrupted { message, resume } => {
+                self.event("error", json!({ "exit": exit, "message": message, "resume": resume }));
+            }
+        }
+    }
+
+    /// Shows a progress bar of so many load steps where a person watches a terminal; `done` of them are behind. Once
+    /// for a command.
+    pub fn start_bar(&self, total: usize, done: usize) {
+        let watched = std::io::stderr().is_terminal() && std::io::stdout().is_terminal();
+        if self.json || self.quiet || self.verbose > 0 || !watched {
+            return;
+        }
+        let bar =
+            self.bar.get_or_init(|| ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr()));
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent}%  {elapsed}, {eta} to go\n{msg}") {
+            bar.set_style(style);
+        }
+        bar.set_position(done as u64);
+        bar.reset_eta();
+        bar.enable_steady_tick(Duration::from_millis(500));
+    }
+
+    /// Whether a bar is shown, so that lines of progress are not needed.
+    pub fn has_bar(&self) -> bool {
+        self.bar.get().is_some_and(|bar| !bar.is_finished())
+    }
+
+    /// Moves the bar to so many load steps.
+    pub fn progress(&self, position: usize) {
+        if let Some(bar) = self.bar.get() {
+            bar.set_position(position as u64);
+        }
+    }
+
+    /// Text below the bar.
+    pub fn status(&self, message: impl FnOnce() -> String) {
+        if let Some(bar) = self.bar.get() {
+            bar.set_message(message());
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn end_bar(&self) {
+        if let Some(bar) = self.bar.get() {
+            bar.finish_and_clear();
+        }
+    }
+
+    /// Writes while the bar steps aside.
+    fn suspended(&self, write: impl FnOnce()) {
+        match self.bar.get() {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
+    }
+}
+
+/// A line to standard output; a reader that has closed the pipe is no error.
+fn put(line: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+}

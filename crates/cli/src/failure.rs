@@ -1,0 +1,134 @@
+//! Why a command ends without what was asked for.
+
+use std::path::PathBuf;
+
+use slipstick::build::BuildError;
+use slipstick::case::{CaseCode, CaseDiagnostic, CaseErrors, Severity, SourceMap};
+use slipstick::output::OutputError;
+use slipstick::run::{ExitState, FailureReport, RunError};
+
+use crate::exit::Exit;
+
+/// Why a command ends without what was asked for; says which exit code that is.
+#[derive(Debug)]
+pub enum Failure {
+    /// The case file is wrong.
+    Case(Vec<CaseDiagnostic>),
+    /// Other input is wrong: a file, a directory, an option.
+    Input {
+        /// What is wrong, with its place.
+        message: String,
+        /// What mends it.
+        cure: String,
+    },
+    /// The analysis failed.
+    Analysis {
+        /// Where, why, what was tried, what may help.
+        report: Box<FailureReport>,
+        /// What was kept, and where.
+        kept: String,
+    },
+    /// A verification found a difference, or could compare nothing.
+    Check {
+        /// What it found.
+        message: String,
+        /// What to do about it.
+        cure: String,
+    },
+    /// Stopped by the user.
+    Interrupted {
+        /// What was reached.
+        message: String,
+        /// The directory that `slipstick resume` goes on with.
+        resume: Option<PathBuf>,
+    },
+}
+
+impl Failure {
+    /// Wrong input other than a case file.
+    pub fn input(message: impl Into<String>, cure: impl Into<String>) -> Self {
+        Self::Input { message: message.into(), cure: cure.into() }
+    }
+
+    /// An error of building, at its place in the case file.
+    pub fn build(error: &BuildError, map: &SourceMap) -> Self {
+        let code = build_code(error);
+        Self::Case(vec![map.diagnostic(Severity::Error, &error.path, code, &error.message, &error.help)])
+    }
+
+    /// How the program ends.
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::Case(_) | Self::Input { .. } => Exit::BadInput,
+            Self::Analysis { .. } | Self::Check { .. } => Exit::AnalysisFailed,
+            Self::Interrupted { .. } => Exit::Interrupted,
+        }
+    }
+
+    /// How a run's record says so.
+    pub fn state(&self) -> ExitState {
+        match self {
+            Self::Interrupted { .. } => ExitState::Interrupted,
+            _ => ExitState::Failed,
+        }
+    }
+
+    /// In one text, without colours.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Case(diagnostics) => {
+                let lines: Vec<String> = diagnostics.iter().map(CaseDiagnostic::plain).collect();
+                lines.join("\n")
+            }
+            Self::Input { message, cure } | Self::Check { message, cure } => {
+                format!("error: {message}\n    help: {cure}")
+            }
+            Self::Analysis { report, kept } => format!("error: {report}\n    kept: {kept}"),
+            Self::Interrupted { message, resume: None } => format!("interrupted: {message}"),
+            Self::Interrupted { message, resume: Some(directory) } => {
+                format!("interrupted: {message}\n    go on with: slipstick resume {}", directory.display())
+            }
+        }
+    }
+}
+
+/// The stable code of what only building finds out, from its place in the case.
+fn build_code(error: &BuildError) -> CaseCode {
+    let path = error.path.as_str();
+    let has = |part: &str| path.contains(part);
+    match path.split(['[', '.']).next().unwrap_or_default() {
+        "body" if has(".material") => CaseCode::OutOfRange,
+        "body" => CaseCode::Mesh,
+        "set" if has(".within") => CaseCode::UnknownSet,
+        "set" => CaseCode::EmptySet,
+        "dirichlet" if error.message.starts_with("there is no") => CaseCode::UnknownSet,
+        "dirichlet" => CaseCode::ConflictingDirichlet,
+        "contact" if has(".cell_rule") => CaseCode::CellRule,
+        "contact" if error.message.starts_with("there is no") => CaseCode::UnknownSet,
+        "design" if has(".bodies") => CaseCode::UnknownBody,
+        "design" if has(".initial") => CaseCode::Fraction,
+        "design" if has(".volume_fraction") => CaseCode::InfeasibleVolume,
+        "design" if error.message.starts_with("no element is designed") => CaseCode::EmptyDesign,
+        "design" => CaseCode::ContradictoryPassive,
+        "objective" => CaseCode::Steps,
+        _ => CaseCode::Unsupported,
+    }
+}
+
+impl From<CaseErrors> for Failure {
+    fn from(errors: CaseErrors) -> Self {
+        Self::Case(errors.diagnostics().to_vec())
+    }
+}
+
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
+        Self::Input { message: error.to_string(), cure: error.cure() }
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        RunError::from(error).into()
+    }
+}

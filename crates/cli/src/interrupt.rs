@@ -1,0 +1,36 @@
+//! Ctrl-C: once, the run stops at the next good place; twice, at once.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::exit::Exit;
+
+/// Whether the user wants to stop.
+#[derive(Debug, Clone, Default)]
+pub struct Interrupt {
+    pressed: Arc<AtomicUsize>,
+}
+
+impl Interrupt {
+    /// Listens to Ctrl-C, and to the request to terminate where the system has one.
+    pub fn install() -> Self {
+        let interrupt = Self::default();
+        let pressed = Arc::clone(&interrupt.pressed);
+        let handler = move || {
+            if pressed.fetch_add(1, Ordering::SeqCst) > 0 {
+                std::process::exit(Exit::Interrupted as i32);
+            }
+            eprintln!("\nstopping after this attempt at a load step; once more stops at once");
+        };
+        // Without a handler the system's own ends the program at once, and what is on disk is good then too.
+        if let Err(error) = ctrlc::set_handler(handler) {
+            eprintln!("warning: Ctrl-C will stop at once: {error}");
+        }
+        interrupt
+    }
+
+    /// Whether to stop.
+    pub fn requested(&self) -> bool {
+        self.pressed.load(Ordering::SeqCst) > 0
+    }
+}

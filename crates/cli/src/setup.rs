@@ -1,0 +1,255 @@
+//! From a case file to a problem that can run, with a directory for its results.
+
+use std::path::{Path, PathBuf};
+
+use slipstick::analysis::AnalysisError;
+use slipstick::build::{Problem, build};
+use slipstick::case::{CaseCode, CaseDiagnostic, Resolved, Severity};
+use slipstick::check::{Inspection, NoticeKind, inspect};
+use slipstick::optimize::OptimizeError;
+use slipstick::run::{ExitState, FailureReport, RunDirectory, RunPart, RunRecord, load_density, write_failure};
+
+use crate::args::{DesignFrom, Out};
+use crate::case_file::{self, Unreadable};
+use crate::failure::Failure;
+use crate::{Context, Outcome};
+
+/// A case that is read and looked at; the problem built from it goes its own way.
+pub struct Setup {
+    /// The case file as it was named.
+    pub file: PathBuf,
+    /// What it means.
+    pub resolved: Resolved,
+    /// What can be said about it before it runs.
+    pub inspection: Inspection,
+    /// Threads that it runs on.
+    pub threads: usize,
+}
+
+/// Reads a case file.
+///
+/// # Errors
+/// [`Failure::Case`], [`Failure::Input`].
+pub fn read(path: &Path) -> Outcome<Resolved> {
+    case_file::read(path).map_err(|error| match error {
+        Unreadable::Wrong(errors) => errors.into(),
+        Unreadable::Io(error) => {
+            let cure = "check the name; `slipstick new half-ball` writes a case to start from";
+            Failure::input(format!("cannot read the case file {}: {error}", path.display()), cure)
+        }
+    })
+}
+
+/// Reads and builds a case, sets the number of threads, and tells warnings; `sections` are those that the command
+/// cannot do without.
+///
+/// # Errors
+/// [`Failure::Case`], [`Failure::Input`].
+pub fn prepare(context: &Context, path: &Path, sections: &[&str]) -> Outcome<(Setup, Problem)> {
+    let resolved = read(path)?;
+    resolved.require(sections)?;
+    let threads = set_threads(context, &resolved)?;
+    let map = &resolved.source_map;
+    let mut problem = build(&resolved.case).map_err(|error| Failure::build(&error, map))?;
+    let inspection = inspect(&resolved.case, &mut problem).map_err(|error| {
+        let message = format!("the reference configuration cannot be evaluated: {error}");
+        Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))
+    })?;
+    let setup = Setup { file: path.to_owned(), resolved, inspection, threads };
+    let (errors, warnings) = setup.diagnostics(&problem);
+    context.console.warnings(&warnings);
+    if errors.is_empty() { Ok((setup, problem)) } else { Err(Failure::Case(errors)) }
+}
+
+fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
+    let asked = context.common.threads.map(usize::from).or(resolved.case.solver.threads);
+    let threads = asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
+        Failure::input(format!("cannot start {threads} threads: {error}"), "ask for fewer with --threads")
+    })?;
+    Ok(threads)
+}
+
+impl Setup {
+    /// Errors and warnings at their places in the case file.
+    ///
+    /// A body that supports leave free is an error where no contact could hold it: its equations are singular.
+    fn diagnostics(&self, problem: &Problem) -> (Vec<CaseDiagnostic>, Vec<CaseDiagnostic>) {
+        let map = &self.resolved.source_map;
+        let mut warnings = self.resolved.warnings.clone();
+        let mut errors = Vec::new();
+        for notice in &self.inspection.notices {
+            let (code, severity) = match notice.kind {
+                NoticeKind::LooseBody if self.touches_nothing(problem, &notice.path) => {
+                    (CaseCode::UnsupportedBody, Severity::Error)
+                }
+                NoticeKind::LooseBody => (CaseCode::UnsupportedBody, Severity::Warning),
+                NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
+                NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
+            };
+            let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
+            // The reader of the case warns of bodies without any condition; what is known now says more.
+            let name = map.span(&format!("{}.name", notice.path));
+            warnings.retain(|other| other.code() != code || other.span() != name);
+            if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
+        }
+        (errors, warnings)
+    }
+
+    /// Whether no contact pair has a surface of the body that `path` (`body[1]`) names.
+    fn touches_nothing(&self, problem: &Problem, path: &str) -> bool {
+        let number = path.trim_start_matches("body[").trim_end_matches(']').parse::<usize>();
+        let Some(body) = number.ok().and_then(|number| problem.mesh.bodies.get(number)) else { return false };
+        let surfaces = &problem.mesh.surfaces;
+        let on_body = |name: &String| {
+            let facets = surfaces.get(name).map_or(&[][..], |surface| &surface.facets);
+            facets.iter().any(|facet| body.elements.contains(&(facet.element as usize)))
+        };
+        !self.resolved.case.contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master))
+    }
+
+    /// Densities to analyse: the case's uniform start, or those of an earlier run.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if they do not fit; [`Failure::Case`] if the case has no design to put them into.
+    pub fn density(&self, problem: &Problem, from: &DesignFrom) -> Outcome<Vec<f64>> {
+        match &from.design {
+            Some(results) => self.density_of(problem, results),
+            None => Ok(problem.initial_density.clone()),
+        }
+    }
+
+    /// Densities of an earlier run, or of a table.
+    ///
+    /// # Errors
+    /// As [`Setup::density`].
+    pub fn density_of(&self, problem: &Problem, results: &Path) -> Outcome<Vec<f64>> {
+        self.resolved.require(&["design"])?;
+        let found = load_density(results, &problem.mesh)?;
+        let Some(variables) = &problem.variables else { return Ok(found) };
+        // Passive elements and those outside of the design are the case's own.
+        Ok(slipstick_design::DesignMap::apply(variables, &variables.restrict(&found)))
+    }
+
+    /// Where results go: as asked, else as the case says, else beside the case file under its name; commands other than
+    /// `optimize` append their own.
+    pub fn directory(&self, out: &Out, command: &str) -> PathBuf {
+        if let Some(directory) = &out.out {
+            return directory.clone();
+        }
+        let beside = self.file.parent().unwrap_or(Path::new(""));
+        let mut name = match &self.resolved.case.output.directory {
+            Some(directory) => beside.join(directory).into_os_string(),
+            None if self.file.extension().is_some() => self.file.with_extension("").into_os_string(),
+            None => self.file.with_extension("results").into_os_string(),
+        };
+        if command != "optimize" {
+            name.push(format!("_{command}"));
+        }
+        name.into()
+    }
+}
+
+/// Filled fraction of the design domain; `None` without a design.
+pub fn volume_fraction(problem: &Problem, density: &[f64]) -> Option<f64> {
+    let domain = problem.variables.as_ref()?.domain();
+    let volumes = problem.mesh.element_volumes();
+    let sum = |value: &dyn Fn(usize) -> f64| domain.iter().map(|&e| value(e as usize)).sum::<f64>();
+    Some(sum(&|e| volumes[e] * density[e]) / sum(&|e| volumes[e]))
+}
+
+/// A failed analysis in words, after what is left of it has been written to `run`.
+pub fn failed(problem: &mut Problem, error: &AnalysisError, run: &RunDirectory) -> Failure {
+    let model = &mut problem.analysis.model;
+    let report = Box::new(FailureReport::new(error, &problem.mesh, &model.slave_nodes()));
+    let directory = run.path().display();
+    let kept = match error {
+        AnalysisError::March(failure) => match write_failure(run, &problem.mesh, model, failure) {
+            Ok(true) => format!("{directory}: the states that converged (path.pvd) and the failing one (failure.vtu)"),
+            Ok(false) => format!("{directory}: the states that converged (path.pvd)"),
+            Err(error) => format!("nothing more: {error}"),
+        },
+        _ => directory.to_string(),
+    };
+    Failure::Analysis { report, kept }
+}
+
+/// An optimization that stopped short, in words.
+pub fn stopped(problem: &mut Problem, resolved: &Resolved, error: &OptimizeError, run: &RunDirectory) -> Failure {
+    match error {
+        OptimizeError::Build(error) => Failure::build(error, &resolved.source_map),
+        OptimizeError::Analysis(error) => failed(problem, error, run),
+        OptimizeError::Mma(error) => Failure::Check {
+            message: format!("the optimizer failed: {error}"),
+            cure: "look at history.csv; a smaller `optimizer.mma.move_limit` may help".into(),
+        },
+        OptimizeError::Interrupted => {
+            Failure::Interrupted { message: "finished iterations are kept".into(), resume: Some(run.path().to_owned()) }
+        }
+    }
+}
+
+/// A run in progress: its directory and record.
+pub struct Run {
+    /// The directory.
+    pub directory: RunDirectory,
+    record: RunRecord,
+}
+
+impl Run {
+    /// Starts a run in its own directory.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if the directory holds a run or cannot be written.
+    pub fn start(context: &Context, setup: &Setup, out: &Out, command: &str) -> Outcome<Self> {
+        let path = setup.directory(out, command);
+        let directory = RunDirectory::create(&path, out.force)?;
+        let text = setup.resolved.source_map.text();
+        slipstick::output::write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
+        let part = RunPart::starting(context.line.clone(), setup.threads);
+        let file = setup.file.display().to_string();
+        let record = RunRecord::starting(part, &setup.resolved.case, &file, text);
+        record.write(&directory)?;
+        let started = serde_json::json!({
+            "command": command, "case": file, "directory": path, "threads": setup.threads,
+            "unknowns": setup.inspection.unknowns,
+            "steps": setup.inspection.steps,
+        });
+        context.console.event("start", started);
+        Ok(Self { directory, record })
+    }
+
+    /// Takes up an earlier run.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if the record cannot be written.
+    pub fn take_up(context: &Context, directory: RunDirectory, record: RunRecord, threads: usize) -> Outcome<Self> {
+        let record = record.resumed(RunPart::starting(context.line.clone(), threads));
+        record.write(&directory)?;
+        let path = directory.path();
+        context
+            .console
+            .event("start", serde_json::json!({ "command": "resume", "directory": path, "threads": threads }));
+        Ok(Self { directory, record })
+    }
+
+    /// SHA-256 of the case's text.
+    pub fn case_sha256(&self) -> &str {
+        &self.record.case_sha256
+    }
+
+    /// Records how the run ended and hands the outcome on.
+    ///
+    /// # Errors
+    /// Those of the outcome; [`Failure::Input`] if the record cannot be written.
+    pub fn end<T>(mut self, outcome: Outcome<T>) -> Outcome<T> {
+        match &outcome {
+            Ok(_) => self.record.end(ExitState::Finished, None),
+            Err(failure) => self.record.end(failure.state(), Some(failure.text())),
+        }
+        let written = self.record.write(&self.directory);
+        let value = outcome?;
+        written?;
+        Ok(value)
+    }
+}

@@ -1,0 +1,148 @@
+//! Watches a march: shows load steps, keeps the table of Newton iterations, asks whether to stop.
+
+use serde_json::json;
+use slipstick::run::NewtonTable;
+use slipstick_path::{MarchEvent, MarchObserver, PathState};
+
+use crate::console::Console;
+use crate::interrupt::Interrupt;
+use crate::{Context, Outcome};
+
+/// The observer of all analyses of a command.
+pub struct Watch<'a> {
+    console: &'a Console,
+    interrupt: &'a Interrupt,
+    newton: Option<NewtonTable>,
+    /// From which verbosity load steps are told.
+    level: u8,
+    iteration: usize,
+    /// Load steps completed in this analysis, and before it in all.
+    steps: usize,
+    steps_before: usize,
+    newton_iterations: usize,
+    headline: String,
+}
+
+impl<'a> Watch<'a> {
+    /// Watches without a table.
+    pub fn new(context: &'a Context) -> Self {
+        Self {
+            console: &context.console,
+            interrupt: &context.interrupt,
+            newton: None,
+            level: 1,
+            iteration: 0,
+            steps: 0,
+            steps_before: 0,
+            newton_iterations: 0,
+            headline: String::new(),
+        }
+    }
+
+    /// Keeps `newton.csv`.
+    pub fn with_table(mut self, table: NewtonTable) -> Self {
+        self.newton = Some(table);
+        self
+    }
+
+    /// Tells load steps without being asked for more: the command has nothing else to tell meanwhile.
+    pub fn telling_steps(mut self) -> Self {
+        self.level = 0;
+        self
+    }
+
+    /// An analysis of this design begins; `steps_before` load steps lie behind in all.
+    pub fn begin(&mut self, iteration: usize, steps_before: usize) {
+        (self.iteration, self.steps_before, self.steps, self.newton_iterations) = (iteration, steps_before, 0, 0);
+        if let Some(table) = &mut self.newton {
+            table.begin(iteration);
+        }
+    }
+
+    /// Text that stands before that of the load step below a bar.
+    pub fn set_headline(&mut self, headline: String) {
+        self.headline = headline;
+    }
+
+    /// Rows of `newton.csv` so far.
+    pub fn newton_rows(&self) -> usize {
+        self.newton.as_ref().map_or(0, NewtonTable::rows)
+    }
+
+    /// Whether all that was seen could be written.
+    ///
+    /// # Errors
+    /// The first failure to write.
+    pub fn check(&mut self) -> Outcome {
+        Ok(self.newton.as_mut().map_or(Ok(()), NewtonTable::check)?)
+    }
+
+    fn accepted(&mut self, state: &PathState) {
+        let last = state.report.iterations.last();
+        let [open, stick, slip] = last.map_or([0; 3], |record| record.status);
+        let iterations = state.report.iterations.len();
+        self.newton_iterations += iterations;
+        let step = match state.completes {
+            Some(step) => {
+                self.steps = step;
+                format!("step {step:>3}")
+            }
+            None => "   part  ".into(),
+        };
+        self.console.event(
+            "step",
+            json!({
+                "iteration": self.iteration, "step": state.completes, "time": state.time,
+                "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa,
+                "open": open, "stick": stick, "slip": slip,
+            }),
+        );
+        if self.console.tells(self.level) && !self.console.has_bar() {
+            let time = state.time;
+            self.console.text(&format!(
+                "  {step}  t = {time:.5}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}"
+            ));
+        }
+        if self.console.tells(2) {
+            for at in &state.report.iterations {
+                self.console.text(&format!(
+                    "      {:>3}  |R| {:.3e}  |H| {:.3e}  |Δd| {:.3e}  |Δζ| {:.3e}  length {:<6}  {:?}",
+                    at.iteration, at.residual, at.contact, at.displacement, at.multiplier, at.step_length, at.status
+                ));
+            }
+        }
+        self.console.progress(self.steps_before + self.steps);
+        self.console.status(|| {
+            let Self { headline, steps, newton_iterations, .. } = self;
+            format!("{headline}step {steps}, Newton {newton_iterations}, open {open}, stick {stick}, slip {slip}")
+        });
+    }
+}
+
+impl MarchObserver for Watch<'_> {
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        if let Some(table) = &mut self.newton {
+            table.record(event);
+        }
+        match event {
+            MarchEvent::Accepted(state) => self.accepted(state),
+            MarchEvent::Retry { step, time, failure, cut_back } => {
+                let next = if *cut_back { "half the increment" } else { "another setting of the iteration" };
+                self.console.event(
+                    "retry",
+                    json!({
+                        "iteration": self.iteration, "step": step, "time": time,
+                        "message": failure.to_string(), "next": next,
+                    }),
+                );
+                if self.console.tells(self.level.max(1)) {
+                    self.console.text(&format!("  step {step:>3}  to t = {time:.5} failed: {failure}; next, {next}"));
+                }
+            }
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.interrupt.requested()
+    }
+}

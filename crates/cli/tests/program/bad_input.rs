@@ -1,0 +1,139 @@
+//! Wrong input ends with exit code 2, and the message has the place and the cure.
+
+use super::*;
+
+/// A change of the case, and what `check` must say about it.
+fn refused(from: &str, to: &str, expected: &[&str]) {
+    let place = Place::with(from, to);
+    let ran = place.bad("check case.toml", 2, expected);
+    assert!(ran.err.contains("case.toml:"), "no place in\n{}", ran.err);
+    assert!(ran.err.contains("help: ") || ran.err.contains("must be"), "no cure in\n{}", ran.err);
+    assert!(ran.err.contains("[slipstick::case::"), "no code in\n{}", ran.err);
+    // A run says the same, and leaves nothing behind.
+    place.bad("optimize case.toml", 2, expected);
+    assert!(!place.path("case").exists());
+}
+
+#[test]
+fn unknown_keys_and_names() {
+    refused("friction = 0.3", "fricton = 0.3", &["case.toml:13:1: error: unknown key `fricton`", "friction"]);
+    refused("set = \"slab_ymin\"", "set = \"slab_bottom\"", &["slab_bottom", "unknown_set"]);
+    refused("slave = \"block_ymin\"", "slave = \"block\"", &["block"]);
+}
+
+#[test]
+fn values_out_of_range() {
+    refused("youngs_modulus = 1000.0", "youngs_modulus = -1.0", &["youngs_modulus"]);
+    refused("poisson_ratio = 0.3", "poisson_ratio = 0.5", &["poisson_ratio"]);
+    refused("friction = 0.3", "friction = -0.1", &["friction"]);
+    refused("steps = 4", "steps = 0", &["steps"]);
+    refused("elements = [4, 2, 2]", "elements = [4, 0, 2]", &["elements"]);
+}
+
+#[test]
+fn designs_that_cannot_be() {
+    refused("bodies = [\"slab\"]", "bodies = []", &["bodies"]);
+    let all = "passive_solid = [{ min = [-1, -1, -1], max = [5, 5, 5] }]\nbodies = [\"slab\"]";
+    refused("bodies = [\"slab\"]", all, &["design"]);
+    let most = "passive_solid = [{ min = [-1, -1, -1], max = [3.2, 5, 5] }]\nbodies = [\"slab\"]";
+    refused("bodies = [\"slab\"]", most, &["passive solid elements alone fill 0.75", "infeasible_volume"]);
+}
+
+#[test]
+fn a_set_without_nodes() {
+    let set = "[[set]]\nname = \"nowhere\"\nboxes = [{ min = [9, 9, 9], max = [10, 10, 10] }]\n[[contact]]";
+    refused("[[contact]]", set, &["no node lies in the boxes of set `nowhere`", "empty_set"]);
+}
+
+/// A body that nothing holds makes the equations singular: an error. One that contact may hold is a warning.
+#[test]
+fn bodies_without_support() {
+    let loose = "[[body]]\nname = \"stray\"\nbox = { min = [8, 0, 0], max = [9, 1, 1], elements = [1, 1, 1] }\n\
+                 material = { neo_hooke = { youngs_modulus = 1.0, poisson_ratio = 0.3 } }\n[[contact]]";
+    refused("[[contact]]", loose, &["body `stray` can move freely in 6 of 6", "unsupported_body"]);
+    let place = Place::with("set = \"slab_ymin\"", "set = \"slab_ymin\"\ncomponents = [\"y\"]");
+    let ran = place.good("check case.toml");
+    assert!(ran.err.contains("can move freely in 3 of 6 rigid motions"), "{}", ran.err);
+}
+
+/// Bodies that penetrate each other at the start are told before every run, with the place in the case file.
+#[test]
+fn a_penetrating_start_is_told() {
+    let place = Place::with("min = [0.6, 1.0,", "min = [0.6, 0.98,");
+    for line in ["check case.toml", "solve case.toml"] {
+        let ran = place.good(line);
+        let expected = "case.toml:10:1: warning: `block_ymin` and `slab_ymax` penetrate each other by 2.000e-2";
+        assert!(ran.err.contains(expected), "{}", ran.err);
+        assert!(ran.err.contains("help: move a body apart"), "{}", ran.err);
+    }
+    assert_eq!(place.good("solve case.toml --force --quiet").err, "");
+}
+
+#[test]
+fn sections_that_a_command_needs() {
+    let place = Place::with("[optimizer]\niterations = 4\n", "");
+    place.good("solve case.toml");
+    place.bad("optimize case.toml", 2, &["no section [optimizer]", "missing_section"]);
+    let place = Place::with("volume_fraction = 0.5\n", "");
+    place.bad("optimize case.toml", 2, &["volume_fraction", "help: "]);
+}
+
+#[test]
+fn directories_that_cannot_take_results() {
+    let place = Place::new();
+    place.good("solve case.toml --out results");
+    place.write("results/notes.txt", "mine");
+    let before = place.read("results/run.json");
+    place.bad("solve case.toml --out results", 2, &["results holds the results of a run already", "--force"]);
+    assert_eq!(place.read("results/run.json"), before);
+    place.good("gradient case.toml --out results --force");
+    assert_eq!(place.read("results/notes.txt"), "mine", "only files of the run are replaced");
+    assert!(!place.path("results/path.pvd").exists());
+
+    place.bad("solve case.toml --out case.toml", 2, &["a file of that name exists", "--out"]);
+    place.bad("solve case.toml --out case.toml/results", 2, &["there is no directory case.toml", "--out"]);
+    place.bad("solve case.toml --out no/such/place", 2, &["there is no directory no/such", "make it first"]);
+}
+
+/// A directory that only reading is allowed in; the superuser may write everywhere, so there it must succeed.
+#[cfg(unix)]
+#[test]
+fn a_directory_without_permission_to_write() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = Place::new();
+    let locked = place.path("locked");
+    std::fs::create_dir(&locked).expect("made");
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o500)).expect("set");
+    if std::fs::write(locked.join("probe"), b"").is_ok() {
+        place.good("solve case.toml --out locked");
+    } else {
+        place.bad("solve case.toml --out locked", 2, &["cannot make the directory locked", "permission"]);
+    }
+    std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o700)).expect("set");
+}
+
+#[test]
+fn files_that_are_not_there() {
+    let place = Place::new();
+    place.bad("check nothing.toml", 2, &["cannot read the case file nothing.toml", "slipstick new"]);
+    place.bad("evaluate case.toml --design nothing", 2, &["cannot read nothing"]);
+    std::fs::create_dir(place.path("empty")).expect("made");
+    place.bad("solve case.toml --design empty", 2, &["empty holds no design.csv"]);
+    place.bad("solve", 2, &["<CASE>"]);
+}
+
+#[test]
+fn densities_that_do_not_fit() {
+    let place = Place::new();
+    let rows = |change: &dyn Fn(usize) -> String| -> String { (0..20).map(|e| change(e) + "\n").collect() };
+    let check = |text: &str, expected: &str| {
+        place.write("d.csv", text);
+        place.bad("solve case.toml --design d.csv", 2, &["d.csv", expected, "help: "]);
+    };
+    check("element,phi\n", "d.csv:1: there is no column `density`");
+    check(&format!("element,density\n{}", rows(&|e| format!("{e},{}", 0.6 * e as f64))), "d.csv:4: `1.2");
+    check(&format!("element,density\n{}", rows(&|e| format!("{},0.5", e / 2))), "stands here a second time");
+    check(&format!("element,density\n{}21,0.5\n", rows(&|e| format!("{e},0.5"))), "`21` is no element");
+    check("element,density\n0,0.5\n", "element 1 of 20 is missing");
+    check(&format!("element,body,density\n{}", rows(&|e| format!("{e},block,0.5"))), "of `slab` in the case");
+}

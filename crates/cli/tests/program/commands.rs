@@ -1,0 +1,188 @@
+//! Each command: what it writes and says.
+
+use super::*;
+
+fn number(cell: &str) -> f64 {
+    cell.parse().unwrap_or_else(|_| panic!("`{cell}` is no number"))
+}
+
+#[test]
+fn new_writes_templates_that_check_accepts() {
+    let place = Place::new();
+    let listed = place.good("new");
+    for (name, file) in [("half-ball", "half_ball.toml"), ("ironing", "ironing.toml"), ("cube-on-cuboid", "c.toml")] {
+        assert!(listed.out.contains(name));
+        place.good(&format!("new {name} --out {file}"));
+        assert!(place.good(&format!("check {file}")).out.contains("nothing to complain about"), "{name}");
+    }
+    place.bad("new ironing", 2, &["ironing.toml exists already", "--force"]);
+    place.good("new ironing --force");
+    place.bad("new billiards", 2, &["no template `billiards`", "half-ball"]);
+    assert!(place.good("new ironing --out -").out.starts_with("# A stiff curved die"));
+}
+
+#[test]
+fn check_shows_sizes_and_resolved_cases_are_cases() {
+    let place = Place::new();
+    let ran = place.good("check case.toml");
+    // 5 · 3 · 3 and 3 · 2 · 3 nodes; a gap of 0 at the start; 45 − 15 and 18 − 9 free nodes with 9 multiplier nodes.
+    for part in ["slab", "block_ymin on slab_ymax", "0.000e0 at node", "unknowns of a step"] {
+        assert!(ran.out.contains(part), "{part}\n{}", ran.out);
+    }
+    let event = place.good("check case.toml --json").event("result");
+    let inspection = &event["inspection"];
+    assert_eq!(inspection["bodies"][0]["nodes"], 45);
+    assert_eq!(inspection["unknowns"], 3 * (30 + 9 + 9));
+    assert_eq!(inspection["designed"], 16);
+    assert_eq!(inspection["contacts"][0]["covered"], 9);
+
+    let resolved = place.good("check case.toml --resolved").out;
+    place.write("resolved.toml", &resolved);
+    assert_eq!(place.good("check resolved.toml --resolved").out, resolved, "a fixed point");
+    let again = place.good("check resolved.toml --json").event("result");
+    assert_eq!(&again["inspection"], inspection);
+}
+
+#[test]
+fn solve_writes_the_load_path() {
+    let place = Place::new();
+    let ran = place.good("solve case.toml -vv");
+    assert_eq!(ran.out.lines().filter(|line| line.trim_start().starts_with("step")).count(), 4);
+    assert!(ran.out.contains("|R|"), "Newton iterations at -vv");
+    for step in 0..=4 {
+        assert!(place.path(&format!("case_solve/path_000{step}.vtu")).exists());
+    }
+    let collection = place.read("case_solve/path.pvd");
+    assert_eq!(collection.matches("<DataSet").count(), 5);
+    assert!(collection.contains("timestep=\"0.25\"") && collection.contains("path_0004.vtu"));
+    assert_eq!(place.read("case_solve/case.toml"), CASE);
+    let record = place.json("case_solve/run.json");
+    assert_eq!(record["exit"], "finished");
+    assert_eq!(record["case"]["load_path"]["steps"], 4);
+    assert_eq!(record["case_sha256"].as_str().map(str::len), Some(64));
+    assert_eq!(record["command"][1], "solve");
+
+    // Newton's table ends every step below the tolerance, with the iterations counted from 1.
+    let newton = place.table("case_solve/newton.csv");
+    let column = |name: &str| newton[0].iter().position(|found| found == name).expect("a column");
+    let (step, iteration, residual) = (column("step"), column("newton_iteration"), column("residual"));
+    for pair in newton[1..].windows(2) {
+        let follows = pair[1][step] == pair[0][step];
+        let expected = if follows { number(&pair[0][iteration]) + 1.0 } else { 1.0 };
+        assert_eq!(number(&pair[1][iteration]), expected);
+        assert!(follows || number(&pair[0][residual]) < 1e-6);
+    }
+}
+
+#[test]
+fn gradient_of_the_file_is_that_of_the_difference() {
+    let place = Place::new();
+    let base = place.good("gradient case.toml --json").event("result");
+    let table = place.table("case_gradient/gradient.csv");
+    assert_eq!(table[0], ["element", "body", "density", "derivative"]);
+    assert_eq!(table.len(), 1 + 20);
+    assert!(table[17..].iter().all(|row| row[1] == "block" && number(&row[3]) == 0.0), "not designed");
+    assert!(place.path("case_gradient/gradient.vtu").exists());
+    // A central difference through tables of densities: element 9 of the slab.
+    let mut values = Vec::new();
+    for density in [0.501, 0.499] {
+        let rows: Vec<String> = (0..20).map(|e| format!("{e},{}", if e == 9 { density } else { 0.5 })).collect();
+        place.write("moved.csv", &format!("element,density\n{}\n", rows.join("\n")));
+        let ran = place.good("solve case.toml --design moved.csv --json --force");
+        values.push(ran.event("result")["objective"].as_f64().expect("a number"));
+    }
+    let difference = (values[0] - values[1]) / 0.002;
+    let adjoint = number(&table[10][3]);
+    assert!((difference / adjoint - 1.0).abs() < 1e-5, "{difference} {adjoint}");
+    assert!(base["objective"].as_f64().expect("a number") < 0.0);
+}
+
+#[test]
+fn verify_passes_and_fails_by_its_tolerance() {
+    let place = Place::new();
+    let line = "verify gradient case.toml --elements 2 --directions 1 --halvings 2";
+    let ran = place.good(line);
+    assert!(ran.out.contains("random direction 1") && ran.out.contains("right:"), "{}", ran.out);
+    let report = place.json("case_verify/verify.json");
+    let worst = report["check"]["worst"].as_f64().expect("compared");
+    assert!(worst < 1e-6 && report["right"] == true, "{worst}");
+    // three directions with three steps each
+    assert_eq!(place.table("case_verify/verify.csv").len(), 1 + 9);
+    let strict = format!("{line} --force --tolerance 1e-15");
+    place.bad(&strict, 3, &["the gradient is off by", "--step"]);
+    assert_eq!(place.json("case_verify/run.json")["exit"], "failed");
+    place.bad("verify gradient case.toml", 2, &["results of a run already"]);
+}
+
+#[test]
+fn optimize_writes_history_designs_and_the_last_path() {
+    let place = Place::new();
+    let ran = place.good("optimize case.toml");
+    assert_eq!(ran.out.lines().filter(|line| line.contains("change")).count(), 5);
+    let history = place.table("case/history.csv");
+    assert_eq!(history.len(), 1 + 5, "four updates, five designs");
+    assert_eq!(&history[0][..3], ["iteration", "objective", "volume_fraction"]);
+    let objective = |row: usize| number(&history[row][1]);
+    assert!(objective(5) < objective(1), "the objective is minimised");
+    assert!(history[1..].iter().all(|row| number(&row[2]) <= 0.5 + 1e-6), "volume");
+    assert!(history[5][3].is_empty() && number(&history[4][3]) > 0.0, "no change after the last");
+    for name in ["design_0000.vtu", "design_0002.vtu", "design_0004.vtu", "path_0004.vtu", "design.pvd", "path.pvd"] {
+        assert!(place.path("case").join(name).exists(), "{name}");
+    }
+    assert!(!place.path("case/design_0001.vtu").exists(), "every second");
+    assert_eq!(place.read("case/design.pvd").matches("<DataSet").count(), 3);
+
+    // The last design, evaluated by itself, has the last objective.
+    let alone = place.good("solve case.toml --design case --json").event("result");
+    assert_eq!(alone["objective"].as_f64(), Some(objective(5)));
+    // A start from that design begins with it.
+    place.good("optimize case.toml --design case --out second --iterations 1");
+    assert_eq!(place.table("second/history.csv")[1][1], history[5][1]);
+}
+
+#[test]
+fn evaluate_makes_the_table_of_other_frictions() {
+    let place = Place::new();
+    place.good("optimize case.toml --iterations 2 -q");
+    let ran = place.good("evaluate case.toml --design case --friction 0,0.3");
+    assert!(ran.out.contains("objective/volume fraction"));
+    let table = place.table("case_evaluate/evaluate.csv");
+    assert_eq!(table.len(), 3);
+    let history = place.table("case/history.csv");
+    assert_eq!(table[2][1], history[3][1], "the case's own friction gives the history's objective");
+    assert!((number(&table[2][1]) / number(&table[2][2]) - number(&table[2][3])).abs() < 1e-9);
+    assert_ne!(table[1][1], table[2][1]);
+    // Without friction no node sticks.
+    assert_eq!(table[1][7], "0");
+    let own = place.good("evaluate case.toml --design case/design.csv --json --force").event("evaluation");
+    assert_eq!(own["friction"], 0.3);
+}
+
+#[test]
+fn events_are_one_object_per_line() {
+    let place = Place::with("min = [0.6, 1.0,", "min = [0.6, 0.99,");
+    let events = place.good("optimize case.toml --iterations 1 --json").events();
+    let names: Vec<&str> = events.iter().filter_map(|event| event["event"].as_str()).collect();
+    assert_eq!(names.len(), events.len(), "each has a name");
+    let count = |name: &str| names.iter().filter(|found| **found == name).count();
+    assert_eq!((count("start"), count("iteration"), count("result")), (1, 2, 1));
+    assert_eq!(count("step"), 2 * 4);
+    let warning = events.iter().find(|event| event["event"] == "warning").expect("it penetrates");
+    assert_eq!(warning["code"], "slipstick::case::penetrating_start");
+    assert_eq!(names.last(), Some(&"result"));
+
+    let error = place.run("optimize case.toml --json");
+    assert_eq!(error.code, Some(2));
+    assert!(error.event("error")["message"].as_str().expect("text").contains("already"));
+    assert_eq!(place.good("solve case.toml --quiet").out, "");
+}
+
+/// Results do not depend on the number of threads.
+#[test]
+fn threads_do_not_change_results() {
+    let place = Place::new();
+    place.good("optimize case.toml --iterations 2 --threads 1 --out one");
+    place.good("optimize case.toml --iterations 2 --threads 2 --out two");
+    assert_eq!(place.read("one/checkpoint.json"), place.read("two/checkpoint.json"));
+    assert_eq!(place.json("one/run.json")["threads"], 1);
+}

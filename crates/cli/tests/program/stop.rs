@@ -1,0 +1,102 @@
+//! Runs that stop short: by Ctrl-C, by failure.
+
+use super::*;
+
+#[cfg(unix)]
+mod by_signal {
+    use super::*;
+    use std::io::{BufRead, BufReader, Read};
+    use std::process::{Child, Stdio};
+
+    fn interrupt(child: &Child) {
+        let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+        assert!(sent.success());
+    }
+
+    /// Starts a command and interrupts it when it has told the first event of this name.
+    fn interrupted_after(place: &Place, line: &str, event: &str) -> (Option<i32>, String, String) {
+        let mut child =
+            place.command(line).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program runs");
+        let mut reader = BufReader::new(child.stdout.take().expect("piped"));
+        let mut out = String::new();
+        while !out.lines().any(|line| line.contains(&format!("\"event\":\"{event}\""))) {
+            assert!(reader.read_line(&mut out).expect("text") > 0, "ended before {event}:\n{out}");
+        }
+        interrupt(&child);
+        reader.read_to_string(&mut out).expect("text");
+        let mut err = String::new();
+        child.stderr.take().expect("piped").read_to_string(&mut err).expect("text");
+        (child.wait().expect("ends").code(), out, err)
+    }
+
+    #[test]
+    fn an_interrupted_optimization_resumes_bit_for_bit() {
+        let place = Place::with("iterations = 4", "iterations = 40");
+        let (code, out, err) = interrupted_after(&place, "optimize case.toml --json", "iteration");
+        assert_eq!(code, Some(4), "{out}{err}");
+        assert!(err.contains("once more stops at once"), "{err}");
+        let last: Value = serde_json::from_str(out.lines().last().expect("a line")).expect("JSON");
+        assert_eq!((&last["event"], &last["exit"], &last["resume"]), (&"error".into(), &4.into(), &"case".into()));
+        assert_eq!(place.json("case/run.json")["exit"], "interrupted");
+        let reached = place.json("case/checkpoint.json")["state"]["iteration"].as_u64().expect("a number");
+        assert!((1..40).contains(&reached), "{reached}");
+
+        place.good("resume case -q");
+        place.good("optimize case.toml --out whole -q");
+        for name in ["checkpoint.json", "design.csv", "newton.csv"] {
+            assert_eq!(place.read(&format!("case/{name}")), place.read(&format!("whole/{name}")), "{name}");
+        }
+    }
+
+    /// Before the first iteration is finished there is a checkpoint too.
+    #[test]
+    fn an_optimization_interrupted_at_once_resumes_from_its_start() {
+        let place = Place::with("steps = 4", "steps = 60");
+        let (code, _, err) = interrupted_after(&place, "optimize case.toml --json --iterations 1", "step");
+        assert_eq!(code, Some(4), "{err}");
+        assert_eq!(place.json("case/checkpoint.json")["state"]["iteration"], 0);
+        place.good("resume case -q");
+        assert_eq!(place.table("case/history.csv").len(), 1 + 2);
+    }
+
+    #[test]
+    fn an_interrupted_analysis_keeps_its_states() {
+        let place = Place::with("steps = 4", "steps = 400");
+        let (code, _, err) = interrupted_after(&place, "solve case.toml --json", "step");
+        assert_eq!(code, Some(4), "{err}");
+        assert!(place.path("case_solve/path_0001.vtu").exists());
+        assert!(!place.path("case_solve/path_0400.vtu").exists());
+    }
+}
+
+/// Three Newton iterations are not enough for these steps, and no smaller ones are allowed.
+#[test]
+fn a_failed_march_says_why_and_keeps_what_it_has() {
+    let place = Place::with("steps = 4", "steps = 4\nmax_newton_iterations = 3\nmax_cutbacks = 0");
+    let expected = [
+        "load step 1 failed",
+        "no convergence in 3 Newton iterations",
+        "reached: t = 0",
+        "tried:",
+        "help: more load steps",
+    ];
+    place.bad("solve case.toml", 3, &expected);
+    assert!(place.path("case_solve/failure.vtu").exists() && place.path("case_solve/path_0000.vtu").exists());
+    let record = place.json("case_solve/run.json");
+    assert_eq!(record["exit"], "failed");
+    assert!(record["message"].as_str().expect("text").contains("load step 1 failed"));
+    let event = place.run("optimize case.toml --json").event("error");
+    assert_eq!((&event["exit"], &event["failure"]["step"]), (&3.into(), &1.into()));
+    let failed = place.table("case/newton.csv");
+    assert_eq!(failed[0].last().map(String::as_str), Some("failure"));
+}
+
+/// The block driven through the slab's support: elements are turned inside out, and are named with body and place.
+#[test]
+fn inverted_elements_are_named() {
+    let place = Place::with("t = 0.5, u = [0, -0.1, 0]", "t = 0.5, u = [0, -2.2, 0]");
+    let expected = ["inverted element", "first: element ", "of body `", "help: ", "kept: case_solve"];
+    place.bad("solve case.toml", 3, &expected);
+    // What converged before is kept.
+    assert!(place.path("case_solve/path_0001.vtu").exists() && place.path("case_solve/path.pvd").exists());
+}
