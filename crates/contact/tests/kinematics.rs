@@ -1,4 +1,4 @@
-//! Weighted gap and slip increment: gradients against central differences, objectivity under any common rotation.
+//! Weighted gap, slip increment and tributary area: gradients against central differences, objectivity under any common rotation.
 
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
 use slipstick_contact::ContactInterface;
@@ -43,23 +43,23 @@ fn evaluate(interface: &mut ContactInterface, x: &[f64], gradient: bool) -> Vec<
     rows
 }
 
-/// Gap and the two slip components of every slave node.
-fn measures(rows: &[NodeKinematics], before: &[NodeKinematics], x: &[f64]) -> Vec<[f64; 3]> {
+/// Gap, the two slip components and tributary area of every slave node.
+fn measures(rows: &[NodeKinematics], before: &[NodeKinematics], x: &[f64]) -> Vec<[f64; 4]> {
     let mut slip = SlipIncrement::default();
     rows.iter()
         .zip(before)
         .map(|(row, before)| {
             row.slip(&PreviousRow::from(before), x, false, &mut slip);
-            [row.gap(), slip.value[0], slip.value[1]]
+            [row.gap(), slip.value[0], slip.value[1], row.area]
         })
         .collect()
 }
 
 /// `(8 (f₊₁ − f₋₁) − (f₊₂ − f₋₂))/12h` of all measures.
-fn difference(mut at: impl FnMut(f64) -> Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+fn difference(mut at: impl FnMut(f64) -> Vec<[f64; 4]>) -> Vec<[f64; 4]> {
     let h = 1e-5;
     let (p1, m1, p2, m2) = (at(h), at(-h), at(2.0 * h), at(-2.0 * h));
-    let entry = |j: usize, c: usize| (8.0 * (p1[j][c] - m1[j][c]) - (p2[j][c] - m2[j][c])) / (12.0 * h);
+    let entry = |j: usize, c: usize| -> f64 { (8.0 * (p1[j][c] - m1[j][c]) - (p2[j][c] - m2[j][c])) / (12.0 * h) };
     (0..p1.len()).map(|j| std::array::from_fn(|c| entry(j, c))).collect()
 }
 
@@ -73,7 +73,7 @@ fn gap_and_slip_gradients() {
         let before = evaluate(&mut interface, &x_before, true);
         let now = evaluate(&mut interface, &x, true);
         let columns = x.len();
-        let mut exact = vec![[[0.0; 3]; 2]; now.len() * columns];
+        let mut exact = vec![[[0.0; 4]; 2]; now.len() * columns];
         for (j, (row, before)) in now.iter().zip(&before).enumerate() {
             let (mut gap, mut slip) = (Vec::new(), SlipIncrement::default());
             row.gap_gradient(&mut gap);
@@ -93,6 +93,7 @@ fn gap_and_slip_gradients() {
                 target[0] += gap[t];
                 target[1] += slip.gradient[t];
                 target[2] += slip.gradient[n + t];
+                target[3] += row.area_gradient[t];
             }
             for t in 0..m {
                 let target = &mut exact[j * columns + 3 * before.support[t / 3] as usize + t % 3][0];
@@ -116,7 +117,7 @@ fn gap_and_slip_gradients() {
                 measures(&now, &evaluate(&mut interface, &x_before, false), &x)
             });
             for j in 0..now.len() {
-                for c in 0..3 {
+                for c in 0..4 {
                     worst = worst.max((exact[j * columns + t][0][c] - current[j][c]).abs());
                     worst = worst.max((exact[j * columns + t][1][c] - previous[j][c]).abs());
                 }

@@ -52,6 +52,12 @@ pub trait Factorization: Send + Sync {
     /// Number format of the factors.
     fn precision(&self) -> Precision;
 
+    /// Floating-point operations that the factorization took, to weigh a new one against more iterations with this one;
+    /// zero if unknown.
+    fn operations(&self) -> f64 {
+        0.0
+    }
+
     /// Solves with several right-hand sides, one after the other in `rhs`.
     ///
     /// # Panics

@@ -30,7 +30,7 @@ mod sweep;
 mod uzawa;
 
 pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
-pub use linear::LinearSystem;
+pub use linear::{LinearSystem, SolveCounts};
 pub use march::{Keep, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Silent, march};
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances};
 pub use problem::{PreviousPullBack, Scales, StepProblem, StepState, UzawaOptions};

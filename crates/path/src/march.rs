@@ -137,6 +137,7 @@ pub fn march(
         factors: None,
     };
     let mut path = Path { states: vec![first], steps: 0 };
+    linear.forget();
     for (index, &end) in times.iter().enumerate() {
         let step = index + 1;
         let begin = path.states.last().expect("holds the start").time;

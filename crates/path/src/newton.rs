@@ -105,6 +105,10 @@ const OUTBURST: f64 = 3.0;
 /// Part of the decrease that the linear model promises and a damped increment must deliver (Armijo).
 const ARMIJO: f64 = 1e-2;
 
+/// Relative residual of a linear solve over the scaled residual of the nonlinear equations, and its upper bound.
+const FORCING: f64 = 1e-3;
+const LOOSEST_SOLVE: f64 = 1e-6;
+
 /// Largest growth of the residual over its value after the first solve that still counts as on its way.
 const DIVERGED: f64 = 1e8;
 
@@ -144,11 +148,13 @@ fn iterate(
     problem.residual(y, &mut residual)?;
     let mut sets = ActiveSets::default();
     let mut reference = f64::INFINITY;
+    let mut forcing = options.linear_tolerance.max(LOOSEST_SOLVE);
     let mut progress = Progress::default();
     for iteration in 1..=options.max_iterations {
         let fixed = problem.fixed().to_vec();
         let mut rhs: Vec<f64> = residual.iter().map(|r| -r).collect();
         let groups = problem.groups().to_vec();
+        let active_set = problem.active_set().to_vec();
         let matrix = problem.tangent(y)?;
         let mut prescribed = vec![0.0; n];
         if iteration == 1 {
@@ -161,8 +167,7 @@ fn iterate(
             matrix.mul(&prescribed, &mut carried);
             rhs.iter_mut().zip(&carried).for_each(|(r, c)| *r -= c);
         }
-        let factored = linear.factorize(matrix, &fixed, &groups)?;
-        let mut increment = factored.solve(&rhs, false, options.linear_tolerance)?;
+        let mut increment = linear.solve(matrix, &fixed, &groups, &active_set, &rhs, forcing)?;
         for i in 0..displacements {
             if iteration == 1 && fixed[i] {
                 increment[i] = prescribed[i];
@@ -194,6 +199,8 @@ fn iterate(
             return Ok(());
         }
         progress.add(size);
+        // proportional to the residual, so that convergence stays quadratic
+        forcing = (FORCING * size).min(LOOSEST_SOLVE).max(options.linear_tolerance);
         if iteration == 1 {
             reference = size.max(1.0);
         } else if !(size < DIVERGED * reference) {

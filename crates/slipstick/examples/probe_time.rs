@@ -10,6 +10,7 @@ fn main() {
     let a = &mut p.analysis;
     let t = Instant::now();
     let f = a.forward(&p.initial_density.clone(), &mut Silent).unwrap();
+    println!("{:?}", a.linear.counts());
     println!("forward {:.2}s, newton {}", t.elapsed().as_secs_f64(), f.path.newton_iterations());
     let n = f.path.states.len();
     let (s0, s1) = (&f.path.states[n - 2].state, &f.path.states[n - 1].state);

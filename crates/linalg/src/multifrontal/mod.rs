@@ -272,6 +272,10 @@ impl Factorization for MultifrontalFactorization {
         self.statistics().factor_entries * entry + self.n() * 24
     }
 
+    fn operations(&self) -> f64 {
+        self.statistics().operations
+    }
+
     fn precision(&self) -> Precision {
         match self.factors {
             Factors::Double(_) => Precision::F64,

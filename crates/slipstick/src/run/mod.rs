@@ -11,6 +11,8 @@
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every so many iterations |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
 //! | `failure.vtu` | the iterate at which a march failed for good | then |
+//! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, of a run that asks for it | at the end |
+//! | `evaluate.csv`, `verify.csv`, `verify.json` | of runs that evaluate a design or verify its gradient | as they go |
 //!
 //! Files appear whole or not at all and tables grow by whole lines, so a run that is killed leaves its last finished
 //! iteration behind, and [`Checkpoint`] takes it up again bit for bit. A directory belongs to one run:

@@ -1,0 +1,195 @@
+//! Newton's method and step control: quadratic convergence, first contact with friction, sub-steps, typed failures,
+//! tolerances.
+
+mod common;
+
+use common::scene::*;
+use common::*;
+use slipstick::analysis::AnalysisError;
+use slipstick_path::{
+    IterationRecord, MarchEvent, MarchFailure, MarchObserver, Path, Silent, StateError, StepFailureKind,
+};
+
+/// Uzawa's iteration without acceleration and with one pass: its inner Newton iteration alone.
+const INNER: &str = "{ augmented = { stiffness = 1e4, tolerance = 1e30, max_uzawa = 1, acceleration = 0 } }";
+
+/// Order of convergence from three successive increments.
+fn order(increments: &[f64]) -> f64 {
+    (increments[2] / increments[1]).ln() / (increments[1] / increments[0]).ln()
+}
+
+/// Once an increment e = ‖Δd‖/‖d‖ + ‖Δζ‖/‖ζ‖ is below 1e-2, the next one is below K e² (linear convergence with factor q
+/// would give q/e, without bound) until it meets rounding, and the last three have order 2 in the median over the steps.
+#[test]
+fn newton_converges_quadratically() {
+    for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3)), ("augmented, held", INNER)] {
+        for shape in ["standard", "dual"] {
+            let scene = Scene { enforcement: enforcement.into(), shape, ..Scene::default() };
+            let mut problem = problem(&scene.text());
+            let density = random_density(&problem, 3);
+            let run = forward(&mut problem, &density);
+            let (mut orders, mut largest) = (Vec::new(), 0.0f64);
+            for (step, state) in run.path.completed() {
+                let (d, zeta) = state.state.unknowns.split_at(3 * problem.mesh.nodes.len());
+                let (d, zeta) = (norm(d), norm(zeta).max(f64::MIN_POSITIVE));
+                let relative = |r: &IterationRecord| r.displacement / d + r.multiplier / zeta;
+                let increments: Vec<f64> = state.report.iterations.iter().map(relative).collect();
+                assert!(increments.len() >= 4, "{method} {shape} step {step}: {increments:?}");
+                let last = increments.windows(3).rev().take(3).map(order).fold(0.0, f64::max);
+                orders.push(last);
+                for pair in increments.windows(2).filter(|pair| pair[0] < 1e-2 && pair[1] > 1e-12) {
+                    let constant = pair[1] / (pair[0] * pair[0]);
+                    assert!(constant < 100.0, "{method} {shape} step {step}: K = {constant} in {increments:?}");
+                    largest = largest.max(constant);
+                }
+            }
+            orders.sort_by(f64::total_cmp);
+            println!("{method} {shape}: orders {orders:.2?}, K up to {largest:.1}");
+            assert!(orders[orders.len() / 2] > 1.8, "{method} {shape}: {orders:?}");
+        }
+    }
+}
+
+#[derive(Default)]
+struct Watch {
+    cut_backs: Vec<StepFailureKind>,
+    retries: usize,
+}
+
+impl MarchObserver for Watch {
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        if let MarchEvent::Retry { failure, cut_back, .. } = event {
+            if *cut_back {
+                self.cut_backs.push((*failure).clone());
+            } else {
+                self.retries += 1;
+            }
+        }
+    }
+}
+
+fn march(scene: &Scene) -> (Result<Path, Box<MarchFailure>>, Watch) {
+    let mut problem = problem(&scene.text());
+    let density = random_density(&problem, 7);
+    let mut watch = Watch::default();
+    let result = match problem.analysis.forward(&density, &mut watch) {
+        Ok(run) => Ok(run.path),
+        Err(AnalysisError::March(failure)) => Err(failure),
+        Err(other) => panic!("{other}"),
+    };
+    (result, watch)
+}
+
+/// At first contact the regularised problem is homogeneous, so that a smaller load increment changes nothing; undamped, the
+/// iteration jumps between directions of slip for ever.
+#[test]
+fn first_contact_with_friction_needs_no_sub_steps() {
+    let mut damped = 0;
+    for friction in [0.1, 0.3, 0.5] {
+        for shape in ["standard", "dual"] {
+            for stiffness in [5e3, 2e4] {
+                let motion = "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".into();
+                let scene = Scene { enforcement: penalty(stiffness), friction, shape, motion, ..Scene::default() };
+                let (path, watch) = march(&scene);
+                let path = path.unwrap_or_else(|e| panic!("mu {friction} {shape} {stiffness}: {e}"));
+                assert!(watch.cut_backs.is_empty(), "mu {friction} {shape} {stiffness}: {:?}", watch.cut_backs);
+                damped += path.states.iter().flat_map(|s| &s.report.iterations).filter(|r| r.step_length < 1.0).count();
+            }
+        }
+    }
+    assert!(damped > 0, "no increment was damped");
+}
+
+/// One step that crushes bodies of height 1.8 to half of it while it shears and turns them.
+fn too_large() -> Scene {
+    Scene {
+        steps: 1,
+        friction: 0.2,
+        motion: "[{ t = 1.0, u = [0.6, -0.9, 0.3], angle = 40 }]".into(),
+        drive: "rotation = { point = [1.0, 0, 0.5], direction = [0, 1, 0] }".into(),
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn a_step_that_is_too_large_is_reached_in_sub_steps() {
+    for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3))] {
+        let scene = Scene { enforcement: enforcement.into(), ..too_large() };
+        let (path, watch) = march(&scene);
+        let path = path.unwrap_or_else(|e| panic!("{method}: {e}"));
+        let times: Vec<f64> = path.states.iter().map(|s| s.time).collect();
+        println!("{method}: {times:?} after {:?}", watch.cut_backs);
+        assert!(!watch.cut_backs.is_empty() && times.len() > 2);
+        assert!(times.is_sorted_by(|a, b| a < b) && *times.last().unwrap() == 1.0);
+        assert_eq!((path.steps, path.completed().map(|(n, _)| n).collect::<Vec<_>>()), (1, vec![1]));
+        assert!(path.states[1..times.len() - 1].iter().all(|s| s.completes.is_none()));
+    }
+}
+
+/// The bodies together are 1.8 high and are to be pressed to −0.2: elements must invert, in the step that gets there.
+#[test]
+fn a_hopeless_step_fails_with_its_place_and_the_inverted_elements() {
+    let scene = Scene {
+        motion: "[{ t = 0.2, u = [0, -0.1, 0] }, { t = 1.0, u = [0, -2.0, 0] }]".into(),
+        steps: 5,
+        load_path: "max_cutbacks = 3".into(),
+        ..Scene::default()
+    };
+    let (result, _) = march(&scene);
+    let failure = result.expect_err("no state exists there");
+    println!("{failure}");
+    assert!((2..=5).contains(&failure.step));
+    assert_eq!(failure.path.steps, failure.step - 1, "what converged before is kept");
+    assert!(failure.path.states.iter().all(|s| s.state.unknowns.iter().all(|u| u.is_finite())));
+    let (from, to) = failure.increment;
+    let step = 0.2;
+    assert!((failure.step - 1) as f64 * step <= from && from < to && to <= failure.step as f64 * step + 1e-12);
+    assert!(to - from < 0.25 * step, "the increment was halved three times before giving up");
+    let inverted = failure.attempts.iter().find_map(|(_, kind)| match kind {
+        StepFailureKind::State(StateError::InvertedElements { elements }) => Some(elements.clone()),
+        _ => None,
+    });
+    let inverted = inverted.expect("some attempt met inverted elements");
+    assert!(!inverted.is_empty() && inverted.iter().all(|&e| e < 5) && inverted.is_sorted());
+    assert!(failure.to_string().contains(&format!("load step {}", failure.step)));
+    assert_eq!(failure.iterate.len(), failure.path.states[0].state.unknowns.len());
+}
+
+/// Every norm of the last iteration lies below its own bound, and the iteration did not go on after that.
+#[test]
+fn absolute_tolerances_are_honoured() {
+    let bounds = [(1e-2, 1e-3, 1e-1, 1.0), (1e-6, 1e-3, 1e2, 1e2), (1e2, 1e2, 1e2, 1e-4), (1e-9, 1e-9, 1e-9, 1e-9)];
+    for (residual, displacement, contact, multiplier) in bounds {
+        let tolerance = format!(
+            "tolerance = {{ residual = {residual:e}, displacement = {displacement:e}, contact = {contact:e}, multiplier = {multiplier:e} }}"
+        );
+        let (path, _) = march(&Scene { load_path: tolerance, ..Scene::default() });
+        let within = |r: &IterationRecord| {
+            r.residual <= residual && r.displacement <= displacement && r.contact <= contact && r.multiplier <= multiplier
+        };
+        for state in path.unwrap().states.iter().skip(1) {
+            let (last, before) = state.report.iterations.split_last().unwrap();
+            assert!(within(last), "{last:?}");
+            assert!(!before.iter().any(within), "{before:?}");
+        }
+    }
+}
+
+/// A tolerance below rounding ends at rounding: increments of a few units in the last place of the positions, instead of a
+/// failure.
+#[test]
+fn a_tolerance_below_rounding_ends_at_rounding() {
+    for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(1e5))] {
+        let load_path = "tolerance = { relative = 1e-16 }".to_string();
+        let scene = Scene { enforcement: enforcement.into(), load_path, ..Scene::default() };
+        let mut problem = problem(&scene.text());
+        let density = random_density(&problem, 7);
+        let run = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{method}: {e}"));
+        assert_eq!(run.path.states.len(), 11, "{method}: no sub-steps");
+        let size = norm(&problem.mesh.nodes.iter().flatten().copied().collect::<Vec<_>>());
+        for state in run.path.states.iter().skip(1) {
+            let last = state.report.iterations.last().unwrap();
+            assert!(last.displacement < 1e-14 * size, "{method}: {last:?}");
+        }
+    }
+}
