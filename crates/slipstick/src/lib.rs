@@ -10,5 +10,6 @@ pub mod check;
 pub mod model;
 pub mod optimize;
 pub mod output;
+pub mod render;
 pub mod run;
 pub mod verify;

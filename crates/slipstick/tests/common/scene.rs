@@ -32,6 +32,8 @@ pub struct Scene {
     pub length: f64,
     /// Young's modulus.
     pub modulus: f64,
+    /// Value of `place` of both bodies.
+    pub place: String,
     /// Further tables.
     pub more: String,
 }
@@ -52,6 +54,7 @@ impl Default for Scene {
             observed: "\"last\"",
             length: 1.0,
             modulus: 1000.0,
+            place: "{}".into(),
             more: String::new(),
         }
     }
@@ -60,7 +63,7 @@ impl Default for Scene {
 impl Scene {
     /// The case's text.
     pub fn text(&self) -> String {
-        let Self { slab, block, friction, enforcement, shape, motion, drive, steps, load_path, observed, more, .. } =
+        let Self { slab, block, friction, enforcement, shape, motion, drive, steps, load_path, observed, place, more, .. } =
             self;
         let l = self.length;
         let min = self.corner.map(|c| c * l);
@@ -72,10 +75,12 @@ impl Scene {
 [[body]]
 name = "slab"
 box = {{ min = [0, 0, 0], max = [{:?}, {l:?}, {l:?}], elements = {slab:?} }}
+place = {place}
 {material}
 [[body]]
 name = "block"
 box = {{ min = {min:?}, max = {max:?}, elements = {block:?} }}
+place = {place}
 {material}
 [[contact]]
 slave = "block_ymin"

@@ -1,0 +1,39 @@
+//! Pictures of designs, states and histories as PNG files, without a display.
+//!
+//! [`design_picture`], [`state_picture`] and [`history_picture`] make the usual ones; [`Scene`] any other:
+//!
+//! ```text
+//! cells in layers ──skin──▶ faces ──camera──▶ samples in a depth buffer ──mean──▶ pixels ──▶ Picture
+//! ```
+//!
+//! * Hexahedra show their skin: the faces that no other cell of the layer has. A threshold or a cut therefore opens the
+//!   view to the faces behind.
+//! * Views are orthographic: lengths in the plane of the picture are true to scale. y is up, as everywhere here.
+//! * A translucent layer shows its nearest face only, so that what is behind it stays readable.
+//! * Light dims colours: the colour bar shows them fully lit. [`Scene::shaded`] turns it off.
+//! * The same input gives the same bytes, on any number of threads.
+
+mod chart;
+mod colour;
+mod compose;
+mod error;
+mod font;
+mod ink;
+mod legend;
+mod picture;
+mod raster;
+mod results;
+mod scene;
+mod skin;
+mod space;
+#[cfg(test)]
+mod tests;
+mod view;
+
+pub use chart::{Curve, chart, history_picture};
+pub use colour::{Colour, ColourMap, ColourScale};
+pub use error::RenderError;
+pub use picture::{Canvas, Picture};
+pub use results::{Cut, Field, FieldValues, RenderOptions, design_picture, state_picture};
+pub use scene::{Layer, Paint, Scene, Style, cells_above};
+pub use view::View;
