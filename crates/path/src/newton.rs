@@ -176,7 +176,8 @@ fn iterate(
         finite(&increment, "the Newton increment")?;
         // a first increment carries the prescribed motion, so it is taken whole
         let step_length = if iteration == 1 {
-            try_length(problem, y, &y.to_vec(), &increment, 1.0, &mut residual)?;
+            let start = y.to_vec();
+            try_length(problem, y, &start, &increment, 1.0, &mut residual)?;
             1.0
         } else {
             advance(problem, y, &increment, &mut residual, &fixed, &mut progress)?

@@ -12,6 +12,8 @@ use crate::material::NeoHooke;
 /// Number of Gauss points.
 pub const POINTS: usize = 8;
 
+type Matrix = [[f64; 3]; 3];
+
 /// Signs of the corners in the parent cube, VTK numbering.
 const CORNER: [[f64; 3]; 8] = [
     [-1.0, -1.0, -1.0],
@@ -80,7 +82,7 @@ fn invert(m: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
 
 /// F, its inverse and J at one Gauss point; `None` if J ≤ 0 or not finite.
 #[inline]
-fn deformation(gradients: &[[f64; 3]; 8], d: &[[f64; 3]; 8]) -> Option<([[f64; 3]; 3], [[f64; 3]; 3], f64)> {
+fn deformation(gradients: &[[f64; 3]; 8], d: &[[f64; 3]; 8]) -> Option<(Matrix, Matrix, f64)> {
     let mut f = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for i in 0..8 {
         for a in 0..3 {

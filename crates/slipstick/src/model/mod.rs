@@ -1,6 +1,6 @@
 //! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion.
 //!
-//! [`ContactModel`] puts the crates together: it implements [`StepProblem`], which the march and the adjoint sweep work
+//! [`ContactModel`] puts the crates together: it implements [`StepProblem`](slipstick_path::StepProblem), which the march and the adjoint sweep work
 //! on. Unknowns are the displacements d of all nodes and, for the Lagrange and augmented Lagrangian methods, the
 //! multiplier components ζ_j in the frame of each slave node.
 //!

@@ -19,10 +19,11 @@ impl ContactModel {
     /// Brings kinematics and slip to the displacements in `y`; nothing is done where they are there already.
     fn evaluate(&mut self, y: &[f64], with_gradient: bool) -> Result<(), StateError> {
         let d = &y[..self.displacement_count()];
-        if let Some((at, gradient)) = &self.evaluated {
-            if at == d && (*gradient || !with_gradient) {
-                return Ok(());
-            }
+        if let Some((at, gradient)) = &self.evaluated
+            && at == d
+            && (*gradient || !with_gradient)
+        {
+            return Ok(());
         }
         self.evaluated = None;
         let x = self.positions(y);
