@@ -45,9 +45,7 @@ impl Chain {
 
 impl DesignMap for Chain {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
-        self.maps
-            .iter()
-            .fold(x.to_vec(), |value, map| map.apply(&value))
+        self.maps.iter().fold(x.to_vec(), |value, map| map.apply(&value))
     }
 
     fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64> {
@@ -59,9 +57,7 @@ impl DesignMap for Chain {
             inputs.push(std::mem::replace(&mut value, next));
         }
         let maps_and_inputs = self.maps.iter().zip(&inputs).rev();
-        maps_and_inputs.fold(d_phi.to_vec(), |gradient, (map, input)| {
-            map.pull_back(input, &gradient)
-        })
+        maps_and_inputs.fold(d_phi.to_vec(), |gradient, (map, input)| map.pull_back(input, &gradient))
     }
 }
 
@@ -80,18 +76,11 @@ impl<M: DesignMap> OnElements<M> {
     }
 
     fn gather(&self, all: &[f64]) -> Vec<f64> {
-        self.elements
-            .iter()
-            .map(|&element| all[element as usize])
-            .collect()
+        self.elements.iter().map(|&element| all[element as usize]).collect()
     }
 
     fn scatter(&self, part: &[f64], all: &mut [f64]) {
-        assert_eq!(
-            part.len(),
-            self.elements.len(),
-            "the map changes the number of densities"
-        );
+        assert_eq!(part.len(), self.elements.len(), "the map changes the number of densities");
         for (&element, &value) in self.elements.iter().zip(part) {
             all[element as usize] = value;
         }
@@ -107,10 +96,7 @@ impl<M: DesignMap> DesignMap for OnElements<M> {
 
     fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64> {
         let mut gradient = d_phi.to_vec();
-        self.scatter(
-            &self.map.pull_back(&self.gather(x), &self.gather(d_phi)),
-            &mut gradient,
-        );
+        self.scatter(&self.map.pull_back(&self.gather(x), &self.gather(d_phi)), &mut gradient);
         gradient
     }
 }

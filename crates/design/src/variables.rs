@@ -47,28 +47,17 @@ impl DesignVariables {
     /// # Errors
     ///
     /// An element out of range, passive outside the domain, or both solid and void; a domain without designed elements.
-    pub fn new(
-        element_count: usize,
-        domain: &[u32],
-        solid: &[u32],
-        void: &[u32],
-    ) -> Result<Self, DesignError> {
+    pub fn new(element_count: usize, domain: &[u32], solid: &[u32], void: &[u32]) -> Result<Self, DesignError> {
         let mut roles = vec![Role::Outside; element_count];
         for &element in domain {
             let role = roles.get_mut(element as usize);
-            *role.ok_or(DesignError::ElementOutOfRange {
-                element,
-                element_count,
-            })? = Role::Designed;
+            *role.ok_or(DesignError::ElementOutOfRange { element, element_count })? = Role::Designed;
         }
         for (list, passive) in [(solid, Role::Solid), (void, Role::Void)] {
             for &element in list {
                 match roles.get_mut(element as usize) {
                     None => {
-                        return Err(DesignError::ElementOutOfRange {
-                            element,
-                            element_count,
-                        });
+                        return Err(DesignError::ElementOutOfRange { element, element_count });
                     }
                     Some(Role::Outside) => return Err(DesignError::PassiveOutside { element }),
                     Some(role) if *role != Role::Designed && *role != passive => {
@@ -79,23 +68,14 @@ impl DesignVariables {
             }
         }
         let elements_where = |wanted: fn(Role) -> bool| -> Vec<u32> {
-            (0..element_count as u32)
-                .filter(|&element| wanted(roles[element as usize]))
-                .collect()
+            (0..element_count as u32).filter(|&element| wanted(roles[element as usize])).collect()
         };
         let designed = elements_where(|role| role == Role::Designed);
         let domain = elements_where(|role| role != Role::Outside);
         if designed.is_empty() {
-            return Err(DesignError::Empty {
-                domain: domain.len(),
-                passive: domain.len(),
-            });
+            return Err(DesignError::Empty { domain: domain.len(), passive: domain.len() });
         }
-        Ok(Self {
-            roles,
-            designed,
-            domain,
-        })
+        Ok(Self { roles, designed, domain })
     }
 
     /// Number of design variables.
@@ -131,17 +111,12 @@ impl DesignVariables {
     /// If `all` has not one entry per element.
     pub fn restrict(&self, all: &[f64]) -> Vec<f64> {
         assert_eq!(all.len(), self.roles.len(), "one entry per element");
-        self.designed
-            .iter()
-            .map(|&element| all[element as usize])
-            .collect()
+        self.designed.iter().map(|&element| all[element as usize]).collect()
     }
 
     /// The map that resets passive elements, to follow a filter that has blurred them.
     pub fn passives(&self) -> Passives {
-        Passives {
-            fixed: self.roles.iter().map(|role| role.fixed_density()).collect(),
-        }
+        Passives { fixed: self.roles.iter().map(|role| role.fixed_density()).collect() }
     }
 
     /// Volumes with those outside the design domain set to zero, for [`crate::VolumeConstraint`]. \[L³\]
@@ -151,10 +126,7 @@ impl DesignVariables {
     /// Not one volume per element, or a volume in the domain that is not finite and positive.
     pub fn domain_volumes(&self, volumes: &[f64]) -> Result<Vec<f64>, DesignError> {
         if volumes.len() != self.roles.len() {
-            return Err(DesignError::VolumeCount {
-                expected: self.roles.len(),
-                found: volumes.len(),
-            });
+            return Err(DesignError::VolumeCount { expected: self.roles.len(), found: volumes.len() });
         }
         let mut domain_volumes = vec![0.0; volumes.len()];
         for &element in &self.domain {
@@ -176,18 +148,9 @@ impl DesignVariables {
     pub fn fraction_range(&self, volumes: &[f64]) -> Result<(f64, f64), DesignError> {
         let volumes = self.domain_volumes(volumes)?;
         let volume_of = |role: Role| -> f64 {
-            self.roles
-                .iter()
-                .zip(&volumes)
-                .filter(|(other, _)| **other == role)
-                .map(|(_, volume)| volume)
-                .sum()
+            self.roles.iter().zip(&volumes).filter(|(other, _)| **other == role).map(|(_, volume)| volume).sum()
         };
-        let (designed, solid, void) = (
-            volume_of(Role::Designed),
-            volume_of(Role::Solid),
-            volume_of(Role::Void),
-        );
+        let (designed, solid, void) = (volume_of(Role::Designed), volume_of(Role::Solid), volume_of(Role::Void));
         let all = designed + solid + void;
         Ok((solid / all, (solid + designed) / all))
     }
@@ -199,15 +162,7 @@ impl DesignVariables {
     /// [`DesignError::Fraction`] if the passive solid elements alone are more, and as [`Self::domain_volumes`].
     pub fn check_limit(&self, volumes: &[f64], limit: f64) -> Result<(), DesignError> {
         let (smallest, largest) = self.fraction_range(volumes)?;
-        if limit >= smallest {
-            Ok(())
-        } else {
-            Err(DesignError::Fraction {
-                fraction: limit,
-                smallest,
-                largest,
-            })
-        }
+        if limit >= smallest { Ok(()) } else { Err(DesignError::Fraction { fraction: limit, smallest, largest }) }
     }
 
     /// Variables that are all `value`.
@@ -228,34 +183,18 @@ impl DesignVariables {
     /// # Errors
     ///
     /// [`DesignError::Fraction`] if the passive elements make it impossible, and as [`Self::domain_volumes`].
-    pub fn uniform_with_fraction(
-        &self,
-        volumes: &[f64],
-        fraction: f64,
-    ) -> Result<Vec<f64>, DesignError> {
+    pub fn uniform_with_fraction(&self, volumes: &[f64], fraction: f64) -> Result<Vec<f64>, DesignError> {
         let (smallest, largest) = self.fraction_range(volumes)?;
         // `largest > smallest` holds: there is a designed element, and its volume is positive.
         let value = (fraction - smallest) / (largest - smallest);
-        self.uniform(value).map_err(|_| DesignError::Fraction {
-            fraction,
-            smallest,
-            largest,
-        })
+        self.uniform(value).map_err(|_| DesignError::Fraction { fraction, smallest, largest })
     }
 }
 
 impl DesignMap for DesignVariables {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
-        assert_eq!(
-            x.len(),
-            self.designed.len(),
-            "one variable per designed element"
-        );
-        let mut densities: Vec<f64> = self
-            .roles
-            .iter()
-            .map(|role| role.fixed_density().unwrap_or(0.0))
-            .collect();
+        assert_eq!(x.len(), self.designed.len(), "one variable per designed element");
+        let mut densities: Vec<f64> = self.roles.iter().map(|role| role.fixed_density().unwrap_or(0.0)).collect();
         for (&element, &value) in self.designed.iter().zip(x) {
             densities[element as usize] = value;
         }
@@ -276,20 +215,12 @@ pub struct Passives {
 impl DesignMap for Passives {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), self.fixed.len(), "one density per element");
-        self.fixed
-            .iter()
-            .zip(x)
-            .map(|(fixed, &value)| fixed.unwrap_or(value))
-            .collect()
+        self.fixed.iter().zip(x).map(|(fixed, &value)| fixed.unwrap_or(value)).collect()
     }
 
     fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
         assert_eq!(d_phi.len(), self.fixed.len(), "one derivative per element");
-        self.fixed
-            .iter()
-            .zip(d_phi)
-            .map(|(fixed, &value)| if fixed.is_some() { 0.0 } else { value })
-            .collect()
+        self.fixed.iter().zip(d_phi).map(|(fixed, &value)| if fixed.is_some() { 0.0 } else { value }).collect()
     }
 }
 
@@ -315,14 +246,8 @@ mod tests {
         assert_eq!(densities, [1.0, 0.1, 1.0, 0.3, 0.0, 0.5, 1.0]);
         assert_eq!(variables.restrict(&densities), x);
         let blurred = [0.7; 7];
-        assert_eq!(
-            variables.passives().apply(&blurred),
-            [1.0, 0.7, 1.0, 0.7, 0.0, 0.7, 1.0]
-        );
-        assert_eq!(
-            variables.passives().pull_back(&blurred, &[2.0; 7]),
-            [0.0, 2.0, 0.0, 2.0, 0.0, 2.0, 0.0]
-        );
+        assert_eq!(variables.passives().apply(&blurred), [1.0, 0.7, 1.0, 0.7, 0.0, 0.7, 1.0]);
+        assert_eq!(variables.passives().pull_back(&blurred, &[2.0; 7]), [0.0, 2.0, 0.0, 2.0, 0.0, 2.0, 0.0]);
     }
 
     #[test]
@@ -331,23 +256,13 @@ mod tests {
         // Solid 2 of 20, designed 14 of 20: 0.45 asks for (9 − 2)/14 = 0.5.
         let x = variables.uniform_with_fraction(&VOLUMES, 0.45).unwrap();
         assert!(x.iter().all(|value| (value - 0.5).abs() < 1e-15));
-        let constraint =
-            VolumeConstraint::new(variables.domain_volumes(&VOLUMES).unwrap(), 0.45).unwrap();
+        let constraint = VolumeConstraint::new(variables.domain_volumes(&VOLUMES).unwrap(), 0.45).unwrap();
         assert_eq!(constraint.design_volume(), 20.0);
         assert!(constraint.value(&variables.apply(&x)).abs() < 1e-15);
         assert_eq!(variables.fraction_range(&VOLUMES).unwrap(), (0.1, 0.8));
         for fraction in [0.05, 0.9, f64::NAN] {
-            let error = variables
-                .uniform_with_fraction(&VOLUMES, fraction)
-                .unwrap_err();
-            assert!(matches!(
-                error,
-                DesignError::Fraction {
-                    smallest: 0.1,
-                    largest: 0.8,
-                    ..
-                }
-            ));
+            let error = variables.uniform_with_fraction(&VOLUMES, fraction).unwrap_err();
+            assert!(matches!(error, DesignError::Fraction { smallest: 0.1, largest: 0.8, .. }));
         }
         assert!(variables.check_limit(&VOLUMES, 0.1).is_ok());
         assert!(variables.check_limit(&VOLUMES, 0.95).is_ok());
@@ -357,61 +272,24 @@ mod tests {
 
     #[test]
     fn errors_name_the_element() {
-        let make = |domain: &[u32], solid: &[u32], void: &[u32]| {
-            DesignVariables::new(4, domain, solid, void).unwrap_err()
-        };
-        assert_eq!(
-            make(&[], &[], &[]),
-            DesignError::Empty {
-                domain: 0,
-                passive: 0
-            }
-        );
-        assert_eq!(
-            make(&[1, 2], &[1], &[2]),
-            DesignError::Empty {
-                domain: 2,
-                passive: 2
-            }
-        );
-        assert_eq!(
-            make(&[1, 2, 3], &[1, 3], &[2, 3]),
-            DesignError::Contradiction { element: 3 }
-        );
-        assert_eq!(
-            make(&[1], &[0], &[]),
-            DesignError::PassiveOutside { element: 0 }
-        );
-        let out_of_range = DesignError::ElementOutOfRange {
-            element: 4,
-            element_count: 4,
-        };
+        let make =
+            |domain: &[u32], solid: &[u32], void: &[u32]| DesignVariables::new(4, domain, solid, void).unwrap_err();
+        assert_eq!(make(&[], &[], &[]), DesignError::Empty { domain: 0, passive: 0 });
+        assert_eq!(make(&[1, 2], &[1], &[2]), DesignError::Empty { domain: 2, passive: 2 });
+        assert_eq!(make(&[1, 2, 3], &[1, 3], &[2, 3]), DesignError::Contradiction { element: 3 });
+        assert_eq!(make(&[1], &[0], &[]), DesignError::PassiveOutside { element: 0 });
+        let out_of_range = DesignError::ElementOutOfRange { element: 4, element_count: 4 };
         assert_eq!(make(&[1, 4], &[], &[]), out_of_range);
         assert_eq!(make(&[1], &[], &[4]), out_of_range);
 
         let variables = example();
-        assert_eq!(
-            variables.uniform(1.5),
-            Err(DesignError::Initial { value: 1.5 })
-        );
+        assert_eq!(variables.uniform(1.5), Err(DesignError::Initial { value: 1.5 }));
         assert!(variables.uniform(f64::NAN).is_err());
         let few = variables.domain_volumes(&VOLUMES[..3]);
-        assert_eq!(
-            few,
-            Err(DesignError::VolumeCount {
-                expected: 7,
-                found: 3
-            })
-        );
+        assert_eq!(few, Err(DesignError::VolumeCount { expected: 7, found: 3 }));
         let mut flat = VOLUMES;
         flat[3] = 0.0;
-        assert_eq!(
-            variables.domain_volumes(&flat),
-            Err(DesignError::Volume {
-                element: 3,
-                volume: 0.0
-            })
-        );
+        assert_eq!(variables.domain_volumes(&flat), Err(DesignError::Volume { element: 3, volume: 0.0 }));
         // An element outside the domain may have any volume.
         flat = VOLUMES;
         flat[0] = f64::NAN;

@@ -6,9 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum VolumeError {
     /// A volume is negative, infinite or not a number.
-    #[error(
-        "element {element} has volume {volume}; volumes of designed elements are finite and not negative"
-    )]
+    #[error("element {element} has volume {volume}; volumes of designed elements are finite and not negative")]
     Volume {
         /// Element, from 0.
         element: usize,
@@ -45,10 +43,7 @@ impl VolumeConstraint {
     /// A volume that is negative or not finite, a domain without volume, a fraction outside (0, 1\].
     pub fn new(volumes: Vec<f64>, fraction: f64) -> Result<Self, VolumeError> {
         if let Some(element) = volumes.iter().position(|v| !v.is_finite() || *v < 0.0) {
-            return Err(VolumeError::Volume {
-                element,
-                volume: volumes[element],
-            });
+            return Err(VolumeError::Volume { element, volume: volumes[element] });
         }
         if !(fraction > 0.0 && fraction <= 1.0) {
             return Err(VolumeError::Fraction { fraction });
@@ -57,11 +52,7 @@ impl VolumeConstraint {
         if design_volume <= 0.0 {
             return Err(VolumeError::Empty);
         }
-        Ok(Self {
-            volumes,
-            design_volume,
-            fraction,
-        })
+        Ok(Self { volumes, design_volume, fraction })
     }
 
     /// `V_design`, the volume of the design domain. \[L³\]
@@ -80,16 +71,8 @@ impl VolumeConstraint {
     ///
     /// If there are not as many densities as volumes.
     pub fn fraction(&self, densities: &[f64]) -> f64 {
-        assert_eq!(
-            densities.len(),
-            self.volumes.len(),
-            "one density per element"
-        );
-        let solid: f64 = densities
-            .iter()
-            .zip(&self.volumes)
-            .map(|(density, volume)| density * volume)
-            .sum();
+        assert_eq!(densities.len(), self.volumes.len(), "one density per element");
+        let solid: f64 = densities.iter().zip(&self.volumes).map(|(density, volume)| density * volume).sum();
         solid / self.design_volume
     }
 
@@ -105,10 +88,7 @@ impl VolumeConstraint {
     /// `∂g/∂φ_e = v_e / (V_design · V_max)`, the same for every design.
     pub fn gradient(&self) -> Vec<f64> {
         let limit_volume = self.design_volume * self.fraction;
-        self.volumes
-            .iter()
-            .map(|volume| volume / limit_volume)
-            .collect()
+        self.volumes.iter().map(|volume| volume / limit_volume).collect()
     }
 }
 
@@ -126,11 +106,7 @@ mod tests {
         // Linear: the value at the limit is zero, and the gradient carries one design to any other.
         assert!(constraint.value(&[0.4; 4]).abs() < 1e-15);
         let gradient = constraint.gradient();
-        let change: f64 = gradient
-            .iter()
-            .zip(densities)
-            .map(|(g, density)| g * (density - 0.4))
-            .sum();
+        let change: f64 = gradient.iter().zip(densities).map(|(g, density)| g * (density - 0.4)).sum();
         assert!((constraint.value(&densities) - change).abs() < 1e-15);
     }
 
@@ -139,26 +115,11 @@ mod tests {
         let volume = VolumeConstraint::new(vec![1.0, f64::NAN], 0.5).unwrap_err();
         assert!(matches!(volume, VolumeError::Volume { element: 1, .. }));
         let negative = VolumeConstraint::new(vec![1.0, 1.0, -1.0], 0.5).unwrap_err();
-        assert_eq!(
-            negative,
-            VolumeError::Volume {
-                element: 2,
-                volume: -1.0
-            }
-        );
-        assert_eq!(
-            VolumeConstraint::new(vec![0.0], 0.5).unwrap_err(),
-            VolumeError::Empty
-        );
-        assert_eq!(
-            VolumeConstraint::new(vec![], 0.5).unwrap_err(),
-            VolumeError::Empty
-        );
+        assert_eq!(negative, VolumeError::Volume { element: 2, volume: -1.0 });
+        assert_eq!(VolumeConstraint::new(vec![0.0], 0.5).unwrap_err(), VolumeError::Empty);
+        assert_eq!(VolumeConstraint::new(vec![], 0.5).unwrap_err(), VolumeError::Empty);
         for fraction in [0.0, -0.1, 1.1, f64::NAN] {
-            assert!(matches!(
-                VolumeConstraint::new(vec![1.0], fraction),
-                Err(VolumeError::Fraction { .. })
-            ));
+            assert!(matches!(VolumeConstraint::new(vec![1.0], fraction), Err(VolumeError::Fraction { .. })));
         }
     }
 }

@@ -12,8 +12,7 @@ mod common;
 
 use common::{Brick, Random};
 use slipstick_linalg::{
-    CsrMatrix, Factorization, LinearSolver, MultifrontalSolver, Precision, SupernodalSolver,
-    solve_verified,
+    CsrMatrix, Factorization, LinearSolver, MultifrontalSolver, Precision, SupernodalSolver, solve_verified,
 };
 use std::error::Error;
 use std::time::Instant;
@@ -26,19 +25,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         edges = vec![19, 26];
     }
     for edge in edges {
-        let brick = Brick {
-            nodes: [edge; 3],
-            multipliers: true,
-            contrast: 3.0,
-            nonsymmetry: 0.05,
-            fixed_bottom: true,
-        };
+        let brick = Brick { nodes: [edge; 3], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };
         let (a, _) = brick.reduced(1);
-        println!(
-            "{edge}³ nodes: {} unknowns, {} entries",
-            a.n(),
-            a.values.len()
-        );
+        println!("{edge}³ nodes: {} unknowns, {} entries", a.n(), a.values.len());
         let double = multifrontal(&a, Precision::F64)?;
         multifrontal(&a, Precision::F32)?;
         if with_faer {
@@ -47,10 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let start = Instant::now();
             let factors = solver.factorize(&a)?;
             let seconds = start.elapsed().as_secs_f64();
-            println!(
-                "  faer LU       factor {seconds:7.3} s  ({:.1} × multifrontal)",
-                seconds / double
-            );
+            println!("  faer LU       factor {seconds:7.3} s  ({:.1} × multifrontal)", seconds / double);
             solves(&a, factors.as_ref())?;
         }
     }
@@ -98,11 +84,7 @@ fn solves(a: &CsrMatrix, factors: &dyn Factorization) -> Result<(), Box<dyn Erro
         let verified = start.elapsed().as_secs_f64();
         println!(
             "      {}  solve {raw:6.3} s  verified {verified:6.3} s  {} iterations  residual {:.1e}",
-            if transpose {
-                "transposed"
-            } else {
-                "forward   "
-            },
+            if transpose { "transposed" } else { "forward   " },
             report.iterations,
             report.relative_residual
         );

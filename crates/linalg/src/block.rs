@@ -47,10 +47,7 @@ impl BlockPattern {
             columns.extend_from_slice(row);
             row_offsets.push(columns.len());
         }
-        Self {
-            row_offsets,
-            columns,
-        }
+        Self { row_offsets, columns }
     }
 
     /// Number of block rows, which is the number of block columns.
@@ -145,20 +142,17 @@ impl BlockMatrix {
     /// If a length differs from three times the block rows.
     pub fn mul(&self, x: &[f64], y: &mut [f64]) {
         self.check_lengths(x, y);
-        y.par_chunks_exact_mut(3)
-            .with_min_len(ROWS_PER_TASK)
-            .enumerate()
-            .for_each(|(i, y)| {
-                let mut sum = [0.0; 3];
-                for k in self.pattern.row_range(i) {
-                    let b = &self.values[k];
-                    let x = &x[3 * self.pattern.columns[k] as usize..][..3];
-                    for a in 0..3 {
-                        sum[a] += b[3 * a] * x[0] + b[3 * a + 1] * x[1] + b[3 * a + 2] * x[2];
-                    }
+        y.par_chunks_exact_mut(3).with_min_len(ROWS_PER_TASK).enumerate().for_each(|(i, y)| {
+            let mut sum = [0.0; 3];
+            for k in self.pattern.row_range(i) {
+                let b = &self.values[k];
+                let x = &x[3 * self.pattern.columns[k] as usize..][..3];
+                for a in 0..3 {
+                    sum[a] += b[3 * a] * x[0] + b[3 * a + 1] * x[1] + b[3 * a + 2] * x[2];
                 }
-                y.copy_from_slice(&sum);
-            });
+            }
+            y.copy_from_slice(&sum);
+        });
     }
 
     /// `y = Aᵀ x`; both have three entries per block row. Sequential, since rows scatter into

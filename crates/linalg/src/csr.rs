@@ -46,8 +46,7 @@ impl CsrPattern {
             && self.row_offsets.windows(2).all(|w| {
                 w[0] <= w[1] && w[1] <= self.columns.len() && {
                     let row = &self.columns[w[0]..w[1]];
-                    row.windows(2).all(|c| c[0] < c[1])
-                        && row.last().is_none_or(|&c| (c as usize) < self.n)
+                    row.windows(2).all(|c| c[0] < c[1]) && row.last().is_none_or(|&c| (c as usize) < self.n)
                 }
             })
     }
@@ -71,17 +70,10 @@ impl CsrMatrix {
     /// If a length differs from the number of rows.
     pub fn mul(&self, x: &[f64], y: &mut [f64]) {
         self.check_lengths(x, y);
-        y.par_iter_mut()
-            .with_min_len(ROWS_PER_TASK)
-            .enumerate()
-            .for_each(|(i, y)| {
-                let (columns, values) = self.row(i);
-                *y = columns
-                    .iter()
-                    .zip(values)
-                    .map(|(&j, a)| a * x[j as usize])
-                    .sum();
-            });
+        y.par_iter_mut().with_min_len(ROWS_PER_TASK).enumerate().for_each(|(i, y)| {
+            let (columns, values) = self.row(i);
+            *y = columns.iter().zip(values).map(|(&j, a)| a * x[j as usize]).sum();
+        });
     }
 
     /// `y = Aᵀ x`. Sequential, since rows scatter into common entries.
@@ -127,20 +119,14 @@ impl CsrMatrix {
             }
             sums.into_iter().fold(0.0, f64::max)
         } else {
-            (0..self.n())
-                .map(|i| self.row(i).1.iter().map(|a| a.abs()).sum())
-                .fold(0.0, f64::max)
+            (0..self.n()).map(|i| self.row(i).1.iter().map(|a| a.abs()).sum()).fold(0.0, f64::max)
         }
     }
 
     /// Row and column of the first entry that is not finite.
     pub fn first_non_finite(&self) -> Option<(usize, usize)> {
         let k = self.values.iter().position(|a| !a.is_finite())?;
-        let row = self
-            .pattern
-            .row_offsets
-            .partition_point(|&offset| offset <= k)
-            - 1;
+        let row = self.pattern.row_offsets.partition_point(|&offset| offset <= k) - 1;
         Some((row, self.pattern.columns[k] as usize))
     }
 
@@ -166,22 +152,12 @@ pub(crate) fn norm(v: &[f64]) -> f64 {
     if largest == 0.0 || !largest.is_finite() {
         return largest;
     }
-    largest
-        * v.iter()
-            .map(|x| (x / largest) * (x / largest))
-            .sum::<f64>()
-            .sqrt()
+    largest * v.iter().map(|x| (x / largest) * (x / largest)).sum::<f64>().sqrt()
 }
 
 /// max |vᵢ|, or NaN if an entry is NaN.
 pub(crate) fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, x| {
-        if x.is_nan() || m.is_nan() {
-            f64::NAN
-        } else {
-            m.max(x.abs())
-        }
-    })
+    v.iter().fold(0.0, |m: f64, x| if x.is_nan() || m.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }
 
 #[cfg(test)]
@@ -190,16 +166,9 @@ mod tests {
 
     fn example() -> CsrMatrix {
         // [ 2 0 -1 ; 0 3 0 ; 4 5 0 ]
-        let pattern = CsrPattern {
-            n: 3,
-            row_offsets: vec![0, 2, 3, 5],
-            columns: vec![0, 2, 1, 0, 1],
-            groups: vec![0, 1, 2],
-        };
-        CsrMatrix {
-            pattern: Arc::new(pattern),
-            values: vec![2.0, -1.0, 3.0, 4.0, 5.0],
-        }
+        let pattern =
+            CsrPattern { n: 3, row_offsets: vec![0, 2, 3, 5], columns: vec![0, 2, 1, 0, 1], groups: vec![0, 1, 2] };
+        CsrMatrix { pattern: Arc::new(pattern), values: vec![2.0, -1.0, 3.0, 4.0, 5.0] }
     }
 
     #[test]

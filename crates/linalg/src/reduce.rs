@@ -40,25 +40,15 @@ impl Reduction {
             fixed.len(),
             groups.len()
         );
-        assert!(
-            3 * rows < FIXED as usize,
-            "{rows} block rows exceed the index range"
-        );
-        let free: Vec<u32> = (0..3 * rows as u32)
-            .filter(|&i| !fixed[i as usize])
-            .collect();
+        assert!(3 * rows < FIXED as usize, "{rows} block rows exceed the index range");
+        let free: Vec<u32> = (0..3 * rows as u32).filter(|&i| !fixed[i as usize]).collect();
         let mut reduced = vec![FIXED; 3 * rows];
         for (k, &i) in free.iter().enumerate() {
             reduced[i as usize] = k as u32;
         }
         let groups = attach_lone_multipliers(pattern, &reduced, groups);
         let csr = Arc::new(reduced_pattern(pattern, &reduced, &free, &groups));
-        Self {
-            blocks: Arc::clone(pattern),
-            reduced,
-            free,
-            pattern: csr,
-        }
+        Self { blocks: Arc::clone(pattern), reduced, free, pattern: csr }
     }
 
     /// Number of free unknowns.
@@ -83,10 +73,7 @@ impl Reduction {
     /// If `a` has another pattern than this reduction.
     pub fn reduce(&self, a: &BlockMatrix) -> CsrMatrix {
         let values = vec![0.0; self.pattern.entries()];
-        let mut reduced = CsrMatrix {
-            pattern: Arc::clone(&self.pattern),
-            values,
-        };
+        let mut reduced = CsrMatrix { pattern: Arc::clone(&self.pattern), values };
         self.reduce_into(a, &mut reduced);
         reduced
     }
@@ -112,25 +99,21 @@ impl Reduction {
             rows.push(row);
             rest = tail;
         }
-        rows.into_par_iter()
-            .with_min_len(512)
-            .enumerate()
-            .for_each(|(k, row)| {
-                let (i, component) = self.origin(k);
-                let mut entries = row.iter_mut();
-                for position in self.blocks.row_range(i) {
-                    let column =
-                        self.blocks.row(i)[position - self.blocks.row_range(i).start] as usize;
-                    let block = &a.values()[position];
-                    for b in 0..3 {
-                        if self.reduced[3 * column + b] != FIXED
-                            && let Some(entry) = entries.next()
-                        {
-                            *entry = block[3 * component + b];
-                        }
+        rows.into_par_iter().with_min_len(512).enumerate().for_each(|(k, row)| {
+            let (i, component) = self.origin(k);
+            let mut entries = row.iter_mut();
+            for position in self.blocks.row_range(i) {
+                let column = self.blocks.row(i)[position - self.blocks.row_range(i).start] as usize;
+                let block = &a.values()[position];
+                for b in 0..3 {
+                    if self.reduced[3 * column + b] != FIXED
+                        && let Some(entry) = entries.next()
+                    {
+                        *entry = block[3 * component + b];
                     }
                 }
-            });
+            }
+        });
     }
 
     /// Free entries of a full vector.
@@ -138,11 +121,7 @@ impl Reduction {
     /// # Panics
     /// If the length is not three per block row.
     pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
-        assert_eq!(
-            full.len(),
-            self.reduced.len(),
-            "a full vector has three entries per block row"
-        );
+        assert_eq!(full.len(), self.reduced.len(), "a full vector has three entries per block row");
         self.free.iter().map(|&i| full[i as usize]).collect()
     }
 
@@ -151,16 +130,8 @@ impl Reduction {
     /// # Panics
     /// If a length does not match.
     pub fn prolong(&self, reduced: &[f64], full: &mut [f64]) {
-        assert_eq!(
-            reduced.len(),
-            self.free.len(),
-            "a reduced vector has an entry per free unknown"
-        );
-        assert_eq!(
-            full.len(),
-            self.reduced.len(),
-            "a full vector has three entries per block row"
-        );
+        assert_eq!(reduced.len(), self.free.len(), "a reduced vector has an entry per free unknown");
+        assert_eq!(full.len(), self.reduced.len(), "a full vector has three entries per block row");
         for (&i, value) in self.free.iter().zip(reduced) {
             full[i as usize] = *value;
         }
@@ -169,10 +140,7 @@ impl Reduction {
 
 /// Number of free components of block row `i`.
 fn free_components(reduced: &[u32], i: usize) -> usize {
-    reduced[3 * i..3 * i + 3]
-        .iter()
-        .filter(|&&k| k != FIXED)
-        .count()
+    reduced[3 * i..3 * i + 3].iter().filter(|&&k| k != FIXED).count()
 }
 
 /// Moves each block row whose group leader (first row of the group) is entirely prescribed to the
@@ -201,12 +169,7 @@ fn attach_lone_multipliers(pattern: &BlockPattern, reduced: &[u32], groups: &[u3
     attached
 }
 
-fn reduced_pattern(
-    pattern: &BlockPattern,
-    reduced: &[u32],
-    free: &[u32],
-    groups: &[u32],
-) -> CsrPattern {
+fn reduced_pattern(pattern: &BlockPattern, reduced: &[u32], free: &[u32], groups: &[u32]) -> CsrPattern {
     let mut row_offsets = Vec::with_capacity(free.len() + 1);
     let mut columns = Vec::new();
     row_offsets.push(0);
@@ -218,12 +181,7 @@ fn reduced_pattern(
         row_offsets.push(columns.len());
     }
     let groups = free.iter().map(|&full| groups[full as usize / 3]).collect();
-    CsrPattern {
-        n: free.len(),
-        row_offsets,
-        columns,
-        groups,
-    }
+    CsrPattern { n: free.len(), row_offsets, columns, groups }
 }
 
 #[cfg(test)]

@@ -96,9 +96,7 @@ impl RobustSolver {
         use Method::{Multifrontal, Supernodal};
         let mut chain = match self.choice {
             SolverChoice::Faer => return vec![Supernodal],
-            SolverChoice::Multifrontal {
-                precision: Precision::F32,
-            } => {
+            SolverChoice::Multifrontal { precision: Precision::F32 } => {
                 vec![Multifrontal(Precision::F32), Multifrontal(Precision::F64)]
             }
             _ => vec![Multifrontal(Precision::F64)],
@@ -109,11 +107,7 @@ impl RobustSolver {
         chain
     }
 
-    fn attempt(
-        &mut self,
-        method: Method,
-        a: &CsrMatrix,
-    ) -> Result<Box<dyn Factorization>, FactorizationError> {
+    fn attempt(&mut self, method: Method, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let factors: Box<dyn Factorization> = match method {
             Method::Multifrontal(precision) => {
                 self.multifrontal.set_precision(precision);
@@ -171,11 +165,7 @@ impl LinearSolver for RobustSolver {
 }
 
 /// Solves for a fixed vector without structure and looks at the true residual.
-fn test_factors(
-    a: &CsrMatrix,
-    factors: &dyn Factorization,
-    solver: &'static str,
-) -> Result<(), FactorizationError> {
+fn test_factors(a: &CsrMatrix, factors: &dyn Factorization, solver: &'static str) -> Result<(), FactorizationError> {
     // In proportion to the rows, as real right-hand sides are.
     let rhs: Vec<f64> = (0..a.n())
         .map(|i| {
@@ -184,19 +174,11 @@ fn test_factors(
         })
         .collect();
     let mut x = vec![0.0; a.n()];
-    let options = SolveOptions {
-        tolerance: TEST_TOLERANCE,
-        max_iterations: TEST_ITERATIONS,
-        restart: TEST_ITERATIONS,
-    };
+    let options = SolveOptions { tolerance: TEST_TOLERANCE, max_iterations: TEST_ITERATIONS, restart: TEST_ITERATIONS };
     let residual = match solve_with(a, factors, false, &rhs, &mut x, &options) {
         Ok(report) => report.relative_residual,
         Err(SolveError::NotConverged { report, .. }) => report.relative_residual,
         Err(_) => f64::NAN,
     };
-    if residual <= TEST_TOLERANCE {
-        Ok(())
-    } else {
-        Err(FactorizationError::Inaccurate { solver, residual })
-    }
+    if residual <= TEST_TOLERANCE { Ok(()) } else { Err(FactorizationError::Inaccurate { solver, residual }) }
 }

@@ -24,10 +24,7 @@ impl Scaling {
     /// matrices, RAL-TR-2001-034. Empty rows and columns keep the factor one.
     pub fn equilibrate(a: &CsrMatrix) -> Self {
         let n = a.n();
-        let mut scaling = Self {
-            rows: vec![1.0; n],
-            columns: vec![1.0; n],
-        };
+        let mut scaling = Self { rows: vec![1.0; n], columns: vec![1.0; n] };
         for _ in 0..SWEEPS {
             let (rows, columns) = scaling.largest_entries(a);
             multiply(&mut scaling.rows, &rows, -0.5);
@@ -67,10 +64,7 @@ impl Scaling {
             .reduce(
                 || vec![0.0f64; n],
                 |mut columns, other| {
-                    columns
-                        .iter_mut()
-                        .zip(other)
-                        .for_each(|(c, o)| *c = c.max(o));
+                    columns.iter_mut().zip(other).for_each(|(c, o)| *c = c.max(o));
                     columns
                 },
             );
@@ -82,10 +76,8 @@ impl Scaling {
         let mut values = Vec::with_capacity(a.values.len());
         for i in 0..a.n() {
             let (columns, row) = a.row(i);
-            let scaled = columns
-                .iter()
-                .zip(row)
-                .map(|(&j, value)| convert(value * self.rows[i] * self.columns[j as usize]));
+            let scaled =
+                columns.iter().zip(row).map(|(&j, value)| convert(value * self.rows[i] * self.columns[j as usize]));
             values.extend(scaled);
         }
         values
@@ -114,9 +106,8 @@ mod tests {
     #[test]
     fn spans_of_many_decades_are_levelled_exactly() {
         let n = 12;
-        let entry = |i: usize, j: usize| {
-            (1.0 + ((i * 7 + j * 3) % 5) as f64) * 10f64.powi(i as i32 * 2 - 12 + j as i32)
-        };
+        let entry =
+            |i: usize, j: usize| (1.0 + ((i * 7 + j * 3) % 5) as f64) * 10f64.powi(i as i32 * 2 - 12 + j as i32);
         let pattern = CsrPattern {
             n,
             row_offsets: (0..=n).map(|i| i * n).collect(),
@@ -124,10 +115,7 @@ mod tests {
             groups: vec![0; n],
         };
         let values: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
-        let a = CsrMatrix {
-            pattern: Arc::new(pattern),
-            values,
-        };
+        let a = CsrMatrix { pattern: Arc::new(pattern), values };
         let scaling = Scaling::equilibrate(&a);
         let scaled = scaling.apply(&a, |x| x);
         for i in 0..n {
@@ -136,10 +124,7 @@ mod tests {
             assert!((0.25..=4.0).contains(&row) && (0.25..=4.0).contains(&column));
         }
         for (k, s) in scaled.iter().enumerate() {
-            assert_eq!(
-                s / (scaling.rows[k / n] * scaling.columns[k % n]),
-                a.values[k]
-            );
+            assert_eq!(s / (scaling.rows[k / n] * scaling.columns[k % n]), a.values[k]);
         }
     }
 }

@@ -64,8 +64,7 @@ pub trait Factorization: Send + Sync {
     /// If the length is no multiple of the number of unknowns.
     fn solve_many(&self, rhs: &mut [f64]) {
         check_columns(self.n(), rhs.len());
-        rhs.chunks_exact_mut(self.n().max(1))
-            .for_each(|column| self.solve(column));
+        rhs.chunks_exact_mut(self.n().max(1)).for_each(|column| self.solve(column));
     }
 
     /// Solves with the transpose for several right-hand sides, one after the other in `rhs`.
@@ -74,19 +73,14 @@ pub trait Factorization: Send + Sync {
     /// If the length is no multiple of the number of unknowns.
     fn solve_transpose_many(&self, rhs: &mut [f64]) {
         check_columns(self.n(), rhs.len());
-        rhs.chunks_exact_mut(self.n().max(1))
-            .for_each(|column| self.solve_transpose(column));
+        rhs.chunks_exact_mut(self.n().max(1)).for_each(|column| self.solve_transpose(column));
     }
 }
 
 /// Panics unless `length` holds whole columns of `n` entries.
 pub(crate) fn check_columns(n: usize, length: usize) {
     assert!(
-        if n == 0 {
-            length == 0
-        } else {
-            length.is_multiple_of(n)
-        },
+        if n == 0 { length == 0 } else { length.is_multiple_of(n) },
         "{length} entries are no whole number of right-hand sides of {n} unknowns"
     );
 }

@@ -6,9 +6,7 @@
 
 use crate::csr::{CsrMatrix, CsrPattern, largest};
 use crate::scaling::Scaling;
-use crate::solver::{
-    Factorization, FactorizationError, LinearSolver, Precision, check_columns, check_matrix,
-};
+use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision, check_columns, check_matrix};
 use dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::LuError;
 use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
@@ -38,11 +36,7 @@ impl SupernodalSolver {
     }
 
     fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
-        if self
-            .analysis
-            .as_ref()
-            .is_some_and(|known| Arc::ptr_eq(&known.pattern, pattern))
-        {
+        if self.analysis.as_ref().is_some_and(|known| Arc::ptr_eq(&known.pattern, pattern)) {
             return Ok(());
         }
         let failed = |reason: &str| backend(pattern.n, reason);
@@ -52,16 +46,11 @@ impl SupernodalSolver {
         let row_offsets: Vec<u32> = pattern.row_offsets.iter().map(|&o| o as u32).collect();
         // Rows read as columns: faer factorizes Aᵀ, and solves swap roles below.
         let n = pattern.n;
-        let transposed =
-            SymbolicSparseColMatRef::new_checked(n, n, &row_offsets, None, &pattern.columns);
-        let symbolic = factorize_symbolic_lu(transposed, Default::default())
-            .map_err(|error| failed(&error.to_string()))?;
+        let transposed = SymbolicSparseColMatRef::new_checked(n, n, &row_offsets, None, &pattern.columns);
+        let symbolic =
+            factorize_symbolic_lu(transposed, Default::default()).map_err(|error| failed(&error.to_string()))?;
         let pattern = Arc::clone(pattern);
-        self.analysis = Some(Analysis {
-            pattern,
-            row_offsets,
-            symbolic: Arc::new(symbolic),
-        });
+        self.analysis = Some(Analysis { pattern, row_offsets, symbolic: Arc::new(symbolic) });
         Ok(())
     }
 
@@ -69,68 +58,39 @@ impl SupernodalSolver {
     ///
     /// # Errors
     /// As [`LinearSolver::factorize`].
-    pub fn factorize_matrix(
-        &mut self,
-        a: &CsrMatrix,
-    ) -> Result<SupernodalFactorization, FactorizationError> {
-        let known = self
-            .analysis
-            .as_ref()
-            .is_some_and(|x| Arc::ptr_eq(&x.pattern, &a.pattern));
+    pub fn factorize_matrix(&mut self, a: &CsrMatrix) -> Result<SupernodalFactorization, FactorizationError> {
+        let known = self.analysis.as_ref().is_some_and(|x| Arc::ptr_eq(&x.pattern, &a.pattern));
         check_matrix(a, known)?;
         self.analyse(&a.pattern)?;
         let n = a.n();
-        let Some(Analysis {
-            pattern,
-            row_offsets,
-            symbolic,
-        }) = &self.analysis
-        else {
+        let Some(Analysis { pattern, row_offsets, symbolic }) = &self.analysis else {
             return Err(backend(n, "the analysis is missing"));
         };
         let scaling = Scaling::equilibrate(a);
         let values = scaling.apply(a, |x| x);
-        let structure =
-            SymbolicSparseColMatRef::new_checked(n, n, row_offsets, None, &pattern.columns);
+        let structure = SymbolicSparseColMatRef::new_checked(n, n, row_offsets, None, &pattern.columns);
         let transposed = SparseColMatRef::new(structure, &values);
         let mut numeric = NumericLu::new();
         let scratch = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = MemBuffer::try_new(scratch).map_err(|_| backend(n, "out of memory"))?;
         symbolic
-            .factorize_numeric_lu(
-                &mut numeric,
-                transposed,
-                Par::Seq,
-                MemStack::new(&mut memory),
-                Default::default(),
-            )
+            .factorize_numeric_lu(&mut numeric, transposed, Par::Seq, MemStack::new(&mut memory), Default::default())
             .map_err(|error| match error {
                 LuError::SymbolicSingular { index } => {
                     // faer pivots among rows of Aᵀ; its columns are our rows.
                     let unknown = symbolic.col_perm().arrays().0[index] as usize;
-                    FactorizationError::Singular {
-                        unknown,
-                        pivot: 0.0,
-                    }
+                    FactorizationError::Singular { unknown, pivot: 0.0 }
                 }
                 LuError::Generic(error) => backend(n, &error.to_string()),
             })?;
-        let factors = SupernodalFactorization {
-            symbolic: Arc::clone(symbolic),
-            numeric,
-            scaling,
-        };
+        let factors = SupernodalFactorization { symbolic: Arc::clone(symbolic), numeric, scaling };
         factors.check_finite()?;
         Ok(factors)
     }
 }
 
 fn backend(n: usize, reason: &str) -> FactorizationError {
-    FactorizationError::Backend {
-        solver: NAME,
-        n,
-        reason: reason.to_owned(),
-    }
+    FactorizationError::Backend { solver: NAME, n, reason: reason.to_owned() }
 }
 
 impl LinearSolver for SupernodalSolver {
@@ -159,10 +119,7 @@ impl SupernodalFactorization {
         if largest(&test).is_finite() {
             return Ok(());
         }
-        Err(FactorizationError::Inaccurate {
-            solver: NAME,
-            residual: f64::NAN,
-        })
+        Err(FactorizationError::Inaccurate { solver: NAME, residual: f64::NAN })
     }
 
     /// Solves with A (`transpose` unset) or Aᵀ for all columns of `rhs`.
@@ -179,17 +136,12 @@ impl SupernodalFactorization {
         };
         let multiply = |rhs: &mut [f64], factors: &[f64]| {
             for column in rhs.chunks_exact_mut(n) {
-                column
-                    .iter_mut()
-                    .zip(factors)
-                    .for_each(|(x, factor)| *x *= factor);
+                column.iter_mut().zip(factors).for_each(|(x, factor)| *x *= factor);
             }
         };
         multiply(rhs, before);
         let columns = rhs.len() / n;
-        let scratch = self
-            .symbolic
-            .solve_in_place_scratch::<f64>(columns, Par::Seq);
+        let scratch = self.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq);
         let mut memory = MemBuffer::new(scratch);
         let stack = MemStack::new(&mut memory);
         let factors = LuRef::new_unchecked(&self.symbolic, &self.numeric);
@@ -205,20 +157,12 @@ impl SupernodalFactorization {
 
 impl Factorization for SupernodalFactorization {
     fn solve(&self, rhs: &mut [f64]) {
-        assert_eq!(
-            rhs.len(),
-            self.n(),
-            "the right-hand side needs an entry per unknown"
-        );
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs an entry per unknown");
         self.run(false, rhs);
     }
 
     fn solve_transpose(&self, rhs: &mut [f64]) {
-        assert_eq!(
-            rhs.len(),
-            self.n(),
-            "the right-hand side needs an entry per unknown"
-        );
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs an entry per unknown");
         self.run(true, rhs);
     }
 

@@ -33,11 +33,7 @@ pub struct SolveOptions {
 impl SolveOptions {
     /// The given tolerance, at most 100 iterations, a restart after 50.
     pub fn new(tolerance: f64) -> Self {
-        Self {
-            tolerance,
-            max_iterations: 100,
-            restart: 50,
-        }
+        Self { tolerance, max_iterations: 100, restart: 50 }
     }
 }
 
@@ -66,9 +62,7 @@ pub enum SolveError {
         index: usize,
     },
     /// The factors or the matrix produced a number that is not finite.
-    #[error(
-        "the solve produced a number that is not finite; the matrix or its factors are unusable"
-    )]
+    #[error("the solve produced a number that is not finite; the matrix or its factors are unusable")]
     NonFinite,
     /// The residual stayed above the tolerance.
     #[error(
@@ -121,31 +115,16 @@ pub fn solve_with(
 ) -> Result<SolveReport, SolveError> {
     let n = a.n();
     if f.n() != n || rhs.len() != n || x.len() != n {
-        return Err(SolveError::Dimension {
-            n,
-            factors: f.n(),
-            rhs: rhs.len(),
-            solution: x.len(),
-        });
+        return Err(SolveError::Dimension { n, factors: f.n(), rhs: rhs.len(), solution: x.len() });
     }
     if let Some(index) = rhs.iter().position(|b| !b.is_finite()) {
         return Err(SolveError::NonFiniteRightHandSide { index });
     }
     x.fill(0.0);
     if norm(rhs) == 0.0 {
-        return Ok(SolveReport {
-            relative_residual: 0.0,
-            backward_error: 0.0,
-            iterations: 0,
-        });
+        return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
     }
-    let system = System {
-        a,
-        f,
-        transpose,
-        rhs,
-        norm: a.infinity_norm(transpose),
-    };
+    let system = System { a, f, transpose, rhs, norm: a.infinity_norm(transpose) };
     x.copy_from_slice(rhs);
     system.precondition(x);
     let mut residual = vec![0.0; n];
@@ -153,10 +132,7 @@ pub fn solve_with(
     while !system.accepts(&report, options.tolerance) {
         let left = options.max_iterations.saturating_sub(report.iterations);
         if left == 0 {
-            return Err(SolveError::NotConverged {
-                report,
-                tolerance: options.tolerance,
-            });
+            return Err(SolveError::NotConverged { report, tolerance: options.tolerance });
         }
         let target = options.tolerance * norm(rhs);
         let mut candidate = x.to_vec();
@@ -174,10 +150,7 @@ pub fn solve_with(
             if report.backward_error <= ROUNDING {
                 return Ok(report);
             }
-            return Err(SolveError::NotConverged {
-                report,
-                tolerance: options.tolerance,
-            });
+            return Err(SolveError::NotConverged { report, tolerance: options.tolerance });
         }
     }
     Ok(report)
@@ -210,21 +183,12 @@ impl System<'_> {
     }
 
     /// True residual of `x`, left in `residual`.
-    fn assess(
-        &self,
-        x: &[f64],
-        residual: &mut [f64],
-        iterations: usize,
-    ) -> Result<SolveReport, SolveError> {
+    fn assess(&self, x: &[f64], residual: &mut [f64], iterations: usize) -> Result<SolveReport, SolveError> {
         self.a.residual(self.transpose, x, self.rhs, residual);
         let relative_residual = norm(residual) / norm(self.rhs);
         let backward_error = largest(residual) / (self.norm * largest(x) + largest(self.rhs));
         if relative_residual.is_finite() && backward_error.is_finite() {
-            Ok(SolveReport {
-                relative_residual,
-                backward_error,
-                iterations,
-            })
+            Ok(SolveReport { relative_residual, backward_error, iterations })
         } else {
             Err(SolveError::NonFinite)
         }
@@ -237,13 +201,7 @@ impl System<'_> {
 
     /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the
     /// number of preconditioned directions.
-    fn cycle(
-        &self,
-        x: &mut [f64],
-        r: &[f64],
-        target: f64,
-        steps: usize,
-    ) -> Result<usize, SolveError> {
+    fn cycle(&self, x: &mut [f64], r: &[f64], target: f64, steps: usize) -> Result<usize, SolveError> {
         let beta = norm(r);
         let mut basis = vec![r.iter().map(|r| r / beta).collect::<Vec<f64>>()];
         let mut directions: Vec<Vec<f64>> = Vec::new();
@@ -297,11 +255,7 @@ struct GivensLeastSquares {
 
 impl GivensLeastSquares {
     fn new(beta: f64) -> Self {
-        Self {
-            columns: Vec::new(),
-            rotations: Vec::new(),
-            rhs: vec![beta],
-        }
+        Self { columns: Vec::new(), rotations: Vec::new(), rhs: vec![beta] }
     }
 
     /// Appends a column (one entry longer than the last one) and returns the residual norm.
@@ -313,11 +267,7 @@ impl GivensLeastSquares {
             column[i + 1] = c * lower - s * upper;
         }
         let length = column[k].hypot(column[k + 1]);
-        let (c, s) = if length == 0.0 {
-            (1.0, 0.0)
-        } else {
-            (column[k] / length, column[k + 1] / length)
-        };
+        let (c, s) = if length == 0.0 { (1.0, 0.0) } else { (column[k] / length, column[k + 1] / length) };
         column[k] = length;
         column.truncate(k + 1);
         let last = self.rhs[k];
@@ -333,11 +283,7 @@ impl GivensLeastSquares {
         let k = self.columns.len();
         let mut y = self.rhs[..k].to_vec();
         for j in (0..k).rev() {
-            y[j] = if self.columns[j][j] == 0.0 {
-                0.0
-            } else {
-                y[j] / self.columns[j][j]
-            };
+            y[j] = if self.columns[j][j] == 0.0 { 0.0 } else { y[j] / self.columns[j][j] };
             for i in 0..j {
                 y[i] -= self.columns[j][i] * y[j];
             }

@@ -4,18 +4,13 @@ mod common;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
-    CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalSolver, Precision,
-    RobustSolver, SolverChoice, SupernodalSolver, solve_verified,
+    CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolverChoice,
+    SupernodalSolver, solve_verified,
 };
 use std::sync::Arc;
 
-const BRICK: Brick = Brick {
-    nodes: [9, 8, 7],
-    multipliers: true,
-    contrast: 3.0,
-    nonsymmetry: 0.05,
-    fixed_bottom: true,
-};
+const BRICK: Brick =
+    Brick { nodes: [9, 8, 7], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };
 
 /// Gaussian elimination with partial pivoting, written out: the independent reference.
 fn dense_solve(a: &CsrMatrix, transpose: bool, b: &[f64]) -> Vec<f64> {
@@ -24,28 +19,19 @@ fn dense_solve(a: &CsrMatrix, transpose: bool, b: &[f64]) -> Vec<f64> {
     for i in 0..n {
         let (columns, values) = a.row(i);
         for (&j, &v) in columns.iter().zip(values) {
-            let (r, c) = if transpose {
-                (j as usize, i)
-            } else {
-                (i, j as usize)
-            };
+            let (r, c) = if transpose { (j as usize, i) } else { (i, j as usize) };
             m[r][c] = v;
         }
         m[i][n] = b[i];
     }
     for k in 0..n {
-        let pivot = (k..n)
-            .max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs()))
-            .unwrap();
+        let pivot = (k..n).max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs())).unwrap();
         m.swap(k, pivot);
         let (head, tail) = m.split_at_mut(k + 1);
         for row in tail {
             let factor = row[k] / head[k][k];
             if factor != 0.0 {
-                row[k..]
-                    .iter_mut()
-                    .zip(&head[k][k..])
-                    .for_each(|(x, p)| *x -= factor * p);
+                row[k..].iter_mut().zip(&head[k][k..]).for_each(|(x, p)| *x -= factor * p);
             }
         }
     }
@@ -66,30 +52,19 @@ fn solvers() -> Vec<Box<dyn LinearSolver>> {
 }
 
 fn csr(rows: &[Vec<(u32, f64)>], groups: Vec<u32>) -> CsrMatrix {
-    let mut pattern = CsrPattern {
-        n: rows.len(),
-        row_offsets: vec![0],
-        columns: vec![],
-        groups,
-    };
+    let mut pattern = CsrPattern { n: rows.len(), row_offsets: vec![0], columns: vec![], groups };
     let mut values = Vec::new();
     for row in rows {
         pattern.columns.extend(row.iter().map(|e| e.0));
         values.extend(row.iter().map(|e| e.1));
         pattern.row_offsets.push(values.len());
     }
-    CsrMatrix {
-        pattern: Arc::new(pattern),
-        values,
-    }
+    CsrMatrix { pattern: Arc::new(pattern), values }
 }
 
 #[test]
 fn both_solves_agree_with_dense_elimination() {
-    let brick = Brick {
-        nodes: [5, 4, 4],
-        ..BRICK
-    };
+    let brick = Brick { nodes: [5, 4, 4], ..BRICK };
     let (a, _) = brick.reduced(1);
     let b = Random(2).vector(a.n());
     for mut solver in solvers() {
@@ -102,11 +77,7 @@ fn both_solves_agree_with_dense_elimination() {
                 factors.solve(&mut x)
             }
             let error = difference(&x, &dense_solve(&a, transpose, &b));
-            assert!(
-                error < 1e-10,
-                "{} transpose {transpose}: {error:e}",
-                solver.name()
-            );
+            assert!(error < 1e-10, "{} transpose {transpose}: {error:e}", solver.name());
         }
     }
 }
@@ -117,11 +88,7 @@ fn saddle_points_on_many_fronts_are_solved_to_rounding() {
     let b = Random(4).vector(a.n());
     let mut solver = MultifrontalSolver::new(Precision::F64);
     let factors = solver.factorize_matrix(&a).unwrap();
-    assert!(
-        factors.statistics().fronts > 10,
-        "{:?}",
-        factors.statistics()
-    );
+    assert!(factors.statistics().fronts > 10, "{:?}", factors.statistics());
     for transpose in [false, true] {
         let mut x = b.clone();
         if transpose {
@@ -144,15 +111,10 @@ fn multipliers_apart_from_their_nodes_are_delayed() {
     for (i, group) in pattern.groups.iter_mut().enumerate().skip(first_multiplier) {
         *group = 1_000_000 + i as u32 / 3;
     }
-    let a = CsrMatrix {
-        pattern: Arc::new(pattern),
-        values: a.values,
-    };
+    let a = CsrMatrix { pattern: Arc::new(pattern), values: a.values };
     let b = Random(6).vector(a.n());
     for precision in [Precision::F64, Precision::F32] {
-        let factors = MultifrontalSolver::new(precision)
-            .factorize_matrix(&a)
-            .unwrap();
+        let factors = MultifrontalSolver::new(precision).factorize_matrix(&a).unwrap();
         assert!(factors.statistics().delayed_pivots > 0);
         for transpose in [false, true] {
             let mut x = vec![0.0; a.n()];
@@ -165,11 +127,7 @@ fn multipliers_apart_from_their_nodes_are_delayed() {
                 factors.solve_many(&mut columns);
             }
             let half: Vec<f64> = columns[a.n()..].iter().map(|x| 0.5 * x).collect();
-            let bound = if precision == Precision::F64 {
-                1e-9
-            } else {
-                1e-1
-            };
+            let bound = if precision == Precision::F64 { 1e-9 } else { 1e-1 };
             assert!(difference(&half, &x) < bound);
         }
     }
@@ -200,9 +158,7 @@ fn several_right_hand_sides_equal_single_solves() {
 fn transposed_solves_are_adjoint() {
     let (a, _) = BRICK.reduced(11);
     let (v, w) = (Random(12).vector(a.n()), Random(13).vector(a.n()));
-    let factors = MultifrontalSolver::new(Precision::F64)
-        .factorize(&a)
-        .unwrap();
+    let factors = MultifrontalSolver::new(Precision::F64).factorize(&a).unwrap();
     let (mut x, mut y) = (v.clone(), w.clone());
     factors.solve(&mut x);
     factors.solve_transpose(&mut y);
@@ -215,17 +171,11 @@ fn transposed_solves_are_adjoint() {
 /// brick is large enough for parallel subtrees and tiles.
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
-    let brick = Brick {
-        nodes: [16, 15, 14],
-        ..BRICK
-    };
+    let brick = Brick { nodes: [16, 15, 14], ..BRICK };
     let (a, _) = brick.reduced(14);
     let b = Random(15).vector(a.n());
     let run = |threads: usize, precision: Precision| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let factors = MultifrontalSolver::new(precision).factorize(&a).unwrap();
             let (mut x, mut y) = (b.clone(), b.clone());
@@ -253,9 +203,8 @@ fn unstructured_matrices_agree_with_dense_elimination() {
     for n in [0usize, 1, 2, 7, 60, 250] {
         let rows: Vec<Vec<(u32, f64)>> = (0..n)
             .map(|i| {
-                let mut columns: Vec<usize> = (0..4)
-                    .map(|_| ((random.next() + 1.0) * 0.5 * n as f64) as usize)
-                    .collect();
+                let mut columns: Vec<usize> =
+                    (0..4).map(|_| ((random.next() + 1.0) * 0.5 * n as f64) as usize).collect();
                 columns.push((i * 17 + 3) % n);
                 columns.retain(|&j| j != i && i % 9 != 4 && j % 9 != 4);
                 columns.push(i);
@@ -290,26 +239,14 @@ fn unstructured_matrices_agree_with_dense_elimination() {
 fn solvers_follow_changes_of_values_and_patterns() {
     let (first, _) = BRICK.reduced(20);
     let mut second = first.clone();
-    second
-        .values
-        .iter_mut()
-        .enumerate()
-        .for_each(|(k, v)| *v *= 1.0 + 0.1 * (k as f64).sin());
-    let (third, _) = Brick {
-        nodes: [6, 5, 4],
-        ..BRICK
-    }
-    .reduced(21);
+    second.values.iter_mut().enumerate().for_each(|(k, v)| *v *= 1.0 + 0.1 * (k as f64).sin());
+    let (third, _) = Brick { nodes: [6, 5, 4], ..BRICK }.reduced(21);
     for mut solver in solvers() {
         for a in [&first, &second, &third, &first] {
             let b = Random(22).vector(a.n());
             let mut x = b.clone();
             solver.factorize(a).unwrap().solve(&mut x);
-            assert!(
-                relative_residual(a, false, &x, &b) < 1e-9,
-                "{}",
-                solver.name()
-            );
+            assert!(relative_residual(a, false, &x, &b) < 1e-9, "{}", solver.name());
         }
     }
 }

@@ -4,18 +4,13 @@ mod common;
 
 use common::{Brick, Random, relative_residual};
 use slipstick_linalg::{
-    CsrMatrix, CsrPattern, FactorizationError, LinearSolver, MultifrontalSolver, Precision,
-    RobustSolver, SolverChoice, SupernodalSolver, solve_verified,
+    CsrMatrix, CsrPattern, FactorizationError, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolverChoice,
+    SupernodalSolver, solve_verified,
 };
 use std::sync::Arc;
 
-const BRICK: Brick = Brick {
-    nodes: [9, 8, 7],
-    multipliers: true,
-    contrast: 3.0,
-    nonsymmetry: 0.05,
-    fixed_bottom: true,
-};
+const BRICK: Brick =
+    Brick { nodes: [9, 8, 7], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };
 
 fn solvers() -> Vec<Box<dyn LinearSolver>> {
     vec![
@@ -26,33 +21,21 @@ fn solvers() -> Vec<Box<dyn LinearSolver>> {
 }
 
 fn csr(rows: &[Vec<(u32, f64)>], groups: Vec<u32>) -> CsrMatrix {
-    let mut pattern = CsrPattern {
-        n: rows.len(),
-        row_offsets: vec![0],
-        columns: vec![],
-        groups,
-    };
+    let mut pattern = CsrPattern { n: rows.len(), row_offsets: vec![0], columns: vec![], groups };
     let mut values = Vec::new();
     for row in rows {
         pattern.columns.extend(row.iter().map(|e| e.0));
         values.extend(row.iter().map(|e| e.1));
         pattern.row_offsets.push(values.len());
     }
-    CsrMatrix {
-        pattern: Arc::new(pattern),
-        values,
-    }
+    CsrMatrix { pattern: Arc::new(pattern), values }
 }
 
 /// Slave nodes whose displacements are all prescribed leave their multipliers without a partner.
 #[test]
 fn multipliers_of_prescribed_nodes_are_handled() {
     let (a, mut fixed, groups) = BRICK.assemble(7);
-    for slave in [
-        BRICK.node(0, 3, 6),
-        BRICK.node(4, 4, 6),
-        BRICK.node(5, 4, 6),
-    ] {
+    for slave in [BRICK.node(0, 3, 6), BRICK.node(4, 4, 6), BRICK.node(5, 4, 6)] {
         fixed[3 * slave..3 * slave + 3].fill(true);
     }
     fixed[3 * BRICK.node(6, 6, 6)] = true;
@@ -72,20 +55,9 @@ fn multipliers_of_prescribed_nodes_are_handled() {
 #[test]
 fn floating_bodies_are_reported_as_singular() {
     for (edge, contrast) in [(5, 0.0), (8, 0.0), (8, 3.0), (10, 9.0), (12, 0.0)] {
-        let brick = Brick {
-            nodes: [edge; 3],
-            fixed_bottom: false,
-            multipliers: false,
-            nonsymmetry: 0.0,
-            contrast,
-        };
+        let brick = Brick { nodes: [edge; 3], fixed_bottom: false, multipliers: false, nonsymmetry: 0.0, contrast };
         let (a, _) = brick.reduced(16);
-        for choice in [
-            SolverChoice::Auto,
-            SolverChoice::Multifrontal {
-                precision: Precision::F32,
-            },
-        ] {
+        for choice in [SolverChoice::Auto, SolverChoice::Multifrontal { precision: Precision::F32 }] {
             let error = RobustSolver::new(choice).factorize(&a).err();
             assert!(
                 matches!(error, Some(FactorizationError::Singular { pivot, .. }) if pivot < 1e-12),
@@ -98,41 +70,23 @@ fn floating_bodies_are_reported_as_singular() {
 /// An unknown without any coupling is named.
 #[test]
 fn an_empty_row_is_named() {
-    let rows = vec![
-        vec![(0, 2.0), (1, 1.0)],
-        vec![(0, 1.0), (1, 3.0)],
-        vec![(2, 0.0)],
-        vec![(3, 1.0)],
-    ];
+    let rows = vec![vec![(0, 2.0), (1, 1.0)], vec![(0, 1.0), (1, 3.0)], vec![(2, 0.0)], vec![(3, 1.0)]];
     let a = csr(&rows, vec![0, 1, 2, 3]);
     let error = RobustSolver::new(SolverChoice::Auto).factorize(&a).err();
-    assert_eq!(
-        error,
-        Some(FactorizationError::Singular {
-            unknown: 2,
-            pivot: 0.0
-        })
-    );
+    assert_eq!(error, Some(FactorizationError::Singular { unknown: 2, pivot: 0.0 }));
     let error = SupernodalSolver::new().factorize(&a).err();
     assert!(error.is_some());
 }
 
 #[test]
 fn entries_that_are_not_finite_are_located() {
-    let (mut a, _) = Brick {
-        nodes: [3, 3, 3],
-        ..BRICK
-    }
-    .reduced(17);
+    let (mut a, _) = Brick { nodes: [3, 3, 3], ..BRICK }.reduced(17);
     let k = a.pattern.row_offsets[5] + 2;
     a.values[k] = f64::INFINITY;
     let column = a.pattern.columns[k] as usize;
     for mut solver in solvers() {
         let error = solver.factorize(&a).err();
-        assert_eq!(
-            error,
-            Some(FactorizationError::NonFinite { row: 5, column })
-        );
+        assert_eq!(error, Some(FactorizationError::NonFinite { row: 5, column }));
     }
 }
 
@@ -140,10 +94,7 @@ fn entries_that_are_not_finite_are_located() {
 fn inconsistent_patterns_are_refused() {
     let a = csr(&[vec![(1, 1.0), (0, 1.0)], vec![(1, 1.0)]], vec![0, 0]);
     for mut solver in solvers() {
-        assert_eq!(
-            solver.factorize(&a).err(),
-            Some(FactorizationError::Pattern { n: 2 })
-        );
+        assert_eq!(solver.factorize(&a).err(), Some(FactorizationError::Pattern { n: 2 }));
     }
 }
 
@@ -157,37 +108,20 @@ fn badly_scaled_rows_and_columns_do_no_harm() {
             a.values[k] *= scale(i) * scale(3 * a.pattern.columns[k] as usize + 1);
         }
     }
-    let x: Vec<f64> = (0..a.n())
-        .map(|j| (1.0 + (j % 5) as f64) / scale(3 * j + 1))
-        .collect();
+    let x: Vec<f64> = (0..a.n()).map(|j| (1.0 + (j % 5) as f64) / scale(3 * j + 1)).collect();
     let mut b = vec![0.0; a.n()];
     a.mul(&x, &mut b);
-    MultifrontalSolver::new(Precision::F64)
-        .factorize(&a)
-        .unwrap()
-        .solve(&mut b);
-    let error = b
-        .iter()
-        .zip(&x)
-        .fold(0.0, |m: f64, (b, x)| m.max((b / x - 1.0).abs()));
+    MultifrontalSolver::new(Precision::F64).factorize(&a).unwrap().solve(&mut b);
+    let error = b.iter().zip(&x).fold(0.0, |m: f64, (b, x)| m.max((b / x - 1.0).abs()));
     assert!(error < 1e-8, "largest relative error {error:e}");
 }
 
 /// Void-like stiffness down to 10⁻⁹ of the solid: regular, and recognised as such.
 #[test]
 fn strong_stiffness_contrast_is_not_mistaken_for_singularity() {
-    let (a, _) = Brick {
-        contrast: 9.0,
-        ..BRICK
-    }
-    .reduced(23);
+    let (a, _) = Brick { contrast: 9.0, ..BRICK }.reduced(23);
     let b = Random(24).vector(a.n());
-    for choice in [
-        SolverChoice::Auto,
-        SolverChoice::Multifrontal {
-            precision: Precision::F32,
-        },
-    ] {
+    for choice in [SolverChoice::Auto, SolverChoice::Multifrontal { precision: Precision::F32 }] {
         let mut solver = RobustSolver::new(choice);
         let factors = solver.factorize(&a).unwrap();
         let mut x = vec![0.0; a.n()];
@@ -198,13 +132,8 @@ fn strong_stiffness_contrast_is_not_mistaken_for_singularity() {
 
 /// Hilbert matrix of order n, without structure.
 fn hilbert(n: usize) -> CsrMatrix {
-    let rows: Vec<Vec<(u32, f64)>> = (0..n)
-        .map(|i| {
-            (0..n)
-                .map(|j| (j as u32, 1.0 / (i + j + 1) as f64))
-                .collect()
-        })
-        .collect();
+    let rows: Vec<Vec<(u32, f64)>> =
+        (0..n).map(|i| (0..n).map(|j| (j as u32, 1.0 / (i + j + 1) as f64)).collect()).collect();
     csr(&rows, (0..n as u32).collect())
 }
 
@@ -212,15 +141,10 @@ fn hilbert(n: usize) -> CsrMatrix {
 /// is within reach even of single-precision factors with GMRES.
 #[test]
 fn hopelessly_conditioned_matrices_are_refused() {
-    let choice = SolverChoice::Multifrontal {
-        precision: Precision::F32,
-    };
+    let choice = SolverChoice::Multifrontal { precision: Precision::F32 };
     let error = RobustSolver::new(choice).factorize(&hilbert(14)).err();
     assert!(
-        matches!(
-            error,
-            Some(FactorizationError::Singular { .. } | FactorizationError::Inaccurate { .. })
-        ),
+        matches!(error, Some(FactorizationError::Singular { .. } | FactorizationError::Inaccurate { .. })),
         "{error:?}"
     );
     let a = hilbert(8);
@@ -239,14 +163,10 @@ fn single_precision_gives_way_to_double() {
     let n = 1000;
     // Curvature κ = D u with zero value and slope at the clamp; stiffness Dᵀ D.
     let curvature = |i: usize| -> Vec<(usize, f64)> {
-        [
-            (i.checked_sub(2), 1.0),
-            (i.checked_sub(1), -2.0),
-            (Some(i), 1.0),
-        ]
-        .into_iter()
-        .filter_map(|(j, v)| j.map(|j| (j, v)))
-        .collect()
+        [(i.checked_sub(2), 1.0), (i.checked_sub(1), -2.0), (Some(i), 1.0)]
+            .into_iter()
+            .filter_map(|(j, v)| j.map(|j| (j, v)))
+            .collect()
     };
     let mut dense: Vec<std::collections::BTreeMap<u32, f64>> = vec![Default::default(); n];
     for i in 0..n {
@@ -256,23 +176,14 @@ fn single_precision_gives_way_to_double() {
             }
         }
     }
-    let rows: Vec<Vec<(u32, f64)>> = dense
-        .into_iter()
-        .map(|row| row.into_iter().collect())
-        .collect();
+    let rows: Vec<Vec<(u32, f64)>> = dense.into_iter().map(|row| row.into_iter().collect()).collect();
     let a = csr(&rows, (0..n as u32).collect());
-    let mut solver = RobustSolver::new(SolverChoice::Multifrontal {
-        precision: Precision::F32,
-    });
+    let mut solver = RobustSolver::new(SolverChoice::Multifrontal { precision: Precision::F32 });
     let factors = solver.factorize(&a).unwrap();
     assert_eq!(solver.used(), Some("multifrontal LU in double precision"));
     let mut x = vec![0.0; n];
     x[n - 1] = 1.0;
     factors.solve(&mut x);
     let expected = (n as f64).powi(3) / 3.0;
-    assert!(
-        (x[n - 1] / expected - 1.0).abs() < 2.0 / n as f64,
-        "{} {expected}",
-        x[n - 1]
-    );
+    assert!((x[n - 1] / expected - 1.0).abs() < 2.0 / n as f64, "{} {expected}", x[n - 1]);
 }

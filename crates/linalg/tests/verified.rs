@@ -4,38 +4,26 @@ mod common;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
-    CsrMatrix, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolveError, SolveOptions,
-    SolverChoice, SupernodalSolver, solve_verified, solve_with,
+    CsrMatrix, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolveError, SolveOptions, SolverChoice,
+    SupernodalSolver, solve_verified, solve_with,
 };
 
-const BRICK: Brick = Brick {
-    nodes: [9, 8, 7],
-    multipliers: true,
-    contrast: 3.0,
-    nonsymmetry: 0.05,
-    fixed_bottom: true,
-};
+const BRICK: Brick =
+    Brick { nodes: [9, 8, 7], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };
 
 #[test]
 fn single_precision_factors_give_double_precision_solutions() {
     let (a, _) = BRICK.reduced(1);
     let b = Random(2).vector(a.n());
-    let mut solver = RobustSolver::new(SolverChoice::Multifrontal {
-        precision: Precision::F32,
-    });
+    let mut solver = RobustSolver::new(SolverChoice::Multifrontal { precision: Precision::F32 });
     let factors = solver.factorize(&a).unwrap();
     assert_eq!(factors.precision(), Precision::F32);
     let reference = SupernodalSolver::new().factorize(&a).unwrap();
     for transpose in [false, true] {
         let mut x = vec![f64::NAN; a.n()];
         let report = solve_verified(&a, factors.as_ref(), transpose, &b, &mut x, 1e-12).unwrap();
-        assert!(
-            report.iterations >= 1 && report.iterations <= 8,
-            "{report:?}"
-        );
-        assert!(
-            (relative_residual(&a, transpose, &x, &b) - report.relative_residual).abs() < 1e-15
-        );
+        assert!(report.iterations >= 1 && report.iterations <= 8, "{report:?}");
+        assert!((relative_residual(&a, transpose, &x, &b) - report.relative_residual).abs() < 1e-15);
         let mut y = b.clone();
         if transpose {
             reference.solve_transpose(&mut y)
@@ -50,9 +38,7 @@ fn single_precision_factors_give_double_precision_solutions() {
 #[test]
 fn single_precision_factors_take_any_scale_of_right_hand_side() {
     let (a, _) = BRICK.reduced(3);
-    let factors = MultifrontalSolver::new(Precision::F32)
-        .factorize(&a)
-        .unwrap();
+    let factors = MultifrontalSolver::new(Precision::F32).factorize(&a).unwrap();
     for scale in [1e-200, 1e150] {
         let b: Vec<f64> = Random(4).vector(a.n()).iter().map(|b| b * scale).collect();
         let mut x = vec![0.0; a.n()];
@@ -64,20 +50,14 @@ fn single_precision_factors_take_any_scale_of_right_hand_side() {
 #[test]
 fn factors_of_a_nearby_matrix_precondition() {
     let (a, _) = BRICK.reduced(5);
-    let factors = MultifrontalSolver::new(Precision::F32)
-        .factorize(&a)
-        .unwrap();
+    let factors = MultifrontalSolver::new(Precision::F32).factorize(&a).unwrap();
     let mut nearby = a.clone();
     let mut random = Random(6);
-    nearby
-        .values
-        .iter_mut()
-        .for_each(|v| *v *= 1.0 + 0.01 * random.next());
+    nearby.values.iter_mut().for_each(|v| *v *= 1.0 + 0.01 * random.next());
     let b = random.vector(a.n());
     for transpose in [false, true] {
         let mut x = vec![0.0; a.n()];
-        let report =
-            solve_verified(&nearby, factors.as_ref(), transpose, &b, &mut x, 1e-10).unwrap();
+        let report = solve_verified(&nearby, factors.as_ref(), transpose, &b, &mut x, 1e-10).unwrap();
         assert!(report.relative_residual <= 1e-10 && report.iterations > 2);
         assert!(relative_residual(&nearby, transpose, &x, &b) <= 1e-10);
     }
@@ -89,18 +69,11 @@ fn hopeless_factors_are_reported() {
     let (a, _) = BRICK.reduced(7);
     let mut other = a.clone();
     let mut random = Random(8);
-    other
-        .values
-        .iter_mut()
-        .for_each(|v| *v = *v * random.next() + 0.1 * random.next());
+    other.values.iter_mut().for_each(|v| *v = *v * random.next() + 0.1 * random.next());
     let factors = SupernodalSolver::new().factorize(&other).unwrap();
     let b = random.vector(a.n());
     let mut x = vec![0.0; a.n()];
-    let options = SolveOptions {
-        tolerance: 1e-10,
-        max_iterations: 5,
-        restart: 5,
-    };
+    let options = SolveOptions { tolerance: 1e-10, max_iterations: 5, restart: 5 };
     match solve_with(&a, factors.as_ref(), false, &b, &mut x, &options) {
         Err(SolveError::NotConverged { report, tolerance }) => {
             assert_eq!(tolerance, 1e-10);
@@ -115,28 +88,17 @@ fn hopeless_factors_are_reported() {
 #[test]
 fn a_tolerance_below_rounding_ends_at_the_attainable_accuracy() {
     let (a, _) = BRICK.reduced(9);
-    let factors = MultifrontalSolver::new(Precision::F64)
-        .factorize(&a)
-        .unwrap();
+    let factors = MultifrontalSolver::new(Precision::F64).factorize(&a).unwrap();
     let b = Random(10).vector(a.n());
     let mut x = vec![0.0; a.n()];
     let report = solve_verified(&a, factors.as_ref(), false, &b, &mut x, 1e-30).unwrap();
-    assert!(
-        report.backward_error <= f64::EPSILON && report.iterations < 10,
-        "{report:?}"
-    );
+    assert!(report.backward_error <= f64::EPSILON && report.iterations < 10, "{report:?}");
 }
 
 #[test]
 fn bad_right_hand_sides_are_refused() {
-    let (a, _) = Brick {
-        nodes: [3, 3, 3],
-        ..BRICK
-    }
-    .reduced(11);
-    let factors = MultifrontalSolver::new(Precision::F64)
-        .factorize(&a)
-        .unwrap();
+    let (a, _) = Brick { nodes: [3, 3, 3], ..BRICK }.reduced(11);
+    let factors = MultifrontalSolver::new(Precision::F64).factorize(&a).unwrap();
     let mut x = vec![0.0; a.n()];
     let mut b = vec![1.0; a.n()];
     b[4] = f64::NAN;
@@ -153,20 +115,11 @@ fn bad_right_hand_sides_are_refused() {
 /// A matrix that turns NaN after the factorization must not pass.
 #[test]
 fn a_matrix_with_nan_does_not_pass() {
-    let (a, _) = Brick {
-        nodes: [3, 3, 3],
-        ..BRICK
-    }
-    .reduced(12);
-    let factors = MultifrontalSolver::new(Precision::F64)
-        .factorize(&a)
-        .unwrap();
+    let (a, _) = Brick { nodes: [3, 3, 3], ..BRICK }.reduced(12);
+    let factors = MultifrontalSolver::new(Precision::F64).factorize(&a).unwrap();
     let mut values = a.values.clone();
     values[7] = f64::NAN;
-    let broken = CsrMatrix {
-        pattern: a.pattern.clone(),
-        values,
-    };
+    let broken = CsrMatrix { pattern: a.pattern.clone(), values };
     let b = vec![1.0; a.n()];
     let mut x = vec![0.0; a.n()];
     let error = solve_verified(&broken, factors.as_ref(), false, &b, &mut x, 1e-10);

@@ -38,18 +38,10 @@ impl Rotation {
         let scaled = self.axis.map(|c| c / largest);
         if !(largest > 0.0 && scaled.iter().all(|c| c.is_finite())) {
             let value = format!("{:?}", self.axis);
-            return Err(MeshError::parameter(
-                "rotate.axis",
-                value,
-                "give a finite direction other than zero",
-            ));
+            return Err(MeshError::parameter("rotate.axis", value, "give a finite direction other than zero"));
         }
         if !self.degrees.is_finite() {
-            return Err(MeshError::parameter(
-                "rotate.degrees",
-                self.degrees,
-                "give a finite angle in degrees",
-            ));
+            return Err(MeshError::parameter("rotate.degrees", self.degrees, "give a finite angle in degrees"));
         }
         let length = norm(scaled);
         let axis = scaled.map(|c| c / length);
@@ -59,12 +51,9 @@ impl Rotation {
             let unit: [f64; 3] = std::array::from_fn(|d| if d == c { 1.0 } else { 0.0 });
             let turned = cross(axis, unit);
             let along = dot(axis, unit) * (1.0 - cosine);
-            columns[c] =
-                std::array::from_fn(|d| cosine * unit[d] + sine * turned[d] + along * axis[d]);
+            columns[c] = std::array::from_fn(|d| cosine * unit[d] + sine * turned[d] + along * axis[d]);
         }
-        Ok(std::array::from_fn(|row| {
-            std::array::from_fn(|column| columns[column][row])
-        }))
+        Ok(std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row])))
     }
 }
 
@@ -89,11 +78,7 @@ impl Mesh {
     pub fn transform(&mut self, placement: &Placement) -> Result<(), MeshError> {
         let shift = placement.translate;
         if !shift.iter().all(|c| c.is_finite()) {
-            return Err(MeshError::parameter(
-                "translate",
-                format!("{shift:?}"),
-                "give three finite lengths",
-            ));
+            return Err(MeshError::parameter("translate", format!("{shift:?}"), "give three finite lengths"));
         }
         if let Some(rotation) = &placement.rotate {
             let matrix = rotation.matrix()?;
@@ -132,21 +117,14 @@ impl Mesh {
 
         // Saturating: a number far out of range must not wrap round into it.
         self.nodes.extend(other.nodes);
-        self.hexes.extend(
-            other
-                .hexes
-                .iter()
-                .map(|hex| hex.map(|n| n.saturating_add(first_node))),
-        );
+        self.hexes.extend(other.hexes.iter().map(|hex| hex.map(|n| n.saturating_add(first_node))));
         for mut body in other.bodies {
             body.nodes = shift(body.nodes, node_count);
             body.elements = shift(body.elements, element_count);
             self.bodies.push(body);
         }
         for (name, mut nodes) in other.node_sets {
-            nodes
-                .iter_mut()
-                .for_each(|n| *n = n.saturating_add(first_node));
+            nodes.iter_mut().for_each(|n| *n = n.saturating_add(first_node));
             self.node_sets.insert(name, nodes);
         }
         for (name, mut surface) in other.surfaces {
@@ -160,28 +138,14 @@ impl Mesh {
     }
 
     fn refuse_duplicates(&self, other: &Mesh) -> Result<(), MeshError> {
-        fn common<A, B>(
-            kind: &'static str,
-            a: &BTreeMap<String, A>,
-            b: &BTreeMap<String, B>,
-        ) -> Result<(), MeshError> {
+        fn common<A, B>(kind: &'static str, a: &BTreeMap<String, A>, b: &BTreeMap<String, B>) -> Result<(), MeshError> {
             match b.keys().find(|name| a.contains_key(*name)) {
-                Some(name) => Err(MeshError::DuplicateName {
-                    kind,
-                    name: name.clone(),
-                }),
+                Some(name) => Err(MeshError::DuplicateName { kind, name: name.clone() }),
                 None => Ok(()),
             }
         }
-        if let Some(body) = other
-            .bodies
-            .iter()
-            .find(|body| self.body(&body.name).is_some())
-        {
-            return Err(MeshError::DuplicateName {
-                kind: "body",
-                name: body.name.clone(),
-            });
+        if let Some(body) = other.bodies.iter().find(|body| self.body(&body.name).is_some()) {
+            return Err(MeshError::DuplicateName { kind: "body", name: body.name.clone() });
         }
         common("node set", &self.node_sets, &other.node_sets)?;
         common("surface", &self.surfaces, &other.surfaces)?;

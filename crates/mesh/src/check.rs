@@ -31,11 +31,7 @@ impl Mesh {
     /// [`MeshError::Defects`] if there is any.
     pub fn validate(&self) -> Result<(), MeshError> {
         let defects = self.check();
-        if defects.is_empty() {
-            Ok(())
-        } else {
-            Err(MeshError::Defects(defects))
-        }
+        if defects.is_empty() { Ok(()) } else { Err(MeshError::Defects(defects)) }
     }
 
     /// Turns all facets that are faces of their elements outward and uncrosses them; returns how many it changed.
@@ -43,16 +39,8 @@ impl Mesh {
     /// Each keeps its first node. Facets that are no faces of their elements stay as they are, for [`Mesh::check`].
     pub fn orient_facets(&mut self) -> usize {
         let mut changed = 0;
-        for facet in self
-            .surfaces
-            .values_mut()
-            .flat_map(|surface| &mut surface.facets)
-        {
-            let Some(outward) = self
-                .hexes
-                .get(facet.element as usize)
-                .and_then(|hex| outward_nodes(hex, facet))
-            else {
+        for facet in self.surfaces.values_mut().flat_map(|surface| &mut surface.facets) {
+            let Some(outward) = self.hexes.get(facet.element as usize).and_then(|hex| outward_nodes(hex, facet)) else {
                 continue;
             };
             if outward != facet.nodes {
@@ -67,10 +55,7 @@ impl Mesh {
 /// The facet's nodes as the outward face of its element, from the same first node; `None` if it is no face.
 fn outward_nodes(hex: &[u32; 8], facet: &Facet) -> Option<[u32; 4]> {
     let key = face_key(facet.nodes);
-    let mut nodes = HEX_FACES
-        .iter()
-        .map(|side| side.map(|corner| hex[corner]))
-        .find(|&side| face_key(side) == key)?;
+    let mut nodes = HEX_FACES.iter().map(|side| side.map(|corner| hex[corner])).find(|&side| face_key(side) == key)?;
     let start = nodes.iter().position(|&node| node == facet.nodes[0])?;
     nodes.rotate_left(start);
     Some(nodes)
@@ -97,35 +82,19 @@ impl<'a> Check<'a> {
             let end = range.end.min(owner.len());
             owner[range.start.min(end)..end].fill(body);
         }
-        let in_range = mesh
-            .hexes
-            .iter()
-            .map(|hex| hex.iter().all(|&n| (n as usize) < mesh.nodes.len()))
-            .collect();
-        Self {
-            mesh,
-            owner,
-            in_range,
-            faces: mesh.sorted_faces(0..mesh.hexes.len()),
-            defects: Vec::new(),
-        }
+        let in_range = mesh.hexes.iter().map(|hex| hex.iter().all(|&n| (n as usize) < mesh.nodes.len())).collect();
+        Self { mesh, owner, in_range, faces: mesh.sorted_faces(0..mesh.hexes.len()), defects: Vec::new() }
     }
 
     fn body_name(&self, body: usize) -> String {
-        self.mesh
-            .bodies
-            .get(body)
-            .map_or_else(|| "(none)".into(), |body| body.name.clone())
+        self.mesh.bodies.get(body).map_or_else(|| "(none)".into(), |body| body.name.clone())
     }
 
     /// Elements that `bad` holds for, by body.
     fn by_body(&self, bad: impl Fn(usize) -> bool) -> BTreeMap<usize, Vec<u32>> {
         let mut elements: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for element in (0..self.owner.len()).filter(|&element| bad(element)) {
-            elements
-                .entry(self.owner[element])
-                .or_default()
-                .push(element as u32);
+            elements.entry(self.owner[element]).or_default().push(element as u32);
         }
         elements
     }
@@ -134,46 +103,24 @@ impl<'a> Check<'a> {
         let (mut element_end, mut node_end, mut names) = (0, 0, BTreeSet::new());
         for body in &self.mesh.bodies {
             let mut reasons = Vec::new();
-            reasons.extend(range_fault(
-                "elements",
-                &body.elements,
-                element_end,
-                self.mesh.hexes.len(),
-            ));
-            reasons.extend(range_fault(
-                "nodes",
-                &body.nodes,
-                node_end,
-                self.mesh.nodes.len(),
-            ));
+            reasons.extend(range_fault("elements", &body.elements, element_end, self.mesh.hexes.len()));
+            reasons.extend(range_fault("nodes", &body.nodes, node_end, self.mesh.nodes.len()));
             if !names.insert(&body.name) {
                 reasons.push("has the name of another body: rename one of them".into());
             }
             (element_end, node_end) = (body.elements.end, body.nodes.end);
-            let defect = |reason| MeshDefect::BodyRange {
-                body: body.name.clone(),
-                reason,
-            };
+            let defect = |reason| MeshDefect::BodyRange { body: body.name.clone(), reason };
             self.defects.extend(reasons.into_iter().map(defect));
         }
-        let elements: Vec<u32> = (0..)
-            .zip(&self.owner)
-            .filter(|(_, o)| **o == NOBODY)
-            .map(|(e, _)| e)
-            .collect();
+        let elements: Vec<u32> = (0..).zip(&self.owner).filter(|(_, o)| **o == NOBODY).map(|(e, _)| e).collect();
         if !elements.is_empty() {
-            self.defects
-                .push(MeshDefect::ElementsWithoutBody { elements });
+            self.defects.push(MeshDefect::ElementsWithoutBody { elements });
         }
     }
 
     fn coordinates(&mut self) {
         let bad = |x: &[f64; 3]| !x.iter().all(|c| c.is_finite());
-        let nodes: Vec<u32> = (0..)
-            .zip(&self.mesh.nodes)
-            .filter(|(_, x)| bad(x))
-            .map(|(n, _)| n)
-            .collect();
+        let nodes: Vec<u32> = (0..).zip(&self.mesh.nodes).filter(|(_, x)| bad(x)).map(|(n, _)| n).collect();
         if !nodes.is_empty() {
             self.defects.push(MeshDefect::NotFinite { nodes });
         }
@@ -183,41 +130,22 @@ impl<'a> Check<'a> {
         let mesh = self.mesh;
         for (body, elements) in self.by_body(|element| !self.in_range[element]) {
             let body = self.body_name(body);
-            self.defects.push(MeshDefect::NodeOutOfRange {
-                body,
-                elements,
-                nodes: mesh.nodes.len(),
-            });
+            self.defects.push(MeshDefect::NodeOutOfRange { body, elements, nodes: mesh.nodes.len() });
         }
         let repeats = |element: usize| {
             let hex = &mesh.hexes[element];
             (1..8).any(|i| hex[..i].contains(&hex[i]))
         };
         for (body, elements) in self.by_body(repeats) {
-            self.defects.push(MeshDefect::RepeatedNode {
-                body: self.body_name(body),
-                elements,
-            });
+            self.defects.push(MeshDefect::RepeatedNode { body: self.body_name(body), elements });
         }
         // NaN stands for what other checks report: it is not counted as inverted here.
         let least: Vec<f64> = (0..mesh.hexes.len())
-            .map(|e| {
-                if self.in_range[e] {
-                    hex_least_jacobian(&mesh.hex_coordinates(e))
-                } else {
-                    f64::NAN
-                }
-            })
+            .map(|e| if self.in_range[e] { hex_least_jacobian(&mesh.hex_coordinates(e)) } else { f64::NAN })
             .collect();
         for (body, elements) in self.by_body(|element| least[element] <= 0.0) {
-            let worst = elements.iter().fold(0.0_f64, |worst, &element| {
-                worst.min(least[element as usize])
-            });
-            self.defects.push(MeshDefect::Inverted {
-                body: self.body_name(body),
-                elements,
-                worst,
-            });
+            let worst = elements.iter().fold(0.0_f64, |worst, &element| worst.min(least[element as usize]));
+            self.defects.push(MeshDefect::Inverted { body: self.body_name(body), elements, worst });
         }
     }
 
@@ -238,34 +166,20 @@ impl<'a> Check<'a> {
                 }
                 if *known != body && body != NOBODY {
                     shared.entry([*known, body]).or_default().insert(node);
-                } else if mesh
-                    .bodies
-                    .get(body)
-                    .is_some_and(|body| !body.nodes.contains(&(node as usize)))
-                {
+                } else if mesh.bodies.get(body).is_some_and(|body| !body.nodes.contains(&(node as usize))) {
                     outside.entry(body).or_default().insert(node);
                 }
             }
         }
         for ([a, b], nodes) in shared {
             let bodies = [self.body_name(a), self.body_name(b)];
-            self.defects.push(MeshDefect::SharedNodes {
-                bodies,
-                nodes: nodes.into_iter().collect(),
-            });
+            self.defects.push(MeshDefect::SharedNodes { bodies, nodes: nodes.into_iter().collect() });
         }
         for (body, nodes) in outside {
             let body = self.body_name(body);
-            self.defects.push(MeshDefect::NodesOutsideBody {
-                body,
-                nodes: nodes.into_iter().collect(),
-            });
+            self.defects.push(MeshDefect::NodesOutsideBody { body, nodes: nodes.into_iter().collect() });
         }
-        let nodes: Vec<u32> = (0..)
-            .zip(&used)
-            .filter(|(_, used)| !**used)
-            .map(|(n, _)| n)
-            .collect();
+        let nodes: Vec<u32> = (0..).zip(&used).filter(|(_, used)| !**used).map(|(n, _)| n).collect();
         if !nodes.is_empty() {
             self.defects.push(MeshDefect::UnusedNodes { nodes });
         }
@@ -274,39 +188,25 @@ impl<'a> Check<'a> {
     /// A face may bound two elements at most, and from opposite sides.
     fn shared_faces(&mut self) {
         let mut elements = BTreeSet::new();
-        for same in self
-            .faces
-            .chunk_by(|a, b| a.key == b.key)
-            .filter(|same| same.len() > 1)
-        {
+        for same in self.faces.chunk_by(|a, b| a.key == b.key).filter(|same| same.len() > 1) {
             let side = |face: &Face| self.mesh.side_nodes(face.element, face.side as usize);
             if same.len() > 2 || same_winding(side(&same[0]), side(&same[1])) {
                 elements.extend(same.iter().map(|face| face.element));
             }
         }
         if !elements.is_empty() {
-            self.defects.push(MeshDefect::OverlappingFaces {
-                elements: elements.into_iter().collect(),
-            });
+            self.defects.push(MeshDefect::OverlappingFaces { elements: elements.into_iter().collect() });
         }
     }
 
     fn node_sets(&mut self) {
         for (name, set) in &self.mesh.node_sets {
-            let nodes: Vec<u32> = set
-                .iter()
-                .copied()
-                .filter(|&n| n as usize >= self.mesh.nodes.len())
-                .collect();
+            let nodes: Vec<u32> = set.iter().copied().filter(|&n| n as usize >= self.mesh.nodes.len()).collect();
             if !nodes.is_empty() {
-                self.defects.push(MeshDefect::SetOutOfRange {
-                    set: name.clone(),
-                    nodes,
-                });
+                self.defects.push(MeshDefect::SetOutOfRange { set: name.clone(), nodes });
             }
             if !set.is_sorted_by(|a, b| a < b) {
-                self.defects
-                    .push(MeshDefect::SetNotSorted { set: name.clone() });
+                self.defects.push(MeshDefect::SetNotSorted { set: name.clone() });
             }
         }
     }
@@ -337,22 +237,10 @@ impl<'a> Check<'a> {
         }
         let name = || name.to_owned();
         let defects = [
-            (!stray.is_empty()).then(|| MeshDefect::StrayFacets {
-                surface: name(),
-                facets: stray,
-            }),
-            (!inward.is_empty()).then(|| MeshDefect::InwardFacets {
-                surface: name(),
-                facets: inward,
-            }),
-            (!interior.is_empty()).then(|| MeshDefect::InteriorFacets {
-                surface: name(),
-                facets: interior,
-            }),
-            (!repeated.is_empty()).then(|| MeshDefect::RepeatedFacets {
-                surface: name(),
-                facets: repeated,
-            }),
+            (!stray.is_empty()).then(|| MeshDefect::StrayFacets { surface: name(), facets: stray }),
+            (!inward.is_empty()).then(|| MeshDefect::InwardFacets { surface: name(), facets: inward }),
+            (!interior.is_empty()).then(|| MeshDefect::InteriorFacets { surface: name(), facets: interior }),
+            (!repeated.is_empty()).then(|| MeshDefect::RepeatedFacets { surface: name(), facets: repeated }),
         ];
         self.defects.extend(defects.into_iter().flatten());
     }
@@ -368,14 +256,9 @@ fn range_fault(what: &str, range: &Range<usize>, last_end: usize, count: usize) 
     if range.is_empty() {
         Some(format!("has no {what}: remove it or give it some"))
     } else if range.end > count {
-        Some(format!(
-            "has {what} up to {}, but the mesh has only {count}: correct its range",
-            range.end
-        ))
+        Some(format!("has {what} up to {}, but the mesh has only {count}: correct its range", range.end))
     } else if range.start < last_end {
-        Some(format!(
-            "has {what} {range:?} that belong to the body before it: number {what} body by body"
-        ))
+        Some(format!("has {what} {range:?} that belong to the body before it: number {what} body by body"))
     } else {
         None
     }

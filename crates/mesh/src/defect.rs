@@ -12,10 +12,7 @@ pub enum MeshDefect {
         reason: String,
     },
     /// Elements that no body owns.
-    #[error(
-        "element(s) {} belong to no body: give each body its range of elements",
-        few(elements)
-    )]
+    #[error("element(s) {} belong to no body: give each body its range of elements", few(elements))]
     ElementsWithoutBody {
         /// The elements.
         elements: Vec<u32>,
@@ -34,19 +31,13 @@ pub enum MeshDefect {
         nodes: usize,
     },
     /// Nodes with a coordinate that is infinite or not a number.
-    #[error(
-        "node(s) {} have coordinates that are not finite: correct them",
-        few(nodes)
-    )]
+    #[error("node(s) {} have coordinates that are not finite: correct them", few(nodes))]
     NotFinite {
         /// The nodes.
         nodes: Vec<u32>,
     },
     /// Elements that name a node twice: wedges, pyramids or tetrahedra in disguise.
-    #[error(
-        "body `{body}`: element(s) {} name a node twice: only true hexahedra are supported",
-        few(elements)
-    )]
+    #[error("body `{body}`: element(s) {} name a node twice: only true hexahedra are supported", few(elements))]
     RepeatedNode {
         /// The body.
         body: String,
@@ -68,10 +59,7 @@ pub enum MeshDefect {
         worst: f64,
     },
     /// Elements that share a face with more than one other, or lie on the same side of it.
-    #[error(
-        "element(s) {} overlap at a face that they share: remove doubled elements",
-        few(elements)
-    )]
+    #[error("element(s) {} overlap at a face that they share: remove doubled elements", few(elements))]
     OverlappingFaces {
         /// The elements.
         elements: Vec<u32>,
@@ -91,10 +79,7 @@ pub enum MeshDefect {
         nodes: Vec<u32>,
     },
     /// Nodes that a body's elements use, but that lie outside of its range of nodes.
-    #[error(
-        "body `{body}` uses node(s) {} outside of its range of nodes: number the nodes body by body",
-        few(nodes)
-    )]
+    #[error("body `{body}` uses node(s) {} outside of its range of nodes: number the nodes body by body", few(nodes))]
     NodesOutsideBody {
         /// The body.
         body: String,
@@ -102,10 +87,7 @@ pub enum MeshDefect {
         nodes: Vec<u32>,
     },
     /// A node set with numbers that the mesh does not have.
-    #[error(
-        "node set `{set}` has node(s) {} that the mesh does not have: remove them",
-        few(nodes)
-    )]
+    #[error("node set `{set}` has node(s) {} that the mesh does not have: remove them", few(nodes))]
     SetOutOfRange {
         /// The node set.
         set: String,
@@ -119,10 +101,7 @@ pub enum MeshDefect {
         set: String,
     },
     /// Facets that are not a face of the element they name (or wind crosswise around it).
-    #[error(
-        "surface `{surface}`: facet(s) {} are no faces of their elements: correct nodes or element",
-        few(facets)
-    )]
+    #[error("surface `{surface}`: facet(s) {} are no faces of their elements: correct nodes or element", few(facets))]
     StrayFacets {
         /// The surface.
         surface: String,
@@ -130,10 +109,7 @@ pub enum MeshDefect {
         facets: Vec<u32>,
     },
     /// Facets whose nodes are clockwise seen from outside.
-    #[error(
-        "surface `{surface}`: facet(s) {} face inward: reverse their nodes (`orient_facets` does)",
-        few(facets)
-    )]
+    #[error("surface `{surface}`: facet(s) {} face inward: reverse their nodes (`orient_facets` does)", few(facets))]
     InwardFacets {
         /// The surface.
         surface: String,
@@ -141,10 +117,7 @@ pub enum MeshDefect {
         facets: Vec<u32>,
     },
     /// Facets between two elements.
-    #[error(
-        "surface `{surface}`: facet(s) {} lie between two elements: a surface must be outside",
-        few(facets)
-    )]
+    #[error("surface `{surface}`: facet(s) {} lie between two elements: a surface must be outside", few(facets))]
     InteriorFacets {
         /// The surface.
         surface: String,
@@ -152,10 +125,7 @@ pub enum MeshDefect {
         facets: Vec<u32>,
     },
     /// Facets that stand in the surface already.
-    #[error(
-        "surface `{surface}`: facet(s) {} repeat earlier ones: remove them",
-        few(facets)
-    )]
+    #[error("surface `{surface}`: facet(s) {} repeat earlier ones: remove them", few(facets))]
     RepeatedFacets {
         /// The surface.
         surface: String,
@@ -168,10 +138,6 @@ pub enum MeshDefect {
 fn few(numbers: &[u32]) -> String {
     const SHOWN: usize = 8;
     let shown: Vec<String> = numbers.iter().take(SHOWN).map(u32::to_string).collect();
-    let rest = if numbers.len() > SHOWN {
-        format!(", … ({} in all)", numbers.len())
-    } else {
-        String::new()
-    };
+    let rest = if numbers.len() > SHOWN { format!(", … ({} in all)", numbers.len()) } else { String::new() };
     shown.join(", ") + &rest
 }

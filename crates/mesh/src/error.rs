@@ -47,29 +47,16 @@ pub enum MeshError {
 }
 
 fn list(defects: &[MeshDefect]) -> String {
-    defects
-        .iter()
-        .map(|defect| format!("\n  - {defect}"))
-        .collect()
+    defects.iter().map(|defect| format!("\n  - {defect}")).collect()
 }
 
 impl MeshError {
-    pub(crate) fn parameter(
-        parameter: impl Into<String>,
-        value: impl ToString,
-        cure: impl Into<String>,
-    ) -> Self {
-        Self::Parameter {
-            parameter: parameter.into(),
-            value: value.to_string(),
-            cure: cure.into(),
-        }
+    pub(crate) fn parameter(parameter: impl Into<String>, value: impl ToString, cure: impl Into<String>) -> Self {
+        Self::Parameter { parameter: parameter.into(), value: value.to_string(), cure: cure.into() }
     }
 }
 
 /// The number of nodes or elements as a 32-bit number, or an error.
 pub(crate) fn count32(what: &'static str, count: Option<usize>) -> Result<u32, MeshError> {
-    count
-        .and_then(|count| u32::try_from(count).ok())
-        .ok_or(MeshError::TooLarge { what })
+    count.and_then(|count| u32::try_from(count).ok()).ok_or(MeshError::TooLarge { what })
 }

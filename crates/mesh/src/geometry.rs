@@ -26,11 +26,7 @@ pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 pub(crate) fn norm(a: [f64; 3]) -> f64 {
@@ -69,39 +65,21 @@ pub fn hex_jacobian(corners: &[[f64; 3]; 8], xi: [f64; 3]) -> f64 {
 ///
 /// 1 for a brick, 0 for a flat corner or an edge without length, negative for an inverted one.
 pub fn hex_scaled_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
-    HEX_CORNERS
-        .iter()
-        .chain(&[[0.0; 3]])
-        .fold(f64::INFINITY, |least, &xi| {
-            let [a, b, c] = hex_tangents(corners, xi);
-            let lengths = norm(a) * norm(b) * norm(c);
-            let scaled = if lengths == 0.0 {
-                0.0
-            } else {
-                dot(a, cross(b, c)) / lengths
-            };
-            // `f64::min` would drop a NaN.
-            if scaled.is_nan() || scaled < least {
-                scaled
-            } else {
-                least
-            }
-        })
+    HEX_CORNERS.iter().chain(&[[0.0; 3]]).fold(f64::INFINITY, |least, &xi| {
+        let [a, b, c] = hex_tangents(corners, xi);
+        let lengths = norm(a) * norm(b) * norm(c);
+        let scaled = if lengths == 0.0 { 0.0 } else { dot(a, cross(b, c)) / lengths };
+        // `f64::min` would drop a NaN.
+        if scaled.is_nan() || scaled < least { scaled } else { least }
+    })
 }
 
 /// Smallest Jacobian determinant over the corners and the 2×2×2 Gauss points; NaN if any is NaN. \[L³\]
 pub(crate) fn hex_least_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
-    HEX_CORNERS
-        .iter()
-        .flat_map(|&corner| [corner, corner.map(|c| c * GAUSS)])
-        .fold(f64::INFINITY, |least, xi| {
-            let jacobian = hex_jacobian(corners, xi);
-            if jacobian.is_nan() || jacobian < least {
-                jacobian
-            } else {
-                least
-            }
-        })
+    HEX_CORNERS.iter().flat_map(|&corner| [corner, corner.map(|c| c * GAUSS)]).fold(f64::INFINITY, |least, xi| {
+        let jacobian = hex_jacobian(corners, xi);
+        if jacobian.is_nan() || jacobian < least { jacobian } else { least }
+    })
 }
 
 /// Volume \[L³\] and first moment about corner 0 \[L⁴\].
@@ -130,11 +108,7 @@ fn hex_moments(corners: &[[f64; 3]; 8]) -> (f64, [f64; 3]) {
 ///
 /// Points to the side from which the nodes are seen counter-clockwise.
 pub fn facet_area_vector(corners: &[[f64; 3]; 4]) -> [f64; 3] {
-    cross(
-        subtract(corners[2], corners[0]),
-        subtract(corners[3], corners[1]),
-    )
-    .map(|c| 0.5 * c)
+    cross(subtract(corners[2], corners[0]), subtract(corners[3], corners[1])).map(|c| 0.5 * c)
 }
 
 /// Area ∫ dA of a bilinear facet with 2×2 Gauss points: exact when plane and convex. \[L²\]
@@ -162,9 +136,7 @@ impl Mesh {
 
     /// Volumes of all hexahedra. \[L³\]
     pub fn element_volumes(&self) -> Vec<f64> {
-        (0..self.hexes.len())
-            .map(|element| self.element_volume(element))
-            .collect()
+        (0..self.hexes.len()).map(|element| self.element_volume(element)).collect()
     }
 
     /// Centre of volume ∫X dV / ∫dV of one hexahedron, exact for the trilinear shape. \[L\]
@@ -183,16 +155,12 @@ impl Mesh {
 
     /// Centres of volume of all hexahedra. \[L\]
     pub fn centroids(&self) -> Vec<[f64; 3]> {
-        (0..self.hexes.len())
-            .map(|element| self.centroid(element))
-            .collect()
+        (0..self.hexes.len()).map(|element| self.centroid(element)).collect()
     }
 
     /// Smallest scaled Jacobian of each hexahedron, see [`hex_scaled_jacobian`]. \[–\]
     pub fn element_qualities(&self) -> Vec<f64> {
-        (0..self.hexes.len())
-            .map(|element| hex_scaled_jacobian(&self.hex_coordinates(element)))
-            .collect()
+        (0..self.hexes.len()).map(|element| hex_scaled_jacobian(&self.hex_coordinates(element))).collect()
     }
 
     /// Corner coordinates of a facet. \[L\]
@@ -202,21 +170,14 @@ impl Mesh {
 
     /// Area of a surface, see [`facet_area`]. \[L²\]
     pub fn surface_area(&self, surface: &Surface) -> f64 {
-        surface
-            .facets
-            .iter()
-            .map(|facet| facet_area(&self.facet_coordinates(facet)))
-            .sum()
+        surface.facets.iter().map(|facet| facet_area(&self.facet_coordinates(facet))).sum()
     }
 
     /// Smallest and largest coordinates over all nodes; `None` without nodes. \[L\]
     pub fn bounding_box(&self) -> Option<([f64; 3], [f64; 3])> {
         let first = *self.nodes.first()?;
         Some(self.nodes.iter().fold((first, first), |(min, max), x| {
-            (
-                std::array::from_fn(|c| min[c].min(x[c])),
-                std::array::from_fn(|c| max[c].max(x[c])),
-            )
+            (std::array::from_fn(|c| min[c].min(x[c])), std::array::from_fn(|c| max[c].max(x[c])))
         }))
     }
 }

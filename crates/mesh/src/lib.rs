@@ -40,8 +40,7 @@ pub use assemble::{Placement, Rotation};
 pub use defect::MeshDefect;
 pub use error::MeshError;
 pub use generate::{
-    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, box_mesh, half_ball, half_ring,
-    hollow_cylinder,
+    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, box_mesh, half_ball, half_ring, hollow_cylinder,
 };
 pub use geometry::{HEX_CORNERS, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian};
 pub use mesh::{Body, Facet, HEX_FACES, Mesh, Surface};

@@ -6,14 +6,8 @@ use std::ops::Range;
 /// Local node numbers of the six faces of a hex8, each counter-clockwise seen from outside.
 ///
 /// Hex8 numbering: 0–3 counter-clockwise on the face ζ = −1 seen from inside (ζ > −1), 4–7 above them.
-pub const HEX_FACES: [[usize; 4]; 6] = [
-    [0, 3, 2, 1],
-    [4, 5, 6, 7],
-    [0, 1, 5, 4],
-    [1, 2, 6, 5],
-    [2, 3, 7, 6],
-    [3, 0, 4, 7],
-];
+pub const HEX_FACES: [[usize; 4]; 6] =
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
 /// A quadrilateral face of a hexahedron on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

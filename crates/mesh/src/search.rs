@@ -19,16 +19,8 @@ fn larger(a: f64, b: f64) -> f64 {
 
 impl Bounds {
     fn of_facet(facet: [u32; 4], coordinates: &[f64]) -> Self {
-        let corner =
-            |node: u32| -> [f64; 3] { std::array::from_fn(|c| coordinates[3 * node as usize + c]) };
-        facet
-            .into_iter()
-            .map(|node| Self {
-                min: corner(node),
-                max: corner(node),
-            })
-            .reduce(Self::join)
-            .unwrap_or(EMPTY)
+        let corner = |node: u32| -> [f64; 3] { std::array::from_fn(|c| coordinates[3 * node as usize + c]) };
+        facet.into_iter().map(|node| Self { min: corner(node), max: corner(node) }).reduce(Self::join).unwrap_or(EMPTY)
     }
 
     fn join(self, other: Self) -> Self {
@@ -54,10 +46,7 @@ impl Bounds {
 }
 
 /// The box of nothing.
-const EMPTY: Bounds = Bounds {
-    min: [f64::INFINITY; 3],
-    max: [f64::NEG_INFINITY; 3],
-};
+const EMPTY: Bounds = Bounds { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
 
 /// Facets per leaf: below this, testing each box is cheaper than descending.
 const LEAF: usize = 4;
@@ -92,15 +81,9 @@ impl FacetTree {
     /// # Panics
     /// If a facet's node has no coordinates, or with more than 2³² − 1 facets.
     pub fn build(facets: &[[u32; 4]], coordinates: &[f64]) -> Self {
-        assert!(
-            u32::try_from(facets.len()).is_ok(),
-            "facet numbers must fit 32 bits"
-        );
+        assert!(u32::try_from(facets.len()).is_ok(), "facet numbers must fit 32 bits");
         let mut order: Vec<u32> = (0..facets.len() as u32).collect();
-        let boxes: Vec<Bounds> = facets
-            .iter()
-            .map(|&facet| Bounds::of_facet(facet, coordinates))
-            .collect();
+        let boxes: Vec<Bounds> = facets.iter().map(|&facet| Bounds::of_facet(facet, coordinates)).collect();
         let mut branches = Vec::new();
         if !facets.is_empty() {
             split(&mut branches, &mut order, 0, &boxes);
@@ -166,48 +149,29 @@ impl FacetTree {
 
     /// Smallest and largest coordinates of the whole surface; `None` without facets. \[L\]
     pub fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
-        self.branches
-            .first()
-            .map(|root| (root.bounds.min, root.bounds.max))
+        self.branches.first().map(|root| (root.bounds.min, root.bounds.max))
     }
 }
 
 /// Appends the subtree of the facets `order`, which start at `first` in the whole order; halves them at the median
 /// centre along the direction in which the centres spread most.
 fn split(branches: &mut Vec<Branch>, order: &mut [u32], first: usize, boxes: &[Bounds]) {
-    let bounds = order
-        .iter()
-        .map(|&f| boxes[f as usize])
-        .reduce(Bounds::join)
-        .unwrap_or(EMPTY);
+    let bounds = order.iter().map(|&f| boxes[f as usize]).reduce(Bounds::join).unwrap_or(EMPTY);
     let here = branches.len();
     let leaf = order.len() <= LEAF;
-    branches.push(Branch {
-        bounds,
-        skip: 0,
-        first,
-        count: if leaf { order.len() } else { 0 },
-    });
+    branches.push(Branch { bounds, skip: 0, first, count: if leaf { order.len() } else { 0 } });
     if !leaf {
         let spread = |c: usize| {
             let centres = order.iter().map(|&f| boxes[f as usize].centre(c));
-            let (min, max) = centres.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
-                (a.min(x), b.max(x))
-            });
+            let (min, max) = centres.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
             max - min
         };
         let spreads = [spread(0), spread(1), spread(2)];
-        let widest = (1..3).fold(
-            0,
-            |best, c| if spreads[c] > spreads[best] { c } else { best },
-        );
+        let widest = (1..3).fold(0, |best, c| if spreads[c] > spreads[best] { c } else { best });
         let half = order.len() / 2;
         // Ties go by number: the tree depends on its input only.
         order.select_nth_unstable_by(half, |&f, &g| {
-            let (a, b) = (
-                boxes[f as usize].centre(widest),
-                boxes[g as usize].centre(widest),
-            );
+            let (a, b) = (boxes[f as usize].centre(widest), boxes[g as usize].centre(widest));
             a.total_cmp(&b).then(f.cmp(&g))
         });
         let (left, right) = order.split_at_mut(half);

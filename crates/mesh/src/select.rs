@@ -10,21 +10,13 @@ impl Mesh {
     pub fn set_nodes(&self, name: &str) -> Option<Cow<'_, [u32]>> {
         match self.node_sets.get(name) {
             Some(nodes) => Some(Cow::Borrowed(nodes)),
-            None => self
-                .surfaces
-                .get(name)
-                .map(|surface| Cow::Owned(surface.nodes())),
+            None => self.surfaces.get(name).map(|surface| Cow::Owned(surface.nodes())),
         }
     }
 
     /// The names that [`Mesh::set_nodes`] knows, ascending and unique: for suggestions.
     pub fn names(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = self
-            .node_sets
-            .keys()
-            .chain(self.surfaces.keys())
-            .map(String::as_str)
-            .collect();
+        let mut names: Vec<&str> = self.node_sets.keys().chain(self.surfaces.keys()).map(String::as_str).collect();
         names.sort_unstable();
         names.dedup();
         names
@@ -37,9 +29,7 @@ impl Mesh {
 
     /// Index in [`Mesh::bodies`] of the body that the element belongs to.
     pub fn body_of_element(&self, element: usize) -> Option<usize> {
-        self.bodies
-            .iter()
-            .position(|body| body.elements.contains(&element))
+        self.bodies.iter().position(|body| body.elements.contains(&element))
     }
 
     /// Nodes (of `within`, if given) with min ≤ X ≤ max in each direction, ascending.
@@ -62,16 +52,10 @@ impl Mesh {
     ) -> Result<Vec<u32>, MeshError> {
         let length = norm(normal);
         if !(length > 0.0 && length.is_finite()) {
-            return Err(MeshError::parameter(
-                "normal",
-                format!("{normal:?}"),
-                "give a direction other than zero",
-            ));
+            return Err(MeshError::parameter("normal", format!("{normal:?}"), "give a direction other than zero"));
         }
         not_negative("tolerance", tolerance)?;
-        Ok(self.nodes_where(within, |x| {
-            dot(subtract(x, point), normal).abs() <= tolerance * length
-        }))
+        Ok(self.nodes_where(within, |x| dot(subtract(x, point), normal).abs() <= tolerance * length))
     }
 
     /// Nodes (of `within`, if given) in the solid cylinder of the given radius \[L\] between two points of its axis,
@@ -89,11 +73,7 @@ impl Mesh {
         let axis = subtract(end, start);
         let length = norm(axis);
         if !(length > 0.0 && length.is_finite()) {
-            return Err(MeshError::parameter(
-                "end",
-                format!("{end:?}"),
-                "give a point apart from `start`",
-            ));
+            return Err(MeshError::parameter("end", format!("{end:?}"), "give a point apart from `start`"));
         }
         not_negative("radius", radius)?;
         let axis = axis.map(|c| c / length);
@@ -149,10 +129,6 @@ fn not_negative(parameter: &str, value: f64) -> Result<(), MeshError> {
     if value.is_finite() && value >= 0.0 {
         Ok(())
     } else {
-        Err(MeshError::parameter(
-            parameter,
-            value,
-            "give a finite length that is not negative",
-        ))
+        Err(MeshError::parameter(parameter, value, "give a finite length that is not negative"))
     }
 }

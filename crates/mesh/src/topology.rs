@@ -51,11 +51,7 @@ impl Mesh {
     pub(crate) fn sorted_faces(&self, elements: Range<usize>) -> Vec<Face> {
         let mut faces: Vec<Face> = elements
             .flat_map(|element| (0..6).map(move |side| (element as u32, side)))
-            .map(|(element, side)| Face {
-                key: face_key(self.side_nodes(element, side)),
-                element,
-                side: side as u8,
-            })
+            .map(|(element, side)| Face { key: face_key(self.side_nodes(element, side)), element, side: side as u8 })
             .collect();
         faces.sort_unstable();
         faces
@@ -73,16 +69,11 @@ impl Mesh {
             .map(|same| same[0])
             .collect();
         faces.sort_unstable_by_key(|face| (face.element, face.side));
-        Surface {
-            facets: faces.iter().map(|face| self.facet(face)).collect(),
-        }
+        Surface { facets: faces.iter().map(|face| self.facet(face)).collect() }
     }
 
     fn facet(&self, face: &Face) -> Facet {
-        Facet {
-            nodes: self.side_nodes(face.element, face.side as usize),
-            element: face.element,
-        }
+        Facet { nodes: self.side_nodes(face.element, face.side as usize), element: face.element }
     }
 
     /// The surface that the given quadrilaterals make up, in their order: each gets its element and turns outward.
@@ -93,24 +84,12 @@ impl Mesh {
     /// [`MeshError::NotOnBoundary`] if one is not the face of exactly one element.
     pub fn surface_of_quads(&self, quads: &[[u32; 4]]) -> Result<Surface, MeshError> {
         let faces = self.sorted_faces(0..self.hexes.len());
-        let facets = quads.iter().enumerate().map(|(quad, &nodes)| {
-            match faces_of(&faces, face_key(nodes)) {
-                [face] => Ok(self.facet(face)),
-                [] => Err(MeshError::NotOnBoundary {
-                    quad,
-                    nodes,
-                    reason: "is no face of any element",
-                }),
-                _ => Err(MeshError::NotOnBoundary {
-                    quad,
-                    nodes,
-                    reason: "lies between two elements",
-                }),
-            }
+        let facets = quads.iter().enumerate().map(|(quad, &nodes)| match faces_of(&faces, face_key(nodes)) {
+            [face] => Ok(self.facet(face)),
+            [] => Err(MeshError::NotOnBoundary { quad, nodes, reason: "is no face of any element" }),
+            _ => Err(MeshError::NotOnBoundary { quad, nodes, reason: "lies between two elements" }),
         });
-        Ok(Surface {
-            facets: facets.collect::<Result<_, _>>()?,
-        })
+        Ok(Surface { facets: facets.collect::<Result<_, _>>()? })
     }
 
     /// The part of all bodies' boundaries whose facets have all four nodes in `nodes` (in any order).
@@ -124,11 +103,7 @@ impl Mesh {
         let mut facets = Vec::new();
         for body in 0..self.bodies.len() {
             let outer = self.boundary(body).facets;
-            facets.extend(
-                outer
-                    .into_iter()
-                    .filter(|facet| facet.nodes.iter().all(|&n| chosen[n as usize])),
-            );
+            facets.extend(outer.into_iter().filter(|facet| facet.nodes.iter().all(|&n| chosen[n as usize])));
         }
         Surface { facets }
     }
@@ -165,11 +140,7 @@ impl Mesh {
                 let mark = node as u32;
                 seen[node] = mark;
                 let mut row = vec![mark];
-                for &neighbour in around
-                    .of(node)
-                    .iter()
-                    .flat_map(|&element| &self.hexes[element as usize])
-                {
+                for &neighbour in around.of(node).iter().flat_map(|&element| &self.hexes[element as usize]) {
                     if seen[neighbour as usize] != mark {
                         seen[neighbour as usize] = mark;
                         row.push(neighbour);
@@ -196,10 +167,7 @@ impl Mesh {
                     *mark = element;
                 }
             }
-            let colour = taken
-                .iter()
-                .position(|&mark| mark != element)
-                .unwrap_or(taken.len());
+            let colour = taken.iter().position(|&mark| mark != element).unwrap_or(taken.len());
             if colour == taken.len() {
                 taken.push(usize::MAX);
                 colours.push(Vec::new());

@@ -207,8 +207,9 @@ fn iterate(
         } else if !(size < DIVERGED * reference) {
             return Err(StepFailureKind::Diverged);
         }
+        // damped, the residual falls from iteration to iteration, so that nothing can repeat itself
         let cycle = sets.cycling(problem.active_set());
-        if let (Some(nodes), false) = (cycle, progress.since == 0) {
+        if let (Some(nodes), false, false) = (cycle, progress.damped, progress.since == 0) {
             return Err(StepFailureKind::Cycling { nodes });
         }
     }
@@ -322,7 +323,8 @@ fn record(
     step_length: f64,
 ) -> IterationRecord {
     let split = problem.displacements();
-    let norm = |values: &[f64]| (free_norm(&values[..split], &fixed[..split]), free_norm(&values[split..], &fixed[split..]));
+    let norm =
+        |values: &[f64]| (free_norm(&values[..split], &fixed[..split]), free_norm(&values[split..], &fixed[split..]));
     let ((residual, contact), (displacement, multiplier)) = (norm(residual), norm(increment));
     let mut status = [0; 3];
     for &s in problem.active_set() {

@@ -45,9 +45,10 @@ fn iterate(
     let split = problem.displacements();
     let mut mixing = Anderson::new(uzawa.memory);
     let mut violation = f64::INFINITY;
+    let mut finish = false;
     for iteration in 1..=uzawa.max_iterations {
         // without acceleration the iteration is the textbook's, with full inner solves
-        let tight = uzawa.memory == 0 || FORCING * violation <= smallest(newton);
+        let tight = finish || uzawa.memory == 0 || FORCING * violation <= smallest(newton);
         let inner = if tight { *newton } else { loosened(newton, (FORCING * violation).min(1e-3)) };
         newton::solve(problem, linear, y, target, &inner, report)?;
         report.uzawa = iteration;
@@ -63,7 +64,7 @@ fn iterate(
             }
             // the conditions hold, the balance of forces not yet to its tolerances: one more full solve
             mixing.clear();
-            violation = 0.0;
+            finish = true;
             continue;
         }
         let mixed = mixing.mix(&before, &y[split..]);
@@ -162,7 +163,8 @@ mod tests {
     fn mixing_solves_a_linear_iteration_in_dimension_plus_two_steps() {
         let a = [[0.9, 0.3, 0.0], [-0.2, 0.8, 0.1], [0.05, 0.0, 0.95]];
         let b = [1.0, -2.0, 0.5];
-        let g = |x: &[f64]| -> Vec<f64> { (0..3).map(|i| b[i] + (0..3).map(|j| a[i][j] * x[j]).sum::<f64>()).collect() };
+        let g =
+            |x: &[f64]| -> Vec<f64> { (0..3).map(|i| b[i] + (0..3).map(|j| a[i][j] * x[j]).sum::<f64>()).collect() };
         let mut mixing = Anderson::new(5);
         let mut x = vec![0.0; 3];
         for _ in 0..5 {

@@ -1,15 +1,18 @@
 //! The pictures of the documentation: optimizes a case and draws the design, the state at the end, and the history.
 //!
 //! ```text
-//! cargo run --release --example gallery -- cases/half_ball_on_plate/half_ball.toml [iterations] [folder]
+//! cargo run --release --example gallery -- cases/half_ball_on_plate/coarse.toml [iterations] [folder]
 //! ```
 //!
-//! writes `{case's folder}.png` and `{case's folder}_history.png` into the folder, `docs/figures` by default.
+//! With the case's folder as NAME, it writes into `docs/figures`, or the given folder:
+//!
+//! * `NAME.png`: the design, and a section of the deformed state with the other bodies as glass,
+//! * `NAME_pressure.png`: contact pressure on the slave surfaces,
+//! * `NAME_history.png`: objective and volume fraction over the iterations.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use slipstick::analysis::NodalContact;
 use slipstick::build::build;
 use slipstick::case::parse_case;
 use slipstick::optimize::{IterationRecord, Optimization};
@@ -23,12 +26,13 @@ use slipstick_path::Silent;
 /// Elements below count as void in the pictures.
 const THRESHOLD: f64 = 0.5;
 
-/// What the figure shows.
-pub struct Result_<'a> {
-    pub mesh: &'a Mesh,
-    pub density: &'a [f64],
-    pub displacement: &'a [f64],
-    pub contact: &'a [NodalContact],
+/// A design and the end of its load path.
+struct Outcome<'a> {
+    mesh: &'a Mesh,
+    density: &'a [f64],
+    displacement: &'a [f64],
+    /// Contact pressure at the slave nodes.
+    pressure: &'a [(u32, f64)],
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -56,45 +60,55 @@ fn main() -> Result<(), Box<dyn Error>> {
     let limit = optimization.volume_limit();
     let problem = &mut optimization.problem;
     let contact = problem.analysis.model.contact_results(&before.state, &last.state)?;
+    let pressure: Vec<(u32, f64)> = contact.iter().map(|at| (at.node, at.traction[0])).collect();
     let displacement = &last.state.unknowns[..3 * problem.mesh.nodes.len()];
-    let result = Result_ { mesh: &problem.mesh, density: &density, displacement, contact: &contact };
+    let outcome = Outcome { mesh: &problem.mesh, density: &density, displacement, pressure: &pressure };
 
     std::fs::create_dir_all(&folder)?;
-    let name = file.parent().and_then(Path::file_name).map_or("design".into(), |n| n.to_string_lossy());
-    figure(&result)?.save_png(&folder.join(format!("{name}.png")))?;
-    let canvas = Canvas { width: 900, height: 600, ..Canvas::default() };
-    let curves = history_picture(&optimization.state.history, Some(limit), &canvas)?;
-    curves.save_png(&folder.join(format!("{name}_history.png")))?;
+    let name = file.canonicalize()?;
+    let name = name.parent().and_then(Path::file_name).map_or("design".into(), |n| n.to_string_lossy());
+    let save = |picture: Picture, suffix: &str| picture.save_png(&folder.join(format!("{name}{suffix}.png")));
+    save(design_and_state(&outcome)?, "")?;
+    save(contact_pressure(&outcome)?, "_pressure")?;
+    let canvas = Canvas { width: 800, height: 560, ..Canvas::default() };
+    save(history_picture(&optimization.state.history, Some(limit), &canvas)?, "_history")?;
     Ok(())
 }
 
-/// The design and the state at the end of the path, beside each other.
-pub fn figure(result: &Result_<'_>) -> Result<Picture, RenderError> {
-    let Result_ { mesh, density, displacement, contact } = *result;
-    let canvas = Canvas { width: 760, height: 640, ..Canvas::default() };
+/// The design beside a section through the deformed state at the end of the path.
+fn design_and_state(outcome: &Outcome<'_>) -> Result<Picture, RenderError> {
+    let Outcome { mesh, density, displacement, .. } = *outcome;
+    let canvas = Canvas { width: 640, height: 540, ..Canvas::default() };
     let options = RenderOptions { canvas, colour_map: ColourMap::ViridisReversed, ..RenderOptions::default() };
-    let design = RenderOptions { caption: Some("optimized plate, density > 0.5".into()), ..options.clone() };
-    let design = design_picture(mesh, density, THRESHOLD, &design)?;
-
-    let mut pressure = vec![0.0; mesh.nodes.len()];
-    for at in contact {
-        pressure[at.node as usize] = at.traction[0];
-    }
-    let field = Field { title: "pressure", values: FieldValues::Nodes(&pressure) };
-    let state = RenderOptions {
-        caption: Some("end of the path: contact pressure".into()),
-        bodies: Some(vec!["ball".into()]),
-        view: View::named("iso_below")?,
-        others: Style::Translucent(0.35),
-        ..options.clone()
-    };
-    let pressed = state_picture(mesh, displacement, density, THRESHOLD, &field, &state)?;
-    let state = RenderOptions {
-        caption: Some("end of the path".into()),
+    let design = RenderOptions { caption: Some(format!("optimized: density > {THRESHOLD}")), ..options.clone() };
+    let section = RenderOptions {
+        caption: Some("end of the path, cut at z = 0".into()),
         view: View::named("front")?,
-        cut: Some(Cut { normal: [0.0, 0.0, 1.0], offset: 0.05 }),
+        cut: Some(Cut { normal: [0.0, 0.0, 1.0], offset: 1e-6 }),
         ..options
     };
-    let cut = state_picture(mesh, displacement, density, THRESHOLD, &Field::density(density), &state)?;
-    Picture::beside(&[design, cut, pressed])
+    Picture::beside(&[
+        design_picture(mesh, density, THRESHOLD, &design)?,
+        state_picture(mesh, displacement, density, THRESHOLD, &Field::density(density), &section)?,
+    ])
+}
+
+/// The deformed slave bodies from below.
+fn contact_pressure(outcome: &Outcome<'_>) -> Result<Picture, RenderError> {
+    let Outcome { mesh, density, displacement, pressure } = *outcome;
+    let mut nodal = vec![0.0; mesh.nodes.len()];
+    pressure.iter().for_each(|&(node, value)| nodal[node as usize] = value);
+    let slave = |nodes: &std::ops::Range<usize>| pressure.iter().any(|(node, _)| nodes.contains(&(*node as usize)));
+    let bodies = mesh.bodies.iter().filter(|body| slave(&body.nodes)).map(|body| body.name.clone()).collect();
+    let options = RenderOptions {
+        canvas: Canvas { width: 760, height: 560, ..Canvas::default() },
+        caption: Some("contact pressure at the end of the path".into()),
+        bodies: Some(bodies),
+        view: View::named("iso_below")?,
+        others: Style::Hidden,
+        domain: false,
+        ..RenderOptions::default()
+    };
+    let field = Field { title: "pressure", values: FieldValues::Nodes(&nodal) };
+    state_picture(mesh, displacement, density, THRESHOLD, &field, &options)
 }

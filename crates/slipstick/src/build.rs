@@ -149,8 +149,10 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
     }
     let solid = SolidModel::new(&mesh, materials)
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
-    let step_motion = prescribed.largest_step(&times);
-    let interfaces = build_interfaces(case, &mesh, &coordinates, step_motion)?;
+    // two driven sets may move towards each other
+    let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
+    let approach = prescribed.largest_step(&times) * driven.min(2) as f64;
+    let interfaces = build_interfaces(case, &mesh, &coordinates, approach)?;
     let method = build_method(case)?;
     let variables = build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -171,7 +173,8 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         _ => vec![1.0; mesh.hexes.len()],
     };
     let largest = prescribed.largest(&times);
-    let model = ContactModel::new(&mesh, solid, interfaces, method, prescribed, simp, designed, &initial_density, largest);
+    let model =
+        ContactModel::new(&mesh, solid, interfaces, method, prescribed, simp, designed, &initial_density, largest);
     let objective = build_objective(case, &model, mesh.nodes.len())?;
     let analysis = Analysis {
         model,
@@ -216,7 +219,7 @@ fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
     coordinates: &[f64],
-    step_motion: f64,
+    approach: f64,
 ) -> Result<Vec<ModelInterface>, BuildError> {
     let mut interfaces = Vec::with_capacity(case.contacts.len());
     let mut slaves_so_far: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
@@ -233,8 +236,14 @@ fn build_interfaces(
         let size = |facets: &[[u32; 4]]| {
             facets.iter().map(|f| mesh::facet_area(&f.map(|n| mesh.nodes[n as usize])).sqrt()).fold(0.0, f64::max)
         };
-        // never less than one step's motion, so that nothing is passed unnoticed
-        let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * step_motion);
+        // at least what the bodies can approach each other in one step, so that nothing is passed unnoticed
+        let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach);
+        if reach < approach {
+            let message =
+                format!("bodies may approach each other by {approach:.3e} in one load step, further than {reach:.3e}");
+            let help = "raise the search radius, leave it out, or take more load steps; else surfaces pass unnoticed";
+            return Err(BuildError::new(format!("contact[{i}].search_radius"), message, help));
+        }
         let shape = match contact.multiplier_shape {
             case::MultiplierShape::Standard => MultiplierShape::Standard,
             case::MultiplierShape::Dual => MultiplierShape::Dual,
@@ -272,6 +281,29 @@ fn build_method(case: &Case) -> Result<Method, BuildError> {
             "give all pairs the same enforcement",
         ));
     }
+    let settings = |e: case::Enforcement| match e {
+        case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. } => {
+            case::Enforcement::Augmented {
+                stiffness: None,
+                scaling: case::PenaltyScaling::Area,
+                tolerance,
+                tolerance_scaling,
+                max_uzawa,
+                acceleration,
+            }
+        }
+        case::Enforcement::Penalty { .. } => {
+            case::Enforcement::Penalty { stiffness: None, scaling: case::PenaltyScaling::Area }
+        }
+        lagrange => lagrange,
+    };
+    if let Some(i) = (1..case.contacts.len())
+        .find(|&i| settings(case.contacts[i].enforcement) != settings(case.contacts[0].enforcement))
+    {
+        let path = format!("contact[{i}].enforcement");
+        let message = "the settings of the iteration differ from those of the first contact pair";
+        return Err(BuildError::new(path, message, "give all pairs the same; stiffness and its scaling may differ"));
+    }
     let given = |stiffness: Option<case::Stiffness>, scaling| GivenStiffness {
         value: stiffness.map(|s| [s.normal, s.tangential]),
         scaling: match scaling {
@@ -294,11 +326,13 @@ fn build_method(case: &Case) -> Result<Method, BuildError> {
             Method::Lagrange { complementarity: complementarity_parameter }
         }
         Some(case::Enforcement::Penalty { .. }) => Method::Penalty { stiffness },
-        Some(case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. }) => Method::Augmented {
-            stiffness,
-            uzawa: UzawaOptions { tolerance, max_iterations: max_uzawa, memory: acceleration },
-            absolute: tolerance_scaling == case::ToleranceScaling::Absolute,
-        },
+        Some(case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. }) => {
+            Method::Augmented {
+                stiffness,
+                uzawa: UzawaOptions { tolerance, max_iterations: max_uzawa, memory: acceleration },
+                absolute: tolerance_scaling == case::ToleranceScaling::Absolute,
+            }
+        }
     })
 }
 

@@ -1,7 +1,7 @@
 //! Topology optimization of bodies in three-dimensional finite-deformation frictional mortar contact.
 //!
 //! This crate is the facade over the method's crates: [`case`] reads and checks a case file, [`output`] writes
-//! result files, [`run`] keeps the directory of a run.
+//! result files, [`render`] draws pictures of them, [`run`] keeps the directory of a run.
 
 pub mod analysis;
 pub mod build;

@@ -126,7 +126,11 @@ impl Generic {
         let split = self.problem.analysis.model.displacements();
         let (previous, state) = (self.previous.clone(), StepState { unknowns: y, history: vec![] });
         let contact = self.problem.analysis.model.contact_results(&previous, &state).unwrap();
-        contact.iter().enumerate().map(|(j, c)| if c.gap.is_some() { out[split + 3 * j] / c.weighted_gap } else { 0.0 }).collect()
+        contact
+            .iter()
+            .enumerate()
+            .map(|(j, c)| if c.gap.is_some() { out[split + 3 * j] / c.weighted_gap } else { 0.0 })
+            .collect()
     }
 
     /// F with the parameter c, which steers the iteration only and is not differentiated, held at `parameters`.
@@ -191,7 +195,12 @@ fn check_tangent(name: &str, generic: &mut Generic, with_multipliers: bool) {
         for c in 0..2 {
             if size[r][c] > 0.0 {
                 println!("{name}: block {r}{c} {:.1e}", worst[r][c] / size[r][c]);
-                assert!(worst[r][c] < BOUND * size[r][c], "{name}: block {r}{c}: {:e} of {:e}", worst[r][c], size[r][c]);
+                assert!(
+                    worst[r][c] < BOUND * size[r][c],
+                    "{name}: block {r}{c}: {:e} of {:e}",
+                    worst[r][c],
+                    size[r][c]
+                );
             }
         }
     }

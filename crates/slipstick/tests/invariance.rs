@@ -66,7 +66,13 @@ fn rigid_motion_changes_nothing() {
 #[test]
 fn units_change_nothing() {
     let motion = |l: f64| {
-        format!("[{{ t = 0.5, u = [0, {:?}, 0] }}, {{ t = 1.0, u = [{:?}, {:?}, {:?}] }}]", -0.1 * l, 0.1 * l, -0.1 * l, 0.03 * l)
+        format!(
+            "[{{ t = 0.5, u = [0, {:?}, 0] }}, {{ t = 1.0, u = [{:?}, {:?}, {:?}] }}]",
+            -0.1 * l,
+            0.1 * l,
+            -0.1 * l,
+            0.03 * l
+        )
     };
     for (method, enforcement) in DEFAULTS {
         for shape in ["standard", "dual"] {
@@ -110,7 +116,9 @@ fn threads_change_no_bit() {
 fn forces_balance() {
     for (method, enforcement) in DEFAULTS {
         for shape in ["standard", "dual"] {
-            let mut problem = problem(&Scene { shape, load_path: "tolerance = { relative = 1e-12 }".into(), ..scene(enforcement) }.text());
+            let mut problem = problem(
+                &Scene { shape, load_path: "tolerance = { relative = 1e-12 }".into(), ..scene(enforcement) }.text(),
+            );
             let density = random_density(&problem, 21);
             let run = forward(&mut problem, &density);
             let contact = contact_path(&mut problem, &run).pop().unwrap();
@@ -125,14 +133,22 @@ fn forces_balance() {
             let size = by_traction.norm();
             assert!(size > 1.0);
             // R = f_int + f_co = 0 at free nodes; supports carry f_int
-            let exact = [("block_ymin", -by_traction), ("slab_ymax", by_traction), ("block_ymax", by_traction), ("slab_ymin", -by_traction)];
+            let exact = [
+                ("block_ymin", -by_traction),
+                ("slab_ymax", by_traction),
+                ("block_ymax", by_traction),
+                ("slab_ymin", -by_traction),
+            ];
             for (set, exact) in exact {
                 let error = (total(set) - exact).norm() / size;
                 // the augmented multipliers satisfy equilibrium to Uzawa's tolerance
                 let bound = if method == "augmented" { 1e-7 } else { 1e-10 };
                 assert!(error < bound, "{method} {shape} {set}: {error:e}");
             }
-            println!("{method} {shape}: force {by_traction:.3?}, supports balance to {:.1e}", (total("block_ymax") + total("slab_ymin")).norm() / size);
+            println!(
+                "{method} {shape}: force {by_traction:.3?}, supports balance to {:.1e}",
+                (total("block_ymax") + total("slab_ymin")).norm() / size
+            );
             assert!((total("block_ymax") + total("slab_ymin")).norm() < 1e-10 * size);
         }
     }

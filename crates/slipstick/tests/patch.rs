@@ -169,7 +169,12 @@ fn check(name: &str, problem: &mut Problem, lateral: [f64; 2], axial: [f64; 2], 
 /// Two materials, uniaxial strain: equal axial stresses in both bodies, from (100) by hand.
 #[test]
 fn uniaxial_strain_passes_through_any_meshes() {
-    let meshes = [([2, 2, 2], [3, 1, 3], 1.0), ([3, 1, 2], [2, 1, 5], 1.0), ([3, 2, 3], [4, 1, 2], 3.0), ([1, 1, 1], [3, 1, 2], 1.0)];
+    let meshes = [
+        ([2, 2, 2], [3, 1, 3], 1.0),
+        ([3, 1, 2], [2, 1, 5], 1.0),
+        ([3, 2, 3], [4, 1, 2], 3.0),
+        ([1, 1, 1], [3, 1, 2], 1.0),
+    ];
     for (lower, upper, ratio) in meshes {
         for shape in ["standard", "dual"] {
             for slave_above in [true, false] {

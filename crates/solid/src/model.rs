@@ -24,7 +24,7 @@ pub struct SolidModel {
     node_elements: NodeElements,
     geometry: Vec<ReferenceGeometry>,
     materials: Vec<NeoHooke>,
-    material_of: Vec<u8>,
+    material_of: Vec<u32>,
     colours: Vec<Vec<u32>>,
 }
 
@@ -50,7 +50,7 @@ impl SolidModel {
         }
         let mut material_of = vec![0; mesh.hexes.len()];
         for (b, body) in mesh.bodies.iter().enumerate() {
-            material_of[body.elements.clone()].fill(b as u8);
+            material_of[body.elements.clone()].fill(b as u32);
         }
         Ok(Self {
             hexes: mesh.hexes.clone(),

@@ -262,7 +262,8 @@ mod tests {
                     let (coarse, fine) = (difference(2e-4), difference(1e-4));
                     for e in 0..32 {
                         let fd = (4.0 * fine[e] - coarse[e]) / 3.0;
-                        // a change of the polygon's shape inside the step leaves a kink in the second derivative only
+                        // where the polygon gains a vertex inside the step, its vertex average moves by a jump, and on distorted
+                        // facets, for which the rule is not exact, so do the integrals, by about 1e-6 of the largest
                         prop_assert!((fd - pair.gradient[e][i]).abs() < 2e-6, "entry {e} coordinate {i}: {fd} {}", pair.gradient[e][i]);
                     }
                 }

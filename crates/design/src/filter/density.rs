@@ -28,11 +28,7 @@ impl DensityFilter {
         check_volumes(centroids.len(), volumes)?;
         let neighbours = Neighbours::new(centroids, radius)?;
         let weight_sums = neighbours.weighted_sums(volumes);
-        Ok(Self {
-            neighbours,
-            weight_sums,
-            volumes: volumes.to_vec(),
-        })
+        Ok(Self { neighbours, weight_sums, volumes: volumes.to_vec() })
     }
 
     /// The neighbours of every element and their weights.
@@ -44,35 +40,17 @@ impl DensityFilter {
 impl DesignMap for DensityFilter {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), self.volumes.len(), "one density per element");
-        let weighted: Vec<f64> = x
-            .iter()
-            .zip(&self.volumes)
-            .map(|(x, volume)| x * volume)
-            .collect();
+        let weighted: Vec<f64> = x.iter().zip(&self.volumes).map(|(x, volume)| x * volume).collect();
         let sums = self.neighbours.weighted_sums(&weighted);
-        sums.iter()
-            .zip(&self.weight_sums)
-            .map(|(sum, weights)| sum / weights)
-            .collect()
+        sums.iter().zip(&self.weight_sums).map(|(sum, weights)| sum / weights).collect()
     }
 
     /// Gathers instead of scattering, as the weights are symmetric: `dθ/dx_i = v_i Σ_e w_ie (dθ/dφ_e) / Σ_k w_ek v_k`.
     fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
-        assert_eq!(
-            d_phi.len(),
-            self.volumes.len(),
-            "one derivative per element"
-        );
-        let scaled: Vec<f64> = d_phi
-            .iter()
-            .zip(&self.weight_sums)
-            .map(|(d, weights)| d / weights)
-            .collect();
+        assert_eq!(d_phi.len(), self.volumes.len(), "one derivative per element");
+        let scaled: Vec<f64> = d_phi.iter().zip(&self.weight_sums).map(|(d, weights)| d / weights).collect();
         let sums = self.neighbours.weighted_sums(&scaled);
-        sums.iter()
-            .zip(&self.volumes)
-            .map(|(sum, volume)| sum * volume)
-            .collect()
+        sums.iter().zip(&self.volumes).map(|(sum, volume)| sum * volume).collect()
     }
 }
 
@@ -103,17 +81,9 @@ mod tests {
     fn constants_stay_and_the_pull_back_is_the_transpose() {
         let (centroids, volumes) = graded_row(50, 1.1);
         let filter = DensityFilter::new(&centroids, &volumes, 2.0).unwrap();
-        assert!(
-            filter
-                .apply(&[0.37; 50])
-                .iter()
-                .all(|value| (value - 0.37).abs() < 1e-15)
-        );
+        assert!(filter.apply(&[0.37; 50]).iter().all(|value| (value - 0.37).abs() < 1e-15));
         let (x, d) = (pseudo_random(50, 1), pseudo_random(50, 2));
-        let (left, right) = (
-            dot(&filter.apply(&x), &d),
-            dot(&x, &filter.pull_back(&x, &d)),
-        );
+        let (left, right) = (dot(&filter.apply(&x), &d), dot(&x, &filter.pull_back(&x, &d)));
         assert!((left / right - 1.0).abs() < 1e-14);
     }
 
@@ -121,20 +91,9 @@ mod tests {
     #[test]
     fn chain_agrees_with_central_differences() {
         let (centroids, volumes) = box_grid([4, 4, 3], 1.0);
-        let variables =
-            DesignVariables::new(48, &(6..48).collect::<Vec<_>>(), &[6, 7, 20], &[40, 47]).unwrap();
-        let gather = |all: &[f64]| -> Vec<f64> {
-            variables
-                .domain()
-                .iter()
-                .map(|&e| all[e as usize])
-                .collect()
-        };
-        let domain_centroids: Vec<[f64; 3]> = variables
-            .domain()
-            .iter()
-            .map(|&e| centroids[e as usize])
-            .collect();
+        let variables = DesignVariables::new(48, &(6..48).collect::<Vec<_>>(), &[6, 7, 20], &[40, 47]).unwrap();
+        let gather = |all: &[f64]| -> Vec<f64> { variables.domain().iter().map(|&e| all[e as usize]).collect() };
+        let domain_centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
         let filter = DensityFilter::new(&domain_centroids, &gather(&volumes), 1.8).unwrap();
         let projection = Projection::new(4.0, 0.45).unwrap();
         let chain = Chain::new(vec![
@@ -157,19 +116,13 @@ mod tests {
             forward[entry] += step;
             backward[entry] -= step;
             let difference = (value(&forward) - value(&backward)) / (2.0 * step);
-            assert!(
-                (difference - gradient[entry]).abs() < 2e-9 * gradient[entry].abs().max(1.0),
-                "entry {entry}"
-            );
+            assert!((difference - gradient[entry]).abs() < 2e-9 * gradient[entry].abs().max(1.0), "entry {entry}");
         }
     }
 
     #[test]
     fn an_empty_chain_is_the_identity() {
         assert_eq!(Chain::default().apply(&[0.1, 0.2]), [0.1, 0.2]);
-        assert_eq!(
-            Chain::default().pull_back(&[0.1, 0.2], &[3.0, 4.0]),
-            [3.0, 4.0]
-        );
+        assert_eq!(Chain::default().pull_back(&[0.1, 0.2], &[3.0, 4.0]), [3.0, 4.0]);
     }
 }

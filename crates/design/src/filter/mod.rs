@@ -63,19 +63,10 @@ pub enum FilterError {
 
 fn check_volumes(centroids: usize, volumes: &[f64]) -> Result<(), FilterError> {
     if centroids != volumes.len() {
-        return Err(FilterError::Count {
-            centroids,
-            volumes: volumes.len(),
-        });
+        return Err(FilterError::Count { centroids, volumes: volumes.len() });
     }
-    match volumes
-        .iter()
-        .position(|volume| !(volume.is_finite() && *volume > 0.0))
-    {
-        Some(element) => Err(FilterError::Volume {
-            element,
-            volume: volumes[element],
-        }),
+    match volumes.iter().position(|volume| !(volume.is_finite() && *volume > 0.0)) {
+        Some(element) => Err(FilterError::Volume { element, volume: volumes[element] }),
         None => Ok(()),
     }
 }
@@ -112,9 +103,7 @@ mod tests {
     pub(super) fn pseudo_random(count: usize, seed: u64) -> Vec<f64> {
         let mut state = seed;
         let mut next = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             0.05 + 0.95 * (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         (0..count).map(|_| next()).collect()

@@ -29,26 +29,15 @@ impl Neighbours {
             return Err(FilterError::Radius { radius });
         }
         if u32::try_from(centroids.len()).is_err() {
-            return Err(FilterError::TooMany {
-                elements: centroids.len(),
-            });
+            return Err(FilterError::TooMany { elements: centroids.len() });
         }
-        if let Some(element) = centroids
-            .iter()
-            .position(|centroid| !centroid.iter().all(|x| x.abs() < FARTHEST))
-        {
+        if let Some(element) = centroids.iter().position(|centroid| !centroid.iter().all(|x| x.abs() < FARTHEST)) {
             return Err(FilterError::Centroid { element });
         }
         let grid = CellGrid::new(centroids, radius);
-        let rows: Vec<Vec<(u32, f64)>> = centroids
-            .par_iter()
-            .map(|centroid| grid.within(centroids, centroid, radius))
-            .collect();
-        let mut neighbours = Self {
-            starts: vec![0],
-            elements: Vec::new(),
-            weights: Vec::new(),
-        };
+        let rows: Vec<Vec<(u32, f64)>> =
+            centroids.par_iter().map(|centroid| grid.within(centroids, centroid, radius)).collect();
+        let mut neighbours = Self { starts: vec![0], elements: Vec::new(), weights: Vec::new() };
         for row in &rows {
             neighbours.elements.extend(row.iter().map(|entry| entry.0));
             neighbours.weights.extend(row.iter().map(|entry| entry.1));
@@ -74,19 +63,13 @@ impl Neighbours {
     /// If there is no such element.
     pub fn of(&self, element: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let row = self.starts[element]..self.starts[element + 1];
-        let elements = self.elements[row.clone()]
-            .iter()
-            .map(|&element| element as usize);
+        let elements = self.elements[row.clone()].iter().map(|&element| element as usize);
         elements.zip(self.weights[row].iter().copied())
     }
 
     /// `Σ_i w_ei a_i` for each element `e`, in parallel over the elements and in fixed order within each sum.
     pub(super) fn weighted_sums(&self, a: &[f64]) -> Vec<f64> {
-        let sum = |element| {
-            self.of(element)
-                .map(|(neighbour, weight)| weight * a[neighbour])
-                .sum()
-        };
+        let sum = |element| self.of(element).map(|(neighbour, weight)| weight * a[neighbour]).sum();
         (0..self.len()).into_par_iter().map(sum).collect()
     }
 }
@@ -103,14 +86,9 @@ struct CellGrid {
 impl CellGrid {
     fn new(centroids: &[[f64; 3]], radius: f64) -> Self {
         let bound = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
-            centroids.iter().fold([start; 3], |bound, x| {
-                std::array::from_fn(|k| pick(bound[k], x[k]))
-            })
+            centroids.iter().fold([start; 3], |bound, x| std::array::from_fn(|k| pick(bound[k], x[k])))
         };
-        let (low, high) = (
-            bound(f64::min, f64::INFINITY),
-            bound(f64::max, f64::NEG_INFINITY),
-        );
+        let (low, high) = (bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY));
         let extent: [f64; 3] = std::array::from_fn(|k| (high[k] - low[k]).max(0.0));
         // A radius far below the element size must not make more cells than there are elements to put in them.
         let cells_along = |size: f64| extent.map(|length| (length / size).floor() + 1.0);
@@ -121,13 +99,7 @@ impl CellGrid {
             size *= 1.25;
         }
         let cells = cells_along(size).map(|count| count as usize);
-        let mut grid = Self {
-            origin: low,
-            size,
-            cells,
-            starts: Vec::new(),
-            elements: Vec::new(),
-        };
+        let mut grid = Self { origin: low, size, cells, starts: Vec::new(), elements: Vec::new() };
         grid.sort(centroids);
         grid
     }
@@ -151,9 +123,7 @@ impl CellGrid {
     }
 
     fn cell(&self, x: &[f64; 3]) -> [usize; 3] {
-        std::array::from_fn(|k| {
-            (((x[k] - self.origin[k]) / self.size) as usize).min(self.cells[k] - 1)
-        })
+        std::array::from_fn(|k| (((x[k] - self.origin[k]) / self.size) as usize).min(self.cells[k] - 1))
     }
 
     fn index(&self, [i, j, k]: [usize; 3]) -> usize {
@@ -195,10 +165,7 @@ mod tests {
 
     fn brute_force(centroids: &[[f64; 3]], radius: f64, element: usize) -> Vec<(usize, f64)> {
         let weight = |i: usize| radius - distance(&centroids[element], &centroids[i]);
-        (0..centroids.len())
-            .map(|i| (i, weight(i)))
-            .filter(|entry| entry.1 > 0.0)
-            .collect()
+        (0..centroids.len()).map(|i| (i, weight(i))).filter(|entry| entry.1 > 0.0).collect()
     }
 
     proptest! {
@@ -227,10 +194,7 @@ mod tests {
     #[test]
     fn errors_name_the_element() {
         for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(matches!(
-                Neighbours::new(&[[0.0; 3]], radius),
-                Err(FilterError::Radius { .. })
-            ));
+            assert!(matches!(Neighbours::new(&[[0.0; 3]], radius), Err(FilterError::Radius { .. })));
         }
         let error = Neighbours::new(&[[0.0; 3], [0.0, f64::NAN, 0.0]], 1.0).unwrap_err();
         assert_eq!(error, FilterError::Centroid { element: 1 });

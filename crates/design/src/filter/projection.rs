@@ -23,52 +23,30 @@ impl Projection {
     /// A parameter outside its range.
     pub fn new(sharpness: f64, threshold: f64) -> Result<Self, FilterError> {
         if !(sharpness.is_finite() && sharpness > 0.0) {
-            return Err(FilterError::Projection {
-                name: "sharpness",
-                value: sharpness,
-                range: "(0, ∞)",
-            });
+            return Err(FilterError::Projection { name: "sharpness", value: sharpness, range: "(0, ∞)" });
         }
         if !(0.0..=1.0).contains(&threshold) {
-            return Err(FilterError::Projection {
-                name: "threshold",
-                value: threshold,
-                range: "[0, 1]",
-            });
+            return Err(FilterError::Projection { name: "threshold", value: threshold, range: "[0, 1]" });
         }
-        Ok(Self {
-            sharpness,
-            threshold,
-        })
+        Ok(Self { sharpness, threshold })
     }
 
     fn range(&self) -> f64 {
-        let Self {
-            sharpness,
-            threshold,
-        } = *self;
+        let Self { sharpness, threshold } = *self;
         (sharpness * threshold).tanh() + (sharpness * (1.0 - threshold)).tanh()
     }
 }
 
 impl DesignMap for Projection {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
-        let Self {
-            sharpness,
-            threshold,
-        } = *self;
+        let Self { sharpness, threshold } = *self;
         let (low, range) = ((sharpness * threshold).tanh(), self.range());
-        x.iter()
-            .map(|x| (low + (sharpness * (x - threshold)).tanh()) / range)
-            .collect()
+        x.iter().map(|x| (low + (sharpness * (x - threshold)).tanh()) / range).collect()
     }
 
     fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), d_phi.len(), "one derivative per density");
-        let Self {
-            sharpness,
-            threshold,
-        } = *self;
+        let Self { sharpness, threshold } = *self;
         let range = self.range();
         // 1/cosh² keeps its digits where 1 − tanh² has none left
         let slope = |x: f64| sharpness / ((sharpness * (x - threshold)).cosh().powi(2) * range);
@@ -84,9 +62,7 @@ mod tests {
     fn ends_stay_and_limits_hold() {
         for sharpness in [1e-6, 1.0, 8.0, 512.0] {
             for threshold in [0.0, 0.3, 1.0] {
-                let ends = Projection::new(sharpness, threshold)
-                    .unwrap()
-                    .apply(&[0.0, 1.0]);
+                let ends = Projection::new(sharpness, threshold).unwrap().apply(&[0.0, 1.0]);
                 assert!(ends[0].abs() < 1e-15 && (ends[1] - 1.0).abs() < 1e-15);
             }
         }
@@ -108,19 +84,13 @@ mod tests {
             assert!((projection.pull_back(&[x], &[3.0])[0] - 3.0 * difference).abs() < 1e-8);
         }
         // Far from a sharp threshold the slope is zero, not NaN.
-        assert_eq!(
-            Projection::new(1e4, 0.5).unwrap().pull_back(&[0.9], &[1.0]),
-            [0.0]
-        );
+        assert_eq!(Projection::new(1e4, 0.5).unwrap().pull_back(&[0.9], &[1.0]), [0.0]);
     }
 
     #[test]
     fn parameters_are_checked() {
         for (sharpness, threshold) in [(0.0, 0.5), (f64::NAN, 0.5), (1.0, -0.1), (1.0, f64::NAN)] {
-            assert!(matches!(
-                Projection::new(sharpness, threshold),
-                Err(FilterError::Projection { .. })
-            ));
+            assert!(matches!(Projection::new(sharpness, threshold), Err(FilterError::Projection { .. })));
         }
     }
 }

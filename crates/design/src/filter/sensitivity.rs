@@ -37,11 +37,7 @@ impl SensitivityFilter {
         check_volumes(centroids.len(), volumes)?;
         let neighbours = Neighbours::new(centroids, radius)?;
         let weight_sums = neighbours.weighted_sums(&vec![1.0; volumes.len()]);
-        Ok(Self {
-            neighbours,
-            weight_sums,
-            volumes: volumes.to_vec(),
-        })
+        Ok(Self { neighbours, weight_sums, volumes: volumes.to_vec() })
     }
 
     /// The filtered gradient `∂θ̂/∂φ` for densities `density` (0 to 1) and their gradient `∂θ/∂φ`.
@@ -51,22 +47,13 @@ impl SensitivityFilter {
     /// If there is not one density and one derivative per element.
     pub fn apply(&self, density: &[f64], gradient: &[f64]) -> Vec<f64> {
         assert_eq!(density.len(), self.volumes.len(), "one density per element");
-        assert_eq!(
-            gradient.len(),
-            self.volumes.len(),
-            "one derivative per element"
-        );
-        let per_volume: Vec<f64> = (0..density.len())
-            .map(|i| density[i] * gradient[i] / self.volumes[i])
-            .collect();
+        assert_eq!(gradient.len(), self.volumes.len(), "one derivative per element");
+        let per_volume: Vec<f64> = (0..density.len()).map(|i| density[i] * gradient[i] / self.volumes[i]).collect();
         let mut filtered = self.neighbours.weighted_sums(&per_volume);
-        filtered
-            .par_iter_mut()
-            .enumerate()
-            .for_each(|(element, value)| {
-                let own = density[element].max(SMALLEST_DENSITY) / self.volumes[element];
-                *value /= own * self.weight_sums[element];
-            });
+        filtered.par_iter_mut().enumerate().for_each(|(element, value)| {
+            let own = density[element].max(SMALLEST_DENSITY) / self.volumes[element];
+            *value /= own * self.weight_sums[element];
+        });
         filtered
     }
 
@@ -84,10 +71,7 @@ mod tests {
     fn close(left: &[f64], right: &[f64], tolerance: f64) {
         assert_eq!(left.len(), right.len());
         for (element, (l, r)) in left.iter().zip(right).enumerate() {
-            assert!(
-                (l - r).abs() <= tolerance * r.abs().max(1.0),
-                "element {element}: {l} and {r}"
-            );
+            assert!((l - r).abs() <= tolerance * r.abs().max(1.0), "element {element}: {l} and {r}");
         }
     }
 
@@ -98,16 +82,11 @@ mod tests {
         let density = pseudo_random(40, 1);
         let gradient: Vec<f64> = pseudo_random(40, 2).iter().map(|g| g - 0.7).collect();
         let radius = 3.0;
-        let filtered = SensitivityFilter::new(&centroids, &volumes, radius)
-            .unwrap()
-            .apply(&density, &gradient);
+        let filtered = SensitivityFilter::new(&centroids, &volumes, radius).unwrap().apply(&density, &gradient);
         let expected: Vec<f64> = (0..40)
             .map(|e| {
-                let weight =
-                    |i: usize| (radius - (centroids[e][0] - centroids[i][0]).abs()).max(0.0);
-                let top: f64 = (0..40)
-                    .map(|i| weight(i) * density[i] * gradient[i] / volumes[i])
-                    .sum();
+                let weight = |i: usize| (radius - (centroids[e][0] - centroids[i][0]).abs()).max(0.0);
+                let top: f64 = (0..40).map(|i| weight(i) * density[i] * gradient[i] / volumes[i]).sum();
                 let bottom: f64 = (0..40).map(weight).sum();
                 top / (density[e].max(1e-3) / volumes[e] * bottom)
             })
@@ -125,14 +104,7 @@ mod tests {
         let filter = SensitivityFilter::new(&centroids, &volumes, 0.6).unwrap();
         let filtered = filter.apply(&density, &gradient);
         let centre = 62;
-        let faces = [
-            centre - 25,
-            centre - 5,
-            centre - 1,
-            centre + 1,
-            centre + 5,
-            centre + 25,
-        ];
+        let faces = [centre - 25, centre - 5, centre - 1, centre + 1, centre + 5, centre + 25];
         let product = |i: usize| density[i] * gradient[i];
         let sum = 0.6 * product(centre) + 0.1 * faces.iter().map(|&i| product(i)).sum::<f64>();
         let expected = sum / (density[centre] * (0.6 + 6.0 * 0.1));
@@ -174,10 +146,7 @@ mod tests {
                 *end += v;
                 Some(*end)
             });
-            let centroids: Vec<[f64; 3]> = ends
-                .zip(&volumes)
-                .map(|(end, v)| [end - 0.5 * v, 0.0, 0.0])
-                .collect();
+            let centroids: Vec<[f64; 3]> = ends.zip(&volumes).map(|(end, v)| [end - 0.5 * v, 0.0, 0.0]).collect();
             let gradient: Vec<f64> = volumes.iter().map(|v| -3.0 * v).collect();
             let filter = SensitivityFilter::new(&centroids, &volumes, 2.7).unwrap();
             let filtered = filter.apply(&vec![0.4; volumes.len()], &gradient);
@@ -192,15 +161,8 @@ mod tests {
         let (centroids, volumes) = box_grid([12, 11, 10], 0.3);
         let (density, gradient) = (pseudo_random(1320, 7), pseudo_random(1320, 8));
         let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| {
-                SensitivityFilter::new(&centroids, &volumes, 1.0)
-                    .unwrap()
-                    .apply(&density, &gradient)
-            })
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| SensitivityFilter::new(&centroids, &volumes, 1.0).unwrap().apply(&density, &gradient))
         };
         assert_eq!(run(1), run(3));
     }
@@ -216,20 +178,8 @@ mod tests {
     #[test]
     fn errors() {
         let error = SensitivityFilter::new(&[[0.0; 3]; 2], &[1.0], 1.0).unwrap_err();
-        assert_eq!(
-            error,
-            FilterError::Count {
-                centroids: 2,
-                volumes: 1
-            }
-        );
+        assert_eq!(error, FilterError::Count { centroids: 2, volumes: 1 });
         let error = SensitivityFilter::new(&[[0.0; 3]; 2], &[1.0, 0.0], 1.0).unwrap_err();
-        assert_eq!(
-            error,
-            FilterError::Volume {
-                element: 1,
-                volume: 0.0
-            }
-        );
+        assert_eq!(error, FilterError::Volume { element: 1, volume: 0.0 });
     }
 }

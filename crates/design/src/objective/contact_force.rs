@@ -1,8 +1,6 @@
 //! The contact force that a structure gives back.
 
-use super::{
-    Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force,
-};
+use super::{Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
 
 /// Nodal forces below this part of the largest nodal force of the model are rounding noise of nodes without contact.
 ///
@@ -40,15 +38,9 @@ impl ContactForce {
     ) -> Result<Self, ObjectiveError> {
         check_nodes(&nodes, node_count)?;
         if !regularisation.is_finite() || regularisation < 0.0 {
-            return Err(ObjectiveError::Regularisation {
-                value: regularisation,
-            });
+            return Err(ObjectiveError::Regularisation { value: regularisation });
         }
-        Ok(Self {
-            nodes,
-            steps,
-            regularisation,
-        })
+        Ok(Self { nodes, steps, regularisation })
     }
 
     /// The slave nodes whose forces are summed.
@@ -67,9 +59,7 @@ impl ContactForce {
             return 0.0;
         }
         let nodes = internal_force.chunks_exact(3);
-        let largest = nodes
-            .map(|f| f[0] * f[0] + f[1] * f[1] + f[2] * f[2])
-            .fold(0.0, f64::max);
+        let largest = nodes.map(|f| f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).fold(0.0, f64::max);
         NEGLIGIBLE * largest.sqrt()
     }
 }
@@ -111,8 +101,7 @@ impl Objective for ContactForce {
             }
             let regularised = size.hypot(self.regularisation);
             for component in 0..3 {
-                derivative.internal_force[3 * node as usize + component] -=
-                    force[component] / regularised;
+                derivative.internal_force[3 * node as usize + component] -= force[component] / regularised;
             }
         }
     }
@@ -123,49 +112,25 @@ mod tests {
     use super::*;
 
     fn view(internal_force: &[f64]) -> StateView<'_> {
-        StateView {
-            step: 1,
-            steps: 1,
-            time: 1.0,
-            displacement: &[],
-            internal_force,
-        }
+        StateView { step: 1, steps: 1, time: 1.0, displacement: &[], internal_force }
     }
 
     fn gradient(objective: &impl Objective, force: &[f64]) -> Vec<f64> {
         let mut internal_force = vec![0.0; force.len()];
-        let mut derivative = StateDerivative {
-            displacement: &mut [],
-            internal_force: &mut internal_force,
-        };
+        let mut derivative = StateDerivative { displacement: &mut [], internal_force: &mut internal_force };
         objective.derivative(&view(force), &mut derivative);
         internal_force
     }
 
     /// Node 0 is not observed and carries the largest force; node 3 carries noise.
-    const FORCE: [f64; 12] = [
-        50.0, 0.0, 1.0, 3.0, -4.0, 0.0, 2.0, -1.0, 2.0, 1e-13, -2e-13, 1e-13,
-    ];
+    const FORCE: [f64; 12] = [50.0, 0.0, 1.0, 3.0, -4.0, 0.0, 2.0, -1.0, 2.0, 1e-13, -2e-13, 1e-13];
 
     #[test]
     fn norms_by_hand_and_noise_counts_as_zero() {
         let objective = ContactForce::new(vec![1, 2, 3], 4, ObservedSteps::Last, 0.0).unwrap();
         assert_eq!(objective.value(&view(&FORCE)), -8.0);
         let third = 1.0 / 3.0;
-        let expected = [
-            0.0,
-            0.0,
-            0.0,
-            -0.6,
-            0.8,
-            0.0,
-            -2.0 * third,
-            third,
-            -2.0 * third,
-            0.0,
-            0.0,
-            0.0,
-        ];
+        let expected = [0.0, 0.0, 0.0, -0.6, 0.8, 0.0, -2.0 * third, third, -2.0 * third, 0.0, 0.0, 0.0];
         for (value, expected) in gradient(&objective, &FORCE).iter().zip(expected) {
             assert!((value - expected).abs() < 1e-15);
         }
@@ -176,8 +141,7 @@ mod tests {
     #[test]
     fn derivative_agrees_with_central_differences() {
         for regularisation in [0.0, 1e-3, 1.0] {
-            let objective =
-                ContactForce::new(vec![2, 1], 4, ObservedSteps::All, regularisation).unwrap();
+            let objective = ContactForce::new(vec![2, 1], 4, ObservedSteps::All, regularisation).unwrap();
             let exact = gradient(&objective, &FORCE);
             for entry in 0..12 {
                 let step = 1e-5;
@@ -186,10 +150,7 @@ mod tests {
                 forward[entry] += step;
                 backward[entry] -= step;
                 let change = objective.value(&view(&forward)) - objective.value(&view(&backward));
-                assert!(
-                    (change / (2.0 * step) - exact[entry]).abs() < 1e-9,
-                    "entry {entry}"
-                );
+                assert!((change / (2.0 * step) - exact[entry]).abs() < 1e-9, "entry {entry}");
             }
         }
     }
@@ -216,10 +177,7 @@ mod tests {
     fn derivatives_accumulate() {
         let objective = ContactForce::new(vec![0], 1, ObservedSteps::Last, 0.0).unwrap();
         let mut internal_force = [10.0, 20.0, 30.0];
-        let mut derivative = StateDerivative {
-            displacement: &mut [],
-            internal_force: &mut internal_force,
-        };
+        let mut derivative = StateDerivative { displacement: &mut [], internal_force: &mut internal_force };
         objective.derivative(&view(&[0.0, 2.0, 0.0]), &mut derivative);
         assert_eq!(internal_force, [10.0, 19.0, 30.0]);
     }
@@ -230,24 +188,9 @@ mod tests {
             ContactForce::new(nodes.to_vec(), 4, ObservedSteps::Last, regularisation).unwrap_err()
         };
         assert_eq!(make(&[], 0.0), ObjectiveError::NoNodes);
-        assert_eq!(
-            make(&[0, 4], 0.0),
-            ObjectiveError::NodeOutOfRange {
-                node: 4,
-                node_count: 4
-            }
-        );
-        assert_eq!(
-            make(&[2, 1, 2], 0.0),
-            ObjectiveError::DuplicateNode { node: 2 }
-        );
-        assert_eq!(
-            make(&[1], -1.0),
-            ObjectiveError::Regularisation { value: -1.0 }
-        );
-        assert!(matches!(
-            make(&[1], f64::NAN),
-            ObjectiveError::Regularisation { .. }
-        ));
+        assert_eq!(make(&[0, 4], 0.0), ObjectiveError::NodeOutOfRange { node: 4, node_count: 4 });
+        assert_eq!(make(&[2, 1, 2], 0.0), ObjectiveError::DuplicateNode { node: 2 });
+        assert_eq!(make(&[1], -1.0), ObjectiveError::Regularisation { value: -1.0 });
+        assert!(matches!(make(&[1], f64::NAN), ObjectiveError::Regularisation { .. }));
     }
 }

@@ -169,11 +169,7 @@ fn check_nodes(nodes: &[u32], node_count: usize) -> Result<(), ObjectiveError> {
 
 fn nodal_force(internal_force: &[f64], node: u32) -> [f64; 3] {
     let first = 3 * node as usize;
-    [
-        internal_force[first],
-        internal_force[first + 1],
-        internal_force[first + 2],
-    ]
+    [internal_force[first], internal_force[first + 1], internal_force[first + 2]]
 }
 
 #[cfg(test)]
@@ -182,30 +178,14 @@ mod tests {
 
     #[test]
     fn observed_steps() {
-        let observed = |choice: &ObservedSteps| {
-            (1..=4)
-                .filter(|&step| choice.contains(step, 4))
-                .collect::<Vec<_>>()
-        };
+        let observed = |choice: &ObservedSteps| (1..=4).filter(|&step| choice.contains(step, 4)).collect::<Vec<_>>();
         assert_eq!(observed(&ObservedSteps::Last), [4]);
         assert_eq!(observed(&ObservedSteps::All), [1, 2, 3, 4]);
         assert_eq!(observed(&ObservedSteps::Only(vec![3, 1])), [1, 3]);
-        assert_eq!(
-            ObservedSteps::Only(vec![1, 5]).check(4),
-            Err(ObjectiveError::StepOutOfRange { step: 5, steps: 4 })
-        );
-        assert_eq!(
-            ObservedSteps::Only(vec![0]).check(4),
-            Err(ObjectiveError::StepOutOfRange { step: 0, steps: 4 })
-        );
-        assert_eq!(
-            ObservedSteps::Only(vec![2, 2]).check(4),
-            Err(ObjectiveError::DuplicateStep { step: 2 })
-        );
-        assert_eq!(
-            ObservedSteps::Only(vec![]).check(4),
-            Err(ObjectiveError::NoSteps)
-        );
+        assert_eq!(ObservedSteps::Only(vec![1, 5]).check(4), Err(ObjectiveError::StepOutOfRange { step: 5, steps: 4 }));
+        assert_eq!(ObservedSteps::Only(vec![0]).check(4), Err(ObjectiveError::StepOutOfRange { step: 0, steps: 4 }));
+        assert_eq!(ObservedSteps::Only(vec![2, 2]).check(4), Err(ObjectiveError::DuplicateStep { step: 2 }));
+        assert_eq!(ObservedSteps::Only(vec![]).check(4), Err(ObjectiveError::NoSteps));
         assert_eq!(ObservedSteps::Only(vec![4, 2]).check(4), Ok(()));
     }
 }

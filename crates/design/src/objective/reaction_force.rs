@@ -1,8 +1,6 @@
 //! The force that supports give back in one direction.
 
-use super::{
-    Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force,
-};
+use super::{Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
 
 /// Negative resultant of the internal forces of a node set in a direction: `θ_s = −Σ_j e·f_int,s^(j)`. \[F\]
 ///
@@ -35,11 +33,7 @@ impl ReactionForce {
         if !length.is_normal() {
             return Err(ObjectiveError::Direction { direction });
         }
-        Ok(Self {
-            nodes,
-            direction: direction.map(|component| component / length),
-            steps,
-        })
+        Ok(Self { nodes, direction: direction.map(|component| component / length), steps })
     }
 
     /// The unit vector `e`.
@@ -69,8 +63,7 @@ impl Objective for ReactionForce {
     fn derivative(&self, _state: &StateView, derivative: &mut StateDerivative) {
         for &node in &self.nodes {
             for component in 0..3 {
-                derivative.internal_force[3 * node as usize + component] -=
-                    self.direction[component];
+                derivative.internal_force[3 * node as usize + component] -= self.direction[component];
             }
         }
     }
@@ -82,25 +75,15 @@ mod tests {
 
     #[test]
     fn resultant_by_hand_and_linear() {
-        let objective =
-            ReactionForce::new(vec![0, 2], 3, [0.0, -5.0, 0.0], ObservedSteps::All).unwrap();
+        let objective = ReactionForce::new(vec![0, 2], 3, [0.0, -5.0, 0.0], ObservedSteps::All).unwrap();
         assert_eq!(objective.direction(), [0.0, -1.0, 0.0]);
         let force = [1.0, -2.0, 3.0, 7.0, 7.0, 7.0, 0.5, -0.25, 9.0];
-        let state = StateView {
-            step: 2,
-            steps: 3,
-            time: 0.5,
-            displacement: &[0.0; 9],
-            internal_force: &force,
-        };
+        let state = StateView { step: 2, steps: 3, time: 0.5, displacement: &[0.0; 9], internal_force: &force };
         // −e·Σf = −(2 + 0.25): the supports push the body down.
         assert_eq!(objective.value(&state), -2.25);
         let mut displacement = [0.0; 9];
         let mut internal_force = [0.0; 9];
-        let mut derivative = StateDerivative {
-            displacement: &mut displacement,
-            internal_force: &mut internal_force,
-        };
+        let mut derivative = StateDerivative { displacement: &mut displacement, internal_force: &mut internal_force };
         objective.derivative(&state, &mut derivative);
         // A linear function is its derivative applied to its argument.
         let linear: f64 = internal_force.iter().zip(force).map(|(d, f)| d * f).sum();

@@ -6,23 +6,16 @@ pub(super) fn solve_dense(a: &mut [f64], b: &mut [f64]) -> bool {
     let n = b.len();
     // Without it, pivots would be compared between constraints of different scale.
     for row in 0..n {
-        let largest = a[row * n..(row + 1) * n]
-            .iter()
-            .fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        let largest = a[row * n..(row + 1) * n].iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         if !(largest > 0.0 && largest.is_finite()) {
             return false;
         }
-        a[row * n..(row + 1) * n]
-            .iter_mut()
-            .for_each(|value| *value /= largest);
+        a[row * n..(row + 1) * n].iter_mut().for_each(|value| *value /= largest);
         b[row] /= largest;
     }
     for column in 0..n {
         let size = |row: usize| a[row * n + column].abs();
-        let pivot = (column..n).fold(
-            column,
-            |best, row| if size(row) > size(best) { row } else { best },
-        );
+        let pivot = (column..n).fold(column, |best, row| if size(row) > size(best) { row } else { best });
         if !(size(pivot) > 0.0 && size(pivot).is_finite()) {
             return false;
         }
@@ -54,10 +47,7 @@ mod tests {
     fn known_solution() {
         let rows = [[0.0, 1e8, 2e8], [1.0, 0.5, 1.0 / 3.0], [1e-9, 2e-9, -3e-9]];
         let x = [1.0, -2.0, 3.0];
-        let mut b: Vec<f64> = rows
-            .iter()
-            .map(|row| (0..3).map(|k| row[k] * x[k]).sum())
-            .collect();
+        let mut b: Vec<f64> = rows.iter().map(|row| (0..3).map(|k| row[k] * x[k]).sum()).collect();
         assert!(solve_dense(&mut rows.concat(), &mut b));
         for k in 0..3 {
             assert!((b[k] - x[k]).abs() < 1e-14);

@@ -26,9 +26,7 @@ pub enum MmaError {
         found: usize,
     },
     /// An entry is infinite or not a number.
-    #[error(
-        "{what} is {value} at entry {index}; the analysis that computed it has failed or overflowed"
-    )]
+    #[error("{what} is {value} at entry {index}; the analysis that computed it has failed or overflowed")]
     NotFinite {
         /// Which vector or number.
         what: String,
@@ -65,18 +63,10 @@ pub enum MmaError {
 /// Checks one vector: its length and that every entry is finite.
 pub(super) fn check_vector(what: &str, vector: &[f64], expected: usize) -> Result<(), MmaError> {
     if vector.len() != expected {
-        return Err(MmaError::Length {
-            what: what.to_owned(),
-            expected,
-            found: vector.len(),
-        });
+        return Err(MmaError::Length { what: what.to_owned(), expected, found: vector.len() });
     }
     match vector.iter().position(|value| !value.is_finite()) {
-        Some(index) => Err(MmaError::NotFinite {
-            what: what.to_owned(),
-            index,
-            value: vector[index],
-        }),
+        Some(index) => Err(MmaError::NotFinite { what: what.to_owned(), index, value: vector[index] }),
         None => Ok(()),
     }
 }
@@ -93,11 +83,7 @@ pub(super) fn check_functions(
     check_vector("the list of constraint values", constraints, m)?;
     if constraint_gradients.len() != m {
         let what = "the list of constraint gradients".to_owned();
-        return Err(MmaError::Length {
-            what,
-            expected: m,
-            found: constraint_gradients.len(),
-        });
+        return Err(MmaError::Length { what, expected: m, found: constraint_gradients.len() });
     }
     for (index, gradient) in constraint_gradients.iter().enumerate() {
         check_vector(&format!("the gradient of constraint {index}"), gradient, n)?;
@@ -106,22 +92,12 @@ pub(super) fn check_functions(
 }
 
 /// Checks that `lower ≤ x ≤ upper`, all finite.
-pub(super) fn check_point(
-    n: usize,
-    x: &[f64],
-    lower: &[f64],
-    upper: &[f64],
-) -> Result<(), MmaError> {
+pub(super) fn check_point(n: usize, x: &[f64], lower: &[f64], upper: &[f64]) -> Result<(), MmaError> {
     check_vector("the design", x, n)?;
     check_vector("the lower bound", lower, n)?;
     check_vector("the upper bound", upper, n)?;
     match (0..n).find(|&j| !(lower[j] <= x[j] && x[j] <= upper[j])) {
-        Some(index) => Err(MmaError::Bounds {
-            index,
-            value: x[index],
-            lower: lower[index],
-            upper: upper[index],
-        }),
+        Some(index) => Err(MmaError::Bounds { index, value: x[index], lower: lower[index], upper: upper[index] }),
         None => Ok(()),
     }
 }

@@ -102,47 +102,19 @@ impl Subproblem<'_> {
             }
             epsilon = (0.1 * epsilon).max(self.parameters.subproblem_tolerance);
         };
-        let sufficient = self
-            .parameters
-            .subproblem_tolerance
-            .max(SUFFICIENT * self.scale);
+        let sufficient = self.parameters.subproblem_tolerance.max(SUFFICIENT * self.scale);
         if !residual.is_finite() || residual.max > sufficient {
-            return Err(MmaError::Subproblem {
-                residual: residual.squares.sqrt(),
-            });
+            return Err(MmaError::Subproblem { residual: residual.squares.sqrt() });
         }
         let residual = residual.max;
-        let Point {
-            x,
-            xi,
-            eta,
-            lambda,
-            y,
-            mu,
-            slack,
-            z,
-            zeta,
-        } = at;
-        Ok(Solution {
-            x,
-            xi,
-            eta,
-            lambda,
-            y,
-            z,
-            mu,
-            zeta,
-            slack,
-            iterations,
-            residual,
-        })
+        let Point { x, xi, eta, lambda, y, mu, slack, z, zeta } = at;
+        Ok(Solution { x, xi, eta, lambda, y, z, mu, zeta, slack, iterations, residual })
     }
 
     /// The start of the notes: the middle of the bounds, everything else of order 1.
     fn start(&self) -> Point {
         let m = self.values.len();
-        let of_variables =
-            |value: fn(&Variable) -> f64| self.variables.iter().map(value).collect::<Vec<f64>>();
+        let of_variables = |value: fn(&Variable) -> f64| self.variables.iter().map(value).collect::<Vec<f64>>();
         Point {
             x: of_variables(|v| 0.5 * (v.alpha + v.beta)),
             xi: of_variables(|v| (2.0 / (v.beta - v.alpha)).max(1.0)),
@@ -190,10 +162,7 @@ impl Subproblem<'_> {
     /// precision that such a constraint does not deserve, and the iteration would creep.
     fn residual_with_free_slack(&self, at: &mut Point, epsilon: f64) -> Residual {
         let p = self.parameters;
-        let mut residual = Residual {
-            squares: 0.0,
-            max: 0.0,
-        };
+        let mut residual = Residual { squares: 0.0, max: 0.0 };
         let mut values = self.values.to_vec();
         for (j, variable) in self.variables.iter().enumerate() {
             let (x, xi, eta) = (at.x[j], at.xi[j], at.eta[j]);
@@ -244,9 +213,7 @@ impl Subproblem<'_> {
         for i in 0..m {
             let curvature_y = p.d + at.mu[i] / at.y[i];
             let gradient_y = p.c + p.d * at.y[i] - at.lambda[i] - epsilon / at.y[i];
-            right[i] += values[i] - p.a * at.z - at.y[i]
-                + epsilon / at.lambda[i]
-                + gradient_y / curvature_y;
+            right[i] += values[i] - p.a * at.z - at.y[i] + epsilon / at.lambda[i] + gradient_y / curvature_y;
             matrix[i * size + i] += at.slack[i] / at.lambda[i] + 1.0 / curvature_y;
             for k in 0..i {
                 matrix[k * size + i] = matrix[i * size + k];
@@ -293,11 +260,7 @@ impl Subproblem<'_> {
         let mut slopes = vec![0.0; m];
         for j in 0..self.variables.len() {
             let terms = self.linearise(j, at, epsilon, &mut slopes);
-            let coupling: f64 = slopes
-                .iter()
-                .zip(&direction.lambda)
-                .map(|(slope, change)| slope * change)
-                .sum();
+            let coupling: f64 = slopes.iter().zip(&direction.lambda).map(|(slope, change)| slope * change).sum();
             let dx = -(terms.gradient + coupling) / terms.curvature;
             direction.x[j] = dx;
             direction.xi[j] = (epsilon - at.xi[j] * dx) * terms.to_alpha - at.xi[j];
@@ -308,8 +271,7 @@ impl Subproblem<'_> {
             let gradient_y = p.c + p.d * at.y[i] - at.lambda[i] - epsilon / at.y[i];
             direction.y[i] = (direction.lambda[i] - gradient_y) / curvature_y;
             direction.mu[i] = (epsilon - at.mu[i] * direction.y[i]) / at.y[i] - at.mu[i];
-            direction.slack[i] =
-                (epsilon - at.slack[i] * direction.lambda[i]) / at.lambda[i] - at.slack[i];
+            direction.slack[i] = (epsilon - at.slack[i] * direction.lambda[i]) / at.lambda[i] - at.slack[i];
         }
     }
 
@@ -330,9 +292,7 @@ impl Subproblem<'_> {
         shrink(&[at.z, at.zeta], &[direction.z, direction.zeta]);
         for (j, variable) in self.variables.iter().enumerate() {
             let change = 1.01 * direction.x[j];
-            inverse = inverse
-                .max(-change / (at.x[j] - variable.alpha))
-                .max(change / (variable.beta - at.x[j]));
+            inverse = inverse.max(-change / (at.x[j] - variable.alpha)).max(change / (variable.beta - at.x[j]));
         }
         1.0 / inverse
     }

@@ -48,12 +48,7 @@ pub fn kkt_residual(
     let (n, m) = (step.x.len(), step.lambda.len());
     check_point(n, &step.x, lower, upper)?;
     check_functions(n, m, objective_gradient, constraints, constraint_gradients)?;
-    for (what, vector, length) in [
-        ("xi", &step.xi, n),
-        ("eta", &step.eta, n),
-        ("y", &step.y, m),
-        ("mu", &step.mu, m),
-    ] {
+    for (what, vector, length) in [("xi", &step.xi, n), ("eta", &step.eta, n), ("y", &step.y, m), ("mu", &step.mu, m)] {
         check_vector(what, vector, length)?;
     }
     let bound_multipliers = |j: usize, _: f64| (step.xi[j], step.eta[j]);
@@ -109,10 +104,7 @@ fn residual(
     bound_multipliers: impl Fn(usize, f64) -> (f64, f64),
 ) -> KktResidual {
     let p = parameters;
-    let mut sum = Accumulator {
-        squares: 0.0,
-        max: 0.0,
-    };
+    let mut sum = Accumulator { squares: 0.0, max: 0.0 };
     for j in 0..x.len() {
         let mut slope = objective_gradient[j];
         for (lambda, gradient) in step.lambda.iter().zip(constraint_gradients) {
@@ -131,8 +123,5 @@ fn residual(
     }
     sum.add(p.a0 - step.zeta - p.a * step.lambda.iter().sum::<f64>());
     sum.add(step.zeta * step.z);
-    KktResidual {
-        norm: sum.squares.sqrt(),
-        max: sum.max,
-    }
+    KktResidual { norm: sum.squares.sqrt(), max: sum.max }
 }

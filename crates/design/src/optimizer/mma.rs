@@ -82,16 +82,7 @@ impl Mma {
     /// Parameters are checked by [`Self::update`]; [`MmaParameters::check`] does it earlier.
     pub fn new(n: usize, m: usize, parameters: MmaParameters) -> Self {
         let none = Vec::new;
-        Self {
-            n,
-            m,
-            parameters,
-            iteration: 0,
-            x1: none(),
-            x2: none(),
-            low: none(),
-            upp: none(),
-        }
+        Self { n, m, parameters, iteration: 0, x1: none(), x2: none(), low: none(), upp: none() }
     }
 
     /// Number of steps made.
@@ -131,29 +122,14 @@ impl Mma {
         self.parameters.check()?;
         check_point(self.n, x, lower, upper)?;
         if !objective.is_finite() {
-            return Err(MmaError::NotFinite {
-                what: "the objective".to_owned(),
-                index: 0,
-                value: objective,
-            });
+            return Err(MmaError::NotFinite { what: "the objective".to_owned(), index: 0, value: objective });
         }
-        check_functions(
-            self.n,
-            self.m,
-            objective_gradient,
-            constraints,
-            constraint_gradients,
-        )?;
+        check_functions(self.n, self.m, objective_gradient, constraints, constraint_gradients)?;
 
         let (low, upp) = self.moved_asymptotes(x, lower, upper);
         let variables = self.variables(x, lower, upper, &low, &upp);
-        let subproblem = Subproblem::new(
-            &self.parameters,
-            &variables,
-            objective_gradient,
-            constraints,
-            constraint_gradients,
-        );
+        let subproblem =
+            Subproblem::new(&self.parameters, &variables, objective_gradient, constraints, constraint_gradients);
         let solution = subproblem.solve()?;
 
         let mut step = MmaStep {
@@ -168,10 +144,7 @@ impl Mma {
             slack: solution.slack,
             subproblem_iterations: solution.iterations,
             subproblem_residual: solution.residual,
-            kkt_residual: KktResidual {
-                norm: 0.0,
-                max: 0.0,
-            },
+            kkt_residual: KktResidual { norm: 0.0, max: 0.0 },
         };
         for (k, variable) in variables.iter().enumerate() {
             let (j, t, range) = (variable.index, solution.x[k], variable.range);
@@ -215,12 +188,8 @@ impl Mma {
             } else {
                 1.0
             };
-            let limited =
-                |distance: f64| (factor * distance).clamp(p.asymin * range, p.asymax * range);
-            (
-                limited(self.x1[j] - self.low[j]),
-                limited(self.upp[j] - self.x1[j]),
-            )
+            let limited = |distance: f64| (factor * distance).clamp(p.asymin * range, p.asymax * range);
+            (limited(self.x1[j] - self.low[j]), limited(self.upp[j] - self.x1[j]))
         };
         (0..x.len())
             .map(|j| {
@@ -231,37 +200,16 @@ impl Mma {
     }
 
     /// The variables that can move, with the bounds `α ≤ x ≤ β` of this step.
-    fn variables(
-        &self,
-        x: &[f64],
-        lower: &[f64],
-        upper: &[f64],
-        low: &[f64],
-        upp: &[f64],
-    ) -> Vec<Variable> {
+    fn variables(&self, x: &[f64], lower: &[f64], upper: &[f64], low: &[f64], upp: &[f64]) -> Vec<Variable> {
         let p = &self.parameters;
         let variable = |j: usize| {
             let range = upper[j] - lower[j];
             let scaled = |bound: f64| (bound - x[j]) / range;
             let (below, above) = (scaled(low[j]), scaled(upp[j]));
-            let alpha = scaled(lower[j])
-                .max((1.0 - p.albefa) * below)
-                .max(-p.move_limit);
-            let beta = scaled(upper[j])
-                .min((1.0 - p.albefa) * above)
-                .min(p.move_limit);
-            Variable {
-                index: j,
-                range,
-                low: below,
-                upp: above,
-                alpha,
-                beta,
-            }
+            let alpha = scaled(lower[j]).max((1.0 - p.albefa) * below).max(-p.move_limit);
+            let beta = scaled(upper[j]).min((1.0 - p.albefa) * above).min(p.move_limit);
+            Variable { index: j, range, low: below, upp: above, alpha, beta }
         };
-        (0..x.len())
-            .map(variable)
-            .filter(Variable::can_move)
-            .collect()
+        (0..x.len()).map(variable).filter(Variable::can_move).collect()
     }
 }

@@ -71,63 +71,18 @@ impl MmaParameters {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
         let checks = [
-            (
-                "asyinit",
-                self.asyinit,
-                positive(self.asyinit),
-                "positive and finite",
-            ),
-            (
-                "asyincr",
-                self.asyincr,
-                self.asyincr >= 1.0 && self.asyincr.is_finite(),
-                "at least 1 and finite",
-            ),
-            (
-                "asydecr",
-                self.asydecr,
-                self.asydecr > 0.0 && self.asydecr <= 1.0,
-                "in (0, 1]",
-            ),
-            (
-                "asymax",
-                self.asymax,
-                positive(self.asymax),
-                "positive and finite",
-            ),
-            (
-                "asymin",
-                self.asymin,
-                self.asymin > 0.0 && self.asymin <= self.asymax,
-                "in (0, asymax]",
-            ),
-            (
-                "albefa",
-                self.albefa,
-                self.albefa > 0.0 && self.albefa < 1.0,
-                "in (0, 1)",
-            ),
-            (
-                "move_limit",
-                self.move_limit,
-                self.move_limit > 0.0 && self.move_limit <= 1.0,
-                "in (0, 1]",
-            ),
-            (
-                "raa0",
-                self.raa0,
-                positive(self.raa0),
-                "positive and finite",
-            ),
+            ("asyinit", self.asyinit, positive(self.asyinit), "positive and finite"),
+            ("asyincr", self.asyincr, self.asyincr >= 1.0 && self.asyincr.is_finite(), "at least 1 and finite"),
+            ("asydecr", self.asydecr, self.asydecr > 0.0 && self.asydecr <= 1.0, "in (0, 1]"),
+            ("asymax", self.asymax, positive(self.asymax), "positive and finite"),
+            ("asymin", self.asymin, self.asymin > 0.0 && self.asymin <= self.asymax, "in (0, asymax]"),
+            ("albefa", self.albefa, self.albefa > 0.0 && self.albefa < 1.0, "in (0, 1)"),
+            ("move_limit", self.move_limit, self.move_limit > 0.0 && self.move_limit <= 1.0, "in (0, 1]"),
+            ("raa0", self.raa0, positive(self.raa0), "positive and finite"),
             ("a0", self.a0, positive(self.a0), "positive and finite"),
             ("a", self.a, not_negative(self.a), "finite and not negative"),
             ("d", self.d, not_negative(self.d), "finite and not negative"),
-            (
-                "c",
-                self.c,
-                not_negative(self.c) && self.c + self.d > 0.0,
-                "finite and not negative, with c + d > 0",
-            ),
+            ("c", self.c, not_negative(self.c) && self.c + self.d > 0.0, "finite and not negative, with c + d > 0"),
             (
                 "subproblem_tolerance",
                 self.subproblem_tolerance,

@@ -38,10 +38,7 @@ impl Variable {
         let slope = slope * self.range;
         let (rising, falling) = (slope.max(0.0), (-slope).max(0.0));
         let both = 0.001 * (rising + falling) + raa0;
-        (
-            self.upp.powi(2) * (rising + both),
-            self.low.powi(2) * (falling + both),
-        )
+        (self.upp.powi(2) * (rising + both), self.low.powi(2) * (falling + both))
     }
 }
 
@@ -69,34 +66,18 @@ impl<'a> Subproblem<'a> {
         constraint_gradients: &[Vec<f64>],
     ) -> Self {
         let raa0 = parameters.raa0;
-        let (p0, q0) = variables
-            .iter()
-            .map(|v| v.approximation(objective_gradient[v.index], raa0))
-            .unzip();
+        let (p0, q0) = variables.iter().map(|v| v.approximation(objective_gradient[v.index], raa0)).unzip();
         let gradients = || constraint_gradients.iter();
-        let (p, q) = variables
-            .iter()
-            .flat_map(|v| gradients().map(|gradient| v.approximation(gradient[v.index], raa0)))
-            .unzip();
-        let mut scale = constraints
-            .iter()
-            .fold(1.0, |scale: f64, value| scale.max(value.abs()));
+        let (p, q) =
+            variables.iter().flat_map(|v| gradients().map(|gradient| v.approximation(gradient[v.index], raa0))).unzip();
+        let mut scale = constraints.iter().fold(1.0, |scale: f64, value| scale.max(value.abs()));
         for variable in variables {
             let slopes = gradients().map(|gradient| gradient[variable.index]);
             for slope in slopes.chain([objective_gradient[variable.index]]) {
                 scale = scale.max((slope * variable.range).abs());
             }
         }
-        Self {
-            parameters,
-            variables,
-            p0,
-            q0,
-            p,
-            q,
-            values: constraints,
-            scale,
-        }
+        Self { parameters, variables, p0, q0, p, q, values: constraints, scale }
     }
 
     /// `∂f̃₀/∂x_j + Σ_i λ_i ∂f̃_i/∂x_j` from its parts: `p_j + Σ λ_i p_ij` and `q_j + Σ λ_i q_ij`.

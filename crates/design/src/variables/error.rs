@@ -6,9 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DesignError {
     /// Nothing is left to design.
-    #[error(
-        "no element is designed: {domain} elements in the design domain, {passive} of them passive"
-    )]
+    #[error("no element is designed: {domain} elements in the design domain, {passive} of them passive")]
     Empty {
         /// Elements of the design domain.
         domain: usize,
@@ -16,9 +14,7 @@ pub enum DesignError {
         passive: usize,
     },
     /// An element that the mesh does not have.
-    #[error(
-        "element {element} does not exist; the mesh has {element_count} elements, numbered from 0"
-    )]
+    #[error("element {element} does not exist; the mesh has {element_count} elements, numbered from 0")]
     ElementOutOfRange {
         /// The element, from 0.
         element: u32,
@@ -26,17 +22,13 @@ pub enum DesignError {
         element_count: usize,
     },
     /// An element is to be both solid and void.
-    #[error(
-        "element {element} is both passive solid and passive void; let the passive regions not overlap"
-    )]
+    #[error("element {element} is both passive solid and passive void; let the passive regions not overlap")]
     Contradiction {
         /// The element, from 0.
         element: u32,
     },
     /// A passive element outside the design domain.
-    #[error(
-        "element {element} is passive but not in the design domain; shrink the passive region or add its body"
-    )]
+    #[error("element {element} is passive but not in the design domain; shrink the passive region or add its body")]
     PassiveOutside {
         /// The element, from 0.
         element: u32,
@@ -69,9 +61,7 @@ pub enum DesignError {
         found: usize,
     },
     /// A volume is not a positive finite number.
-    #[error(
-        "element {element} has volume {volume}; volumes of the design domain are finite and positive"
-    )]
+    #[error("element {element} has volume {volume}; volumes of the design domain are finite and positive")]
     Volume {
         /// The element, from 0.
         element: usize,

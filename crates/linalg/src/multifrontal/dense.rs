@@ -7,9 +7,7 @@ use super::scalar::Scalar;
 use dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place,
-};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
@@ -97,8 +95,7 @@ pub(super) fn solve_unit_lower<T: Scalar>(l: MatRef<'_, T>, b: MatMut<'_, T>) {
     if l.nrows() * l.nrows() * b.ncols() < WORTH_TILING {
         solve_unit_lower_triangular_in_place(l, b, Par::Seq);
     } else {
-        b.par_col_chunks_mut(TILE)
-            .for_each(|tile| solve_unit_lower_triangular_in_place(l, tile, Par::Seq));
+        b.par_col_chunks_mut(TILE).for_each(|tile| solve_unit_lower_triangular_in_place(l, tile, Par::Seq));
     }
 }
 
@@ -128,9 +125,7 @@ pub(super) fn subtract_product<T: Scalar>(c: MatMut<'_, T>, a: MatRef<'_, T>, b:
     if 2 * c.nrows() * c.ncols() * a.ncols() < WORTH_TILING {
         multiply(c, b);
     } else {
-        c.par_col_chunks_mut(TILE)
-            .zip(b.par_col_chunks(TILE))
-            .for_each(|(c, b)| multiply(c, b));
+        c.par_col_chunks_mut(TILE).zip(b.par_col_chunks(TILE)).for_each(|(c, b)| multiply(c, b));
     }
 }
 
@@ -174,9 +169,7 @@ mod tests {
     use faer::Mat;
 
     fn pseudo_random(m: usize, n: usize) -> Mat<f64> {
-        Mat::from_fn(m, n, |i, j| {
-            ((i * 7919 + j * 104_729 + i * j) as f64 * 0.618).sin()
-        })
+        Mat::from_fn(m, n, |i, j| ((i * 7919 + j * 104_729 + i * j) as f64 * 0.618).sin())
     }
 
     /// P A = L U for a size beyond one panel, entry by entry.
@@ -207,22 +200,13 @@ mod tests {
     #[test]
     fn tiled_solves_and_products_agree_with_their_definition() {
         let (n, m) = (150, 700);
-        let triangle = Mat::from_fn(n, n, |i, j| {
-            if i == j {
-                2.0
-            } else {
-                ((i * 31 + j * 17) as f64).sin() / n as f64
-            }
-        });
+        let triangle =
+            Mat::from_fn(n, n, |i, j| if i == j { 2.0 } else { ((i * 31 + j * 17) as f64).sin() / n as f64 });
         let b = pseudo_random(m, n);
         let mut x = b.clone();
         solve_upper_right(triangle.as_ref(), x.as_mut());
         let upper = Mat::from_fn(n, n, |i, j| if i <= j { triangle[(i, j)] } else { 0.0 });
-        subtract_product(
-            x.as_mut().get_mut(.., ..0),
-            b.as_ref(),
-            upper.as_ref().get(.., ..0),
-        );
+        subtract_product(x.as_mut().get_mut(.., ..0), b.as_ref(), upper.as_ref().get(.., ..0));
         let mut rest = b.clone();
         subtract_product(rest.as_mut(), x.as_ref(), upper.as_ref());
         assert!(rest.norm_max() < 1e-13);

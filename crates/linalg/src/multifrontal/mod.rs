@@ -30,9 +30,7 @@ mod symbolic;
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::scaling::Scaling;
-use crate::solver::{
-    Factorization, FactorizationError, LinearSolver, Precision, check_columns, check_matrix,
-};
+use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision, check_columns, check_matrix};
 use numeric::Front;
 use scalar::Scalar;
 use std::sync::Arc;
@@ -72,10 +70,7 @@ pub struct MultifrontalSolver {
 impl MultifrontalSolver {
     /// A solver with factors of the given precision, without an analysis yet.
     pub fn new(precision: Precision) -> Self {
-        Self {
-            precision,
-            analysis: None,
-        }
+        Self { precision, analysis: None }
     }
 
     /// Changes the precision of the factorizations to come; the analysis is kept.
@@ -96,18 +91,12 @@ impl MultifrontalSolver {
     /// alone; `None` if the pattern cannot be analysed.
     pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
         let symbolic = Symbolic::analyse(pattern).ok()?;
-        let entries = symbolic
-            .supernodes
-            .iter()
-            .map(|s| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64)
-            .sum();
+        let entries = symbolic.supernodes.iter().map(|s| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64).sum();
         Some((entries, symbolic.operations))
     }
 
     fn knows(&self, pattern: &Arc<CsrPattern>) -> bool {
-        self.analysis
-            .as_ref()
-            .is_some_and(|(known, _)| Arc::ptr_eq(known, pattern))
+        self.analysis.as_ref().is_some_and(|(known, _)| Arc::ptr_eq(known, pattern))
     }
 
     fn symbolic(&mut self, pattern: &Arc<CsrPattern>) -> Result<Arc<Symbolic>, FactorizationError> {
@@ -119,12 +108,11 @@ impl MultifrontalSolver {
         if !pattern.is_consistent() {
             return Err(FactorizationError::Pattern { n: pattern.n });
         }
-        let symbolic =
-            Symbolic::analyse(pattern).map_err(|reason| FactorizationError::Backend {
-                solver: NAME,
-                n: pattern.n,
-                reason,
-            })?;
+        let symbolic = Symbolic::analyse(pattern).map_err(|reason| FactorizationError::Backend {
+            solver: NAME,
+            n: pattern.n,
+            reason,
+        })?;
         let symbolic = Arc::new(symbolic);
         self.analysis = Some((Arc::clone(pattern), Arc::clone(&symbolic)));
         Ok(symbolic)
@@ -134,19 +122,12 @@ impl MultifrontalSolver {
     ///
     /// # Errors
     /// As [`LinearSolver::factorize`].
-    pub fn factorize_matrix(
-        &mut self,
-        a: &CsrMatrix,
-    ) -> Result<MultifrontalFactorization, FactorizationError> {
+    pub fn factorize_matrix(&mut self, a: &CsrMatrix) -> Result<MultifrontalFactorization, FactorizationError> {
         check_matrix(a, self.knows(&a.pattern))?;
         let symbolic = self.symbolic(&a.pattern)?;
         Ok(match self.precision {
-            Precision::F64 => MultifrontalFactorization {
-                factors: Factors::Double(Numeric::factorize(symbolic, a)?),
-            },
-            Precision::F32 => MultifrontalFactorization {
-                factors: Factors::Single(Numeric::factorize(symbolic, a)?),
-            },
+            Precision::F64 => MultifrontalFactorization { factors: Factors::Double(Numeric::factorize(symbolic, a)?) },
+            Precision::F32 => MultifrontalFactorization { factors: Factors::Single(Numeric::factorize(symbolic, a)?) },
         })
     }
 }
@@ -189,10 +170,7 @@ impl<T: Scalar> Numeric<T> {
         let fronts = numeric::factorize(&symbolic, &values)?;
         let growth = fronts.iter().fold(0.0, |m: f64, f| m.max(f.growth));
         if !growth.is_finite() {
-            return Err(FactorizationError::Inaccurate {
-                solver: NAME,
-                residual: f64::NAN,
-            });
+            return Err(FactorizationError::Inaccurate { solver: NAME, residual: f64::NAN });
         }
         let (smallest_pivot, weakest) = fronts
             .iter()
@@ -206,17 +184,9 @@ impl<T: Scalar> Numeric<T> {
             delayed_pivots: fronts.iter().map(|f| f.delayed_rows.len()).sum(),
             growth,
             smallest_pivot,
-            weakest_unknown: symbolic
-                .permutation
-                .get(weakest as usize)
-                .map_or(0, |&i| i as usize),
+            weakest_unknown: symbolic.permutation.get(weakest as usize).map_or(0, |&i| i as usize),
         };
-        Ok(Self {
-            symbolic,
-            scaling,
-            fronts,
-            statistics,
-        })
+        Ok(Self { symbolic, scaling, fronts, statistics })
     }
 }
 
@@ -240,20 +210,12 @@ impl MultifrontalFactorization {
 
 impl Factorization for MultifrontalFactorization {
     fn solve(&self, rhs: &mut [f64]) {
-        assert_eq!(
-            rhs.len(),
-            self.n(),
-            "the right-hand side needs an entry per unknown"
-        );
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs an entry per unknown");
         self.run(false, rhs);
     }
 
     fn solve_transpose(&self, rhs: &mut [f64]) {
-        assert_eq!(
-            rhs.len(),
-            self.n(),
-            "the right-hand side needs an entry per unknown"
-        );
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs an entry per unknown");
         self.run(true, rhs);
     }
 

@@ -34,9 +34,7 @@ impl<T: Scalar> Front<T> {
     pub fn smallest_pivot(&self) -> Option<(f64, u32)> {
         let q = self.pivot_columns.len();
         let pivots = (0..q).map(|i| self.lu[i + i * q].absolute().to_f64());
-        pivots
-            .zip(self.pivot_columns.iter().copied())
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+        pivots.zip(self.pivot_columns.iter().copied()).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     pub fn entries(&self) -> usize {
@@ -55,10 +53,7 @@ struct Contribution<T> {
 type Subtree<T> = (Vec<Front<T>>, Contribution<T>);
 
 /// Factorizes the matrix whose (scaled) entries are `values`. Fronts are returned in postorder.
-pub(super) fn factorize<T: Scalar>(
-    symbolic: &Symbolic,
-    values: &[T],
-) -> Result<Vec<Front<T>>, FactorizationError> {
+pub(super) fn factorize<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<Vec<Front<T>>, FactorizationError> {
     let trees = children_in_order(&symbolic.roots, symbolic, values)?;
     Ok(trees.into_iter().flat_map(|(fronts, _)| fronts).collect())
 }
@@ -69,18 +64,11 @@ fn children_in_order<T: Scalar>(
     symbolic: &Symbolic,
     values: &[T],
 ) -> Result<Vec<Subtree<T>>, FactorizationError> {
-    let results: Vec<_> = roots
-        .par_iter()
-        .map(|&r| subtree(symbolic, values, r))
-        .collect();
+    let results: Vec<_> = roots.par_iter().map(|&r| subtree(symbolic, values, r)).collect();
     results.into_iter().collect()
 }
 
-fn subtree<T: Scalar>(
-    symbolic: &Symbolic,
-    values: &[T],
-    root: usize,
-) -> Result<Subtree<T>, FactorizationError> {
+fn subtree<T: Scalar>(symbolic: &Symbolic, values: &[T], root: usize) -> Result<Subtree<T>, FactorizationError> {
     let supernode = &symbolic.supernodes[root];
     let mut fronts = Vec::with_capacity(root + 1 - supernode.first_descendant);
     if supernode.subtree_operations >= SMALL_SUBTREE && !supernode.children.is_empty() {
@@ -116,10 +104,7 @@ fn process<T: Scalar>(
     let (front, contribution, best_rejected) = assembled.eliminate();
     if is_root && let Some(&column) = front.delayed_columns.first() {
         let unknown = symbolic.permutation[column as usize] as usize;
-        return Err(FactorizationError::Singular {
-            unknown,
-            pivot: best_rejected,
-        });
+        return Err(FactorizationError::Singular { unknown, pivot: best_rejected });
     }
     Ok((front, contribution))
 }
@@ -148,23 +133,10 @@ impl<T: Scalar> Assembled<T> {
         let (p, r) = (rows.len(), supernode.rows.len());
         let zeros = |m: usize, n: usize| vec![T::ZERO; m * n];
         let (f11, f12, f21, f22) = (zeros(p, p), zeros(p, r), zeros(r, p), zeros(r, r));
-        let mut front = Self {
-            rows,
-            columns,
-            beyond: r,
-            f11,
-            f12,
-            f21,
-            f22,
-        };
+        let mut front = Self { rows, columns, beyond: r, f11, f12, f21, f22 };
         let range = symbolic.entry_offsets[k]..symbolic.entry_offsets[k + 1];
         for &(source, i, j) in &symbolic.entries[range] {
-            front.add_entry(
-                supernode.pivots,
-                i as usize,
-                j as usize,
-                values[source as usize],
-            );
+            front.add_entry(supernode.pivots, i as usize, j as usize, values[source as usize]);
         }
         let mut delayed_before = supernode.pivots;
         for (child, &c) in children.into_iter().zip(&supernode.children) {
@@ -201,11 +173,7 @@ impl<T: Scalar> Assembled<T> {
         let past = (supernode.first + own) as u32;
         let inner = child.rows.partition_point(|&row| row < past);
         let mut summed: Vec<usize> = (delayed_at..delayed_at + delayed).collect();
-        summed.extend(
-            child.rows[..inner]
-                .iter()
-                .map(|&row| row as usize - supernode.first),
-        );
+        summed.extend(child.rows[..inner].iter().map(|&row| row as usize - supernode.first));
         let mut beyond = Vec::with_capacity(child.rows.len() - inner);
         let mut at = match child.rows.get(inner) {
             Some(&row) => local(supernode, row) as usize - own,
@@ -251,10 +219,7 @@ impl<T: Scalar> Assembled<T> {
         let (p, r) = (self.rows.len(), self.beyond);
         let mut lu = self.f11.clone();
         let mut order = vec![0u32; p];
-        dense::lu(
-            MatMut::from_column_major_slice_mut(&mut lu, p, p),
-            &mut order,
-        );
+        dense::lu(MatMut::from_column_major_slice_mut(&mut lu, p, p), &mut order);
         let smallest = (0..p).map(|i| lu[i + i * p].absolute().to_f64());
         // Written so that NaN fails.
         if !smallest.into_iter().all(|pivot| pivot >= T::SMALLEST_PIVOT) {
@@ -262,10 +227,7 @@ impl<T: Scalar> Assembled<T> {
         }
         let factors = MatRef::from_column_major_slice(&lu, p, p);
         let mut lower = self.f21.clone();
-        dense::solve_upper_right(
-            factors,
-            MatMut::from_column_major_slice_mut(&mut lower, r, p),
-        );
+        dense::solve_upper_right(factors, MatMut::from_column_major_slice_mut(&mut lower, r, p));
         if dense::largest(&lower) > 1.0 / PIVOT_THRESHOLD {
             return Err(Box::new(self));
         }
@@ -288,14 +250,7 @@ impl<T: Scalar> Assembled<T> {
             growth,
         };
         let (delayed_rows, delayed_columns) = (Vec::new(), Vec::new());
-        Ok((
-            front,
-            Contribution {
-                delayed_rows,
-                delayed_columns,
-                values: self.f22,
-            },
-        ))
+        Ok((front, Contribution { delayed_rows, delayed_columns, values: self.f22 }))
     }
 
     /// The careful path: threshold pivoting; what is rejected stays in the contribution.
@@ -313,27 +268,13 @@ impl<T: Scalar> Assembled<T> {
         let f12 = MatMut::from_column_major_slice_mut(&mut self.f12, p, r);
         let (mut upper, mut delayed) = f12.split_at_row_mut(q);
         dense::solve_unit_lower(columns.submatrix(0, 0, q, q), upper.rb_mut());
-        dense::subtract_product(
-            delayed.rb_mut(),
-            columns.submatrix(q, 0, d, q),
-            upper.as_ref(),
-        );
+        dense::subtract_product(delayed.rb_mut(), columns.submatrix(q, 0, d, q), upper.as_ref());
         let mut schur = MatMut::from_column_major_slice_mut(&mut self.f22, r, r);
-        dense::subtract_product(
-            schur.rb_mut(),
-            columns.submatrix(p, 0, r, q),
-            upper.as_ref(),
-        );
+        dense::subtract_product(schur.rb_mut(), columns.submatrix(p, 0, r, q), upper.as_ref());
         let (upper, delayed, schur) = (upper.as_ref(), delayed.as_ref(), schur.as_ref());
         let lu = gather(q, q, |i, j| columns[(i, j)]);
         let lower = gather(d + r, q, |i, j| columns[(q + i, j)]);
-        let upper = gather(q, d + r, |i, j| {
-            if j < d {
-                columns[(i, q + j)]
-            } else {
-                upper[(i, j - d)]
-            }
-        });
+        let upper = gather(q, d + r, |i, j| if j < d { columns[(i, q + j)] } else { upper[(i, j - d)] });
         let values = gather(d + r, d + r, |i, j| match (i < d, j < d) {
             (_, true) => columns[(q + i, q + j)],
             (true, false) => delayed[(i, j - d)],
@@ -342,11 +283,8 @@ impl<T: Scalar> Assembled<T> {
         let rows: Vec<u32> = done.row_order.iter().map(|&i| self.rows[i]).collect();
         let columns: Vec<u32> = done.column_order.iter().map(|&j| self.columns[j]).collect();
         let growth = dense::largest(&lu).max(dense::largest(&upper));
-        let contribution = Contribution {
-            delayed_rows: rows[q..].to_vec(),
-            delayed_columns: columns[q..].to_vec(),
-            values,
-        };
+        let contribution =
+            Contribution { delayed_rows: rows[q..].to_vec(), delayed_columns: columns[q..].to_vec(), values };
         let front = Front {
             pivot_rows: rows[..q].to_vec(),
             pivot_columns: columns[..q].to_vec(),

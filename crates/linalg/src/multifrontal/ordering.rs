@@ -48,8 +48,7 @@ impl QuotientGraph {
             .collect();
         let mut incoming: Vec<Vec<u32>> = vec![Vec::new(); count];
         for (v, row) in rows.iter().enumerate() {
-            row.iter()
-                .for_each(|&w| incoming[w as usize].push(v as u32));
+            row.iter().for_each(|&w| incoming[w as usize].push(v as u32));
         }
         let mut offsets = vec![0];
         let mut neighbours = Vec::new();
@@ -60,11 +59,7 @@ impl QuotientGraph {
             neighbours.extend_from_slice(row);
             offsets.push(neighbours.len());
         }
-        Self {
-            members,
-            offsets,
-            neighbours,
-        }
+        Self { members, offsets, neighbours }
     }
 
     pub fn len(&self) -> usize {
@@ -92,17 +87,10 @@ impl QuotientGraph {
         let mut offsets = vec![0i32];
         let mut neighbours = Vec::with_capacity(self.neighbours.len());
         for &v in &connected {
-            neighbours.extend(
-                self.adjacent(v as usize)
-                    .iter()
-                    .map(|&w| compact[w as usize] as i32),
-            );
+            neighbours.extend(self.adjacent(v as usize).iter().map(|&w| compact[w as usize] as i32));
             offsets.push(i32::try_from(neighbours.len()).map_err(too_large)?);
         }
-        let weights = connected
-            .iter()
-            .map(|&v| self.members[v as usize].len() as i32)
-            .collect();
+        let weights = connected.iter().map(|&v| self.members[v as usize].len() as i32).collect();
         let dissected = metis_node_nd(offsets, neighbours, weights)?;
         order.extend(dissected.iter().map(|&k| connected[k as usize]));
         Ok(order)
@@ -129,18 +117,12 @@ fn number_groups(groups: &[u32]) -> (Vec<u32>, Vec<Vec<u32>>) {
 }
 
 /// Calls METIS; returns the vertices in elimination order.
-fn metis_node_nd(
-    mut offsets: Vec<i32>,
-    mut neighbours: Vec<i32>,
-    mut weights: Vec<i32>,
-) -> Result<Vec<i32>, String> {
+fn metis_node_nd(mut offsets: Vec<i32>, mut neighbours: Vec<i32>, mut weights: Vec<i32>) -> Result<Vec<i32>, String> {
     let mut count = weights.len() as i32;
     let mut order = vec![0i32; weights.len()];
     let mut position = vec![0i32; weights.len()];
     let mut options = [0i32; metis_sys::METIS_NOPTIONS as usize];
-    let guard = ONE_ORDERING_AT_A_TIME
-        .lock()
-        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let guard = ONE_ORDERING_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     // SAFETY: `options` has METIS_NOPTIONS items; offsets and neighbours form a valid symmetric
     // graph without loops; the other arrays have one item per vertex. METIS keeps no pointer.
     let status = unsafe {

@@ -27,18 +27,9 @@ pub(super) struct PivotedColumns<T> {
 /// A pivot must reach [`PIVOT_THRESHOLD`] times the largest entry of its column, rows beyond
 /// included, and the smallest pivot of the format. Columns without one are set aside and tried again
 /// as long as other pivots were found meanwhile.
-pub(super) fn eliminate<T: Scalar>(
-    values: Vec<T>,
-    rows: usize,
-    summed: usize,
-) -> PivotedColumns<T> {
-    let mut state = State {
-        values,
-        rows,
-        summed,
-        row_order: (0..summed).collect(),
-        column_order: (0..summed).collect(),
-    };
+pub(super) fn eliminate<T: Scalar>(values: Vec<T>, rows: usize, summed: usize) -> PivotedColumns<T> {
+    let mut state =
+        State { values, rows, summed, row_order: (0..summed).collect(), column_order: (0..summed).collect() };
     let (mut pivots, mut untried, mut progress) = (0, summed, false);
     loop {
         if pivots == untried {
@@ -55,11 +46,7 @@ pub(super) fn eliminate<T: Scalar>(
         untried -= end - reached;
         pivots = reached;
     }
-    let best_rejected = if pivots < summed {
-        state.candidate(pivots, pivots).1
-    } else {
-        0.0
-    };
+    let best_rejected = if pivots < summed { state.candidate(pivots, pivots).1 } else { 0.0 };
     PivotedColumns {
         values: state.values,
         row_order: state.row_order,
@@ -139,9 +126,7 @@ impl<T: Scalar> State<T> {
         let panel = MatRef::from_column_major_slice(head, rows, end);
         let panel = panel.submatrix(start, start, rows - start, count);
         let rest = MatMut::from_column_major_slice_mut(tail, rows, self.summed - end);
-        let (mut upper, lower) = rest
-            .subrows_mut(start, rows - start)
-            .split_at_row_mut(count);
+        let (mut upper, lower) = rest.subrows_mut(start, rows - start).split_at_row_mut(count);
         dense::solve_unit_lower(panel.subrows(0, count), upper.rb_mut());
         dense::subtract_product(lower, panel.subrows(count, rows - reached), upper.rb());
     }
@@ -156,9 +141,7 @@ impl<T: Scalar> State<T> {
 
     fn swap_rows(&mut self, i: usize, j: usize) {
         if i != j {
-            self.values
-                .chunks_exact_mut(self.rows)
-                .for_each(|column| column.swap(i, j));
+            self.values.chunks_exact_mut(self.rows).for_each(|column| column.swap(i, j));
             self.row_order.swap(i, j);
         }
     }

@@ -34,10 +34,7 @@ impl<T: Scalar> Numeric<T> {
         let mut units = Vec::with_capacity(rhs.len() / n);
         let mut x: Vec<T> = Vec::with_capacity(rhs.len());
         for column in rhs.chunks_exact_mut(n) {
-            column
-                .iter_mut()
-                .zip(before)
-                .for_each(|(b, scale)| *b *= scale);
+            column.iter_mut().zip(before).for_each(|(b, scale)| *b *= scale);
             let unit = power_of_two_near(crate::csr::largest(column));
             let permuted = self.symbolic.permutation.iter();
             x.extend(permuted.map(|&i| T::from_f64(column[i as usize] / unit)));
@@ -57,10 +54,7 @@ impl<T: Scalar> Numeric<T> {
 
     /// Rows (forward) and columns (backward) of a front beyond its pivots.
     fn beyond<'a>(&'a self, k: usize, delayed: &'a [u32]) -> impl Iterator<Item = usize> + 'a {
-        delayed
-            .iter()
-            .chain(&self.symbolic.supernodes[k].rows)
-            .map(|&i| i as usize)
+        delayed.iter().chain(&self.symbolic.supernodes[k].rows).map(|&i| i as usize)
     }
 
     /// One right-hand side, in place, permuted numbering.
@@ -88,10 +82,7 @@ impl<T: Scalar> Numeric<T> {
             y.extend(pivots.iter().map(|&i| b[i as usize]));
             let w = &mut y[start..];
             update.clear();
-            update.resize(
-                delayed.len() + self.symbolic.supernodes[k].rows.len(),
-                T::ZERO,
-            );
+            update.resize(delayed.len() + self.symbolic.supernodes[k].rows.len(), T::ZERO);
             if transpose {
                 kernels::solve_upper_transposed(&front.lu, w);
                 kernels::subtract_transposed_product(&front.upper, w, &mut update);
@@ -164,10 +155,7 @@ impl<T: Scalar> Numeric<T> {
             };
             let known = gather(x, n, || self.beyond(k, delayed));
             front.backward_block(transpose, &mut w, &known, x.len() / n);
-            for (x, w) in x
-                .chunks_exact_mut(n)
-                .zip(w.chunks_exact(pivots.len().max(1)))
-            {
+            for (x, w) in x.chunks_exact_mut(n).zip(w.chunks_exact(pivots.len().max(1))) {
                 for (&i, w) in pivots.iter().zip(w) {
                     x[i as usize] = *w;
                 }
@@ -217,16 +205,10 @@ impl<T: Scalar> Front<T> {
 
 /// Entries at `places` of each column of `n` entries.
 fn gather<T: Copy, I: Iterator<Item = usize>>(x: &[T], n: usize, places: impl Fn() -> I) -> Vec<T> {
-    x.chunks_exact(n)
-        .flat_map(|column| places().map(|i| column[i]))
-        .collect()
+    x.chunks_exact(n).flat_map(|column| places().map(|i| column[i])).collect()
 }
 
 /// Unit for a right-hand side, so that single precision neither overflows nor underflows.
 fn power_of_two_near(largest: f64) -> f64 {
-    if largest.is_normal() {
-        largest.log2().floor().clamp(-1000.0, 1000.0).exp2()
-    } else {
-        1.0
-    }
+    if largest.is_normal() { largest.log2().floor().clamp(-1000.0, 1000.0).exp2() } else { 1.0 }
 }

@@ -167,9 +167,7 @@ fn fundamental_supernodes(graph: &QuotientGraph, order: &[u32], parents: &[usize
         let neighbours = graph.adjacent(order[j] as usize);
         neighbours.iter().for_each(|&w| take(position[w as usize]));
         for &child in &children[j] {
-            std::mem::take(&mut structure[child])
-                .into_iter()
-                .for_each(&mut take);
+            std::mem::take(&mut structure[child]).into_iter().for_each(&mut take);
         }
         let extends = children[j].len() == 1 && children[j][0] + 1 == j && {
             let last: &Group = &groups[owner[j - 1]];
@@ -199,11 +197,7 @@ fn fundamental_supernodes(graph: &QuotientGraph, order: &[u32], parents: &[usize
     }
     for group in &mut groups {
         let last = group.columns[group.columns.len() - 1] as usize;
-        group.parent = if parents[last] == NONE {
-            NONE
-        } else {
-            owner[parents[last]]
-        };
+        group.parent = if parents[last] == NONE { NONE } else { owner[parents[last]] };
     }
     groups
 }
@@ -222,10 +216,8 @@ fn amalgamate(groups: &mut [Group]) {
         let pivots = child.pivots + parent.pivots;
         let stored = 0.5 * pivots * (pivots + 1.0) + pivots * parent.border;
         let share = zeros / stored;
-        let merge = pivots <= 16.0
-            || (pivots <= 48.0 && share < 0.6)
-            || (pivots <= 96.0 && share < 0.2)
-            || share < 0.06;
+        let merge =
+            pivots <= 16.0 || (pivots <= 48.0 && share < 0.6) || (pivots <= 96.0 && share < 0.2) || share < 0.06;
         if merge {
             let columns = std::mem::take(&mut groups[s].columns);
             groups[s].merged_into = Some(p);
@@ -240,9 +232,7 @@ fn amalgamate(groups: &mut [Group]) {
 /// Final postorder of the merged supernodes: children in the order that needs the least memory
 /// for pending contributions (Liu, ACM Trans. Math. Softw. 12, 1986).
 fn memory_postorder(groups: &[Group]) -> (Vec<usize>, Vec<usize>) {
-    let survivors: Vec<usize> = (0..groups.len())
-        .filter(|&s| groups[s].merged_into.is_none())
-        .collect();
+    let survivors: Vec<usize> = (0..groups.len()).filter(|&s| groups[s].merged_into.is_none()).collect();
     let mut compact = vec![NONE; groups.len()];
     for (k, &s) in survivors.iter().enumerate() {
         compact[s] = k;
@@ -274,24 +264,13 @@ fn memory_postorder(groups: &[Group]) -> (Vec<usize>, Vec<usize>) {
     }
     let post = postorder(&children);
     let new = inverse_of(&post);
-    let parents = post.iter().map(|&k| {
-        if parents[k] == NONE {
-            NONE
-        } else {
-            new[parents[k]]
-        }
-    });
+    let parents = post.iter().map(|&k| if parents[k] == NONE { NONE } else { new[parents[k]] });
     let parents = parents.collect();
     (post.iter().map(|&k| survivors[k]).collect(), parents)
 }
 
 /// Numbers the unknowns along the postorder and places the matrix entries.
-fn number(
-    pattern: &CsrPattern,
-    graph: &QuotientGraph,
-    order: &[u32],
-    mut groups: Vec<Group>,
-) -> Symbolic {
+fn number(pattern: &CsrPattern, graph: &QuotientGraph, order: &[u32], mut groups: Vec<Group>) -> Symbolic {
     let (post, parents) = memory_postorder(&groups);
     let mut starts = vec![0u32; graph.len()];
     let mut permutation: Vec<u32> = Vec::with_capacity(pattern.n);
@@ -329,10 +308,7 @@ fn number(
         match supernodes[k].parent {
             None => roots.push(k),
             Some(parent) => {
-                let (operations, first) = (
-                    supernodes[k].subtree_operations,
-                    supernodes[k].first_descendant,
-                );
+                let (operations, first) = (supernodes[k].subtree_operations, supernodes[k].first_descendant);
                 let parent = &mut supernodes[parent];
                 parent.children.push(k);
                 parent.subtree_operations += operations;
@@ -340,28 +316,13 @@ fn number(
             }
         }
     }
-    let operations = roots
-        .iter()
-        .map(|&r| supernodes[r].subtree_operations)
-        .sum();
+    let operations = roots.iter().map(|&r| supernodes[r].subtree_operations).sum();
     let (entry_offsets, entries) = place_entries(pattern, &permutation, &supernodes);
-    Symbolic {
-        n: pattern.n,
-        permutation,
-        supernodes,
-        roots,
-        entry_offsets,
-        entries,
-        operations,
-    }
+    Symbolic { n: pattern.n, permutation, supernodes, roots, entry_offsets, entries, operations }
 }
 
 /// An entry belongs to the front that eliminates the earlier one of its row and column.
-fn place_entries(
-    pattern: &CsrPattern,
-    permutation: &[u32],
-    supernodes: &[Supernode],
-) -> (Vec<usize>, Vec<Entry>) {
+fn place_entries(pattern: &CsrPattern, permutation: &[u32], supernodes: &[Supernode]) -> (Vec<usize>, Vec<Entry>) {
     let position = inverse(permutation);
     let mut owner = vec![0u32; pattern.n];
     for (s, supernode) in supernodes.iter().enumerate() {
@@ -385,11 +346,7 @@ fn place_entries(
     for i in 0..pattern.n {
         for k in pattern.row_offsets[i]..pattern.row_offsets[i + 1] {
             let (s, row, column) = place(i, k);
-            entries[next[s]] = (
-                k as u32,
-                local(&supernodes[s], row),
-                local(&supernodes[s], column),
-            );
+            entries[next[s]] = (k as u32, local(&supernodes[s], row), local(&supernodes[s], column));
             next[s] += 1;
         }
     }

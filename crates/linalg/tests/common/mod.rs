@@ -9,10 +9,7 @@ pub struct Random(pub u64);
 
 impl Random {
     pub fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
@@ -66,9 +63,8 @@ impl Brick {
     pub fn assemble(&self, seed: u64) -> (BlockMatrix, Vec<bool>, Vec<u32>) {
         let count = self.count();
         let top = self.top();
-        let mut rows: Vec<Vec<u32>> = (0..count)
-            .map(|i| self.neighbours(i).iter().map(|&j| j as u32).collect())
-            .collect();
+        let mut rows: Vec<Vec<u32>> =
+            (0..count).map(|i| self.neighbours(i).iter().map(|&j| j as u32).collect()).collect();
         let mut groups: Vec<u32> = (0..count as u32).collect();
         for (m, &slave) in top.iter().enumerate() {
             let multiplier = (count + m) as u32;
@@ -123,13 +119,7 @@ impl Brick {
 
     fn direction(&self, i: usize, j: usize) -> [f64; 3] {
         let [nx, ny, _] = self.nodes;
-        let at = |n: usize| {
-            [
-                (n % nx) as f64,
-                (n / nx % ny) as f64,
-                (n / (nx * ny)) as f64,
-            ]
-        };
+        let at = |n: usize| [(n % nx) as f64, (n / nx % ny) as f64, (n / (nx * ny)) as f64];
         let (p, q) = (at(i), at(j));
         let d = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
         let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
@@ -139,8 +129,7 @@ impl Brick {
     /// Sticking: zero diagonal block, weighted averages of the displacements prescribed. Inactive:
     /// the multiplier itself vanishes.
     fn constraint(&self, a: &mut BlockMatrix, slave: usize, multiplier: usize, active: bool) {
-        let identity =
-            |s: f64| -> [f64; 9] { std::array::from_fn(|l| if l % 4 == 0 { s } else { 0.0 }) };
+        let identity = |s: f64| -> [f64; 9] { std::array::from_fn(|l| if l % 4 == 0 { s } else { 0.0 }) };
         for j in self.neighbours(slave) {
             let weight = if j == slave { 0.5 } else { 0.02 };
             a.add(j, multiplier, &identity(weight));
@@ -168,8 +157,5 @@ pub fn relative_residual(a: &CsrMatrix, transpose: bool, x: &[f64], b: &[f64]) -
 /// max |x − y| / max |y|.
 pub fn difference(x: &[f64], y: &[f64]) -> f64 {
     let scale = y.iter().fold(0.0, |m: f64, y| m.max(y.abs()));
-    x.iter()
-        .zip(y)
-        .fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()))
-        / scale
+    x.iter().zip(y).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs())) / scale
 }

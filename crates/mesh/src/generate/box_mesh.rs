@@ -51,11 +51,7 @@ fn graded(d: usize, shape: &BoxShape) -> Result<Vec<f64>, MeshError> {
         return Err(MeshError::parameter(format!("grading[{d}]"), ratio, cure));
     }
     // Sizes q⁰ … qⁿ⁻¹ add up to (qⁱ − 1)/(q − 1) at node i; expm1 keeps the digits near q = 1.
-    let log_growth = if count > 1 {
-        ratio.ln() / (count - 1) as f64
-    } else {
-        0.0
-    };
+    let log_growth = if count > 1 { ratio.ln() / (count - 1) as f64 } else { 0.0 };
     let share = |i: usize| {
         if log_growth == 0.0 {
             i as f64 / count as f64
@@ -63,21 +59,11 @@ fn graded(d: usize, shape: &BoxShape) -> Result<Vec<f64>, MeshError> {
             (log_growth * i as f64).exp_m1() / (log_growth * count as f64).exp_m1()
         }
     };
-    let ticks: Vec<f64> = (0..=count)
-        .map(|i| {
-            if i == count {
-                max
-            } else {
-                min + (max - min) * share(i)
-            }
-        })
-        .collect();
+    let ticks: Vec<f64> = (0..=count).map(|i| if i == count { max } else { min + (max - min) * share(i) }).collect();
     if ticks.is_sorted_by(|a, b| a < b) {
         Ok(ticks)
     } else {
-        let cure = format!(
-            "makes elements without length in {min}..{max}: use a ratio nearer to 1 or fewer elements"
-        );
+        let cure = format!("makes elements without length in {min}..{max}: use a ratio nearer to 1 or fewer elements");
         Err(MeshError::parameter(format!("grading[{d}]"), ratio, cure))
     }
 }

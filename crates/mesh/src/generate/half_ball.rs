@@ -61,38 +61,23 @@ pub fn half_ball(name: &str, shape: &HalfBallShape) -> Result<Mesh, MeshError> {
     for layer in 0..m {
         for &[a, b, c, d] in &skin.quads {
             // Outward is the third natural direction.
-            let (low, high) = (
-                [a, b, c, d].map(|k| node_of(layer, k)),
-                [a, b, c, d].map(|k| node_of(layer + 1, k)),
-            );
-            hexes.push([
-                low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3],
-            ]);
+            let (low, high) = ([a, b, c, d].map(|k| node_of(layer, k)), [a, b, c, d].map(|k| node_of(layer + 1, k)));
+            hexes.push([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]);
         }
     }
-    let body = Body {
-        name: name.to_owned(),
-        elements: 0..hexes.len(),
-        nodes: 0..nodes.len(),
-    };
-    let mut mesh = Mesh {
-        nodes,
-        hexes,
-        bodies: vec![body],
-        ..Mesh::default()
-    };
+    let body = Body { name: name.to_owned(), elements: 0..hexes.len(), nodes: 0..nodes.len() };
+    let mut mesh = Mesh { nodes, hexes, bodies: vec![body], ..Mesh::default() };
     mesh.surfaces = flat_and_dome(name, &mesh);
     Ok(mesh)
 }
 
 /// The boundary in its two parts: the generator puts the flat face on y = 0 exactly.
 fn flat_and_dome(name: &str, mesh: &Mesh) -> BTreeMap<String, Surface> {
-    let (flat, dome) = mesh.boundary(0).facets.into_iter().partition(|facet| {
-        facet
-            .nodes
-            .iter()
-            .all(|&n| mesh.nodes[n as usize][1] == 0.0)
-    });
+    let (flat, dome) = mesh
+        .boundary(0)
+        .facets
+        .into_iter()
+        .partition(|facet| facet.nodes.iter().all(|&n| mesh.nodes[n as usize][1] == 0.0));
     BTreeMap::from([
         (format!("{name}_flat"), Surface { facets: flat }),
         (format!("{name}_dome"), Surface { facets: dome }),
@@ -118,13 +103,8 @@ impl Grid {
     fn node_bound(&self) -> Option<usize> {
         let across = self.n.checked_add(1)?;
         let down = self.h.checked_add(1)?;
-        let layer = across
-            .checked_mul(across)?
-            .checked_add(across.checked_mul(down)?.checked_mul(4)?)?;
-        across
-            .checked_mul(across)?
-            .checked_mul(down)?
-            .checked_add(self.m.checked_mul(layer)?)
+        let layer = across.checked_mul(across)?.checked_add(across.checked_mul(down)?.checked_mul(4)?)?;
+        across.checked_mul(across)?.checked_mul(down)?.checked_add(self.m.checked_mul(layer)?)
     }
 
     fn block_count(&self) -> usize {
@@ -137,17 +117,11 @@ impl Grid {
 
     fn block_index(&self, number: usize) -> [usize; 3] {
         let (across, up) = (self.n + 1, self.h + 1);
-        [
-            number % across,
-            number / across % up,
-            number / (across * up),
-        ]
+        [number % across, number / across % up, number / (across * up)]
     }
 
     fn block_nodes(&self) -> Vec<[f64; 3]> {
-        (0..self.block_count())
-            .map(|number| self.block_point(self.cube_point(self.block_index(number))))
-            .collect()
+        (0..self.block_count()).map(|number| self.block_point(self.cube_point(self.block_index(number)))).collect()
     }
 
     fn block_hexes(&self) -> Vec<[u32; 8]> {
@@ -180,10 +154,8 @@ impl Grid {
     fn skin(&self) -> Skin {
         let (n, h) = (self.n, self.h);
         let is_skin = |[i, j, k]: [usize; 3]| j == 0 || i == 0 || i == n || k == 0 || k == n;
-        let indices: Vec<[usize; 3]> = (0..self.block_count())
-            .map(|number| self.block_index(number))
-            .filter(|&index| is_skin(index))
-            .collect();
+        let indices: Vec<[usize; 3]> =
+            (0..self.block_count()).map(|number| self.block_index(number)).filter(|&index| is_skin(index)).collect();
         let mut place = vec![usize::MAX; self.block_count()];
         for (position, &index) in indices.iter().enumerate() {
             place[self.block_number(index) as usize] = position;
@@ -192,38 +164,13 @@ impl Grid {
         let mut quads = Vec::with_capacity(n * n + 4 * n * h);
         for i in 0..n {
             for k in 0..n {
-                quads.push([
-                    at([i, 0, k]),
-                    at([i + 1, 0, k]),
-                    at([i + 1, 0, k + 1]),
-                    at([i, 0, k + 1]),
-                ]);
+                quads.push([at([i, 0, k]), at([i + 1, 0, k]), at([i + 1, 0, k + 1]), at([i, 0, k + 1])]);
             }
             for j in 0..h {
-                quads.push([
-                    at([0, j, i]),
-                    at([0, j, i + 1]),
-                    at([0, j + 1, i + 1]),
-                    at([0, j + 1, i]),
-                ]);
-                quads.push([
-                    at([n, j, i]),
-                    at([n, j + 1, i]),
-                    at([n, j + 1, i + 1]),
-                    at([n, j, i + 1]),
-                ]);
-                quads.push([
-                    at([i, j, 0]),
-                    at([i, j + 1, 0]),
-                    at([i + 1, j + 1, 0]),
-                    at([i + 1, j, 0]),
-                ]);
-                quads.push([
-                    at([i, j, n]),
-                    at([i + 1, j, n]),
-                    at([i + 1, j + 1, n]),
-                    at([i, j + 1, n]),
-                ]);
+                quads.push([at([0, j, i]), at([0, j, i + 1]), at([0, j + 1, i + 1]), at([0, j + 1, i])]);
+                quads.push([at([n, j, i]), at([n, j + 1, i]), at([n, j + 1, i + 1]), at([n, j, i + 1])]);
+                quads.push([at([i, j, 0]), at([i, j + 1, 0]), at([i + 1, j + 1, 0]), at([i + 1, j, 0])]);
+                quads.push([at([i, j, n]), at([i + 1, j, n]), at([i + 1, j + 1, n]), at([i, j + 1, n])]);
             }
         }
         Skin { indices, quads }

@@ -26,11 +26,7 @@ impl Lattice<'_> {
         let product = |counts: [usize; 3]| counts[0].checked_mul(counts[1])?.checked_mul(counts[2]);
         count32("elements", product(self.elements))?;
         let [a, b, c] = self.elements;
-        let points = [
-            a.saturating_add(1),
-            if self.closed { b } else { b.saturating_add(1) },
-            c.saturating_add(1),
-        ];
+        let points = [a.saturating_add(1), if self.closed { b } else { b.saturating_add(1) }, c.saturating_add(1)];
         count32("nodes", product(points))?;
         Ok(points)
     }
@@ -41,63 +37,29 @@ impl Lattice<'_> {
         let [along_a, along_b, along_c] = self.points()?;
         let mut nodes = Vec::with_capacity(along_a * along_b * along_c);
         for index in 0..along_a * along_b * along_c {
-            nodes.push(position([
-                index % along_a,
-                index / along_a % along_b,
-                index / (along_a * along_b),
-            ]));
+            nodes.push(position([index % along_a, index / along_a % along_b, index / (along_a * along_b)]));
         }
-        let number =
-            |i: usize, j: usize, k: usize| (i + along_a * (j % along_b + along_b * k)) as u32;
+        let number = |i: usize, j: usize, k: usize| (i + along_a * (j % along_b + along_b * k)) as u32;
         let mut hexes = Vec::with_capacity(a * b * c);
         let mut surfaces: BTreeMap<String, Surface> = BTreeMap::new();
         for element in 0..a * b * c {
             let place = [element % a, element / a % b, element / (a * b)];
             let [i, j, k] = place;
-            let corners = |k| {
-                [
-                    number(i, j, k),
-                    number(i + 1, j, k),
-                    number(i + 1, j + 1, k),
-                    number(i, j + 1, k),
-                ]
-            };
+            let corners = |k| [number(i, j, k), number(i + 1, j, k), number(i + 1, j + 1, k), number(i, j + 1, k)];
             let (low, high) = (corners(k), corners(k + 1));
-            let hex = [
-                low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3],
-            ];
+            let hex = [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]];
             for side in 0..6 {
                 let direction = side / 2;
-                let last = if side % 2 == 0 {
-                    0
-                } else {
-                    self.elements[direction] - 1
-                };
+                let last = if side % 2 == 0 { 0 } else { self.elements[direction] - 1 };
                 if place[direction] == last && !(self.closed && direction == 1) {
-                    let facet = Facet {
-                        nodes: HEX_FACES[SIDE_FACES[side]].map(|corner| hex[corner]),
-                        element: element as u32,
-                    };
-                    surfaces
-                        .entry(format!("{}_{}", self.name, self.sides[side]))
-                        .or_default()
-                        .facets
-                        .push(facet);
+                    let facet =
+                        Facet { nodes: HEX_FACES[SIDE_FACES[side]].map(|corner| hex[corner]), element: element as u32 };
+                    surfaces.entry(format!("{}_{}", self.name, self.sides[side])).or_default().facets.push(facet);
                 }
             }
             hexes.push(hex);
         }
-        let body = Body {
-            name: self.name.to_owned(),
-            elements: 0..hexes.len(),
-            nodes: 0..nodes.len(),
-        };
-        Ok(Mesh {
-            nodes,
-            hexes,
-            bodies: vec![body],
-            node_sets: BTreeMap::new(),
-            surfaces,
-        })
+        let body = Body { name: self.name.to_owned(), elements: 0..hexes.len(), nodes: 0..nodes.len() };
+        Ok(Mesh { nodes, hexes, bodies: vec![body], node_sets: BTreeMap::new(), surfaces })
     }
 }

@@ -18,11 +18,7 @@ fn positive(parameter: &str, value: f64) -> Result<f64, MeshError> {
     if value.is_finite() && value > 0.0 {
         Ok(value)
     } else {
-        Err(MeshError::parameter(
-            parameter,
-            value,
-            "must be positive and finite",
-        ))
+        Err(MeshError::parameter(parameter, value, "must be positive and finite"))
     }
 }
 
@@ -31,25 +27,13 @@ fn at_least(least: usize, parameter: &str, value: usize) -> Result<usize, MeshEr
     if value >= least {
         Ok(value)
     } else {
-        Err(MeshError::parameter(
-            parameter,
-            value,
-            format!("must be at least {least}"),
-        ))
+        Err(MeshError::parameter(parameter, value, format!("must be at least {least}")))
     }
 }
 
 /// Refuses a body without a name, whose surfaces could not be told apart.
 fn named(name: &str) -> Result<(), MeshError> {
-    if name.is_empty() {
-        Err(MeshError::parameter(
-            "name",
-            "empty",
-            "give the body a name",
-        ))
-    } else {
-        Ok(())
-    }
+    if name.is_empty() { Err(MeshError::parameter("name", "empty", "give the body a name")) } else { Ok(()) }
 }
 
 /// Inner and outer radius if they enclose a wall.
@@ -59,10 +43,6 @@ fn wall(inner: f64, outer: f64) -> Result<(), MeshError> {
     if inner < outer {
         Ok(())
     } else {
-        Err(MeshError::parameter(
-            "inner_radius",
-            inner,
-            format!("must be less than outer_radius = {outer}"),
-        ))
+        Err(MeshError::parameter("inner_radius", inner, format!("must be less than outer_radius = {outer}")))
     }
 }

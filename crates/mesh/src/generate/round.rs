@@ -44,21 +44,13 @@ pub fn hollow_cylinder(name: &str, shape: &HollowCylinderShape) -> Result<Mesh, 
     let radial = at_least(1, "elements[0] (radial)", shape.elements[0])?;
     let around = at_least(3, "elements[1] (around)", shape.elements[1])?;
     let axial = at_least(1, "elements[2] (axial)", shape.elements[2])?;
-    let lattice = Lattice {
-        name,
-        elements: shape.elements,
-        closed: true,
-        sides: ["inner", "outer", "", "", "bottom", "top"],
-    };
+    let lattice =
+        Lattice { name, elements: shape.elements, closed: true, sides: ["inner", "outer", "", "", "bottom", "top"] };
     lattice.mesh(|[i, j, k]| {
         let radius = between(shape.inner_radius, shape.outer_radius, i, radial);
         let (sine, cosine) = (2.0 * PI * j as f64 / around as f64).sin_cos();
         // Radius, angle, y are right-handed with the angle from x to −z.
-        [
-            radius * cosine,
-            between(0.0, shape.height, k, axial),
-            -radius * sine,
-        ]
+        [radius * cosine, between(0.0, shape.height, k, axial), -radius * sine]
     })
 }
 
@@ -84,11 +76,7 @@ pub fn half_ring(name: &str, shape: &HalfRingShape) -> Result<Mesh, MeshError> {
     lattice.mesh(|[i, j, k]| {
         let radius = between(shape.inner_radius, shape.outer_radius, i, radial);
         let (x, y) = down_arc(j, around);
-        [
-            radius * x,
-            radius * y,
-            between(-0.5 * shape.width, 0.5 * shape.width, k, across),
-        ]
+        [radius * x, radius * y, between(-0.5 * shape.width, 0.5 * shape.width, k, across)]
     })
 }
 
@@ -105,9 +93,5 @@ fn down_arc(step: usize, steps: usize) -> (f64, f64) {
 
 /// Point `step` of `steps` from `start` to `end`, the ends exact.
 fn between(start: f64, end: f64, step: usize, steps: usize) -> f64 {
-    if step == steps {
-        end
-    } else {
-        start + (end - start) * (step as f64 / steps as f64)
-    }
+    if step == steps { end } else { start + (end - start) * (step as f64 / steps as f64) }
 }

@@ -6,10 +6,7 @@ use slipstick_mesh::{Mesh, MeshError, Placement, Rotation};
 use crate::support::{assert_close, cubes, volume};
 
 fn placement(axis: [f64; 3], degrees: f64, translate: [f64; 3]) -> Placement {
-    Placement {
-        rotate: Some(Rotation { axis, degrees }),
-        translate,
-    }
+    Placement { rotate: Some(Rotation { axis, degrees }), translate }
 }
 
 #[test]
@@ -17,8 +14,7 @@ fn merged_bodies_keep_their_shape_and_get_contiguous_numbers() {
     let (mut slab, mut die) = (cubes("slab", [3, 1, 2]), cubes("die", [1, 2, 1]));
     slab.node_sets.insert("corner".into(), vec![0]);
     die.node_sets.insert("tip".into(), vec![0, 4]);
-    die.transform(&placement([0.0, 1.0, 0.0], 30.0, [0.0, 2.0, 0.0]))
-        .unwrap();
+    die.transform(&placement([0.0, 1.0, 0.0], 30.0, [0.0, 2.0, 0.0])).unwrap();
     let mesh = Mesh::merge(vec![slab.clone(), die.clone()]).unwrap();
     assert_eq!(mesh.check(), vec![]);
     assert_eq!(mesh.bodies[1].elements, 6..8);
@@ -27,11 +23,7 @@ fn merged_bodies_keep_their_shape_and_get_contiguous_numbers() {
     assert_eq!(mesh.surfaces["die_ymin"].facets[0].element, 6);
     assert_eq!(
         mesh.surfaces["die_ymin"].nodes(),
-        die.surfaces["die_ymin"]
-            .nodes()
-            .iter()
-            .map(|n| n + 24)
-            .collect::<Vec<_>>()
+        die.surfaces["die_ymin"].nodes().iter().map(|n| n + 24).collect::<Vec<_>>()
     );
     assert_eq!(mesh.hex_coordinates(7), die.hex_coordinates(1));
     assert_eq!(mesh.boundary(0), slab.boundary(0));
@@ -47,18 +39,11 @@ fn names_that_merged_meshes_share_are_errors() {
     };
     let (a, mut b) = (cubes("a", [1; 3]), cubes("b", [1; 3]));
     assert_eq!(duplicate(a.clone(), a.clone()), ("body", "a".into()));
-    b.surfaces
-        .insert("a_xmin".into(), b.surfaces["b_xmin"].clone());
-    assert_eq!(
-        duplicate(a.clone(), b.clone()),
-        ("surface", "a_xmin".into())
-    );
+    b.surfaces.insert("a_xmin".into(), b.surfaces["b_xmin"].clone());
+    assert_eq!(duplicate(a.clone(), b.clone()), ("surface", "a_xmin".into()));
     b.surfaces.remove("a_xmin");
     b.node_sets.insert("a_xmax".into(), vec![0]);
-    assert_eq!(
-        duplicate(a.clone(), b.clone()),
-        ("set or surface", "a_xmax".into())
-    );
+    assert_eq!(duplicate(a.clone(), b.clone()), ("set or surface", "a_xmax".into()));
     assert_eq!(duplicate(b.clone(), a), ("set or surface", "a_xmax".into()));
     let mut c = cubes("c", [1; 3]);
     c.node_sets.insert("a_xmax".into(), vec![1]);
@@ -71,8 +56,7 @@ fn quarter_turns_about_axes_are_exact_and_right_handed() {
     mesh.nodes[7] = [0.1, 0.2, 0.3];
     let turned = |degrees| {
         let mut copy = mesh.clone();
-        copy.transform(&placement([0.0, 0.0, 5.0], degrees, [0.0; 3]))
-            .unwrap();
+        copy.transform(&placement([0.0, 0.0, 5.0], degrees, [0.0; 3])).unwrap();
         copy.nodes[7]
     };
     assert_eq!(turned(90.0), [-0.2, 0.1, 0.3]);
@@ -84,13 +68,9 @@ fn quarter_turns_about_axes_are_exact_and_right_handed() {
 #[test]
 fn the_rotation_comes_before_the_translation() {
     let mut mesh = cubes("b", [1; 3]);
-    mesh.transform(&placement([0.0, 1.0, 0.0], 90.0, [10.0, 0.0, 0.0]))
-        .unwrap();
+    mesh.transform(&placement([0.0, 1.0, 0.0], 90.0, [10.0, 0.0, 0.0])).unwrap();
     // x → −z: the cube goes to z in −1..0 and then to x in 10..11.
-    assert_eq!(
-        mesh.bounding_box(),
-        Some(([10.0, 0.0, -1.0], [11.0, 1.0, 0.0]))
-    );
+    assert_eq!(mesh.bounding_box(), Some(([10.0, 0.0, -1.0], [11.0, 1.0, 0.0])));
     assert_eq!(mesh.check(), vec![]);
 }
 
@@ -100,22 +80,10 @@ fn bad_placements_are_errors_and_leave_the_mesh_alone() {
     let before = mesh.clone();
     for (bad, expected) in [
         (placement([0.0; 3], 90.0, [0.0; 3]), "rotate.axis"),
-        (
-            placement([0.0, f64::NAN, 1.0], 90.0, [0.0; 3]),
-            "rotate.axis",
-        ),
-        (
-            placement([0.0, f64::INFINITY, 1.0], 90.0, [0.0; 3]),
-            "rotate.axis",
-        ),
-        (
-            placement([0.0, 1.0, 0.0], f64::INFINITY, [0.0; 3]),
-            "rotate.degrees",
-        ),
-        (
-            placement([0.0, 1.0, 0.0], 90.0, [0.0, f64::NAN, 0.0]),
-            "translate",
-        ),
+        (placement([0.0, f64::NAN, 1.0], 90.0, [0.0; 3]), "rotate.axis"),
+        (placement([0.0, f64::INFINITY, 1.0], 90.0, [0.0; 3]), "rotate.axis"),
+        (placement([0.0, 1.0, 0.0], f64::INFINITY, [0.0; 3]), "rotate.degrees"),
+        (placement([0.0, 1.0, 0.0], 90.0, [0.0, f64::NAN, 0.0]), "translate"),
     ] {
         match mesh.transform(&bad) {
             Err(MeshError::Parameter { parameter, .. }) => assert_eq!(parameter, expected),
@@ -124,21 +92,8 @@ fn bad_placements_are_errors_and_leave_the_mesh_alone() {
         assert_eq!(mesh, before);
     }
     // Any length of the axis will do.
-    let tiny = Rotation {
-        axis: [0.0, 1e-200, 0.0],
-        degrees: 90.0,
-    }
-    .matrix()
-    .unwrap();
-    assert_eq!(
-        tiny,
-        Rotation {
-            axis: [0.0, 1e200, 0.0],
-            degrees: 90.0
-        }
-        .matrix()
-        .unwrap()
-    );
+    let tiny = Rotation { axis: [0.0, 1e-200, 0.0], degrees: 90.0 }.matrix().unwrap();
+    assert_eq!(tiny, Rotation { axis: [0.0, 1e200, 0.0], degrees: 90.0 }.matrix().unwrap());
 }
 
 proptest! {

@@ -23,30 +23,20 @@ fn defects_of_bodies_are_found() {
     assert_eq!(two_bodies().check(), vec![]);
     assert_eq!(two_bodies().validate(), Ok(()));
     let found = after(|mesh| mesh.bodies[1].name = "slab".into());
-    assert!(
-        matches!(&found[..], [MeshDefect::BodyRange { reason, .. }] if reason.contains("name of another"))
-    );
+    assert!(matches!(&found[..], [MeshDefect::BodyRange { reason, .. }] if reason.contains("name of another")));
     let found = after(|mesh| mesh.bodies[1].elements = 2..9);
     assert!(
         matches!(&found[..], [MeshDefect::BodyRange { body, reason }] if body == "die" && reason.contains("up to 9"))
     );
     let found = after(|mesh| mesh.bodies[0].elements = 0..1);
-    assert_eq!(
-        found,
-        vec![MeshDefect::ElementsWithoutBody { elements: vec![1] }]
-    );
+    assert_eq!(found, vec![MeshDefect::ElementsWithoutBody { elements: vec![1] }]);
     let found = after(|mesh| mesh.bodies[1].elements = 1..3);
-    assert!(
-        matches!(&found[0], MeshDefect::BodyRange { reason, .. } if reason.contains("body before"))
-    );
+    assert!(matches!(&found[0], MeshDefect::BodyRange { reason, .. } if reason.contains("body before")));
     assert!(matches!(&found[1], MeshDefect::SharedNodes { .. }));
     let found = after(|mesh| {
         mesh.bodies.remove(1);
     });
-    assert_eq!(
-        found,
-        vec![MeshDefect::ElementsWithoutBody { elements: vec![2] }]
-    );
+    assert_eq!(found, vec![MeshDefect::ElementsWithoutBody { elements: vec![2] }]);
 }
 
 #[test]
@@ -57,62 +47,30 @@ fn defects_of_nodes_are_found() {
     let found = after(|mesh| mesh.nodes.push([9.0; 3]));
     assert_eq!(found, vec![MeshDefect::UnusedNodes { nodes: vec![20] }]);
     let found = after(|mesh| mesh.bodies[0].nodes = 0..11);
-    assert_eq!(
-        found,
-        vec![MeshDefect::NodesOutsideBody {
-            body: "slab".into(),
-            nodes: vec![11]
-        }]
-    );
+    assert_eq!(found, vec![MeshDefect::NodesOutsideBody { body: "slab".into(), nodes: vec![11] }]);
     let found = after(|mesh| {
         mesh.nodes[12] = mesh.nodes[11];
         mesh.hexes[2][0] = 11;
         mesh.surfaces.clear();
     });
     let bodies = ["slab".to_owned(), "die".to_owned()];
-    assert!(
-        found.contains(&MeshDefect::SharedNodes {
-            bodies,
-            nodes: vec![11]
-        }),
-        "{found:?}"
-    );
+    assert!(found.contains(&MeshDefect::SharedNodes { bodies, nodes: vec![11] }), "{found:?}");
     assert!(found.contains(&MeshDefect::UnusedNodes { nodes: vec![12] }));
 }
 
 #[test]
 fn defects_of_elements_are_found() {
     let found = after(|mesh| mesh.hexes[1][6] = 99);
-    assert!(found.contains(&MeshDefect::NodeOutOfRange {
-        body: "slab".into(),
-        elements: vec![1],
-        nodes: 20
-    }));
+    assert!(found.contains(&MeshDefect::NodeOutOfRange { body: "slab".into(), elements: vec![1], nodes: 20 }));
     let found = after(|mesh| {
         mesh.hexes[2][1] = mesh.hexes[2][0];
         mesh.surfaces.clear();
     });
-    assert!(found.contains(&MeshDefect::RepeatedNode {
-        body: "die".into(),
-        elements: vec![2]
-    }));
-    assert!(
-        found
-            .iter()
-            .any(|d| matches!(d, MeshDefect::Inverted { elements, .. } if elements == &[2]))
-    );
+    assert!(found.contains(&MeshDefect::RepeatedNode { body: "die".into(), elements: vec![2] }));
+    assert!(found.iter().any(|d| matches!(d, MeshDefect::Inverted { elements, .. } if elements == &[2])));
     // One corner pushed through the middle of the element: only some Jacobians are negative.
     let found = after(|mesh| mesh.nodes[19] = [0.3, 5.3, 0.3]);
-    let [
-        MeshDefect::Inverted {
-            body,
-            elements,
-            worst,
-        },
-    ] = &found[..]
-    else {
-        panic!("{found:?}")
-    };
+    let [MeshDefect::Inverted { body, elements, worst }] = &found[..] else { panic!("{found:?}") };
     assert_eq!((body.as_str(), elements.as_slice()), ("die", &[2][..]));
     assert!(*worst < 0.0);
     // A mirrored body: the whole of it.
@@ -120,16 +78,8 @@ fn defects_of_elements_are_found() {
     assert_eq!(
         found,
         vec![
-            MeshDefect::Inverted {
-                body: "slab".into(),
-                elements: vec![0, 1],
-                worst: -0.125
-            },
-            MeshDefect::Inverted {
-                body: "die".into(),
-                elements: vec![2],
-                worst: -0.125
-            },
+            MeshDefect::Inverted { body: "slab".into(), elements: vec![0, 1], worst: -0.125 },
+            MeshDefect::Inverted { body: "die".into(), elements: vec![2], worst: -0.125 },
         ]
     );
     // An element twice.
@@ -137,90 +87,38 @@ fn defects_of_elements_are_found() {
         mesh.hexes.push(mesh.hexes[2]);
         mesh.bodies[1].elements = 2..4;
     });
-    assert!(found.contains(&MeshDefect::OverlappingFaces {
-        elements: vec![2, 3]
-    }));
+    assert!(found.contains(&MeshDefect::OverlappingFaces { elements: vec![2, 3] }));
 }
 
 #[test]
 fn defects_of_sets_and_surfaces_are_found() {
     let found = after(|mesh| drop(mesh.node_sets.insert("pins".into(), vec![3, 3, 50])));
     let set = || "pins".to_owned();
-    let expected = vec![
-        MeshDefect::SetOutOfRange {
-            set: set(),
-            nodes: vec![50],
-        },
-        MeshDefect::SetNotSorted { set: set() },
-    ];
+    let expected =
+        vec![MeshDefect::SetOutOfRange { set: set(), nodes: vec![50] }, MeshDefect::SetNotSorted { set: set() }];
     assert_eq!(found, expected);
 
     let surface = || "slab_ymax".to_owned();
-    let edit = |change: fn(&mut Vec<Facet>)| {
-        after(|mesh| change(&mut mesh.surfaces.get_mut("slab_ymax").unwrap().facets))
-    };
+    let edit =
+        |change: fn(&mut Vec<Facet>)| after(|mesh| change(&mut mesh.surfaces.get_mut("slab_ymax").unwrap().facets));
     let found = edit(|facets| facets[1].nodes.reverse());
-    assert_eq!(
-        found,
-        vec![MeshDefect::InwardFacets {
-            surface: surface(),
-            facets: vec![1]
-        }]
-    );
+    assert_eq!(found, vec![MeshDefect::InwardFacets { surface: surface(), facets: vec![1] }]);
     let found = edit(|facets| facets[1].nodes.swap(1, 2));
-    assert_eq!(
-        found,
-        vec![MeshDefect::StrayFacets {
-            surface: surface(),
-            facets: vec![1]
-        }]
-    );
+    assert_eq!(found, vec![MeshDefect::StrayFacets { surface: surface(), facets: vec![1] }]);
     let found = edit(|facets| facets[0].element = 1);
-    assert_eq!(
-        found,
-        vec![MeshDefect::StrayFacets {
-            surface: surface(),
-            facets: vec![0]
-        }]
-    );
+    assert_eq!(found, vec![MeshDefect::StrayFacets { surface: surface(), facets: vec![0] }]);
     let found = edit(|facets| facets[0].element = 77);
-    assert_eq!(
-        found,
-        vec![MeshDefect::StrayFacets {
-            surface: surface(),
-            facets: vec![0]
-        }]
-    );
+    assert_eq!(found, vec![MeshDefect::StrayFacets { surface: surface(), facets: vec![0] }]);
     let found = edit(|facets| facets.push(facets[0]));
-    assert_eq!(
-        found,
-        vec![MeshDefect::RepeatedFacets {
-            surface: surface(),
-            facets: vec![2]
-        }]
-    );
+    assert_eq!(found, vec![MeshDefect::RepeatedFacets { surface: surface(), facets: vec![2] }]);
     // Starting at another node is no defect.
     assert_eq!(edit(|facets| facets[0].nodes.rotate_left(1)), vec![]);
     // The face between the slab's two elements: nodes with x = 1.
     let found = after(|mesh| {
-        let between = Facet {
-            nodes: [1, 4, 10, 7],
-            element: 0,
-        };
-        drop(mesh.surfaces.insert(
-            "cut".into(),
-            Surface {
-                facets: vec![between],
-            },
-        ));
+        let between = Facet { nodes: [1, 4, 10, 7], element: 0 };
+        drop(mesh.surfaces.insert("cut".into(), Surface { facets: vec![between] }));
     });
-    assert_eq!(
-        found,
-        vec![MeshDefect::InteriorFacets {
-            surface: "cut".into(),
-            facets: vec![0]
-        }]
-    );
+    assert_eq!(found, vec![MeshDefect::InteriorFacets { surface: "cut".into(), facets: vec![0] }]);
 }
 
 #[test]
@@ -237,10 +135,7 @@ fn orient_facets_turns_what_it_can_and_keeps_first_nodes() {
     facets[0].nodes.reverse();
     assert_eq!(mesh.orient_facets(), 1);
     assert_eq!(mesh.check(), vec![]);
-    assert_eq!(
-        mesh.surfaces["slab_ymax"].facets[0].nodes[0],
-        sound.surfaces["slab_ymax"].facets[0].nodes[3]
-    );
+    assert_eq!(mesh.surfaces["slab_ymax"].facets[0].nodes[0], sound.surfaces["slab_ymax"].facets[0].nodes[3]);
     mesh.surfaces.get_mut("slab_ymax").unwrap().facets[0].element = 2;
     assert_eq!(mesh.orient_facets(), 0);
 }
@@ -248,11 +143,7 @@ fn orient_facets_turns_what_it_can_and_keeps_first_nodes() {
 #[test]
 fn messages_name_the_place_and_the_cure() {
     let elements: Vec<u32> = (10..30).collect();
-    let defect = MeshDefect::Inverted {
-        body: "die".into(),
-        elements,
-        worst: -0.5,
-    };
+    let defect = MeshDefect::Inverted { body: "die".into(), elements, worst: -0.5 };
     let message = MeshError::Defects(vec![defect]).to_string();
     assert_eq!(
         message,

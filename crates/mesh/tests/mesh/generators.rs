@@ -4,51 +4,26 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use slipstick_mesh::{
-    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, Mesh, MeshError, box_mesh,
-    half_ball, half_ring, hollow_cylinder,
+    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, Mesh, MeshError, box_mesh, half_ball, half_ring,
+    hollow_cylinder,
 };
 
 use crate::support::{area_vector, assert_close, assert_sound, quality, volume};
 
-const BOX: BoxShape = BoxShape {
-    min: [-1.0, 0.5, 2.0],
-    max: [2.0, 1.5, 4.0],
-    elements: [4, 3, 2],
-    grading: [1.0, 3.0, 0.5],
-};
+const BOX: BoxShape =
+    BoxShape { min: [-1.0, 0.5, 2.0], max: [2.0, 1.5, 4.0], elements: [4, 3, 2], grading: [1.0, 3.0, 0.5] };
 
 fn ball(n: usize, h: usize, m: usize) -> Mesh {
-    half_ball(
-        "ball",
-        &HalfBallShape {
-            radius: 2.0,
-            elements: [n, h, m],
-        },
-    )
-    .unwrap()
+    half_ball("ball", &HalfBallShape { radius: 2.0, elements: [n, h, m] }).unwrap()
 }
 
 fn tube(elements: [usize; 3]) -> Mesh {
-    let shape = HollowCylinderShape {
-        inner_radius: 1.5,
-        outer_radius: 2.0,
-        height: 3.0,
-        elements,
-    };
+    let shape = HollowCylinderShape { inner_radius: 1.5, outer_radius: 2.0, height: 3.0, elements };
     hollow_cylinder("tube", &shape).unwrap()
 }
 
 fn ring(elements: [usize; 3]) -> Mesh {
-    half_ring(
-        "ring",
-        &HalfRingShape {
-            outer_radius: 2.0,
-            inner_radius: 1.5,
-            width: 3.0,
-            elements,
-        },
-    )
-    .unwrap()
+    half_ring("ring", &HalfRingShape { outer_radius: 2.0, inner_radius: 1.5, width: 3.0, elements }).unwrap()
 }
 
 /// Area of the named surface.
@@ -63,70 +38,30 @@ fn box_has_exact_volume_areas_and_counts() {
     assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (24, 60));
     assert_close(volume(&mesh), 6.0, 1e-14);
     assert!((quality(&mesh) - 1.0).abs() < 1e-14);
-    let normals = [
-        [-2.0, 0.0, 0.0],
-        [2.0, 0.0, 0.0],
-        [0.0, -6.0, 0.0],
-        [0.0, 6.0, 0.0],
-        [0.0, 0.0, -3.0],
-        [0.0, 0.0, 3.0],
-    ];
-    for (face, expected) in ["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"]
-        .iter()
-        .zip(normals)
-    {
+    let normals =
+        [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, -6.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, -3.0], [0.0, 0.0, 3.0]];
+    for (face, expected) in ["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"].iter().zip(normals) {
         let name = format!("slab_{face}");
         let vector = area_vector(&mesh, &mesh.surfaces[&name]);
-        assert!(
-            (0..3).all(|c| (vector[c] - expected[c]).abs() < 1e-13),
-            "{name}: {vector:?}"
-        );
+        assert!((0..3).all(|c| (vector[c] - expected[c]).abs() < 1e-13), "{name}: {vector:?}");
         let direction = expected.iter().position(|c| *c != 0.0).unwrap();
-        let plane = if expected[direction] < 0.0 {
-            BOX.min[direction]
-        } else {
-            BOX.max[direction]
-        };
-        assert!(
-            mesh.surfaces[&name]
-                .nodes()
-                .iter()
-                .all(|&n| mesh.nodes[n as usize][direction] == plane)
-        );
+        let plane = if expected[direction] < 0.0 { BOX.min[direction] } else { BOX.max[direction] };
+        assert!(mesh.surfaces[&name].nodes().iter().all(|&n| mesh.nodes[n as usize][direction] == plane));
     }
     assert_eq!(mesh.surfaces.len(), 6);
 }
 
 #[test]
 fn box_grading_is_the_ratio_of_the_end_sizes_with_a_constant_factor() {
-    let shape = BoxShape {
-        min: [0.0; 3],
-        max: [7.0, 1.0, 1.0],
-        elements: [3, 1, 1],
-        grading: [4.0, 5.0, 1.0],
-    };
+    let shape = BoxShape { min: [0.0; 3], max: [7.0, 1.0, 1.0], elements: [3, 1, 1], grading: [4.0, 5.0, 1.0] };
     // 1 + 2 + 4 = 7, and a single element has nothing to grade.
     let mesh = box_mesh("b", &shape).unwrap();
     for (x, expected) in [0.0, 1.0, 3.0, 7.0].iter().enumerate() {
         assert!((mesh.nodes[x][0] - expected).abs() < 1e-14);
     }
     // The inverse ratio mirrors it; a ratio next to 1 is next to uniform.
-    let mirrored = box_mesh(
-        "b",
-        &BoxShape {
-            grading: [0.25, 1.0, 1.0],
-            ..shape
-        },
-    )
-    .unwrap();
-    let nearly = box_mesh(
-        "b",
-        &BoxShape {
-            grading: [1.0 + 1e-12, 1.0, 1.0],
-            ..shape
-        },
-    )
-    .unwrap();
+    let mirrored = box_mesh("b", &BoxShape { grading: [0.25, 1.0, 1.0], ..shape }).unwrap();
+    let nearly = box_mesh("b", &BoxShape { grading: [1.0 + 1e-12, 1.0, 1.0], ..shape }).unwrap();
     for i in 0..4 {
         assert!((mirrored.nodes[i][0] + mesh.nodes[3 - i][0] - 7.0).abs() < 1e-14);
         assert!((nearly.nodes[i][0] - 7.0 * i as f64 / 3.0).abs() < 1e-11);
@@ -148,12 +83,7 @@ fn half_ball_of_the_ironing_die_has_2900_good_elements() {
         assert_close((x * x + y * y + z * z).sqrt(), 2.0, 1e-15);
         assert!(y <= 0.0);
     }
-    assert!(
-        mesh.surfaces["ball_flat"]
-            .nodes()
-            .iter()
-            .all(|&n| mesh.nodes[n as usize][1] == 0.0)
-    );
+    assert!(mesh.surfaces["ball_flat"].nodes().iter().all(|&n| mesh.nodes[n as usize][1] == 0.0));
     // The rim is a regular polygon of 4 n corners, and the flat face looks up.
     let polygon = 0.5 * 40.0 * (2.0 * PI / 40.0).sin() * 4.0;
     assert_close(area(&mesh, "ball_flat"), polygon, 1e-13);
@@ -166,19 +96,13 @@ fn half_ball_converges_to_the_sphere_with_second_order() {
     let errors: Vec<[f64; 2]> = [4, 8, 16]
         .map(|n| {
             let mesh = ball(n, n / 2, 2);
-            [
-                volume(&mesh) / (16.0 * PI / 3.0) - 1.0,
-                area(&mesh, "ball_dome") / (8.0 * PI) - 1.0,
-            ]
+            [volume(&mesh) / (16.0 * PI / 3.0) - 1.0, area(&mesh, "ball_dome") / (8.0 * PI) - 1.0]
         })
         .to_vec();
     for which in 0..2 {
         for pair in errors.windows(2) {
             let order = (pair[0][which] / pair[1][which]).log2();
-            assert!(
-                (order - 2.0).abs() < 0.1,
-                "order {order}, errors {errors:?}"
-            );
+            assert!((order - 2.0).abs() < 0.1, "order {order}, errors {errors:?}");
         }
     }
     assert!(errors[2].iter().all(|e| e.abs() < 0.005), "{errors:?}");
@@ -190,10 +114,7 @@ fn half_ball_mirrors_itself_to_the_last_bit() {
     let bits = |x: [f64; 3]| x.map(|c| (c + 0.0).to_bits());
     let mut nodes: Vec<_> = mesh.nodes.iter().map(|&x| bits(x)).collect();
     nodes.sort_unstable();
-    for mirror in [
-        |x: [f64; 3]| [-x[0], x[1], x[2]],
-        |x: [f64; 3]| [x[0], x[1], -x[2]],
-    ] {
+    for mirror in [|x: [f64; 3]| [-x[0], x[1], x[2]], |x: [f64; 3]| [x[0], x[1], -x[2]]] {
         let mut mirrored: Vec<_> = mesh.nodes.iter().map(|&x| bits(mirror(x))).collect();
         mirrored.sort_unstable();
         assert_eq!(nodes, mirrored);
@@ -209,34 +130,12 @@ fn hollow_cylinder_is_a_prism_over_a_polygonal_annulus() {
     let annulus = 6.0 * (PI / 6.0).sin() * (4.0 - 2.25);
     assert_close(volume(&mesh), 3.0 * annulus, 1e-13);
     for (face, up) in [("tube_bottom", -1.0), ("tube_top", 1.0)] {
-        assert_close(
-            area_vector(&mesh, &mesh.surfaces[face])[1],
-            up * annulus,
-            1e-13,
-        );
+        assert_close(area_vector(&mesh, &mesh.surfaces[face])[1], up * annulus, 1e-13);
     }
-    assert_close(
-        area(&mesh, "tube_outer"),
-        24.0 * (PI / 12.0).sin() * 2.0 * 3.0,
-        1e-13,
-    );
-    assert_close(
-        area(&mesh, "tube_inner"),
-        24.0 * (PI / 12.0).sin() * 1.5 * 3.0,
-        1e-13,
-    );
-    assert!(
-        mesh.surfaces["tube_top"]
-            .nodes()
-            .iter()
-            .all(|&n| mesh.nodes[n as usize][1] == 3.0)
-    );
-    assert!(
-        mesh.surfaces["tube_bottom"]
-            .nodes()
-            .iter()
-            .all(|&n| mesh.nodes[n as usize][1] == 0.0)
-    );
+    assert_close(area(&mesh, "tube_outer"), 24.0 * (PI / 12.0).sin() * 2.0 * 3.0, 1e-13);
+    assert_close(area(&mesh, "tube_inner"), 24.0 * (PI / 12.0).sin() * 1.5 * 3.0, 1e-13);
+    assert!(mesh.surfaces["tube_top"].nodes().iter().all(|&n| mesh.nodes[n as usize][1] == 3.0));
+    assert!(mesh.surfaces["tube_bottom"].nodes().iter().all(|&n| mesh.nodes[n as usize][1] == 0.0));
     assert_eq!(assert_sound(&tube([1, 3, 1])), 0);
 }
 
@@ -247,47 +146,18 @@ fn half_ring_hangs_down_from_two_ends_that_look_up() {
     assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (72, 13 * 3 * 4));
     let segment = 6.0 * (PI / 12.0).sin() * (4.0 - 2.25);
     assert_close(volume(&mesh), 3.0 * segment, 1e-13);
-    assert_close(
-        area_vector(&mesh, &mesh.surfaces["ring_zmin"])[2],
-        -segment,
-        1e-13,
-    );
-    assert_close(
-        area_vector(&mesh, &mesh.surfaces["ring_zmax"])[2],
-        segment,
-        1e-13,
-    );
-    assert_close(
-        area_vector(&mesh, &mesh.surfaces["ring_ends"])[1],
-        2.0 * 0.5 * 3.0,
-        1e-14,
-    );
-    assert_close(
-        area(&mesh, "ring_outer"),
-        24.0 * (PI / 24.0).sin() * 2.0 * 3.0,
-        1e-13,
-    );
-    assert_close(
-        area(&mesh, "ring_inner"),
-        24.0 * (PI / 24.0).sin() * 1.5 * 3.0,
-        1e-13,
-    );
-    assert!(
-        mesh.surfaces["ring_ends"]
-            .nodes()
-            .iter()
-            .all(|&n| mesh.nodes[n as usize][1] == 0.0)
-    );
+    assert_close(area_vector(&mesh, &mesh.surfaces["ring_zmin"])[2], -segment, 1e-13);
+    assert_close(area_vector(&mesh, &mesh.surfaces["ring_zmax"])[2], segment, 1e-13);
+    assert_close(area_vector(&mesh, &mesh.surfaces["ring_ends"])[1], 2.0 * 0.5 * 3.0, 1e-14);
+    assert_close(area(&mesh, "ring_outer"), 24.0 * (PI / 24.0).sin() * 2.0 * 3.0, 1e-13);
+    assert_close(area(&mesh, "ring_inner"), 24.0 * (PI / 24.0).sin() * 1.5 * 3.0, 1e-13);
+    assert!(mesh.surfaces["ring_ends"].nodes().iter().all(|&n| mesh.nodes[n as usize][1] == 0.0));
     // The outer side looks down, its lowest line is at −R, and all of it is at R.
     assert!(area_vector(&mesh, &mesh.surfaces["ring_outer"])[1] < 0.0);
     let lowest = mesh.nodes.iter().fold(0.0_f64, |y, x| y.min(x[1]));
     assert_close(lowest, -2.0, 1e-15);
     for n in mesh.surfaces["ring_outer"].nodes() {
-        assert_close(
-            mesh.nodes[n as usize][0].hypot(mesh.nodes[n as usize][1]),
-            2.0,
-            1e-15,
-        );
+        assert_close(mesh.nodes[n as usize][0].hypot(mesh.nodes[n as usize][1]), 2.0, 1e-15);
     }
 }
 
@@ -327,44 +197,20 @@ fn bad_parameters_are_errors_that_name_them() {
     assert_eq!(ball(1.0, [2, 1, usize::MAX]), "too many nodes");
 
     let tube = |inner_radius, outer_radius, height, elements| {
-        name_of(hollow_cylinder(
-            "t",
-            &HollowCylinderShape {
-                inner_radius,
-                outer_radius,
-                height,
-                elements,
-            },
-        ))
+        name_of(hollow_cylinder("t", &HollowCylinderShape { inner_radius, outer_radius, height, elements }))
     };
     assert_eq!(tube(1.0, 1.0, 1.0, [1, 4, 1]), "inner_radius");
     assert_eq!(tube(1.0, 2.0, 0.0, [1, 4, 1]), "height");
     assert_eq!(tube(1.0, 2.0, 1.0, [1, 2, 1]), "elements[1] (around)");
 
     let ring = |inner_radius, outer_radius, width, elements| {
-        name_of(half_ring(
-            "r",
-            &HalfRingShape {
-                inner_radius,
-                outer_radius,
-                width,
-                elements,
-            },
-        ))
+        name_of(half_ring("r", &HalfRingShape { inner_radius, outer_radius, width, elements }))
     };
     assert_eq!(ring(0.0, 1.0, 1.0, [4, 1, 1]), "inner_radius");
     assert_eq!(ring(1.0, f64::NAN, 1.0, [4, 1, 1]), "outer_radius");
     assert_eq!(ring(1.0, 2.0, -1.0, [4, 1, 1]), "width");
     assert_eq!(ring(1.0, 2.0, 1.0, [1, 1, 1]), "elements[0] (around)");
-    let message = half_ball(
-        "b",
-        &HalfBallShape {
-            radius: -1.0,
-            elements: [2, 1, 1],
-        },
-    )
-    .unwrap_err()
-    .to_string();
+    let message = half_ball("b", &HalfBallShape { radius: -1.0, elements: [2, 1, 1] }).unwrap_err().to_string();
     assert_eq!(message, "`radius` is -1: must be positive and finite");
 }
 

@@ -1,9 +1,7 @@
 //! Volumes, centroids, Jacobians and areas against closed forms and higher-order quadrature.
 
 use proptest::prelude::*;
-use slipstick_mesh::{
-    Body, HEX_CORNERS, Mesh, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian,
-};
+use slipstick_mesh::{Body, HEX_CORNERS, Mesh, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian};
 
 use crate::support::{assert_close, cubes};
 
@@ -11,11 +9,7 @@ fn one_hex(corners: [[f64; 3]; 8]) -> Mesh {
     Mesh {
         nodes: corners.to_vec(),
         hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7]],
-        bodies: vec![Body {
-            name: "hex".into(),
-            elements: 0..1,
-            nodes: 0..8,
-        }],
+        bodies: vec![Body { name: "hex".into(), elements: 0..1, nodes: 0..8 }],
         ..Mesh::default()
     }
 }
@@ -33,11 +27,7 @@ fn cube_with_a_raised_corner_has_the_volume_and_centroid_under_its_bilinear_lid(
     let mesh = one_hex(corners);
     let volume = 1.0 + a / 4.0;
     assert_close(mesh.element_volume(0), volume, 1e-15);
-    let expected = [
-        (0.5 + a / 6.0) / volume,
-        (0.5 + a / 6.0) / volume,
-        0.5 * (1.0 + a / 2.0 + a * a / 9.0) / volume,
-    ];
+    let expected = [(0.5 + a / 6.0) / volume, (0.5 + a / 6.0) / volume, 0.5 * (1.0 + a / 2.0 + a * a / 9.0) / volume];
     let centroid = mesh.centroid(0);
     for c in 0..3 {
         assert_close(centroid[c], expected[c], 1e-15);
@@ -49,8 +39,7 @@ fn cube_with_a_raised_corner_has_the_volume_and_centroid_under_its_bilinear_lid(
 #[test]
 fn scaled_jacobian_of_a_sheared_brick_is_the_sine_of_its_angle() {
     let angle = 0.4_f64;
-    let sheared =
-        unit_cube().map(|[x, y, z]| [3.0 * x + y * angle.cos(), y * angle.sin(), 7.0 * z]);
+    let sheared = unit_cube().map(|[x, y, z]| [3.0 * x + y * angle.cos(), y * angle.sin(), 7.0 * z]);
     assert_close(hex_scaled_jacobian(&sheared), angle.sin(), 1e-14);
     assert_close(hex_scaled_jacobian(&unit_cube()), 1.0, 1e-15);
     let mirrored = unit_cube().map(|[x, y, z]| [-x, y, z]);
@@ -76,28 +65,14 @@ fn element_without_volume_still_has_a_finite_centroid() {
 
 #[test]
 fn facet_areas_are_those_of_the_plane_and_of_the_projection() {
-    let trapezium = [
-        [0.0, 0.0, 1.0],
-        [4.0, 0.0, 1.0],
-        [3.0, 2.0, 1.0],
-        [1.0, 2.0, 1.0],
-    ];
+    let trapezium = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [3.0, 2.0, 1.0], [1.0, 2.0, 1.0]];
     assert_close(facet_area(&trapezium), 6.0, 1e-15);
     assert_eq!(facet_area_vector(&trapezium), [0.0, 0.0, 6.0]);
     // A warped facet: its vector area is that of its rim's projections, ½ ∮ x × dx.
-    let warped = [
-        [0.0, 0.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [1.0, 1.0, 1.0],
-        [0.0, 1.0, 0.0],
-    ];
+    let warped = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]];
     let rim: [f64; 3] = (0..4).fold([0.0; 3], |sum, i| {
         let (a, b) = (warped[i], warped[(i + 1) % 4]);
-        let cross = [
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        ];
+        let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
         std::array::from_fn(|c| sum[c] + 0.5 * cross[c])
     });
     assert_eq!(facet_area_vector(&warped), rim);

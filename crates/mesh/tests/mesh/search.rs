@@ -13,11 +13,7 @@ fn brute(facets: &[[u32; 4]], x: &[f64], min: [f64; 3], max: [f64; 3]) -> Vec<u3
             low <= max[c] && high >= min[c]
         })
     };
-    (0..)
-        .zip(facets)
-        .filter(|(_, facet)| meets(facet))
-        .map(|(f, _)| f)
-        .collect()
+    (0..).zip(facets).filter(|(_, facet)| meets(facet)).map(|(f, _)| f).collect()
 }
 
 fn query(tree: &FacetTree, min: [f64; 3], max: [f64; 3]) -> Vec<u32> {
@@ -32,16 +28,9 @@ fn lattice() -> impl Strategy<Value = f64> {
 }
 
 fn corners() -> impl Strategy<Value = ([f64; 3], [f64; 3])> {
-    (
-        prop::array::uniform3(lattice()),
-        prop::array::uniform3(lattice()),
-    )
-        .prop_map(|(a, b)| {
-            (
-                std::array::from_fn(|c| f64::min(a[c], b[c])),
-                std::array::from_fn(|c| f64::max(a[c], b[c])),
-            )
-        })
+    (prop::array::uniform3(lattice()), prop::array::uniform3(lattice())).prop_map(|(a, b)| {
+        (std::array::from_fn(|c| f64::min(a[c], b[c])), std::array::from_fn(|c| f64::max(a[c], b[c])))
+    })
 }
 
 proptest! {
@@ -70,29 +59,13 @@ proptest! {
 
 #[test]
 fn a_curved_surface_is_searched_right_and_touching_counts() {
-    let mesh = half_ball(
-        "b",
-        &HalfBallShape {
-            radius: 1.0,
-            elements: [10, 5, 1],
-        },
-    )
-    .unwrap();
-    let facets: Vec<[u32; 4]> = mesh.surfaces["b_dome"]
-        .facets
-        .iter()
-        .map(|facet| facet.nodes)
-        .collect();
+    let mesh = half_ball("b", &HalfBallShape { radius: 1.0, elements: [10, 5, 1] }).unwrap();
+    let facets: Vec<[u32; 4]> = mesh.surfaces["b_dome"].facets.iter().map(|facet| facet.nodes).collect();
     let x: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let tree = FacetTree::build(&facets, &x);
     for (f, facet) in facets.iter().enumerate() {
-        let centre: [f64; 3] = std::array::from_fn(|c| {
-            facet
-                .iter()
-                .map(|&n| mesh.nodes[n as usize][c])
-                .sum::<f64>()
-                / 4.0
-        });
+        let centre: [f64; 3] =
+            std::array::from_fn(|c| facet.iter().map(|&n| mesh.nodes[n as usize][c]).sum::<f64>() / 4.0);
         let (min, max) = (centre.map(|c| c - 0.05), centre.map(|c| c + 0.05));
         let hits = query(&tree, min, max);
         assert!(hits.contains(&(f as u32)));
@@ -120,9 +93,7 @@ fn hits_are_appended_in_order() {
 
 #[test]
 fn coordinates_that_are_no_numbers_hit_everything() {
-    let facets: Vec<[u32; 4]> = (0..20)
-        .map(|f| [4 * f, 4 * f + 1, 4 * f + 2, 4 * f + 3])
-        .collect();
+    let facets: Vec<[u32; 4]> = (0..20).map(|f| [4 * f, 4 * f + 1, 4 * f + 2, 4 * f + 3]).collect();
     let mut x: Vec<f64> = (0..240).map(f64::from).collect();
     let mut tree = FacetTree::build(&facets, &x);
     let nowhere = ([-9.0; 3], [-8.0; 3]);
@@ -131,9 +102,6 @@ fn coordinates_that_are_no_numbers_hit_everything() {
     (84..96).for_each(|i| x[i] = f64::NAN);
     tree.refit(&x);
     assert_eq!(query(&tree, nowhere.0, nowhere.1), [7]);
-    assert_eq!(
-        query(&FacetTree::build(&facets, &x), nowhere.0, nowhere.1),
-        [7]
-    );
+    assert_eq!(query(&FacetTree::build(&facets, &x), nowhere.0, nowhere.1), [7]);
     assert_eq!(query(&tree, [f64::NAN; 3], [f64::NAN; 3]).len(), 20);
 }

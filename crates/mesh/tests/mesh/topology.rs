@@ -7,14 +7,7 @@ use slipstick_mesh::{HalfBallShape, Mesh, MeshError, half_ball};
 use crate::support::{assert_sound, cubes};
 
 fn ball() -> Mesh {
-    half_ball(
-        "ball",
-        &HalfBallShape {
-            radius: 1.0,
-            elements: [4, 2, 3],
-        },
-    )
-    .unwrap()
+    half_ball("ball", &HalfBallShape { radius: 1.0, elements: [4, 2, 3] }).unwrap()
 }
 
 #[test]
@@ -24,14 +17,10 @@ fn adjacency_agrees_with_brute_force() {
     assert_eq!(elements.offsets.len(), mesh.nodes.len() + 1);
     assert_eq!(neighbours.len(), mesh.nodes.len());
     for node in 0..mesh.nodes.len() {
-        let around: Vec<u32> = (0..mesh.hexes.len() as u32)
-            .filter(|&e| mesh.hexes[e as usize].contains(&(node as u32)))
-            .collect();
+        let around: Vec<u32> =
+            (0..mesh.hexes.len() as u32).filter(|&e| mesh.hexes[e as usize].contains(&(node as u32))).collect();
         assert_eq!(elements.of(node), around);
-        let expected: BTreeSet<u32> = around
-            .iter()
-            .flat_map(|&e| mesh.hexes[e as usize])
-            .collect();
+        let expected: BTreeSet<u32> = around.iter().flat_map(|&e| mesh.hexes[e as usize]).collect();
         assert!(neighbours[node].iter().eq(&expected));
     }
 }
@@ -48,19 +37,12 @@ fn inner_nodes_of_a_box_have_27_neighbours_and_free_nodes_only_themselves() {
 
 #[test]
 fn elements_of_a_colour_share_no_node() {
-    for (mesh, most) in [
-        (cubes("b", [5, 4, 3]), 8),
-        (ball(), 12),
-        (Mesh::default(), 0),
-    ] {
+    for (mesh, most) in [(cubes("b", [5, 4, 3]), 8), (ball(), 12), (Mesh::default(), 0)] {
         let colours = mesh.element_colours();
         let mut all: Vec<u32> = Vec::new();
         for colour in &colours {
             assert!(colour.is_sorted_by(|a, b| a < b));
-            let mut nodes: Vec<u32> = colour
-                .iter()
-                .flat_map(|&e| mesh.hexes[e as usize])
-                .collect();
+            let mut nodes: Vec<u32> = colour.iter().flat_map(|&e| mesh.hexes[e as usize]).collect();
             nodes.sort_unstable();
             nodes.dedup();
             assert_eq!(nodes.len(), 8 * colour.len());
@@ -81,16 +63,10 @@ fn quadrilaterals_find_their_elements_and_turn_outward() {
     quads[0].reverse();
     quads[1].swap(0, 1);
     assert_eq!(&mesh.surface_of_quads(&quads).unwrap(), dome);
-    assert!(matches!(
-        mesh.surface_of_quads(&[quads[0], [0, 1, 2, 3]]),
-        Err(MeshError::NotOnBoundary { quad: 1, .. })
-    ));
+    assert!(matches!(mesh.surface_of_quads(&[quads[0], [0, 1, 2, 3]]), Err(MeshError::NotOnBoundary { quad: 1, .. })));
     let cut = cubes("b", [2, 1, 1]);
     let error = cut.surface_of_quads(&[[1, 4, 10, 7]]).unwrap_err();
-    assert!(
-        error.to_string().contains("between two elements"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("between two elements"), "{error}");
 }
 
 #[test]
@@ -99,10 +75,7 @@ fn nodes_make_the_surface_that_they_cover() {
     let top = mesh.surface_of_nodes(&mesh.surfaces["slab_ymax"].nodes());
     assert_eq!(top, mesh.surfaces["slab_ymax"]);
     let all: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
-    assert_eq!(
-        mesh.surface_of_nodes(&all).facets.len(),
-        mesh.boundary(0).facets.len() + mesh.boundary(1).facets.len()
-    );
+    assert_eq!(mesh.surface_of_nodes(&all).facets.len(), mesh.boundary(0).facets.len() + mesh.boundary(1).facets.len());
     assert!(mesh.surface_of_nodes(&[0, 1, u32::MAX]).facets.is_empty());
 }
 

@@ -115,6 +115,8 @@ pub struct ContactModel {
     /// ε of each slave node; empty for the Lagrange method.
     stiffness: Vec<Stiffness>,
     variation: f64,
+    /// Whether nodes that slid before start a step as sliding on (1) or sticking (−1).
+    onward: f64,
     fixed: Vec<bool>,
     fixed_held: Vec<bool>,
     groups: Vec<u32>,
@@ -128,6 +130,9 @@ pub struct ContactModel {
     previous_history: Vec<f64>,
     // current evaluation
     evaluated: Option<(Vec<f64>, bool)>,
+    /// Displacements at which the step started, and whether the current evaluation is there.
+    start: Option<Vec<f64>>,
+    starting: bool,
     kinematics: Vec<NodeKinematics>,
     steps: Vec<NodeStep>,
     status: Vec<u8>,
@@ -205,6 +210,7 @@ impl ContactModel {
             hardness: vec![1.0; count],
             stiffness: Vec::new(),
             variation: 1.0,
+            onward: 1.0,
             fixed,
             fixed_held,
             groups,
@@ -216,6 +222,8 @@ impl ContactModel {
             previous_kinematics: Vec::new(),
             previous_history: Vec::new(),
             evaluated: None,
+            start: None,
+            starting: false,
             kinematics: Vec::new(),
             steps: vec![NodeStep::default(); count],
             status: vec![0; count],

@@ -3,14 +3,18 @@
 use super::node::{self, NodeTraction};
 use super::pattern::Coupling;
 use super::{ContactModel, Method, inverted};
-use nalgebra::{Matrix3x2, Vector3};
+use nalgebra::{Matrix3x2, Vector2, Vector3};
 use rayon::prelude::*;
+use slipstick_contact::enforcement::NodeMeasures;
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, traction};
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::PreviousRow;
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
+
+/// Part of the facet size by which gap and slip are moved off the branch point where a step starts.
+const NUDGE: f64 = 1e-9;
 
 /// Nodes whose gap is below this fraction of their facet size have a place in the pattern before they touch.
 const NEAR: f64 = 0.1;
@@ -34,7 +38,27 @@ impl ContactModel {
             .zip(&self.previous_rows)
             .for_each(|((step, now), previous)| step.evaluate(now, previous, &x, with_gradient));
         self.evaluated = Some((d.to_vec(), with_gradient));
+        self.starting = self.start.as_deref() == Some(d);
         Ok(())
+    }
+
+    /// The measures that decide about branches of the contact law for a node with the given tangential traction.
+    ///
+    /// Where a step starts, they are ambiguous: a node that slid before lies exactly on the friction cone, a touching one
+    /// has no gap, and rounding would choose the branch of Newton's first tangent. They are taken a little inside of
+    /// touching and of sliding on, which is what most nodes do, so that the iteration depends on no rounding; in a retry
+    /// inside of sticking, which suits a reversal.
+    fn deciding_measures(&self, j: usize, tangential: Vector2<f64>) -> NodeMeasures {
+        let mut at = self.measures(j);
+        if self.starting {
+            let nudge = NUDGE * self.slaves[j].size * at.area;
+            at.gap -= nudge;
+            let size = tangential.norm();
+            if size > 0.0 {
+                at.slip += tangential * (self.onward * nudge / size);
+            }
+        }
+        at
     }
 
     fn friction(&self, j: usize) -> f64 {
@@ -47,14 +71,15 @@ impl ContactModel {
             Method::Lagrange { complementarity } => complementarity,
             _ => 5.0,
         };
-        let at = self.measures(j);
+        let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
         let area = at.area.max(1e-300);
         complementarity(zeta, &at, self.friction(j), self.variation * factor * self.hardness[j] / area)
     }
 
     /// Regularised traction of node j around the multiplier ẑ.
     fn regularised_of(&self, j: usize, around: Vector3<f64>) -> Traction {
-        traction(around, &self.measures(j), self.friction(j), &self.stiffness[j])
+        let at = self.deciding_measures(j, around.fixed_rows::<2>(1).into());
+        traction(around, &at, self.friction(j), &self.stiffness[j])
     }
 
     /// Traction that acts in R at node j, with its dependence on the displacements.
@@ -99,6 +124,7 @@ impl ContactModel {
         state: &StepState,
     ) -> Result<Vec<crate::analysis::NodalContact>, StateError> {
         self.begin_step(previous, false)?;
+        self.start = None;
         self.evaluate(&state.unknowns, false)?;
         Ok((0..self.slaves.len())
             .map(|j| {
@@ -165,6 +191,7 @@ impl StepProblem for ContactModel {
         self.previous_rows = kinematics.iter().map(PreviousRow::from).collect();
         self.previous_kinematics = kinematics;
         self.previous_history.clone_from(&previous.history);
+        self.start = (!for_adjoint).then(|| previous.unknowns[..self.displacement_count()].to_vec());
         self.evaluated = None;
         self.pattern.begin_step();
         Ok(())
@@ -230,6 +257,11 @@ impl StepProblem for ContactModel {
             }
         }
         self.matrix = Some(matrix);
+        // the branch at the start matters to the first tangent only; what follows sees the measures as they are
+        if self.starting {
+            self.start = None;
+            self.evaluated = None;
+        }
         result?;
         Ok(self.matrix.as_ref().expect("put back above"))
     }
@@ -237,7 +269,8 @@ impl StepProblem for ContactModel {
     fn scales(&self) -> Scales {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let displacement = self.evaluated.as_ref().map_or(0.0, |(d, _)| norm(d));
-        let position = self.evaluated.as_ref().map_or_else(|| norm(&self.coordinates), |(d, _)| norm(&self.positions(d)));
+        let position =
+            self.evaluated.as_ref().map_or_else(|| norm(&self.coordinates), |(d, _)| norm(&self.positions(d)));
         Scales {
             force: norm(&self.internal).max(self.floors.force),
             displacement: displacement.max(self.floors.displacement),
@@ -323,9 +356,13 @@ impl StepProblem for ContactModel {
     }
 
     fn vary_iteration(&mut self, attempt: usize) -> bool {
-        self.variation = 1.0;
+        (self.variation, self.onward) = (1.0, 1.0);
         match (&self.method, attempt) {
             (_, 0) => true,
+            (Method::Penalty { .. } | Method::Augmented { .. }, 1) => {
+                self.onward = -1.0;
+                true
+            }
             (Method::Lagrange { .. }, 1) => {
                 self.variation = 10.0;
                 true

@@ -108,7 +108,7 @@ struct Plot<'a> {
 impl<'a> Plot<'a> {
     fn new(curve: &'a Curve, across: [f64; 2], text: Type) -> Self {
         let upward = range(curve.points.iter().map(|p| p[1]).chain(curve.level), 0.08);
-        let ticks = ticks(upward[0], upward[1], (2.5 * curve.share).clamp(2.0, 6.0) as usize);
+        let ticks = ticks(upward[0], upward[1], (3.0 * curve.share).clamp(3.0, 6.0) as usize);
         Self { curve, across, upward, ticks, text }
     }
 

@@ -15,7 +15,7 @@ impl Colour {
     /// Of what is context: boxes, grids.
     pub const GREY: Self = Self([138, 145, 156]);
     /// Of a body that is only context.
-    pub const GLASS: Self = Self([120, 150, 190]);
+    pub const GLASS: Self = Self([110, 150, 205]);
 
     /// Amounts of light, 0 to 1.
     pub(super) fn linear(self) -> [f32; 3] {

@@ -21,9 +21,6 @@ const LIGHT: Vector = [-0.35, 0.6, 0.75];
 /// Light on a face that turns away from the light.
 const SHADOW: f64 = 0.15;
 
-/// How much the edges of large faces are darkened.
-const EDGE: f64 = 0.7;
-
 pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, RenderError> {
     let mut drawing = canvas.drawing();
     let text = Type { dot: canvas.dot(), colour: Colour::INK };
@@ -31,7 +28,7 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     let shown: Vec<&Layer<'_>> =
         scene.layers.iter().filter(|l| l.style != Style::Hidden && !l.cells.is_empty()).collect();
     if shown.is_empty() {
-        text.write(&scene.note, frame.centre(), Align::Centre, &mut drawing.inks);
+        text.fitting(&scene.note, frame.width()).write(&scene.note, frame.centre(), Align::Centre, &mut drawing.inks);
     }
     let skins: Vec<Vec<SkinFace>> = shown.iter().map(|layer| skin(scene.hexes, &layer.cells)).collect();
     let visible = skins.iter().flatten().flat_map(|face| face.nodes).map(|n| scene.points[n as usize]);
@@ -63,7 +60,7 @@ fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) 
     };
     if let Some(caption) = &scene.caption {
         let centre = [frame.centre()[0], frame.top + 0.5 * text.height()];
-        text.write(caption, centre, Align::Centre, inks);
+        text.fitting(caption, frame.width()).write(caption, centre, Align::Centre, inks);
         frame.top += text.height() + margin;
     }
     let bar = scene.scale.as_ref().map(|scale| ColourBar::new(scale, text));
@@ -169,7 +166,7 @@ impl Brush<'_> {
         } else {
             1.0
         };
-        let edge = if layer.edges { EDGE * self.edge_strength(&corners) } else { 0.0 };
+        let edge = if layer.edges { self.edge_strength(&corners) } else { 0.0 };
         Some(Face { corners, values, shade: shade as f32, edge: edge as f32 })
     }
 

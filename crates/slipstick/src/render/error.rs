@@ -78,7 +78,9 @@ pub enum RenderError {
         known: String,
     },
     /// A view whose direction and upward direction span no plane.
-    #[error("a view from direction {eye:?} with {up:?} upwards is undefined: give two directions that are not parallel")]
+    #[error(
+        "a view from direction {eye:?} with {up:?} upwards is undefined: give two directions that are not parallel"
+    )]
     Direction {
         /// Towards the eye.
         eye: [f64; 3],
@@ -89,7 +91,9 @@ pub enum RenderError {
     #[error("a layer is coloured by a field, but the scene has no colour scale: set one before the picture is made")]
     NoScale,
     /// Colour range that is not ascending.
-    #[error("the colour range [{low}, {high}] of `{title}` is not ascending: give two finite numbers, the lower one first")]
+    #[error(
+        "the colour range [{low}, {high}] of `{title}` is not ascending: give two finite numbers, the lower one first"
+    )]
     Range {
         /// Title of the scale.
         title: String,

@@ -17,12 +17,7 @@ pub(super) const CAPITAL_ROWS: f64 = 7.0;
 /// Columns of a space.
 const SPACE: usize = 3;
 
-/// Whether the font has the character itself; others appear as an empty frame.
-pub(super) fn has(character: char) -> bool {
-    character == ' ' || DOTS.iter().any(|(known, _)| *known == character)
-}
-
-/// The strokes of a character.
+/// The strokes of a character; an empty frame for one that the font does not have.
 pub(super) fn glyph(character: char) -> Glyph {
     if character == ' ' {
         return Glyph { width: SPACE, strokes: Vec::new() };
@@ -37,7 +32,6 @@ pub(super) fn glyph(character: char) -> Glyph {
     let mut strokes = Vec::new();
     for r in 0..rows.len() {
         for c in (first..=last).filter(|&c| set(r, c)) {
-            let before = strokes.len();
             let mut join = |r2: usize, c2: usize| strokes.push([at(r, c), at(r2, c2)]);
             if set(r, c + 1) {
                 join(r, c + 1);
@@ -52,11 +46,12 @@ pub(super) fn glyph(character: char) -> Glyph {
             if c > first && set(r + 1, c - 1) && !set(r, c - 1) && !set(r + 1, c) {
                 join(r + 1, c - 1);
             }
-            if strokes.len() == before {
-                strokes.push([at(r, c), at(r, c)]);
-            }
         }
     }
+    let joined = |p: [f64; 2]| strokes.iter().flatten().any(|end| *end == p);
+    let all = (0..rows.len()).flat_map(|r| (first..=last).map(move |c| (r, c)));
+    let alone: Vec<[f64; 2]> = all.filter(|&(r, c)| set(r, c)).map(|(r, c)| at(r, c)).filter(|p| !joined(*p)).collect();
+    strokes.extend(alone.into_iter().map(|p| [p, p]));
     Glyph { width: last - first + 1, strokes }
 }
 
@@ -179,3 +174,56 @@ const DOTS: &[(char, &str)] = &[
     ('≥', "#.../.##./...#/.##./#.../..../####"),
     ('≤', "...#/.##./#.../.##./...#/..../####"),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn printable_characters_have_glyphs_of_their_own() {
+        let beyond = "°²³·×−µθρσφ≥≤";
+        let all: Vec<char> = ('!'..='~').chain(beyond.chars()).collect();
+        for (i, &character) in all.iter().enumerate() {
+            let own = glyph(character);
+            assert_ne!(own, glyph('\u{1F41F}'), "{character} is an unknown character");
+            // Only these may look alike: words tell them apart.
+            let twin = all[..i].iter().find(|&&other| glyph(other) == own);
+            let known = matches!((character, twin), ('O', Some('0')) | ('×', Some('x')));
+            assert!(twin.is_none() || known, "{character} looks like {twin:?}");
+        }
+    }
+
+    #[test]
+    fn strokes_stay_within_the_glyph() {
+        for (character, _) in DOTS {
+            let glyph = glyph(*character);
+            assert!(!glyph.strokes.is_empty() && glyph.width <= 5, "{character}");
+            for [column, row] in glyph.strokes.into_iter().flatten() {
+                assert!((0.0..=(glyph.width - 1) as f64).contains(&column), "{character}");
+                assert!((0.0..=8.0).contains(&row), "{character}");
+            }
+        }
+    }
+
+    #[test]
+    fn dots_are_joined_straight_before_diagonally() {
+        // A plus of five by five dots: two bars of four strokes, no diagonals at its middle.
+        let plus = glyph('+');
+        assert_eq!(plus.strokes.len(), 8);
+        assert!(plus.strokes.iter().all(|[a, b]| a[0] == b[0] || a[1] == b[1]));
+        // The cross of x has nothing but diagonals.
+        let cross = glyph('x');
+        assert_eq!(cross.strokes.len(), 8);
+        assert!(cross.strokes.iter().all(|[a, b]| a[0] != b[0] && a[1] != b[1]));
+        // The point over i stands alone.
+        assert_eq!(glyph('i').strokes.iter().filter(|[a, b]| a == b).count(), 1);
+    }
+
+    #[test]
+    fn columns_count_gaps_between_characters_only() {
+        assert_eq!(columns(""), 0.0);
+        assert_eq!(columns("0"), 5.0);
+        assert_eq!(columns("00"), 11.0);
+        assert_eq!(columns("1.5"), 3.0 + 1.0 + 1.0 + 1.0 + 5.0);
+    }
+}

@@ -79,6 +79,12 @@ impl Type {
         columns(text) * self.dot
     }
 
+    /// The same, or smaller so that a text is no wider than given.
+    pub fn fitting(&self, text: &str, width: f64) -> Self {
+        let share = width.max(0.0) / self.width(text).max(f64::MIN_POSITIVE);
+        Self { dot: self.dot * share.min(1.0), ..*self }
+    }
+
     /// Writes a text: `at` is its anchor, at the middle of the height of capitals.
     pub fn write(&self, text: &str, at: [f64; 2], align: Align, inks: &mut Vec<Ink>) {
         let width = self.width(text);

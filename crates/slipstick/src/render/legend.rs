@@ -34,7 +34,8 @@ fn number(value: f64, step: f64, largest: f64) -> String {
         format!("{:.*}", digits(step), value)
     };
     // No tick is called minus zero.
-    let text = if text.starts_with('-') && text.chars().all(|c| "-0.".contains(c)) { text[1..].to_owned() } else { text };
+    let text =
+        if text.starts_with('-') && text.chars().all(|c| "-0.".contains(c)) { text[1..].to_owned() } else { text };
     text.replace('-', "−")
 }
 
@@ -73,12 +74,8 @@ impl<'a> ColourBar<'a> {
         };
         let [low, high] = self.scale.range();
         let line = 0.5 * dot;
-        let border = Rectangle {
-            left: at.left - line,
-            top: at.top - line,
-            right: at.right + line,
-            bottom: at.bottom + line,
-        };
+        let border =
+            Rectangle { left: at.left - line, top: at.top - line, right: at.right + line, bottom: at.bottom + line };
         inks.push(Ink::Area { at: border, light: Colour::INK.linear() });
         inks.push(Ink::Gradient { at, palette: Palette::scale(self.scale), range: [low, high] });
         for (value, text) in &self.ticks {

@@ -155,6 +155,6 @@ impl Canvas {
 
     /// Size of a dot of the font that suits the picture. \[pixels\]
     pub(super) fn dot(&self) -> f64 {
-        (f64::from(self.height.min(self.width)) / 360.0).clamp(1.0, 6.0)
+        (f64::from(self.height.min(self.width)) / 260.0).clamp(1.0, 6.0)
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct Face {
     pub values: [f64; 4],
     /// Amount of light that falls on it, 0 to 1.
     pub shade: f32,
-    /// How much its edges are darkened, 0 to 1.
+    /// How much its edges are marked, 0 to 1.
     pub edge: f32,
 }
 
@@ -100,7 +100,8 @@ impl Drawing {
     fn band(&self, number: usize, content: &Content) -> Vec<u8> {
         let first = number * BAND;
         let rows = (self.height - first).min(BAND);
-        let window = Window { columns: self.width * self.samples, first: first * self.samples, rows: rows * self.samples };
+        let window =
+            Window { columns: self.width * self.samples, first: first * self.samples, rows: rows * self.samples };
         let mut picture = Layer::new(&window);
         let mut glass = Vec::new();
         for (sheet, part) in self.sheets.iter().zip(&content.sheets) {
@@ -248,13 +249,20 @@ fn fill(face: &Face, sheet: &Sheet, window: &Window, layer: &mut Layer) {
                 if depth < layer.depth[i] {
                     layer.depth[i] = depth;
                     let on_edge = w[2] * edge_distance < sheet.edge_radius;
-                    let shade = if on_edge { face.shade * (1.0 - face.edge) } else { face.shade };
                     let value = w[0] * values[0] + w[1] * values[1] + w[2] * values[2];
-                    layer.light[i] = sheet.palette.light(value).map(|v| v * shade);
+                    let light = sheet.palette.light(value).map(|v| v * face.shade);
+                    layer.light[i] = if on_edge { mark(light, face.edge) } else { light };
                 }
             }
         }
     }
+}
+
+/// The light on an edge: dimmed, or brightened where it is too dark for that to show.
+fn mark(light: [f32; 3], strength: f32) -> [f32; 3] {
+    // Weights of luminance, ITU-R BT.709.
+    let luminance = 0.2126 * light[0] + 0.7152 * light[1] + 0.0722 * light[2];
+    if luminance > 0.06 { light.map(|v| v * (1.0 - 0.7 * strength)) } else { light.map(|v| v + 0.08 * strength) }
 }
 
 fn trace(line: &Line, lift: f64, window: &Window, layer: &mut Layer) {

@@ -45,7 +45,7 @@ impl Default for RenderOptions {
             colour_map: ColourMap::default(),
             range: None,
             bodies: None,
-            others: Style::Translucent(0.35),
+            others: Style::Translucent(0.5),
             cut: None,
             edges: true,
             domain: true,

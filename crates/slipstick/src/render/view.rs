@@ -74,7 +74,11 @@ impl View {
     /// [`RenderError::Direction`] if the two are parallel, zero or not finite.
     pub fn from_directions(eye: Vector, up: Vector) -> Result<Self, RenderError> {
         let across = cross(unit(up), unit(eye));
-        if dot(across, across) > 1e-12 { Ok(Directions(eye, up).view()) } else { Err(RenderError::Direction { eye, up }) }
+        if dot(across, across) > 1e-12 {
+            Ok(Directions(eye, up).view())
+        } else {
+            Err(RenderError::Direction { eye, up })
+        }
     }
 
     /// Components of a direction to the right, upwards and towards the eye.

@@ -63,8 +63,21 @@ impl Default for Scene {
 impl Scene {
     /// The case's text.
     pub fn text(&self) -> String {
-        let Self { slab, block, friction, enforcement, shape, motion, drive, steps, load_path, observed, place, more, .. } =
-            self;
+        let Self {
+            slab,
+            block,
+            friction,
+            enforcement,
+            shape,
+            motion,
+            drive,
+            steps,
+            load_path,
+            observed,
+            place,
+            more,
+            ..
+        } = self;
         let l = self.length;
         let min = self.corner.map(|c| c * l);
         let max = self.corner.map(|c| (c + 0.8) * l);

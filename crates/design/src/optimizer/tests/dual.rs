@@ -39,22 +39,13 @@ impl Dual {
         let (low, upp) = (&self.low, &self.upp);
         let pq = |slope: f64, j: usize| {
             let extra = 0.001 * slope.abs() + 1e-5 / range;
-            (
-                (upp[j] - x[j]).powi(2) * (slope.max(0.0) + extra),
-                (x[j] - low[j]).powi(2) * ((-slope).max(0.0) + extra),
-            )
+            ((upp[j] - x[j]).powi(2) * (slope.max(0.0) + extra), (x[j] - low[j]).powi(2) * ((-slope).max(0.0) + extra))
         };
         let minimiser = |lambda: f64, j: usize| {
             let ((p0, q0), (p1, q1)) = (pq(functions.1[j], j), pq(functions.3[0][j], j));
             let (p, q) = ((p0 + lambda * p1).sqrt(), (q0 + lambda * q1).sqrt());
-            let alpha = bounds
-                .0
-                .max(0.9 * low[j] + 0.1 * x[j])
-                .max(x[j] - 0.5 * range);
-            let beta = bounds
-                .1
-                .min(0.9 * upp[j] + 0.1 * x[j])
-                .min(x[j] + 0.5 * range);
+            let alpha = bounds.0.max(0.9 * low[j] + 0.1 * x[j]).max(x[j] - 0.5 * range);
+            let beta = bounds.1.min(0.9 * upp[j] + 0.1 * x[j]).min(x[j] + 0.5 * range);
             ((p * low[j] + q * upp[j]) / (p + q)).clamp(alpha, beta)
         };
         let constraint = |lambda: f64| {
@@ -67,11 +58,7 @@ impl Dual {
         let (mut below, mut above) = (0.0, 1000.0);
         for _ in 0..200 {
             let middle = 0.5 * (below + above);
-            if constraint(middle) > 0.0 {
-                below = middle
-            } else {
-                above = middle
-            }
+            if constraint(middle) > 0.0 { below = middle } else { above = middle }
         }
         ((0..x.len()).map(|j| minimiser(below, j)).collect(), below)
     }
@@ -84,53 +71,26 @@ type Problem<'a> = (&'a dyn Fn(&[f64]) -> Functions, Vec<f64>, (f64, f64));
 #[test]
 fn steps_agree_with_bisection_of_the_dual() {
     let (springs, _) = springs(300);
-    let problems: [Problem; 2] = [
-        (&cantilever, vec![5.0; 5], (1.0, 10.0)),
-        (&springs, vec![0.3; 300], (0.05, 1.0)),
-    ];
+    let problems: [Problem; 2] = [(&cantilever, vec![5.0; 5], (1.0, 10.0)), (&springs, vec![0.3; 300], (0.05, 1.0))];
     for (functions, start, bounds) in problems {
         let n = start.len();
         let mut mma = Mma::new(n, 1, tight());
-        let mut dual = Dual {
-            low: vec![0.0; n],
-            upp: vec![0.0; n],
-            history: Vec::new(),
-        };
+        let mut dual = Dual { low: vec![0.0; n], upp: vec![0.0; n], history: Vec::new() };
         let mut x = start;
         for _ in 0..12 {
             let mut values = functions(&x);
             // No multiplier near the price c = 1000 of a violation, which the dual does not know.
-            let size = values
-                .1
-                .iter()
-                .fold(0.0, |size: f64, value| size.max(value.abs()));
+            let size = values.1.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
             values.1.iter_mut().for_each(|value| *value /= size);
             let bound_vectors = (vec![bounds.0; n], vec![bounds.1; n]);
             let step = mma
-                .update(
-                    &x,
-                    &bound_vectors.0,
-                    &bound_vectors.1,
-                    values.0 / size,
-                    &values.1,
-                    &values.2,
-                    &values.3,
-                )
+                .update(&x, &bound_vectors.0, &bound_vectors.1, values.0 / size, &values.1, &values.2, &values.3)
                 .unwrap();
             let (expected, lambda) = dual.step(&x, bounds, &values);
             for j in 0..n {
-                assert!(
-                    (step.x[j] - expected[j]).abs() < 1e-8,
-                    "{} {}",
-                    step.x[j],
-                    expected[j]
-                );
+                assert!((step.x[j] - expected[j]).abs() < 1e-8, "{} {}", step.x[j], expected[j]);
             }
-            assert!(
-                (step.lambda[0] / lambda - 1.0).abs() < 1e-6,
-                "{} {lambda}",
-                step.lambda[0]
-            );
+            assert!((step.lambda[0] / lambda - 1.0).abs() < 1e-6, "{} {lambda}", step.lambda[0]);
             x = step.x;
         }
     }

@@ -8,26 +8,14 @@ fn resumes_bit_for_bit() {
     let (lower, upper) = ([1.0; 5], [10.0; 5]);
     let advance = |mma: &mut Mma, x: &mut Vec<f64>| {
         let (value, gradient, constraints, constraint_gradients) = cantilever(x);
-        *x = mma
-            .update(
-                x,
-                &lower,
-                &upper,
-                value,
-                &gradient,
-                &constraints,
-                &constraint_gradients,
-            )
-            .unwrap()
-            .x;
+        *x = mma.update(x, &lower, &upper, value, &gradient, &constraints, &constraint_gradients).unwrap().x;
     };
     let mut kept = Mma::new(5, 1, MmaParameters::default());
     let mut x = vec![5.0; 5];
     for _ in 0..9 {
         let mut read: Mma = serde_json::from_str(&serde_json::to_string(&kept).unwrap()).unwrap();
         assert_eq!(read, kept);
-        let mut x_read: Vec<f64> =
-            serde_json::from_str(&serde_json::to_string(&x).unwrap()).unwrap();
+        let mut x_read: Vec<f64> = serde_json::from_str(&serde_json::to_string(&x).unwrap()).unwrap();
         advance(&mut kept, &mut x);
         advance(&mut read, &mut x_read);
         assert_eq!(x_read, x);
@@ -47,89 +35,28 @@ fn bad_input_is_named_and_leaves_the_history() {
     let (x, lower, upper) = ([0.5; 2], [0.0; 2], [1.0; 2]);
     let good = vec![vec![1.0; 2]];
     let nan = f64::NAN;
-    let error = mma
-        .update(&x, &lower, &upper, nan, &[1.0; 2], &[0.0], &good)
-        .unwrap_err();
+    let error = mma.update(&x, &lower, &upper, nan, &[1.0; 2], &[0.0], &good).unwrap_err();
     assert!(not_finite(&error, "objective", 0));
-    let error = mma
-        .update(
-            &x,
-            &lower,
-            &upper,
-            1.0,
-            &[1.0, f64::INFINITY],
-            &[0.0],
-            &good,
-        )
-        .unwrap_err();
+    let error = mma.update(&x, &lower, &upper, 1.0, &[1.0, f64::INFINITY], &[0.0], &good).unwrap_err();
     assert!(not_finite(&error, "objective gradient", 1));
-    let error = mma
-        .update(&x, &lower, &upper, 1.0, &[1.0; 2], &[nan], &good)
-        .unwrap_err();
+    let error = mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[nan], &good).unwrap_err();
     assert!(not_finite(&error, "constraint values", 0));
-    let error = mma
-        .update(
-            &x,
-            &lower,
-            &upper,
-            1.0,
-            &[1.0; 2],
-            &[0.0],
-            &[vec![0.0, nan]],
-        )
-        .unwrap_err();
+    let error = mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &[vec![0.0, nan]]).unwrap_err();
     assert!(not_finite(&error, "gradient of constraint 0", 1));
-    let error = mma
-        .update(&[0.5, nan], &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good)
-        .unwrap_err();
+    let error = mma.update(&[0.5, nan], &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good).unwrap_err();
     assert!(not_finite(&error, "design", 1));
-    let error = mma
-        .update(&[0.5, 1.5], &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good)
-        .unwrap_err();
-    assert_eq!(
-        error,
-        MmaError::Bounds {
-            index: 1,
-            value: 1.5,
-            lower: 0.0,
-            upper: 1.0
-        }
-    );
-    let error = mma
-        .update(&x, &upper, &lower, 1.0, &[1.0; 2], &[0.0], &good)
-        .unwrap_err();
+    let error = mma.update(&[0.5, 1.5], &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good).unwrap_err();
+    assert_eq!(error, MmaError::Bounds { index: 1, value: 1.5, lower: 0.0, upper: 1.0 });
+    let error = mma.update(&x, &upper, &lower, 1.0, &[1.0; 2], &[0.0], &good).unwrap_err();
     assert!(matches!(error, MmaError::Bounds { index: 0, .. }));
-    let error = mma
-        .update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &[])
-        .unwrap_err();
-    assert!(matches!(
-        error,
-        MmaError::Length {
-            expected: 1,
-            found: 0,
-            ..
-        }
-    ));
+    let error = mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &[]).unwrap_err();
+    assert!(matches!(error, MmaError::Length { expected: 1, found: 0, .. }));
     assert_eq!(mma, fresh);
-    assert!(
-        mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good)
-            .is_ok()
-    );
+    assert!(mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good).is_ok());
 
-    let wrong = MmaParameters {
-        asydecr: 1.5,
-        ..MmaParameters::default()
-    };
-    let error = Mma::new(2, 1, wrong)
-        .update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good)
-        .unwrap_err();
-    assert!(matches!(
-        error,
-        MmaError::Parameter {
-            name: "asydecr",
-            ..
-        }
-    ));
+    let wrong = MmaParameters { asydecr: 1.5, ..MmaParameters::default() };
+    let error = Mma::new(2, 1, wrong).update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good).unwrap_err();
+    assert!(matches!(error, MmaError::Parameter { name: "asydecr", .. }));
 }
 
 /// Derivatives from 1e-12 to 1e12 either give a step or say that scaling is needed.
@@ -140,20 +67,9 @@ fn extreme_scales() {
         let mut mma = Mma::new(3, 1, MmaParameters::default());
         let gradients = [vec![1.0, 0.5, 0.2]];
         let gradient = [size, -size, 0.0];
-        match mma.update(
-            &[0.5; 3],
-            &[0.0; 3],
-            &[1.0; 3],
-            size,
-            &gradient,
-            &[0.1],
-            &gradients,
-        ) {
+        match mma.update(&[0.5; 3], &[0.0; 3], &[1.0; 3], size, &gradient, &[0.1], &gradients) {
             Ok(step) => assert!(step.x.iter().all(|x| (0.0..=1.0).contains(x))),
-            Err(error) => assert!(
-                matches!(error, MmaError::Subproblem { .. }) && exponent > 6,
-                "{exponent}: {error}"
-            ),
+            Err(error) => assert!(matches!(error, MmaError::Subproblem { .. }) && exponent > 6, "{exponent}: {error}"),
         }
     }
 }
@@ -167,17 +83,11 @@ fn narrow_bounds_far_from_zero() {
         let mut x = vec![1e6 + 0.5 * range];
         for _ in 0..10 {
             let (value, slope) = ((x[0] - 1e6) / range, [1.0 / range]);
-            let step = mma
-                .update(&x, &lower, &upper, value, &slope, &[-1.0], &[vec![0.0]])
-                .unwrap();
+            let step = mma.update(&x, &lower, &upper, value, &slope, &[-1.0], &[vec![0.0]]).unwrap();
             assert!(lower[0] <= step.x[0] && step.x[0] <= x[0]);
             x = step.x;
         }
         // To 1e-5 of the range, or the spacing of numbers at 1e6.
-        assert!(
-            x[0] - 1e6 <= (1e-5 * range).max(1.2e-10),
-            "{range:e}: {:e}",
-            x[0] - 1e6
-        );
+        assert!(x[0] - 1e6 <= (1e-5 * range).max(1.2e-10), "{range:e}: {:e}", x[0] - 1e6);
     }
 }

@@ -16,27 +16,15 @@ fn two_balls(x: &[f64]) -> Functions {
     let centres = [[5.0, 2.0, 1.0], [3.0, 4.0, 3.0]];
     let squared = |c: [f64; 3]| (0..3).map(|j| (x[j] - c[j]).powi(2)).sum::<f64>();
     let gradient = |c: [f64; 3]| (0..3).map(|j| 2.0 * (x[j] - c[j])).collect();
-    (
-        squared([0.0; 3]),
-        gradient([0.0; 3]),
-        centres.map(|c| squared(c) - 9.0).to_vec(),
-        centres.map(gradient).to_vec(),
-    )
+    (squared([0.0; 3]), gradient([0.0; 3]), centres.map(|c| squared(c) - 9.0).to_vec(), centres.map(gradient).to_vec())
 }
 
 /// Svanberg's cantilever of five hollow beams: weight subject to a tip displacement.
 fn cantilever(x: &[f64]) -> Functions {
     let coefficients = [61.0, 37.0, 19.0, 7.0, 1.0];
     let displacement = (0..5).map(|j| coefficients[j] / x[j].powi(3)).sum::<f64>() - 1.0;
-    let gradient = (0..5)
-        .map(|j| -3.0 * coefficients[j] / x[j].powi(4))
-        .collect();
-    (
-        0.0624 * x.iter().sum::<f64>(),
-        vec![0.0624; 5],
-        vec![displacement],
-        vec![gradient],
-    )
+    let gradient = (0..5).map(|j| -3.0 * coefficients[j] / x[j].powi(4)).collect();
+    (0.0624 * x.iter().sum::<f64>(), vec![0.0624; 5], vec![displacement], vec![gradient])
 }
 
 struct Run {
@@ -58,39 +46,20 @@ fn run(
     let mut last = None;
     for _ in 0..steps {
         let (value, gradient, constraints, constraint_gradients) = functions(&x);
-        let step = mma
-            .update(
-                &x,
-                &lower,
-                &upper,
-                value,
-                &gradient,
-                &constraints,
-                &constraint_gradients,
-            )
-            .unwrap();
+        let step = mma.update(&x, &lower, &upper, value, &gradient, &constraints, &constraint_gradients).unwrap();
         x = step.x.clone();
         last = Some(step);
     }
-    Run {
-        x,
-        last: last.unwrap(),
-    }
+    Run { x, last: last.unwrap() }
 }
 
 fn tight() -> MmaParameters {
-    MmaParameters {
-        subproblem_tolerance: 1e-11,
-        ..MmaParameters::default()
-    }
+    MmaParameters { subproblem_tolerance: 1e-11, ..MmaParameters::default() }
 }
 
 fn assert_printed(values: &[f64], printed: &[f64]) {
     for (value, printed) in values.iter().zip(printed) {
-        assert!(
-            (value - printed).abs() <= 0.5001e-8,
-            "{value:.10} instead of {printed}"
-        );
+        assert!((value - printed).abs() <= 0.5001e-8, "{value:.10} instead of {printed}");
     }
 }
 
@@ -107,9 +76,6 @@ fn two_balls_to_the_printed_digits() {
 #[test]
 fn cantilever_to_the_printed_digits() {
     let result = run(cantilever, &[5.0; 5], (1.0, 10.0), tight(), 40);
-    assert_printed(
-        &result.x,
-        &[6.01601589, 5.30917386, 4.49432957, 3.50147497, 2.15266533],
-    );
+    assert_printed(&result.x, &[6.01601589, 5.30917386, 4.49432957, 3.50147497, 2.15266533]);
     assert_printed(&[cantilever(&result.x).0], &[1.33995636]);
 }

@@ -16,19 +16,10 @@ struct RandomProblem {
 impl RandomProblem {
     fn functions(&self, x: &[f64]) -> Functions {
         let n = x.len();
-        let value = (0..n)
-            .map(|j| self.weight[j] * (x[j] - self.target[j]).powi(2))
-            .sum();
-        let gradient = (0..n)
-            .map(|j| 2.0 * self.weight[j] * (x[j] - self.target[j]))
-            .collect();
+        let value = (0..n).map(|j| self.weight[j] * (x[j] - self.target[j]).powi(2)).sum();
+        let gradient = (0..n).map(|j| 2.0 * self.weight[j] * (x[j] - self.target[j])).collect();
         let dot = |row: &[f64]| row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-        let constraints = self
-            .rows
-            .iter()
-            .zip(&self.limit)
-            .map(|(row, limit)| dot(row) - limit)
-            .collect();
+        let constraints = self.rows.iter().zip(&self.limit).map(|(row, limit)| dot(row) - limit).collect();
         (value, gradient, constraints, self.rows.clone())
     }
 
@@ -51,12 +42,7 @@ fn random_problem() -> impl Strategy<Value = RandomProblem> {
             prop::collection::vec(prop::collection::vec(-1.0..1.0_f64, n), m),
             prop::collection::vec(-0.2..1.0_f64, m),
         )
-            .prop_map(|(target, weight, rows, limit)| RandomProblem {
-                target,
-                weight,
-                rows,
-                limit,
-            })
+            .prop_map(|(target, weight, rows, limit)| RandomProblem { target, weight, rows, limit })
     })
 }
 

@@ -10,22 +10,10 @@ fn kkt_residual_vanishes_at_the_optimum_only() {
         let result = run(two_balls, &[4.0, 3.0, 2.0], (0.0, 5.0), parameters, steps);
         let (_, gradient, constraints, constraint_gradients) = two_balls(&result.x);
         let (lower, upper) = ([0.0; 3], [5.0; 3]);
-        kkt_residual(
-            &parameters,
-            &result.last,
-            &lower,
-            &upper,
-            &gradient,
-            &constraints,
-            &constraint_gradients,
-        )
-        .unwrap()
+        kkt_residual(&parameters, &result.last, &lower, &upper, &gradient, &constraints, &constraint_gradients).unwrap()
     };
     let residuals = [1, 8, 30].map(|steps| residual_after(steps).norm);
-    assert!(
-        residuals[0] > 1e-1 && residuals[1] < 0.1 * residuals[0] && residuals[2] < 1e-8,
-        "{residuals:?}"
-    );
+    assert!(residuals[0] > 1e-1 && residuals[1] < 0.1 * residuals[0] && residuals[2] < 1e-8, "{residuals:?}");
 }
 
 /// Without constraints and with an optimum at the bounds: min Σ (−1)ʲ x_j.
@@ -33,12 +21,7 @@ fn kkt_residual_vanishes_at_the_optimum_only() {
 fn no_constraints_and_optimum_at_the_bounds() {
     let functions = |x: &[f64]| -> Functions {
         let gradient = vec![1.0, -1.0, 1.0, -1.0];
-        (
-            x.iter().zip(&gradient).map(|(x, g)| x * g).sum(),
-            gradient,
-            vec![],
-            vec![],
-        )
+        (x.iter().zip(&gradient).map(|(x, g)| x * g).sum(), gradient, vec![], vec![])
     };
     let result = run(functions, &[0.5; 4], (0.0, 1.0), tight(), 20);
     for (value, expected) in result.x.iter().zip([0.0, 1.0, 0.0, 1.0]) {
@@ -50,8 +33,7 @@ fn no_constraints_and_optimum_at_the_bounds() {
 /// An infeasible problem is solved elastically: `y` shows the violation, λ its price `c + d y`.
 #[test]
 fn infeasible_constraints_show_in_y() {
-    let functions =
-        |x: &[f64]| -> Functions { (x[0], vec![1.0], vec![2.0 - x[0]], vec![vec![-1.0]]) };
+    let functions = |x: &[f64]| -> Functions { (x[0], vec![1.0], vec![2.0 - x[0]], vec![vec![-1.0]]) };
     let result = run(functions, &[0.5], (0.0, 1.0), tight(), 20);
     assert!((result.x[0] - 1.0).abs() < 1e-8);
     assert!((result.last.y[0] - 1.0).abs() < 1e-6);
@@ -62,14 +44,8 @@ fn infeasible_constraints_show_in_y() {
 /// Notes: the form for minimising a largest value; both lines are positive, as z ≥ 0 asks.
 #[test]
 fn smallest_largest_value() {
-    let functions = |x: &[f64]| -> Functions {
-        (
-            0.0,
-            vec![0.0],
-            vec![1.0 - x[0], 0.5 + x[0]],
-            vec![vec![-1.0], vec![1.0]],
-        )
-    };
+    let functions =
+        |x: &[f64]| -> Functions { (0.0, vec![0.0], vec![1.0 - x[0], 0.5 + x[0]], vec![vec![-1.0], vec![1.0]]) };
     let parameters = MmaParameters { a: 1.0, ..tight() };
     let result = run(functions, &[0.9], (0.0, 1.0), parameters, 60);
     assert!((result.x[0] - 0.25).abs() < 1e-7 && (result.last.z - 0.75).abs() < 1e-7);
@@ -83,17 +59,7 @@ fn fixed_variables_stay_and_count() {
     for _ in 0..40 {
         let gradients = [vec![-x[1], -x[0]]];
         let value = 4.0 - x[0] * x[1];
-        let step = mma
-            .update(
-                &x,
-                &[1.0, 2.5],
-                &[5.0, 2.5],
-                x[0] + 2.5,
-                &[1.0; 2],
-                &[value],
-                &gradients,
-            )
-            .unwrap();
+        let step = mma.update(&x, &[1.0, 2.5], &[5.0, 2.5], x[0] + 2.5, &[1.0; 2], &[value], &gradients).unwrap();
         assert_eq!(step.x[1], 2.5);
         x = step.x;
     }
@@ -105,16 +71,8 @@ fn fixed_variables_stay_and_count() {
 fn nothing_to_do() {
     let x = [0.3, 0.6];
     let zero = vec![vec![0.0; 2]];
-    let step = Mma::new(2, 1, tight())
-        .update(&x, &[0.0; 2], &[1.0; 2], 1.0, &[0.0; 2], &[-1.0], &zero)
-        .unwrap();
-    assert!(
-        (0..2).all(|j| (step.x[j] - x[j]).abs() < 1e-5),
-        "{:?}",
-        step.x
-    );
-    let step = Mma::new(2, 1, tight())
-        .update(&x, &x, &x, 1.0, &[1.0; 2], &[-1.0], &zero)
-        .unwrap();
+    let step = Mma::new(2, 1, tight()).update(&x, &[0.0; 2], &[1.0; 2], 1.0, &[0.0; 2], &[-1.0], &zero).unwrap();
+    assert!((0..2).all(|j| (step.x[j] - x[j]).abs() < 1e-5), "{:?}", step.x);
+    let step = Mma::new(2, 1, tight()).update(&x, &x, &x, 1.0, &[1.0; 2], &[-1.0], &zero).unwrap();
     assert_eq!(step.x, x);
 }
