@@ -375,5 +375,9 @@ fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Op
         BuildError::new("objective.contact_force", e, "observe steps of the load path, and have a contact pair")
     };
     steps.check(case.load_path.steps).map_err(fail)?;
-    Ok(Some(Box::new(ContactForce::new(model.slave_nodes(), nodes, steps, 0.0).map_err(fail)?)))
+    Ok(Some(Box::new(
+        ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
+            .map_err(fail)?
+            .without_reactions(model.prescribed().fixed()),
+    )))
 }

@@ -170,7 +170,7 @@ fn along(
     let size = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
     // a direction nearly orthogonal to the gradient is measured against the gradient's typical share in it
     let count = direction.iter().filter(|v| **v != 0.0).count().max(1) as f64;
-    let scale = adjoint.abs().max(1e-3 * norm * size / count.sqrt());
+    let scale = adjoint.abs().max(1e-3 * norm * size / count.sqrt()).max(f64::MIN_POSITIVE);
     let mut quotients: Vec<Quotient> = Vec::new();
     let mut last_apart = None;
     for k in 0..=options.halvings {

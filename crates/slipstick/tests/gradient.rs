@@ -8,7 +8,7 @@ use common::scene::*;
 use common::*;
 use slipstick::analysis::Forward;
 use slipstick::build::Problem;
-use slipstick_path::Keep;
+use slipstick_path::{Keep, Silent};
 
 /// The bound of all comparisons; most are better than 1e-10.
 const BOUND: f64 = 1e-7;
@@ -186,20 +186,28 @@ contact_force = {{ steps = [6, 10] }}
     }
 }
 
-/// With too few Newton iterations allowed for a whole step, the path contains sub-steps, and the adjoint runs through.
+/// A step that crushes the bodies is cut back, and the adjoint runs through the sub-steps. The first depth is taken that is
+/// too much for one increment.
 #[test]
 fn gradient_through_sub_steps() {
-    for ((method, enforcement), iterations) in methods().into_iter().zip([5, 6]) {
-        let scene = Scene {
-            enforcement,
-            motion: "[{ t = 0.1, u = [0, -0.02, 0] }, { t = 0.2, u = [0.05, -0.15, 0.1] }, { t = 1.0, u = [0.2, -0.16, 0.1] }]".into(),
-            load_path: format!("tolerance = {{ relative = 1e-12 }}\nmax_newton_iterations = {iterations}"),
-            ..Scene::default()
+    for (method, enforcement) in methods().into_iter().take(2) {
+        let crushed = |depth: f64| {
+            let motion = format!(
+                "[{{ t = 0.2, u = [0.02, -0.05, 0] }}, {{ t = 0.3, u = [0.3, -{depth:?}, 0.1] }}, {{ t = 1.0, u = [0.4, -{depth:?}, 0.2] }}]"
+            );
+            problem(&Scene { enforcement: enforcement.clone(), motion, ..Scene::default() }.text())
         };
-        let checked = check(method, &mut problem(&scene.text()), 4);
-        let inner = checked.forward.path.states.iter().skip(1).filter(|s| s.completes.is_none()).count();
-        assert!(inner > 0, "{method}: no step was cut back");
+        let cut_back = |problem: &mut Problem| {
+            let density = random_density(problem, 4);
+            let run = problem.analysis.forward(&density, &mut Silent);
+            run.is_ok_and(|run| run.path.states.iter().skip(1).any(|s| s.completes.is_none()))
+        };
+        let depths = (0..20).map(|k| 0.5 + 0.05 * k as f64);
+        let mut problem =
+            depths.map(crushed).find_map(|mut p| cut_back(&mut p).then_some(p)).expect("some depth is too much");
+        let checked = check(method, &mut problem, 4);
         assert_eq!(checked.forward.path.steps, 10);
+        assert!(checked.forward.path.states.len() > 11);
     }
 }
 

@@ -9,8 +9,9 @@ const NEGLIGIBLE: f64 = 1e-12;
 
 /// Negative sum of the force norms of the slave nodes: `θ_s = −Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int,s^(j)`. \[F\]
 ///
-/// Minimising it maximises the contact force. Slave nodes carry no external force, so that their internal force is the
-/// negative contact force. With `ε = 0` this is the norm itself, which has no derivative at `f_j = 0`: a node whose force
+/// Minimising it maximises the contact force. Slave nodes carry no external force but reactions where they are supported
+/// or driven; without those components ([`ContactForce::without_reactions`]) their internal force is the negative contact
+/// force. With `ε = 0` this is the norm itself, which has no derivative at `f_j = 0`: a node whose force
 /// is below 1e-12 of the largest nodal force of the model counts as zero, with zero derivative. With `ε > 0` the
 /// function is smooth everywhere; choose ε far below the forces that matter.
 ///
@@ -20,6 +21,8 @@ pub struct ContactForce {
     nodes: Vec<u32>,
     steps: ObservedSteps,
     regularisation: f64,
+    /// Which force components are reactions; empty: none.
+    reactions: Vec<bool>,
 }
 
 impl ContactForce {
@@ -40,7 +43,25 @@ impl ContactForce {
         if !regularisation.is_finite() || regularisation < 0.0 {
             return Err(ObjectiveError::Regularisation { value: regularisation });
         }
-        Ok(Self { nodes, steps, regularisation })
+        Ok(Self { nodes, steps, regularisation, reactions: Vec::new() })
+    }
+
+    /// Leaves out the force components that `prescribed` marks (three per node of the mesh): they are reactions of
+    /// supports and drives, not contact forces.
+    pub fn without_reactions(mut self, prescribed: &[bool]) -> Self {
+        self.reactions = prescribed.to_vec();
+        self
+    }
+
+    /// Force of a node without reactions.
+    fn force(&self, internal_force: &[f64], node: u32) -> [f64; 3] {
+        let mut force = nodal_force(internal_force, node);
+        for (c, f) in force.iter_mut().enumerate() {
+            if self.reactions.get(3 * node as usize + c) == Some(&true) {
+                *f = 0.0;
+            }
+        }
+        force
     }
 
     /// The slave nodes whose forces are summed.
@@ -81,7 +102,7 @@ impl Objective for ContactForce {
         let threshold = self.threshold(state.internal_force);
         let mut sum = 0.0;
         for &node in &self.nodes {
-            let size = norm(nodal_force(state.internal_force, node));
+            let size = norm(self.force(state.internal_force, node));
             if size <= threshold {
                 continue; // false for NaN, which therefore reaches the sum
             }
@@ -94,7 +115,7 @@ impl Objective for ContactForce {
     fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
         let threshold = self.threshold(state.internal_force);
         for &node in &self.nodes {
-            let force = nodal_force(state.internal_force, node);
+            let force = self.force(state.internal_force, node);
             let size = norm(force);
             if size <= threshold {
                 continue;
@@ -124,6 +145,18 @@ mod tests {
 
     /// Node 0 is not observed and carries the largest force; node 3 carries noise.
     const FORCE: [f64; 12] = [50.0, 0.0, 1.0, 3.0, -4.0, 0.0, 2.0, -1.0, 2.0, 1e-13, -2e-13, 1e-13];
+
+    /// Node 1 is driven in y: only its x component is contact. By hand: 3 + 3 (nodes 1 and 2).
+    #[test]
+    fn reactions_do_not_count() {
+        let mut prescribed = vec![false; 12];
+        prescribed[4] = true;
+        let objective = ContactForce::new(vec![1, 2, 3], 4, ObservedSteps::Last, 0.0).unwrap();
+        let objective = objective.without_reactions(&prescribed);
+        assert_eq!(objective.value(&view(&FORCE)), -6.0);
+        let found = gradient(&objective, &FORCE);
+        assert_eq!((found[3], found[4]), (-1.0, 0.0));
+    }
 
     #[test]
     fn norms_by_hand_and_noise_counts_as_zero() {

@@ -72,7 +72,15 @@ impl RunDirectory {
             fs::create_dir(path).map_err(refused)?;
         }
         let run = Self { path: path.to_owned() };
-        run.clear().map_err(refused)?;
+        if run.file("run.json").is_file() {
+            run.clear().map_err(refused)?;
+        } else if let Some(name) = run.own_name_taken().map_err(refused)? {
+            return Err(RunError::Directory {
+                directory: path.to_owned(),
+                reason: format!("it holds `{name}`, which is not of a run but has the name of a result"),
+                cure: "name another directory with --out, or move the file away".into(),
+            });
+        }
         // Better to learn now than after the first iteration that nothing can be written.
         let probe = run.file(".slipstick-probe");
         fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(refused)?;
@@ -104,6 +112,17 @@ impl RunDirectory {
     /// Name of the numbered file of a design or load step.
     pub fn numbered(stem: &str, number: usize) -> String {
         format!("{stem}_{number:04}.vtu")
+    }
+
+    /// A file in the directory that a run would replace.
+    fn own_name_taken(&self) -> io::Result<Option<String>> {
+        for entry in fs::read_dir(&self.path)? {
+            let name = entry?.file_name();
+            if let Some(name) = name.to_str().filter(|name| is_numbered(name) || FILES.contains(name)) {
+                return Ok(Some(name.to_owned()));
+            }
+        }
+        Ok(None)
     }
 
     /// Removes the files of an earlier run; `run.json`, which marks the directory, last.

@@ -9,7 +9,7 @@ const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring"];
 /// What goes on after a shape that cannot be read.
 const STAND_IN: Shape = Shape::Box { min: [0.0; 3], max: [1.0; 3], elements: [1; 3], grading: [1.0; 3] };
 /// More elements than any run can hold.
-const MOST_ELEMENTS: usize = 100_000_000;
+const MOST_ELEMENTS: usize = 1_000_000;
 
 pub(super) fn bodies(root: &Table<'_>, names: &mut Names) -> Vec<Body> {
     let tables = root.tables("body");
