@@ -56,7 +56,7 @@ struct Corner {
 ///
 /// Both are given counter-clockwise in the auxiliary plane. `master_order[i]` is the facet's own number of the i-th
 /// master corner, used for the columns of the vertex gradients. Returns `None` where nothing or less than a triangle
-/// of size [`ON_LINE`] is left.
+/// of relative size 1e-12 is left.
 ///
 /// Test: `vertex_gradients_match_finite_differences`, `overlap_of_shifted_squares`.
 pub fn clip(slave: &[Point; 4], master: &[Point; 4], master_order: &[usize; 4]) -> Option<Overlap> {

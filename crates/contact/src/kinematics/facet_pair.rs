@@ -296,21 +296,19 @@ mod tests {
                         let (a, b) = (value(&a), value(&b));
                         std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
                     };
-                    // where the polygon gains a vertex inside the step, its vertex average moves by a jump, and with it
-                    // the integrals on distorted facets, for which the rule is not exact
+                    // where the polygon gains a vertex inside the step, second derivatives jump: an error of the step's size
                     let corners = |h: f64| {
                         let mut moved = q;
                         moved[i] += h;
                         let (s, m) = perturbed(&moved);
                         clip(&s, &[m[0], m[3], m[2], m[1]], &[0, 3, 2, 1]).map_or(0, |o| o.vertices().len())
                     };
-                    if [-2e-4, -1e-4, 1e-4, 2e-4].iter().any(|&h| corners(h) != corners(0.0)) {
-                        continue;
-                    }
+                    let gains = [-2e-4, -1e-4, 1e-4, 2e-4].iter().any(|&h| corners(h) != corners(0.0));
+                    let bound = if gains { 5e-5 } else { 2e-6 };
                     let (coarse, fine) = (difference(2e-4), difference(1e-4));
                     for e in 0..32 {
                         let fd = (4.0 * fine[e] - coarse[e]) / 3.0;
-                        prop_assert!((fd - pair.gradient[e][i]).abs() < 2e-6, "entry {e} coordinate {i}: {fd} {}", pair.gradient[e][i]);
+                        prop_assert!((fd - pair.gradient[e][i]).abs() < bound, "entry {e} coordinate {i}: {fd} {}", pair.gradient[e][i]);
                     }
                 }
             }

@@ -176,7 +176,7 @@ impl NodeKinematics {
     /// Objective nodal slip increment ũ_τ over the step, in the node's tangent basis. \[L³\], 2 components.
     ///
     /// Positive along the slave's sliding. Depends on the previous step through D and M only.
-    /// Paper: (24) with the full row of D; previous-step linearisation (66) in [`previous_slip_gradient`].
+    /// Paper: (24) with the full row of D; previous-step linearisation (66) in [`Self::add_previous_slip_gradient`].
     /// Tests: `gap_and_slip_gradients`, `slip_increment_is_objective`.
     pub fn slip(&self, previous: &PreviousRow, x: &[f64], with_gradient: bool, out: &mut SlipIncrement) {
         let own = position(x, self.node);
