@@ -62,6 +62,8 @@ pub enum Command {
     Resume(Resume),
     /// Evaluate a design under other conditions
     Evaluate(Evaluate),
+    /// Draw results as a PNG picture
+    Render(Render),
 }
 
 /// Arguments of `new`.
@@ -232,6 +234,47 @@ pub struct Evaluate {
     /// Where results go.
     #[command(flatten)]
     pub out: Out,
+}
+
+/// Arguments of `render`.
+#[derive(Debug, Clone, Args)]
+pub struct Render {
+    /// Directory of a run
+    #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
+    pub results: PathBuf,
+    /// What gives the colours: density, pressure, gap, displacement, …; an unknown name lists all
+    #[arg(long, value_name = "NAME", default_value = "density")]
+    pub field: String,
+    /// The state at the end of a load step [default: the newest design, at the last step where that is there]
+    #[arg(long, value_name = "NUMBER", conflicts_with = "iteration")]
+    pub step: Option<usize>,
+    /// The design of an iteration, undeformed
+    #[arg(long, value_name = "NUMBER")]
+    pub iteration: Option<usize>,
+    /// From where: iso, front, side, top, …; an unknown name lists all [default: iso; contact from its side]
+    #[arg(long, value_name = "NAME")]
+    pub view: Option<String>,
+    /// Factor on displacements, 0 for the undeformed shape [default: 1]
+    #[arg(long, value_name = "SCALE", value_parser = not_negative)]
+    pub deformed: Option<f64>,
+    /// Elements with no more density are left out
+    #[arg(long, value_name = "DENSITY", default_value = "0.5", value_parser = fraction)]
+    pub threshold: f64,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
+    pub size: (u32, u32),
+    /// File to write [default: picture.png in the directory]
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    sides.ok_or_else(|| "width and height as in 900x720 are expected".into())
+}
+
+fn fraction(text: &str) -> Result<f64, String> {
+    number(text, |value| (0.0..=1.0).contains(&value), "a number from 0 to 1")
 }
 
 fn number(text: &str, range: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {

@@ -4,13 +4,15 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-use slipstick::case::{CaseDiagnostic, CaseErrors, Resolved, Severity, parse_case};
+use slipstick::case::{CaseDiagnostic, CaseErrors, NotUtf8, Resolved, Severity, parse_case, utf8};
 
 /// Why there is no case.
 #[derive(Debug)]
 pub enum Unreadable {
     /// The file cannot be read.
     Io(io::Error),
+    /// The file is no text.
+    Encoding(NotUtf8),
     /// The file is wrong.
     Wrong(CaseErrors),
 }
@@ -19,9 +21,9 @@ pub enum Unreadable {
 ///
 /// # Errors
 ///
-/// [`Unreadable`]; both kinds end the program with exit code 2.
+/// [`Unreadable`]; all kinds end the program with exit code 2.
 pub fn read(path: &Path) -> Result<Resolved, Unreadable> {
-    let text = std::fs::read_to_string(path).map_err(Unreadable::Io)?;
+    let text = utf8(std::fs::read(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding)?;
     parse_case(&text, &path.display().to_string()).map_err(Unreadable::Wrong)
 }
 

@@ -1,13 +1,15 @@
 //! Where text and events go: people read text, programs read one JSON object per line.
 
 use std::cell::OnceCell;
-use std::io::{IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
+use slipstick::analysis::ForwardNotice;
 use slipstick::case::CaseDiagnostic;
 
+use crate::Outcome;
 use crate::args::Common;
 use crate::case_file;
 use crate::failure::Failure;
@@ -22,12 +24,20 @@ pub struct Console {
     quiet: bool,
     verbose: u8,
     bar: OnceCell<ProgressBar>,
+    /// Why standard output could not be written, the first time.
+    refused: OnceCell<io::Error>,
 }
 
 impl Console {
     /// As the options say.
     pub fn new(common: &Common) -> Self {
-        Self { json: common.json, quiet: common.quiet, verbose: common.verbose, bar: OnceCell::new() }
+        Self {
+            json: common.json,
+            quiet: common.quiet,
+            verbose: common.verbose,
+            bar: OnceCell::new(),
+            refused: OnceCell::new(),
+        }
     }
 
     /// Whether results are events.
@@ -43,7 +53,7 @@ impl Console {
     /// A line for people.
     pub fn text(&self, line: &str) {
         if !self.json && !self.quiet {
-            self.suspended(|| put(line));
+            self.suspended(|| self.put(line));
         }
     }
 
@@ -54,16 +64,38 @@ impl Console {
 
     /// Text that is the command's result itself, like a case file.
     pub fn raw(&self, text: &str) {
-        let mut out = std::io::stdout().lock();
+        let mut out = io::stdout().lock();
+        let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
         // A reader that has seen enough and closed the pipe is no error.
-        let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+        if let Err(error) = written.or_else(unless_closed) {
+            let _ = self.refused.set(error);
+        }
+    }
+
+    /// A line to standard output.
+    fn put(&self, line: &str) {
+        self.raw(&format!("{line}\n"));
+    }
+
+    /// Whether all that was said on standard output could be written.
+    ///
+    /// # Errors
+    /// [`Failure::Input`], for the end of a command that has done its work: its results are on disk.
+    pub fn check(&self) -> Outcome {
+        match self.refused.get() {
+            Some(error) => Err(Failure::input(
+                format!("cannot write to standard output: {error}"),
+                "check where it is directed to; files are complete",
+            )),
+            None => Ok(()),
+        }
     }
 
     /// An object for programs; `value` is an object, which gets the key `event`.
     pub fn event(&self, name: &str, mut value: Value) {
         if self.json {
             value["event"] = name.into();
-            put(&value.to_string());
+            self.put(&value.to_string());
         }
     }
 
@@ -76,7 +108,17 @@ impl Console {
     pub fn warning(&self, message: &str) {
         self.event("warning", json!({ "message": message }));
         if !self.json && !self.quiet {
-            self.suspended(|| eprintln!("warning: {message}"));
+            self.suspended(|| complain(&format!("warning: {message}\n")));
+        }
+    }
+
+    /// What is probably not meant about a path.
+    pub fn notice(&self, notice: Option<ForwardNotice>) {
+        let Some(notice) = notice else { return };
+        let help = "check motions, gaps (`slipstick check`) and the steps of the objective";
+        self.event("warning", json!({ "code": notice, "message": notice.to_string(), "help": help }));
+        if !self.json && !self.quiet {
+            self.suspended(|| complain(&format!("warning: {notice}\n    help: {help}\n")));
         }
     }
 
@@ -86,8 +128,8 @@ impl Console {
                 self.event(event, case_file::object(diagnostic));
             }
         } else if shown {
-            let text = case_file::report(diagnostics, std::io::stderr().is_terminal());
-            self.suspended(|| eprint!("{text}"));
+            let text = case_file::report(diagnostics, io::stderr().is_terminal());
+            self.suspended(|| complain(&text));
         }
     }
 
@@ -96,8 +138,10 @@ impl Console {
         self.end_bar();
         let exit = failure.exit() as u8;
         match failure {
+            // Where events cannot be written, the error must not be lost with them.
+            _ if self.refused.get().is_some() => complain(&format!("{}\n", failure.text())),
             Failure::Case(diagnostics) => self.diagnostics("error", diagnostics, true),
-            _ if !self.json => eprintln!("{}", failure.text()),
+            _ if !self.json => complain(&format!("{}\n", failure.text())),
             Failure::Input { message, cure } | Failure::Check { message, cure } => {
                 self.event("error", json!({ "exit": exit, "message": message, "help": cure }));
             }
@@ -115,7 +159,7 @@ impl Console {
     /// Shows a progress bar of so many load steps where a person watches a terminal; `done` of them are behind. Once
     /// for a command.
     pub fn start_bar(&self, total: usize, done: usize) {
-        let watched = std::io::stderr().is_terminal() && std::io::stdout().is_terminal();
+        let watched = io::stderr().is_terminal() && io::stdout().is_terminal();
         if self.json || self.quiet || self.verbose > 0 || !watched {
             return;
         }
@@ -164,8 +208,12 @@ impl Console {
     }
 }
 
-/// A line to standard output; a reader that has closed the pipe is no error.
-fn put(line: &str) {
-    let mut out = std::io::stdout().lock();
-    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+/// Text to standard error; where that cannot be written either, nobody is left to be told.
+pub fn complain(text: &str) {
+    let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// A pipe whose reader has closed it is no error.
+pub fn unless_closed(error: io::Error) -> io::Result<()> {
+    if error.kind() == io::ErrorKind::BrokenPipe { Ok(()) } else { Err(error) }
 }

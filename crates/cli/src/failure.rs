@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use slipstick::build::BuildError;
 use slipstick::case::{CaseCode, CaseDiagnostic, CaseErrors, Severity, SourceMap};
 use slipstick::output::OutputError;
-use slipstick::run::{ExitState, FailureReport, RunError};
+use slipstick::run::{ExitState, FailureReport, PictureError, RunError};
 
 use crate::exit::Exit;
 
@@ -123,6 +123,12 @@ impl From<CaseErrors> for Failure {
 
 impl From<RunError> for Failure {
     fn from(error: RunError) -> Self {
+        Self::Input { message: error.to_string(), cure: error.cure() }
+    }
+}
+
+impl From<PictureError> for Failure {
+    fn from(error: PictureError) -> Self {
         Self::Input { message: error.to_string(), cure: error.cure() }
     }
 }

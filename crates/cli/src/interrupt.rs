@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::console::complain;
 use crate::exit::Exit;
 
 /// Whether the user wants to stop.
@@ -20,11 +21,11 @@ impl Interrupt {
             if pressed.fetch_add(1, Ordering::SeqCst) > 0 {
                 std::process::exit(Exit::Interrupted as i32);
             }
-            eprintln!("\nstopping after this attempt at a load step; once more stops at once");
+            complain("\nstopping after this attempt at a load step; once more stops at once\n");
         };
         // Without a handler the system's own ends the program at once, and what is on disk is good then too.
         if let Err(error) = ctrlc::set_handler(handler) {
-            eprintln!("warning: Ctrl-C will stop at once: {error}");
+            complain(&format!("warning: Ctrl-C will stop at once: {error}\n"));
         }
         interrupt
     }

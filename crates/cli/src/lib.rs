@@ -10,6 +10,7 @@ pub mod console;
 pub mod exit;
 pub mod failure;
 pub mod interrupt;
+pub mod memory;
 pub mod setup;
 pub mod table;
 pub mod watch;
@@ -44,11 +45,12 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
         Command::Optimize(args) => commands::optimize::run(&context, args),
         Command::Resume(args) => commands::resume::run(&context, args),
         Command::Evaluate(args) => commands::evaluate::run(&context, args),
+        Command::Render(args) => commands::render::run(&context, args),
         Command::Verify(args) => match &args.what {
             VerifyWhat::Gradient(args) => commands::verify::run(&context, args),
         },
     };
-    match result {
+    match result.and_then(|()| context.console.check()) {
         Ok(()) => Exit::Ok,
         Err(failure) => {
             context.console.failure(&failure);

@@ -4,14 +4,16 @@ use std::path::{Path, PathBuf};
 
 use slipstick::analysis::AnalysisError;
 use slipstick::build::{Problem, build};
-use slipstick::case::{CaseCode, CaseDiagnostic, Resolved, Severity};
-use slipstick::check::{Inspection, NoticeKind, inspect};
+use slipstick::case::{Body, CaseCode, CaseDiagnostic, Resolved, Severity};
+use slipstick::check::{Inspection, NoticeKind, bytes_to_build, inspect};
 use slipstick::optimize::OptimizeError;
 use slipstick::run::{ExitState, FailureReport, RunDirectory, RunPart, RunRecord, load_density, write_failure};
 
 use crate::args::{DesignFrom, Out};
 use crate::case_file::{self, Unreadable};
+use crate::commands::bytes;
 use crate::failure::Failure;
+use crate::memory;
 use crate::{Context, Outcome};
 
 /// A case that is read and looked at; the problem built from it goes its own way.
@@ -24,6 +26,8 @@ pub struct Setup {
     pub inspection: Inspection,
     /// Threads that it runs on.
     pub threads: usize,
+    /// Number of warnings told.
+    pub warnings: usize,
 }
 
 /// Reads a case file.
@@ -33,6 +37,10 @@ pub struct Setup {
 pub fn read(path: &Path) -> Outcome<Resolved> {
     case_file::read(path).map_err(|error| match error {
         Unreadable::Wrong(errors) => errors.into(),
+        Unreadable::Encoding(at) => {
+            let message = format!("{}:{}:{}: {at}", path.display(), at.line, at.column);
+            Failure::input(message, "save the case file as UTF-8")
+        }
         Unreadable::Io(error) => {
             let cure = "check the name; `slipstick new half-ball` writes a case to start from";
             Failure::input(format!("cannot read the case file {}: {error}", path.display()), cure)
@@ -40,14 +48,54 @@ pub fn read(path: &Path) -> Outcome<Resolved> {
     })
 }
 
-/// Reads and builds a case, sets the number of threads, and tells warnings; `sections` are those that the command
-/// cannot do without.
+/// Reads and builds a case that will run, sets the number of threads, and tells warnings; `sections` are those that
+/// the command cannot do without.
 ///
 /// # Errors
-/// [`Failure::Case`], [`Failure::Input`].
+/// [`Failure::Case`], [`Failure::Input`]. Of the former: a case that is too large for the machine's memory.
 pub fn prepare(context: &Context, path: &Path, sections: &[&str]) -> Outcome<(Setup, Problem)> {
     let resolved = read(path)?;
     resolved.require(sections)?;
+    let (setup, problem) = look(context, path, resolved)?;
+    let (needed, available) = (setup.inspection.factor_bytes, memory::available());
+    match available.filter(|&available| needed > available) {
+        Some(available) => {
+            let message = format!("the factors alone need {}; {} are available", bytes(needed), bytes(available));
+            let path = largest_body(&setup.resolved);
+            Err(setup.resolved.source_map.error(&path, CaseCode::TooLarge, message, FEWER).into())
+        }
+        None => Ok((setup, problem)),
+    }
+}
+
+/// What to do about a case that is too large.
+const FEWER: &str = "take fewer elements, or a machine with more memory";
+
+/// Refuses a case that could not be built in the memory that is available.
+fn refuse_too_large(resolved: &Resolved) -> Outcome {
+    let needed = bytes_to_build(&resolved.case);
+    let Some(available) = memory::available().filter(|&available| needed > available) else { return Ok(()) };
+    let count = |body: &Body| body.shape.element_count().unwrap_or(usize::MAX);
+    let elements = resolved.case.bodies.iter().fold(0, |sum: usize, body| sum.saturating_add(count(body)));
+    let (needed, available) = (bytes(needed), bytes(available));
+    let message =
+        format!("{elements} elements need about {needed} before anything is solved; {available} are available");
+    Err(resolved.source_map.error(&largest_body(resolved), CaseCode::TooLarge, message, FEWER).into())
+}
+
+/// Where the elements of the largest body are counted.
+fn largest_body(resolved: &Resolved) -> String {
+    let bodies = resolved.case.bodies.iter().enumerate();
+    let largest = bodies.max_by_key(|(_, body)| body.shape.element_count().unwrap_or(usize::MAX));
+    largest.map_or(String::new(), |(b, body)| format!("body[{b}].{}.elements", body.shape.key()))
+}
+
+/// Builds a case to look at it, sets the number of threads, and tells warnings.
+///
+/// # Errors
+/// [`Failure::Case`], [`Failure::Input`].
+pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setup, Problem)> {
+    refuse_too_large(&resolved)?;
     let threads = set_threads(context, &resolved)?;
     let map = &resolved.source_map;
     let mut problem = build(&resolved.case).map_err(|error| Failure::build(&error, map))?;
@@ -55,15 +103,25 @@ pub fn prepare(context: &Context, path: &Path, sections: &[&str]) -> Outcome<(Se
         let message = format!("the reference configuration cannot be evaluated: {error}");
         Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))
     })?;
-    let setup = Setup { file: path.to_owned(), resolved, inspection, threads };
+    let mut setup = Setup { file: path.to_owned(), resolved, inspection, threads, warnings: 0 };
     let (errors, warnings) = setup.diagnostics(&problem);
+    setup.warnings = warnings.len();
     context.console.warnings(&warnings);
     if errors.is_empty() { Ok((setup, problem)) } else { Err(Failure::Case(errors)) }
 }
 
+/// Threads that any machine can be asked for; one with more cores, for as many.
+const MOST_THREADS: usize = 1024;
+
 fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
     let asked = context.common.threads.map(usize::from).or(resolved.case.solver.threads);
-    let threads = asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = asked.unwrap_or(cores);
+    let most = cores.max(MOST_THREADS);
+    if threads > most {
+        let cure = format!("there are {cores} cores; more threads than cores make nothing faster");
+        return Err(Failure::input(format!("{threads} threads are asked for; at most {most} can be"), cure));
+    }
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
         Failure::input(format!("cannot start {threads} threads: {error}"), "ask for fewer with --threads")
     })?;
@@ -92,6 +150,11 @@ impl Setup {
             let name = map.span(&format!("{}.name", notice.path));
             warnings.retain(|other| other.code() != code || other.span() != name);
             if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
+        }
+        let needed = self.inspection.peak_bytes;
+        if let Some(available) = memory::available().filter(|&available| needed > available) {
+            let message = format!("a run needs about {}; {} are available", bytes(needed), bytes(available));
+            warnings.push(map.warning(&largest_body(&self.resolved), CaseCode::TooLarge, message, FEWER));
         }
         (errors, warnings)
     }

@@ -15,9 +15,9 @@ pub struct CsrPattern {
     pub row_offsets: Vec<usize>,
     /// Column of each entry, ascending within a row.
     pub columns: Vec<u32>,
-    /// Elimination group of each unknown: unknowns of one group are eliminated together. A contact
-    /// multiplier shares the group of its slave node, whose stiffness makes the joint pivot block
-    /// regular. Any numbers will do. `n` items.
+    /// Elimination group of each unknown: unknowns of one group are eliminated one after the other. A
+    /// contact multiplier shares the group of its slave node, whose displacements come first: once they
+    /// are eliminated, its pivots are no longer zero. Any numbers will do. `n` items.
     pub groups: Vec<u32>,
 }
 

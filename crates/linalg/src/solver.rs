@@ -9,7 +9,7 @@ pub enum Precision {
     /// Double precision.
     #[default]
     F64,
-    /// Single precision: half the memory and about 0.6 of the time; solutions need the correction
+    /// Single precision: half the memory and about half the time; solutions need the correction
     /// by [`solve_verified`](crate::solve_verified).
     F32,
 }

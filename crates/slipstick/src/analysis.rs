@@ -4,8 +4,8 @@ use crate::model::ContactModel;
 use slipstick_contact::friction::Status;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_path::{
-    LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, StateError, StepState, SweepError,
-    SweepOptions, march, sweep,
+    LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, PathState, StateError, StepState,
+    SweepError, SweepOptions, march, sweep,
 };
 
 /// Contact results of a slave node.
@@ -40,6 +40,20 @@ pub struct Forward {
     pub step_values: Vec<f64>,
     /// θ = Σ θ_s.
     pub value: f64,
+    /// What is probably not meant.
+    pub notice: Option<ForwardNotice>,
+}
+
+/// What a whole path can be that is probably not meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+pub enum ForwardNotice {
+    /// There are contact pairs, but no slave node is ever in contact: contact forces are 0, or rounding.
+    #[error("contact never closed on the path: contact forces and their derivatives are 0, or rounding")]
+    ContactNeverCloses,
+    /// No slave node is in contact at the steps that the objective observes.
+    #[error("contact is open at every step that the objective observes: its value and gradient are 0, or rounding")]
+    ContactOpenWhereObserved,
 }
 
 /// Why an analysis failed.
@@ -92,7 +106,23 @@ impl Analysis {
                 }
             }
         }
-        Ok(Forward { value: step_values.iter().sum(), path, step_values })
+        let notice = self.notice(&path);
+        Ok(Forward { value: step_values.iter().sum(), path, step_values, notice })
+    }
+
+    /// Whether contact is open where it should count; nothing is said of a path that was cut short.
+    fn notice(&self, path: &Path) -> Option<ForwardNotice> {
+        let steps = self.times.len();
+        if path.steps < steps || self.model.interfaces().is_empty() {
+            return None;
+        }
+        let closed = |state: &PathState| state.active_set.iter().any(|&status| status != 0);
+        if !path.states.iter().any(closed) {
+            return Some(ForwardNotice::ContactNeverCloses);
+        }
+        let objective = self.objective.as_ref()?;
+        let mut observed = path.completed().filter(|(step, _)| objective.observes(*step, steps));
+        (!observed.any(|(_, state)| closed(state))).then_some(ForwardNotice::ContactOpenWhereObserved)
     }
 
     /// dθ/dφ of every element (zero outside of the design) at the densities of the last [`forward`](Self::forward).
@@ -133,7 +163,8 @@ fn view<'a>(
 }
 
 /// Chains an objective on internal forces to unknowns and design: ∂θ/∂d += K_int ∂θ/∂f, ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
-/// Paper: (92)–(98).
+///
+/// Nothing depends on the multipliers. Paper: (92)–(99).
 struct Adapter<'a> {
     objective: &'a dyn Objective,
     steps: usize,

@@ -1,16 +1,31 @@
 //! The gradient against finite differences of the objective, on the user's own model.
 //!
 //! For a direction v in the design space and a step h, the central difference (θ(φ+hv) − θ(φ−hv))/2h is compared with
-//! the adjoint's dθ/dφ · v, and the remainder |θ(φ+hv) − θ(φ) − h dθ/dφ·v| with h². A slave node that changes its status
-//! between φ − hv and φ + hv makes θ kink there; that is reported as a kink, because no difference quotient across it
-//! means anything.
+//! the adjoint's dθ/dφ · v, and the remainder |θ(φ+hv) − θ(φ) − h dθ/dφ·v| with h². Three things spoil a difference
+//! without the gradient being wrong, and each is told apart:
+//!
+//! * a slave node that changes its status between φ − hv and φ + hv makes θ kink there;
+//! * a path that is cut back elsewhere is a path of other steps, and its θ another function;
+//! * θ is known to its round-off only, which the difference divides by h. How far that is, a few more analyses near φ
+//!   tell, by high differences of θ and by a tolerance ten times as wide.
 
-use crate::analysis::{Analysis, AnalysisError, Forward};
+mod verdict;
+
+use crate::analysis::{Analysis, AnalysisError, Forward, ForwardNotice};
 use serde::Serialize;
 use slipstick_path::{MarchObserver, Tolerance, Tolerances};
+use verdict::verdict;
+
+pub use verdict::{Quotient, Verdict};
 
 /// Difference of the one-sided quotients, over the derivative, that counts as none.
 const ROUNDING_APART: f64 = 1e-6;
+
+/// Round-off is taken to be so many times what a few samples of it show.
+const SAMPLES_SHORT: f64 = 4.0;
+
+/// Largest distance in density of the samples of round-off.
+const LARGEST_SPACING: f64 = 1e-5;
 
 /// What to compare.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,30 +40,14 @@ pub struct VerifyOptions {
     pub halvings: u32,
     /// Relative tolerance of the forward analyses.
     pub forward_tolerance: f64,
+    /// Relative error up to which a direction is [`Verdict::Right`].
+    pub tolerance: f64,
 }
 
 impl Default for VerifyOptions {
     fn default() -> Self {
-        Self { directions: 2, elements: 3, step: 1e-3, halvings: 4, forward_tolerance: 1e-11 }
+        Self { directions: 2, elements: 3, step: 1e-3, halvings: 4, forward_tolerance: 1e-11, tolerance: 1e-5 }
     }
-}
-
-/// One difference quotient.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Quotient {
-    /// Step h.
-    pub step: f64,
-    /// Central difference.
-    pub difference: f64,
-    /// |difference − adjoint| / max(|adjoint|, noise-free size of the gradient in this direction).
-    pub relative_error: f64,
-    /// |θ(φ+hv) − θ(φ) − h dθ/dφ·v|.
-    pub remainder: f64,
-    /// log₂ of the remainder's ratio to that of twice the step: 2 where θ is smooth.
-    pub order: Option<f64>,
-    /// Slave nodes that change status between φ − hv, φ and φ + hv, as (user step, global node), where θ's one-sided
-    /// differences disagree too; empty: no kink.
-    pub kink: Vec<(usize, u32)>,
 }
 
 /// All quotients along one direction.
@@ -60,8 +59,10 @@ pub struct DirectionCheck {
     pub adjoint: f64,
     /// Quotients, largest step first.
     pub quotients: Vec<Quotient>,
-    /// Smallest relative error among the quotients without a kink; `None` if all have one.
+    /// Smallest relative error among the quotients at which θ is smooth; `None` if there are none.
     pub best: Option<f64>,
+    /// What follows.
+    pub verdict: Verdict,
 }
 
 /// Outcome of a verification.
@@ -69,12 +70,34 @@ pub struct DirectionCheck {
 pub struct GradientCheck {
     /// θ.
     pub objective: f64,
+    /// Round-off of θ, as an estimate.
+    pub round_off: f64,
+    /// What is probably not meant about the path of the densities themselves.
+    pub notice: Option<ForwardNotice>,
     /// Euclidean norm of dθ/dφ over the designed elements.
     pub gradient_norm: f64,
     /// Direction by direction.
     pub directions: Vec<DirectionCheck>,
-    /// Largest of the directions' best errors; `None` if every direction has a kink at every step.
+    /// Largest of the best errors of the directions that are right or off; `None` if there are none.
     pub worst: Option<f64>,
+}
+
+impl GradientCheck {
+    /// How many directions have this verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.directions.iter().filter(|direction| direction.verdict == verdict).count()
+    }
+}
+
+/// Why there is no comparison.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifyError {
+    /// An analysis failed.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// Stopped from outside; differences of paths that were cut short mean nothing.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 /// Compares adjoint and differences at `density`; `designed` are the elements that may vary.
@@ -83,25 +106,35 @@ pub struct GradientCheck {
 /// near to 0 or 1 that a step would leave [0, 1].
 ///
 /// # Errors
-/// [`AnalysisError`] if an analysis fails.
+/// [`VerifyError`].
 pub fn verify_gradient(
     analysis: &mut Analysis,
     density: &[f64],
     designed: &[u32],
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
-) -> Result<GradientCheck, AnalysisError> {
+) -> Result<GradientCheck, VerifyError> {
     let saved = (analysis.march.newton, analysis.model.method().clone());
-    let bound = Tolerance::Relative(options.forward_tolerance);
-    analysis.march.newton.tolerances =
-        Tolerances { residual: bound, displacement: bound, contact: bound, multiplier: bound };
     analysis.march.newton.max_iterations += 5;
     analysis.march.newton.linear_tolerance = 1e-12;
-    analysis.model.set_uzawa_tolerance(options.forward_tolerance);
+    set_tolerance(analysis, options.forward_tolerance);
     let result = compare(analysis, density, designed, options, observer);
     analysis.march.newton = saved.0;
     analysis.model.set_method(saved.1);
     result
+}
+
+fn set_tolerance(analysis: &mut Analysis, tolerance: f64) {
+    let bound = Tolerance::Relative(tolerance);
+    analysis.march.newton.tolerances =
+        Tolerances { residual: bound, displacement: bound, contact: bound, multiplier: bound };
+    analysis.model.set_uzawa_tolerance(tolerance);
+}
+
+/// The whole path at these densities.
+fn forward(analysis: &mut Analysis, density: &[f64], observer: &mut dyn MarchObserver) -> Result<Forward, VerifyError> {
+    let forward = analysis.forward(density, observer)?;
+    if forward.path.steps < analysis.times.len() { Err(VerifyError::Interrupted) } else { Ok(forward) }
 }
 
 fn compare(
@@ -110,8 +143,8 @@ fn compare(
     designed: &[u32],
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
-) -> Result<GradientCheck, AnalysisError> {
-    let base = analysis.forward(density, observer)?;
+) -> Result<GradientCheck, VerifyError> {
+    let base = forward(analysis, density, observer)?;
     let gradient = analysis.gradient(&base)?;
     let free: Vec<u32> = designed
         .iter()
@@ -119,12 +152,79 @@ fn compare(
         .filter(|&e| (options.step..=1.0 - options.step).contains(&density[e as usize]))
         .collect();
     let norm = free.iter().map(|&e| gradient[e as usize].powi(2)).sum::<f64>().sqrt();
+    let round_off = round_off(analysis, density, &free, &base, options, observer)?;
+    let at = Base { density, forward: &base, gradient: &gradient, norm, round_off };
     let mut directions = Vec::new();
     for (name, direction) in directions_of(&free, density.len(), options) {
-        directions.push(along(analysis, density, &base, &gradient, norm, name, &direction, options, observer)?);
+        directions.push(along(analysis, &at, name, &direction, options, observer)?);
     }
-    let worst = directions.iter().filter_map(|d| d.best).reduce(f64::max);
-    Ok(GradientCheck { objective: base.value, gradient_norm: norm, directions, worst })
+    let tells = |d: &&DirectionCheck| matches!(d.verdict, Verdict::Right | Verdict::Off);
+    let worst = directions.iter().filter(tells).filter_map(|d| d.best).reduce(f64::max);
+    Ok(GradientCheck { objective: base.value, round_off, notice: base.notice, gradient_norm: norm, directions, worst })
+}
+
+/// How far θ may be off by round-off and the tolerance of the iterations.
+///
+/// Neither |θ| nor the tolerance tells: a stiff body beside a soft one, or coordinates that are large beside the body,
+/// cost many digits. So it is tried out.
+fn round_off(
+    analysis: &mut Analysis,
+    density: &[f64],
+    free: &[u32],
+    base: &Forward,
+    options: &VerifyOptions,
+    observer: &mut dyn MarchObserver,
+) -> Result<f64, VerifyError> {
+    set_tolerance(analysis, 10.0 * options.forward_tolerance);
+    let loose = forward(analysis, density, observer);
+    set_tolerance(analysis, options.forward_tolerance);
+    let loose = loose?;
+    // A path of other steps is another function, and says nothing.
+    let by_tolerance = if same_steps(base, &loose) { (loose.value - base.value).abs() } else { 0.0 };
+    let spacing = (options.step * 0.5f64.powi(options.halvings as i32)).min(LARGEST_SPACING);
+    let (mut by_digits, smooth) = noise(analysis, density, free, base, spacing, observer)?;
+    if !smooth {
+        // A kink's share falls with the spacing, that of round-off does not.
+        by_digits = by_digits.min(noise(analysis, density, free, base, 0.01 * spacing, observer)?.0);
+    }
+    let by_digits = if by_digits.is_finite() { by_digits } else { 0.0 };
+    let least = f64::EPSILON * base.step_values.iter().map(|value| value.abs()).sum::<f64>();
+    Ok(SAMPLES_SHORT * by_digits.max(by_tolerance).max(least))
+}
+
+/// Standard deviation of θ's round-off from its third and fourth differences at five densities in a row, in which the
+/// smooth part of θ cancels, infinite where the paths there have other steps; and whether they have the same statuses.
+///
+/// J. J. Moré, S. M. Wild: Estimating computational noise. SIAM J. Sci. Comput. 33 (2011) 1292–1314, (3.4).
+fn noise(
+    analysis: &mut Analysis,
+    density: &[f64],
+    free: &[u32],
+    base: &Forward,
+    spacing: f64,
+    observer: &mut dyn MarchObserver,
+) -> Result<(f64, bool), VerifyError> {
+    let mut values = [base.value; 5];
+    let (mut smooth, mut same) = (true, true);
+    for (value, place) in values.iter_mut().zip(-2i32..).filter(|(_, place)| *place != 0) {
+        let mut moved = density.to_vec();
+        for (k, &e) in free.iter().enumerate() {
+            let along = if k % 2 == 0 { spacing } else { -0.7 * spacing };
+            moved[e as usize] = (moved[e as usize] + f64::from(place) * along).clamp(0.0, 1.0);
+        }
+        let at = forward(analysis, &moved, observer)?;
+        same &= same_steps(base, &at);
+        smooth &= same && changes(base, [&at, &at], analysis).is_empty();
+        *value = at.value;
+    }
+    if !same {
+        return Ok((f64::INFINITY, false));
+    }
+    let [a, b, c, d, e] = values;
+    let third = [(d - a) - 3.0 * (c - b), (e - b) - 3.0 * (d - c)];
+    let by_third = (third.iter().map(|x| x * x).sum::<f64>() / (2.0 * 20.0)).sqrt();
+    let by_fourth = (third[1] - third[0]).abs() / 70f64.sqrt();
+    Ok((by_third.max(by_fourth), smooth))
 }
 
 fn directions_of(free: &[u32], elements: usize, options: &VerifyOptions) -> Vec<(String, Vec<f64>)> {
@@ -155,73 +255,89 @@ fn directions_of(free: &[u32], elements: usize, options: &VerifyOptions) -> Vec<
     all
 }
 
+/// What all directions start from.
+struct Base<'a> {
+    density: &'a [f64],
+    forward: &'a Forward,
+    gradient: &'a [f64],
+    /// Of the gradient over the elements that vary.
+    norm: f64,
+    /// Of θ.
+    round_off: f64,
+}
+
 fn along(
     analysis: &mut Analysis,
-    density: &[f64],
-    base: &Forward,
-    gradient: &[f64],
-    norm: f64,
+    base: &Base<'_>,
     name: String,
     direction: &[f64],
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
-) -> Result<DirectionCheck, AnalysisError> {
-    let adjoint: f64 = gradient.iter().zip(direction).map(|(g, v)| g * v).sum();
+) -> Result<DirectionCheck, VerifyError> {
+    let adjoint: f64 = base.gradient.iter().zip(direction).map(|(g, v)| g * v).sum();
     let size = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
     // a direction nearly orthogonal to the gradient is measured against the gradient's typical share in it
     let count = direction.iter().filter(|v| **v != 0.0).count().max(1) as f64;
-    let scale = adjoint.abs().max(1e-3 * norm * size / count.sqrt()).max(f64::MIN_POSITIVE);
+    let scale = adjoint.abs().max(1e-3 * base.norm * size / count.sqrt()).max(f64::MIN_POSITIVE);
+    let value = base.forward.value;
     let mut quotients: Vec<Quotient> = Vec::new();
     let mut last_apart = None;
     for k in 0..=options.halvings {
         let h = options.step * 0.5f64.powi(k as i32);
-        let mut at = |sign: f64| -> Result<Forward, AnalysisError> {
-            let moved: Vec<f64> = density.iter().zip(direction).map(|(d, v)| d + sign * h * v).collect();
-            analysis.forward(&moved, observer)
+        let mut at = |sign: f64| {
+            let moved: Vec<f64> = base.density.iter().zip(direction).map(|(d, v)| d + sign * h * v).collect();
+            forward(analysis, &moved, observer)
         };
         let (plus, minus) = (at(1.0)?, at(-1.0)?);
+        // beside round-off, a derivative that is smaller is zero
+        let scale = scale.max(base.round_off / h);
         let difference = (plus.value - minus.value) / (2.0 * h);
-        let remainder = (plus.value - base.value - h * adjoint).abs();
+        let remainder = (plus.value - value - h * adjoint).abs();
         let order = quotients.last().map(|q| (q.remainder / remainder.max(f64::MIN_POSITIVE)).log2());
-        let mut kink = changes(base, &plus, &analysis.model.slave_nodes());
-        kink.extend(changes(base, &minus, &analysis.model.slave_nodes()));
-        kink.sort_unstable();
-        kink.dedup();
         // On the friction cone at rest both branches have the same derivative, and rounding chooses one. A true kink
         // shows as one-sided differences that stay apart while the step is halved.
-        let apart = (plus.value - 2.0 * base.value + minus.value).abs() / h;
-        if apart <= ROUNDING_APART * scale || last_apart.is_some_and(|last: f64| apart < 0.75 * last) {
-            kink.clear();
-        }
+        let apart = (plus.value - 2.0 * value + minus.value).abs() / h;
+        let none = apart <= ROUNDING_APART * scale + base.round_off / h;
+        let smooth = none || last_apart.is_some_and(|last: f64| apart < 0.75 * last);
         last_apart = Some(apart);
+        let others = [&plus, &minus];
+        let cut_back = others.iter().any(|other| !same_steps(base.forward, other));
+        let kink = if smooth || cut_back { Vec::new() } else { changes(base.forward, others, analysis) };
         quotients.push(Quotient {
             step: h,
             difference,
             relative_error: (difference - adjoint).abs() / scale,
+            round_off: base.round_off / h / scale,
             remainder,
             order,
             kink,
+            cut_back: cut_back && !none,
         });
     }
-    let best = quotients.iter().filter(|q| q.kink.is_empty()).map(|q| q.relative_error).reduce(f64::min);
-    Ok(DirectionCheck { name, adjoint, quotients, best })
+    let best = quotients.iter().filter(|q| q.is_smooth()).map(|q| q.relative_error).reduce(f64::min);
+    let verdict = verdict(&quotients, best, options.tolerance);
+    Ok(DirectionCheck { name, adjoint, quotients, best, verdict })
 }
 
-/// Slave nodes with another status in one of the states, as (user step, global node). Paths that were cut back
-/// differently are different functions: every node of the step counts as changed.
-fn changes(a: &Forward, b: &Forward, slaves: &[u32]) -> Vec<(usize, u32)> {
+/// Whether both paths have the same steps and sub-steps.
+fn same_steps(a: &Forward, b: &Forward) -> bool {
+    a.path.states.len() == b.path.states.len()
+        && a.path.states.iter().zip(&b.path.states).all(|(p, q)| p.time == q.time)
+}
+
+/// Slave nodes with another status in one of the other paths of the same steps, as (user step, global node).
+fn changes(base: &Forward, others: [&Forward; 2], analysis: &Analysis) -> Vec<(usize, u32)> {
+    let slaves = analysis.model.slave_nodes();
     let mut all = Vec::new();
-    if a.path.states.len() != b.path.states.len() {
-        return slaves.iter().map(|&node| (0, node)).collect();
-    }
-    let mut step = 1;
-    for (p, q) in a.path.states.iter().zip(&b.path.states).skip(1) {
-        for (j, (s, t)) in p.active_set.iter().zip(&q.active_set).enumerate() {
-            if s != t {
-                all.push((step, slaves[j]));
-            }
+    for other in others {
+        let mut step = 1;
+        for (p, q) in base.path.states.iter().zip(&other.path.states).skip(1) {
+            let nodes = p.active_set.iter().zip(&q.active_set).zip(&slaves);
+            all.extend(nodes.filter(|((s, t), _)| s != t).map(|(_, &node)| (step, node)));
+            step += usize::from(p.completes.is_some());
         }
-        step += usize::from(p.completes.is_some());
     }
+    all.sort_unstable();
+    all.dedup();
     all
 }

@@ -1,48 +1,82 @@
 //! The documents against the sources: equations of the paper that the code implements are referred to (`Paper: (22)` in
-//! a doc comment), names in `docs/notation.md` exist, and the case in the README builds.
+//! a doc comment), names, files and tests that are cited exist, and the case in the README builds.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Equations of sections 2–4 that have a place in the code. Not listed: what only defines notation or the continuous
-/// problem, and identities that hold because nothing is computed.
-const IMPLEMENTED: &[(u32, u32)] = &[
-    (15, 15),
-    (17, 20),
-    (22, 22),
-    (24, 26),
-    (28, 41),
-    (43, 43),
-    (45, 61),
-    (66, 66),
-    (69, 70),
-    (75, 77),
-    (82, 84),
-    (86, 89),
-    (91, 98),
-];
+/// Equations that have a place in the code. Not listed: the continuous problem (1)–(11), the virtual work (14), (16) that
+/// (17) comes from, (68), which is (54) without H, and (78)–(81), which would count friction twice.
+const IMPLEMENTED: &[(u32, u32)] = &[(12, 13), (15, 15), (17, 67), (69, 77), (82, 100)];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// All Rust sources of the workspace, without tests' own folders.
-fn sources() -> String {
-    let mut folders: Vec<PathBuf> =
-        fs::read_dir(root().join("crates")).expect("crates").map(|e| e.expect("entry").path().join("src")).collect();
-    let mut text = String::new();
+/// A Rust source of the workspace: its path with `/` and its text.
+struct Source {
+    path: String,
+    text: String,
+}
+
+/// All Rust sources of the workspace: crates' `src`, `tests` and `examples`.
+fn sources() -> Vec<Source> {
+    let mut folders = vec![root().join("crates")];
+    let mut found = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(&folder).expect("a folder of sources") {
             let path = entry.expect("entry").path();
             if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == "rs") {
-                text += &fs::read_to_string(&path).expect("UTF-8");
+                let text = fs::read_to_string(&path).expect("UTF-8");
+                found.push(Source { path: path.to_string_lossy().replace('\\', "/"), text });
             }
         }
     }
-    text
+    assert!(found.len() > 100, "only {} sources", found.len());
+    found
+}
+
+/// The sources of the program and the libraries, without tests' own folders, examples and benchmarks.
+fn library(sources: &[Source]) -> String {
+    sources.iter().filter(|s| s.path.contains("/src/")).map(|s| s.text.as_str()).collect()
+}
+
+/// All functions.
+fn functions(sources: &[Source]) -> BTreeSet<&str> {
+    let name = |rest: &'_ str| rest.find(|c: char| !is_word(c)).unwrap_or(rest.len());
+    sources.iter().flat_map(|s| s.text.split("fn ").skip(1)).map(|rest| &rest[..name(rest)]).collect()
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// Names in backticks.
+fn quoted(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+/// The cells below the heading `heading` of all tables of a document, each with its line.
+fn column<'a>(text: &'a str, heading: &str) -> Vec<(&'a str, &'a str)> {
+    let (mut at, mut cells) = (None, Vec::new());
+    for line in text.lines() {
+        let row: Vec<&str> = line.split('|').collect();
+        if !line.starts_with('|') {
+            at = None;
+        } else if let Some(found) = row.iter().position(|c| c.trim() == heading) {
+            at = Some(found);
+        } else if let Some(at) = at {
+            cells.push((row[at], line));
+        }
+    }
+    assert!(cells.len() > 10, "no table has a column {heading}");
+    cells
+}
+
+fn document(name: &str) -> String {
+    fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
 /// The equation numbers of a tag: `(41), (46)–(50)` is 41, 46, 47, 48, 49, 50. Other text in between is skipped.
@@ -63,45 +97,101 @@ fn numbers(tag: &str) -> BTreeSet<u32> {
     found
 }
 
+fn implemented() -> BTreeSet<u32> {
+    IMPLEMENTED.iter().flat_map(|&(from, to)| from..=to).collect()
+}
+
 #[test]
 fn implemented_equations_are_referenced() {
     let sources = sources();
-    let tags = sources.lines().filter_map(|line| line.split_once("Paper: "));
+    let text = library(&sources);
+    let tags = text.lines().filter_map(|line| line.split_once("Paper: "));
     let referenced: BTreeSet<u32> = tags.flat_map(|(_, tag)| numbers(tag)).collect();
-    let implemented: BTreeSet<u32> = IMPLEMENTED.iter().flat_map(|&(from, to)| from..=to).collect();
-    println!("{} equations of the paper are referred to, {} must be", referenced.len(), implemented.len());
-    let missing: Vec<_> = implemented.difference(&referenced).collect();
+    println!("{} equations of the paper are referred to, {} must be", referenced.len(), implemented().len());
+    let missing: Vec<_> = implemented().difference(&referenced).copied().collect();
     assert!(missing.is_empty(), "no `Paper: (n)` names the equations {missing:?}");
 }
 
-/// The column headed "Rust" of each table in `docs/notation.md`: the last name of every path in it is a word of the
-/// sources.
+/// The table from equations to code lists what is implemented and nothing else.
+#[test]
+fn the_table_of_equations_is_complete() {
+    let text = document("docs/notation.md");
+    let (_, section) = text.split_once("\n## 8 ").expect("section 8");
+    let listed: BTreeSet<u32> = column(section, "equations").iter().flat_map(|(cell, _)| numbers(cell)).collect();
+    assert_eq!(listed, implemented());
+}
+
+/// The column headed "Rust" of each table in `docs/notation.md`: every name of every path in it is a word of the sources.
 #[test]
 fn names_in_the_notation_exist() {
     let sources = sources();
-    let word = |c: char| c.is_alphanumeric() || c == '_';
-    let words: BTreeSet<&str> = sources.split(|c| !word(c)).collect();
-    let text = fs::read_to_string(root().join("docs/notation.md")).expect("docs/notation.md");
-    let (mut column, mut checked) = (None, 0);
-    for line in text.lines() {
-        let cells: Vec<&str> = line.split('|').collect();
-        if !line.starts_with('|') {
-            column = None;
-        } else if let Some(at) = cells.iter().position(|c| c.trim() == "Rust") {
-            column = Some(at);
-        } else if let Some(at) = column {
-            for name in cells[at].split('`').skip(1).step_by(2).flat_map(|path| path.split("::")) {
-                assert!(words.contains(name), "docs/notation.md: `{name}` is in no source: {line}");
-                checked += 1;
+    let text = library(&sources);
+    let words: BTreeSet<&str> = text.split(|c| !is_word(c)).collect();
+    let mut checked = 0;
+    for (cell, line) in column(&document("docs/notation.md"), "Rust") {
+        for name in quoted(cell).flat_map(|path| path.split("::")) {
+            assert!(words.contains(name), "docs/notation.md: `{name}` is in no source: {line}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 100, "only {checked} names were found in the tables");
+}
+
+/// Names that follow `Test: ` or `Tests: ` in a comment, which may go on in the next line; up to the end of the sentence.
+fn cited(text: &str) -> Vec<&str> {
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices("Test: `").chain(text.match_indices("Tests: `")) {
+        let rest = &text[at..];
+        let end = [". ", ".\n", ";", "\n\n"].iter().filter_map(|stop| rest.find(stop)).min().unwrap_or(rest.len());
+        found.extend(quoted(&rest[..end]));
+    }
+    found
+}
+
+/// Tests that comments name after `Test: `, and documents in their tables, are functions, or files, of the workspace.
+#[test]
+fn cited_tests_exist() {
+    let sources = sources();
+    let functions = functions(&sources);
+    let exists = |name: &str| match name.contains('/') {
+        true => sources.iter().any(|s| s.path.contains(&format!("/{name}"))),
+        false => functions.contains(name),
+    };
+    let mut checked = 0;
+    let mut check = |name: &str, place: &str| {
+        assert!(exists(name), "{place} cites the test `{name}`, which does not exist");
+        checked += 1;
+    };
+    for source in sources.iter().filter(|s| s.path.contains("/src/")) {
+        // comment lines joined, so that a list of names may be broken
+        let joined: Vec<&str> = source.text.lines().map(|l| l.trim_start().trim_start_matches(['/', '!'])).collect();
+        cited(&joined.join("\n")).iter().for_each(|name| check(name, &source.path));
+    }
+    for (file, heading) in [("docs/notation.md", "pinned by"), ("ARCHITECTURE.md", "test")] {
+        for (cell, line) in column(&document(file), heading) {
+            quoted(cell).for_each(|name| check(name, line));
+        }
+    }
+    assert!(checked > 60, "only {checked} cited tests were found");
+}
+
+/// Files that tables of the documents name, by the end of their path.
+#[test]
+fn cited_files_exist() {
+    let sources = sources();
+    for (file, heading) in [("docs/notation.md", "where"), ("ARCHITECTURE.md", "code")] {
+        for (cell, line) in column(&document(file), heading) {
+            for name in quoted(cell).filter(|name| name.ends_with(".rs")) {
+                let ends = |s: &Source| s.path.ends_with(&format!("/{name}"));
+                assert!(sources.iter().any(ends), "{file}: there is no file `{name}`: {line}");
             }
         }
     }
-    assert!(checked > 80, "only {checked} names were found in the tables");
 }
 
 #[test]
 fn the_case_in_the_readme_builds() {
-    let readme = fs::read_to_string(root().join("README.md")).expect("README.md");
+    let readme = document("README.md");
     let case = readme.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a case file");
     let resolved = slipstick::case::parse_case(case, "README.md").unwrap_or_else(|errors| panic!("{errors}"));
     assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
@@ -116,4 +206,10 @@ fn ranges_and_lists_of_equations_are_read() {
     let read = |tag: &str| numbers(tag).into_iter().collect::<Vec<_>>();
     assert_eq!(read("(37)–(39) and (46), Popp et al. (2010); `f(x)`. (23b)–(24)"), [23, 24, 37, 38, 39, 46]);
     assert!(read("section 2.3.").is_empty());
+}
+
+#[test]
+fn citations_are_read() {
+    let text = "Paper: (1). Tests: `a`, `b` (tests/b.rs),\n `c`. Not `this`.\n\nTest: `d`\n\n`e`";
+    assert_eq!(cited(text), ["d", "a", "b", "c"]);
 }

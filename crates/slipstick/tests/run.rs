@@ -43,12 +43,21 @@ fn a_directory_belongs_to_one_run() {
         fs::write(run.file(name), "x").unwrap();
     }
     let error = RunDirectory::create(run.path(), false).unwrap_err();
+    assert!(matches!(error, RunError::Locked { .. }), "{error}");
+    let error = RunDirectory::create(run.path(), true).unwrap_err();
+    assert!(matches!(error, RunError::Locked { .. }), "{error}");
+    let error = RunDirectory::take_up(run.path()).unwrap_err();
+    assert!(matches!(error, RunError::Locked { .. }), "{error}");
+    assert!(RunDirectory::open(run.path()).is_ok(), "to read");
+    let path = run.path().to_owned();
+    drop(run);
+    let error = RunDirectory::create(&path, false).unwrap_err();
     assert!(matches!(error, RunError::Exists { .. }) && error.cure().contains("--force"), "{error}");
-    assert!(run.file("history.csv").exists(), "nothing was touched");
-    RunDirectory::create(run.path(), true).unwrap();
-    let mut left: Vec<_> = fs::read_dir(run.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert!(path.join("history.csv").exists(), "nothing was touched");
+    drop(RunDirectory::create(&path, true).unwrap());
+    let mut left: Vec<_> = fs::read_dir(&path).unwrap().map(|e| e.unwrap().file_name()).collect();
     left.sort();
-    assert_eq!(left, ["design_x.vtu", "notes.txt"], "only files of a run are removed");
+    assert_eq!(left, ["design_x.vtu", "notes.txt", "run.lock"], "only files of a run are removed");
     let error = RunDirectory::create(&folder.path().join("a/b"), false).unwrap_err();
     assert!(error.to_string().contains("there is no directory"), "{error}");
 }

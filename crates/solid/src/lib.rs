@@ -3,6 +3,8 @@
 //! Total Lagrangian, 2×2×2 Gauss. The crate knows neither time nor contact; a density enters only as a stiffness
 //! factor per element ([`simp`]).
 
+mod assembly;
+mod clusters;
 pub mod hex8;
 pub mod material;
 pub mod model;

@@ -1,10 +1,16 @@
 //! All elements of a mesh: assembled internal force, tangent and density pull-back.
 
+use crate::assembly::{AddForces, AddProducts, AddTangents, PullBack, local};
+use crate::clusters::Clusters;
 use crate::hex8::{self, ReferenceGeometry};
 use crate::material::NeoHooke;
+use pulp::Arch;
 use rayon::prelude::*;
 use slipstick_linalg::{BlockMatrix, BlockPattern};
-use slipstick_mesh::{Mesh, NodeElements};
+use slipstick_mesh::Mesh;
+
+/// Elements that a thread takes at a time.
+const CHUNK: usize = 64;
 
 /// Elements whose deformation gradient has J ≤ 0 (or is not finite) at a Gauss point: the trial state is no state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -20,18 +26,43 @@ pub struct InvertedElements {
 /// have three entries per node.
 #[derive(Debug, Clone)]
 pub struct SolidModel {
-    hexes: Vec<[u32; 8]>,
-    node_elements: NodeElements,
-    geometry: Vec<ReferenceGeometry>,
+    /// In the order of `clusters`.
+    elements: Vec<Element>,
+    clusters: Clusters,
     materials: Vec<NeoHooke>,
+    /// By the mesh's number of the element.
     material_of: Vec<u32>,
-    colours: Vec<Vec<u32>>,
 }
 
-/// Where each element's 64 blocks go in a matrix's values; built once per pattern.
+/// All that the integrals over an element read, in one place.
+#[derive(Debug, Clone)]
+pub(crate) struct Element {
+    pub geometry: ReferenceGeometry,
+    pub nodes: [u32; 8],
+    /// The mesh's number of the element.
+    pub number: u32,
+    material: u32,
+}
+
+impl Element {
+    #[inline(always)]
+    pub fn number(&self) -> usize {
+        self.number as usize
+    }
+
+    #[inline(always)]
+    pub fn material(&self) -> usize {
+        self.material as usize
+    }
+}
+
+/// Where each element's 64 blocks go in a matrix's values, element by element in the order of the model; built once per
+/// pattern.
 #[derive(Debug, Clone)]
 pub struct Scatter {
     positions: Vec<[u32; 64]>,
+    /// Blocks of the pattern.
+    blocks: usize,
 }
 
 impl SolidModel {
@@ -41,30 +72,28 @@ impl SolidModel {
     /// Elements with a non-positive Jacobian in the reference configuration.
     pub fn new(mesh: &Mesh, materials: Vec<NeoHooke>) -> Result<Self, InvertedElements> {
         assert_eq!(mesh.bodies.len(), materials.len(), "one material per body");
-        let geometry: Vec<_> =
-            (0..mesh.hexes.len()).into_par_iter().map(|e| ReferenceGeometry::new(&mesh.hex_coordinates(e))).collect();
-        let elements: Vec<u32> =
-            geometry.iter().enumerate().filter(|(_, g)| g.is_none()).map(|(e, _)| e as u32).collect();
-        if !elements.is_empty() {
-            return Err(InvertedElements { elements });
-        }
         let mut material_of = vec![0; mesh.hexes.len()];
         for (b, body) in mesh.bodies.iter().enumerate() {
             material_of[body.elements.clone()].fill(b as u32);
         }
-        Ok(Self {
-            hexes: mesh.hexes.clone(),
-            node_elements: mesh.node_elements(),
-            geometry: geometry.into_iter().flatten().collect(),
-            materials,
-            material_of,
-            colours: mesh.element_colours(),
-        })
+        let clusters = Clusters::new(mesh);
+        let elements: Vec<_> = clusters
+            .order
+            .par_iter()
+            .map(|&number| {
+                let (nodes, material) = (mesh.hexes[number as usize], material_of[number as usize]);
+                ReferenceGeometry::new(&mesh.hex_coordinates(number as usize))
+                    .map(|geometry| Element { geometry, nodes, number, material })
+                    .ok_or(number)
+            })
+            .collect();
+        refuse(elements.iter().filter_map(|e| e.as_ref().err().copied()).collect())?;
+        Ok(Self { elements: elements.into_iter().flatten().collect(), clusters, materials, material_of })
     }
 
     /// Number of elements.
     pub fn elements(&self) -> usize {
-        self.hexes.len()
+        self.elements.len()
     }
 
     /// The law of an element.
@@ -74,7 +103,7 @@ impl SolidModel {
 
     /// Element volumes by the model's quadrature, Σ w. \[L³\]
     pub fn element_volumes(&self) -> Vec<f64> {
-        self.geometry.iter().map(|g| g.weights.iter().sum()).collect()
+        self.by_number(|element| element.geometry.volume())
     }
 
     /// Assembled internal force. \[F\]. Does not depend on the number of threads, bit for bit.
@@ -82,32 +111,19 @@ impl SolidModel {
     /// # Errors
     /// [`InvertedElements`]; `out` is then unspecified.
     pub fn internal_force(&self, d: &[f64], factors: &[f64], out: &mut [f64]) -> Result<(), InvertedElements> {
-        let forces = self.element_forces(d)?;
-        out.par_chunks_exact_mut(3).enumerate().for_each(|(node, f)| {
-            f.fill(0.0);
-            for &e in self.node_elements.of(node) {
-                let local =
-                    self.hexes[e as usize].iter().position(|&n| n as usize == node).expect("node of its element");
-                for c in 0..3 {
-                    f[c] += factors[e as usize] * forces[e as usize][local][c];
-                }
-            }
-        });
-        Ok(())
-    }
-
-    /// Internal force of every element at stiffness E₀.
-    fn element_forces(&self, d: &[f64]) -> Result<Vec<[[f64; 3]; 8]>, InvertedElements> {
-        let forces: Vec<_> = (0..self.hexes.len())
-            .into_par_iter()
-            .map(|e| {
-                hex8::internal_force(self.material(e), &self.geometry[e], &self.local(e, d))
-                    .unwrap_or([[f64::NAN; 3]; 8])
-            })
-            .collect();
-        let elements: Vec<u32> =
-            forces.iter().enumerate().filter(|(_, f)| !f[0][0].is_finite()).map(|(e, _)| e as u32).collect();
-        if elements.is_empty() { Ok(forces) } else { Err(InvertedElements { elements }) }
+        out.fill(0.0);
+        let materials = &self.materials[..];
+        let nodes = out.as_chunks_mut::<3>().0;
+        refuse(self.clusters.assemble(nodes, |cluster, target, inverted| {
+            Arch::new().dispatch(AddForces {
+                elements: &self.elements[cluster],
+                materials,
+                d,
+                factors,
+                target,
+                inverted,
+            });
+        }))
     }
 
     /// Finds the place of every element block in the pattern.
@@ -116,22 +132,26 @@ impl SolidModel {
     /// If the pattern lacks a pair of nodes that share an element.
     pub fn scatter(&self, pattern: &BlockPattern) -> Scatter {
         let positions = self
-            .hexes
+            .elements
             .par_iter()
-            .map(|hex| {
+            .map(|element| {
                 std::array::from_fn(|e| {
-                    let (i, k) = (hex[e / 8] as usize, hex[e % 8] as usize);
+                    let (i, k) = (element.nodes[e / 8] as usize, element.nodes[e % 8] as usize);
                     pattern.find(i, k).expect("pattern holds all element pairs") as u32
                 })
             })
             .collect();
-        Scatter { positions }
+        Scatter { positions, blocks: pattern.blocks() }
     }
 
-    /// Adds the tangent ∂f_int/∂d to a matrix. Does not depend on the number of threads, bit for bit.
+    /// Adds the tangent ∂f_int/∂d to a matrix, from whose pattern this model made `scatter`. Does not depend on the
+    /// number of threads, bit for bit.
     ///
     /// # Errors
     /// [`InvertedElements`]; the matrix is then unspecified.
+    ///
+    /// # Panics
+    /// If `scatter` was made for another number of blocks or elements.
     pub fn add_tangent(
         &self,
         d: &[f64],
@@ -139,40 +159,21 @@ impl SolidModel {
         scatter: &Scatter,
         matrix: &mut BlockMatrix,
     ) -> Result<(), InvertedElements> {
-        struct Values(*mut [f64; 9]);
-        // SAFETY of sharing: elements of one colour share no node, hence no block, and colours run one after the other.
-        unsafe impl Sync for Values {}
-        let values = Values(matrix.values_mut().as_mut_ptr());
-        let values = &values;
-        let mut inverted = Vec::new();
-        for colour in &self.colours {
-            inverted.par_extend(colour.par_iter().filter_map(|&e| {
-                let element = e as usize;
-                let mut k = [[0.0; 9]; 64];
-                let local = self.local(element, d);
-                if hex8::tangent(self.material(element), &self.geometry[element], &local, &mut k).is_none() {
-                    return Some(e);
-                }
-                let factor = factors[element];
-                for (block, &position) in k.iter().zip(&scatter.positions[element]) {
-                    // SAFETY: see above; positions come from `find` in this matrix's pattern.
-                    let target = unsafe { &mut *values.0.add(position as usize) };
-                    for (t, b) in target.iter_mut().zip(block) {
-                        *t += factor * b;
-                    }
-                }
-                None
-            }));
-        }
-        inverted.sort_unstable();
-        if inverted.is_empty() { Ok(()) } else { Err(InvertedElements { elements: inverted }) }
+        assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the matrix has another pattern than the scatter");
+        assert_eq!(scatter.positions.len(), self.elements.len(), "the scatter belongs to another model");
+        let materials = &self.materials[..];
+        refuse(self.clusters.assemble(matrix.values_mut(), |cluster, target, inverted| {
+            let (elements, positions) = (&self.elements[cluster.clone()], &scatter.positions[cluster]);
+            Arch::new().dispatch(AddTangents { elements, positions, materials, d, factors, target, inverted });
+        }))
     }
 
-    /// Adds K v with K = Σ factor · ∂f/∂d restricted to the given elements' own tangents, without a global matrix:
-    /// the product that an objective on internal forces needs. K is symmetric, so it serves for Kᵀ v as well.
+    /// Adds K v with K = Σ factor · ∂f/∂d restricted to the given elements' own tangents, without a matrix: the product
+    /// that an objective on internal forces needs. K is symmetric, so it serves for Kᵀ v as well. Elements at whose
+    /// nodes v vanishes are passed over. Does not depend on the number of threads, bit for bit.
     ///
     /// # Errors
-    /// [`InvertedElements`].
+    /// [`InvertedElements`]; `out` is then unspecified.
     pub fn add_tangent_product(
         &self,
         d: &[f64],
@@ -180,27 +181,19 @@ impl SolidModel {
         v: &[f64],
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
-        let mut k = [[0.0; 9]; 64];
-        for e in 0..self.hexes.len() {
-            let direction = self.local(e, v);
-            if direction.iter().flatten().all(|&x| x == 0.0) {
-                continue;
-            }
-            hex8::tangent(self.material(e), &self.geometry[e], &self.local(e, d), &mut k)
-                .ok_or_else(|| InvertedElements { elements: vec![e as u32] })?;
-            for i in 0..8 {
-                let target = 3 * self.hexes[e][i] as usize;
-                for j in 0..8 {
-                    let block = &k[8 * i + j];
-                    for a in 0..3 {
-                        for b in 0..3 {
-                            out[target + a] += factors[e] * block[3 * a + b] * direction[j][b];
-                        }
-                    }
-                }
-            }
-        }
-        Ok(())
+        let materials = &self.materials[..];
+        let nodes = out.as_chunks_mut::<3>().0;
+        refuse(self.clusters.assemble(nodes, |cluster, target, inverted| {
+            Arch::new().dispatch(AddProducts {
+                elements: &self.elements[cluster],
+                materials,
+                d,
+                factors,
+                direction: v,
+                target,
+                inverted,
+            });
+        }))
     }
 
     /// Adds `λ · f_e(E₀)` of every element to `out`: the derivative of λᵀ f_int with respect to each element's factor.
@@ -208,13 +201,19 @@ impl SolidModel {
     /// Paper: (88), (89). Test: `factor_pull_back_matches_differences`.
     ///
     /// # Errors
-    /// [`InvertedElements`].
+    /// [`InvertedElements`]; `out` is then as before.
     pub fn pull_back_factors(&self, d: &[f64], adjoint: &[f64], out: &mut [f64]) -> Result<(), InvertedElements> {
-        let forces = self.element_forces(d)?;
-        out.par_iter_mut().enumerate().for_each(|(e, o)| {
-            let lambda = self.local(e, adjoint);
-            *o += (0..8).map(|i| (0..3).map(|a| lambda[i][a] * forces[e][i][a]).sum::<f64>()).sum::<f64>();
+        let mut products = vec![0.0; self.elements.len()];
+        let chunks = products.par_chunks_mut(CHUNK).zip(self.elements.par_chunks(CHUNK));
+        let inverted = chunks.flat_map_iter(|(out, elements)| {
+            let (materials, mut inverted) = (&self.materials[..], Vec::new());
+            Arch::new().dispatch(PullBack { elements, materials, d, adjoint, out, inverted: &mut inverted });
+            inverted
         });
+        refuse(inverted.collect())?;
+        for (element, product) in self.elements.iter().zip(products) {
+            out[element.number()] += product;
+        }
         Ok(())
     }
 
@@ -223,28 +222,31 @@ impl SolidModel {
     /// # Errors
     /// [`InvertedElements`].
     pub fn energy(&self, d: &[f64], factors: &[f64]) -> Result<f64, InvertedElements> {
-        (0..self.hexes.len())
-            .map(|e| {
-                hex8::energy(self.material(e), &self.geometry[e], &self.local(e, d))
-                    .map(|w| factors[e] * w)
-                    .ok_or_else(|| InvertedElements { elements: vec![e as u32] })
-            })
-            .sum()
+        let energies = self.by_number(|element| {
+            let material = &self.materials[element.material()];
+            hex8::energy(material, &element.geometry, &local(&element.nodes, d)).unwrap_or(f64::NAN)
+        });
+        refuse((0_u32..).zip(&energies).filter(|(_, w)| !w.is_finite()).map(|(e, _)| e).collect())?;
+        Ok(energies.iter().zip(factors).map(|(w, factor)| factor * w).sum())
     }
 
     /// Smallest J of each element.
     pub fn smallest_determinants(&self, d: &[f64]) -> Vec<f64> {
-        (0..self.hexes.len())
-            .into_par_iter()
-            .map(|e| hex8::smallest_determinant(&self.geometry[e], &self.local(e, d)))
-            .collect()
+        self.by_number(|element| hex8::smallest_determinant(&element.geometry, &local(&element.nodes, d)))
     }
 
-    #[inline]
-    fn local(&self, element: usize, v: &[f64]) -> [[f64; 3]; 8] {
-        self.hexes[element].map(|n| {
-            let at = 3 * n as usize;
-            [v[at], v[at + 1], v[at + 2]]
-        })
+    /// One number per element, in the order of the mesh.
+    fn by_number(&self, value: impl Fn(&Element) -> f64 + Sync) -> Vec<f64> {
+        let values: Vec<f64> = self.elements.par_iter().map(&value).collect();
+        let mut out = vec![0.0; values.len()];
+        for (element, value) in self.elements.iter().zip(values) {
+            out[element.number()] = value;
+        }
+        out
     }
+}
+
+fn refuse(mut elements: Vec<u32>) -> Result<(), InvertedElements> {
+    elements.sort_unstable();
+    if elements.is_empty() { Ok(()) } else { Err(InvertedElements { elements }) }
 }

@@ -90,9 +90,55 @@ fn factor_pull_back_matches_differences() {
 
 #[test]
 fn inverted_elements_are_named() {
-    let (_, model, mut d, factors) = model();
+    let (mesh, model, mut d, factors) = model();
     d[3 * 5 + 1] = 40.0;
-    let mut f = vec![0.0; d.len()];
-    let error = model.internal_force(&d, &factors, &mut f).unwrap_err();
-    assert!(!error.elements.is_empty() && error.to_string().contains("inverted element"));
+    let smallest = model.smallest_determinants(&d);
+    let expected: Vec<u32> = (0_u32..).zip(smallest).filter(|(_, j)| *j == f64::NEG_INFINITY).map(|(e, _)| e).collect();
+    assert!(!expected.is_empty() && expected.len() < mesh.hexes.len());
+    let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
+    let mut matrix = BlockMatrix::new(pattern.clone());
+    let (mut f, mut by_factor) = (vec![0.0; d.len()], vec![0.0; factors.len()]);
+    for error in [
+        model.internal_force(&d, &factors, &mut f).unwrap_err(),
+        model.add_tangent(&d, &factors, &model.scatter(&pattern), &mut matrix).unwrap_err(),
+        model.add_tangent_product(&d, &factors, &vec![1.0; d.len()], &mut f).unwrap_err(),
+        model.pull_back_factors(&d, &vec![1.0; d.len()], &mut by_factor).unwrap_err(),
+        model.energy(&d, &factors).unwrap_err(),
+    ] {
+        assert_eq!(error.elements, expected);
+        assert!(error.to_string().contains("inverted element"));
+    }
+    assert!(by_factor.iter().all(|&x| x == 0.0));
+    d[3 * 5 + 1] = f64::NAN;
+    assert!(model.internal_force(&d, &factors, &mut f).is_err());
+}
+
+/// Force, tangent, product and pull-back with one thread and with several, on a mesh of many clusters.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.5], elements: [13, 11, 9], grading: [1.5, 1.0, 1.0] };
+    let mesh = box_mesh("block", &shape).unwrap();
+    let model = SolidModel::new(&mesh, vec![NeoHooke::new(100.0, 0.25).unwrap()]).unwrap();
+    let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.01 * (i as f64 * 1.31).sin()).collect();
+    let v: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.77).cos()).collect();
+    let factors: Vec<f64> = (0..mesh.hexes.len()).map(|e| 0.1 + 0.9 * (e as f64).sin().powi(2)).collect();
+    let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
+    let scatter = model.scatter(&pattern);
+    let evaluate = |threads: usize| -> Vec<u64> {
+        let mut matrix = BlockMatrix::new(pattern.clone());
+        let (mut force, mut product, mut by_factor) =
+            (vec![0.0; d.len()], vec![0.0; d.len()], vec![0.0; factors.len()]);
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| {
+            model.internal_force(&d, &factors, &mut force).unwrap();
+            model.add_tangent(&d, &factors, &scatter, &mut matrix).unwrap();
+            model.add_tangent_product(&d, &factors, &v, &mut product).unwrap();
+            model.pull_back_factors(&d, &v, &mut by_factor).unwrap();
+        });
+        let numbers = force.iter().chain(&product).chain(&by_factor).chain(matrix.values().as_flattened());
+        numbers.map(|x| x.to_bits()).collect()
+    };
+    let expected = evaluate(1);
+    for threads in [2, 3, 8] {
+        assert!(evaluate(threads) == expected, "{threads} threads");
+    }
 }

@@ -8,7 +8,7 @@ use slipstick::check::Inspection;
 use super::{bytes, digits};
 use crate::args::Check;
 use crate::failure::Failure;
-use crate::setup::{Setup, prepare, read};
+use crate::setup::{Setup, look, read};
 use crate::table::lines;
 use crate::{Context, Outcome};
 
@@ -22,8 +22,8 @@ const OPERATIONS_PER_SECOND: f64 = 15e9;
 /// # Errors
 /// [`Failure::Case`], [`Failure::Input`].
 pub fn run(context: &Context, args: &Check) -> Outcome {
+    let resolved = read(&args.case.case)?;
     if args.resolved {
-        let resolved = read(&args.case.case)?;
         context.console.warnings(&resolved.warnings);
         let text = toml::to_string_pretty(&resolved.case).map_err(|error| {
             Failure::input(format!("the case cannot be written as TOML: {error}"), "keep numbers below 2⁶³")
@@ -35,7 +35,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
         }
         return Ok(());
     }
-    let (setup, problem) = prepare(context, &args.case.case, &[])?;
+    let (setup, problem) = look(context, &args.case.case, resolved)?;
     let seconds = setup.inspection.factor_operations / OPERATIONS_PER_SECOND;
     context
         .console
@@ -57,8 +57,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     }
     console.text("\nsize");
     console.lines(&size(&setup.inspection, seconds));
-    let problems = setup.inspection.notices.len() + setup.resolved.warnings.len();
-    console.text(if problems == 0 { "\nnothing to complain about" } else { "\nsee the warnings" });
+    console.text(if setup.warnings == 0 { "\nnothing to complain about" } else { "\nsee the warnings" });
     Ok(())
 }
 
@@ -91,6 +90,7 @@ fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
             let letter = |component: &Component| ["x", "y", "z"][component.index()];
             let components: String = condition.components.iter().map(letter).collect();
             let (u, angle) = condition.at(1.0);
+            let u = u.map(|component| component + 0.0);
             let motion = match (condition.motion.is_empty(), angle == 0.0) {
                 (true, _) => "held".into(),
                 (false, true) => format!("{u:?}"),
@@ -110,7 +110,7 @@ fn contacts(setup: &Setup) -> Vec<String> {
         .zip(&setup.resolved.case.contacts)
         .map(|(pair, case)| {
             let gap = match (pair.smallest_gap, pair.at_node) {
-                (Some(gap), Some(node)) => format!("{gap:.3e} at node {node}"),
+                (Some(gap), Some(node)) => format!("{:.3e} at node {node}", gap + 0.0),
                 _ => "nothing opposite".into(),
             };
             vec![

@@ -58,6 +58,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
         };
         watch.check()?;
         whole(context, &forward, steps)?;
+        context.console.notice(forward.notice);
         let shown = coefficient.or(own);
         let [open, stick, slip] = final_status(&forward);
         let (newton, increments) = (forward.path.newton_iterations(), forward.path.states.len() - 1);

@@ -33,6 +33,7 @@ fn gradient(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
     };
     watch.check()?;
     whole(context, &forward, problem.analysis.times.len())?;
+    context.console.notice(forward.notice);
     let gradient = match problem.analysis.gradient(&forward) {
         Ok(gradient) => gradient,
         Err(error) => return Err(failed(problem, &error, directory)),

@@ -5,6 +5,7 @@ pub mod evaluate;
 pub mod gradient;
 pub mod new;
 pub mod optimize;
+pub mod render;
 pub mod resume;
 pub mod solve;
 pub mod verify;
@@ -31,16 +32,18 @@ fn final_status(forward: &Forward) -> [usize; 3] {
 
 /// A quantity in few digits, for people.
 fn digits(value: f64) -> String {
-    let size = value.abs();
+    // Zero has no sign here.
+    let (value, size) = (value + 0.0, value.abs());
     if size != 0.0 && !(1e-3..1e6).contains(&size) { format!("{value:.5e}") } else { format!("{value:.6}") }
 }
 
 /// Bytes in words.
-fn bytes(value: f64) -> String {
+pub(crate) fn bytes(value: f64) -> String {
     let (scaled, unit) = match value {
         v if v < 1e6 => (v / 1e3, "kB"),
         v if v < 1e9 => (v / 1e6, "MB"),
-        v => (v / 1e9, "GB"),
+        v if v < 1e12 => (v / 1e9, "GB"),
+        v => (v / 1e12, "TB"),
     };
     format!("{scaled:.1} {unit}")
 }
@@ -51,7 +54,7 @@ mod tests {
     fn quantities_are_short() {
         assert_eq!(super::digits(-9.876_543_21), "-9.876543");
         assert_eq!(super::digits(1.234e-7), "1.23400e-7");
-        assert_eq!(super::digits(0.0), "0.000000");
+        assert_eq!((super::digits(0.0), super::digits(-0.0)), ("0.000000".into(), "0.000000".into()));
         assert_eq!((super::bytes(2.5e3), super::bytes(3.26e9)), ("2.5 kB".into(), "3.3 GB".into()));
     }
 }

@@ -69,8 +69,8 @@ pub fn drive(
     let mut watch = Watch::new(context).with_table(table);
     // From here on a run that is stopped or killed can be resumed.
     checkpoint.write(directory)?;
-    let done = steps * optimization.state.iteration;
-    context.console.start_bar(steps * (optimization.iterations() + 1), done);
+    let done = steps.saturating_mul(optimization.state.iteration);
+    context.console.start_bar(steps.saturating_mul(optimization.iterations().saturating_add(1)), done);
     let mut last: Option<Forward> = None;
     while !optimization.finished() {
         let iteration = optimization.state.iteration;
@@ -81,6 +81,9 @@ pub fn drive(
             Err(error) => return Err(stopped(&mut optimization.problem, resolved, &error, directory)),
         };
         watch.check()?;
+        // Told again only after it was otherwise.
+        let before = last.as_ref().and_then(|last| last.notice);
+        context.console.notice(forward.notice.filter(|notice| Some(*notice) != before));
         let seconds = clock.elapsed().as_secs_f64();
         if let Some(record) = optimization.state.history.last() {
             history.record(record, seconds)?;

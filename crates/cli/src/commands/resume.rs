@@ -13,7 +13,7 @@ use crate::{Context, Outcome};
 /// As [`crate::failure::Failure`] lists them; of those [`crate::failure::Failure::Input`] if the case's text is not the one that the run was started
 /// with.
 pub fn run(context: &Context, args: &Resume) -> Outcome {
-    let directory = RunDirectory::open(&args.results)?;
+    let directory = RunDirectory::take_up(&args.results)?;
     let mut checkpoint = Checkpoint::read(&directory)?;
     let record = RunRecord::read(&directory)?;
     let path = directory.file("case.toml");
@@ -26,18 +26,9 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
         prepare(context, &path, SECTIONS)?
     };
     let mut optimization = start(&setup.resolved, problem)?;
-    if checkpoint.state.x.len() != optimization.state.x.len() {
-        let (found, expected) = (checkpoint.state.x.len(), optimization.state.x.len());
-        return Err(RunError::Damaged {
-            path: directory.file("checkpoint.json"),
-            reason: format!("has {found} design variables, the case {expected}"),
-            cure: "start anew with `slipstick optimize CASE --design RESULTS`".into(),
-        }
-        .into());
-    }
+    checkpoint.restore(&directory, &mut optimization)?;
     let iterations = args.iterations.map_or(checkpoint.iterations, usize::from);
     optimization.set_iterations(iterations);
-    optimization.state = checkpoint.state.clone();
     if optimization.finished() {
         let made = optimization.state.iteration;
         context.console.text(&format!(

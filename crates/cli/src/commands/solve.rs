@@ -34,6 +34,7 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
     write_densities(&directory.file("design.csv"), &problem.mesh, density, None)?;
     write_path(directory, &problem.mesh, &mut problem.analysis.model, &forward.path)?;
     whole(context, &forward, problem.analysis.times.len())?;
+    context.console.notice(forward.notice);
     let (path, [open, stick, slip]) = (directory.path(), final_status(&forward));
     let objective = problem.analysis.objective.is_some().then_some(forward.value);
     let newton = forward.path.newton_iterations();

@@ -3,7 +3,9 @@
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::output::{Cell, Csv, write_atomically};
-use slipstick::verify::{DirectionCheck, GradientCheck, Quotient, VerifyOptions, verify_gradient};
+use slipstick::verify::{
+    DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient,
+};
 
 use super::digits;
 use crate::args::VerifyGradient;
@@ -13,14 +15,25 @@ use crate::table::lines;
 use crate::watch::Watch;
 use crate::{Context, Outcome};
 
-const COLUMNS: &[&str] =
-    &["direction", "adjoint", "step", "difference", "relative_error", "remainder", "order", "kinks", "kinks_at"];
+const COLUMNS: &[&str] = &[
+    "direction",
+    "adjoint",
+    "step",
+    "difference",
+    "relative_error",
+    "round_off",
+    "remainder",
+    "order",
+    "kinks",
+    "kinks_at",
+    "cut_back",
+];
 
 /// Compares the gradient with differences.
 ///
 /// # Errors
-/// As [`Failure`] lists them; of those [`Failure::Check`] if a difference without a kink is off by more than the
-/// tolerance, or if nothing could be compared.
+/// As [`Failure`] lists them; of those [`Failure::Check`] if a direction is off by more than the tolerance and all that
+/// spoils a difference, or if nothing could be compared.
 pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(&problem, &args.design)?;
@@ -36,19 +49,20 @@ fn verify(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], 
         elements: args.elements.get(),
         step: args.step,
         halvings: args.halvings,
+        tolerance: args.tolerance,
         ..VerifyOptions::default()
     };
     let mut watch = Watch::new(context);
     let analysis = &mut problem.analysis;
     let check = match verify_gradient(analysis, density, &designed, &options, &mut watch) {
         Ok(check) => check,
-        Err(error) => return Err(failed(problem, &error, &run.directory)),
+        Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, &run.directory)),
+        Err(VerifyError::Interrupted) => {
+            return Err(Failure::Interrupted { message: "nothing was compared".into(), resume: None });
+        }
     };
-    if context.interrupt.requested() {
-        // Differences of paths that were cut short mean nothing.
-        return Err(Failure::Interrupted { message: "nothing was compared".into(), resume: None });
-    }
     write(run, &check, args.tolerance)?;
+    context.console.notice(check.notice);
     let summary = json!({
         "command": "verify gradient", "directory": run.directory.path(), "check": check, "tolerance": args.tolerance,
     });
@@ -63,29 +77,46 @@ fn verify(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], 
 }
 
 fn verdict(context: &Context, check: &GradientCheck, tolerance: f64) -> Outcome {
-    match check.worst {
-        // Written so that a worst error that is not a number does not pass.
-        Some(worst) if worst <= tolerance => {
-            let all_kinks = check.directions.iter().filter(|direction| direction.best.is_none()).count();
-            if all_kinks > 0 {
-                let message = format!("{all_kinks} directions have a kink at every step and say nothing");
-                context.console.warning(&message);
-            }
-            context.console.text(&format!("right: the largest error is {worst:.1e}, allowed is {tolerance:.1e}"));
-            Ok(())
-        }
-        Some(worst) => Err(Failure::Check {
+    let silent: Vec<String> = [Verdict::Kink, Verdict::CutBack, Verdict::NotResolvable]
+        .into_iter()
+        .filter(|&verdict| check.count(verdict) > 0)
+        .map(|verdict| format!("{} {}", check.count(verdict), reason(verdict)))
+        .collect();
+    if check.count(Verdict::Off) > 0 {
+        let worst = check.worst.unwrap_or(f64::NAN);
+        return Err(Failure::Check {
             message: format!("the gradient is off by {worst:.1e}, allowed is {tolerance:.1e}"),
             cure:
                 "look at the orders in verify.csv: 2 with errors that fall with the step means the step is too large \
-                   (--step), errors that grow mean it is too small for the accuracy of the forward analysis"
+                   (--step); errors that stay mean a wrong gradient"
                     .into(),
-        }),
-        None => Err(Failure::Check {
-            message: "nothing could be compared: every direction has a kink at every step, or no density may vary"
-                .into(),
-            cure: "a smaller --step, other densities (--design), or 0 < `design.initial` < 1".into(),
-        }),
+        });
+    }
+    let Some(worst) = check.worst else {
+        let found = if silent.is_empty() { "no density may vary".into() } else { silent.join(", ") };
+        let cure = if check.count(Verdict::NotResolvable) > 0 {
+            "a larger --step, or a larger --tolerance"
+        } else {
+            "a smaller --step, other densities (--design), or 0 < `design.initial` < 1"
+        };
+        let message = format!("nothing could be compared: {found}");
+        return Err(Failure::Check { message, cure: cure.into() });
+    };
+    if !silent.is_empty() {
+        context.console.warning(&format!("some directions say nothing: {}", silent.join(", ")));
+    }
+    context.console.text(&format!("right: the largest error is {worst:.1e}, allowed is {tolerance:.1e}"));
+    Ok(())
+}
+
+/// Why directions say nothing, behind their number.
+fn reason(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Kink => "with a kink at every step",
+        Verdict::CutBack => "with paths that are cut back differently at every step",
+        Verdict::NotResolvable => "not resolvable at these steps: adjoint and difference agree to round-off",
+        Verdict::Right => "right",
+        Verdict::Off => "off",
     }
 }
 
@@ -96,22 +127,27 @@ fn describe(direction: &DirectionCheck) -> Vec<String> {
         .map(|at| {
             vec![
                 format!("{:.2e}", at.step),
-                format!("{:.10e}", at.difference),
+                format!("{:.10e}", at.difference + 0.0),
                 format!("{:.1e}", at.relative_error),
+                format!("{:.1e}", at.round_off),
                 finite(at.order).map_or(String::new(), |order| format!("{order:.2}")),
-                kinks(at),
+                remark(at),
             ]
         })
         .collect();
-    let mut text = vec![format!("{}: adjoint {:.10e}", direction.name, direction.adjoint)];
-    text.extend(lines(&["step", "difference", "error", "order", "kinks"], &rows));
+    let mut text = vec![format!("{}: adjoint {:.10e}", direction.name, direction.adjoint + 0.0)];
+    text.extend(lines(&["step", "difference", "error", "round-off", "order", "remark"], &rows));
     text.push(String::new());
     text
 }
 
-/// Where the objective kinks between the densities of a difference, the first few places.
-fn kinks(at: &Quotient) -> String {
+/// What spoils a difference: where the objective kinks between its densities, the first few places, or that the paths
+/// have other steps.
+fn remark(at: &Quotient) -> String {
     const SHOWN: usize = 3;
+    if at.cut_back {
+        return "cut back differently".into();
+    }
     let mut shown: Vec<String> =
         at.kink.iter().take(SHOWN).map(|(step, node)| format!("step {step} node {node}")).collect();
     if at.kink.len() > SHOWN {
@@ -136,14 +172,16 @@ fn write(run: &Run, check: &GradientCheck, tolerance: f64) -> Outcome {
                 at.step.into(),
                 at.difference.into(),
                 at.relative_error.into(),
+                at.round_off.into(),
                 at.remainder.into(),
                 finite(at.order).into(),
                 at.kink.len().into(),
                 places,
+                usize::from(at.cut_back).into(),
             ])?;
         }
     }
-    let right = check.worst.is_some_and(|worst| worst <= tolerance);
+    let right = check.worst.is_some() && check.count(Verdict::Off) == 0;
     let object = json!({ "tolerance": tolerance, "right": right, "check": check });
     write_atomically(&run.directory.file("verify.json"), |writer| writeln!(writer, "{object:#}"))?;
     Ok(())

@@ -137,3 +137,95 @@ fn densities_that_do_not_fit() {
     check("element,density\n0,0.5\n", "element 1 of 20 is missing");
     check(&format!("element,body,density\n{}", rows(&|e| format!("{e},block,0.5"))), "of `slab` in the case");
 }
+
+/// Two thousand bodies of about a million elements: refused before they are meshed, at the largest body.
+#[cfg(target_os = "linux")]
+#[test]
+fn cases_larger_than_the_memory() {
+    let mut case = CASE.replace("elements = [4, 2, 2]", "elements = [1000, 10, 100]");
+    for number in 0..2000 {
+        case += &format!(
+            "[[body]]\nname = \"more_{number}\"\n\
+             box = {{ min = [{number}, 5, 0], max = [{}, 6, 1], elements = [100, 100, 99] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1.0, poisson_ratio = 0.3 }} }}\n",
+            number + 1
+        );
+    }
+    let place = Place::new();
+    place.write("case.toml", &case);
+    for line in ["check case.toml", "solve case.toml"] {
+        let began = std::time::Instant::now();
+        let expected =
+            ["case.toml:4:54: error: 1981000004 elements need about 17.1", " TB before anything", "too_large"];
+        place.bad(line, 2, &expected);
+        assert!(began.elapsed().as_secs() < 20, "nothing is built");
+    }
+}
+
+/// Files in other encodings than UTF-8 are refused where they first differ; the mark that editors put before UTF-8, and
+/// the quotes and line ends of spreadsheets, are read over.
+#[test]
+fn encodings_and_line_ends() {
+    let place = Place::new();
+    let latin = CASE.replace("Block on slab", "Gr\u{f6}\u{df}e").chars().map(|c| c as u8).collect::<Vec<u8>>();
+    std::fs::write(place.path("latin.toml"), latin).expect("written");
+    place.bad("check latin.toml", 2, &["latin.toml:1:12: byte 12 of the file, 0xF6, is not UTF-8", "save the case"]);
+    place.write("bom.toml", &format!("\u{feff}{CASE}"));
+    place.write("crlf.toml", &CASE.replace('\n', "\r\n"));
+    for name in ["bom", "crlf"] {
+        assert!(place.good(&format!("check {name}.toml")).out.contains("nothing to complain about"), "{name}");
+    }
+
+    let rows: String = (0..20).map(|e| format!("{e},{},0.5\n", if e < 16 { "slab" } else { "block" })).collect();
+    let table = format!("element,body,density\n{rows}");
+    let quoted: Vec<String> =
+        table.lines().map(|l| l.split(',').map(|c| format!("\"{c}\"")).collect::<Vec<_>>().join(",")).collect();
+    place.write("d.csv", &format!("\u{feff}{}\r\n", quoted.join("\r\n")));
+    place.good("solve case.toml --design d.csv");
+    std::fs::write(
+        place.path("d.csv"),
+        table.replace("5,slab", "5,sl\u{e4}b").chars().map(|c| c as u8).collect::<Vec<u8>>(),
+    )
+    .expect("written");
+    place.bad("solve case.toml --design d.csv --force", 2, &["d.csv:7: byte", "0xE4, is not UTF-8", "as UTF-8"]);
+}
+
+#[test]
+fn more_threads_than_any_machine_has() {
+    let place = Place::new();
+    for line in ["check case.toml --threads 1000000", "solve case.toml --threads 1000000"] {
+        place.bad(line, 2, &["1000000 threads are asked for; at most", "more threads than cores"]);
+    }
+    place.write("case.toml", &format!("{CASE}[solver]\nthreads = 1000000\n"));
+    place.bad("check case.toml", 2, &["1000000 threads"]);
+}
+
+/// Output that cannot be written is an error, after the work is done; a reader that has seen enough is none.
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written() {
+    use std::process::Stdio;
+    let place = Place::new();
+    let full = || std::fs::File::options().write(true).open("/dev/full").expect("Linux has it");
+    for line in
+        ["check case.toml", "check case.toml --json", "check case.toml --resolved", "new", "--help", "--version"]
+    {
+        let output = place.command(line).stdout(full()).output().expect("the program runs");
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}: {err}");
+        assert!(line.starts_with('-') || err.contains("cannot write to standard output"), "{line}: {err}");
+    }
+    let status =
+        place.command("solve case.toml --json").stdout(full()).stderr(Stdio::null()).status().expect("it runs");
+    assert_eq!(status.code(), Some(2));
+    assert!(place.path("case_solve/path_0004.vtu").exists(), "the work is done");
+    // Nobody can be told, but the code is right.
+    for (line, code) in [("check nothing.toml", 2), ("check case.toml", 0)] {
+        let status = place.command(line).stdout(Stdio::null()).stderr(full()).status().expect("it runs");
+        assert_eq!(status.code(), Some(code), "{line}");
+    }
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let status = place.command("check case.toml").stdout(writer).status().expect("it runs");
+    assert_eq!(status.code(), Some(0));
+}

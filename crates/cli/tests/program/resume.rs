@@ -53,6 +53,75 @@ fn what_cannot_be_resumed_is_refused() {
     place.good("resume case --iterations 3");
 }
 
+/// Whatever is wrong with a checkpoint is said with its file and a cure; nothing panics, and nothing is written.
+#[test]
+fn damaged_checkpoints_are_refused() {
+    let place = Place::new();
+    place.good("optimize case.toml --iterations 3");
+    let whole = place.json("case/checkpoint.json");
+    let mut damages: Vec<(String, Value)> = Vec::new();
+    let mut spoil = |pointer: &str, to: Value| {
+        let mut spoilt = whole.clone();
+        *spoilt.pointer_mut(pointer).unwrap_or_else(|| panic!("{pointer}")) = to;
+        damages.push((pointer.to_owned(), spoilt));
+    };
+    for list in ["x", "x_before", "mma/x1", "mma/x2", "mma/low", "mma/upp", "scaling/constraints", "history"] {
+        let pointer = format!("/state/{list}");
+        let values = whole.pointer(&pointer).and_then(Value::as_array).unwrap_or_else(|| panic!("{pointer}")).clone();
+        let longer: Vec<Value> = values.iter().chain(values.last()).cloned().collect();
+        spoil(&pointer, values[..values.len() - 1].into());
+        spoil(&pointer, longer.into());
+        for wrong in [Value::from("text"), Value::from(1), Value::from(Vec::<f64>::new())] {
+            spoil(&pointer, wrong);
+        }
+        // A number that is not finite is `null` in JSON.
+        spoil(&format!("{pointer}/0"), Value::Null);
+        spoil(&format!("{pointer}/0"), "text".into());
+    }
+    let values: [(&str, Vec<Value>); 10] = [
+        ("/state/x/0", vec![(-0.1).into(), 1.5.into(), 1e300.into()]),
+        ("/state/x_before/15", vec![2.0.into()]),
+        ("/state/x_before", vec![Value::Null]),
+        ("/state/iteration", vec![0.into(), 2.into(), 5.into(), u64::MAX.into(), (-1).into(), 1.5.into()]),
+        ("/state/mma/iteration", vec![0.into(), 2.into(), u64::MAX.into()]),
+        ("/state/mma/n", vec![0.into(), 15.into(), u64::MAX.into()]),
+        ("/state/mma/m", vec![0.into(), 2.into()]),
+        ("/state/mma/parameters/move_limit", vec![0.into(), (-1).into(), Value::Null]),
+        ("/state/scaling", vec![Value::Null, 1.into()]),
+        ("/state/scaling/objective", vec![0.into(), (-1).into(), Value::Null]),
+    ];
+    for (pointer, wrong) in values {
+        wrong.into_iter().for_each(|value| spoil(pointer, value));
+    }
+    for (pointer, wrong) in [
+        ("/state/mma/low/3", Value::from(7.0)),
+        ("/state/mma/x1/3", Value::from(-7.0)),
+        ("/state/history/1/iteration", Value::from(0)),
+        ("/state/history/1/change", Value::Null),
+        ("/state/history/1/objective", Value::Null),
+        ("/newton_rows", Value::from(vec![1, 2])),
+        ("/newton_rows/1", Value::from(100_000)),
+        ("/format", Value::from(99)),
+        ("/state", Value::Null),
+        ("/iterations", Value::from(-1)),
+        ("", Value::from(vec![1])),
+    ] {
+        spoil(pointer, wrong);
+    }
+    assert!(damages.len() > 80);
+    for (pointer, damage) in damages {
+        place.write("case/checkpoint.json", &damage.to_string());
+        let ran = place.run("resume case --iterations 5");
+        let said = (ran.code, ran.err.contains("panicked"), ran.err.contains("help: "), ran.err.contains("case/"));
+        assert_eq!(said, (Some(2), false, true, true), "{pointer}\n{}", ran.err);
+    }
+    std::fs::write(place.path("case/checkpoint.json"), b"{\xff").expect("written");
+    place.bad("resume case", 2, &["case/checkpoint.json", "is not a checkpoint", "start anew"]);
+
+    place.write("case/checkpoint.json", &whole.to_string());
+    place.good("resume case --iterations 5");
+}
+
 /// A run that was killed between its files goes on from its checkpoint: rows behind it are replaced.
 #[test]
 fn rows_behind_the_checkpoint_are_replaced() {

@@ -59,6 +59,42 @@ mod by_signal {
         assert_eq!(place.table("case/history.csv").len(), 1 + 2);
     }
 
+    /// One process writes to a directory at a time; the lock of a process that was killed blocks nobody.
+    #[test]
+    fn a_run_in_progress_is_left_alone() {
+        let place = Place::with("iterations = 4", "iterations = 4000");
+        let mut child = place.command("optimize case.toml --json").stdout(Stdio::piped()).spawn().expect("it runs");
+        let mut reader = BufReader::new(child.stdout.take().expect("piped"));
+        let mut line = String::new();
+        while !line.contains("\"event\":\"iteration\"") {
+            line.clear();
+            assert!(reader.read_line(&mut line).expect("text") > 0, "ended before an iteration");
+        }
+        let started = place.json("case/run.json")["start"].clone();
+        for line in ["resume case", "optimize case.toml", "optimize case.toml --force", "solve case.toml --out case"] {
+            place.bad(line, 2, &["case is being written by another slipstick", "help: wait until it ends"]);
+        }
+        assert_eq!(place.json("case/run.json")["start"], started);
+        place.good("render case");
+        child.kill().expect("killed");
+        child.wait().expect("ends");
+        assert!(place.path("case/run.lock").exists(), "left behind");
+        let made = place.json("case/checkpoint.json")["state"]["iteration"].as_u64().expect("a number");
+        place.good(&format!("resume case -q --iterations {}", made + 1));
+    }
+
+    /// Differences of paths that were cut short say nothing.
+    #[test]
+    fn an_interrupted_verification_says_so() {
+        let place = Place::with("steps = 4", "steps = 60");
+        let (code, out, err) = interrupted_after(&place, "verify gradient case.toml --json", "step");
+        assert_eq!(code, Some(4), "{out}{err}");
+        let last: Value = serde_json::from_str(out.lines().last().expect("a line")).expect("JSON");
+        assert_eq!((&last["event"], &last["message"]), (&"error".into(), &"nothing was compared".into()));
+        assert_eq!(place.json("case_verify/run.json")["exit"], "interrupted");
+        assert!(!place.path("case_verify/verify.csv").exists());
+    }
+
     #[test]
     fn an_interrupted_analysis_keeps_its_states() {
         let place = Place::with("steps = 4", "steps = 400");

@@ -31,7 +31,8 @@ pub struct Complementarity {
 /// `parameter` is c > 0 in F/L⁵ (both normal and tangential); the solution does not depend on it, and neither does the
 /// adjoint, so it is not differentiated. Uncovered nodes are inactive: C = ζ.
 ///
-/// Paper: (25), (26), (31)–(35). Test: `complementarity_matches_finite_differences`.
+/// Paper: (21), (23) in the form of (25), (26), on the sets (31)–(35); `by_slip` is what (64), (65) multiply.
+/// Tests: `complementarity_matches_finite_differences`, `roots_do_not_depend_on_the_parameter`.
 pub fn complementarity(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, parameter: f64) -> Complementarity {
     let inactive = Complementarity {
         status: Status::Inactive,

@@ -129,7 +129,7 @@ fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
 /// Returns `false`, with `out` untouched, where the facets do not overlap or the master facet does not face the slave.
 /// The gradient is formed only if `with_gradient`.
 ///
-/// Paper: (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_finite_differences`.
+/// Paper: (12), (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_finite_differences`.
 pub fn integrate_pair(
     slave: &[Point; 4],
     master: &[Point; 4],

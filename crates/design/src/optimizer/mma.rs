@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::error::{check_functions, check_point};
+use super::error::{check_functions, check_point, check_vector};
 use super::kkt::residual_at_input;
 use super::subproblem::{Subproblem, Variable};
 use super::{KktResidual, MmaError, MmaParameters};
@@ -100,6 +100,36 @@ impl Mma {
         (&self.low, &self.upp)
     }
 
+    /// Checks a memory that was read back: that it is one of `n` variables and `m` constraints, and whole.
+    ///
+    /// # Errors
+    ///
+    /// [`MmaError::Length`], [`MmaError::NotFinite`], [`MmaError::Bounds`] of an earlier design between its asymptotes,
+    /// [`MmaError::Parameter`].
+    pub fn check(&self, n: usize, m: usize) -> Result<(), MmaError> {
+        for (what, expected, found) in [("variables", n, self.n), ("constraints", m, self.m)] {
+            if expected != found {
+                return Err(MmaError::Length { what: format!("the optimizer's list of {what}"), expected, found });
+            }
+        }
+        self.parameters.check()?;
+        self.check_memory()
+    }
+
+    /// Checks the lengths and entries of what earlier steps have left.
+    fn check_memory(&self) -> Result<(), MmaError> {
+        let after = |steps: usize| if self.iteration < steps { 0 } else { self.n };
+        check_vector("the design one step ago", &self.x1, after(1))?;
+        check_vector("the design two steps ago", &self.x2, after(2))?;
+        check_vector("the list of lower asymptotes", &self.low, after(1))?;
+        check_vector("the list of upper asymptotes", &self.upp, after(1))?;
+        let asymptotes = self.low.iter().zip(&self.upp).zip(&self.x1);
+        match asymptotes.enumerate().find(|(_, ((low, upp), x))| !(low <= x && x <= upp)) {
+            Some((index, ((&lower, &upper), &value))) => Err(MmaError::Bounds { index, value, lower, upper }),
+            None => Ok(()),
+        }
+    }
+
     /// From the design `x` with its values and derivatives to the next design.
     ///
     /// `objective` f₀(x) and `constraints` g_i(x) ≤ 0, `constraint_gradients[i][j] = ∂g_i/∂x_j`, all scaled as
@@ -107,7 +137,7 @@ impl Mma {
     ///
     /// # Errors
     ///
-    /// A parameter out of range, wrong lengths, an entry that is not finite, a design outside its bounds, or a
+    /// A parameter out of range, wrong lengths (of the memory too), an entry that is not finite, a design outside its bounds, or a
     /// subproblem that cannot be solved. The history is then as before.
     pub fn update(
         &mut self,
@@ -120,6 +150,7 @@ impl Mma {
         constraint_gradients: &[Vec<f64>],
     ) -> Result<MmaStep, MmaError> {
         self.parameters.check()?;
+        self.check_memory()?;
         check_point(self.n, x, lower, upper)?;
         if !objective.is_finite() {
             return Err(MmaError::NotFinite { what: "the objective".to_owned(), index: 0, value: objective });

@@ -18,6 +18,9 @@ const TILE: usize = 256;
 /// Operations that are worth a tiling.
 const WORTH_TILING: usize = 8_000_000;
 
+/// Entries that a thread scans at a time.
+const SCAN: usize = 1 << 16;
+
 /// Pivots up to which the factorization of a diagonal block is left to one faer call.
 const ONE_PANEL: usize = 256;
 
@@ -64,7 +67,7 @@ fn panel_lu<T: Scalar>(a: MatMut<'_, T>, order: &mut [u32]) {
 }
 
 /// Row i becomes the former row `order[i]`.
-fn permute_rows<T: Scalar>(a: MatMut<'_, T>, order: &[u32]) {
+pub(super) fn permute_rows<T: Scalar>(a: MatMut<'_, T>, order: &[u32]) {
     let moved: Vec<(usize, usize)> = order
         .iter()
         .enumerate()
@@ -131,10 +134,17 @@ pub(super) fn subtract_product<T: Scalar>(c: MatMut<'_, T>, a: MatRef<'_, T>, b:
 
 /// Largest absolute entry; infinite if an entry is NaN.
 pub(super) fn largest<T: Scalar>(values: &[T]) -> f64 {
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || largest_by_lanes(values),
-    )
+    let sequential = |values: &[T]| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || largest_by_lanes(values),
+        )
+    };
+    if values.len() <= SCAN {
+        sequential(values)
+    } else {
+        values.par_chunks(SCAN).map(sequential).reduce(|| 0.0, f64::max)
+    }
 }
 
 /// Independent lanes, which the compiler turns into vector instructions.

@@ -1,7 +1,7 @@
 //! Multifrontal LU factorization.
 //!
-//! The matrix is equilibrated by powers of two and permuted by nested dissection of its quotient
-//! graph: one vertex per elimination group (a node, or a slave node with its multipliers). The
+//! The matrix is equilibrated by powers of two and permuted by nested dissection of the graph of its
+//! elimination groups: one vertex per node, or per slave node with its multipliers. The
 //! elimination tree of the symmetrised pattern, cut into supernodes, becomes a tree of dense
 //! *fronts*. Each front holds its fully summed rows and columns and those they touch:
 //!
@@ -19,19 +19,22 @@
 //! multifrontal solver, SIAM J. Matrix Anal. Appl. 23 (2001) for the pivoting; Karypis and Kumar,
 //! SIAM J. Sci. Comput. 20 (1998) for the ordering.
 
+mod buffers;
 mod dense;
+mod front;
 mod kernels;
 mod numeric;
 mod ordering;
 mod pivoting;
 mod scalar;
 mod solve;
+mod sweep;
 mod symbolic;
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::scaling::Scaling;
 use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision, check_columns, check_matrix};
-use numeric::Front;
+use front::Front;
 use scalar::Scalar;
 use std::sync::Arc;
 use symbolic::Symbolic;
@@ -160,6 +163,7 @@ struct Numeric<T> {
     symbolic: Arc<Symbolic>,
     scaling: Scaling,
     fronts: Vec<Front<T>>,
+    plan: sweep::Plan,
     statistics: FactorStatistics,
 }
 
@@ -186,7 +190,8 @@ impl<T: Scalar> Numeric<T> {
             smallest_pivot,
             weakest_unknown: symbolic.permutation.get(weakest as usize).map_or(0, |&i| i as usize),
         };
-        Ok(Self { symbolic, scaling, fronts, statistics })
+        let plan = sweep::Plan::new(&symbolic, &fronts);
+        Ok(Self { symbolic, scaling, fronts, plan, statistics })
     }
 }
 

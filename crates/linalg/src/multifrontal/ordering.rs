@@ -1,6 +1,7 @@
-//! Quotient graph of the elimination groups and its nested dissection.
+//! Quotient graph of nodes and multipliers, and the nested dissection of the elimination groups.
 
 use crate::csr::CsrPattern;
+use std::collections::HashMap;
 use std::sync::Mutex;
 
 /// Seed of METIS' random numbers.
@@ -13,7 +14,12 @@ const SMALL: usize = 48;
 /// the same time would disturb each other and no longer be reproducible.
 static ONE_ORDERING_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// Undirected graph of the elimination groups, without loops.
+/// Undirected graph, without loops, whose vertices are the consecutive unknowns of an elimination group: a node, or the
+/// multipliers of a slave node.
+///
+/// Groups are ordered as a whole, their vertices in the order of the unknowns: a multiplier follows its node at once, so
+/// that its pivots are not zero. The structure of the factors, however, goes by vertices. Multipliers are coupled to
+/// fewer others than their nodes are; one vertex for both would cost up to a tenth more operations.
 pub(super) struct QuotientGraph {
     /// Unknowns of each vertex, ascending.
     pub members: Vec<Vec<u32>>,
@@ -21,12 +27,14 @@ pub(super) struct QuotientGraph {
     pub offsets: Vec<usize>,
     /// Neighbours, ascending per vertex.
     pub neighbours: Vec<u32>,
+    /// Vertices of each group, ascending.
+    groups: Vec<Vec<u32>>,
 }
 
 impl QuotientGraph {
-    /// Groups are numbered in the order of their first unknown.
+    /// Vertices and groups are numbered in the order of their first unknown.
     pub fn new(pattern: &CsrPattern) -> Self {
-        let (vertex, members) = number_groups(&pattern.groups);
+        let (vertex, members, groups) = number_vertices(&pattern.groups);
         let count = members.len();
         let mut rows: Vec<Vec<u32>> = members
             .iter()
@@ -59,7 +67,7 @@ impl QuotientGraph {
             neighbours.extend_from_slice(row);
             offsets.push(neighbours.len());
         }
-        Self { members, offsets, neighbours }
+        Self { members, offsets, neighbours, groups }
     }
 
     pub fn len(&self) -> usize {
@@ -70,50 +78,76 @@ impl QuotientGraph {
         &self.neighbours[self.offsets[v]..self.offsets[v + 1]]
     }
 
-    /// Vertices in elimination order: METIS nested dissection, isolated vertices first.
+    /// Vertices in elimination order: METIS nested dissection of the groups, isolated groups first.
     pub fn nested_dissection(&self) -> Result<Vec<u32>, String> {
-        let (isolated, connected): (Vec<u32>, Vec<u32>) =
-            (0..self.len() as u32).partition(|&v| self.adjacent(v as usize).is_empty());
+        let couplings = self.couplings();
+        let (isolated, connected): (Vec<usize>, Vec<usize>) =
+            (0..self.groups.len()).partition(|&g| couplings[g].is_empty());
         let mut order = isolated;
         if connected.len() < SMALL {
             order.extend(connected);
-            return Ok(order);
+        } else {
+            let dissected = self.dissect(&connected, &couplings)?;
+            order.extend(dissected.iter().map(|&k| connected[k as usize]));
         }
-        let mut compact = vec![0u32; self.len()];
-        for (k, &v) in connected.iter().enumerate() {
-            compact[v as usize] = k as u32;
+        Ok(order.iter().flat_map(|&g| self.groups[g].iter().copied()).collect())
+    }
+
+    /// Neighbouring groups of each group, ascending.
+    fn couplings(&self) -> Vec<Vec<u32>> {
+        let mut group = vec![0u32; self.len()];
+        for (g, vertices) in self.groups.iter().enumerate() {
+            vertices.iter().for_each(|&v| group[v as usize] = g as u32);
+        }
+        let coupled = |(g, vertices): (usize, &Vec<u32>)| {
+            let around = vertices.iter().flat_map(|&v| self.adjacent(v as usize));
+            let mut row: Vec<u32> = around.map(|&w| group[w as usize]).filter(|&h| h as usize != g).collect();
+            row.sort_unstable();
+            row.dedup();
+            row
+        };
+        self.groups.iter().enumerate().map(coupled).collect()
+    }
+
+    /// Positions in `connected` in elimination order.
+    fn dissect(&self, connected: &[usize], couplings: &[Vec<u32>]) -> Result<Vec<i32>, String> {
+        let mut compact = vec![0i32; couplings.len()];
+        for (k, &g) in connected.iter().enumerate() {
+            compact[g] = k as i32;
         }
         let too_large = |_| "too many couplings for the ordering".to_owned();
         let mut offsets = vec![0i32];
-        let mut neighbours = Vec::with_capacity(self.neighbours.len());
-        for &v in &connected {
-            neighbours.extend(self.adjacent(v as usize).iter().map(|&w| compact[w as usize] as i32));
+        let mut neighbours = Vec::with_capacity(couplings.iter().map(Vec::len).sum());
+        for &g in connected {
+            neighbours.extend(couplings[g].iter().map(|&h| compact[h as usize]));
             offsets.push(i32::try_from(neighbours.len()).map_err(too_large)?);
         }
-        let weights = connected.iter().map(|&v| self.members[v as usize].len() as i32).collect();
-        let dissected = metis_node_nd(offsets, neighbours, weights)?;
-        order.extend(dissected.iter().map(|&k| connected[k as usize]));
-        Ok(order)
+        let unknowns = |g: usize| self.groups[g].iter().map(|&v| self.members[v as usize].len() as i32).sum();
+        let weights = connected.iter().map(|&g| unknowns(g)).collect();
+        metis_node_nd(offsets, neighbours, weights)
     }
 }
 
-/// Vertex of each unknown and unknowns of each vertex.
-fn number_groups(groups: &[u32]) -> (Vec<u32>, Vec<Vec<u32>>) {
-    let mut numbers = std::collections::HashMap::new();
+/// Vertex of each unknown, unknowns of each vertex, vertices of each group.
+fn number_vertices(groups: &[u32]) -> (Vec<u32>, Vec<Vec<u32>>, Vec<Vec<u32>>) {
+    let mut numbers = HashMap::new();
     let mut members: Vec<Vec<u32>> = Vec::new();
-    let vertex = groups
-        .iter()
-        .enumerate()
-        .map(|(i, &group)| {
-            let v = *numbers.entry(group).or_insert_with(|| {
-                members.push(Vec::new());
-                members.len() as u32 - 1
+    let mut vertices: Vec<Vec<u32>> = Vec::new();
+    let mut vertex = Vec::with_capacity(groups.len());
+    for (i, group) in groups.iter().enumerate() {
+        if i == 0 || *group != groups[i - 1] {
+            let g = *numbers.entry(*group).or_insert_with(|| {
+                vertices.push(Vec::new());
+                vertices.len() - 1
             });
-            members[v as usize].push(i as u32);
-            v
-        })
-        .collect();
-    (vertex, members)
+            vertices[g].push(members.len() as u32);
+            members.push(Vec::new());
+        }
+        let v = members.len() - 1;
+        members[v].push(i as u32);
+        vertex.push(v as u32);
+    }
+    (vertex, members, vertices)
 }
 
 /// Calls METIS; returns the vertices in elimination order.

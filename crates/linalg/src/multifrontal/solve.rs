@@ -4,8 +4,7 @@
 //! columns; for the transposed system the two and the two triangles swap roles.
 
 use super::Numeric;
-use super::kernels;
-use super::numeric::Front;
+use super::front::Front;
 use super::scalar::Scalar;
 use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -53,78 +52,8 @@ impl<T: Scalar> Numeric<T> {
     }
 
     /// Rows (forward) and columns (backward) of a front beyond its pivots.
-    fn beyond<'a>(&'a self, k: usize, delayed: &'a [u32]) -> impl Iterator<Item = usize> + 'a {
+    pub(super) fn beyond<'a>(&'a self, k: usize, delayed: &'a [u32]) -> impl Iterator<Item = usize> + 'a {
         delayed.iter().chain(&self.symbolic.supernodes[k].rows).map(|&i| i as usize)
-    }
-
-    /// One right-hand side, in place, permuted numbering.
-    fn sweep(&self, transpose: bool, x: &mut [T]) {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let y = self.forward(transpose, x);
-                self.backward(transpose, &y, x);
-            },
-        );
-    }
-
-    #[inline(always)]
-    fn forward(&self, transpose: bool, b: &mut [T]) -> Vec<T> {
-        let mut y: Vec<T> = Vec::with_capacity(b.len());
-        let mut update: Vec<T> = Vec::new();
-        for (k, front) in self.fronts.iter().enumerate() {
-            let (pivots, delayed) = if transpose {
-                (&front.pivot_columns, &front.delayed_columns)
-            } else {
-                (&front.pivot_rows, &front.delayed_rows)
-            };
-            let start = y.len();
-            y.extend(pivots.iter().map(|&i| b[i as usize]));
-            let w = &mut y[start..];
-            update.clear();
-            update.resize(delayed.len() + self.symbolic.supernodes[k].rows.len(), T::ZERO);
-            if transpose {
-                kernels::solve_upper_transposed(&front.lu, w);
-                kernels::subtract_transposed_product(&front.upper, w, &mut update);
-            } else {
-                kernels::solve_unit_lower(&front.lu, w);
-                kernels::subtract_product(&front.lower, w, &mut update);
-            }
-            for (i, u) in self.beyond(k, delayed).zip(&update) {
-                b[i] += *u;
-            }
-        }
-        y
-    }
-
-    #[inline(always)]
-    fn backward(&self, transpose: bool, y: &[T], x: &mut [T]) {
-        let mut end = y.len();
-        let mut w: Vec<T> = Vec::new();
-        let mut known: Vec<T> = Vec::new();
-        for (k, front) in self.fronts.iter().enumerate().rev() {
-            let (pivots, delayed) = if transpose {
-                (&front.pivot_rows, &front.delayed_rows)
-            } else {
-                (&front.pivot_columns, &front.delayed_columns)
-            };
-            let start = end - pivots.len();
-            w.clear();
-            w.extend_from_slice(&y[start..end]);
-            end = start;
-            known.clear();
-            known.extend(self.beyond(k, delayed).map(|i| x[i]));
-            if transpose {
-                kernels::subtract_transposed_product(&front.lower, &known, &mut w);
-                kernels::solve_unit_lower_transposed(&front.lu, &mut w);
-            } else {
-                kernels::subtract_product(&front.upper, &known, &mut w);
-                kernels::solve_upper(&front.lu, &mut w);
-            }
-            for (&i, w) in pivots.iter().zip(&w) {
-                x[i as usize] = *w;
-            }
-        }
     }
 
     /// Several right-hand sides at once, by matrix products.

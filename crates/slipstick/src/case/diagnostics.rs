@@ -70,6 +70,8 @@ case_codes! {
     Friction => "friction",
     /// Slave and master are the same surface.
     SameSurface => "same_surface",
+    /// Slave and master are surfaces of one body.
+    SameBody => "same_body",
     /// Number of integration points without a rule.
     CellRule => "cell_rule",
     /// Way points not increasing in time, or outside of (0, 1].
@@ -100,6 +102,8 @@ case_codes! {
     NoContact => "no_contact",
     /// The mesh generator refuses the shape.
     Mesh => "mesh",
+    /// More elements than the machine has memory for.
+    TooLarge => "too_large",
     /// A set that selects no nodes.
     EmptySet => "empty_set",
     /// Bodies penetrate each other at the start.

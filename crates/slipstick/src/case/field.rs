@@ -56,7 +56,12 @@ impl<'t, 'a, T> Field<'t, 'a, T> {
 
 impl<'t, 'a> Field<'t, 'a, f64> {
     pub(super) fn positive(self, code: CaseCode) -> Self {
-        self.check(code, |&value| value > 0.0, "must be greater than zero", "")
+        self.check(code, |&value| value > 0.0, "must be greater than zero", "").check(
+            CaseCode::OutOfRange,
+            |&value| value >= LEAST_NUMBER,
+            &format!("must be at least {LEAST_NUMBER:e}"),
+            "choose other units",
+        )
     }
 }
 
@@ -77,6 +82,9 @@ impl<'t, 'a> Field<'t, 'a, [i64; 3]> {
         self.check(code, in_range, &message, "").map(|counts| counts.map(|n| n as usize))
     }
 }
+
+/// Products of a few numbers down to this size are not zero, as are their squares.
+const LEAST_NUMBER: f64 = 1e-50;
 
 /// Keeps sums and products of a few counts within 64 bits, and a slip of the keyboard out.
 const LARGEST_COUNT: i64 = 1_000_000;

@@ -15,6 +15,7 @@
 //! ```
 
 mod diagnostics;
+mod encoding;
 mod field;
 mod names;
 mod read;
@@ -26,6 +27,7 @@ mod templates;
 mod typed;
 
 pub use diagnostics::{CaseCode, CaseDiagnostic, CaseErrors, Severity};
+pub use encoding::{NotUtf8, utf8};
 pub use resolved::*;
 pub use source_map::SourceMap;
 pub use templates::{TEMPLATES, Template, template};

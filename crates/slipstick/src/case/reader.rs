@@ -9,6 +9,9 @@ use toml::de::DeValue;
 use super::typed::Table;
 use super::{CaseCode, CaseDiagnostic, Severity, SourceMap};
 
+/// Products of a few numbers up to this size are finite, as are their squares.
+const LARGEST_NUMBER: f64 = 1e50;
+
 /// Collects places and diagnostics while a document is read.
 pub(super) struct Reader {
     map: RefCell<SourceMap>,
@@ -65,11 +68,17 @@ impl Reader {
     pub(super) fn number(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<f64> {
         let parsed = match value.get_ref() {
             DeValue::Float(float) => float.as_str().parse().ok(),
+            DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
             DeValue::Integer(_) => integer_value(value.get_ref()).map(|integer| integer as f64),
             _ => None,
         };
         match parsed {
-            Some(number) if f64::is_finite(number) => Some(number),
+            Some(number) if f64::abs(number) <= LARGEST_NUMBER => Some(number),
+            Some(number) if f64::is_finite(number) => {
+                let message = format!("{what} must not exceed {LARGEST_NUMBER:e} in size, but is {number:e}");
+                self.error_at(value.span(), CaseCode::OutOfRange, message, "choose other units");
+                None
+            }
             Some(number) => {
                 self.error_at(
                     value.span(),
@@ -88,8 +97,18 @@ impl Reader {
 
     pub(super) fn integer(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<i64> {
         let integer = integer_value(value.get_ref());
-        if integer.is_none() {
-            self.wrong_type(value, what, "a whole number");
+        match value.get_ref() {
+            _ if integer.is_some() => {}
+            DeValue::Integer(_) => {
+                let message = format!("{what} is beyond what 64 bits can count");
+                self.error_at(value.span(), CaseCode::OutOfRange, message, "");
+            }
+            DeValue::Float(_) => {
+                let message = format!("{what} must be a whole number");
+                let help = "write it without a decimal point and exponent";
+                self.error_at(value.span(), CaseCode::WrongType, message, help);
+            }
+            _ => self.wrong_type(value, what, "a whole number"),
         }
         integer
     }

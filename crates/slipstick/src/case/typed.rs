@@ -116,7 +116,8 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// A list, each entry read by `read` (which is given its path); entries that cannot be read are left out.
+    /// A list, each entry read by `read` (which is given its path); entries that cannot be read are left out, and a
+    /// list of such entries alone is as wrong as they are.
     pub(super) fn list<T>(
         &self,
         key: &'static str,
@@ -133,7 +134,8 @@ impl<'a> Table<'a> {
                 self.reader.note(&path, entry.span());
                 read(entry, path)
             };
-            Some(array.iter().enumerate().filter_map(entry).collect())
+            let entries: Vec<T> = array.iter().enumerate().filter_map(entry).collect();
+            (array.is_empty() || !entries.is_empty()).then_some(entries)
         })
     }
 

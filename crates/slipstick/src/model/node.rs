@@ -94,7 +94,9 @@ pub struct NodeTraction {
     pub by_area: Vector3<f64>,
 }
 
-/// Adds the node's contact force f_s = b_js z_j to `out`. Paper: (17), (43).
+/// Adds the node's contact force f_s = b_js z_j to `out`, with z_j put together from its components.
+///
+/// Paper: (17), (19), (42), (43), (52). Test: `forces_balance` (tests/invariance.rs).
 pub fn add_force(now: &NodeKinematics, traction: &Vector3<f64>, out: &mut [f64]) {
     if *traction == Vector3::zeros() {
         return;

@@ -197,6 +197,7 @@ impl StepProblem for ContactModel {
         Ok(())
     }
 
+    /// R, and below it C where the method has multipliers; without external forces. Paper: (18), (27), (35), (44).
     fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.displacement_count();
         self.solid.internal_force(&y[..split], &self.factors, &mut self.internal).map_err(inverted)?;
@@ -218,6 +219,7 @@ impl StepProblem for ContactModel {
         Ok(())
     }
 
+    /// Paper: the matrix of (36), and of (45). Test: `tangent_matches_finite_differences` (tests/derivatives.rs).
     fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError> {
         let split = self.displacement_count();
         self.evaluate(y, true)?;
@@ -306,6 +308,14 @@ impl StepProblem for ContactModel {
         Ok(())
     }
 
+    /// The previous state enters through its mortar row in ũ_τ, (66), and through the history of the penalty method.
+    ///
+    /// * Multipliers: R and the normal rows of C do not see it (62), (63), (67), (85); stick and slip rows do (64), (65).
+    ///   So with the augmented Lagrangian, whose equations at convergence are these.
+    /// * Penalty: R sees it through the tangential traction (71), (72), in stick (73), (74) and in slip (75)–(77). Where
+    ///   the paper carries ∂t_τ/∂d on in (74), the history has its own adjoint η.
+    ///
+    /// Paper: (62)–(67), (71)–(77), (85). Test: `previous_pull_back_matches_finite_differences` (tests/derivatives.rs).
     fn pull_back_previous(
         &mut self,
         y: &[f64],
@@ -345,6 +355,9 @@ impl StepProblem for ContactModel {
         Ok(())
     }
 
+    /// Through the internal force alone: contact knows no density, and C has no part in it.
+    ///
+    /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences` (tests/derivatives.rs).
     fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.displacement_count();
         let mut by_factor = vec![0.0; self.solid.elements()];

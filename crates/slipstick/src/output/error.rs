@@ -16,6 +16,14 @@ pub enum OutputError {
         /// Why.
         source: io::Error,
     },
+    /// A file that is not one that was written here, or only a part of it.
+    #[error("{} {reason}", .path.display())]
+    NotRead {
+        /// The file.
+        path: PathBuf,
+        /// In what it differs.
+        reason: String,
+    },
     /// A field whose number of values does not fit the mesh.
     #[error("field `{name}` has {found} values; {components} components on {items} {what} need {}", components * items)]
     Length {

@@ -29,12 +29,14 @@ mod csv;
 mod error;
 pub mod fields;
 mod pvd;
+mod read;
 mod vtu;
 
 pub use atomic::write_atomically;
 pub use csv::{Cell, Csv};
 pub use error::OutputError;
 pub use pvd::Pvd;
+pub use read::{StoredField, read_fields};
 pub use vtu::{Values, Vtu};
 
 /// The text as it may stand in an XML attribute.

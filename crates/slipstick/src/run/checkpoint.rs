@@ -3,9 +3,10 @@
 use std::fs;
 
 use serde::{Deserialize, Serialize};
+use slipstick_design::Scaling;
 
 use super::{RunDirectory, RunError};
-use crate::optimize::OptimizationState;
+use crate::optimize::{Optimization, OptimizationState};
 use crate::output::write_atomically;
 
 /// Version of the file's layout; another one is refused.
@@ -51,7 +52,7 @@ impl Checkpoint {
         Ok(write_atomically(&path, |writer| Ok(serde_json::to_writer(writer, self)?))?)
     }
 
-    /// Reads `checkpoint.json`.
+    /// Reads `checkpoint.json`. Whether it fits a case is checked by [`Checkpoint::restore`].
     ///
     /// # Errors
     /// [`RunError::NoRun`] where there is none, [`RunError::Damaged`] where it is not of a run of this version.
@@ -60,20 +61,77 @@ impl Checkpoint {
         if !path.exists() {
             return Err(RunError::NoRun { directory: run.path().to_owned(), file: "checkpoint.json" });
         }
-        let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
-        let damaged = |reason: String| {
-            let cure = "start anew with `slipstick optimize CASE --design RESULTS`".into();
-            RunError::Damaged { path: path.clone(), reason, cure }
+        let bytes = fs::read(&path).map_err(RunError::read(&path))?;
+        let damaged = |reason: String| Err(damaged(run, reason));
+        let found: Self = match serde_json::from_slice(&bytes) {
+            Ok(found) => found,
+            Err(error) => return damaged(format!("is not a checkpoint: {error}")),
         };
-        let found: Self = serde_json::from_str(&text).map_err(|e| damaged(format!("is not a checkpoint: {e}")))?;
         if found.format != FORMAT {
-            return Err(damaged(format!("has layout {}; this version reads {FORMAT}", found.format)));
-        }
-        let (rows, records, updates) = (found.newton_rows.len(), found.state.history.len(), found.state.iteration);
-        if rows != records || !(updates..=updates + 1).contains(&records) {
-            let reason = format!("{records} evaluated designs do not fit {updates} updates and {rows} row counts");
-            return Err(damaged(reason));
+            return damaged(format!("has layout {}; this version reads {FORMAT}", found.format));
         }
         Ok(found)
     }
+
+    /// Puts the state into an optimization of the same case that is at its start.
+    ///
+    /// # Errors
+    /// [`RunError::Damaged`] where a list has another length than the case needs, a value is out of its range, or parts
+    /// contradict each other; the optimization is then as before.
+    pub fn restore(&self, run: &RunDirectory, optimization: &mut Optimization) -> Result<(), RunError> {
+        self.check(optimization.state.x.len()).map_err(|reason| damaged(run, reason))?;
+        optimization.state = self.state.clone();
+        Ok(())
+    }
+
+    /// Whether the state is one of `n` design variables; else in what it is not.
+    fn check(&self, n: usize) -> Result<(), String> {
+        let OptimizationState { iteration, x, x_before, mma, scaling, history } = &self.state;
+        let (updates, records, rows) = (*iteration, history.len(), self.newton_rows.len());
+        if rows != records || !(records == updates || records.checked_sub(1) == Some(updates)) {
+            return Err(format!("{records} evaluated designs do not fit {updates} updates and {rows} row counts"));
+        }
+        densities("x", x, n)?;
+        if let Some(before) = x_before {
+            densities("x_before", before, n)?;
+        }
+        mma.check(n, 1).map_err(|error| format!("`mma`: {error}"))?;
+        let parts = [x_before.is_some(), scaling.is_some()];
+        if mma.iteration() != updates || parts.contains(&(updates == 0)) {
+            return Err(format!("the optimizer's memory does not fit {updates} updates"));
+        }
+        if let Some(Scaling { objective, constraints }) = scaling {
+            let right = |factor: &f64| factor.is_finite() && *factor > 0.0;
+            if !right(objective) || constraints.len() != 1 || !constraints.iter().all(right) {
+                return Err("`scaling` must be a positive factor of the objective and one of the volume".into());
+            }
+        }
+        for (number, record) in history.iter().enumerate() {
+            let measured = [Some(record.objective), Some(record.volume_fraction), record.change, record.optimality];
+            let complete = record.iteration == number && record.change.is_some() == (number < updates);
+            if !complete || measured.iter().flatten().any(|value| !value.is_finite()) {
+                return Err(format!("`history[{number}]` is not the record of iteration {number}"));
+            }
+        }
+        if !self.newton_rows.is_sorted() {
+            return Err("`newton_rows` must not fall".into());
+        }
+        Ok(())
+    }
+}
+
+/// Whether a list is one of `n` densities.
+fn densities(name: &str, list: &[f64], n: usize) -> Result<(), String> {
+    if list.len() != n {
+        return Err(format!("`{name}` has {} entries; the case has {n} design variables", list.len()));
+    }
+    match list.iter().position(|value| !(0.0..=1.0).contains(value)) {
+        Some(entry) => Err(format!("`{name}[{entry}]` is {:?}, which is no density in [0, 1]", list[entry])),
+        None => Ok(()),
+    }
+}
+
+fn damaged(run: &RunDirectory, reason: String) -> RunError {
+    let cure = "start anew with `slipstick optimize CASE --design RESULTS`".into();
+    RunError::Damaged { path: run.file("checkpoint.json"), reason, cure }
 }

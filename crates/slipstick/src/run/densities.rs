@@ -6,6 +6,7 @@ use std::path::Path;
 use slipstick_mesh::Mesh;
 
 use super::RunError;
+use crate::case::utf8;
 use crate::output::{OutputError, write_atomically};
 
 /// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density`, and `derivative`
@@ -60,13 +61,19 @@ pub fn load_density(results: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
 }
 
 /// Reads the densities of all elements from a table with the columns `element` and `density`, in any order of rows;
-/// a column `body` is compared with the mesh, others are ignored.
+/// a column `body` is compared with the mesh, others are ignored. Cells may stand in quotes.
 ///
 /// # Errors
 /// [`RunError::Read`]; [`RunError::Densities`] where a column or an element is missing, an element is named twice or not
 /// in the mesh, or a density is no number in \[0, 1\].
 pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
-    let text = fs::read_to_string(path).map_err(RunError::read(path))?;
+    let bytes = fs::read(path).map_err(RunError::read(path))?;
+    let text = utf8(bytes).map_err(|error| RunError::Densities {
+        path: path.to_owned(),
+        line: Some(error.line),
+        reason: error.to_string(),
+        cure: "save the table as UTF-8".into(),
+    })?;
     let wrong = |line: Option<usize>, reason: String| RunError::Densities {
         path: path.to_owned(),
         line,
@@ -74,7 +81,7 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
         cure: "take the table that a run of a case with the same bodies and meshes has written".into(),
     };
     let mut lines = text.lines().enumerate();
-    let header: Vec<&str> = lines.next().map_or("", |line| line.1).split(',').map(str::trim).collect();
+    let header: Vec<&str> = cells(lines.next().map_or("", |line| line.1));
     let column = |name: &str| header.iter().position(|&found| found == name);
     let needed = |name: &str| column(name).ok_or_else(|| wrong(Some(1), format!("there is no column `{name}`")));
     let (element_at, density_at, body_at) = (needed("element")?, needed("density")?, column("body"));
@@ -82,7 +89,7 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
     let mut density = vec![f64::NAN; count];
     for (number, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
         let at = Some(number + 1);
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        let cells: Vec<&str> = cells(line);
         let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
         let element = cell(element_at).parse().ok().filter(|&element: &usize| element < count);
         let element = element.ok_or_else(|| {
@@ -104,4 +111,10 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
         Some(element) => Err(wrong(None, format!("element {element} of {count} is missing"))),
         None => Ok(density),
     }
+}
+
+/// The cells of a line, without the quotes that spreadsheets put around them.
+fn cells(line: &str) -> Vec<&str> {
+    let bare = |cell: &str| cell.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).map(str::len);
+    line.split(',').map(str::trim).map(|cell| bare(cell).map_or(cell, |length| cell[1..=length].trim())).collect()
 }

@@ -3,13 +3,17 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::RunError;
+use super::lock::Lock;
 
 /// A directory that belongs to one run, and the names of its files.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct RunDirectory {
     path: PathBuf,
+    /// Of one that is written to.
+    lock: Option<Arc<Lock>>,
 }
 
 /// Files of a run by their whole names.
@@ -25,6 +29,7 @@ const FILES: &[&str] = &[
     "history.csv",
     "newton.csv",
     "path.pvd",
+    "picture.png",
     "verify.csv",
     "verify.json",
     "run.json",
@@ -34,52 +39,31 @@ const FILES: &[&str] = &[
 const NUMBERED: &[&str] = &["design", "path"];
 
 impl RunDirectory {
-    /// Looks whether [`RunDirectory::create`] would refuse, and changes nothing.
+    /// A directory for a new run, locked against other processes while it is held: made where it is missing (its
+    /// parent is not). With `force`, the files of an earlier run are removed, and nothing but those.
     ///
     /// # Errors
-    /// [`RunError::Exists`], unless `force`; [`RunError::Directory`] where no directory can be.
-    pub fn refuse_existing(path: &Path, force: bool) -> Result<(), RunError> {
-        let directory = || path.to_owned();
-        if path.join("run.json").exists() && !force {
-            return Err(RunError::Exists { directory: directory() });
-        }
-        if path.exists() && !path.is_dir() {
-            let (reason, cure) = ("a file of that name exists".into(), "name another directory with --out".into());
-            return Err(RunError::Directory { directory: directory(), reason, cure });
-        }
-        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-        if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
-            let reason = format!("there is no directory {}", parent.display());
-            let cure = "make it first, or name another directory with --out".into();
-            return Err(RunError::Directory { directory: directory(), reason, cure });
-        }
-        Ok(())
-    }
-
-    /// A directory for a new run: made where it is missing (its parent is not). With `force`, the files of an earlier
-    /// run are removed, and nothing but those.
-    ///
-    /// # Errors
-    /// As [`RunDirectory::refuse_existing`]; [`RunError::Directory`] if the operating system refuses.
+    /// [`RunError::Exists`] where a run is, unless `force`; [`RunError::Locked`] where one is in progress;
+    /// [`RunError::Directory`] where no directory can be, where files of others have the names of results, or if the
+    /// operating system refuses.
     pub fn create(path: &Path, force: bool) -> Result<Self, RunError> {
-        Self::refuse_existing(path, force)?;
-        let refused = |error: io::Error| RunError::Directory {
-            directory: path.to_owned(),
-            reason: error.to_string(),
-            cure: "check the permission to write there, or name another directory with --out".into(),
-        };
+        refuse_place(path)?;
+        let refused = |error: io::Error| RunError::cannot_write(path, &error);
         if !path.is_dir() {
             fs::create_dir(path).map_err(refused)?;
         }
-        let run = Self { path: path.to_owned() };
-        if run.file("run.json").is_file() {
+        let mut run = Self { path: path.to_owned(), lock: None };
+        if !run.holds_run() {
+            run.refuse_names_of_results()?;
+        }
+        let lock = Lock::take(path);
+        if run.holds_run() && !force {
+            let in_progress = lock.err().filter(|error| matches!(error, RunError::Locked { .. }));
+            return Err(in_progress.unwrap_or(RunError::Exists { directory: path.to_owned() }));
+        }
+        run.lock = Some(Arc::new(lock?));
+        if run.holds_run() {
             run.clear().map_err(refused)?;
-        } else if let Some(name) = run.own_name_taken().map_err(refused)? {
-            return Err(RunError::Directory {
-                directory: path.to_owned(),
-                reason: format!("it holds `{name}`, which is not of a run but has the name of a result"),
-                cure: "name another directory with --out, or move the file away".into(),
-            });
         }
         // Better to learn now than after the first iteration that nothing can be written.
         let probe = run.file(".slipstick-probe");
@@ -87,16 +71,28 @@ impl RunDirectory {
         Ok(run)
     }
 
-    /// The directory of an earlier run.
+    /// The directory of an earlier run, to read.
     ///
     /// # Errors
     /// [`RunError::NoRun`] where it holds none.
     pub fn open(path: &Path) -> Result<Self, RunError> {
-        if path.join("run.json").is_file() {
-            Ok(Self { path: path.to_owned() })
-        } else {
-            Err(RunError::NoRun { directory: path.to_owned(), file: "run.json" })
-        }
+        let run = Self { path: path.to_owned(), lock: None };
+        if run.holds_run() { Ok(run) } else { Err(RunError::NoRun { directory: path.to_owned(), file: "run.json" }) }
+    }
+
+    /// The directory of an earlier run, to go on with: locked against other processes while it is held.
+    ///
+    /// # Errors
+    /// As [`RunDirectory::open`]; [`RunError::Locked`] where another process writes to it; [`RunError::Directory`] if
+    /// the operating system refuses.
+    pub fn take_up(path: &Path) -> Result<Self, RunError> {
+        let mut run = Self::open(path)?;
+        run.lock = Some(Arc::new(Lock::take(path)?));
+        Ok(run)
+    }
+
+    fn holds_run(&self) -> bool {
+        self.file("run.json").is_file()
     }
 
     /// The directory.
@@ -114,15 +110,20 @@ impl RunDirectory {
         format!("{stem}_{number:04}.vtu")
     }
 
-    /// A file in the directory that a run would replace.
-    fn own_name_taken(&self) -> io::Result<Option<String>> {
-        for entry in fs::read_dir(&self.path)? {
-            let name = entry?.file_name();
+    /// Refuses a directory with a file that a run would replace.
+    fn refuse_names_of_results(&self) -> Result<(), RunError> {
+        let refused = |error: io::Error| RunError::cannot_write(&self.path, &error);
+        for entry in fs::read_dir(&self.path).map_err(refused)? {
+            let name = entry.map_err(refused)?.file_name();
             if let Some(name) = name.to_str().filter(|name| is_numbered(name) || FILES.contains(name)) {
-                return Ok(Some(name.to_owned()));
+                return Err(RunError::Directory {
+                    directory: self.path.clone(),
+                    reason: format!("it holds `{name}`, which is not of a run but has the name of a result"),
+                    cure: "name another directory with --out, or move the file away".into(),
+                });
             }
         }
-        Ok(None)
+        Ok(())
     }
 
     /// Removes the files of an earlier run; `run.json`, which marks the directory, last.
@@ -141,6 +142,22 @@ impl RunDirectory {
         }
         Ok(())
     }
+}
+
+/// Refuses a path that cannot become a directory.
+fn refuse_place(path: &Path) -> Result<(), RunError> {
+    let directory = || path.to_owned();
+    if path.exists() && !path.is_dir() {
+        let (reason, cure) = ("a file of that name exists".into(), "name another directory with --out".into());
+        return Err(RunError::Directory { directory: directory(), reason, cure });
+    }
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
+        let reason = format!("there is no directory {}", parent.display());
+        let cure = "make it first, or name another directory with --out".into();
+        return Err(RunError::Directory { directory: directory(), reason, cure });
+    }
+    Ok(())
 }
 
 /// Whether a name is `{stem}_{digits}.vtu` of a run.

@@ -14,6 +14,12 @@ pub enum RunError {
         /// The directory.
         directory: PathBuf,
     },
+    /// Another process writes to the directory.
+    #[error("{} is being written by another slipstick", .directory.display())]
+    Locked {
+        /// The directory.
+        directory: PathBuf,
+    },
     /// The place cannot become a run's directory.
     #[error("cannot make the directory {}: {reason}", .directory.display())]
     Directory {
@@ -85,13 +91,24 @@ impl RunError {
                 "name another directory with --out, go on with `slipstick resume`, or give --force to replace them"
                     .into()
             }
+            Self::Locked { .. } => "wait until it ends, stop it, or name another directory with --out".into(),
             Self::Directory { cure, .. } | Self::Damaged { cure, .. } | Self::Densities { cure, .. } => cure.clone(),
             Self::NoRun { .. } => "name the directory that an optimization has written".into(),
             Self::OtherCase { .. } => {
                 "put the old text back, or start a new run with `slipstick optimize CASE --design RESULTS`".into()
             }
             Self::Read { .. } => "check the name and the permission to read it".into(),
+            Self::Output(OutputError::NotRead { .. }) => "run the analysis again, or choose another result".into(),
             Self::Output(_) => "check the permission to write there and the free space".into(),
+        }
+    }
+
+    /// The operating system refuses to make or change a run's directory.
+    pub(super) fn cannot_write(directory: &Path, error: &io::Error) -> Self {
+        Self::Directory {
+            directory: directory.to_owned(),
+            reason: error.to_string(),
+            cure: "check the permission to write there, or name another directory with --out".into(),
         }
     }
 

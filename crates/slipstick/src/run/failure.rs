@@ -24,8 +24,19 @@ pub struct Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, number, body, position: [x, y, z] } = self;
-        write!(f, "{kind} {number} of body `{body}` at ({x:.4}, {y:.4}, {z:.4})")
+        let Self { kind, number, body, position } = self;
+        let size = position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let [x, y, z] = position.map(|x| coordinate(x, size));
+        write!(f, "{kind} {number} of body `{body}` at ({x}, {y}, {z})")
+    }
+}
+
+/// A coordinate in few digits; rounding beside others of this size is zero.
+fn coordinate(value: f64, size: f64) -> String {
+    match value.abs() {
+        small if small <= 1e-9 * size => "0".into(),
+        usual if (1e-2..1e6).contains(&usual) => format!("{value:.4}"),
+        _ => format!("{value:.3e}"),
     }
 }
 

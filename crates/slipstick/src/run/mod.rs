@@ -12,11 +12,13 @@
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
 //! | `failure.vtu` | the iterate at which a march failed for good | then |
 //! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, of a run that asks for it | at the end |
+//! | `picture.png` | a result as a picture: [`picture`] | when asked for |
+//! | `run.lock` | nothing; its lock says that a process writes here | at start |
 //! | `evaluate.csv`, `verify.csv`, `verify.json` | of runs that evaluate a design or verify its gradient | as they go |
 //!
 //! Files appear whole or not at all and tables grow by whole lines, so a run that is killed leaves its last finished
 //! iteration behind, and [`Checkpoint`] takes it up again bit for bit. A directory belongs to one run:
-//! [`RunDirectory::create`] refuses one that holds another's.
+//! [`RunDirectory::create`] refuses one that holds another's, and one process writes to it at a time.
 
 mod checkpoint;
 mod clock;
@@ -25,6 +27,8 @@ mod directory;
 mod error;
 mod failure;
 mod fields;
+mod lock;
+mod picture;
 mod record;
 mod tables;
 
@@ -34,5 +38,6 @@ pub use directory::RunDirectory;
 pub use error::RunError;
 pub use failure::{FailureReport, Place};
 pub use fields::{write_failure, write_path};
+pub use picture::{PictureError, PictureRequest, Shown, picture};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
 pub use tables::{History, NewtonTable};

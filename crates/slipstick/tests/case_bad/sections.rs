@@ -35,6 +35,50 @@ fn contact() {
     one(19, "lagrange = {}", "augmented = { tolerance = 0.0 }", OutOfRange, "0.0");
 }
 
+/// The shapes are such that no two surfaces of one body can meet.
+#[test]
+fn a_body_in_contact_with_itself() {
+    for (slave, master) in [("plate_ymin", "plate_ymax"), ("plate_xmin", "plate_ymax"), ("ball_dome", "ball_flat")] {
+        let text = GOOD.replace("\"ball_dome\"", &format!("\"{slave}\""));
+        let text = text.replace("\"plate_ymax\"", &format!("\"{master}\""));
+        only_error(&text, CaseCode::SameBody, (17, 10));
+    }
+}
+
+/// Beyond 1e±50, volumes and their squares leave the range of floating-point numbers.
+#[test]
+fn numbers_beyond_any_unit() {
+    use CaseCode::OutOfRange;
+    assert_eq!(one(4, "[4, 1, 4], e", "[1e308, 1, 4], e", OutOfRange, "1e308"), "choose other units");
+    one(4, "[0, 0, 0]", "[-1e51, 0, 0]", OutOfRange, "-1e51");
+    one(5, "1000.0", "1e308", OutOfRange, "1e308");
+    one(5, "1000.0", "1e-308", OutOfRange, "1e-308");
+    one(8, "radius = 1.0", "radius = 1e-60", OutOfRange, "1e-60");
+    one(9, "[2, 2, 2]", "[2, 2, 1e308]", OutOfRange, "1e308");
+    one(18, "0.3", "1e200", OutOfRange, "1e200");
+    one(24, "u = [0, -1, 0]", "u = [0, -1e308, 0]", OutOfRange, "-1e308");
+    one(32, "0.5", "1e308", OutOfRange, "1e308");
+    // A whole number is a number, however long.
+    one(24, "u = [0, -1, 0]", &format!("u = [0, -1{}, 0]", "0".repeat(60)), OutOfRange, "-1000");
+    let long = GOOD.replace("1000.0", "100000000000000000000");
+    let case = parse_case(&long, "case.toml").unwrap_or_else(|errors| panic!("{errors}")).case;
+    let slipstick::case::Material::NeoHooke { youngs_modulus, .. } = case.bodies[0].material;
+    assert_eq!(youngs_modulus, 1e20);
+}
+
+/// Elements without any stiffness are allowed, but told.
+#[test]
+fn void_without_stiffness_is_told() {
+    let resolved = parse_case(&GOOD.replace("min = 1e-3", "min = 0"), "case.toml").unwrap_or_else(|e| panic!("{e}"));
+    let told: Vec<_> = resolved.warnings.iter().map(|w| (w.code(), w.line(), w.column())).collect();
+    assert_eq!(told, [(CaseCode::Simp, 31, 23)]);
+    assert!(resolved.warnings[0].message().contains("no stiffness"));
+    // Without an optimizer no element becomes void.
+    let alone =
+        GOOD.replace("min = 1e-3", "min = 0").replace("[optimizer]\nmma = { move_limit = 0.1 }\niterations = 30\n", "");
+    assert!(parse_case(&alone, "case.toml").unwrap_or_else(|e| panic!("{e}")).warnings.is_empty());
+}
+
 #[test]
 fn motion() {
     use CaseCode::*;
@@ -55,6 +99,16 @@ fn load_path_objective_and_run() {
     one(26, "10", "0", Steps, "0");
     one(26, "10", "-3", Steps, "-3");
     one(34, "\"last\"", "[1, 11]", Steps, "11");
+    assert_eq!(one(34, "\"last\"", "[11]", Steps, "11"), "load steps are numbered 1 to 10");
+    one(34, "\"last\"", "[0]", Steps, "0]");
+    one(34, "\"last\"", "[-1]", Steps, "-1");
+    one(34, "\"last\"", "[2, 2]", Steps, "[2, 2]");
+    one(34, "\"last\"", "[]", Empty, "[]");
+    one(34, "\"last\"", "[1.5]", WrongType, "1.5");
+    one(34, "\"last\"", "[99999999999999999999]", OutOfRange, "999");
+    one(26, "10", "1000001", Steps, "1000001");
+    one(26, "10", "9223372036854775808", OutOfRange, "922");
+    assert!(one(26, "10", "1e300", WrongType, "1e300").contains("without a decimal point"));
     one(34, "\"last\"", "[3, 2]", Steps, "[3, 2]");
     one(34, "\"last\"", "\"lst\"", UnknownWord, "\"lst\"");
     one(37, "30", "0", OutOfRange, "0");

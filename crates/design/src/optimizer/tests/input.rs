@@ -59,6 +59,41 @@ fn bad_input_is_named_and_leaves_the_history() {
     assert!(matches!(error, MmaError::Parameter { name: "asydecr", .. }));
 }
 
+/// A memory that was read back and is not whole is named; it neither panics nor steps.
+#[test]
+fn a_damaged_memory_is_named() {
+    let (lower, upper) = ([1.0; 5], [10.0; 5]);
+    let mut mma = Mma::new(5, 1, MmaParameters::default());
+    let mut x = vec![5.0; 5];
+    for _ in 0..3 {
+        assert_eq!(mma.check(5, 1), Ok(()));
+        let (value, gradient, constraints, slopes) = cantilever(&x);
+        x = mma.update(&x, &lower, &upper, value, &gradient, &constraints, &slopes).unwrap().x;
+    }
+    assert!(matches!(mma.check(4, 1), Err(MmaError::Length { expected: 4, found: 5, .. })));
+    assert!(matches!(mma.check(5, 2), Err(MmaError::Length { expected: 2, found: 1, .. })));
+    let whole = serde_json::to_value(&mma).unwrap();
+    type Damage<'a> = (&'a str, &'a dyn Fn(&mut serde_json::Value));
+    let damages: [Damage<'_>; 6] = [
+        ("one step ago has 4", &|v| drop(v["x1"].as_array_mut().unwrap().pop())),
+        ("two steps ago has 0", &|v| v["x2"] = serde_json::json!([])),
+        ("lower asymptotes has 6", &|v| v["low"].as_array_mut().unwrap().push(1.0.into())),
+        ("upper asymptotes has 0", &|v| v["upp"] = serde_json::json!([])),
+        ("one step ago has 5", &|v| v["iteration"] = 0.into()),
+        ("outside its bounds", &|v| v["low"][2] = 100.0.into()),
+    ];
+    for (expected, damage) in damages {
+        let mut value = whole.clone();
+        damage(&mut value);
+        let mut damaged: Mma = serde_json::from_value(value).unwrap();
+        let error = damaged.check(5, 1).unwrap_err();
+        assert!(error.to_string().contains(expected), "{expected}: {error}");
+        let (value, gradient, constraints, slopes) = cantilever(&x);
+        let step = damaged.update(&x, &lower, &upper, value, &gradient, &constraints, &slopes);
+        assert_eq!(step.unwrap_err(), error);
+    }
+}
+
 /// Derivatives from 1e-12 to 1e12 either give a step or say that scaling is needed.
 #[test]
 fn extreme_scales() {

@@ -41,6 +41,16 @@ fn contact(table: Table<'_>, names: &Names) -> Contact {
             "a surface cannot be in contact with itself: name two surfaces",
         );
     }
+    let bodies = [&slave, &master].map(|name| names.find(name).and_then(|(_, body)| body));
+    if slave != master && bodies[0].is_some() && bodies[0] == bodies[1] {
+        // No two faces of a shape look at each other.
+        table.reader.error(
+            &table.path_of("master"),
+            CaseCode::SameBody,
+            format!("`{slave}` and `{master}` are faces of one body, and do not look at each other"),
+            "name a surface of another body; contact of a body with itself is not supported",
+        );
+    }
     let friction = table
         .number("friction")
         .check(CaseCode::Friction, |&mu| mu >= 0.0, "must not be negative", "0 is frictionless")

@@ -36,6 +36,15 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         passive_solid: boxes(&table, "passive_solid"),
         passive_void: boxes(&table, "passive_void"),
     };
+    let may_vanish = root.has("optimizer") || !design.passive_void.is_empty();
+    if may_vanish && design.simp.min == 0.0 {
+        table.reader.warning(
+            "design.simp.min",
+            CaseCode::Simp,
+            "elements of density 0 have no stiffness: where they surround a node, the equations have no solution",
+            "1e-3 is usual; 0 is right only for a design without void elements",
+        );
+    }
     check_passive(table.reader, &design, bodies);
     warn_initial(table.reader, &design);
     table.finish();

@@ -97,6 +97,24 @@ impl Shape {
             }
         }
     }
+
+    /// How many nodes the mesh of this shape has; rounded, where the number is large.
+    pub fn node_count(&self) -> f64 {
+        match *self {
+            Self::Box { elements, .. } | Self::HalfRing { elements, .. } => {
+                elements.iter().map(|&n| n as f64 + 1.0).product()
+            }
+            Self::HollowCylinder { elements: [radial, around, axial], .. } => {
+                (radial as f64 + 1.0) * around as f64 * (axial as f64 + 1.0)
+            }
+            Self::HalfBall { elements, .. } => {
+                let [n, h, m] = elements.map(|n| n as f64);
+                let square = (n + 1.0) * (n + 1.0);
+                // The nodes of the block, and its outside but for the flat face once more in every layer.
+                square * (h + 1.0) + m * (square + 4.0 * n * h)
+            }
+        }
+    }
 }
 
 /// Rotation about the origin, then translation.

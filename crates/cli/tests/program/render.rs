@@ -1,0 +1,85 @@
+//! Pictures of results.
+
+use super::*;
+
+/// Width and height of a PNG file: the first chunk, IHDR, begins with them (PNG specification, 11.2.2).
+fn size(bytes: &[u8]) -> (u32, u32) {
+    assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n", "the signature");
+    assert_eq!(&bytes[12..16], b"IHDR");
+    let number = |at: usize| u32::from_be_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+    (number(16), number(20))
+}
+
+fn drawn(place: &Place, line: &str, file: &str) -> Vec<u8> {
+    place.good(line);
+    std::fs::read(place.path(file)).unwrap_or_else(|error| panic!("{line}: {file}: {error}"))
+}
+
+/// Without options: the newest design, deformed at the last step, in the run's directory.
+#[test]
+fn the_newest_design_by_default() {
+    let place = Place::new();
+    place.good("optimize case.toml -q");
+    let ran = place.good("render case");
+    assert!(ran.out.contains("case/picture.png"), "{}", ran.out);
+    let picture = std::fs::read(place.path("case/picture.png")).expect("drawn");
+    assert_eq!(size(&picture), (900, 720));
+    assert!(picture == drawn(&place, "render case --step 4 --out step.png", "step.png"), "the last step");
+    assert!(picture != drawn(&place, "render case --deformed 0 --out flat.png", "flat.png"), "undeformed differs");
+
+    // A path that is not of the newest design is not shown with it.
+    let table = place.read("case/design.csv");
+    let row = table.lines().nth(4).expect("element 3");
+    place.write("case/design.csv", &table.replace(row, "3,slab,0.9,"));
+    assert!(picture != drawn(&place, "render case", "case/picture.png"));
+    place.bad("render case --deformed 2", 2, &["no displacements of this design"]);
+
+    // The picture is the run's: a new run takes it away.
+    place.good("optimize case.toml -q --force --iterations 1");
+    assert!(!place.path("case/picture.png").exists());
+}
+
+#[test]
+fn fields_steps_and_views() {
+    let place = Place::new();
+    place.good("optimize case.toml -q");
+    let mut seen = Vec::new();
+    for field in ["density", "pressure", "contact_gap", "displacement", "derivative", "body", "traction"] {
+        let line = format!("render case --field {field} --size 300x200 --out {field}.png");
+        let picture = drawn(&place, &line, &format!("{field}.png"));
+        assert_eq!(size(&picture), (300, 200));
+        assert!(!seen.contains(&picture), "{field} looks like another");
+        seen.push(picture);
+    }
+    let first = drawn(&place, "render case --iteration 0 --threshold 0 --out a.png", "a.png");
+    let second = drawn(&place, "render case --iteration 2 --threshold 0 --out b.png --view top", "b.png");
+    assert!(first != second);
+    let event = place.good("render case --json").event("result");
+    assert_eq!(event["file"], "case/picture.png");
+}
+
+#[test]
+fn what_cannot_be_drawn() {
+    let place = Place::new();
+    place.good("optimize case.toml -q");
+    place.bad("render case --field colour", 2, &["no field `colour` in case", "contact_pressure, ", "density"]);
+    place.bad("render case --field contact", 2, &["no field `contact`"]);
+    place.bad("render case --iteration 2 --field pressure", 2, &["design_0002.vtu", "objective_derivative"]);
+    place.bad("render case --step 9", 2, &["case has no load step 9", "there are: 0 to 4"]);
+    place.bad("render case --iteration 1", 2, &["case has no iteration 1", "there are: 0, 2, 4"]);
+    place.bad("render case --view inside", 2, &["no view `inside`", "iso_below"]);
+    place.bad("render case --iteration 2 --deformed 3", 2, &["no displacements"]);
+    place.bad("render case --size 0x5", 2, &["0 x 5 pixels"]);
+    place.bad("render case --size large", 2, &["900x720"]);
+    place.bad("render case --step 1 --iteration 1", 2, &["cannot be used with"]);
+    place.bad("render case --threshold 2", 2, &["from 0 to 1"]);
+    place.bad("render case --out case.toml", 2, &["case.toml does not end in .png"]);
+    place.write("notes.png", "mine");
+    place.bad("render case --out notes.png", 2, &["notes.png exists and is no picture"]);
+    assert_eq!(place.read("notes.png"), "mine");
+    place.bad("render nowhere", 2, &["nowhere holds no run.json"]);
+
+    let bytes = std::fs::read(place.path("case/path_0004.vtu")).expect("written");
+    std::fs::write(place.path("case/path_0004.vtu"), &bytes[..bytes.len() / 2]).expect("written");
+    place.bad("render case", 2, &["path_0004.vtu", "ends early"]);
+}

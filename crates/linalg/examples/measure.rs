@@ -1,0 +1,117 @@
+//! Times and memory of the multifrontal solver on a matrix from a file, as one line of JSON.
+//!
+//! ```text
+//! cargo run --release -p slipstick-linalg --example measure -- FILE [f64|f32] [factorizations]
+//! ```
+//!
+//! `crates/slipstick/examples/export_matrix.rs` writes such files; `crates/linalg/benches/compare_pardiso.py` runs this
+//! beside PARDISO. Times are the shortest of several factorizations and of ten solves each. Memory, where the system
+//! tells it (Linux), is the peak above what the loaded matrix takes.
+
+use slipstick_linalg::{CsrMatrix, CsrPattern, Factorization, MultifrontalSolver, Precision, solve_verified};
+use std::error::Error;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Solves per factorization, of which the fastest counts.
+const SOLVES: usize = 10;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let file = arguments.next().ok_or("arguments: FILE [f64|f32] [factorizations]")?;
+    let precision = match arguments.next().as_deref() {
+        None | Some("f64") => Precision::F64,
+        Some("f32") => Precision::F32,
+        Some(other) => return Err(format!("{other} is no precision; f64 or f32").into()),
+    };
+    let runs: usize = arguments.next().map_or(Ok(3), |text| text.parse())?;
+    let a = read(&file)?;
+    let b: Vec<f64> = (0..a.n()).map(|i| (i as f64 * i as f64 * 0.618_034).sin()).collect();
+    let before = status("VmRSS:");
+    let mut solver = MultifrontalSolver::new(precision);
+    let (analysis, result) = timed(|| solver.analyse(&a.pattern));
+    result?;
+    let (mut factor, mut solves, mut kept) = (f64::INFINITY, [f64::INFINITY; 2], None);
+    for _ in 0..runs.max(1) {
+        drop(kept.take()); // the old factors are gone before the new ones come
+        let (seconds, factors) = timed(|| solver.factorize_matrix(&a));
+        factor = factor.min(seconds);
+        kept = Some(factors?);
+        let factors = kept.as_ref().ok_or("just set")?;
+        for _ in 0..SOLVES {
+            let mut x = b.clone();
+            solves[0] = solves[0].min(timed(|| factors.solve(&mut x)).0);
+            solves[1] = solves[1].min(timed(|| factors.solve_transpose(&mut x)).0);
+        }
+    }
+    let factors = kept.ok_or("no factorization")?;
+    let memory = status("VmHWM:").zip(before).map(|(peak, before)| (peak - before) / 1024.0);
+    let mut report = String::new();
+    for (name, transpose) in [("forward", false), ("transposed", true)] {
+        let mut x = b.clone();
+        if transpose {
+            factors.solve_transpose(&mut x)
+        } else {
+            factors.solve(&mut x)
+        };
+        let norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
+        let raw = a.residual_norm(transpose, &x, &b) / norm;
+        let (seconds, verified) = timed(|| solve_verified(&a, &factors, transpose, &b, &mut x, 1e-10));
+        let verified = verified?;
+        report += &format!(
+            ", \"{name}\": {{\"residual\": {raw:e}, \"verified\": {seconds:.4}, \"iterations\": {}, \"final\": {:e}}}",
+            verified.iterations, verified.relative_residual
+        );
+    }
+    let facts = factors.statistics();
+    println!(
+        "{{\"n\": {}, \"analyse\": {analysis:.4}, \"factor\": {factor:.4}, \"gflops\": {:.2}, \"gflop\": {:.1}, \
+         \"solve\": {:.5}, \"solve_transpose\": {:.5}, \"entries\": {}, \"fronts\": {}, \"delayed\": {}, \
+         \"growth\": {:.2}, \"megabytes\": {}{report}}}",
+        a.n(),
+        facts.operations / factor * 1e-9,
+        facts.operations * 1e-9,
+        solves[0],
+        solves[1],
+        facts.factor_entries,
+        facts.fronts,
+        facts.delayed_pivots,
+        facts.growth,
+        memory.map_or("null".to_owned(), |m| format!("{m:.0}")),
+    );
+    Ok(())
+}
+
+fn timed<R>(run: impl FnOnce() -> R) -> (f64, R) {
+    let start = Instant::now();
+    let result = run();
+    (start.elapsed().as_secs_f64(), result)
+}
+
+/// A number of kibibytes from the process' status, where there is one.
+fn status(key: &str) -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|line| line.starts_with(key))?;
+    line.split_whitespace().nth(1)?.parse().ok()
+}
+
+/// Little-endian: n, entries (u64), row offsets (u64), columns, groups (u32), values (f64).
+fn read(file: &str) -> Result<CsrMatrix, Box<dyn Error>> {
+    let bytes = std::fs::read(file)?;
+    let mut rest = bytes.as_slice();
+    let mut take = |count: usize, size: usize| -> Result<&[u8], Box<dyn Error>> {
+        let length = count.checked_mul(size).filter(|&l| l <= rest.len()).ok_or("the file is too short")?;
+        let (head, tail) = rest.split_at(length);
+        rest = tail;
+        Ok(head)
+    };
+    let long = |bytes: &[u8]| u64::from_le_bytes(std::array::from_fn(|i| bytes[i])) as usize;
+    let short = |bytes: &[u8]| u32::from_le_bytes(std::array::from_fn(|i| bytes[i]));
+    let double = |bytes: &[u8]| f64::from_le_bytes(std::array::from_fn(|i| bytes[i]));
+    let (n, entries) = (long(take(1, 8)?), long(take(1, 8)?));
+    let row_offsets = take(n + 1, 8)?.chunks_exact(8).map(long).collect();
+    let columns = take(entries, 4)?.chunks_exact(4).map(short).collect();
+    let groups = take(n, 4)?.chunks_exact(4).map(short).collect();
+    let values = take(entries, 8)?.chunks_exact(8).map(double).collect();
+    Ok(CsrMatrix { pattern: Arc::new(CsrPattern { n, row_offsets, columns, groups }), values })
+}

@@ -1,0 +1,89 @@
+//! Memory of the contributions, used again.
+//!
+//! Fronts near the root take and return megabytes each. Fresh pages from the system cost more time than clearing old
+//! ones, above all with several threads.
+
+use super::scalar::Scalar;
+use std::sync::Mutex;
+
+/// Entries below which the allocator does as well.
+const WORTH_KEEPING: usize = 16_384;
+
+/// Buffers kept at a time. A walk in postorder needs few.
+const KEPT: usize = 2;
+
+/// Buffers that were returned and wait for the next use.
+pub(super) struct Buffers<T> {
+    free: Mutex<Vec<Vec<T>>>,
+}
+
+impl<T: Scalar> Buffers<T> {
+    pub fn new() -> Self {
+        Self { free: Mutex::new(Vec::new()) }
+    }
+
+    /// Zeros: in the smallest free buffer of at least this and at most twice this length, else in new memory.
+    pub fn zeros(&self, length: usize) -> Vec<T> {
+        let mut buffer = self.reuse(length).unwrap_or_default();
+        buffer.clear();
+        buffer.reserve_exact(length);
+        // Written at once: memory that is read before it is written would be mapped twice.
+        buffer.resize(length, T::ZERO);
+        buffer
+    }
+
+    fn reuse(&self, length: usize) -> Option<Vec<T>> {
+        if length < WORTH_KEEPING {
+            return None;
+        }
+        let mut free = self.lock();
+        let fitting = free.iter().enumerate().filter(|(_, b)| (length..=2 * length).contains(&b.capacity()));
+        let best = fitting.min_by_key(|(_, b)| b.capacity())?.0;
+        Some(free.swap_remove(best))
+    }
+
+    /// Takes a buffer back; of too many the smallest goes.
+    pub fn put(&self, buffer: Vec<T>) {
+        if buffer.capacity() < WORTH_KEEPING {
+            return;
+        }
+        let mut free = self.lock();
+        free.push(buffer);
+        if free.len() > KEPT
+            && let Some(smallest) = (0..free.len()).min_by_key(|&i| free[i].capacity())
+        {
+            free.swap_remove(smallest);
+        }
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Vec<T>>> {
+        self.free.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What comes out is zero whatever went in, a fitting buffer comes back, and the smallest goes
+    /// when there are too many.
+    #[test]
+    fn returned_buffers_are_cleared_and_used_again() {
+        let buffers = Buffers::<f64>::new();
+        let mut buffer = buffers.zeros(WORTH_KEEPING + 7);
+        buffer.fill(3.0);
+        let place = buffer.as_ptr();
+        buffers.put(buffer);
+        let small = buffers.zeros(WORTH_KEEPING / 2);
+        assert_ne!(small.as_ptr(), place);
+        let again = buffers.zeros(WORTH_KEEPING);
+        assert_eq!(again.as_ptr(), place);
+        assert_eq!(again, vec![0.0; WORTH_KEEPING]);
+        for factor in 1..=KEPT + 1 {
+            buffers.put(vec![1.0; factor * WORTH_KEEPING]);
+        }
+        let kept: Vec<usize> = buffers.lock().iter().map(Vec::len).collect();
+        assert_eq!(kept.len(), KEPT);
+        assert!(!kept.contains(&WORTH_KEEPING));
+    }
+}

@@ -1,0 +1,376 @@
+//! Assembly and elimination of one front.
+//!
+//! The fully summed columns F11, F21 are assembled and factorized first, in place; the rest follows once they have
+//! passed. Should a pivot be too small, they are assembled again from what is still there, and go the careful path.
+
+use super::buffers::Buffers;
+use super::scalar::Scalar;
+use super::symbolic::{Supernode, Symbolic, local};
+use super::{PIVOT_THRESHOLD, dense, pivoting};
+use faer::prelude::ReborrowMut;
+use faer::{MatMut, MatRef};
+use rayon::prelude::*;
+
+/// Entries of the contributions from which on they are added by several threads.
+const WORTH_SHARING: usize = 200_000;
+
+/// Columns of a task of these.
+const COLUMNS_PER_TASK: usize = 32;
+
+/// No column.
+const NONE: u32 = u32::MAX;
+
+/// Factors of one front: q pivots, t rows and columns beyond (delayed ones, then
+/// [`Supernode::rows`]). Unknowns are in the permuted numbering; matrices are column-major.
+#[derive(Debug)]
+pub(super) struct Front<T> {
+    pub pivot_rows: Vec<u32>,
+    pub pivot_columns: Vec<u32>,
+    pub delayed_rows: Vec<u32>,
+    pub delayed_columns: Vec<u32>,
+    /// L11 (unit diagonal not stored) and U11, q × q.
+    pub lu: Vec<T>,
+    /// U12, q × t.
+    pub upper: Vec<T>,
+    /// L21, t × q.
+    pub lower: Vec<T>,
+    /// Largest entry of U11 and U12.
+    pub growth: f64,
+}
+
+impl<T: Scalar> Front<T> {
+    /// Size and column of the smallest pivot.
+    pub fn smallest_pivot(&self) -> Option<(f64, u32)> {
+        let q = self.pivot_columns.len();
+        let pivots = (0..q).map(|i| self.lu[i + i * q].absolute().to_f64());
+        pivots.zip(self.pivot_columns.iter().copied()).min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    pub fn entries(&self) -> usize {
+        self.lu.len() + self.upper.len() + self.lower.len()
+    }
+}
+
+/// What a front passes to its parent: a square matrix over its delayed and its other rows.
+pub(super) struct Contribution<T> {
+    pub delayed_rows: Vec<u32>,
+    pub delayed_columns: Vec<u32>,
+    pub values: Vec<T>,
+}
+
+/// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate of the first rejected
+/// column.
+pub(super) fn process<T: Scalar>(
+    symbolic: &Symbolic,
+    values: &[T],
+    k: usize,
+    children: Vec<Contribution<T>>,
+    buffers: &Buffers<T>,
+) -> (Front<T>, Contribution<T>, f64) {
+    let mut assembly = Assembly::new(symbolic, values, k, children);
+    match assembly.eliminate_all(buffers) {
+        Ok((front, contribution)) => (front, contribution, 0.0),
+        Err(Rejected) => assembly.eliminate_some(buffers),
+    }
+}
+
+/// A pivot was too small for the fast path.
+struct Rejected;
+
+/// Consecutive entries of a child that go to consecutive places of its parent.
+struct Run {
+    from: usize,
+    to: usize,
+    length: usize,
+}
+
+/// A contribution and its places in the parent: first those that are fully summed there.
+struct Child<T> {
+    contribution: Contribution<T>,
+    /// Rows (columns) that are fully summed in the parent.
+    summed: usize,
+    /// Size of the contribution.
+    size: usize,
+    summed_runs: Vec<Run>,
+    beyond_runs: Vec<Run>,
+    /// Column of the contribution for each fully summed column of the parent, and for each beyond; or [`NONE`].
+    summed_sources: Vec<u32>,
+    beyond_sources: Vec<u32>,
+}
+
+/// What goes into a front with p fully summed rows and columns, and r beyond.
+struct Assembly<'a, T> {
+    symbolic: &'a Symbolic,
+    values: &'a [T],
+    k: usize,
+    rows: Vec<u32>,
+    columns: Vec<u32>,
+    beyond: usize,
+    children: Vec<Child<T>>,
+}
+
+impl<'a, T: Scalar> Assembly<'a, T> {
+    /// Own pivots come first, then the delayed ones of the children in their order.
+    fn new(symbolic: &'a Symbolic, values: &'a [T], k: usize, contributions: Vec<Contribution<T>>) -> Self {
+        let supernode = &symbolic.supernodes[k];
+        let own = supernode.first as u32..(supernode.first + supernode.pivots) as u32;
+        let (mut rows, mut columns): (Vec<u32>, Vec<u32>) = (own.clone().collect(), own.collect());
+        let mut delayed_at = Vec::with_capacity(contributions.len());
+        for child in &contributions {
+            delayed_at.push(rows.len());
+            rows.extend(&child.delayed_rows);
+            columns.extend(&child.delayed_columns);
+        }
+        let children = contributions.into_iter().zip(&supernode.children).zip(delayed_at);
+        let children = children
+            .map(|((contribution, &c), at)| {
+                Child::new(supernode, &symbolic.supernodes[c], at, contribution, rows.len())
+            })
+            .collect();
+        Self { symbolic, values, k, rows, columns, beyond: supernode.rows.len(), children }
+    }
+
+    /// Fully summed columns: F11, p × p, and F21, r × p.
+    fn summed_columns(&self) -> (Vec<T>, Vec<T>) {
+        let (p, r, own) = (self.rows.len(), self.beyond, self.own());
+        let (mut f11, mut f21) = (zeros(p * p), zeros(r * p));
+        for &(source, i, j) in self.entries() {
+            let (i, j, value) = (i as usize, j as usize, self.values[source as usize]);
+            if j < own {
+                let entry = if i < own { &mut f11[i + j * p] } else { &mut f21[i - own + j * r] };
+                *entry += value;
+            }
+        }
+        self.add_children(&mut f11, &mut f21, |child| &child.summed_sources);
+        (f11, f21)
+    }
+
+    /// Columns beyond: F12, p × r, and F22, r × r. The contributions of the children end here.
+    fn columns_beyond(&mut self, buffers: &Buffers<T>) -> (Vec<T>, Vec<T>) {
+        let (p, r, own) = (self.rows.len(), self.beyond, self.own());
+        let (mut f12, mut f22) = (zeros(p * r), buffers.zeros(r * r));
+        for &(source, i, j) in self.entries() {
+            let (i, j, value) = (i as usize, j as usize, self.values[source as usize]);
+            if j >= own {
+                let entry = if i < own { &mut f12[i + (j - own) * p] } else { &mut f22[i - own + (j - own) * r] };
+                *entry += value;
+            }
+        }
+        self.add_children(&mut f12, &mut f22, |child| &child.beyond_sources);
+        self.children.drain(..).for_each(|child| buffers.put(child.contribution.values));
+        (f12, f22)
+    }
+
+    fn own(&self) -> usize {
+        self.symbolic.supernodes[self.k].pivots
+    }
+
+    /// Matrix entries, local indices as of the analysis, where the own pivots come first.
+    fn entries(&self) -> &[(u32, u32, u32)] {
+        &self.symbolic.entries[self.symbolic.entry_offsets[self.k]..self.symbolic.entry_offsets[self.k + 1]]
+    }
+
+    /// Adds the contributions to the fully summed rows (`upper`) and the rows beyond (`lower`) of those columns for
+    /// which `sources` names a column of the child.
+    fn add_children(&self, upper: &mut [T], lower: &mut [T], sources: impl Fn(&Child<T>) -> &[u32] + Sync) {
+        if self.children.is_empty() {
+            return;
+        }
+        let add = |(j, upper, lower): (usize, &mut [T], &mut [T])| {
+            for child in &self.children {
+                let source = sources(child)[j];
+                if source != NONE {
+                    child.add_column(source as usize, upper, lower);
+                }
+            }
+        };
+        let mut lower = lower.chunks_exact_mut(self.beyond.max(1));
+        let columns = upper.chunks_exact_mut(self.rows.len()).enumerate();
+        let columns = columns.map(|(j, upper)| (j, upper, lower.next().unwrap_or_default()));
+        if self.children.iter().map(|c| c.contribution.values.len()).sum::<usize>() < WORTH_SHARING {
+            columns.for_each(add);
+        } else {
+            let columns: Vec<_> = columns.collect();
+            columns.into_par_iter().with_min_len(COLUMNS_PER_TASK).for_each(add);
+        }
+    }
+
+    /// The fast path: partial pivoting within F11, then a check of all multipliers. Fails if a pivot is too small.
+    fn eliminate_all(&mut self, buffers: &Buffers<T>) -> Result<(Front<T>, Contribution<T>), Rejected> {
+        let (p, r) = (self.rows.len(), self.beyond);
+        let (mut lu, mut lower) = self.summed_columns();
+        let mut order = vec![0u32; p];
+        dense::lu(MatMut::from_column_major_slice_mut(&mut lu, p, p), &mut order);
+        let mut pivots = (0..p).map(|i| lu[i + i * p].absolute().to_f64());
+        // Written so that NaN fails.
+        if !pivots.all(|pivot| pivot >= T::SMALLEST_PIVOT) {
+            return Err(Rejected);
+        }
+        let factors = MatRef::from_column_major_slice(&lu, p, p);
+        dense::solve_upper_right(factors, MatMut::from_column_major_slice_mut(&mut lower, r, p));
+        if dense::largest(&lower) > 1.0 / PIVOT_THRESHOLD {
+            return Err(Rejected);
+        }
+        let (mut f12, mut f22) = self.columns_beyond(buffers);
+        let mut upper = MatMut::from_column_major_slice_mut(&mut f12, p, r);
+        dense::permute_rows(upper.rb_mut(), &order);
+        dense::solve_unit_lower(factors, upper.rb_mut());
+        let schur = MatMut::from_column_major_slice_mut(&mut f22, r, r);
+        let multipliers = MatRef::from_column_major_slice(&lower, r, p);
+        dense::subtract_product(schur, multipliers, upper.as_ref());
+        let growth = dense::largest(&lu).max(dense::largest(&f12));
+        let front = Front {
+            pivot_rows: order.iter().map(|&i| self.rows[i as usize]).collect(),
+            pivot_columns: self.columns.clone(),
+            delayed_rows: Vec::new(),
+            delayed_columns: Vec::new(),
+            lu,
+            upper: f12,
+            lower,
+            growth,
+        };
+        Ok((front, Contribution { delayed_rows: Vec::new(), delayed_columns: Vec::new(), values: f22 }))
+    }
+
+    /// The careful path: threshold pivoting; what is rejected stays in the contribution.
+    fn eliminate_some(mut self, buffers: &Buffers<T>) -> (Front<T>, Contribution<T>, f64) {
+        let (p, r) = (self.rows.len(), self.beyond);
+        let (f11, f21) = self.summed_columns();
+        let mut stacked = Vec::with_capacity((p + r) * p);
+        for j in 0..p {
+            stacked.extend_from_slice(&f11[j * p..(j + 1) * p]);
+            stacked.extend_from_slice(&f21[j * r..(j + 1) * r]);
+        }
+        let done = pivoting::eliminate(stacked, p + r, p);
+        let (q, d) = (done.pivots, p - done.pivots);
+        let columns = MatRef::from_column_major_slice(&done.values, p + r, p);
+        let (mut f12, mut f22) = self.columns_beyond(buffers);
+        let mut f12 = MatMut::from_column_major_slice_mut(&mut f12, p, r);
+        let order: Vec<u32> = done.row_order.iter().map(|&i| i as u32).collect();
+        dense::permute_rows(f12.rb_mut(), &order);
+        let (mut upper, mut delayed) = f12.split_at_row_mut(q);
+        dense::solve_unit_lower(columns.submatrix(0, 0, q, q), upper.rb_mut());
+        dense::subtract_product(delayed.rb_mut(), columns.submatrix(q, 0, d, q), upper.as_ref());
+        let mut schur = MatMut::from_column_major_slice_mut(&mut f22, r, r);
+        dense::subtract_product(schur.rb_mut(), columns.submatrix(p, 0, r, q), upper.as_ref());
+        let (upper, delayed, schur) = (upper.as_ref(), delayed.as_ref(), schur.as_ref());
+        let lu = gather(q, q, |i, j| columns[(i, j)]);
+        let lower = gather(d + r, q, |i, j| columns[(q + i, j)]);
+        let upper = gather(q, d + r, |i, j| if j < d { columns[(i, q + j)] } else { upper[(i, j - d)] });
+        let values = gather(d + r, d + r, |i, j| match (i < d, j < d) {
+            (_, true) => columns[(q + i, q + j)],
+            (true, false) => delayed[(i, j - d)],
+            (false, false) => schur[(i - d, j - d)],
+        });
+        let rows: Vec<u32> = done.row_order.iter().map(|&i| self.rows[i]).collect();
+        let columns: Vec<u32> = done.column_order.iter().map(|&j| self.columns[j]).collect();
+        let growth = dense::largest(&lu).max(dense::largest(&upper));
+        let front = Front {
+            pivot_rows: rows[..q].to_vec(),
+            pivot_columns: columns[..q].to_vec(),
+            delayed_rows: rows[q..].to_vec(),
+            delayed_columns: columns[q..].to_vec(),
+            lu,
+            upper,
+            lower,
+            growth,
+        };
+        buffers.put(f22);
+        let contribution =
+            Contribution { delayed_rows: rows[q..].to_vec(), delayed_columns: columns[q..].to_vec(), values };
+        (front, contribution, done.best_rejected)
+    }
+}
+
+impl<T: Scalar> Child<T> {
+    /// Finds the places in the parent `supernode`, which has `columns` fully summed columns with the delayed ones; those
+    /// of this child start at `delayed_at`.
+    fn new(
+        supernode: &Supernode,
+        child: &Supernode,
+        delayed_at: usize,
+        contribution: Contribution<T>,
+        columns: usize,
+    ) -> Self {
+        // Fully summed places first, then places beyond: both child lists keep this order.
+        let past = (supernode.first + supernode.pivots) as u32;
+        let inner = child.rows.partition_point(|&row| row < past);
+        let delayed = contribution.delayed_rows.len();
+        let mut summed: Vec<usize> = (delayed_at..delayed_at + delayed).collect();
+        summed.extend(child.rows[..inner].iter().map(|&row| row as usize - supernode.first));
+        let mut beyond = Vec::with_capacity(child.rows.len() - inner);
+        let mut at = match child.rows.get(inner) {
+            Some(&row) => local(supernode, row) as usize - supernode.pivots,
+            None => 0,
+        };
+        for &row in &child.rows[inner..] {
+            while supernode.rows[at] != row {
+                at += 1;
+            }
+            beyond.push(at);
+        }
+        Self {
+            contribution,
+            summed: summed.len(),
+            size: summed.len() + beyond.len(),
+            summed_sources: sources(&summed, 0, columns),
+            beyond_sources: sources(&beyond, summed.len(), supernode.rows.len()),
+            summed_runs: runs(&summed),
+            beyond_runs: runs(&beyond),
+        }
+    }
+
+    /// Adds column `source` to the fully summed rows and the rows beyond of a column of the parent.
+    #[inline]
+    fn add_column(&self, source: usize, upper: &mut [T], lower: &mut [T]) {
+        let column = &self.contribution.values[source * self.size..(source + 1) * self.size];
+        let (summed, beyond) = column.split_at(self.summed);
+        add_runs(&self.summed_runs, summed, upper);
+        add_runs(&self.beyond_runs, beyond, lower);
+    }
+}
+
+#[inline]
+fn add_runs<T: Scalar>(runs: &[Run], values: &[T], target: &mut [T]) {
+    for run in runs {
+        let target = &mut target[run.to..run.to + run.length];
+        let values = &values[run.from..run.from + run.length];
+        target.iter_mut().zip(values).for_each(|(entry, value)| *entry += *value);
+    }
+}
+
+/// Index of each of `count` places in `places`, counted from `first`.
+fn sources(places: &[usize], first: usize, count: usize) -> Vec<u32> {
+    let mut sources = vec![NONE; count];
+    for (i, &place) in places.iter().enumerate() {
+        sources[place] = (first + i) as u32;
+    }
+    sources
+}
+
+fn runs(places: &[usize]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (from, &to) in places.iter().enumerate() {
+        match runs.last_mut() {
+            Some(run) if run.to + run.length == to => run.length += 1,
+            _ => runs.push(Run { from, to, length: 1 }),
+        }
+    }
+    runs
+}
+
+/// Written at once: memory that is read before it is written would be mapped twice.
+fn zeros<T: Scalar>(length: usize) -> Vec<T> {
+    let mut values = Vec::with_capacity(length);
+    values.resize(length, T::ZERO);
+    values
+}
+
+/// Column-major matrix of the given entries.
+fn gather<T>(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> T) -> Vec<T> {
+    let mut values = Vec::with_capacity(rows * columns);
+    for j in 0..columns {
+        values.extend((0..rows).map(|i| entry(i, j)));
+    }
+    values
+}

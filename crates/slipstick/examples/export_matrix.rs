@@ -1,0 +1,134 @@
+//! Writes the tangent of a converged contact step, to compare linear solvers on real matrices.
+//!
+//! ```text
+//! cargo run --release -p slipstick --example export_matrix -- 33000 contact33.bin
+//! ```
+//!
+//! Two blocks with non-matching meshes, pressed together and slid with friction; Lagrange multipliers, so that the
+//! matrix is a saddle point. Stiffness varies over three decades in a smooth pattern of solid and void, as in a topology
+//! optimization; the layers next to the interface are solid. The first argument is the number of unknowns to reach.
+//!
+//! The file holds little-endian numbers without gaps: n and the number of entries (u64), row offsets (n + 1 u64),
+//! columns (u32), elimination groups (n u32), values (f64). `crates/linalg/examples/factor.rs` and
+//! `crates/linalg/benches/compare_pardiso.py` read it.
+
+use std::error::Error;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::time::Instant;
+
+use slipstick::build::{Problem, build};
+use slipstick::case::parse_case;
+use slipstick_linalg::{CsrMatrix, Precision, Reduction, SolverChoice};
+use slipstick_path::{LinearSystem, Silent, StepProblem};
+
+/// Height of each block; both are about 2 × 2 wide.
+const HEIGHT: f64 = 0.5;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let (Some(unknowns), Some(file)) = (arguments.next(), arguments.next()) else {
+        return Err("arguments: number of unknowns, file to write".into());
+    };
+    let unknowns: usize = unknowns.parse().map_err(|_| "the number of unknowns must be a whole number")?;
+    let edge = (6..).find(|&m| count(m) >= unknowns).ok_or("no mesh of that size")?;
+    let case = parse_case(&case(edge), "blocks.toml")?.case;
+    let mut problem = build(&case)?;
+    let start = Instant::now();
+    let matrix = converged_tangent(&mut problem)?;
+    let seconds = start.elapsed().as_secs_f64();
+    write(&matrix, &file)?;
+    println!("{file}: {} unknowns, {} entries, made in {seconds:.1} s", matrix.n(), matrix.values.len());
+    Ok(())
+}
+
+/// Layers of elements of a block with `m` elements along an edge.
+fn layers(m: usize) -> usize {
+    m.div_ceil(4)
+}
+
+/// Free unknowns for `m` elements along the edge of the lower block and m − 2 along that of the upper one, whose nodes
+/// at the interface carry multipliers.
+fn count(m: usize) -> usize {
+    let (lower, upper) = ((m + 1) * (m + 1), (m - 1) * (m - 1));
+    3 * (lower * layers(m) + upper * layers(m - 2) + upper)
+}
+
+fn case(m: usize) -> String {
+    let (k, l) = (m - 2, layers(m - 2));
+    let material = "{ neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    format!(
+        r#"
+[[body]]
+name = "lower"
+box = {{ min = [0.0, 0.0, 0.0], max = [2.0, {HEIGHT}, 2.0], elements = [{m}, {layers}, {m}] }}
+material = {material}
+
+[[body]]
+name = "upper"
+box = {{ min = [0.1, {HEIGHT}, 0.1], max = [1.85, {top}, 1.85], elements = [{k}, {l}, {k}] }}
+material = {material}
+
+[[contact]]
+slave = "upper_ymin"
+master = "lower_ymax"
+friction = 0.2
+enforcement = {{ lagrange = {{}} }}
+
+[[dirichlet]]
+set = "lower_ymin"
+
+[[dirichlet]]
+set = "upper_ymax"
+motion = [{{ t = 0.5, u = [0.0, -0.005, 0.0] }}, {{ t = 1.0, u = [0.003, -0.006, 0.001] }}]
+
+[load_path]
+steps = 2
+
+[design]
+bodies = ["lower", "upper"]
+initial = 1.0
+simp = {{ p = 3.0, min = 1e-3 }}
+"#,
+        layers = layers(m),
+        top = 2.0 * HEIGHT,
+    )
+}
+
+/// Marches with smooth void and solid regions and returns the free part of the tangent at the end.
+fn converged_tangent(problem: &mut Problem) -> Result<CsrMatrix, Box<dyn Error>> {
+    let layer = HEIGHT / 4.0;
+    let density: Vec<f64> = problem
+        .mesh
+        .centroids()
+        .iter()
+        .map(|[x, y, z]| {
+            if (y - HEIGHT).abs() < layer {
+                return 1.0;
+            }
+            let wave = (9.0 * x + 1.0).sin() * (7.0 * y).cos() + (8.0 * z).sin() * (5.0 * x + 6.0 * y).cos();
+            0.5 * (1.0 + (3.0 * wave).tanh())
+        })
+        .collect();
+    problem.analysis.linear = LinearSystem::new(SolverChoice::Multifrontal { precision: Precision::F32 });
+    let forward = problem.analysis.forward(&density, &mut Silent)?;
+    let [.., previous, last] = forward.path.states.as_slice() else {
+        return Err("the path is empty".into());
+    };
+    let model = &mut problem.analysis.model;
+    model.begin_step(&previous.state, false)?;
+    let (fixed, groups) = (model.fixed().to_vec(), model.groups().to_vec());
+    let tangent = model.tangent(&last.state.unknowns)?;
+    Ok(Reduction::new(tangent.pattern(), &fixed, &groups).reduce(tangent))
+}
+
+fn write(a: &CsrMatrix, file: &str) -> std::io::Result<()> {
+    let mut out = BufWriter::new(File::create(file)?);
+    let mut long = |number: usize| out.write_all(&(number as u64).to_le_bytes());
+    long(a.n())?;
+    long(a.values.len())?;
+    a.pattern.row_offsets.iter().try_for_each(|&offset| long(offset))?;
+    a.pattern.columns.iter().chain(&a.pattern.groups).try_for_each(|number| out.write_all(&number.to_le_bytes()))?;
+    a.values.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
+    out.flush()
+}

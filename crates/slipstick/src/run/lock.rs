@@ -1,0 +1,38 @@
+//! One writer for a run's directory at a time.
+
+use std::fs::{File, TryLockError};
+use std::io;
+use std::path::Path;
+
+use super::RunError;
+
+/// The file whose lock says that a process writes to the directory.
+pub(super) const NAME: &str = "run.lock";
+
+/// The right to write to a run's directory, until it is dropped.
+///
+/// The operating system holds the lock, not the file: it ends with the process, however that ends, and a file that is
+/// left behind blocks nobody. The file stays, for whoever removes it may take it from under another process.
+#[derive(Debug)]
+pub(super) struct Lock {
+    _file: File,
+}
+
+impl Lock {
+    /// Takes the lock of a directory.
+    ///
+    /// # Errors
+    /// [`RunError::Locked`] if another process, or another holder in this one, has it; [`RunError::Directory`] if the
+    /// operating system refuses for another reason.
+    pub fn take(directory: &Path) -> Result<Self, RunError> {
+        let refused = |error: io::Error| RunError::cannot_write(directory, &error);
+        let file = File::options().create(true).append(true).open(directory.join(NAME)).map_err(refused)?;
+        match file.try_lock() {
+            Ok(()) => Ok(Self { _file: file }),
+            Err(TryLockError::WouldBlock) => Err(RunError::Locked { directory: directory.to_owned() }),
+            // Some file systems have no locks: there the user has to look out.
+            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(Self { _file: file }),
+            Err(TryLockError::Error(error)) => Err(refused(error)),
+        }
+    }
+}

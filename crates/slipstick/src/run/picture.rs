@@ -1,0 +1,309 @@
+//! A picture of what a run has written.
+
+use std::fs;
+use std::path::PathBuf;
+
+use slipstick_mesh::{Mesh, facet_area_vector};
+
+use super::{RunDirectory, RunError, read_density};
+use crate::case::Case;
+use crate::output::{StoredField, read_fields};
+use crate::render::{
+    Canvas, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, state_picture,
+};
+
+/// Which result is shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Shown {
+    /// The newest design, in its state at the end of the load path if that is there.
+    #[default]
+    Newest,
+    /// The design of an iteration, undeformed.
+    Iteration(usize),
+    /// The state at the end of a load step; 0 is the start.
+    Step(usize),
+}
+
+/// What is drawn, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PictureRequest {
+    /// Name of a field, or a word of its name that no other field has: `pressure` for `contact_pressure`.
+    pub field: String,
+    /// Which result.
+    pub shown: Shown,
+    /// Name of a view ([`View::names`]); `None` for one that sees the field.
+    pub view: Option<String>,
+    /// Factor on displacements; `None` for 1 where there are any.
+    pub displacement_factor: Option<f64>,
+    /// Elements whose density is not above it are left out.
+    pub threshold: f64,
+    /// Size and smoothness.
+    pub canvas: Canvas,
+}
+
+impl Default for PictureRequest {
+    /// The newest design's densities above 0.5.
+    fn default() -> Self {
+        Self {
+            field: "density".into(),
+            shown: Shown::Newest,
+            view: None,
+            displacement_factor: None,
+            threshold: 0.5,
+            canvas: Canvas::default(),
+        }
+    }
+}
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// A file of the run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The picture itself.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A field that the results do not have, or whose name says too little.
+    #[error("there is no field `{name}` in {}", .place.display())]
+    UnknownField {
+        /// As asked for.
+        name: String,
+        /// The file or directory that was looked at.
+        place: PathBuf,
+        /// The fields there are.
+        known: String,
+    },
+    /// A step or iteration without a file.
+    #[error("{} has no {what} {number}", .directory.display())]
+    NotWritten {
+        /// The directory.
+        directory: PathBuf,
+        /// `load step` or `iteration`.
+        what: &'static str,
+        /// As asked for.
+        number: usize,
+        /// The numbers there are.
+        known: String,
+    },
+    /// Displacements are asked for where there are none.
+    #[error("{} has no displacements of this design", .directory.display())]
+    NoDisplacement {
+        /// The directory.
+        directory: PathBuf,
+    },
+}
+
+impl PictureError {
+    /// What mends it, in words for the program's user.
+    pub fn cure(&self) -> String {
+        match self {
+            Self::Run(error) => error.cure(),
+            Self::Render(_) => "change the options of the picture".into(),
+            Self::UnknownField { known, .. } => format!("fields there are: {known}"),
+            Self::NotWritten { known, .. } => format!("there are: {known}"),
+            Self::NoDisplacement { .. } => "leave --deformed out, or analyse the design with `slipstick solve`".into(),
+        }
+    }
+}
+
+/// A result that can be drawn.
+struct Source {
+    /// Where it comes from.
+    place: PathBuf,
+    /// In words, for the caption.
+    what: String,
+    fields: Vec<StoredField>,
+}
+
+impl Source {
+    fn file(run: &RunDirectory, stem: &str, number: usize, what: String) -> Result<Self, PictureError> {
+        let place = run.file(&RunDirectory::numbered(stem, number));
+        let fields = read_fields(&place).map_err(RunError::from)?;
+        Ok(Self { place, what, fields })
+    }
+
+    fn values(&self, name: &str) -> Option<&[f64]> {
+        self.fields.iter().find(|field| field.name == name).map(|field| &field.values[..])
+    }
+
+    /// The field of this name, or the only one with this word in its name.
+    fn find(&self, name: &str) -> Option<&StoredField> {
+        let whole = self.fields.iter().find(|field| field.name == name);
+        let mut partly = self.fields.iter().filter(|field| field.name.split('_').any(|word| word == name));
+        whole.or_else(|| partly.next().filter(|_| partly.next().is_none()))
+    }
+}
+
+/// Draws a result of a run; `mesh` is that of its case.
+///
+/// Contact fields are drawn on the bodies that are slaves, seen from the side of the contact; densities and their
+/// derivatives on the design, the other bodies as glass; other fields on all bodies, vectors by their lengths.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn picture(
+    run: &RunDirectory,
+    case: &Case,
+    mesh: &Mesh,
+    request: &PictureRequest,
+) -> Result<Picture, PictureError> {
+    let sources = sources(run, mesh, request)?;
+    let Some((source, field)) = sources.iter().find_map(|s| Some((s, s.find(&request.field)?))) else {
+        let mut known: Vec<&str> = sources.iter().flat_map(|s| s.fields.iter().map(|f| f.name.as_str())).collect();
+        known.sort_unstable();
+        known.dedup();
+        let place = sources.first().map_or(run.path().to_owned(), |source| source.place.clone());
+        let place = if request.shown == Shown::Newest { run.path().to_owned() } else { place };
+        return Err(PictureError::UnknownField { name: request.field.clone(), place, known: known.join(", ") });
+    };
+    let displacement = source.values("displacement");
+    if displacement.is_none() && request.displacement_factor.is_some_and(|factor| factor != 0.0) {
+        return Err(PictureError::NoDisplacement { directory: run.path().to_owned() });
+    }
+    let solid = vec![1.0; mesh.hexes.len()];
+    let density = source.values("density").unwrap_or(&solid);
+    let options = options(case, mesh, request, source, field)?;
+    if field.name == "density" && displacement.is_none() {
+        return Ok(design_picture(mesh, density, request.threshold, &options)?);
+    }
+    let lengths: Vec<f64>;
+    let values = match field.components {
+        1 => &field.values,
+        n => {
+            lengths = field.values.chunks_exact(n).map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect();
+            &lengths
+        }
+    };
+    let values = if field.on_points { FieldValues::Nodes(values) } else { FieldValues::Elements(values) };
+    let title = field.name.replace('_', " ");
+    let still = vec![0.0; 3 * mesh.nodes.len()];
+    let field = Field { title: &title, values };
+    Ok(state_picture(mesh, displacement.unwrap_or(&still), density, request.threshold, &field, &options)?)
+}
+
+/// What may have the field, the first choice first.
+fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<Vec<Source>, PictureError> {
+    let (steps, iterations) = (numbers(run, "path")?, numbers(run, "design")?);
+    let pick = |stem, what, number, known: &[usize]| {
+        if known.contains(&number) {
+            return Ok(vec![Source::file(run, stem, number, format!("{what} {number}"))?]);
+        }
+        let known = if known.is_empty() { "none".into() } else { list(known) };
+        Err(PictureError::NotWritten { directory: run.path().to_owned(), what, number, known })
+    };
+    match request.shown {
+        Shown::Iteration(number) => return pick("design", "iteration", number, &iterations),
+        Shown::Step(number) => return pick("path", "load step", number, &steps),
+        Shown::Newest => {}
+    }
+    let table = run.file("design.csv");
+    if !table.is_file() && steps.is_empty() {
+        return Err(RunError::NoRun { directory: run.path().to_owned(), file: "design.csv" }.into());
+    }
+    let mut all = Vec::new();
+    if let Some(&last) = steps.last() {
+        all.push(Source::file(run, "path", last, format!("load step {last}"))?);
+    }
+    if table.is_file() {
+        let values = read_density(&table, mesh)?;
+        // A path that an earlier part of the run has left is not that of the newest design.
+        let other = all.first().is_none_or(|path| path.values("density") != Some(&values[..]));
+        if other {
+            let fields = vec![StoredField { name: "density".into(), on_points: false, components: 1, values }];
+            all.insert(0, Source { place: table, what: "newest design".into(), fields });
+        }
+    }
+    let gradient = run.file("gradient.vtu");
+    if gradient.is_file() {
+        let fields = read_fields(&gradient).map_err(RunError::from)?;
+        all.push(Source { place: gradient, what: "gradient".into(), fields });
+    }
+    // The last design has no derivative, which only an update needs; the one before it has.
+    for &number in iterations.iter().rev().take(2) {
+        all.push(Source::file(run, "design", number, format!("iteration {number}"))?);
+    }
+    Ok(all)
+}
+
+fn options(
+    case: &Case,
+    mesh: &Mesh,
+    request: &PictureRequest,
+    source: &Source,
+    field: &StoredField,
+) -> Result<RenderOptions, RenderError> {
+    let contact = field.on_points && field.name != "displacement";
+    let (bodies, others, natural) = if contact {
+        let (bodies, below) = slaves(case, mesh);
+        (Some(bodies), Style::Hidden, if below { "iso_below" } else { "iso" })
+    } else if field.on_points || field.name == "body" || field.name == "smallest_determinant" {
+        let all = mesh.bodies.iter().map(|body| body.name.clone()).collect();
+        (Some(all), Style::Hidden, "iso")
+    } else {
+        (None, RenderOptions::default().others, "iso")
+    };
+    let factor = request.displacement_factor.unwrap_or(1.0);
+    let deformed = match source.values("displacement") {
+        Some(_) if factor == 0.0 => ", undeformed".into(),
+        Some(_) if factor != 1.0 => format!(", displacements x {factor}"),
+        _ => String::new(),
+    };
+    Ok(RenderOptions {
+        canvas: request.canvas,
+        view: View::named(request.view.as_deref().unwrap_or(natural))?,
+        bodies,
+        others,
+        domain: !contact,
+        displacement_factor: factor,
+        caption: Some(format!("{}, density > {}{deformed}", source.what, request.threshold)),
+        ..RenderOptions::default()
+    })
+}
+
+/// Bodies with a slave surface, and whether these surfaces look down.
+fn slaves(case: &Case, mesh: &Mesh) -> (Vec<String>, bool) {
+    let (mut names, mut up) = (Vec::new(), 0.0);
+    for facet in case.contacts.iter().filter_map(|pair| mesh.surfaces.get(&pair.slave)).flat_map(|s| &s.facets) {
+        up += facet_area_vector(&mesh.facet_coordinates(facet))[1];
+        let body = mesh.body_of_element(facet.element as usize).map(|body| &mesh.bodies[body].name);
+        if let Some(body) = body.filter(|body| !names.contains(*body)) {
+            names.push(body.clone());
+        }
+    }
+    if names.is_empty() {
+        names = mesh.bodies.iter().map(|body| body.name.clone()).collect();
+    }
+    (names, up < 0.0)
+}
+
+/// Numbers of the numbered files of a kind, ascending.
+fn numbers(run: &RunDirectory, stem: &str) -> Result<Vec<usize>, RunError> {
+    let mut all = Vec::new();
+    for entry in fs::read_dir(run.path()).map_err(RunError::read(run.path()))? {
+        let name = entry.map_err(RunError::read(run.path()))?.file_name();
+        let digits = name.to_str().and_then(|name| name.strip_prefix(stem)?.strip_prefix('_')?.strip_suffix(".vtu"));
+        all.extend(digits.and_then(|digits| digits.parse::<usize>().ok()));
+    }
+    all.sort_unstable();
+    Ok(all)
+}
+
+/// Ascending numbers in words, neighbours together: `0 to 4, 6`.
+fn list(numbers: &[usize]) -> String {
+    let runs = numbers.chunk_by(|a, b| b - a == 1);
+    let words = runs.map(|run| match run {
+        [one] => one.to_string(),
+        [first, .., last] => format!("{first} to {last}"),
+        [] => String::new(),
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn numbers_are_listed_in_runs() {
+        assert_eq!(super::list(&[0, 1, 2, 5, 7, 8]), "0 to 2, 5, 7 to 8");
+    }
+}

@@ -1,0 +1,127 @@
+//! What difference quotients say about a derivative.
+
+use serde::Serialize;
+
+/// One difference quotient.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Quotient {
+    /// Step h.
+    pub step: f64,
+    /// Central difference.
+    pub difference: f64,
+    /// |difference − adjoint| / max(|adjoint|, noise-free size of the gradient in this direction).
+    pub relative_error: f64,
+    /// Round-off of the difference, as an estimate, over the same as the error.
+    pub round_off: f64,
+    /// |θ(φ+hv) − θ(φ) − h dθ/dφ·v|.
+    pub remainder: f64,
+    /// log₂ of the remainder's ratio to that of twice the step: 2 where θ is smooth.
+    pub order: Option<f64>,
+    /// Slave nodes that change status between φ − hv, φ and φ + hv, as (user step, global node), where θ's one-sided
+    /// differences disagree too; empty: no kink.
+    pub kink: Vec<(usize, u32)>,
+    /// Whether the three paths are cut back differently, and θ's one-sided differences disagree: then they are values of
+    /// different functions.
+    pub cut_back: bool,
+}
+
+impl Quotient {
+    /// Whether θ is one smooth function between the three densities.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.kink.is_empty() && !self.cut_back
+    }
+}
+
+/// What a direction says about the gradient.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// A difference agrees to the tolerance.
+    Right,
+    /// The differences agree to their round-off, which is larger than the tolerance.
+    NotResolvable,
+    /// No difference agrees.
+    Off,
+    /// θ kinks at every step.
+    Kink,
+    /// The paths of every step are cut back differently, or kink.
+    CutBack,
+}
+
+/// What the quotients of a direction say.
+pub(super) fn verdict(quotients: &[Quotient], best: Option<f64>, tolerance: f64) -> Verdict {
+    match best {
+        None if quotients.iter().any(|q| q.cut_back) => Verdict::CutBack,
+        None => Verdict::Kink,
+        Some(best) if best <= tolerance => Verdict::Right,
+        // A wrong gradient is off where the round-off is small, whatever the smallest steps seem to say.
+        Some(_) if agree_to_round_off(quotients) => Verdict::NotResolvable,
+        Some(_) => Verdict::Off,
+    }
+}
+
+/// Whether a difference agrees with the adjoint to its round-off, and none is off by more than that and its truncation,
+/// which the neighbouring step tells: it falls as the square of the step.
+fn agree_to_round_off(quotients: &[Quotient]) -> bool {
+    let smooth: Vec<&Quotient> = quotients.iter().filter(|q| q.is_smooth()).collect();
+    let agrees = |q: &&Quotient| q.relative_error <= q.round_off;
+    let explained = |i: usize| {
+        let q = smooth[i];
+        let truncation = smooth.get(i + 1).map_or(0.0, |next| {
+            let ratio = (q.step / next.step).powi(2);
+            ((q.relative_error - next.relative_error).abs() + next.round_off) * ratio / (ratio - 1.0)
+        });
+        q.relative_error <= q.round_off + truncation
+    };
+    smooth.iter().any(agrees) && (0..smooth.len()).all(explained)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quotients at halved steps with these relative errors and this round-off at the first.
+    fn quotients(errors: &[f64], round_off: f64) -> Vec<Quotient> {
+        let quotient = |(k, &relative_error): (usize, &f64)| Quotient {
+            step: 0.5f64.powi(k as i32),
+            difference: 0.0,
+            relative_error,
+            round_off: round_off * 2f64.powi(k as i32),
+            remainder: 0.0,
+            order: None,
+            kink: Vec::new(),
+            cut_back: false,
+        };
+        errors.iter().enumerate().map(quotient).collect()
+    }
+
+    fn of(quotients: &[Quotient]) -> Verdict {
+        let best = quotients.iter().filter(|q| q.is_smooth()).map(|q| q.relative_error).reduce(f64::min);
+        verdict(quotients, best, 1e-5)
+    }
+
+    /// What a direction must say, from how errors behave: truncation falls by 4, round-off doubles, a wrong gradient
+    /// stays.
+    #[test]
+    fn errors_are_told_from_round_off() {
+        assert_eq!(of(&quotients(&[1.6e-4, 4e-5, 1e-5, 2.5e-6], 1e-8)), Verdict::Right, "truncation, then right");
+        assert_eq!(of(&quotients(&[1.6e-2, 4e-3, 1e-3, 2.5e-4], 1e-8)), Verdict::Off, "truncation only");
+        assert_eq!(of(&quotients(&[5e-5, 3e-5, 9e-5, 4e-4], 1e-4)), Verdict::NotResolvable, "round-off only");
+        assert_eq!(of(&quotients(&[1.6e-2, 4e-3, 1.05e-3, 2.2e-4], 1e-4)), Verdict::NotResolvable, "down to round-off");
+        assert_eq!(of(&quotients(&[0.5, 0.5, 0.5, 0.5], 1e-4)), Verdict::Off, "wrong");
+        // The last difference agrees by chance, and to a round-off larger than itself.
+        assert_eq!(of(&quotients(&[0.5, 0.5, 0.51, 0.1], 0.05)), Verdict::Off, "wrong, as the large steps say");
+        assert_eq!(of(&quotients(&[f64::NAN], 1.0)), Verdict::Off, "no number is not right");
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_named() {
+        let mut kinks = quotients(&[0.1, 0.1], 1e-9);
+        kinks[0].kink = vec![(2, 7)];
+        kinks[1].cut_back = true;
+        assert_eq!(of(&kinks), Verdict::CutBack);
+        kinks[1] = kinks[0].clone();
+        assert_eq!(of(&kinks), Verdict::Kink);
+        assert_eq!(of(&[kinks[0].clone(), quotients(&[1e-7], 1e-9)[0].clone()]), Verdict::Right);
+    }
+}

@@ -1,0 +1,51 @@
+//! Assembly of 30 × 30 × 30 elements on one and two threads: `cargo bench -p slipstick-solid`.
+//!
+//! Throughput counts elements: 1 Melem/s is 1 µs per element.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use slipstick_linalg::{BlockMatrix, BlockPattern};
+use slipstick_mesh::{BoxShape, box_mesh};
+use slipstick_solid::{NeoHooke, SolidModel};
+use std::sync::Arc;
+
+const ELEMENTS: usize = 30;
+
+fn assembly(criterion: &mut Criterion) {
+    let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.0, 1.0], elements: [ELEMENTS; 3], grading: [1.2, 1.0, 1.0] };
+    let mesh = box_mesh("block", &shape).expect("a box");
+    let model = SolidModel::new(&mesh, vec![NeoHooke::new(1000.0, 0.3).expect("a law")]).expect("a model");
+    let unknowns = 3 * mesh.nodes.len();
+    let amplitude = 0.05 / ELEMENTS as f64;
+    let d: Vec<f64> = (0..unknowns).map(|i| amplitude * (i as f64 * 1.31).sin()).collect();
+    let direction: Vec<f64> = (0..unknowns).map(|i| (i as f64 * 0.31).sin()).collect();
+    let factors: Vec<f64> = (0..model.elements()).map(|e| 0.1 + 0.9 * (e as f64).sin().powi(2)).collect();
+    let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
+    let scatter = model.scatter(&pattern);
+    let mut matrix = BlockMatrix::new(pattern);
+    let (mut nodal, mut elemental) = (vec![0.0; unknowns], vec![0.0; model.elements()]);
+
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let mut group = criterion.benchmark_group(format!("{threads} threads"));
+        group.throughput(Throughput::Elements(model.elements() as u64));
+        group.bench_function("internal force", |b| {
+            b.iter(|| pool.install(|| model.internal_force(&d, &factors, &mut nodal)).expect("a state"));
+        });
+        group.bench_function("tangent", |b| {
+            b.iter(|| pool.install(|| model.add_tangent(&d, &factors, &scatter, &mut matrix)).expect("a state"));
+        });
+        group.bench_function("tangent product", |b| {
+            b.iter(|| {
+                let product = || model.add_tangent_product(&d, &factors, &direction, &mut nodal);
+                pool.install(product).expect("a state");
+            });
+        });
+        group.bench_function("pull back to factors", |b| {
+            b.iter(|| pool.install(|| model.pull_back_factors(&d, &direction, &mut elemental)).expect("a state"));
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, assembly);
+criterion_main!(benches);

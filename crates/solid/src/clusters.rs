@@ -1,0 +1,176 @@
+//! Elements in compact clusters, for assembly in parallel.
+//!
+//! What an element adds to a matrix is added where its neighbours have just added: a cluster finds its rows in the
+//! cache. Clusters of one colour share no node, so they can be assembled at the same time; colours follow one another.
+//! The order of all additions is that of the clusters, which depend on the mesh only: results are the same, bit for
+//! bit, for any number of threads.
+
+use rayon::prelude::*;
+use slipstick_mesh::Mesh;
+use std::marker::PhantomData;
+use std::ops::Range;
+
+/// Elements of a cluster, at most: the rows of its nodes fit in a cache of the second level.
+const LARGEST: usize = 256;
+/// And at least, so that taking a cluster up costs little.
+const SMALLEST: usize = 8;
+/// Clusters that leave something to do for many threads.
+const MANY: usize = 256;
+
+/// A numbering of the elements cluster by cluster, colour by colour.
+#[derive(Debug, Clone)]
+pub(crate) struct Clusters {
+    /// The mesh's numbers of the elements, in the order of the clusters.
+    pub order: Vec<u32>,
+    /// Ranges of `order`, by colour.
+    colours: Vec<Vec<Range<usize>>>,
+}
+
+/// Numbers that all elements add to.
+///
+/// Threads share it without locks, on the promise of [`Target::at`].
+pub(crate) struct Target<'a, T> {
+    first: *mut T,
+    len: usize,
+    lifetime: PhantomData<&'a mut [T]>,
+}
+
+// SAFETY: entries are reached through `Target::at` only, whose callers promise that no two threads reach one entry.
+unsafe impl<T: Send> Sync for Target<'_, T> {}
+
+impl<T> Target<'_, T> {
+    /// Entry `index`.
+    ///
+    /// # Safety
+    /// Within [`Clusters::assemble`], `index` must belong to a node, or a pair of nodes, of an element of the cluster
+    /// at hand; and the last reference must be gone.
+    ///
+    /// # Panics
+    /// If there is no such entry.
+    #[inline(always)]
+    #[allow(clippy::mut_from_ref)]
+    pub unsafe fn at(&self, index: usize) -> &mut T {
+        assert!(index < self.len, "entry {index} of {}", self.len);
+        // SAFETY: in range; not shared, by the promise of the caller.
+        unsafe { &mut *self.first.add(index) }
+    }
+}
+
+impl Clusters {
+    /// Clusters of the elements of a mesh.
+    pub fn new(mesh: &Mesh) -> Self {
+        let centres: Vec<[f64; 3]> = (0..mesh.hexes.len()).map(|e| mean(mesh.hex_coordinates(e).into_iter())).collect();
+        let largest = (mesh.hexes.len() / MANY).clamp(SMALLEST, LARGEST);
+        let mut elements: Vec<u32> = (0..mesh.hexes.len() as u32).collect();
+        let mut clusters = Vec::new();
+        bisect(&mut elements, &centres, largest, &mut clusters);
+        let (mut order, mut colours) = (Vec::with_capacity(mesh.hexes.len()), Vec::new());
+        for colour in colour(mesh, clusters) {
+            let ranges = colour.into_iter().map(|cluster| {
+                order.extend_from_slice(&cluster);
+                order.len() - cluster.len()..order.len()
+            });
+            colours.push(ranges.collect());
+        }
+        Self { order, colours }
+    }
+
+    /// Calls `work` for all clusters, in parallel within a colour. Returns the elements that it rejected.
+    ///
+    /// `work` is given a cluster as a range of [`Self::order`], the target, and a list for the mesh's numbers of the
+    /// elements that it rejects.
+    pub fn assemble<T: Send>(
+        &self,
+        target: &mut [T],
+        work: impl Fn(Range<usize>, &Target<'_, T>, &mut Vec<u32>) + Sync,
+    ) -> Vec<u32> {
+        let target = Target { first: target.as_mut_ptr(), len: target.len(), lifetime: PhantomData };
+        let mut rejected = Vec::new();
+        for colour in &self.colours {
+            rejected.par_extend(colour.par_iter().flat_map_iter(|cluster| {
+                let mut rejected = Vec::new();
+                work(cluster.clone(), &target, &mut rejected);
+                rejected
+            }));
+        }
+        rejected
+    }
+}
+
+/// Halves a set of elements across its longest extension until the parts are small.
+fn bisect(elements: &mut [u32], centres: &[[f64; 3]], largest: usize, out: &mut Vec<Vec<u32>>) {
+    if elements.len() <= largest {
+        elements.sort_unstable();
+        if !elements.is_empty() {
+            out.push(elements.to_vec());
+        }
+        return;
+    }
+    let extension = |axis: usize| {
+        let along = elements.iter().map(|&e| centres[e as usize][axis]);
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    let extensions = [extension(0), extension(1), extension(2)];
+    let axis = (0..3).max_by(|&a, &b| extensions[a].total_cmp(&extensions[b])).unwrap_or(0);
+    let half = elements.len() / 2;
+    // Equal coordinates are told apart by the element number: the halves do not depend on the algorithm.
+    elements.select_nth_unstable_by(half, |&a, &b| {
+        centres[a as usize][axis].total_cmp(&centres[b as usize][axis]).then(a.cmp(&b))
+    });
+    let (lower, upper) = elements.split_at_mut(half);
+    bisect(lower, centres, largest, out);
+    bisect(upper, centres, largest, out);
+}
+
+/// Gives each cluster the first colour that no cluster with a common node has.
+fn colour(mesh: &Mesh, clusters: Vec<Vec<u32>>) -> Vec<Vec<Vec<u32>>> {
+    // For each colour, the nodes where it occurs.
+    let mut taken: Vec<Vec<bool>> = Vec::new();
+    let mut colours: Vec<Vec<Vec<u32>>> = Vec::new();
+    for cluster in clusters {
+        let nodes = || cluster.iter().flat_map(|&e| mesh.hexes[e as usize]).map(|n| n as usize);
+        let colour = taken.iter().position(|taken| !nodes().any(|n| taken[n])).unwrap_or(taken.len());
+        if colour == taken.len() {
+            taken.push(vec![false; mesh.nodes.len()]);
+            colours.push(Vec::new());
+        }
+        nodes().for_each(|n| taken[colour][n] = true);
+        colours[colour].push(cluster);
+    }
+    colours
+}
+
+fn mean(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [f64; 3] {
+    let scale = 1.0 / points.len() as f64;
+    points.fold([0.0; 3], |sum, x| std::array::from_fn(|c| sum[c] + scale * x[c]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipstick_mesh::{BoxShape, box_mesh};
+
+    #[test]
+    fn clusters_hold_every_element_once_and_share_no_node_in_a_colour() {
+        for elements in [[1, 1, 1], [17, 9, 11], [200, 3, 2]] {
+            let shape = BoxShape { min: [0.0; 3], max: [3.0, 2.0, 1.0], elements, grading: [1.0; 3] };
+            let mesh = box_mesh("block", &shape).unwrap();
+            let clusters = Clusters::new(&mesh);
+            let mut seen = vec![0; mesh.hexes.len()];
+            for colour in &clusters.colours {
+                let mut owner = vec![None; mesh.nodes.len()];
+                for (c, cluster) in colour.iter().enumerate() {
+                    assert!(!cluster.is_empty());
+                    for &e in &clusters.order[cluster.clone()] {
+                        seen[e as usize] += 1;
+                        for n in mesh.hexes[e as usize] {
+                            assert_eq!(*owner[n as usize].get_or_insert(c), c);
+                        }
+                    }
+                }
+            }
+            assert!(seen.iter().all(|&n| n == 1));
+            assert!(clusters.colours.len() < 20, "{} colours", clusters.colours.len());
+        }
+    }
+}
