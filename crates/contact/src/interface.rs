@@ -29,6 +29,17 @@ pub enum InterfaceError {
         /// Global node number.
         node: u32,
     },
+    /// A slave facet, or a master facet close to one, is so distorted that its projection is folded.
+    #[error("the facet of nodes {} is folded where surfaces may touch", list(.nodes))]
+    FoldedFacet {
+        /// Global node numbers of the facet.
+        nodes: [u32; 4],
+    },
+}
+
+fn list(nodes: &[u32; 4]) -> String {
+    let [a, b, c, d] = nodes;
+    format!("{a}, {b}, {c} and {d}")
 }
 
 /// A slave node and the slave facets around it.
@@ -116,7 +127,7 @@ impl ContactInterface {
     /// The result depends on `x` alone, not on earlier evaluations nor on the number of threads.
     ///
     /// # Errors
-    /// [`InterfaceError::Folded`] where the averaged normal vanishes.
+    /// [`InterfaceError::Folded`] where the averaged normal vanishes, [`InterfaceError::FoldedFacet`].
     pub fn evaluate(
         &mut self,
         x: &[f64],
@@ -127,15 +138,20 @@ impl ContactInterface {
         let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
         let Self { slave_facets, master_facets, shape, rule, reach, tree, couplings, .. } = self;
         let (tree, rule, masters) = (&*tree, &*rule, &*master_facets);
-        couplings.par_iter_mut().zip(&*slave_facets).for_each_init(Vec::new, |hits, (coupling, facet)| {
+        let folded = couplings.par_iter_mut().zip(&*slave_facets).map_init(Vec::new, |hits, (coupling, facet)| {
             let (centre, radius) = sphere(facet, x);
             // encloses every master facet that FacetCoupling may accept
             let margin = *reach + radius + 2.0 * largest;
             hits.clear();
             tree.query(centre.map(|c| c - margin), centre.map(|c| c + margin), hits);
             let candidates = hits.iter().map(|&h| masters[h as usize]);
-            coupling.evaluate(facet, candidates, x, rule, *shape, *reach, with_gradient);
+            coupling.evaluate(facet, candidates, x, rule, *shape, *reach, with_gradient)
         });
+        // the first in the order of the facets, whichever thread comes first
+        let folded: Vec<[u32; 4]> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
+        if let Some(&nodes) = folded.first() {
+            return Err(InterfaceError::FoldedFacet { nodes });
+        }
         out.resize_with(self.slave_nodes.len(), NodeKinematics::default);
         let couplings = &self.couplings;
         let folded = out

@@ -3,7 +3,7 @@
 use crate::newton::IterationRecord;
 
 /// A trial state at which the equations cannot be evaluated. It is a failed Newton step, never a number that travels on.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StateError {
     /// Elements with J ≤ 0 at a Gauss point.
     #[error("{} inverted element{} (first: {})", elements.len(), if elements.len() == 1 { "" } else { "s" }, elements[0])]
@@ -16,6 +16,22 @@ pub enum StateError {
     FoldedSurface {
         /// Global node number.
         node: u32,
+    },
+    /// A contact facet is so distorted that its projection on the other surface is folded.
+    #[error("the contact facet of nodes {nodes:?} is folded")]
+    FoldedFacet {
+        /// Global node numbers of the facet.
+        nodes: [u32; 4],
+    },
+    /// Surfaces moved through each other further than contact is searched for, in one (sub-)step.
+    #[error("slave node {node} moved {depth:.3e} through the other surface, beyond the search radius {reach:.3e}")]
+    PassedThrough {
+        /// Global node number of the deepest.
+        node: u32,
+        /// How far it lies behind where the other surface would be.
+        depth: f64,
+        /// The search radius.
+        reach: f64,
     },
     /// A residual or an increment is NaN or infinite.
     #[error("{quantity} is not finite at unknown {index}")]

@@ -212,6 +212,7 @@ fn attempt(
         match result {
             Ok((y, report)) => {
                 problem.vary_iteration(0);
+                problem.accept(&y).map_err(as_failure)?;
                 let mut history = Vec::new();
                 problem.advance_history(&y, &mut history).map_err(as_failure)?;
                 let factors = match options.keep {

@@ -96,6 +96,16 @@ pub trait StepProblem {
     /// Status of every contact node (0 open, 1 stick, 2 slip) at the last [`residual`](Self::residual).
     fn active_set(&self) -> &[u8];
 
+    /// Asked once for a converged state, before it is accepted: whether the step to it was small enough for the equations
+    /// to have seen everything on the way.
+    ///
+    /// # Errors
+    /// If it was not; the increment is then cut back.
+    fn accept(&mut self, y: &[f64]) -> Result<(), StateError> {
+        let _ = y;
+        Ok(())
+    }
+
     /// h = G(y).
     ///
     /// # Errors

@@ -3,9 +3,9 @@
 use crate::analysis::Analysis;
 use crate::case::{self, Case};
 use crate::model::prescribed::Prescribed;
-use crate::model::{ContactModel, GivenStiffness, Method, ModelInterface};
+use crate::model::{ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Method, ModelInterface};
 use slipstick_contact::ContactInterface;
-use slipstick_contact::enforcement::regularised::StiffnessScaling;
+use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_linalg::SolverChoice;
@@ -281,50 +281,22 @@ fn build_method(case: &Case) -> Result<Method, BuildError> {
             "give all pairs the same enforcement",
         ));
     }
-    let settings = |e: case::Enforcement| match e {
+    // what iterates over all pairs at once cannot differ between them
+    let settings = |e: &case::Enforcement| match *e {
         case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. } => {
-            case::Enforcement::Augmented {
-                stiffness: None,
-                scaling: case::PenaltyScaling::Area,
-                tolerance,
-                tolerance_scaling,
-                max_uzawa,
-                acceleration,
-            }
+            Some((tolerance, tolerance_scaling, max_uzawa, acceleration))
         }
-        case::Enforcement::Penalty { .. } => {
-            case::Enforcement::Penalty { stiffness: None, scaling: case::PenaltyScaling::Area }
-        }
-        lagrange => lagrange,
+        _ => None,
     };
-    if let Some(i) = (1..case.contacts.len())
-        .find(|&i| settings(case.contacts[i].enforcement) != settings(case.contacts[0].enforcement))
-    {
+    let first = case.contacts.first().and_then(|contact| settings(&contact.enforcement));
+    if let Some(i) = case.contacts.iter().position(|contact| settings(&contact.enforcement) != first) {
         let path = format!("contact[{i}].enforcement");
         let message = "the settings of the iteration differ from those of the first contact pair";
         return Err(BuildError::new(path, message, "give all pairs the same; stiffness and its scaling may differ"));
     }
-    let given = |stiffness: Option<case::Stiffness>, scaling| GivenStiffness {
-        value: stiffness.map(|s| [s.normal, s.tangential]),
-        scaling: match scaling {
-            case::PenaltyScaling::Area => StiffnessScaling::Area,
-            case::PenaltyScaling::Weighted => StiffnessScaling::Weighted,
-        },
-    };
-    let stiffness: Vec<GivenStiffness> = case
-        .contacts
-        .iter()
-        .filter_map(|contact| match contact.enforcement {
-            case::Enforcement::Penalty { stiffness, scaling } => Some(given(stiffness, scaling)),
-            case::Enforcement::Augmented { stiffness, scaling, .. } => Some(given(stiffness, scaling)),
-            case::Enforcement::Lagrange { .. } => None,
-        })
-        .collect();
+    let stiffness: Vec<GivenStiffness> = case.contacts.iter().map(|contact| given(&contact.enforcement)).collect();
     Ok(match case.contacts.first().map(|c| c.enforcement) {
-        None => Method::Lagrange { complementarity: 5.0 },
-        Some(case::Enforcement::Lagrange { complementarity_parameter }) => {
-            Method::Lagrange { complementarity: complementarity_parameter }
-        }
+        None | Some(case::Enforcement::Lagrange { .. }) => Method::Lagrange { stiffness },
         Some(case::Enforcement::Penalty { .. }) => Method::Penalty { stiffness },
         Some(case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. }) => {
             Method::Augmented {
@@ -334,6 +306,26 @@ fn build_method(case: &Case) -> Result<Method, BuildError> {
             }
         }
     })
+}
+
+/// The stiffness of a contact pair, or the default of its method.
+fn given(enforcement: &case::Enforcement) -> GivenStiffness {
+    let (stiffness, scaling, factor) = match *enforcement {
+        case::Enforcement::Lagrange { stiffness, scaling, complementarity_parameter } => {
+            (stiffness, scaling, complementarity_parameter.unwrap_or(DEFAULT_COMPLEMENTARITY))
+        }
+        case::Enforcement::Penalty { stiffness, scaling } | case::Enforcement::Augmented { stiffness, scaling, .. } => {
+            (stiffness, scaling, DEFAULT_STIFFNESS)
+        }
+    };
+    let scaling = match scaling {
+        case::PenaltyScaling::Area => StiffnessScaling::Area,
+        case::PenaltyScaling::Weighted => StiffnessScaling::Weighted,
+    };
+    match stiffness {
+        None => GivenStiffness::Relative { factor, scaling },
+        Some(s) => GivenStiffness::Absolute(Stiffness { normal: s.normal, tangential: s.tangential, scaling }),
+    }
 }
 
 fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, BuildError> {

@@ -99,6 +99,14 @@ pub struct Optimization {
     pub state: OptimizationState,
 }
 
+/// A design whose path could be marched.
+struct Marched {
+    x: Vec<f64>,
+    density: Vec<f64>,
+    forward: Forward,
+    halvings: usize,
+}
+
 /// How often an update is halved when the path of the new design cannot be marched.
 const MAX_HALVINGS: usize = 3;
 
@@ -225,12 +233,11 @@ impl Optimization {
     /// # Errors
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
     pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
-        let (forward, halvings) = self.march_or_step_back(observer)?;
-        let density = self.density();
+        let Marched { x, density, forward, halvings } = self.march_or_step_back(observer)?;
         let domain: Vec<f64> = self.variables.domain().iter().map(|&e| density[e as usize]).collect();
         let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
         record.halvings = halvings;
-        let mut next = self.state.clone();
+        let mut next = OptimizationState { x, ..self.state.clone() };
         let mut derivative = None;
         if !self.done() {
             let gradient = self.problem.analysis.gradient(&forward)?;
@@ -246,15 +253,17 @@ impl Optimization {
         Ok(forward)
     }
 
-    fn march_or_step_back(&mut self, observer: &mut dyn MarchObserver) -> Result<(Forward, usize), OptimizeError> {
+    /// Marches with the variables of the state, or with half of their last update where that fails.
+    fn march_or_step_back(&mut self, observer: &mut dyn MarchObserver) -> Result<Marched, OptimizeError> {
+        let mut x = self.state.x.clone();
         let mut halvings = 0;
         loop {
-            let density = self.density();
+            let density = self.variables.apply(&x);
             let failure = match self.problem.analysis.forward(&density, observer) {
                 Ok(forward) if forward.path.steps < self.problem.analysis.times.len() => {
                     return Err(OptimizeError::Interrupted);
                 }
-                Ok(forward) => return Ok((forward, halvings)),
+                Ok(forward) => return Ok(Marched { x, density, forward, halvings }),
                 Err(failure) => failure,
             };
             let back = match (&failure, &self.state.x_before) {
@@ -262,7 +271,7 @@ impl Optimization {
                 _ => return Err(failure.into()),
             };
             halvings += 1;
-            self.state.x = self.state.x.iter().zip(back).map(|(x, b)| 0.5 * (x + b)).collect();
+            x.iter_mut().zip(back).for_each(|(x, b)| *x = 0.5 * (*x + b));
         }
     }
 

@@ -42,7 +42,7 @@ fn values_and_defaults_are_as_documented() {
     assert_eq!(case.bodies[1].shape, Shape::HalfBall { radius: 1.2, elements: [10, 2, 1] });
     assert_eq!(case.bodies[1].place.translate, [-0.5, 1.2, -0.25]);
     assert_eq!(case.bodies[0].material, Material::NeoHooke { youngs_modulus: 1000.0, poisson_ratio: 0.3 });
-    assert_eq!(case.contacts[0].enforcement, Enforcement::Lagrange { complementarity_parameter: 5.0 });
+    assert_eq!(case.contacts[0].enforcement, lagrange(Some(5.0), None, PenaltyScaling::Area));
     assert_eq!(case.dirichlet[0].components, [Component::X, Component::Y, Component::Z]);
     assert!(case.dirichlet[0].motion.is_empty());
     assert_eq!((case.load_path.max_newton_iterations, case.load_path.max_cutbacks), (25, 8));
@@ -62,6 +62,10 @@ fn values_and_defaults_are_as_documented() {
     assert_eq!(minimal.solver, Solver { linear: LinearSolverChoice::Auto, threads: None });
 }
 
+fn lagrange(factor: Option<f64>, stiffness: Option<Stiffness>, scaling: PenaltyScaling) -> Enforcement {
+    Enforcement::Lagrange { complementarity_parameter: factor, stiffness, scaling }
+}
+
 #[test]
 fn all_enforcements_and_shapes_are_read() {
     let text = template("cube-on-cuboid").expect("a template").text;
@@ -70,6 +74,13 @@ fn all_enforcements_and_shapes_are_read() {
         parse(&text).case.contacts[0].enforcement
     };
     let both = |value| Some(Stiffness { normal: value, tangential: value });
+    let paper = "{ lagrange = { stiffness = { normal = 2.0, tangential = 1.0 }, scaling = \"weighted\" } }";
+    let c = Some(Stiffness { normal: 2.0, tangential: 1.0 });
+    assert_eq!(with(paper), lagrange(None, c, PenaltyScaling::Weighted));
+    assert_eq!(
+        with("{ lagrange = { complementarity_parameter = 3 } }"),
+        lagrange(Some(3.0), None, PenaltyScaling::Area)
+    );
     assert_eq!(with("{ penalty = {} }"), Enforcement::Penalty { stiffness: None, scaling: PenaltyScaling::Area });
     assert_eq!(
         with("{ penalty = { stiffness = 1000, scaling = \"weighted\" } }"),

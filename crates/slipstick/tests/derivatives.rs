@@ -7,20 +7,23 @@ use common::scene::*;
 use common::*;
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
 use slipstick::build::Problem;
-use slipstick_contact::enforcement::NodeMeasures;
 use slipstick_contact::enforcement::lagrange::complementarity;
-use slipstick_path::{PreviousPullBack, StepProblem, StepState};
+use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling};
+use slipstick_path::{PreviousPullBack, StateError, StepProblem, StepState};
 
 const FRICTION: f64 = 0.4;
 /// Relative to the largest entry of the derivative.
 const BOUND: f64 = 1e-8;
+/// c_t/c_n where a case gives them.
+const RATIO: f64 = 0.125;
 
 fn variants() -> Vec<(String, String, &'static str)> {
+    let lagrange = "{ lagrange = { stiffness = { normal = 4e3, tangential = 5e2 } } }";
     let area = "{ penalty = { stiffness = { normal = 4e3, tangential = 5e2 } } }";
     let weighted = "{ penalty = { stiffness = { normal = 3e4, tangential = 4e3 }, scaling = \"weighted\" } }";
-    let augmented = "{ augmented = { stiffness = { normal = 3e3, tangential = 4e2 } } }";
+    let augmented = "{ augmented = { stiffness = { normal = 3.2e3, tangential = 4e2 } } }";
     let methods = [
-        ("Lagrange", LAGRANGE.to_string()),
+        ("Lagrange", lagrange.to_string()),
         ("penalty over area", area.into()),
         ("penalty weighted", weighted.into()),
         ("augmented", augmented.into()),
@@ -119,7 +122,7 @@ impl Generic {
         self.problem.analysis.model.begin_step(previous, true).unwrap();
     }
 
-    /// The parameter c of every active node, from C_n = c g̃.
+    /// The parameter c_n of every active node, from C_n = c_n g̃.
     fn parameters(&mut self) -> Vec<f64> {
         let y = self.y.clone();
         let out = self.residual(&y);
@@ -147,7 +150,12 @@ impl Generic {
                 reference_area: c.area,
             };
             let zeta = Vector3::from_column_slice(&y[split + 3 * j..][..3]);
-            let value = complementarity(zeta, &at, FRICTION, parameters[j]).value;
+            let c = Stiffness {
+                normal: parameters[j],
+                tangential: RATIO * parameters[j],
+                scaling: StiffnessScaling::Weighted,
+            };
+            let value = complementarity(zeta, &at, FRICTION, &c).value;
             out[split + 3 * j..][..3].copy_from_slice(value.as_slice());
         }
         out
@@ -339,5 +347,30 @@ fn sticking_traction_is_kept_under_rotation() {
                 }
             }
         }
+    }
+}
+
+/// A block that a step moves as a whole: down through the slab beyond the search radius, or sideways off its edge.
+#[test]
+fn a_step_beyond_the_search_radius_is_refused() {
+    let mut problem = problem(&Scene::default().text());
+    let block = problem.mesh.bodies[1].nodes.clone();
+    let model = &mut problem.analysis.model;
+    let reach = model.interfaces()[0].interface.reach();
+    model.begin_step(&model.rest(), false).unwrap();
+    let mut after = |u: [f64; 3]| {
+        let mut y = model.rest().unknowns;
+        block.clone().for_each(|n| y[3 * n..3 * n + 3].copy_from_slice(&u));
+        model.accept(&y)
+    };
+    assert_eq!(after([0.0, -0.5 * reach, 0.0]), Ok(()));
+    assert_eq!(after([10.0 * reach, 0.0, 0.0]), Ok(()));
+    let through = -(1.2 + 2.0 * reach);
+    match after([0.0, through, 0.0]) {
+        Err(StateError::PassedThrough { depth, reach: searched, .. }) => {
+            assert!((depth + through).abs() < 1e-12 * depth, "{depth}");
+            assert_eq!(searched, reach);
+        }
+        other => panic!("{other:?}"),
     }
 }

@@ -86,7 +86,7 @@ fn gradient_opening_and_closing_again() {
 /// stick and slip.
 #[test]
 fn gradient_of_a_rocking_block_over_the_edge() {
-    for (method, enforcement) in methods().into_iter().take(2) {
+    for (method, enforcement) in methods() {
         for shape in ["standard", "dual"] {
             let scene = Scene {
                 slab: [3, 1, 2],
@@ -190,7 +190,7 @@ contact_force = {{ steps = [6, 10] }}
 /// too much for one increment.
 #[test]
 fn gradient_through_sub_steps() {
-    for (method, enforcement) in methods().into_iter().take(2) {
+    for (method, enforcement) in methods() {
         let crushed = |depth: f64| {
             let motion = format!(
                 "[{{ t = 0.2, u = [0.02, -0.05, 0] }}, {{ t = 0.3, u = [0.3, -{depth:?}, 0.1] }}, {{ t = 1.0, u = [0.4, -{depth:?}, 0.2] }}]"

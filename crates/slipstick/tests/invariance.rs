@@ -93,6 +93,28 @@ fn units_change_nothing() {
     }
 }
 
+/// c_n and c_t in units, per area and as the paper's factors of weighted measures (an interior node's tributary area here
+/// is 0.16): the iteration is another, the solution and its gradient are not.
+#[test]
+fn complementarity_parameters_change_the_iteration_only() {
+    let at = |enforcement: &str| run(&Scene { load_path: Scene::default().load_path, ..scene(enforcement) });
+    let (base, gradient) = at(LAGRANGE);
+    let mut iterations = vec![base.path.newton_iterations()];
+    for c in [
+        "complementarity_parameter = 50",
+        "stiffness = 2000",
+        "stiffness = { normal = 5e4, tangential = 1e3 }",
+        "stiffness = { normal = 2e3, tangential = 3e4 }, scaling = \"weighted\"",
+    ] {
+        let (other, other_gradient) = at(&format!("{{ lagrange = {{ {c} }} }}"));
+        let (value, slope) = (other.value / base.value - 1.0, deviation(&other_gradient, &gradient));
+        println!("{c}: theta {value:.1e}, gradient {slope:.1e}, {} Newton", other.path.newton_iterations());
+        assert!(value.abs() < 1e-11 && slope < 1e-10, "{c}: {value:e} {slope:e}");
+        iterations.push(other.path.newton_iterations());
+    }
+    assert!(iterations.iter().any(|n| *n != iterations[0]), "the parameters are not taken: {iterations:?}");
+}
+
 /// θ and gradient do not depend on the number of threads, bit for bit.
 #[test]
 fn threads_change_no_bit() {

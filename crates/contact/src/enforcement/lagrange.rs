@@ -1,13 +1,13 @@
 //! Complementarity of the Lagrange multiplier method, in projected form.
 //!
 //! ```text
-//! C = ζ − P(ζ_n − c g̃, ζ_τ + c ũ_τ),      P(p, t) = (max(0, p), Coulomb return map of t at p)
+//! C = ζ − P(ζ_n − c_n g̃, ζ_τ + c_t ũ_τ),    P(p, t) = (max(0, p), Coulomb return map of t at p)
 //! ```
 //!
 //! has the same roots as (25), (26), the same active sets, the same adjoint, and converges more often. In the paper's
 //! product form the tangential rows are `max(μ p, ‖t‖)` times the ones here.
 
-use super::NodeMeasures;
+use super::{NodeMeasures, Stiffness};
 use crate::friction::{Status, return_map};
 use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
 
@@ -28,12 +28,17 @@ pub struct Complementarity {
 
 /// Evaluates C for one node.
 ///
-/// `parameter` is c > 0 in F/L⁵ (both normal and tangential); the solution does not depend on it, and neither does the
-/// adjoint, so it is not differentiated. Uncovered nodes are inactive: C = ζ.
+/// `stiffness` is c_n and c_t > 0; the solution does not depend on them, and neither does the adjoint, so they are not
+/// differentiated, nor is the area that they may be divided by. Uncovered nodes are inactive: C = ζ.
 ///
 /// Paper: (21), (23) in the form of (25), (26), on the sets (31)–(35); `by_slip` is what (64), (65) multiply.
 /// Tests: `complementarity_matches_finite_differences`, `roots_do_not_depend_on_the_parameter`.
-pub fn complementarity(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, parameter: f64) -> Complementarity {
+pub fn complementarity(
+    multiplier: Vector3<f64>,
+    at: &NodeMeasures,
+    friction: f64,
+    stiffness: &Stiffness,
+) -> Complementarity {
     let inactive = Complementarity {
         status: Status::Inactive,
         value: multiplier,
@@ -41,25 +46,30 @@ pub fn complementarity(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f6
         by_gap: Vector3::zeros(),
         by_slip: Matrix3x2::zeros(),
     };
-    let pressure = multiplier[0] - parameter * at.gap;
-    if !at.covered() || pressure <= 0.0 {
+    if !at.covered() {
+        return inactive;
+    }
+    let divisor = stiffness.scaling.divisor(at.area);
+    let (normal, along) = (stiffness.normal / divisor, stiffness.tangential / divisor);
+    let pressure = multiplier[0] - normal * at.gap;
+    if pressure <= 0.0 {
         return inactive;
     }
     let tangential = Vector2::new(multiplier[1], multiplier[2]);
-    let returned = return_map(pressure, tangential + at.slip * parameter, friction);
+    let returned = return_map(pressure, tangential + at.slip * along, friction);
     let mut out = inactive;
     out.status = returned.status;
-    // ζ_n − (ζ_n − c g̃)
-    out.value[0] = parameter * at.gap;
+    // ζ_n − (ζ_n − c_n g̃)
+    out.value[0] = normal * at.gap;
     out.by_multiplier[(0, 0)] = 0.0;
-    out.by_gap[0] = parameter;
+    out.by_gap[0] = normal;
     for a in 0..2 {
         out.value[1 + a] = tangential[a] - returned.traction[a];
         out.by_multiplier[(1 + a, 0)] = -returned.by_pressure[a];
-        out.by_gap[1 + a] = parameter * returned.by_pressure[a];
+        out.by_gap[1 + a] = normal * returned.by_pressure[a];
         for b in 0..2 {
             out.by_multiplier[(1 + a, 1 + b)] -= returned.by_trial[(a, b)];
-            out.by_slip[(1 + a, b)] = -parameter * returned.by_trial[(a, b)];
+            out.by_slip[(1 + a, b)] = -along * returned.by_trial[(a, b)];
         }
     }
     out
@@ -67,7 +77,10 @@ pub fn complementarity(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f6
 
 #[cfg(test)]
 mod tests {
+    use super::super::StiffnessScaling;
     use super::*;
+
+    const C: Stiffness = Stiffness { normal: 40.0, tangential: 25.0, scaling: StiffnessScaling::Weighted };
 
     #[test]
     fn complementarity_matches_finite_differences() {
@@ -79,7 +92,7 @@ mod tests {
             (Vector3::new(0.1, 0.3, -0.1), measures(0.05, [0.02, -0.03]), Status::Inactive),
         ];
         for (z, at, status) in cases {
-            let c = |z: Vector3<f64>, at: NodeMeasures| complementarity(z, &at, 0.3, 40.0);
+            let c = |z: Vector3<f64>, at: NodeMeasures| complementarity(z, &at, 0.3, &C);
             let base = c(z, at);
             assert_eq!(base.status, status);
             let h = 1e-7;
@@ -106,9 +119,10 @@ mod tests {
     #[test]
     fn roots_do_not_depend_on_the_parameter() {
         let slipping = NodeMeasures { gap: 0.0, slip: Vector2::new(0.3, 0.4), area: 1.0, reference_area: 1.0 };
-        for c in [1e-3, 1.0, 1e5] {
+        for (normal, tangential) in [(1e-3, 1.0), (1.0, 1e-2), (1e5, 1e5)] {
+            let c = Stiffness { normal, tangential, ..C };
             let z = Vector3::new(5.0, 0.2 * 5.0 * 0.6, 0.2 * 5.0 * 0.8);
-            assert!(complementarity(z, &slipping, 0.2, c).value.norm() < 1e-13);
+            assert!(complementarity(z, &slipping, 0.2, &c).value.norm() < 1e-13);
         }
     }
 }

@@ -6,30 +6,9 @@
 //!
 //! Penalty is ẑ = (0, h) with the history h of the last step; the augmented Lagrangian repeats with ẑ ← ζ.
 
-use super::NodeMeasures;
+use super::{NodeMeasures, Stiffness, StiffnessScaling};
 use crate::friction::{Status, return_map};
 use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
-
-/// What ε multiplies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum StiffnessScaling {
-    /// Gap and slip divided by the node's tributary area: ε in F/L³, independent of the mesh.
-    #[default]
-    Area,
-    /// The weighted gap and slip themselves, as in the paper: ε in F/L⁵.
-    Weighted,
-}
-
-/// ε_n and ε_τ with their meaning.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stiffness {
-    /// ε_n.
-    pub normal: f64,
-    /// ε_τ.
-    pub tangential: f64,
-    /// What they multiply.
-    pub scaling: StiffnessScaling,
-}
 
 /// Traction of one node and its partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,9 +42,10 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
     if !at.covered() {
         return open;
     }
-    let (divisor, area_slope) = match stiffness.scaling {
-        StiffnessScaling::Area => (at.area, 1.0 / at.area),
-        StiffnessScaling::Weighted => (1.0, 0.0),
+    let divisor = stiffness.scaling.divisor(at.area);
+    let area_slope = match stiffness.scaling {
+        StiffnessScaling::Area => 1.0 / at.area,
+        StiffnessScaling::Weighted => 0.0,
     };
     let (normal, tangential) = (stiffness.normal / divisor, stiffness.tangential / divisor);
     let pressure = multiplier[0] - normal * at.gap;

@@ -13,7 +13,7 @@
 
 use super::cell_rule::CellPoint;
 use super::clip::Point;
-use super::facet_pair::{PairIntegrals, integrate_pair};
+use super::facet_pair::{PairIntegrals, Unmappable, folded, integrate_pair};
 use nalgebra::{Matrix4, Vector3};
 
 /// Interpolation of the Lagrange multiplier, Φ. Paper: (13).
@@ -25,6 +25,10 @@ pub enum MultiplierShape {
     /// Φ biorthogonal to N¹ on the covered part of each slave facet: D is diagonal.
     Dual,
 }
+
+/// A facet, given by its nodes, whose projection along the slave facet's normal is folded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FoldedFacet(pub [u32; 4]);
 
 /// Mortar rows of the four corners of one slave facet over its local nodes: 4 slave corners, then the masters' nodes.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -49,6 +53,12 @@ impl FacetCoupling {
     /// Integrates the slave facet with its candidate masters at the current positions `x` (3 per node).
     ///
     /// Masters that do not face the slave facet, or lie further away than `reach` along n₀ at their centre, take no part.
+    /// Nor do those whose projection is folded, unless they are so near that they may touch.
+    ///
+    /// # Errors
+    /// [`FoldedFacet`] where the projection of the slave facet, or of a master that may touch it, is folded; the coupling
+    /// is then empty.
+    ///
     /// Paper: (15), linearised as in Popp et al. (2010). Test: `coupling_gradient_matches_finite_differences`.
     pub fn evaluate(
         &mut self,
@@ -59,10 +69,10 @@ impl FacetCoupling {
         shape: MultiplierShape,
         reach: f64,
         with_gradient: bool,
-    ) {
+    ) -> Result<(), FoldedFacet> {
         self.nodes.clear();
         let corners = slave.map(|n| position(x, n));
-        let Some(plane) = Plane::of(&corners) else { return };
+        let Some(plane) = Plane::of(&corners) else { return Ok(()) };
         let projected = corners.map(|p| plane.project(&p));
         self.nodes.extend_from_slice(slave);
         // first the masters that overlap, to know the local nodes; their integrals are formed in the second pass
@@ -73,7 +83,18 @@ impl FacetCoupling {
                 continue;
             }
             let flat = points.map(|p| plane.project(&p));
-            if super::clip::clip(&projected, &[flat[0], flat[3], flat[2], flat[1]], &[0, 3, 2, 1]).is_some() {
+            let turned = [flat[0], flat[3], flat[2], flat[1]];
+            if super::clip::clip(&projected, &turned, &[0, 3, 2, 1]).is_some() {
+                let near = plane.is_near(&points);
+                if folded(&turned) {
+                    match near {
+                        true => return self.fail(master),
+                        false => continue,
+                    }
+                }
+                if near && folded(&projected) {
+                    return self.fail(*slave);
+                }
                 self.overlapping.push(index);
                 for node in master {
                     if !self.nodes[4..].contains(&node) {
@@ -84,7 +105,7 @@ impl FacetCoupling {
         }
         if self.overlapping.is_empty() {
             self.nodes.clear();
-            return;
+            return Ok(());
         }
         let n = self.nodes.len();
         self.coefficient.clear();
@@ -102,14 +123,22 @@ impl FacetCoupling {
             let points = master.map(|m| position(x, m));
             let flat = points.map(|p| plane.project(&p));
             let mut pair = std::mem::take(&mut self.pair);
-            if integrate_pair(&projected, &flat, rule, with_gradient, &mut pair) {
-                self.add_pair(&pair, &plane, &corners, &points, &master, with_gradient);
+            match integrate_pair(&projected, &flat, rule, with_gradient, &mut pair) {
+                Ok(true) => self.add_pair(&pair, &plane, &corners, &points, &master, with_gradient),
+                Ok(false) => {}
+                Err(Unmappable) => return self.fail(master),
             }
             self.pair = pair;
         }
         if shape == MultiplierShape::Dual {
             self.make_dual(with_gradient);
         }
+        Ok(())
+    }
+
+    fn fail(&mut self, facet: [u32; 4]) -> Result<(), FoldedFacet> {
+        self.nodes.clear();
+        Err(FoldedFacet(facet))
     }
 
     /// Adds the integrals of one pair, chaining plane coordinates to node positions.
@@ -223,6 +252,15 @@ fn position(x: &[f64], node: u32) -> Vector3<f64> {
     Vector3::new(x[at], x[at + 1], x[at + 2])
 }
 
+/// Centre of a facet and the distance of its farthest corner.
+fn ball(corners: &[Vector3<f64>; 4]) -> (Vector3<f64>, f64) {
+    let centre = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+    (centre, corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max))
+}
+
+/// Cosine of the angle from opposite (84°) beyond which a master facet is seen edge-on: its projection means nothing.
+const EDGE_ON: f64 = 0.1;
+
 /// The auxiliary plane of a slave facet.
 struct Plane {
     origin: Vector3<f64>,
@@ -267,8 +305,7 @@ impl Plane {
     ///
     /// The decision is invariant under rigid motion of the pair.
     fn may_couple(&self, master: &[Vector3<f64>; 4], reach: f64) -> bool {
-        let centre = 0.25 * (master[0] + master[1] + master[2] + master[3]);
-        let radius = master.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+        let (centre, radius) = ball(master);
         let offset = centre - self.origin;
         let height = self.normal.dot(&offset);
         let sideways = (offset - self.normal * height).norm();
@@ -276,8 +313,13 @@ impl Plane {
             return false;
         }
         let facing = (master[2] - master[0]).cross(&(master[3] - master[1]));
-        // within 84° of opposite: a facet seen edge-on carries no meaningful projection
-        self.normal.dot(&facing) < -0.1 * facing.norm()
+        self.normal.dot(&facing) < -EDGE_ON * facing.norm()
+    }
+
+    /// Whether the balls around the two facets meet.
+    fn is_near(&self, master: &[Vector3<f64>; 4]) -> bool {
+        let (centre, radius) = ball(master);
+        (centre - self.origin).norm() <= self.radius + radius
     }
 }
 
@@ -316,7 +358,8 @@ mod tests {
 
     fn evaluate(x: &[f64], facets: &[[u32; 4]], shape: MultiplierShape, gradient: bool) -> FacetCoupling {
         let mut coupling = FacetCoupling::default();
-        coupling.evaluate(&SLAVE, facets.iter().copied(), x, &CellRule::Seven.points(), shape, 1.0, gradient);
+        let rule = CellRule::Seven.points();
+        coupling.evaluate(&SLAVE, facets.iter().copied(), x, &rule, shape, 1.0, gradient).unwrap();
         coupling
     }
 
@@ -370,5 +413,22 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A facet folded to an arrow head ends the evaluation where it may touch, and takes no part farther away.
+    #[test]
+    fn a_folded_facet_is_named_where_it_may_touch() {
+        let at = |height: f64| {
+            // runs counter-clockwise seen from above, so that it looks up at the slave
+            let arrow = [[-0.5, -0.5], [0.4, 0.4], [1.5, -0.5], [0.5, 1.5]];
+            let mut x = scene(0.0).0[..12].to_vec();
+            x.extend(arrow.iter().flat_map(|p| [p[0], p[1], height]));
+            let mut coupling = FacetCoupling::default();
+            let candidates = std::iter::once([4, 5, 6, 7]);
+            let rule = CellRule::Seven.points();
+            coupling.evaluate(&SLAVE, candidates, &x, &rule, MultiplierShape::Standard, 10.0, false)
+        };
+        assert_eq!(at(-0.1), Err(FoldedFacet([4, 5, 6, 7])));
+        assert_eq!(at(-5.0), Ok(()));
     }
 }

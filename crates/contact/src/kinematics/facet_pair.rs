@@ -30,6 +30,27 @@ impl Default for PairIntegrals {
 /// Corner signs of the bilinear shape functions N_i = ¼ (1 + ξ_i ξ)(1 + η_i η).
 const CORNER: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
+/// A point has no place on a projected facet, which is degenerate or folded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unmappable;
+
+/// Negative Jacobian of the bilinear map at a corner, as part of that at the centre, from which on a quadrilateral is
+/// folded. Where it is less so, clipping cuts the corner's fold off, about a hundredth of the area.
+const FOLD: f64 = 0.1;
+
+/// Whether a counter-clockwise quadrilateral is folded: much of it has no, or no single, place on the facet.
+pub fn folded(p: &[Point; 4]) -> bool {
+    let jacobian = |i: usize| {
+        let (next, previous) = (p[(i + 1) % 4], p[(i + 3) % 4]);
+        let (u, v) = ([next[0] - p[i][0], next[1] - p[i][1]], [previous[0] - p[i][0], previous[1] - p[i][1]]);
+        0.25 * (u[0] * v[1] - u[1] * v[0])
+    };
+    let corners: [f64; 4] = std::array::from_fn(jacobian);
+    // J is linear in ξ and in η without a mixed term
+    let centre = 0.25 * corners.iter().sum::<f64>();
+    corners.iter().any(|&j| j < -FOLD * centre.abs())
+}
+
 /// A point mapped back to a facet.
 struct Image {
     shape: [f64; 4],
@@ -39,8 +60,8 @@ struct Image {
 
 /// Inverse of the bilinear map `y = Σ N_i(ξ) p_i` by Newton's method, with the gradients of the shape functions.
 ///
-/// `None` where the quadrilateral is degenerate or so warped that Newton's method leaves it.
-fn map_back(p: &[Point; 4], y: Point) -> Option<Image> {
+/// [`Unmappable`] where the quadrilateral is degenerate or so warped that Newton's method leaves it.
+fn map_back(p: &[Point; 4], y: Point) -> Result<Image, Unmappable> {
     let size = (p[0][0] - p[2][0]).hypot(p[0][1] - p[2][1]).max((p[1][0] - p[3][0]).hypot(p[1][1] - p[3][1]));
     let (mut xi, mut shape, mut slope) = ([0.0; 2], [0.0; 4], [[0.0; 2]; 4]);
     let mut converged = false;
@@ -59,7 +80,7 @@ fn map_back(p: &[Point; 4], y: Point) -> Option<Image> {
         }
         let det = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0];
         if !(det > 0.0) {
-            return None;
+            return Err(Unmappable);
         }
         if converged {
             // ∂N/∂y = J⁻ᵀ ∂N/∂ξ
@@ -69,17 +90,17 @@ fn map_back(p: &[Point; 4], y: Point) -> Option<Image> {
                     (-s[0] * jacobian[0][1] + s[1] * jacobian[0][0]) / det,
                 ];
             }
-            return Some(Image { shape, slope });
+            return Ok(Image { shape, slope });
         }
         xi[0] += (jacobian[1][1] * residual[0] - jacobian[0][1] * residual[1]) / det;
         xi[1] += (-jacobian[1][0] * residual[0] + jacobian[0][0] * residual[1]) / det;
         if xi[0].abs() > 10.0 || xi[1].abs() > 10.0 {
-            return None;
+            return Err(Unmappable);
         }
         // quadratic convergence: one more step after this leaves round-off only, so evaluate there and stop
         converged = residual[0].hypot(residual[1]) <= 1e-9 * size;
     }
-    None
+    Err(Unmappable)
 }
 
 /// Centroid C of a convex polygon's area, and `slope[i][c][d]` = ∂C_c/∂(coordinate d of vertex i).
@@ -126,8 +147,11 @@ fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
 /// Integrates one pair. `slave` and `master` are the corners in the auxiliary plane in facet order; the master facet
 /// faces the slave, so it runs clockwise there.
 ///
-/// Returns `false`, with `out` untouched, where the facets do not overlap or the master facet does not face the slave.
-/// The gradient is formed only if `with_gradient`.
+/// Returns `Ok(false)`, with `out` untouched, where the facets do not overlap or the master facet does not face the
+/// slave. The gradient is formed only if `with_gradient`.
+///
+/// # Errors
+/// [`Unmappable`] where a point of the overlap has no place on one of the facets.
 ///
 /// Paper: (12), (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_finite_differences`.
 pub fn integrate_pair(
@@ -136,10 +160,10 @@ pub fn integrate_pair(
     rule: &[CellPoint],
     with_gradient: bool,
     out: &mut PairIntegrals,
-) -> bool {
+) -> Result<bool, Unmappable> {
     // counter-clockwise in the plane = the facet's own order reversed
     let order = [0, 3, 2, 1];
-    let Some(overlap) = clip(slave, &order.map(|i| master[i]), &order) else { return false };
+    let Some(overlap) = clip(slave, &order.map(|i| master[i]), &order) else { return Ok(false) };
     let vertices = overlap.vertices();
     let count = vertices.len();
     let (centre, centre_slope) = centroid(vertices);
@@ -165,7 +189,7 @@ pub fn integrate_pair(
                 l[0] * cell[0][0] + l[1] * cell[1][0] + l[2] * cell[2][0],
                 l[0] * cell[0][1] + l[1] * cell[1][1] + l[2] * cell[2][1],
             ];
-            let (Some(first), Some(turned_image)) = (map_back(slave, y), map_back(&turned, y)) else { return false };
+            let (first, turned_image) = (map_back(slave, y)?, map_back(&turned, y)?);
             let mut second = Image { shape: [0.0; 4], slope: [[0.0; 2]; 4] };
             for (position, &own) in order.iter().enumerate() {
                 second.shape[own] = turned_image.shape[position];
@@ -230,7 +254,7 @@ pub fn integrate_pair(
             }
         }
     }
-    true
+    Ok(true)
 }
 
 #[cfg(test)]
@@ -247,7 +271,7 @@ mod tests {
         let slave = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let master = [[-1.0, -1.0], [-1.0, 2.0], [2.0, 2.0], [2.0, -1.0]];
         let mut pair = PairIntegrals::default();
-        assert!(integrate_pair(&slave, &master, &CellRule::Seven.points(), false, &mut pair));
+        assert_eq!(integrate_pair(&slave, &master, &CellRule::Seven.points(), false, &mut pair), Ok(true));
         for (entry, exact) in [(0, 4.0), (1, 2.0), (2, 1.0), (3, 2.0), (5, 4.0)] {
             assert!((pair.values[entry] - exact / 36.0).abs() < 1e-15);
         }
@@ -256,7 +280,20 @@ mod tests {
     #[test]
     fn a_master_that_looks_away_is_skipped() {
         let mut pair = PairIntegrals::default();
-        assert!(!integrate_pair(&SLAVE, &SLAVE, &CellRule::Seven.points(), false, &mut pair));
+        assert_eq!(integrate_pair(&SLAVE, &SLAVE, &CellRule::Seven.points(), false, &mut pair), Ok(false));
+    }
+
+    /// A kite whose blunt corner is pushed in. By hand: J = −y/2 at that corner and (1 − y)/4 at the centre.
+    #[test]
+    fn folded_quadrilaterals_are_told_from_convex_ones() {
+        let kite = |y: f64| [[0.0, y], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]];
+        for (y, is_folded) in [(-1.0, false), (0.0, false), (0.04, false), (0.06, true), (0.9, true)] {
+            for turn in 0..4 {
+                let p: [Point; 4] = std::array::from_fn(|i| kite(y)[(i + turn) % 4]);
+                assert_eq!(folded(&p), is_folded, "{y}");
+            }
+        }
+        assert!(folded(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), "a bow tie");
     }
 
     fn perturbed(q: &[f64; 16]) -> ([Point; 4], [Point; 4]) {
@@ -278,12 +315,12 @@ mod tests {
             let value = |q: &[f64; 16]| {
                 let (s, m) = perturbed(q);
                 let mut pair = PairIntegrals::default();
-                integrate_pair(&s, &m, &rule, false, &mut pair);
+                integrate_pair(&s, &m, &rule, false, &mut pair).unwrap();
                 pair.values
             };
             let (s, m) = perturbed(&q);
             let mut pair = PairIntegrals::default();
-            if integrate_pair(&s, &m, &rule, true, &mut pair) {
+            if integrate_pair(&s, &m, &rule, true, &mut pair).unwrap() {
                 for j in 0..4 {
                     let (d, m): (f64, f64) = ((0..4).map(|k| pair.values[4 * j + k]).sum(), (0..4).map(|k| pair.values[16 + 4 * j + k]).sum());
                     prop_assert!((d - m).abs() < 1e-14);

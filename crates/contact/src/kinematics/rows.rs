@@ -151,6 +151,16 @@ impl NodeKinematics {
         -self.frame.vector(0).dot(&self.relative)
     }
 
+    /// Weighted gap that this row and frame measure at other positions `x` (3 per node). \[L³\]
+    ///
+    /// Test: `a_step_beyond_the_search_radius_is_refused` (crate slipstick, tests/derivatives.rs).
+    pub fn gap_at(&self, x: &[f64]) -> f64 {
+        let own = position(x, self.node);
+        let row = self.support.iter().zip(&self.coefficient);
+        let relative: Vector3<f64> = row.map(|(&s, &b)| (position(x, s) - own) * b).sum();
+        -self.frame.vector(0).dot(&relative)
+    }
+
     /// ∂g̃/∂x_t over the support. \[L²\]
     pub fn gap_gradient(&self, out: &mut Vec<f64>) {
         self.project_gradient(0, &self.relative, out);

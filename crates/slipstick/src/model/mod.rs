@@ -19,8 +19,7 @@ use nalgebra::Vector3;
 use node::NodeStep;
 use pattern::ContactPattern;
 use prescribed::Prescribed;
-use slipstick_contact::enforcement::NodeMeasures;
-use slipstick_contact::enforcement::regularised::{Stiffness, StiffnessScaling};
+use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceError};
 use slipstick_linalg::BlockMatrix;
@@ -31,10 +30,10 @@ use slipstick_solid::{InvertedElements, Simp, SolidModel, model::Scatter};
 /// How the contact conditions of a model are enforced; one method for all interfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Method {
-    /// Lagrange multipliers; unit-free factor f of c = f E/(h A).
+    /// Lagrange multipliers, with one stiffness per interface.
     Lagrange {
-        /// f > 0; the solution does not depend on it.
-        complementarity: f64,
+        /// c of each interface; the solution does not depend on it.
+        stiffness: Vec<GivenStiffness>,
     },
     /// Penalty, with one stiffness per interface.
     Penalty {
@@ -53,20 +52,29 @@ pub enum Method {
     },
 }
 
-/// ε of an interface as the case gives it, or the default.
+/// ε or c of an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GivenStiffness {
-    /// ε_n and ε_τ; `None`: [`DEFAULT_STIFFNESS`] times the bodies' own stiffness at the interface.
-    pub value: Option<[f64; 2]>,
-    /// What they multiply.
-    pub scaling: StiffnessScaling,
+pub enum GivenStiffness {
+    /// As multiple of the bodies' own stiffness E/h at the interface, with E the moduli of both sides in series and h the
+    /// facet size: ε h/E or c h A/E, unit-free.
+    ///
+    /// The penalty method takes E at the start design, because ε must not depend on the design; the others take the
+    /// current E, because their solution does not depend on it.
+    Relative {
+        /// The multiple.
+        factor: f64,
+        /// What the product is brought to multiply; for weighted measures, by the reference area of each node.
+        scaling: StiffnessScaling,
+    },
+    /// Values in units.
+    Absolute(Stiffness),
 }
 
-/// Default of ε h/E, with E the moduli of both sides in series and h the facet size.
-///
-/// The penalty method takes E at the start design, because ε must not depend on the design; the augmented Lagrangian
-/// takes the current E, because its solution does not depend on ε.
+/// Default of ε h/E of the penalty and augmented Lagrangian methods.
 pub const DEFAULT_STIFFNESS: f64 = 10.0;
+
+/// Default of c h A/E of the Lagrange method.
+pub const DEFAULT_COMPLEMENTARITY: f64 = 5.0;
 
 impl Method {
     /// Whether the multipliers are unknowns.
@@ -110,9 +118,9 @@ pub struct ContactModel {
     /// Elements at each slave node's facets, and at each interface's master facets: for E_eff.
     slave_elements: Vec<Vec<u32>>,
     master_elements: Vec<Vec<u32>>,
-    /// Factor of c, one per slave node: E_eff/h. \[F/L³\]
+    /// The bodies' own stiffness at each slave node: E_eff/h. \[F/L³\]
     hardness: Vec<f64>,
-    /// ε of each slave node; empty for the Lagrange method.
+    /// ε or c of each slave node.
     stiffness: Vec<Stiffness>,
     variation: f64,
     /// Whether nodes that slid before start a step as sliding on (1) or sticking (−1).
@@ -257,7 +265,7 @@ impl ContactModel {
                 (s * m / (s + m)).max(1e-6 * s.max(m)) / self.slaves[j].size
             })
             .collect();
-        if matches!(self.method, Method::Augmented { .. }) {
+        if !matches!(self.method, Method::Penalty { .. }) {
             self.stiffness = self.node_stiffness();
         }
         self.evaluated = None;
@@ -266,19 +274,19 @@ impl ContactModel {
         self.scatter = None;
     }
 
-    /// ε of every slave node, as given or from the present hardness.
+    /// ε or c of every slave node, as given or from the present hardness.
     fn node_stiffness(&self) -> Vec<Stiffness> {
-        let (Method::Penalty { stiffness } | Method::Augmented { stiffness, .. }) = &self.method else {
-            return Vec::new();
-        };
-        let of = |(slave, hardness): (&SlaveData, &f64)| {
-            let given = &stiffness[slave.interface as usize];
-            let default = DEFAULT_STIFFNESS * hardness;
-            let [normal, tangential] = given.value.unwrap_or(match given.scaling {
-                StiffnessScaling::Area => [default; 2],
-                StiffnessScaling::Weighted => [default / slave.area; 2],
-            });
-            Stiffness { normal, tangential, scaling: given.scaling }
+        let (Method::Lagrange { stiffness } | Method::Penalty { stiffness } | Method::Augmented { stiffness, .. }) =
+            &self.method;
+        let of = |(slave, hardness): (&SlaveData, &f64)| match stiffness[slave.interface as usize] {
+            GivenStiffness::Absolute(stiffness) => stiffness,
+            GivenStiffness::Relative { factor, scaling } => {
+                let both = match scaling {
+                    StiffnessScaling::Area => factor * hardness,
+                    StiffnessScaling::Weighted => factor * hardness / slave.area,
+                };
+                Stiffness { normal: both, tangential: both, scaling }
+            }
         };
         self.slaves.iter().zip(&self.hardness).map(of).collect()
     }
@@ -388,6 +396,7 @@ impl ContactModel {
         for interface in interfaces {
             interface.interface.evaluate(x, with_gradient, &mut part).map_err(|e| match e {
                 InterfaceError::Folded { node } => StateError::FoldedSurface { node },
+                InterfaceError::FoldedFacet { nodes } => StateError::FoldedFacet { nodes },
                 other => unreachable!("interface was built: {other}"),
             })?;
             out.append(&mut part);

@@ -65,15 +65,10 @@ impl ContactModel {
         self.interfaces[self.slaves[j].interface as usize].friction
     }
 
-    /// C of node j for multiplier ζ; c = f E_eff/(h A) at the current overlap.
+    /// C of node j for multiplier ζ. The augmented Lagrangian, whose adjoint needs it too, takes its ε for c.
     fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
-        let factor = match self.method {
-            Method::Lagrange { complementarity } => complementarity,
-            _ => 5.0,
-        };
         let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
-        let area = at.area.max(1e-300);
-        complementarity(zeta, &at, self.friction(j), self.variation * factor * self.hardness[j] / area)
+        complementarity(zeta, &at, self.friction(j), &self.stiffness[j].times(self.variation))
     }
 
     /// Regularised traction of node j around the multiplier ẑ.
@@ -285,6 +280,28 @@ impl StepProblem for ContactModel {
         &self.status
     }
 
+    /// A node that was opposite to the other surface and is no more must not lie deep behind where that surface was: it
+    /// would have passed through unnoticed. The previous row at the current positions tells.
+    fn accept(&mut self, y: &[f64]) -> Result<(), StateError> {
+        self.evaluate(y, false)?;
+        let x = self.positions(y);
+        let mut worst: Option<(f64, u32, f64)> = None;
+        for (j, before) in self.previous_kinematics.iter().enumerate() {
+            let reach = self.interfaces[self.slaves[j].interface as usize].interface.reach();
+            if self.measures(j).covered() || before.area <= NodeMeasures::SLIVER * self.slaves[j].area {
+                continue;
+            }
+            let depth = -before.gap_at(&x) / before.area;
+            if depth > reach && worst.is_none_or(|(deepest, ..)| depth > deepest) {
+                worst = Some((depth, before.node, reach));
+            }
+        }
+        match worst {
+            Some((depth, node, reach)) => Err(StateError::PassedThrough { node, depth, reach }),
+            None => Ok(()),
+        }
+    }
+
     fn advance_history(&mut self, y: &[f64], out: &mut Vec<f64>) -> Result<(), StateError> {
         out.clear();
         if self.method.has_multipliers() {
@@ -413,12 +430,7 @@ impl StepProblem for ContactModel {
             let mut difference = (now[0] - before[0]).abs().max((now[1] - before[1]).hypot(now[2] - before[2]));
             if absolute {
                 let epsilon = &self.stiffness[j];
-                let divisor = match epsilon.scaling {
-                    slipstick_contact::enforcement::regularised::StiffnessScaling::Area => {
-                        self.kinematics[j].area.max(1e-300)
-                    }
-                    slipstick_contact::enforcement::regularised::StiffnessScaling::Weighted => 1.0,
-                };
+                let divisor = epsilon.scaling.divisor(self.kinematics[j].area);
                 difference *= divisor / epsilon.normal.min(epsilon.tangential);
             }
             change = change.max(difference);

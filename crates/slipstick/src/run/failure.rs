@@ -138,7 +138,12 @@ fn places(kind: &StepFailureKind, mesh: &Mesh, slaves: &[u32]) -> Vec<Place> {
         StepFailureKind::State(StateError::InvertedElements { elements }) => {
             elements.iter().take(LISTED).filter_map(|&element| element_place(mesh, element)).collect()
         }
-        StepFailureKind::State(StateError::FoldedSurface { node: at }) => node(*at).into_iter().collect(),
+        StepFailureKind::State(StateError::FoldedSurface { node: at } | StateError::PassedThrough { node: at, .. }) => {
+            node(*at).into_iter().collect()
+        }
+        StepFailureKind::State(StateError::FoldedFacet { nodes }) => {
+            nodes.iter().copied().take(LISTED).filter_map(node).collect()
+        }
         StepFailureKind::State(StateError::NotFinite { index, .. }) => {
             let row = index / 3;
             // Rows behind those of the nodes belong to the slave nodes' multipliers.
@@ -203,8 +208,11 @@ fn cures(kind: &StepFailureKind) -> Vec<String> {
         StepFailureKind::State(StateError::InvertedElements { .. }) => {
             &[steps, void, "a smaller motion (`dirichlet.motion`) or a finer mesh at the place"]
         }
-        StepFailureKind::State(StateError::FoldedSurface { .. }) => {
+        StepFailureKind::State(StateError::FoldedSurface { .. } | StateError::FoldedFacet { .. }) => {
             &[steps, void, "slave and master exchanged (`contact.slave`, `contact.master`)"]
+        }
+        StepFailureKind::State(StateError::PassedThrough { .. }) => {
+            &[steps, cuts, "a larger `contact.search_radius`, or none, which lets the program choose it"]
         }
         StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
         StepFailureKind::Linear(_) => &[support, "φ_min above 0 (`design.simp.min`), if the design has void elements"],

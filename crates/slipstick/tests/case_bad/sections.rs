@@ -33,6 +33,7 @@ fn contact() {
     one(19, "lagrange = {}", "penalty = { stiffness = 0 }", OutOfRange, "0 }");
     one(19, "lagrange = {}", "penalty = { stiffness = { tangential = 1 } }", MissingKey, "{ tang");
     one(19, "lagrange = {}", "augmented = { tolerance = 0.0 }", OutOfRange, "0.0");
+    one(19, "lagrange = {}", "lagrange = { stiffness = 1, complementarity_parameter = 5.0 }", ChooseOne, "5.0");
 }
 
 /// The shapes are such that no two surfaces of one body can meet.

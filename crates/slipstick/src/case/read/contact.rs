@@ -7,8 +7,13 @@ use super::super::resolved::{
 };
 use super::super::typed::Table;
 use super::CaseCode;
+use crate::model::DEFAULT_COMPLEMENTARITY;
 
-const LAGRANGE: Enforcement = Enforcement::Lagrange { complementarity_parameter: 5.0 };
+const LAGRANGE: Enforcement = Enforcement::Lagrange {
+    complementarity_parameter: Some(DEFAULT_COMPLEMENTARITY),
+    stiffness: None,
+    scaling: PenaltyScaling::Area,
+};
 
 pub(super) fn contacts(root: &Table<'_>, names: &Names) -> Vec<Contact> {
     let mut contacts: Vec<Contact> = Vec::new();
@@ -90,9 +95,7 @@ fn enforcement(table: Table<'_>) -> Enforcement {
     let chosen = table.choose("the enforcement", &["lagrange", "penalty", "augmented"]);
     let enforcement = chosen.and_then(|key| Some((key, table.table(key)?))).map(|(key, inner)| {
         let enforcement = match key {
-            "lagrange" => Enforcement::Lagrange {
-                complementarity_parameter: positive(&inner, "complementarity_parameter").or(5.0),
-            },
+            "lagrange" => lagrange(&inner),
             "penalty" => Enforcement::Penalty { stiffness: stiffness(&inner), scaling: penalty_scaling(&inner) },
             _ => augmented(&inner),
         };
@@ -101,6 +104,21 @@ fn enforcement(table: Table<'_>) -> Enforcement {
     });
     table.finish();
     enforcement.unwrap_or(LAGRANGE)
+}
+
+fn lagrange(table: &Table<'_>) -> Enforcement {
+    let factor = positive(table, "complementarity_parameter").optional();
+    let stiffness = stiffness(table);
+    if factor.is_some() && stiffness.is_some() {
+        table.reader.error(
+            &table.path_of("complementarity_parameter"),
+            CaseCode::ChooseOne,
+            "`stiffness` gives the complementarity parameters already, in units",
+            "keep one of the two; neither changes the solution",
+        );
+    }
+    let complementarity_parameter = stiffness.is_none().then(|| factor.unwrap_or(DEFAULT_COMPLEMENTARITY));
+    Enforcement::Lagrange { complementarity_parameter, stiffness, scaling: penalty_scaling(table) }
 }
 
 fn augmented(table: &Table<'_>) -> Enforcement {

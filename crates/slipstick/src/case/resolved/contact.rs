@@ -41,8 +41,15 @@ pub enum MultiplierShape {
 pub enum Enforcement {
     /// Lagrange multipliers and semi-smooth Newton. Paper: section 2.3.
     Lagrange {
-        /// Unit-free factor f of the complementarity parameter c = f·E/(h A). The solution does not depend on it.
-        complementarity_parameter: f64,
+        /// Unit-free factor f of the complementarity parameters c_n = c_t = f·E/(h A). The solution does not depend on
+        /// them. `None`: they are given as `stiffness`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        complementarity_parameter: Option<f64>,
+        /// c_n and c_t in units; `None`: from `complementarity_parameter`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stiffness: Option<Stiffness>,
+        /// What they multiply.
+        scaling: PenaltyScaling,
     },
     /// Penalty. Paper: section 2.4.
     Penalty {
@@ -70,18 +77,18 @@ pub enum Enforcement {
     },
 }
 
-/// Penalty stiffness ε.
+/// Penalty stiffness ε, or complementarity parameters c.
 ///
 /// \[F/L³\] with [`PenaltyScaling::Area`], \[F/L⁵\] with [`PenaltyScaling::Weighted`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Stiffness {
-    /// ε_n > 0.
+    /// ε_n or c_n > 0.
     pub normal: f64,
-    /// ε_τ > 0.
+    /// ε_τ or c_t > 0.
     pub tangential: f64,
 }
 
-/// What the penalty stiffness multiplies.
+/// What a stiffness multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PenaltyScaling {
