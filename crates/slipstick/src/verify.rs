@@ -188,7 +188,9 @@ fn round_off(
         by_digits = by_digits.min(noise(analysis, density, free, base, 0.01 * spacing, observer)?.0);
     }
     let by_digits = if by_digits.is_finite() { by_digits } else { 0.0 };
-    let least = f64::EPSILON * base.step_values.iter().map(|value| value.abs()).sum::<f64>();
+    // Where nothing touches, all of θ is round-off.
+    let digits = if base.notice.is_some() { 1.0 } else { f64::EPSILON };
+    let least = digits * base.step_values.iter().map(|value| value.abs()).sum::<f64>();
     Ok(SAMPLES_SHORT * by_digits.max(by_tolerance).max(least))
 }
 

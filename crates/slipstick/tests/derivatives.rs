@@ -5,7 +5,7 @@ mod common;
 
 use common::scene::*;
 use common::*;
-use nalgebra::{Rotation3, Unit, Vector2, Vector3};
+use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick::build::Problem;
 use slipstick_contact::enforcement::lagrange::complementarity;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling};
@@ -43,10 +43,15 @@ struct Generic {
 
 /// A state in which all three statuses occur; the first of a few seeds that has one.
 fn generic(enforcement: &str, shape: &'static str, held: bool) -> Generic {
+    generic_at([0.9, 1.0, 0.37], enforcement, shape, held)
+}
+
+/// The same with the block's lowest corner given.
+fn generic_at(corner: [f64; 3], enforcement: &str, shape: &'static str, held: bool) -> Generic {
     let scene = Scene {
         slab: [3, 1, 2],
         block: [2, 1, 2],
-        corner: [0.9, 1.0, 0.37],
+        corner,
         friction: FRICTION,
         enforcement: enforcement.into(),
         shape,
@@ -122,40 +127,43 @@ impl Generic {
         self.problem.analysis.model.begin_step(previous, true).unwrap();
     }
 
-    /// The parameter c_n of every active node, from C_n = c_n g̃.
+    /// The measures of all slave nodes at `y`.
+    fn measures(&mut self, y: &[f64]) -> Vec<NodeMeasures> {
+        let (previous, state) = (self.previous.clone(), StepState { unknowns: y.to_vec(), history: vec![] });
+        let model = &mut self.problem.analysis.model;
+        let nodes = model.contact_results(&previous, &state).unwrap().len();
+        (0..nodes).map(|j| model.measures(j)).collect()
+    }
+
+    /// The parameter c_n of every active node, from C_n = c_n (g̃ + k ζ_n).
     fn parameters(&mut self) -> Vec<f64> {
         let y = self.y.clone();
         let out = self.residual(&y);
         let split = self.problem.analysis.model.displacements();
-        let (previous, state) = (self.previous.clone(), StepState { unknowns: y, history: vec![] });
-        let contact = self.problem.analysis.model.contact_results(&previous, &state).unwrap();
-        contact
+        let measures = self.measures(&y);
+        measures
             .iter()
             .enumerate()
-            .map(|(j, c)| if c.gap.is_some() { out[split + 3 * j] / c.weighted_gap } else { 0.0 })
+            .map(|(j, at)| match at.covered() {
+                true => out[split + 3 * j] / (at.gap + at.compliance().0 * y[split + 3 * j]),
+                false => 0.0,
+            })
             .collect()
     }
 
-    /// F with the parameter c, which steers the iteration only and is not differentiated, held at `parameters`.
+    /// F with the parameters c, which steer the iteration only and are not differentiated, held at `parameters`.
     fn frozen(&mut self, y: &[f64], parameters: &[f64], statuses: &[u8]) -> Vec<f64> {
         let mut out = self.residual(y);
         let split = self.problem.analysis.model.displacements();
-        let (previous, state) = (self.previous.clone(), StepState { unknowns: y.to_vec(), history: vec![] });
-        let contact = self.problem.analysis.model.contact_results(&previous, &state).unwrap();
-        for (j, c) in contact.iter().enumerate().filter(|(j, _)| statuses[*j] != 0) {
-            let at = NodeMeasures {
-                gap: c.weighted_gap,
-                slip: Vector2::from(c.weighted_slip),
-                area: c.area,
-                reference_area: c.area,
-            };
+        let measures = self.measures(y);
+        for (j, at) in measures.iter().enumerate().filter(|(j, _)| statuses[*j] != 0) {
             let zeta = Vector3::from_column_slice(&y[split + 3 * j..][..3]);
             let c = Stiffness {
                 normal: parameters[j],
                 tangential: RATIO * parameters[j],
                 scaling: StiffnessScaling::Weighted,
             };
-            let value = complementarity(zeta, &at, FRICTION, &c).value;
+            let value = complementarity(zeta, at, FRICTION, &c).value;
             out[split + 3 * j..][..3].copy_from_slice(value.as_slice());
         }
         out
@@ -221,6 +229,24 @@ fn tangent_matches_finite_differences() {
         check_tangent(&name, &mut generic(&enforcement, shape, false), with_multipliers);
         if enforcement.contains("augmented") {
             check_tangent(&format!("{name}, held"), &mut generic(&enforcement, shape, true), false);
+        }
+    }
+}
+
+/// A block beyond the slab's edge, its outermost facets hardly covered: there the condition is compliant, and its
+/// compliance depends on the area.
+#[test]
+fn tangent_on_slivers_matches_finite_differences() {
+    for (name, enforcement, shape) in variants() {
+        let with_multipliers = !enforcement.contains("penalty");
+        for held in [false, true].into_iter().filter(|held| !held || enforcement.contains("augmented")) {
+            let mut generic = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, held);
+            let y = generic.y.clone();
+            let measures = generic.measures(&y);
+            let active = generic.problem.analysis.model.active_set().to_vec();
+            let soft = measures.iter().zip(&active).filter(|(at, a)| **a != 0 && at.compliance().0 > 0.0).count();
+            assert_eq!(soft > 0, with_multipliers, "{name}: {soft} active slivers");
+            check_tangent(&format!("{name}, held: {held}"), &mut generic, with_multipliers && !held);
         }
     }
 }

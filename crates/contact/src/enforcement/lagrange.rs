@@ -4,7 +4,7 @@
 //! C = ζ − P(ζ_n − c_n g̃, ζ_τ + c_t ũ_τ),    P(p, t) = (max(0, p), Coulomb return map of t at p)
 //! ```
 //!
-//! has the same roots as (25), (26), the same active sets, the same adjoint, and converges more often. In the paper's
+//! with g̃ replaced by g̃ + k ζ_n on slivers ([`NodeMeasures::compliance`]), has the same roots as (25), (26), the same active sets, the same adjoint, and converges more often. In the paper's
 //! product form the tangential rows are `max(μ p, ‖t‖)` times the ones here.
 
 use super::{NodeMeasures, Stiffness};
@@ -24,6 +24,8 @@ pub struct Complementarity {
     pub by_gap: Vector3<f64>,
     /// ∂C/∂ũ_τ. \[F/L⁵\]
     pub by_slip: Matrix3x2<f64>,
+    /// ∂C/∂A at given c_n/A, c_t/A; zero but on slivers. \[F/L⁴\]
+    pub by_area: Vector3<f64>,
 }
 
 /// Evaluates C for one node.
@@ -45,13 +47,16 @@ pub fn complementarity(
         by_multiplier: Matrix3::identity(),
         by_gap: Vector3::zeros(),
         by_slip: Matrix3x2::zeros(),
+        by_area: Vector3::zeros(),
     };
     if !at.covered() {
         return inactive;
     }
     let divisor = stiffness.scaling.divisor(at.area);
     let (normal, along) = (stiffness.normal / divisor, stiffness.tangential / divisor);
-    let pressure = multiplier[0] - normal * at.gap;
+    let (compliance, compliance_slope) = at.compliance();
+    let gap = at.gap + compliance * multiplier[0];
+    let pressure = multiplier[0] - normal * gap;
     if pressure <= 0.0 {
         return inactive;
     }
@@ -59,13 +64,15 @@ pub fn complementarity(
     let returned = return_map(pressure, tangential + at.slip * along, friction);
     let mut out = inactive;
     out.status = returned.status;
-    // ζ_n − (ζ_n − c_n g̃)
-    out.value[0] = normal * at.gap;
-    out.by_multiplier[(0, 0)] = 0.0;
+    // ζ_n − (ζ_n − c_n g)
+    out.value[0] = normal * gap;
+    out.by_multiplier[(0, 0)] = normal * compliance;
     out.by_gap[0] = normal;
+    out.by_area[0] = normal * compliance_slope * multiplier[0];
     for a in 0..2 {
         out.value[1 + a] = tangential[a] - returned.traction[a];
-        out.by_multiplier[(1 + a, 0)] = -returned.by_pressure[a];
+        out.by_multiplier[(1 + a, 0)] = -returned.by_pressure[a] * (1.0 - normal * compliance);
+        out.by_area[1 + a] = returned.by_pressure[a] * out.by_area[0];
         out.by_gap[1 + a] = normal * returned.by_pressure[a];
         for b in 0..2 {
             out.by_multiplier[(1 + a, 1 + b)] -= returned.by_trial[(a, b)];
@@ -84,12 +91,20 @@ mod tests {
 
     #[test]
     fn complementarity_matches_finite_differences() {
-        let measures =
-            |gap, u: [f64; 2]| NodeMeasures { gap, slip: Vector2::new(u[0], u[1]), area: 1.0, reference_area: 1.0 };
+        let measures = |gap, u: [f64; 2], reference_area| NodeMeasures {
+            gap,
+            slip: Vector2::new(u[0], u[1]),
+            area: 1.0,
+            reference_area,
+            edge_stiffness: 50.0,
+        };
         let cases = [
-            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002]), Status::Stick),
-            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.02, -0.03]), Status::Slip),
-            (Vector3::new(0.1, 0.3, -0.1), measures(0.05, [0.02, -0.03]), Status::Inactive),
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 1.0), Status::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.02, -0.03], 1.0), Status::Slip),
+            (Vector3::new(0.1, 0.3, -0.1), measures(0.05, [0.02, -0.03], 1.0), Status::Inactive),
+            // slivers
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 50.0), Status::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), measures(-0.04, [0.02, -0.03], 50.0), Status::Slip),
         ];
         for (z, at, status) in cases {
             let c = |z: Vector3<f64>, at: NodeMeasures| complementarity(z, &at, 0.3, &C);
@@ -104,6 +119,8 @@ mod tests {
             }
             let gap = |d: f64| c(z, NodeMeasures { gap: at.gap + d, ..at }).value;
             assert!(((gap(h) - gap(-h)) / (2.0 * h) - base.by_gap).norm() < 1e-6);
+            let area = |d: f64| c(z, NodeMeasures { area: at.area + d, ..at }).value;
+            assert!(((area(h) - area(-h)) / (2.0 * h) - base.by_area).norm() < 1e-6);
             for a in 0..2 {
                 let slip = |d: f64| {
                     let mut slip = at.slip;
@@ -118,7 +135,13 @@ mod tests {
     /// A node in contact whose multiplier satisfies the conditions is a root, whatever c is.
     #[test]
     fn roots_do_not_depend_on_the_parameter() {
-        let slipping = NodeMeasures { gap: 0.0, slip: Vector2::new(0.3, 0.4), area: 1.0, reference_area: 1.0 };
+        let slipping = NodeMeasures {
+            gap: 0.0,
+            slip: Vector2::new(0.3, 0.4),
+            area: 1.0,
+            reference_area: 1.0,
+            edge_stiffness: 50.0,
+        };
         for (normal, tangential) in [(1e-3, 1.0), (1.0, 1e-2), (1e5, 1e5)] {
             let c = Stiffness { normal, tangential, ..C };
             let z = Vector3::new(5.0, 0.2 * 5.0 * 0.6, 0.2 * 5.0 * 0.8);

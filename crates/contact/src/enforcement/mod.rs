@@ -60,14 +60,72 @@ pub struct NodeMeasures {
     pub area: f64,
     /// Area of the slave surface around the node in the reference configuration: what counts as a sliver. \[L²\]
     pub reference_area: f64,
+    /// Stiffness s of the contact condition on a sliver, see [`Self::compliance`]; infinite: as hard as elsewhere.
+    /// \[F/L³\]
+    pub edge_stiffness: f64,
 }
 
 impl NodeMeasures {
-    /// Overlaps below this fraction of the reference area carry no contact condition.
-    pub const SLIVER: f64 = 1e-9;
-
     /// Whether enough of the other surface lies opposite for a contact condition.
     pub fn covered(&self) -> bool {
-        self.area > Self::SLIVER * self.reference_area
+        covered(self.area, self.reference_area)
+    }
+
+    /// k(A) and dk/dA of the contact condition on a sliver, g̃ + k ζ_n = 0. \[L⁵/F\]
+    ///
+    /// A node that the other surface begins to cover would have to close its gap, on no area, by a finite force: the
+    /// solution would jump as soon as the node is covered. With k = κ A/s, κ = (1 − A/(χ A_ref))² below χ = 1/20 of the
+    /// reference area and 0 above, its force grows from zero with the area instead, like that of a penalty s.
+    ///
+    /// Test: `compliance_matches_finite_differences`.
+    pub fn compliance(&self) -> (f64, f64) {
+        let missing = 1.0 - self.area / (EDGE * self.reference_area);
+        if missing <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let slope = -2.0 * missing / (EDGE * self.reference_area);
+        (
+            missing * missing * self.area / self.edge_stiffness,
+            (missing * missing + slope * self.area) / self.edge_stiffness,
+        )
+    }
+}
+
+/// Part of the reference area below which a contact condition is compliant: the overlap reaches over less than about a
+/// fifth of the facets around the node.
+const EDGE: f64 = 0.05;
+
+/// Overlaps below this fraction of the reference area carry no contact condition.
+const SLIVER: f64 = 1e-9;
+
+/// Whether a tributary area of the overlap is enough for a contact condition at a node with this area in the reference
+/// configuration.
+pub fn covered(area: f64, reference_area: f64) -> bool {
+    area > SLIVER * reference_area
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The compliance and its slope are continuous, and zero from the bound on.
+    #[test]
+    fn compliance_matches_finite_differences() {
+        let at = |area: f64| NodeMeasures {
+            gap: 0.0,
+            slip: Vector2::zeros(),
+            area,
+            reference_area: 2.0,
+            edge_stiffness: 300.0,
+        };
+        let k = |area: f64| at(area).compliance().0;
+        for area in [1e-6, 0.01, 0.05, 0.0999, 0.1, 0.1001, 1.0] {
+            let h = 1e-7 * area;
+            let expected = (k(area + h) - k(area - h)) / (2.0 * h);
+            assert!((at(area).compliance().1 - expected).abs() < 1e-6 / 300.0, "{area}");
+        }
+        // by hand: κ = ¼ at half of the bound
+        assert!((k(0.05) - 0.25 * 0.05 / 300.0).abs() < 1e-18);
+        assert_eq!(NodeMeasures { edge_stiffness: f64::INFINITY, ..at(0.05) }.compliance(), (0.0, 0.0));
     }
 }

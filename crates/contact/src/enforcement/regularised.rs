@@ -4,7 +4,8 @@
 //! ζ_n = max(0, ẑ_n − ε_n g̃),    trial = ẑ_τ + ε_τ ũ_τ,    ζ_τ = return map (stick: trial, slip: μ ζ_n trial/‖trial‖)
 //! ```
 //!
-//! Penalty is ẑ = (0, h) with the history h of the last step; the augmented Lagrangian repeats with ẑ ← ζ.
+//! On a sliver the augmented Lagrangian has ζ_n = max(0, ẑ_n − ε_n (g̃ + k ζ_n)), [`NodeMeasures::compliance`].
+//! Penalty, compliant anyway, is ẑ = (0, h) with the history h of the last step; the augmented Lagrangian repeats with ẑ ← ζ.
 
 use super::{NodeMeasures, Stiffness, StiffnessScaling};
 use crate::friction::{Status, return_map};
@@ -48,7 +49,10 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
         StiffnessScaling::Weighted => 0.0,
     };
     let (normal, tangential) = (stiffness.normal / divisor, stiffness.tangential / divisor);
-    let pressure = multiplier[0] - normal * at.gap;
+    let (compliance, compliance_slope) = at.compliance();
+    // ∂ζ_n/∂ẑ_n
+    let share = 1.0 / (1.0 + normal * compliance);
+    let pressure = share * (multiplier[0] - normal * at.gap);
     if pressure <= 0.0 {
         return open;
     }
@@ -57,17 +61,18 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
     let mut out = open;
     out.status = returned.status;
     out.value = Vector3::new(pressure, returned.traction[0], returned.traction[1]);
-    out.by_gap[0] = -normal;
-    out.by_multiplier[(0, 0)] = 1.0;
+    out.by_gap[0] = -normal * share;
+    out.by_multiplier[(0, 0)] = share;
     // ∂pressure/∂A and ∂trial/∂A
-    let pressure_by_area = normal * at.gap * area_slope;
+    let softening = (at.gap + compliance * pressure) * area_slope - compliance_slope * pressure;
+    let pressure_by_area = normal * share * softening;
     let trial_by_area = -at.slip * tangential * area_slope;
     out.by_area[0] = pressure_by_area;
     let tangential_by_area = returned.by_trial * trial_by_area + returned.by_pressure * pressure_by_area;
     for a in 0..2 {
-        out.by_gap[1 + a] = -normal * returned.by_pressure[a];
+        out.by_gap[1 + a] = out.by_gap[0] * returned.by_pressure[a];
         out.by_area[1 + a] = tangential_by_area[a];
-        out.by_multiplier[(1 + a, 0)] = returned.by_pressure[a];
+        out.by_multiplier[(1 + a, 0)] = share * returned.by_pressure[a];
         for b in 0..2 {
             out.by_slip[(1 + a, b)] = tangential * returned.by_trial[(a, b)];
             out.by_multiplier[(1 + a, 1 + b)] = returned.by_trial[(a, b)];
@@ -82,18 +87,24 @@ mod tests {
 
     #[test]
     fn traction_matches_finite_differences() {
-        let at = |gap: f64, u: [f64; 2]| NodeMeasures {
-            gap,
-            slip: Vector2::new(u[0], u[1]),
-            area: 0.7,
-            reference_area: 1.0,
+        let of = |reference_area: f64| {
+            move |gap: f64, u: [f64; 2]| NodeMeasures {
+                gap,
+                slip: Vector2::new(u[0], u[1]),
+                area: 0.7,
+                reference_area,
+                edge_stiffness: 25.0,
+            }
         };
+        let (at, sliver) = (of(1.0), of(30.0));
         for scaling in [StiffnessScaling::Area, StiffnessScaling::Weighted] {
             let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
             for (z, m, status) in [
                 (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.001, 0.004]), Status::Stick),
                 (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.2, 0.1]), Status::Slip),
                 (Vector3::new(0.5, 0.05, 0.02), at(0.1, [0.2, 0.1]), Status::Inactive),
+                (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [0.001, 0.004]), Status::Stick),
+                (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [0.2, 0.1]), Status::Slip),
             ] {
                 let f = |z: Vector3<f64>, m: NodeMeasures| traction(z, &m, 0.4, &stiffness).value;
                 let base = traction(z, &m, 0.4, &stiffness);

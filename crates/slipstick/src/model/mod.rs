@@ -70,7 +70,7 @@ pub enum GivenStiffness {
     Absolute(Stiffness),
 }
 
-/// Default of ε h/E of the penalty and augmented Lagrangian methods.
+/// Default of ε h/E of the penalty and augmented Lagrangian methods; also the stiffness of contact on slivers.
 pub const DEFAULT_STIFFNESS: f64 = 10.0;
 
 /// Default of c h A/E of the Lagrange method.
@@ -122,6 +122,9 @@ pub struct ContactModel {
     hardness: Vec<f64>,
     /// ε or c of each slave node.
     stiffness: Vec<Stiffness>,
+    /// Stiffness of the contact condition of each slave node while it is hardly covered; it belongs to the model, so it
+    /// does not follow the design.
+    edge_stiffness: Vec<f64>,
     variation: f64,
     /// Whether nodes that slid before start a step as sliding on (1) or sticking (−1).
     onward: f64,
@@ -217,6 +220,7 @@ impl ContactModel {
             master_elements,
             hardness: vec![1.0; count],
             stiffness: Vec::new(),
+            edge_stiffness: Vec::new(),
             variation: 1.0,
             onward: 1.0,
             fixed,
@@ -240,6 +244,10 @@ impl ContactModel {
         };
         model.set_density(start);
         model.stiffness = model.node_stiffness();
+        model.edge_stiffness = match model.method {
+            Method::Penalty { .. } => vec![f64::INFINITY; count],
+            _ => model.hardness.iter().map(|hardness| DEFAULT_STIFFNESS * hardness).collect(),
+        };
         model
     }
 
@@ -375,8 +383,9 @@ impl ContactModel {
         Vector3::new(y[at], y[at + 1], y[at + 2])
     }
 
-    fn measures(&self, j: usize) -> NodeMeasures {
-        self.steps[j].measures(&self.kinematics[j], self.slaves[j].area)
+    /// Measures of slave node j (in the order of [`Self::slave_nodes`]) at the state that was evaluated last.
+    pub fn measures(&self, j: usize) -> NodeMeasures {
+        self.steps[j].measures(&self.kinematics[j], self.slaves[j].area, self.edge_stiffness[j])
     }
 
     /// Current positions x = X + d.

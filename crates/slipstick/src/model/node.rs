@@ -1,7 +1,8 @@
 //! One slave node in a load step: its kinematics against the previous step, and its blocks of force and tangent.
 
-use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
+use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::NodeMeasures;
+use slipstick_contact::enforcement::lagrange::Complementarity;
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
@@ -60,8 +61,8 @@ impl NodeStep {
     }
 
     /// The measures that the contact laws take.
-    pub fn measures(&self, now: &NodeKinematics, reference_area: f64) -> NodeMeasures {
-        NodeMeasures { gap: now.gap(), slip: self.slip, area: now.area, reference_area }
+    pub fn measures(&self, now: &NodeKinematics, reference_area: f64, edge_stiffness: f64) -> NodeMeasures {
+        NodeMeasures { gap: now.gap(), slip: self.slip, area: now.area, reference_area, edge_stiffness }
     }
 
     /// Row of ∂(law)/∂x for a law component with the given partial derivatives in gap, slip and area.
@@ -165,20 +166,19 @@ pub fn add_multiplier_column(now: &NodeKinematics, column: usize, matrix: &mut B
     }
 }
 
-/// Adds the row blocks of a multiplier node: ∂C/∂x through gap and slip, and ∂C/∂ζ.
+/// Adds the row blocks of a multiplier node: ∂C/∂x through gap, slip and area, and ∂C/∂ζ.
 pub fn add_complementarity_row(
     now: &NodeKinematics,
     step: &NodeStep,
-    by_gap: &Vector3<f64>,
-    by_slip: &Matrix3x2<f64>,
-    by_multiplier: &Matrix3<f64>,
+    law: &Complementarity,
     row: usize,
     matrix: &mut BlockMatrix,
 ) {
-    matrix.add(row, row, &std::array::from_fn(|e| by_multiplier[(e / 3, e % 3)]));
+    matrix.add(row, row, &std::array::from_fn(|e| law.by_multiplier[(e / 3, e % 3)]));
     let mut rows: [Vec<f64>; 3] = Default::default();
     for b in 0..3 {
-        step.law_row(now, by_gap[b], [by_slip[(b, 0)], by_slip[(b, 1)]], 0.0, &mut rows[b]);
+        let by_slip = [law.by_slip[(b, 0)], law.by_slip[(b, 1)]];
+        step.law_row(now, law.by_gap[b], by_slip, law.by_area[b], &mut rows[b]);
     }
     if rows.iter().flatten().all(|&v| v == 0.0) {
         return;

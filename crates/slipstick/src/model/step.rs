@@ -5,9 +5,9 @@ use super::pattern::Coupling;
 use super::{ContactModel, Method, inverted};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use rayon::prelude::*;
-use slipstick_contact::enforcement::NodeMeasures;
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, traction};
+use slipstick_contact::enforcement::{NodeMeasures, covered};
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::PreviousRow;
 use slipstick_linalg::BlockMatrix;
@@ -61,8 +61,14 @@ impl ContactModel {
         at
     }
 
+    /// μ at node j; zero in the step in which the node comes over the other surface. Without a previous row its slip
+    /// increment is no measure of sliding: it vanishes for every motion, and stick would be no condition at all.
     fn friction(&self, j: usize) -> f64 {
-        self.interfaces[self.slaves[j].interface as usize].friction
+        let slave = &self.slaves[j];
+        match covered(self.previous_kinematics[j].area, slave.area) {
+            true => self.interfaces[slave.interface as usize].friction,
+            false => 0.0,
+        }
     }
 
     /// C of node j for multiplier ζ. The augmented Lagrangian, whose adjoint needs it too, takes its ε for c.
@@ -248,8 +254,7 @@ impl StepProblem for ContactModel {
                 if self.has_complementarity() {
                     let c = self.complementarity_of(j, self.multiplier(y, j));
                     node::add_multiplier_column(now, row, &mut matrix);
-                    let partials = (&c.by_gap, &c.by_slip, &c.by_multiplier);
-                    node::add_complementarity_row(now, step, partials.0, partials.1, partials.2, row, &mut matrix);
+                    node::add_complementarity_row(now, step, &c, row, &mut matrix);
                 }
             }
         }
@@ -288,7 +293,7 @@ impl StepProblem for ContactModel {
         let mut worst: Option<(f64, u32, f64)> = None;
         for (j, before) in self.previous_kinematics.iter().enumerate() {
             let reach = self.interfaces[self.slaves[j].interface as usize].interface.reach();
-            if self.measures(j).covered() || before.area <= NodeMeasures::SLIVER * self.slaves[j].area {
+            if self.measures(j).covered() || !covered(before.area, self.slaves[j].area) {
                 continue;
             }
             let depth = -before.gap_at(&x) / before.area;
