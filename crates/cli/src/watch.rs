@@ -93,14 +93,15 @@ impl<'a> Watch<'a> {
             "step",
             json!({
                 "iteration": self.iteration, "step": state.completes, "time": state.time,
-                "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa,
+                "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
                 "open": open, "stick": stick, "slip": slip,
             }),
         );
         if self.console.tells(self.level) && !self.console.has_bar() {
             let time = state.time;
+            let rounded = state.report.rounded.map_or(String::new(), |left| format!("; round-off left {left:.1e}"));
             self.console.text(&format!(
-                "  {step}  t = {time:.5}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}"
+                "  {step}  t = {time:.5}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}"
             ));
         }
         if self.console.tells(2) {

@@ -85,6 +85,9 @@ pub struct StepReport {
     pub iterations: Vec<IterationRecord>,
     /// Uzawa iterations (0 for methods without).
     pub uzawa: usize,
+    /// Where the last Newton iteration ended at the rounding of the positions, the relative residual that it left; `None`
+    /// where it met the tolerances.
+    pub rounded: Option<f64>,
 }
 
 /// An increment below this part of the positions is rounding: that of x = X + d, times the sum over a mortar row.
@@ -131,6 +134,7 @@ pub(crate) fn solve(
     let mut records = Vec::new();
     let result = iterate(problem, linear, y, target, options, &mut records);
     report.iterations.extend_from_slice(&records);
+    let result = result.map(|rounded| report.rounded = rounded);
     result.map_err(|kind| StepFailure { kind, iterations: std::mem::take(&mut report.iterations), iterate: y.to_vec() })
 }
 
@@ -141,7 +145,7 @@ fn iterate(
     target: &[f64],
     options: &NewtonOptions,
     records: &mut Vec<IterationRecord>,
-) -> Result<(), StepFailureKind> {
+) -> Result<Option<f64>, StepFailureKind> {
     let n = problem.unknowns();
     let displacements = problem.displacements();
     let mut residual = vec![0.0; n];
@@ -193,11 +197,11 @@ fn iterate(
         records.push(record);
         let scales = problem.scales();
         if converged(&record, &scales, &options.tolerances) {
-            return Ok(());
+            return Ok(None);
         }
         let size = record.residual / scales.force + record.contact / scales.multiplier;
         if size <= ROUNDED && record.displacement <= ROUNDING * scales.position && !progress.falls_to(size) {
-            return Ok(());
+            return Ok(Some(size));
         }
         progress.add(size);
         // proportional to the residual, so that convergence stays quadratic
