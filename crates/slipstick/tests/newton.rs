@@ -194,7 +194,11 @@ fn a_tolerance_below_rounding_ends_at_rounding() {
             let last = state.report.iterations.last().unwrap();
             assert!(last.displacement < 1e-14 * size, "{method}: {last:?}");
             // and says so, with what is left
-            assert!(state.report.rounded.is_some_and(|left| 1e-16 < left && left < 1e-10), "{:?}", state.report.rounded);
+            assert!(
+                state.report.rounded.is_some_and(|left| 1e-16 < left && left < 1e-10),
+                "{:?}",
+                state.report.rounded
+            );
         }
     }
 }
