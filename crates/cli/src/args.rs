@@ -3,6 +3,8 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use slipstick::case::Memory;
+
 use clap::{ArgAction, Args, Parser, Subcommand, ValueHint};
 
 /// Topology optimization of bodies in three-dimensional finite-deformation frictional contact.
@@ -64,6 +66,8 @@ pub enum Command {
     Evaluate(Evaluate),
     /// Draw results as a PNG picture
     Render(Render),
+    /// Measure where the time of analysis and gradient goes, by size and number of threads
+    Bench(Bench),
 }
 
 /// Arguments of `new`.
@@ -91,8 +95,8 @@ pub struct CaseFile {
 /// Where results go.
 #[derive(Debug, Clone, Args)]
 pub struct Out {
-    /// Directory for results [default: the case file's `output.directory`, else its name without `.toml`, beside it;
-    /// but for `optimize` with `_` and the command's name behind it]
+    /// Directory for results [default: the case file's `output.directory`, else its name without `.toml`, beside it; all
+    /// commands but `optimize` add `_` and their name]
     #[arg(short, long, value_name = "DIRECTORY", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
     /// Replace results of an earlier run in that directory
@@ -268,6 +272,45 @@ pub struct Render {
     pub out: Option<PathBuf>,
 }
 
+/// Arguments of `bench`.
+#[derive(Debug, Clone, Args)]
+pub struct Bench {
+    /// A case file [default: a half ball pressed into a plate and slid over it, in several sizes]
+    #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
+    pub case: Option<PathBuf>,
+    /// The design.
+    #[command(flatten)]
+    pub design: DesignFrom,
+    /// Sizes of the half ball on its plate: elements, about
+    #[arg(
+        long,
+        value_name = "NUMBERS",
+        value_delimiter = ',',
+        default_value = "1000,3000,9400",
+        conflicts_with_all = ["case", "design"]
+    )]
+    pub sizes: Vec<NonZeroUsize>,
+    /// Numbers of threads
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
+    pub threads: Vec<NonZeroUsize>,
+    /// Load steps from the start of the path [default: all of a case; 10 of the half ball's 50]
+    #[arg(long, value_name = "NUMBER")]
+    pub steps: Option<NonZeroUsize>,
+    /// Memory for factors that are kept for the gradient [default: the case's `adjoint.memory`]
+    #[arg(long, value_name = "MEMORY", value_parser = memory)]
+    pub memory: Option<Memory>,
+    /// Measure the time that processors spend on it, all threads together, instead of the time that passes
+    #[arg(long)]
+    pub cpu: bool,
+    /// Measure in this process, once
+    #[arg(long, hide = true)]
+    pub worker: bool,
+}
+
+fn memory(text: &str) -> Result<Memory, String> {
+    Memory::parse(text).ok_or_else(|| "an amount like \"8 GiB\" is expected".into())
+}
+
 fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     sides.ok_or_else(|| "width and height as in 900x720 are expected".into())
@@ -328,6 +371,12 @@ mod tests {
         let cli = parse("slipstick evaluate c.toml --design o --friction 0,0.1,0.25").expect("right");
         let Command::Evaluate(evaluate) = cli.command else { panic!("evaluate") };
         assert_eq!(evaluate.friction, [0.0, 0.1, 0.25]);
+        let Command::Bench(bench) =
+            parse("slipstick bench --sizes 100,900 --threads 1,2 --memory 2GiB").expect("right").command
+        else {
+            panic!("bench")
+        };
+        assert_eq!((bench.sizes.len(), bench.threads.len(), bench.memory), (2, 2, Some(Memory(2 << 30))));
         for line in ["new", "new ironing --force", "check c.toml --resolved", "solve c.toml", "resume o"] {
             parse(&format!("slipstick {line}")).expect("right");
         }

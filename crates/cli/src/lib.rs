@@ -5,6 +5,7 @@
 
 pub mod args;
 pub mod case_file;
+pub mod clock;
 pub mod commands;
 pub mod console;
 pub mod exit;
@@ -46,6 +47,7 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
         Command::Resume(args) => commands::resume::run(&context, args),
         Command::Evaluate(args) => commands::evaluate::run(&context, args),
         Command::Render(args) => commands::render::run(&context, args),
+        Command::Bench(args) => commands::bench::run(&context, args),
         Command::Verify(args) => match &args.what {
             VerifyWhat::Gradient(args) => commands::verify::run(&context, args),
         },

@@ -25,12 +25,14 @@ pub struct Returned {
     pub by_trial: Matrix2<f64>,
     /// ∂ζ_τ/∂ζ_n.
     pub by_pressure: Vector2<f64>,
+    /// ∂ζ_τ/∂μ. \[F/L²\]
+    pub by_friction: Vector2<f64>,
 }
 
 /// Coulomb return map: `trial` inside of the cone `‖·‖ ≤ μ p` is kept (stick), outside it is scaled back (slip).
 ///
 /// `pressure` p ≥ 0 and `trial` in F/L². With s = trial/‖trial‖ the slip branch has
-/// `∂ζ_τ/∂trial = (μ p/‖trial‖)(I − s sᵀ)` and `∂ζ_τ/∂p = μ s`; a dyad, where the paper prints squares.
+/// `∂ζ_τ/∂trial = (μ p/‖trial‖)(I − s sᵀ)`, `∂ζ_τ/∂p = μ s` and `∂ζ_τ/∂μ = p s`; a dyad, where the paper prints squares.
 ///
 /// Paper: (41), (50), linearised (75)–(77), (82)–(84). Test: `return_map_matches_finite_differences`.
 pub fn return_map(pressure: f64, trial: Vector2<f64>, friction: f64) -> Returned {
@@ -40,6 +42,7 @@ pub fn return_map(pressure: f64, trial: Vector2<f64>, friction: f64) -> Returned
             traction: Vector2::zeros(),
             by_trial: Matrix2::zeros(),
             by_pressure: Vector2::zeros(),
+            by_friction: Vector2::zeros(),
         };
     }
     let (limit, size) = (friction * pressure, trial.norm());
@@ -49,6 +52,7 @@ pub fn return_map(pressure: f64, trial: Vector2<f64>, friction: f64) -> Returned
             traction: trial,
             by_trial: Matrix2::identity(),
             by_pressure: Vector2::zeros(),
+            by_friction: Vector2::zeros(),
         };
     }
     let direction = trial / size;
@@ -57,6 +61,7 @@ pub fn return_map(pressure: f64, trial: Vector2<f64>, friction: f64) -> Returned
         traction: direction * limit,
         by_trial: (Matrix2::identity() - direction * direction.transpose()) * (limit / size),
         by_pressure: direction * friction,
+        by_friction: direction * pressure,
     }
 }
 
@@ -83,6 +88,8 @@ mod tests {
             let fd = (return_map(pressure + h, trial, 0.4).traction - return_map(pressure - h, trial, 0.4).traction)
                 / (2.0 * h);
             assert!((fd - base.by_pressure).norm() < 1e-9);
+            let at = |friction: f64| return_map(pressure, trial, friction).traction;
+            assert!(((at(0.4 + h) - at(0.4 - h)) / (2.0 * h) - base.by_friction).norm() < 1e-9);
         }
     }
 

@@ -6,6 +6,8 @@ use slipstick_contact::ContactInterface;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
 
+/// The reference divides overlaps at the mean of their vertices, slipstick at the centroid: on these distorted facets the
+/// 7-point rule then differs by up to 4e-11. With the mean of the vertices here too, it is 1e-16.
 const BOUND: f64 = 1e-10;
 
 struct Configuration {

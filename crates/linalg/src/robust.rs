@@ -24,7 +24,7 @@ const LARGEST_FALLBACK: usize = 120_000;
 /// Which direct solver to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverChoice {
-    /// Multifrontal in double precision, then faer.
+    /// Multifrontal in single precision, then in double, then faer.
     #[default]
     Auto,
     /// Multifrontal in the given precision; single precision falls back to double, then to faer.
@@ -38,7 +38,7 @@ pub enum SolverChoice {
 
 /// Facade over the solvers: tries them in turn until factors pass a test solve.
 ///
-/// The chain is multifrontal in single precision (if chosen), multifrontal in double precision, faer
+/// The chain is multifrontal in single precision (unless double is chosen), multifrontal in double precision, faer
 /// (up to 120 000 unknowns). A matrix that double precision finds singular is reported at once.
 #[derive(Debug)]
 pub struct RobustSolver {
@@ -92,14 +92,19 @@ impl RobustSolver {
         }
     }
 
+    /// Drops what is kept of earlier patterns, so that what follows does not depend on them.
+    pub fn forget(&mut self) {
+        self.multifrontal.forget();
+    }
+
     fn chain(&self, n: usize) -> Vec<Method> {
         use Method::{Multifrontal, Supernodal};
         let mut chain = match self.choice {
             SolverChoice::Faer => return vec![Supernodal],
-            SolverChoice::Multifrontal { precision: Precision::F32 } => {
+            SolverChoice::Auto | SolverChoice::Multifrontal { precision: Precision::F32 } => {
                 vec![Multifrontal(Precision::F32), Multifrontal(Precision::F64)]
             }
-            _ => vec![Multifrontal(Precision::F64)],
+            SolverChoice::Multifrontal { precision: Precision::F64 } => vec![Multifrontal(Precision::F64)],
         };
         if n <= LARGEST_FALLBACK {
             chain.push(Supernodal);
@@ -174,7 +179,8 @@ fn test_factors(a: &CsrMatrix, factors: &dyn Factorization, solver: &'static str
         })
         .collect();
     let mut x = vec![0.0; a.n()];
-    let options = SolveOptions { tolerance: TEST_TOLERANCE, max_iterations: TEST_ITERATIONS, restart: TEST_ITERATIONS };
+    let (tolerance, most) = (TEST_TOLERANCE, TEST_ITERATIONS);
+    let options = SolveOptions { tolerance, max_iterations: most, restart: most, give_up_early: false };
     let residual = match solve_with(a, factors, false, &rhs, &mut x, &options) {
         Ok(report) => report.relative_residual,
         Err(SolveError::NotConverged { report, .. }) => report.relative_residual,

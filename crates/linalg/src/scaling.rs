@@ -9,6 +9,9 @@ const ROWS_PER_TASK: usize = 8192;
 /// Symmetric sweeps before the rows and then the columns are levelled at once.
 const SWEEPS: usize = 3;
 
+/// Sizes of rows and columns, and their reciprocals, within which a scaling still serves.
+const LEVEL: f64 = 16.0;
+
 /// Row and column factors that bring the largest entry of every row and column of
 /// `diag(rows) A diag(columns)` close to one. Powers of two, so that scaling is free of rounding.
 #[derive(Debug, Clone)]
@@ -35,6 +38,17 @@ impl Scaling {
         let (_, columns) = scaling.largest_entries(a);
         multiply(&mut scaling.columns, &columns, -1.0);
         scaling
+    }
+
+    /// Brings the scaling of an earlier matrix to `a`: as it is where its rows and columns are still level, else anew.
+    pub fn follow(earlier: Option<Self>, a: &CsrMatrix) -> Self {
+        let still_fits = |scaling: &Self| {
+            let (rows, columns) = scaling.largest_entries(a);
+            rows.iter().chain(&columns).all(|&size| size == 0.0 || (1.0 / LEVEL..=LEVEL).contains(&size))
+        };
+        earlier
+            .filter(|scaling| scaling.rows.len() == a.n() && still_fits(scaling))
+            .unwrap_or_else(|| Self::equilibrate(a))
     }
 
     /// Largest absolute entry of each scaled row and column. Maxima do not depend on the order in

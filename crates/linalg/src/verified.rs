@@ -8,6 +8,11 @@ use thiserror::Error;
 /// itself: a few units in the last place, since rows hold some hundred entries.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
+/// Iterations before which nothing is foreseen, and how much faster than so far the residual is hoped to fall later: GMRES
+/// gains speed once it has found the few directions in which the factors are wrong.
+const LEAST_SEEN: usize = 3;
+const HOPE: f64 = 2.0;
+
 /// Outcome of a verified solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolveReport {
@@ -28,12 +33,14 @@ pub struct SolveOptions {
     pub max_iterations: usize,
     /// Directions kept before a restart. Each takes two vectors of memory.
     pub restart: usize,
+    /// Whether to stop as soon as the residual falls too slowly to arrive within `max_iterations`.
+    pub give_up_early: bool,
 }
 
 impl SolveOptions {
-    /// The given tolerance, at most 100 iterations, a restart after 50.
+    /// The given tolerance, at most 100 iterations, a restart after 50, all of them if need be.
     pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, max_iterations: 100, restart: 50 }
+        Self { tolerance, max_iterations: 100, restart: 50, give_up_early: false }
     }
 }
 
@@ -137,7 +144,11 @@ pub fn solve_with(
         let target = options.tolerance * norm(rhs);
         let mut candidate = x.to_vec();
         let steps = left.min(options.restart.max(1));
-        let taken = system.cycle(&mut candidate, &residual, target, steps)?;
+        let hopeless = |fallen: f64, taken: usize| {
+            let wanted = (0.5 * target / norm(&residual)).ln();
+            options.give_up_early && taken >= LEAST_SEEN && HOPE * fallen.ln() * left as f64 > wanted * taken as f64
+        };
+        let (taken, given_up) = system.cycle(&mut candidate, &residual, target, steps, &hopeless)?;
         let improved = system.assess(&candidate, &mut residual, report.iterations + taken)?;
         let stalled = improved.relative_residual > 0.5 * report.relative_residual;
         if improved.relative_residual < report.relative_residual {
@@ -146,7 +157,7 @@ pub fn solve_with(
         } else {
             report.iterations = improved.iterations;
         }
-        if stalled && !system.accepts(&report, options.tolerance) {
+        if (stalled || given_up) && !system.accepts(&report, options.tolerance) {
             if report.backward_error <= ROUNDING {
                 return Ok(report);
             }
@@ -200,8 +211,15 @@ impl System<'_> {
     }
 
     /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the
-    /// number of preconditioned directions.
-    fn cycle(&self, x: &mut [f64], r: &[f64], target: f64, steps: usize) -> Result<usize, SolveError> {
+    /// number of preconditioned directions, and whether `hopeless` (of the part of `r` that is left, and that number) ended it.
+    fn cycle(
+        &self,
+        x: &mut [f64],
+        r: &[f64],
+        target: f64,
+        steps: usize,
+        hopeless: &dyn Fn(f64, usize) -> bool,
+    ) -> Result<(usize, bool), SolveError> {
         let beta = norm(r);
         let mut basis = vec![r.iter().map(|r| r / beta).collect::<Vec<f64>>()];
         let mut directions: Vec<Vec<f64>> = Vec::new();
@@ -221,13 +239,16 @@ impl System<'_> {
             if estimate <= 0.5 * target || next == 0.0 {
                 break;
             }
+            if hopeless(estimate / beta, directions.len()) {
+                return Ok((directions.len(), true));
+            }
             w.iter_mut().for_each(|w| *w /= next);
             basis.push(w);
         }
         for (coefficient, z) in hessenberg.solution().iter().zip(&directions) {
             x.iter_mut().zip(z).for_each(|(x, z)| *x += coefficient * z);
         }
-        Ok(directions.len())
+        Ok((directions.len(), false))
     }
 }
 

@@ -47,7 +47,7 @@ fn solvers() -> Vec<Box<dyn LinearSolver>> {
     vec![
         Box::new(SupernodalSolver::new()),
         Box::new(MultifrontalSolver::new(Precision::F64)),
-        Box::new(RobustSolver::new(SolverChoice::Auto)),
+        Box::new(RobustSolver::new(SolverChoice::Multifrontal { precision: Precision::F64 })),
     ]
 }
 

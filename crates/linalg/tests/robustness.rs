@@ -45,7 +45,7 @@ fn multipliers_of_prescribed_nodes_are_handled() {
     let mut x = vec![0.0; a.n()];
     let mut solver = RobustSolver::new(SolverChoice::Auto);
     let factors = solver.factorize(&a).unwrap();
-    assert_eq!(solver.used(), Some("multifrontal LU in double precision"));
+    assert_eq!(solver.used(), Some("multifrontal LU in single precision"));
     let report = solve_verified(&a, factors.as_ref(), false, &b, &mut x, 1e-10).unwrap();
     assert!(report.iterations <= 2, "{report:?}");
 }

@@ -73,7 +73,7 @@ fn hopeless_factors_are_reported() {
     let factors = SupernodalSolver::new().factorize(&other).unwrap();
     let b = random.vector(a.n());
     let mut x = vec![0.0; a.n()];
-    let options = SolveOptions { tolerance: 1e-10, max_iterations: 5, restart: 5 };
+    let options = SolveOptions { tolerance: 1e-10, max_iterations: 5, restart: 5, give_up_early: false };
     match solve_with(&a, factors.as_ref(), false, &b, &mut x, &options) {
         Err(SolveError::NotConverged { report, tolerance }) => {
             assert_eq!(tolerance, 1e-10);

@@ -19,7 +19,8 @@
 //! ```
 //!
 //! Prescribed unknowns are removed after transposition: their λ is zero. Paper: §3, (53)–(61), in the form that is exact
-//! for every method. The crate knows no enforcement method, does no I/O and reads no clock.
+//! for every method. The crate knows no enforcement method, does no I/O and reads no clock but one
+//! that the caller lends ([`Timings`]).
 
 mod failure;
 mod linear;
@@ -27,11 +28,13 @@ mod march;
 mod newton;
 mod problem;
 mod sweep;
+mod timings;
 mod uzawa;
 
 pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
 pub use linear::{LinearSystem, SolveCounts};
-pub use march::{Keep, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Silent, march};
+pub use march::{MarchEvent, MarchObserver, MarchOptions, Path, PathState, Silent, march};
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances};
 pub use problem::{PreviousPullBack, Scales, StepProblem, StepState, UzawaOptions};
 pub use sweep::{PathObjective, SweepError, SweepOptions, sweep};
+pub use timings::{Phase, Timings};

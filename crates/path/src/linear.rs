@@ -1,13 +1,14 @@
 //! Reduced linear systems of Newton's method and of the adjoint, every solve verified by its residual.
 //!
-//! Factors serve more than once: while the active set is the same, the factors of an earlier tangent precondition GMRES
-//! on the present one, as long as that is foreseen to cost less than new factors. The decision rests on counts of
-//! operations, not on a clock, so that a run can be repeated bit for bit.
+//! Factors serve more than once: while the active set is almost the same, the factors of an earlier tangent precondition GMRES
+//! on the present one, as long as that is foreseen to cost less than new factors; so do factors that the march kept for
+//! the adjoint. The decision rests on counts of operations, not on a clock, so that a run can be repeated bit for bit.
 
 use crate::failure::StepFailureKind;
+use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
-    BlockMatrix, BlockPattern, CsrMatrix, CsrPattern, Factorization, LinearSolver, Precision, Reduction, RobustSolver,
-    SolveOptions, SolverChoice, solve_verified, solve_with,
+    BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, LinearSolver, Precision, Reduction,
+    RobustSolver, SolveOptions, SolverChoice, solve_verified, solve_with,
 };
 use std::sync::Arc;
 
@@ -15,8 +16,9 @@ use std::sync::Arc;
 pub struct LinearSystem {
     solver: RobustSolver,
     cached: Option<Cached>,
-    lagged: Option<Lagged>,
+    lagged: Option<Arc<KeptFactors>>,
     counts: SolveCounts,
+    timings: Timings,
 }
 
 /// What was solved how, since the system was made.
@@ -38,18 +40,34 @@ struct Cached {
     reduction: Arc<Reduction>,
 }
 
-/// Factors of an earlier tangent.
-struct Lagged {
-    pattern: Arc<CsrPattern>,
+/// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
+pub(crate) struct KeptFactors {
     factors: Arc<dyn Factorization>,
+    fixed: Vec<bool>,
     active_set: Vec<u8>,
 }
 
-/// A factorized tangent with the map back to all unknowns.
-pub struct Factored {
+impl KeptFactors {
+    /// Contact nodes with another status than when these were made.
+    fn changed_nodes(&self, active_set: &[u8]) -> usize {
+        if self.active_set.len() != active_set.len() {
+            return usize::MAX;
+        }
+        self.active_set.iter().zip(active_set).filter(|(before, now)| before != now).count()
+    }
+
+    /// Memory in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.factors.bytes()
+    }
+}
+
+/// The free part of a tangent with the map back to all unknowns.
+struct Reduced {
     matrix: CsrMatrix,
-    factors: Arc<dyn Factorization>,
     reduction: Arc<Reduction>,
+    /// Number of all unknowns.
+    unknowns: usize,
 }
 
 /// Floating-point operations per second of a factorization, and bytes per second of a solve, on one core. Only their
@@ -60,13 +78,17 @@ const MEMORY_RATE: f64 = 8e9;
 /// Part of the break-even number of iterations that earlier factors are given.
 const PATIENCE: f64 = 0.5;
 
+/// Most contact nodes with another status for which earlier factors are tried: each is a few more directions to find.
+const MOST_CHANGED: usize = 2;
+
 /// Fewer iterations than this are not worth an attempt.
 const LEAST_BUDGET: usize = 3;
 
 impl LinearSystem {
     /// With the given direct solver.
     pub fn new(choice: SolverChoice) -> Self {
-        Self { solver: RobustSolver::new(choice), cached: None, lagged: None, counts: SolveCounts::default() }
+        let (solver, counts) = (RobustSolver::new(choice), SolveCounts::default());
+        Self { solver, cached: None, lagged: None, counts, timings: Timings::default() }
     }
 
     /// What was solved how.
@@ -74,40 +96,74 @@ impl LinearSystem {
         self.counts
     }
 
-    /// Drops factors of earlier tangents, so that what follows does not depend on what was solved before.
+    /// Time spent, if it is measured.
+    pub fn timings(&self) -> Timings {
+        self.timings
+    }
+
+    /// Measures time from now on, or no more, from zero.
+    pub fn set_timings(&mut self, timings: Timings) {
+        self.timings = timings;
+    }
+
+    /// Drops all that is kept of earlier systems, so that what follows does not depend on them.
     pub fn forget(&mut self) {
+        self.lagged = None;
+        self.cached = None;
+        self.solver.forget();
+    }
+
+    /// Drops factors of earlier tangents, but not the elimination order.
+    pub(crate) fn forget_factors(&mut self) {
         self.lagged = None;
     }
 
-    /// The free part of `matrix`.
-    fn reduce(&mut self, matrix: &BlockMatrix, fixed: &[bool], groups: &[u32]) -> (CsrMatrix, Arc<Reduction>) {
+    /// The latest factors, if they are of a system with these prescribed unknowns.
+    pub(crate) fn latest(&self, fixed: &[bool]) -> Option<&Arc<KeptFactors>> {
+        self.lagged.as_ref().filter(|f| f.fixed == fixed)
+    }
+
+    /// The free part of `matrix`; prepares for its pattern.
+    fn reduce(&mut self, matrix: &BlockMatrix, fixed: &[bool], groups: &[u32]) -> Reduced {
         let fits = self.cached.as_ref().is_some_and(|c| Arc::ptr_eq(&c.pattern, matrix.pattern()) && c.fixed == fixed);
         if !fits {
+            let begin = self.timings.begin();
             let reduction = Arc::new(Reduction::new(matrix.pattern(), fixed, groups));
             self.cached = Some(Cached { pattern: matrix.pattern().clone(), fixed: fixed.to_vec(), reduction });
+            self.timings.end(Phase::Analysis, begin);
         }
         let reduction = self.cached.as_ref().expect("set above").reduction.clone();
-        (reduction.reduce(matrix), reduction)
+        let begin = self.timings.begin();
+        let system = Reduced { matrix: reduction.reduce(matrix), reduction, unknowns: fixed.len() };
+        self.timings.end(Phase::Solve, begin);
+        system
     }
 
-    /// Factorizes the free part of `matrix`.
-    ///
-    /// # Errors
-    /// [`StepFailureKind::Linear`] with the solver's message.
-    pub fn factorize(
+    /// New factors, the latest from now on.
+    fn factorize(
         &mut self,
-        matrix: &BlockMatrix,
+        matrix: &CsrMatrix,
         fixed: &[bool],
-        groups: &[u32],
-    ) -> Result<Factored, StepFailureKind> {
-        let (matrix, reduction) = self.reduce(matrix, fixed, groups);
+        active_set: &[u8],
+    ) -> Result<Arc<KeptFactors>, StepFailureKind> {
+        let fail = |e: FactorizationError| StepFailureKind::Linear(e.to_string());
+        // the old ones go first: two at a time are too much memory
+        self.lagged = None;
+        let begin = self.timings.begin();
+        self.solver.analyse(&matrix.pattern).map_err(fail)?;
+        self.timings.end(Phase::Analysis, begin);
         self.counts.factorizations += 1;
-        let factors = self.solver.factorize(&matrix).map_err(|e| StepFailureKind::Linear(e.to_string()))?;
-        Ok(Factored { matrix, factors: factors.into(), reduction })
+        let begin = self.timings.begin();
+        let factors = self.solver.factorize(matrix);
+        self.timings.end(Phase::Factor, begin);
+        let factors = factors.map_err(fail)?.into();
+        let kept = Arc::new(KeptFactors { factors, fixed: fixed.to_vec(), active_set: active_set.to_vec() });
+        self.lagged = Some(kept.clone());
+        Ok(kept)
     }
 
-    /// Solves K x = `rhs` on the free unknowns, with factors of an earlier tangent if they are of the same active set
-    /// and good enough, else with new ones. The others are left at zero.
+    /// Solves K x = `rhs` on the free unknowns, with factors of an earlier tangent if they are of almost the same
+    /// active set and good enough, else with new ones. The others are left at zero.
     ///
     /// # Errors
     /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual `tolerance`.
@@ -120,48 +176,89 @@ impl LinearSystem {
         rhs: &[f64],
         tolerance: f64,
     ) -> Result<Vec<f64>, StepFailureKind> {
-        let (matrix, reduction) = self.reduce(matrix, fixed, groups);
-        if let Some(x) = self.solve_lagged(&matrix, &reduction, active_set, rhs, tolerance) {
-            return Ok(x);
-        }
-        self.counts.factorizations += 1;
-        let factors: Arc<dyn Factorization> =
-            self.solver.factorize(&matrix).map_err(|e| StepFailureKind::Linear(e.to_string()))?.into();
-        let pattern = matrix.pattern.clone();
-        self.lagged = Some(Lagged { pattern, factors: factors.clone(), active_set: active_set.to_vec() });
-        Factored { matrix, factors, reduction }.solve(rhs, false, tolerance)
+        let system = self.reduce(matrix, fixed, groups);
+        let rhs = system.reduction.restrict(rhs);
+        let at_hand = self.lagged.clone().filter(|f| f.changed_nodes(active_set) <= MOST_CHANGED);
+        let x = match self.solve_nearby(&system, at_hand, fixed, false, &rhs, tolerance) {
+            Some(x) => x,
+            None => {
+                let new = self.factorize(&system.matrix, fixed, active_set)?;
+                self.solve_exact(&system, &new, false, &rhs, tolerance)?
+            }
+        };
+        Ok(system.prolong(&x))
     }
 
-    fn solve_lagged(
+    /// Solves Kᵀ x = `rhs` on the free unknowns: with the factors `kept` at this state, if they are good enough, else with
+    /// new ones, which are not kept: those of one step do not serve another. The others are left at zero.
+    ///
+    /// # Errors
+    /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual `tolerance`.
+    pub(crate) fn solve_transpose(
         &mut self,
-        matrix: &CsrMatrix,
-        reduction: &Reduction,
-        active_set: &[u8],
+        matrix: &BlockMatrix,
+        fixed: &[bool],
+        groups: &[u32],
+        kept: Option<&Arc<KeptFactors>>,
+        rhs: &[f64],
+        tolerance: f64,
+    ) -> Result<Vec<f64>, StepFailureKind> {
+        let system = self.reduce(matrix, fixed, groups);
+        let rhs = system.reduction.restrict(rhs);
+        let x = match self.solve_nearby(&system, kept.cloned(), fixed, true, &rhs, tolerance) {
+            Some(x) => x,
+            None => {
+                let new = self.factorize(&system.matrix, fixed, &[])?;
+                self.lagged = None;
+                self.solve_exact(&system, &new, true, &rhs, tolerance)?
+            }
+        };
+        Ok(system.prolong(&x))
+    }
+
+    fn solve_exact(
+        &mut self,
+        system: &Reduced,
+        factors: &KeptFactors,
+        transpose: bool,
+        rhs: &[f64],
+        tolerance: f64,
+    ) -> Result<Vec<f64>, StepFailureKind> {
+        let mut x = vec![0.0; rhs.len()];
+        let begin = self.timings.begin();
+        let result = solve_verified(&system.matrix, factors.factors.as_ref(), transpose, rhs, &mut x, tolerance);
+        self.timings.end(Phase::Solve, begin);
+        result.map(|_| x).map_err(|e| StepFailureKind::Linear(e.to_string()))
+    }
+
+    /// The solution with factors of a nearby tangent, if they lead to it at less cost than new ones.
+    fn solve_nearby(
+        &mut self,
+        system: &Reduced,
+        at_hand: Option<Arc<KeptFactors>>,
+        fixed: &[bool],
+        transpose: bool,
         rhs: &[f64],
         tolerance: f64,
     ) -> Option<Vec<f64>> {
-        let lagged = self.lagged.as_ref()?;
-        if !Arc::ptr_eq(&lagged.pattern, &matrix.pattern) || lagged.active_set != active_set {
-            return None;
-        }
-        let budget = budget(matrix, lagged.factors.as_ref());
+        let at_hand = at_hand.filter(|f| f.fixed == fixed)?;
+        let budget = budget(&system.matrix, at_hand.factors.as_ref());
         if budget < LEAST_BUDGET {
             return None;
         }
-        let rhs_free = reduction.restrict(rhs);
-        let mut x = vec![0.0; rhs_free.len()];
-        let options = SolveOptions { tolerance, max_iterations: budget, restart: budget };
-        match solve_with(matrix, lagged.factors.as_ref(), false, &rhs_free, &mut x, &options) {
+        let mut x = vec![0.0; rhs.len()];
+        let options = SolveOptions { tolerance, max_iterations: budget, restart: budget, give_up_early: true };
+        let begin = self.timings.begin();
+        let result = solve_with(&system.matrix, at_hand.factors.as_ref(), transpose, rhs, &mut x, &options);
+        self.timings.end(Phase::Solve, begin);
+        match result {
             Ok(report) => {
                 self.counts.lagged += 1;
                 self.counts.lagged_iterations += report.iterations;
-                let mut full = vec![0.0; rhs.len()];
-                reduction.prolong(&x, &mut full);
-                Some(full)
+                Some(x)
             }
             Err(_) => {
                 self.counts.given_up += 1;
-                self.lagged = None;
                 None
             }
         }
@@ -177,25 +274,11 @@ fn budget(matrix: &CsrMatrix, factors: &dyn Factorization) -> usize {
     (PATIENCE * factor_time / iteration_time).min(60.0) as usize
 }
 
-impl Factored {
-    /// Solves K x = `rhs` (or Kᵀ x = `rhs`) on the free unknowns; the others are left at zero.
-    ///
-    /// # Errors
-    /// [`StepFailureKind::Linear`] if the true relative residual stays above `tolerance`.
-    pub fn solve(&self, rhs: &[f64], transpose: bool, tolerance: f64) -> Result<Vec<f64>, StepFailureKind> {
-        let rhs_free = self.reduction.restrict(rhs);
-        let mut x = vec![0.0; rhs_free.len()];
-        if rhs_free.iter().any(|&r| r != 0.0) {
-            solve_verified(&self.matrix, self.factors.as_ref(), transpose, &rhs_free, &mut x, tolerance)
-                .map_err(|e| StepFailureKind::Linear(e.to_string()))?;
-        }
-        let mut full = vec![0.0; rhs.len()];
-        self.reduction.prolong(&x, &mut full);
-        Ok(full)
-    }
-
-    /// Memory of the factors in bytes.
-    pub fn bytes(&self) -> usize {
-        self.factors.bytes()
+impl Reduced {
+    /// A solution with the prescribed unknowns at zero.
+    fn prolong(&self, x: &[f64]) -> Vec<f64> {
+        let mut full = vec![0.0; self.unknowns];
+        self.reduction.prolong(x, &mut full);
+        full
     }
 }

@@ -1,21 +1,11 @@
 //! The march along the load path: steps, retries, cut-backs, and the store of states.
 
 use crate::failure::{MarchFailure, StepFailure, StepFailureKind};
-use crate::linear::{Factored, LinearSystem};
+use crate::linear::{KeptFactors, LinearSystem};
 use crate::newton::{self, NewtonOptions, StepReport};
 use crate::problem::{StepProblem, StepState};
 use crate::uzawa;
 use std::sync::Arc;
-
-/// What is kept of each step for the sweep. The gradient is the same either way, to the tolerance of the linear solves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Keep {
-    /// States only; the sweep assembles and factorizes again.
-    #[default]
-    States,
-    /// The factorized tangent at each converged state too.
-    Factors,
-}
 
 /// Settings of the march.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -24,8 +14,10 @@ pub struct MarchOptions {
     pub newton: NewtonOptions,
     /// How often the increment of a failing step may be halved.
     pub max_cutbacks: u32,
-    /// What to keep for the sweep.
-    pub keep: Keep,
+    /// Memory for factors that are kept for the sweep. \[bytes\] Each step keeps the factors that its Newton iteration
+    /// used last, while they fit; the sweep makes new ones where they do not, or serve badly. The gradient is the same
+    /// either way, to the tolerance of its linear solves.
+    pub factor_memory: usize,
 }
 
 /// An accepted state.
@@ -41,7 +33,7 @@ pub struct PathState {
     pub report: StepReport,
     /// Status of every contact node at this state (0 open, 1 stick, 2 slip).
     pub active_set: Vec<u8>,
-    pub(crate) factors: Option<Arc<Factored>>,
+    pub(crate) factors: Option<Arc<KeptFactors>>,
 }
 
 impl std::fmt::Debug for PathState {
@@ -62,12 +54,37 @@ pub struct Path {
     pub states: Vec<PathState>,
     /// Number of the user's steps that are complete.
     pub steps: usize,
+    /// Memory of the factors that are kept for the sweep. \[bytes\]
+    pub factor_bytes: usize,
 }
 
 impl Path {
     /// The states that complete a user's step, with the step's number.
     pub fn completed(&self) -> impl Iterator<Item = (usize, &PathState)> {
         self.states.iter().filter_map(|s| s.completes.map(|n| (n, s)))
+    }
+
+    /// Factors for the next state, if there is room; those of the state before take none.
+    fn keep(&mut self, latest: Option<&Arc<KeptFactors>>, memory: usize) -> Option<Arc<KeptFactors>> {
+        let latest = latest?;
+        let shared = self.states.last().and_then(|s| s.factors.as_ref()).is_some_and(|f| Arc::ptr_eq(f, latest));
+        let bytes = self.factor_bytes + if shared { 0 } else { latest.bytes() };
+        if bytes > memory {
+            return None;
+        }
+        self.factor_bytes = bytes;
+        Some(latest.clone())
+    }
+
+    /// How many states have factors for the sweep.
+    pub fn states_with_factors(&self) -> usize {
+        self.states.iter().filter(|s| s.factors.is_some()).count()
+    }
+
+    /// Drops the factors: the sweep is done.
+    pub fn forget_factors(&mut self) {
+        self.states.iter_mut().for_each(|s| s.factors = None);
+        self.factor_bytes = 0;
     }
 
     /// Newton iterations of the whole path.
@@ -136,7 +153,7 @@ pub fn march(
         active_set: Vec::new(),
         factors: None,
     };
-    let mut path = Path { states: vec![first], steps: 0 };
+    let mut path = Path { states: vec![first], steps: 0, factor_bytes: 0 };
     linear.forget();
     for (index, &end) in times.iter().enumerate() {
         let step = index + 1;
@@ -153,7 +170,8 @@ pub fn march(
             let last = end - now <= increment * (1.0 + 1e-9);
             let target = if last { end } else { now + increment };
             match attempt(problem, linear, &path, target, step, options, observer) {
-                Ok((state, report, factors)) => {
+                Ok((state, report)) => {
+                    let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
                     let completes = last.then_some(step);
                     let active_set = problem.active_set().to_vec();
                     path.states.push(PathState { time: target, state, completes, report, active_set, factors });
@@ -189,8 +207,6 @@ pub fn march(
     Ok(path)
 }
 
-type Accepted = (StepState, StepReport, Option<Arc<Factored>>);
-
 /// One increment with all settings that the problem offers; returns the first success or the last failure.
 fn attempt(
     problem: &mut dyn StepProblem,
@@ -200,7 +216,7 @@ fn attempt(
     step: usize,
     options: &MarchOptions,
     observer: &mut dyn MarchObserver,
-) -> Result<Accepted, StepFailure> {
+) -> Result<(StepState, StepReport), StepFailure> {
     let previous = &path.states.last().expect("holds the start").state;
     let as_failure =
         |e: crate::StateError| StepFailure { kind: e.into(), iterations: vec![], iterate: previous.unknowns.clone() };
@@ -215,20 +231,7 @@ fn attempt(
                 problem.accept(&y).map_err(as_failure)?;
                 let mut history = Vec::new();
                 problem.advance_history(&y, &mut history).map_err(as_failure)?;
-                let factors = match options.keep {
-                    Keep::States => None,
-                    Keep::Factors => {
-                        let (fixed, groups) = (problem.fixed().to_vec(), problem.groups().to_vec());
-                        let matrix = problem.tangent(&y).map_err(as_failure)?;
-                        let factored = linear.factorize(matrix, &fixed, &groups).map_err(|kind| StepFailure {
-                            kind,
-                            iterations: vec![],
-                            iterate: y.clone(),
-                        })?;
-                        Some(Arc::new(factored))
-                    }
-                };
-                return Ok((StepState { unknowns: y, history }, report, factors));
+                return Ok((StepState { unknowns: y, history }, report));
             }
             Err(failure) => {
                 setting += 1;

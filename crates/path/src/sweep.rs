@@ -58,6 +58,8 @@ pub fn sweep(
     objective: &mut dyn PathObjective,
     options: &SweepOptions,
 ) -> Result<Vec<f64>, SweepError> {
+    // whatever was solved before, the gradient is the same
+    linear.forget_factors();
     let n = problem.unknowns();
     let mut gradient = vec![0.0; problem.designs()];
     let mut carry = PreviousPullBack { unknowns: vec![0.0; n], history: vec![0.0; problem.history_length()] };
@@ -102,14 +104,10 @@ fn step_back(
         problem.pull_back_current(y, &eta, &mut rhs)?;
     }
     rhs.iter_mut().for_each(|r| *r = -*r);
-    let lambda = match &here.factors {
-        Some(factors) => factors.solve(&rhs, true, options.linear_tolerance)?,
-        None => {
-            let (fixed, groups) = (problem.fixed().to_vec(), problem.groups().to_vec());
-            let matrix = problem.tangent(y)?;
-            linear.factorize(matrix, &fixed, &groups)?.solve(&rhs, true, options.linear_tolerance)?
-        }
-    };
+    let (fixed, groups) = (problem.fixed().to_vec(), problem.groups().to_vec());
+    let matrix = problem.tangent(y)?;
+    let kept = here.factors.as_ref();
+    let lambda = linear.solve_transpose(matrix, &fixed, &groups, kept, &rhs, options.linear_tolerance)?;
     problem.pull_back_design(y, &lambda, gradient)?;
     problem.pull_back_previous(y, &lambda, &eta, carry)?;
     Ok(())

@@ -77,13 +77,13 @@ fn iterate(
     })
 }
 
-/// The smallest relative tolerance; absolute ones cannot be compared with a violation and count as tight.
+/// The smallest relative tolerance; where one is absolute, it cannot be compared with a violation: all solves are tight.
 fn smallest(newton: &NewtonOptions) -> f64 {
     let t = &newton.tolerances;
-    [t.residual, t.displacement].iter().fold(f64::INFINITY, |m, t| match t {
-        Tolerance::Relative(bound) => m.min(*bound),
-        Tolerance::Absolute(_) => f64::INFINITY,
-    })
+    match (t.residual, t.displacement) {
+        (Tolerance::Relative(a), Tolerance::Relative(b)) => a.min(b),
+        _ => f64::INFINITY,
+    }
 }
 
 fn loosened(newton: &NewtonOptions, bound: f64) -> NewtonOptions {

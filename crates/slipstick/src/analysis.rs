@@ -5,7 +5,7 @@ use slipstick_contact::friction::Status;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_path::{
     LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, PathState, StateError, StepState,
-    SweepError, SweepOptions, march, sweep,
+    SweepError, SweepOptions, Timings, march, sweep,
 };
 
 /// Contact results of a slave node.
@@ -34,6 +34,8 @@ pub struct NodalContact {
 /// A forward analysis with the objective's value.
 #[derive(Debug, Clone)]
 pub struct Forward {
+    /// Densities of all elements.
+    pub density: Vec<f64>,
     /// All states.
     pub path: Path,
     /// Per user's step: θ_s where the objective observes it, else 0.
@@ -68,6 +70,14 @@ pub enum AnalysisError {
     /// A converged state could not be evaluated.
     #[error(transparent)]
     State(#[from] StateError),
+    /// The path was cancelled before its end.
+    #[error("the path ends after {steps} of {all} load steps: the objective has no gradient there")]
+    Unfinished {
+        /// Steps that are complete.
+        steps: usize,
+        /// Steps of the load path.
+        all: usize,
+    },
 }
 
 /// A model with load steps, objective and solver: everything that a density determines.
@@ -87,6 +97,17 @@ pub struct Analysis {
 }
 
 impl Analysis {
+    /// Measures from now on, with `clock` (seconds from any origin), where the time goes.
+    pub fn measure(&mut self, clock: fn() -> f64) {
+        self.model.set_timings(Timings::with_clock(clock));
+        self.linear.set_timings(Timings::with_clock(clock));
+    }
+
+    /// Where the time went since [`measure`](Self::measure).
+    pub fn timings(&self) -> Timings {
+        self.model.timings() + self.linear.timings()
+    }
+
     /// Marches the whole path with the given element densities and evaluates the objective.
     ///
     /// # Errors
@@ -107,7 +128,7 @@ impl Analysis {
             }
         }
         let notice = self.notice(&path);
-        Ok(Forward { value: step_values.iter().sum(), path, step_values, notice })
+        Ok(Forward { density: density.to_vec(), value: step_values.iter().sum(), path, step_values, notice })
     }
 
     /// Whether contact is open where it should count; nothing is said of a path that was cut short.
@@ -125,14 +146,22 @@ impl Analysis {
         (!observed.any(|(_, state)| closed(state))).then_some(ForwardNotice::ContactOpenWhereObserved)
     }
 
-    /// dθ/dφ of every element (zero outside of the design) at the densities of the last [`forward`](Self::forward).
+    /// dθ/dφ of every element (zero outside of the design) at the densities of a forward analysis by this model, with the
+    /// friction that it had then.
     ///
     /// # Errors
-    /// [`AnalysisError::Sweep`].
+    /// [`AnalysisError::Sweep`]; [`AnalysisError::Unfinished`] for a path that was cancelled.
     ///
     /// # Panics
     /// Without an objective.
     pub fn gradient(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
+        let (steps, all) = (forward.path.steps, self.times.len());
+        if steps < all {
+            return Err(AnalysisError::Unfinished { steps, all });
+        }
+        if self.model.density() != forward.density {
+            self.model.set_density(&forward.density);
+        }
         let objective = self.objective.take().expect("a gradient needs an objective");
         let mut adapter = Adapter { objective: objective.as_ref(), steps: self.times.len(), partials: Vec::new() };
         let result = adapter.prepare(&self.model, &forward.path).map_err(AnalysisError::from).and_then(|()| {

@@ -10,9 +10,7 @@ use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_linalg::SolverChoice;
 use slipstick_mesh::{self as mesh, Mesh};
-use slipstick_path::{
-    Keep, LinearSystem, MarchOptions, NewtonOptions, SweepOptions, Tolerance, Tolerances, UzawaOptions,
-};
+use slipstick_path::{LinearSystem, MarchOptions, NewtonOptions, SweepOptions, Tolerance, Tolerances, UzawaOptions};
 use slipstick_solid::{NeoHooke, Simp, SolidModel};
 
 /// A case that is right in itself but cannot be built: where in the case, why, and what mends it.
@@ -211,7 +209,7 @@ fn march_options(case: &Case) -> MarchOptions {
             ..NewtonOptions::default()
         },
         max_cutbacks: case.load_path.max_cutbacks as u32,
-        keep: Keep::States,
+        factor_memory: case.adjoint.memory.0,
     }
 }
 

@@ -1,7 +1,9 @@
 //! Topology optimization of bodies in three-dimensional finite-deformation frictional mortar contact.
 //!
-//! This crate is the facade over the method's crates: [`case`] reads and checks a case file, [`output`] writes
-//! result files, [`render`] draws pictures of them, [`run`] keeps the directory of a run.
+//! This crate is the facade over the method's crates: [`case`] reads a case file, [`build`] makes mesh and [`model`] of
+//! it, [`check`] looks at them, [`analysis`] marches the path and differentiates it, [`optimize`] changes the design,
+//! [`verify`] compares gradients with differences. [`output`] writes result files, [`run`] keeps them in the directory of a
+//! run, [`render`] draws pictures.
 
 pub mod analysis;
 pub mod build;

@@ -233,7 +233,7 @@ impl Optimization {
     /// # Errors
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
     pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
-        let Marched { x, density, forward, halvings } = self.march_or_step_back(observer)?;
+        let Marched { x, density, mut forward, halvings } = self.march_or_step_back(observer)?;
         let domain: Vec<f64> = self.variables.domain().iter().map(|&e| density[e as usize]).collect();
         let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
         record.halvings = halvings;
@@ -241,6 +241,7 @@ impl Optimization {
         let mut derivative = None;
         if !self.done() {
             let gradient = self.problem.analysis.gradient(&forward)?;
+            forward.path.forget_factors();
             if observer.cancelled() {
                 return Err(OptimizeError::Interrupted);
             }

@@ -18,6 +18,9 @@ use verdict::verdict;
 
 pub use verdict::{Quotient, Verdict};
 
+/// How far beyond round-off one-sided differences must be apart to be a kink without a change of status.
+const FAR_APART: f64 = 10.0;
+
 /// Difference of the one-sided quotients, over the derivative, that counts as none.
 const ROUNDING_APART: f64 = 1e-6;
 
@@ -299,8 +302,10 @@ fn along(
         // On the friction cone at rest both branches have the same derivative, and rounding chooses one. A true kink
         // shows as one-sided differences that stay apart while the step is halved.
         let apart = (plus.value - 2.0 * value + minus.value).abs() / h;
-        let none = apart <= ROUNDING_APART * scale + base.round_off / h;
+        let rounding = ROUNDING_APART * scale + base.round_off / h;
+        let none = apart <= rounding;
         let smooth = none || last_apart.is_some_and(|last: f64| apart < 0.75 * last);
+        let kinked = apart > FAR_APART * rounding && last_apart.is_some_and(|last: f64| apart >= 0.75 * last);
         last_apart = Some(apart);
         let others = [&plus, &minus];
         let cut_back = others.iter().any(|other| !same_steps(base.forward, other));
@@ -313,8 +318,13 @@ fn along(
             remainder,
             order,
             kink,
+            kinked,
             cut_back: cut_back && !none,
         });
+    }
+    // what the first halving shows holds for the step before it
+    if quotients.get(1).is_some_and(|second| second.kinked) {
+        quotients[0].kinked = true;
     }
     let best = quotients.iter().filter(|q| q.is_smooth()).map(|q| q.relative_error).reduce(f64::min);
     let verdict = verdict(&quotients, best, options.tolerance);

@@ -1,5 +1,6 @@
 //! The documents against the sources: equations of the paper that the code implements are referred to (`Paper: (22)` in
-//! a doc comment), names, files and tests that are cited exist, and the case in the README builds.
+//! a doc comment), names, files and tests that are cited exist, keys of case files are explained, links lead to files, and
+//! the case in the README builds.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -187,6 +188,62 @@ fn cited_files_exist() {
             }
         }
     }
+}
+
+/// `docs/case_file.md` against the reader of case files: every key and word that it asks for is explained, and what the
+/// tables name is a word of the reader.
+#[test]
+fn every_key_of_a_case_file_is_documented() {
+    let sources = sources();
+    let reader: String =
+        sources.iter().filter(|s| s.path.contains("/src/case/read/")).map(|s| s.text.as_str()).collect();
+    let word = |text: &'_ str| text.find(|c: char| !(c.is_ascii_lowercase() || c == '_')).unwrap_or(text.len());
+    let read: BTreeSet<&str> = reader
+        .split("(\"")
+        .skip(1)
+        .filter(|rest| rest[word(rest)..].starts_with('"'))
+        .map(|rest| &rest[..word(rest)])
+        .collect();
+    let text = document("docs/case_file.md");
+    let documented: BTreeSet<&str> = quoted(&text).flat_map(|code| code.split(|c| !is_word(c))).collect();
+    assert!(read.len() > 60, "only {} keys were found", read.len());
+    let missing: Vec<_> = read.iter().filter(|key| !documented.contains(*key)).collect();
+    assert!(missing.is_empty(), "docs/case_file.md does not explain {missing:?}");
+    for (cell, line) in column(&text, "key") {
+        for key in quoted(cell) {
+            assert!(reader.contains(&format!("\"{key}\"")), "docs/case_file.md: `{key}` is no key: {line}");
+        }
+    }
+}
+
+/// Documents, and the pages of the cases.
+const DOCUMENTS: &[&str] = &[
+    "README.md",
+    "ARCHITECTURE.md",
+    "CONTRIBUTING.md",
+    "docs/theory.md",
+    "docs/notation.md",
+    "docs/case_file.md",
+    "cases/half_ball_on_plate/README.md",
+    "cases/cube_on_cuboid/README.md",
+];
+
+/// Relative links of the documents lead to files.
+#[test]
+fn links_lead_to_files() {
+    let mut checked = 0;
+    for name in DOCUMENTS {
+        let text = document(name);
+        let folder = root().join(name).parent().expect("a file").to_path_buf();
+        for rest in text.split("](").skip(1) {
+            let target = rest.split([')', '#']).next().expect("a first part");
+            if !target.is_empty() && !target.contains("://") {
+                assert!(folder.join(target).exists(), "{name} links to {target}, which does not exist");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 20, "only {checked} links were found");
 }
 
 #[test]

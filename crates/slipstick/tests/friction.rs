@@ -91,7 +91,7 @@ fn sliding_force_is_friction_times_normal_force() {
     }
 }
 
-/// In full slip every nodal force is √(1+μ²) times its normal part, so θ grows like that (theory §10, Table 1 of the paper).
+/// In full slip every nodal force is √(1+μ²) times its normal part, so θ grows like that (Table 1 of the paper: 1.0044, 1.0291).
 #[test]
 fn contact_force_grows_with_friction() {
     for shape in ["standard", "dual"] {

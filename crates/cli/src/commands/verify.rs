@@ -148,6 +148,9 @@ fn remark(at: &Quotient) -> String {
     if at.cut_back {
         return "cut back differently".into();
     }
+    if at.kinked && at.kink.is_empty() {
+        return "kink of the overlap".into();
+    }
     let mut shown: Vec<String> =
         at.kink.iter().take(SHOWN).map(|(step, node)| format!("step {step} node {node}")).collect();
     if at.kink.len() > SHOWN {

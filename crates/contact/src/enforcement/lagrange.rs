@@ -26,6 +26,8 @@ pub struct Complementarity {
     pub by_slip: Matrix3x2<f64>,
     /// ∂C/∂A at given c_n/A, c_t/A; zero but on slivers. \[F/L⁴\]
     pub by_area: Vector3<f64>,
+    /// ∂C/∂μ. \[F/L²\]
+    pub by_friction: Vector3<f64>,
 }
 
 /// Evaluates C for one node.
@@ -48,6 +50,7 @@ pub fn complementarity(
         by_gap: Vector3::zeros(),
         by_slip: Matrix3x2::zeros(),
         by_area: Vector3::zeros(),
+        by_friction: Vector3::zeros(),
     };
     if !at.covered() {
         return inactive;
@@ -71,6 +74,7 @@ pub fn complementarity(
     out.by_area[0] = normal * compliance_slope * multiplier[0];
     for a in 0..2 {
         out.value[1 + a] = tangential[a] - returned.traction[a];
+        out.by_friction[1 + a] = -returned.by_friction[a];
         out.by_multiplier[(1 + a, 0)] = -returned.by_pressure[a] * (1.0 - normal * compliance);
         out.by_area[1 + a] = returned.by_pressure[a] * out.by_area[0];
         out.by_gap[1 + a] = normal * returned.by_pressure[a];
@@ -121,6 +125,8 @@ mod tests {
             assert!(((gap(h) - gap(-h)) / (2.0 * h) - base.by_gap).norm() < 1e-6);
             let area = |d: f64| c(z, NodeMeasures { area: at.area + d, ..at }).value;
             assert!(((area(h) - area(-h)) / (2.0 * h) - base.by_area).norm() < 1e-6);
+            let mu = |d: f64| complementarity(z, &at, 0.3 + d, &C).value;
+            assert!(((mu(h) - mu(-h)) / (2.0 * h) - base.by_friction).norm() < 1e-6);
             for a in 0..2 {
                 let slip = |d: f64| {
                     let mut slip = at.slip;

@@ -24,13 +24,15 @@ pub struct Traction {
     pub by_slip: Matrix3x2<f64>,
     /// ∂ζ/∂A (zero with weighted scaling).
     pub by_area: Vector3<f64>,
+    /// ∂ζ/∂μ. \[F/L²\]
+    pub by_friction: Vector3<f64>,
     /// ∂ζ/∂ẑ; its last two columns are ∂ζ/∂h for the penalty method.
     pub by_multiplier: Matrix3<f64>,
 }
 
 /// Evaluates the traction of one node around the multiplier ẑ.
 ///
-/// Paper: (37)–(41) and (46)–(50) with the signs of theory §9. Test: `traction_matches_finite_differences`.
+/// Paper: (37)–(41) and (46)–(50) with the signs of docs/theory.md, section 4. Test: `traction_matches_finite_differences`.
 pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stiffness: &Stiffness) -> Traction {
     let open = Traction {
         status: Status::Inactive,
@@ -38,6 +40,7 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
         by_gap: Vector3::zeros(),
         by_slip: Matrix3x2::zeros(),
         by_area: Vector3::zeros(),
+        by_friction: Vector3::zeros(),
         by_multiplier: Matrix3::zeros(),
     };
     if !at.covered() {
@@ -72,6 +75,7 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
     for a in 0..2 {
         out.by_gap[1 + a] = out.by_gap[0] * returned.by_pressure[a];
         out.by_area[1 + a] = tangential_by_area[a];
+        out.by_friction[1 + a] = returned.by_friction[a];
         out.by_multiplier[(1 + a, 0)] = share * returned.by_pressure[a];
         for b in 0..2 {
             out.by_slip[(1 + a, b)] = tangential * returned.by_trial[(a, b)];
@@ -122,6 +126,8 @@ mod tests {
                 check(gap(h), gap(-h), base.by_gap);
                 let area = |d: f64| f(z, NodeMeasures { area: m.area + d, ..m });
                 check(area(h), area(-h), base.by_area);
+                let mu = |d: f64| traction(z, &m, 0.4 + d, &stiffness).value;
+                check(mu(h), mu(-h), base.by_friction);
                 for a in 0..2 {
                     let slip = |d: f64| {
                         let mut slip = m.slip;

@@ -1,4 +1,4 @@
-//! Symmetric quadrature rules on the triangles of a clipped overlap.
+//! Symmetric quadrature rules on the triangles of a clipped overlap, which meet in the centroid of its area.
 //!
 //! Source: D. A. Dunavant, High degree efficient symmetrical Gaussian quadrature rules for the triangle,
 //! Int. J. Numer. Meth. Eng. 21 (1985) 1129–1148.
@@ -19,9 +19,9 @@ pub enum CellRule {
     One,
     /// 3 points, exact for degree 2.
     Three,
-    /// 6 points, exact for degree 4.
+    /// 6 points, exact for degree 4: integrates D and M of parallelograms exactly.
     Six,
-    /// 7 points, exact for degree 5: integrates D and M of parallelograms exactly.
+    /// 7 points, exact for degree 5.
     #[default]
     Seven,
     /// 12 points, exact for degree 6.

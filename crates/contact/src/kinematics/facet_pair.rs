@@ -8,6 +8,8 @@
 //! ```text
 //! D_jk = Σ_cells Σ_g w_g A_cell N¹_j(ξ¹_g) N¹_k(ξ¹_g),   M_jl = Σ_cells Σ_g w_g A_cell N¹_j(ξ¹_g) N²_l(ξ²_g)      (15)
 //! ```
+//!
+//! A cell is the triangle of an edge of the overlap and the overlap's area centroid.
 
 use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, Vertex, clip};
@@ -62,7 +64,9 @@ struct Image {
 ///
 /// [`Unmappable`] where the quadrilateral is degenerate or so warped that Newton's method leaves it.
 fn map_back(p: &[Point; 4], y: Point) -> Result<Image, Unmappable> {
-    let size = (p[0][0] - p[2][0]).hypot(p[0][1] - p[2][1]).max((p[1][0] - p[3][0]).hypot(p[1][1] - p[3][1]));
+    let square = |u: Point| u[0] * u[0] + u[1] * u[1];
+    let diagonal = |i: usize| square([p[i][0] - p[i + 2][0], p[i][1] - p[i + 2][1]]);
+    let round_off = 1e-18 * diagonal(0).max(diagonal(1));
     let (mut xi, mut shape, mut slope) = ([0.0; 2], [0.0; 4], [[0.0; 2]; 4]);
     let mut converged = false;
     for _ in 0..30 {
@@ -98,7 +102,7 @@ fn map_back(p: &[Point; 4], y: Point) -> Result<Image, Unmappable> {
             return Err(Unmappable);
         }
         // quadratic convergence: one more step after this leaves round-off only, so evaluate there and stop
-        converged = residual[0].hypot(residual[1]) <= 1e-9 * size;
+        converged = square(residual) <= round_off;
     }
     Err(Unmappable)
 }

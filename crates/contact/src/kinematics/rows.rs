@@ -151,6 +151,15 @@ impl NodeKinematics {
         -self.frame.vector(0).dot(&self.relative)
     }
 
+    /// Adds `weight` ∂area/∂x to the nodal vector `out` (3 per node).
+    pub fn add_area_gradient(&self, weight: f64, out: &mut [f64]) {
+        for (s, &node) in self.support.iter().enumerate() {
+            for c in 0..3 {
+                out[3 * node as usize + c] += weight * self.area_gradient[3 * s + c];
+            }
+        }
+    }
+
     /// Weighted gap that this row and frame measure at other positions `x` (3 per node). \[L³\]
     ///
     /// Test: `a_step_beyond_the_search_radius_is_refused` (crate slipstick, tests/derivatives.rs).

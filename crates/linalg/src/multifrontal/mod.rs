@@ -37,7 +37,7 @@ use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision, 
 use front::Front;
 use scalar::Scalar;
 use std::sync::Arc;
-use symbolic::Symbolic;
+use symbolic::{Ordering, Symbolic};
 
 /// Smallest accepted ratio of a pivot to the largest entry of its column in the front.
 pub const PIVOT_THRESHOLD: f64 = 0.01;
@@ -63,22 +63,32 @@ pub struct FactorStatistics {
     pub weakest_unknown: usize,
 }
 
-/// Multifrontal LU solver. The analysis is kept while the pattern is the same allocation.
+/// Multifrontal LU solver. The analysis is kept while the pattern is the same allocation, and the elimination order for
+/// other patterns of the same unknowns, and the scaling while it fits, until [`forget`](Self::forget).
 #[derive(Debug)]
 pub struct MultifrontalSolver {
     precision: Precision,
     analysis: Option<(Arc<CsrPattern>, Arc<Symbolic>)>,
+    ordering: Option<Ordering>,
+    scaling: Option<Scaling>,
 }
 
 impl MultifrontalSolver {
     /// A solver with factors of the given precision, without an analysis yet.
     pub fn new(precision: Precision) -> Self {
-        Self { precision, analysis: None }
+        Self { precision, analysis: None, ordering: None, scaling: None }
     }
 
     /// Changes the precision of the factorizations to come; the analysis is kept.
     pub fn set_precision(&mut self, precision: Precision) {
         self.precision = precision;
+    }
+
+    /// Drops what is kept, so that what follows does not depend on earlier matrices.
+    pub fn forget(&mut self) {
+        self.analysis = None;
+        self.ordering = None;
+        self.scaling = None;
     }
 
     /// Computes ordering and structure for `pattern`, unless done already. Otherwise the first
@@ -93,7 +103,7 @@ impl MultifrontalSolver {
     /// Entries of L and U and floating-point operations that a factorization of `pattern` will need, from the analysis
     /// alone; `None` if the pattern cannot be analysed.
     pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
-        let symbolic = Symbolic::analyse(pattern).ok()?;
+        let symbolic = Symbolic::analyse(pattern, None).ok()?.0;
         let entries = symbolic.supernodes.iter().map(|s| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64).sum();
         Some((entries, symbolic.operations))
     }
@@ -111,11 +121,10 @@ impl MultifrontalSolver {
         if !pattern.is_consistent() {
             return Err(FactorizationError::Pattern { n: pattern.n });
         }
-        let symbolic = Symbolic::analyse(pattern).map_err(|reason| FactorizationError::Backend {
-            solver: NAME,
-            n: pattern.n,
-            reason,
-        })?;
+        let result = Symbolic::analyse(pattern, self.ordering.take());
+        let (symbolic, ordering) =
+            result.map_err(|reason| FactorizationError::Backend { solver: NAME, n: pattern.n, reason })?;
+        self.ordering = Some(ordering);
         let symbolic = Arc::new(symbolic);
         self.analysis = Some((Arc::clone(pattern), Arc::clone(&symbolic)));
         Ok(symbolic)
@@ -128,10 +137,13 @@ impl MultifrontalSolver {
     pub fn factorize_matrix(&mut self, a: &CsrMatrix) -> Result<MultifrontalFactorization, FactorizationError> {
         check_matrix(a, self.knows(&a.pattern))?;
         let symbolic = self.symbolic(&a.pattern)?;
-        Ok(match self.precision {
-            Precision::F64 => MultifrontalFactorization { factors: Factors::Double(Numeric::factorize(symbolic, a)?) },
-            Precision::F32 => MultifrontalFactorization { factors: Factors::Single(Numeric::factorize(symbolic, a)?) },
-        })
+        let scaling = Scaling::follow(self.scaling.take(), a);
+        self.scaling = Some(scaling.clone());
+        let factors = match self.precision {
+            Precision::F64 => Factors::Double(Numeric::factorize(symbolic, scaling, a)?),
+            Precision::F32 => Factors::Single(Numeric::factorize(symbolic, scaling, a)?),
+        };
+        Ok(MultifrontalFactorization { factors })
     }
 }
 
@@ -168,8 +180,7 @@ struct Numeric<T> {
 }
 
 impl<T: Scalar> Numeric<T> {
-    fn factorize(symbolic: Arc<Symbolic>, a: &CsrMatrix) -> Result<Self, FactorizationError> {
-        let scaling = Scaling::equilibrate(a);
+    fn factorize(symbolic: Arc<Symbolic>, scaling: Scaling, a: &CsrMatrix) -> Result<Self, FactorizationError> {
         let values: Vec<T> = scaling.apply(a, T::from_f64);
         let fronts = numeric::factorize(&symbolic, &values)?;
         let growth = fronts.iter().fold(0.0, |m: f64, f| m.max(f.growth));

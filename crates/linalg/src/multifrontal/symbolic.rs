@@ -42,17 +42,43 @@ pub(super) struct Symbolic {
     pub operations: f64,
 }
 
+/// An elimination order that may serve for other patterns of the same unknowns.
+#[derive(Debug)]
+pub(super) struct Ordering {
+    groups: Vec<u32>,
+    vertices: Vec<u32>,
+    /// What it cost where it was made.
+    operations: f64,
+}
+
+/// Growth of the operations beyond which a known order is given up for a new one.
+const WORN: f64 = 1.15;
+
 impl Symbolic {
-    pub fn analyse(pattern: &CsrPattern) -> Result<Self, String> {
+    /// Analyses with a `known` order, if it is of the same unknowns and costs little more than where it was made, else
+    /// with a new one; returns the order used.
+    pub fn analyse(pattern: &CsrPattern, known: Option<Ordering>) -> Result<(Self, Ordering), String> {
         if u32::try_from(pattern.entries()).is_err() {
             return Err("more than 2^32 matrix entries".to_owned());
         }
         let graph = QuotientGraph::new(pattern);
-        let order = graph.nested_dissection()?;
-        let (order, parents) = postordered_tree(&graph, order);
-        let mut groups = fundamental_supernodes(&graph, &order, &parents);
+        if let Some(known) = known.filter(|known| known.groups == pattern.groups) {
+            let symbolic = Self::in_order(pattern, &graph, known.vertices.clone());
+            if symbolic.operations <= WORN * known.operations {
+                return Ok((symbolic, known));
+            }
+        }
+        let vertices = graph.nested_dissection()?;
+        let symbolic = Self::in_order(pattern, &graph, vertices.clone());
+        let operations = symbolic.operations;
+        Ok((symbolic, Ordering { groups: pattern.groups.clone(), vertices, operations }))
+    }
+
+    fn in_order(pattern: &CsrPattern, graph: &QuotientGraph, vertices: Vec<u32>) -> Self {
+        let (order, parents) = postordered_tree(graph, vertices);
+        let mut groups = fundamental_supernodes(graph, &order, &parents);
         amalgamate(&mut groups);
-        Ok(number(pattern, &graph, &order, groups))
+        number(pattern, graph, &order, groups)
     }
 }
 

@@ -24,7 +24,7 @@ use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceError};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
-use slipstick_path::{StateError, StepState, UzawaOptions};
+use slipstick_path::{StateError, StepState, Timings, UzawaOptions};
 use slipstick_solid::{InvertedElements, Simp, SolidModel, model::Scatter};
 
 /// How the contact conditions of a model are enforced; one method for all interfaces.
@@ -120,6 +120,8 @@ pub struct ContactModel {
     master_elements: Vec<Vec<u32>>,
     /// The bodies' own stiffness at each slave node: E_eff/h. \[F/L³\]
     hardness: Vec<f64>,
+    /// The same at the start design.
+    start_hardness: Vec<f64>,
     /// ε or c of each slave node.
     stiffness: Vec<Stiffness>,
     /// Stiffness of the contact condition of each slave node while it is hardly covered; it belongs to the model, so it
@@ -138,19 +140,25 @@ pub struct ContactModel {
     // previous state
     previous_rows: Vec<PreviousRow>,
     previous_kinematics: Vec<NodeKinematics>,
+    /// Displacements that these are of, and whether gradients came with them.
+    previous_at: Option<(Vec<f64>, bool)>,
     previous_history: Vec<f64>,
     // current evaluation
     evaluated: Option<(Vec<f64>, bool)>,
-    /// Displacements at which the step started, and whether the current evaluation is there.
+    /// Displacements at which the step started, whether its iteration has still to begin, and whether the current
+    /// evaluation is there.
     start: Option<Vec<f64>>,
+    at_start: bool,
     starting: bool,
     kinematics: Vec<NodeKinematics>,
+    kinematics_at: Option<(Vec<f64>, bool)>,
     steps: Vec<NodeStep>,
     status: Vec<u8>,
     internal: Vec<f64>,
     /// Norm of all multipliers at the last residual.
     traction_norm: f64,
     floors: Floors,
+    timings: Timings,
 }
 
 /// Lower bounds of the scales, from the problem's own data, so that a start at rest has scales too.
@@ -219,6 +227,7 @@ impl ContactModel {
             slave_elements,
             master_elements,
             hardness: vec![1.0; count],
+            start_hardness: Vec::new(),
             stiffness: Vec::new(),
             edge_stiffness: Vec::new(),
             variation: 1.0,
@@ -232,17 +241,22 @@ impl ContactModel {
             matrix: None,
             previous_rows: vec![PreviousRow::default(); count],
             previous_kinematics: Vec::new(),
+            previous_at: None,
             previous_history: Vec::new(),
             evaluated: None,
             start: None,
+            at_start: false,
             starting: false,
             kinematics: Vec::new(),
+            kinematics_at: None,
             steps: vec![NodeStep::default(); count],
             status: vec![0; count],
             traction_norm: 0.0,
             floors,
+            timings: Timings::default(),
         };
         model.set_density(start);
+        model.start_hardness.clone_from(&model.hardness);
         model.stiffness = model.node_stiffness();
         model.edge_stiffness = match model.method {
             Method::Penalty { .. } => vec![f64::INFINITY; count],
@@ -282,7 +296,7 @@ impl ContactModel {
         self.scatter = None;
     }
 
-    /// ε or c of every slave node, as given or from the present hardness.
+    /// ε or c of every slave node, as given or from the present hardness; that of the start design for the penalty method.
     fn node_stiffness(&self) -> Vec<Stiffness> {
         let (Method::Lagrange { stiffness } | Method::Penalty { stiffness } | Method::Augmented { stiffness, .. }) =
             &self.method;
@@ -296,7 +310,9 @@ impl ContactModel {
                 Stiffness { normal: both, tangential: both, scaling }
             }
         };
-        self.slaves.iter().zip(&self.hardness).map(of).collect()
+        let hardness =
+            if matches!(self.method, Method::Penalty { .. }) { &self.start_hardness } else { &self.hardness };
+        self.slaves.iter().zip(hardness).map(of).collect()
     }
 
     /// The density of every element.
@@ -336,6 +352,7 @@ impl ContactModel {
     pub fn set_method(&mut self, method: Method) {
         assert_eq!(std::mem::discriminant(&self.method), std::mem::discriminant(&method), "another method");
         self.method = method;
+        self.stiffness = self.node_stiffness();
     }
 
     /// Sets the tolerance of Uzawa's iteration, relative; nothing for the other methods.
@@ -350,6 +367,16 @@ impl ContactModel {
     /// Sets the coefficient of friction of all interfaces.
     pub fn set_friction(&mut self, friction: f64) {
         self.interfaces.iter_mut().for_each(|i| i.friction = friction);
+    }
+
+    /// Time spent on solids and contact, if it is measured.
+    pub fn timings(&self) -> Timings {
+        self.timings
+    }
+
+    /// Measures time from now on, or no more, from zero.
+    pub fn set_timings(&mut self, timings: Timings) {
+        self.timings = timings;
     }
 
     /// Prescribed motion.
@@ -394,7 +421,7 @@ impl ContactModel {
     }
 
     /// Mortar rows and frames of all interfaces at positions `x`.
-    fn kinematics_at(
+    fn kinematics_of(
         interfaces: &mut [ModelInterface],
         x: &[f64],
         with_gradient: bool,

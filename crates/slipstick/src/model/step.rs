@@ -7,11 +7,11 @@ use nalgebra::{Matrix3x2, Vector2, Vector3};
 use rayon::prelude::*;
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, traction};
-use slipstick_contact::enforcement::{NodeMeasures, covered};
+use slipstick_contact::enforcement::{NodeMeasures, covered, friction_share};
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::PreviousRow;
 use slipstick_linalg::BlockMatrix;
-use slipstick_path::{PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
+use slipstick_path::{Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
 
 /// Part of the facet size by which gap and slip are moved off the branch point where a step starts.
 const NUDGE: f64 = 1e-9;
@@ -23,22 +23,25 @@ impl ContactModel {
     /// Brings kinematics and slip to the displacements in `y`; nothing is done where they are there already.
     fn evaluate(&mut self, y: &[f64], with_gradient: bool) -> Result<(), StateError> {
         let d = &y[..self.displacement_count()];
-        if let Some((at, gradient)) = &self.evaluated
-            && at == d
-            && (*gradient || !with_gradient)
-        {
+        if fits(&self.evaluated, d, with_gradient) {
             return Ok(());
         }
         self.evaluated = None;
+        let begin = self.timings.begin();
         let x = self.positions(y);
-        Self::kinematics_at(&mut self.interfaces, &x, with_gradient, &mut self.kinematics)?;
+        if !fits(&self.kinematics_at, d, with_gradient) {
+            self.kinematics_at = None;
+            Self::kinematics_of(&mut self.interfaces, &x, with_gradient, &mut self.kinematics)?;
+            self.kinematics_at = Some((d.to_vec(), with_gradient));
+        }
         self.steps
             .par_iter_mut()
             .zip(&self.kinematics)
             .zip(&self.previous_rows)
             .for_each(|((step, now), previous)| step.evaluate(now, previous, &x, with_gradient));
+        self.timings.end(Phase::Contact, begin);
         self.evaluated = Some((d.to_vec(), with_gradient));
-        self.starting = self.start.as_deref() == Some(d);
+        self.starting = self.at_start && self.start.as_deref() == Some(d);
         Ok(())
     }
 
@@ -61,26 +64,24 @@ impl ContactModel {
         at
     }
 
-    /// μ at node j; zero in the step in which the node comes over the other surface. Without a previous row its slip
-    /// increment is no measure of sliding: it vanishes for every motion, and stick would be no condition at all.
-    fn friction(&self, j: usize) -> f64 {
+    /// Coefficient of friction that acts at node j, and its slope in the tributary area of the node's previous row.
+    fn friction(&self, j: usize) -> (f64, f64) {
         let slave = &self.slaves[j];
-        match covered(self.previous_kinematics[j].area, slave.area) {
-            true => self.interfaces[slave.interface as usize].friction,
-            false => 0.0,
-        }
+        let (share, slope) = friction_share(self.previous_kinematics[j].area, slave.area);
+        let friction = self.interfaces[slave.interface as usize].friction;
+        (friction * share, friction * slope)
     }
 
     /// C of node j for multiplier ζ. The augmented Lagrangian, whose adjoint needs it too, takes its ε for c.
     fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
         let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
-        complementarity(zeta, &at, self.friction(j), &self.stiffness[j].times(self.variation))
+        complementarity(zeta, &at, self.friction(j).0, &self.stiffness[j].times(self.variation))
     }
 
     /// Regularised traction of node j around the multiplier ẑ.
     fn regularised_of(&self, j: usize, around: Vector3<f64>) -> Traction {
         let at = self.deciding_measures(j, around.fixed_rows::<2>(1).into());
-        traction(around, &at, self.friction(j), &self.stiffness[j])
+        traction(around, &at, self.friction(j).0, &self.stiffness[j])
     }
 
     /// Traction that acts in R at node j, with its dependence on the displacements.
@@ -125,7 +126,7 @@ impl ContactModel {
         state: &StepState,
     ) -> Result<Vec<crate::analysis::NodalContact>, StateError> {
         self.begin_step(previous, false)?;
-        self.start = None;
+        self.at_start = false;
         self.evaluate(&state.unknowns, false)?;
         Ok((0..self.slaves.len())
             .map(|j| {
@@ -154,6 +155,11 @@ impl ContactModel {
     pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         self.solid.internal_force(d, &self.factors, out).map_err(inverted)
     }
+}
+
+/// Whether kinematics at a place serve for displacements `d`.
+fn fits(at: &Option<(Vec<f64>, bool)>, d: &[f64], with_gradient: bool) -> bool {
+    at.as_ref().is_some_and(|(at, gradient)| at == d && (*gradient || !with_gradient))
 }
 
 impl StepProblem for ContactModel {
@@ -186,13 +192,24 @@ impl StepProblem for ContactModel {
     }
 
     fn begin_step(&mut self, previous: &StepState, for_adjoint: bool) -> Result<(), StateError> {
-        let x = self.positions(&previous.unknowns);
-        let mut kinematics = std::mem::take(&mut self.previous_kinematics);
-        Self::kinematics_at(&mut self.interfaces, &x, for_adjoint, &mut kinematics)?;
-        self.previous_rows = kinematics.iter().map(PreviousRow::from).collect();
-        self.previous_kinematics = kinematics;
+        let begin = self.timings.begin();
+        let d = &previous.unknowns[..self.displacement_count()];
+        // the march was at this state last; the sweep comes to the state that it left to, and keeps it for `evaluate`
+        if !fits(&self.previous_at, d, for_adjoint) {
+            std::mem::swap(&mut self.kinematics, &mut self.previous_kinematics);
+            std::mem::swap(&mut self.kinematics_at, &mut self.previous_at);
+        }
+        if !fits(&self.previous_at, d, for_adjoint) {
+            self.previous_at = None;
+            let x = self.positions(d);
+            Self::kinematics_of(&mut self.interfaces, &x, for_adjoint, &mut self.previous_kinematics)?;
+            self.previous_at = Some((d.to_vec(), for_adjoint));
+        }
+        self.previous_rows = self.previous_kinematics.iter().map(PreviousRow::from).collect();
+        self.timings.end(Phase::Contact, begin);
         self.previous_history.clone_from(&previous.history);
         self.start = (!for_adjoint).then(|| previous.unknowns[..self.displacement_count()].to_vec());
+        self.at_start = !for_adjoint;
         self.evaluated = None;
         self.pattern.begin_step();
         Ok(())
@@ -201,7 +218,9 @@ impl StepProblem for ContactModel {
     /// R, and below it C where the method has multipliers; without external forces. Paper: (18), (27), (35), (44).
     fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.displacement_count();
+        let begin = self.timings.begin();
         self.solid.internal_force(&y[..split], &self.factors, &mut self.internal).map_err(inverted)?;
+        self.timings.end(Phase::Solid, begin);
         self.evaluate(y, false)?;
         out[..split].copy_from_slice(&self.internal);
         out[split..].fill(0.0);
@@ -232,15 +251,20 @@ impl StepProblem for ContactModel {
             .collect();
         let couplings = self.steps.iter().zip(&wants);
         let couplings = couplings.map(|(s, &(needed, near))| Coupling { support: &s.support, needed, near });
+        let begin = self.timings.begin();
         let (pattern, grown) = self.pattern.covering(couplings);
         if grown || self.matrix.is_none() {
             self.scatter = Some(self.solid.scatter(&pattern));
             self.matrix = Some(BlockMatrix::new(pattern));
         }
+        self.timings.end(Phase::Analysis, begin);
         let mut matrix = self.matrix.take().expect("made above");
+        let begin = self.timings.begin();
         matrix.set_zero();
         let scatter = self.scatter.as_ref().expect("made with the matrix");
         let result = self.solid.add_tangent(&y[..split], &self.factors, scatter, &mut matrix).map_err(inverted);
+        self.timings.end(Phase::Solid, begin);
+        let begin = self.timings.begin();
         if result.is_ok() {
             for j in 0..self.slaves.len() {
                 let (now, step, row) = (&self.kinematics[j], &self.steps[j], split / 3 + j);
@@ -258,10 +282,11 @@ impl StepProblem for ContactModel {
                 }
             }
         }
+        self.timings.end(Phase::Contact, begin);
         self.matrix = Some(matrix);
         // the branch at the start matters to the first tangent only; what follows sees the measures as they are
         if self.starting {
-            self.start = None;
+            self.at_start = false;
             self.evaluated = None;
         }
         result?;
@@ -330,7 +355,8 @@ impl StepProblem for ContactModel {
         Ok(())
     }
 
-    /// The previous state enters through its mortar row in ũ_τ, (66), and through the history of the penalty method.
+    /// The previous state enters through its mortar row in ũ_τ, (66), and its area in the share of friction, and through
+    /// the history of the penalty method.
     ///
     /// * Multipliers: R and the normal rows of C do not see it (62), (63), (67), (85); stick and slip rows do (64), (65).
     ///   So with the augmented Lagrangian, whose equations at convergence are these.
@@ -346,6 +372,7 @@ impl StepProblem for ContactModel {
         out: &mut PreviousPullBack,
     ) -> Result<(), StateError> {
         self.evaluate(y, true)?;
+        let begin = self.timings.begin();
         let split = self.displacement_count();
         out.unknowns.clear();
         out.unknowns.resize(self.unknowns(), 0.0);
@@ -354,11 +381,12 @@ impl StepProblem for ContactModel {
         let x = self.positions(y);
         for j in 0..self.slaves.len() {
             let now = &self.kinematics[j];
-            // weight of ũ_τ in λᵀF + ηᵀG
-            let by_slip = if self.method.has_multipliers() {
+            // weights of ũ_τ and μ in λᵀF + ηᵀG
+            let (by_slip, by_friction) = if self.method.has_multipliers() {
                 let at = split + 3 * j;
                 let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
-                self.complementarity_of(j, self.multiplier(y, j)).by_slip.tr_mul(&mu)
+                let c = self.complementarity_of(j, self.multiplier(y, j));
+                (c.by_slip.tr_mul(&mu), c.by_friction.dot(&mu))
             } else {
                 let h = Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1]);
                 let t = self.regularised_of(j, h);
@@ -368,12 +396,18 @@ impl StepProblem for ContactModel {
                 let by_history = t.by_multiplier.tr_mul(&weight);
                 out.history[2 * j] = by_history[1];
                 out.history[2 * j + 1] = by_history[2];
-                t.by_slip.tr_mul(&weight)
+                (t.by_slip.tr_mul(&weight), t.by_friction.dot(&weight))
             };
+            let previous = &self.previous_kinematics[j];
             if by_slip[0] != 0.0 || by_slip[1] != 0.0 {
-                self.previous_kinematics[j].add_previous_slip_gradient(&now.frame, &x, by_slip, &mut out.unknowns);
+                previous.add_previous_slip_gradient(&now.frame, &x, by_slip, &mut out.unknowns);
+            }
+            let by_area = by_friction * self.friction(j).1;
+            if by_area != 0.0 {
+                previous.add_area_gradient(by_area, &mut out.unknowns);
             }
         }
+        self.timings.end(Phase::PullBack, begin);
         Ok(())
     }
 
@@ -381,17 +415,24 @@ impl StepProblem for ContactModel {
     ///
     /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences` (tests/derivatives.rs).
     fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let begin = self.timings.begin();
         let split = self.displacement_count();
         let mut by_factor = vec![0.0; self.solid.elements()];
         self.solid.pull_back_factors(&y[..split], &lambda[..split], &mut by_factor).map_err(inverted)?;
         for (e, (o, b)) in out.iter_mut().zip(&by_factor).enumerate() {
             *o += self.factor_derivative(e) * b;
         }
+        self.timings.end(Phase::PullBack, begin);
         Ok(())
     }
 
     fn vary_iteration(&mut self, attempt: usize) -> bool {
         (self.variation, self.onward) = (1.0, 1.0);
+        if attempt > 0 {
+            // the retry starts where the step does
+            self.at_start = self.start.is_some();
+            self.evaluated = None;
+        }
         match (&self.method, attempt) {
             (_, 0) => true,
             (Method::Penalty { .. } | Method::Augmented { .. }, 1) => {

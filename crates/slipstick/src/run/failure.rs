@@ -41,7 +41,7 @@ fn coordinate(value: f64, size: f64) -> String {
 }
 
 /// Why an analysis failed, for people and programs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct FailureReport {
     /// The user's load step (from 1) that failed; `None` if it was no load step.
     pub step: Option<usize>,
@@ -76,6 +76,7 @@ impl FailureReport {
                 report.cause = format!("a converged state cannot be evaluated: {error}");
                 report
             }
+            AnalysisError::Unfinished { .. } => Self { cause: error.to_string(), ..Self::default() },
         }
     }
 

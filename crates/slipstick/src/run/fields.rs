@@ -92,7 +92,9 @@ fn save(
     contact: &[NodalContact],
 ) -> Result<(), OutputError> {
     let displacement = &state.unknowns[..3 * mesh.nodes.len()];
-    let determinants = model.solid().smallest_determinants(displacement);
+    let mut determinants = model.solid().smallest_determinants(displacement);
+    // a failed iterate may be far out, and a file holds finite numbers
+    determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
     // Where nothing lies opposite, the gap is at least the distance that was searched.
     let reach = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
     fields::write_state(&run.file(name), mesh, time, displacement, contact, model.density(), &determinants, reach)

@@ -20,6 +20,9 @@ pub struct Quotient {
     /// Slave nodes that change status between φ − hv, φ and φ + hv, as (user step, global node), where θ's one-sided
     /// differences disagree too; empty: no kink.
     pub kink: Vec<(usize, u32)>,
+    /// Whether θ's one-sided differences stay apart as the step is halved: a kink, whether a status changes or the overlap of
+    /// two facets.
+    pub kinked: bool,
     /// Whether the three paths are cut back differently, and θ's one-sided differences disagree: then they are values of
     /// different functions.
     pub cut_back: bool,
@@ -28,7 +31,7 @@ pub struct Quotient {
 impl Quotient {
     /// Whether θ is one smooth function between the three densities.
     pub(super) fn is_smooth(&self) -> bool {
-        self.kink.is_empty() && !self.cut_back
+        self.kink.is_empty() && !self.kinked && !self.cut_back
     }
 }
 
@@ -90,6 +93,7 @@ mod tests {
             remainder: 0.0,
             order: None,
             kink: Vec::new(),
+            kinked: false,
             cut_back: false,
         };
         errors.iter().enumerate().map(quotient).collect()

@@ -27,6 +27,8 @@ fn bodies_and_material() {
 fn contact() {
     use CaseCode::*;
     one(18, "0.3", "-0.1", Friction, "-0.1");
+    let both = "[[contact]]\nslave = \"plate_ymax\"\nmaster = \"ball_dome\"\nfriction = 0.3\n\n[[dirichlet]]";
+    only_error(&GOOD.replacen("[[dirichlet]]", both, 1), DuplicateName, (20, 1));
     one(18, "0.3", "0.3\ncell_rule = 5", CellRule, "5");
     one(18, "0.3", "0.3\nmultiplier_shape = \"double\"", UnknownWord, "\"double\"");
     one(18, "0.3", "0.3\nsearch_radius = -1", OutOfRange, "-1");

@@ -73,14 +73,12 @@ pub fn energy(material: &NeoHooke, at: &ReferenceGeometry, d: &[[f64; 3]; 8]) ->
     })
 }
 
-/// Smallest J over the Gauss points: what says how near an element is to inversion. −∞ if an element is inverted.
+/// Smallest J over the Gauss points: what says how near an element is to inversion. −∞ where J is no number.
 pub fn smallest_determinant(at: &ReferenceGeometry, d: &[[f64; 3]; 8]) -> f64 {
     let mut deformation = Deformation::new();
     deformation.evaluate(pulp::Scalar, at, d);
-    if !deformation.is_admissible() {
-        return f64::NEG_INFINITY;
-    }
-    deformation.determinant.into_iter().fold(f64::INFINITY, f64::min)
+    let smallest = |least: f64, j: f64| if j.is_nan() { f64::NEG_INFINITY } else { least.min(j) };
+    deformation.determinant.into_iter().fold(f64::INFINITY, smallest)
 }
 
 #[cfg(test)]

@@ -30,6 +30,15 @@ pub(super) fn contacts(root: &Table<'_>, names: &Names) -> Vec<Contact> {
                 "remove one of them",
             );
         }
+        let reversed = |other: &Contact| (&other.slave, &other.master) == (&contact.master, &contact.slave);
+        if !contact.slave.is_empty() && contact.slave != contact.master && contacts.iter().any(reversed) {
+            reader.error(
+                &path,
+                CaseCode::DuplicateName,
+                format!("the pair {} – {} is listed in both directions", contact.master, contact.slave),
+                "remove one of them: contact would be counted twice",
+            );
+        }
         contacts.push(contact);
     }
     contacts

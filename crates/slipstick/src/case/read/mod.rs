@@ -25,9 +25,10 @@ pub(super) fn case(root: Table<'_>) -> Case {
     let optimizer = design::optimizer(&root, design.as_ref());
     let output = run::output(&root);
     let solver = run::solver(&root);
+    let adjoint = run::adjoint(&root);
     motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet);
     root.finish();
-    Case { title, bodies, sets, contacts, dirichlet, load_path, design, objective, optimizer, output, solver }
+    Case { title, bodies, sets, contacts, dirichlet, load_path, design, objective, optimizer, output, solver, adjoint }
 }
 
 /// A name: letters, digits, `_` and `-`, so that it can stand in paths, file names and tables. Empty after an error.

@@ -26,7 +26,9 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
     if let Some(inner) = table.table("tolerance") {
         let bound = |key| inner.number(key).positive(CaseCode::OutOfRange);
         tolerance = Tolerance {
-            relative: bound("relative").or(relative),
+            relative: bound("relative")
+                .check(CaseCode::OutOfRange, |&bound| bound <= 1e-2, "leaves no equilibrium", "1e-9 is usual")
+                .or(relative),
             residual: bound("residual").optional(),
             displacement: bound("displacement").optional(),
             contact: bound("contact").optional(),

@@ -1,6 +1,6 @@
-//! What a run writes and how it computes: `[output]`, `[solver]`.
+//! What a run writes and how it computes: `[output]`, `[solver]`, `[adjoint]`.
 
-use super::super::resolved::{LinearSolverChoice, Output, Solver};
+use super::super::resolved::{Adjoint, LinearSolverChoice, Memory, Output, Solver};
 use super::super::typed::Table;
 use super::CaseCode;
 
@@ -29,5 +29,23 @@ pub(super) fn solver(root: &Table<'_>) -> Solver {
         let threads = table.integer("threads").count(CaseCode::OutOfRange, 1).optional();
         table.finish();
         Solver { linear, threads }
+    })
+}
+
+pub(super) fn adjoint(root: &Table<'_>) -> Adjoint {
+    let default = Adjoint { memory: Memory::DEFAULT };
+    root.table("adjoint").map_or(default, |table| {
+        let memory = table
+            .string("memory")
+            .check(
+                CaseCode::OutOfRange,
+                |text| Memory::parse(text).is_some(),
+                "is no amount of memory",
+                "for instance \"8 GiB\", \"500 MiB\" or \"0\"",
+            )
+            .map(|text| Memory::parse(&text).unwrap_or(Memory::DEFAULT))
+            .or(Memory::DEFAULT);
+        table.finish();
+        Adjoint { memory }
     })
 }

@@ -102,7 +102,7 @@ pub enum PenaltyScaling {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ToleranceScaling {
-    /// The largest contact traction and the facet size: unit-free.
+    /// The largest contact traction: unit-free.
     Relative,
     /// Nothing: the bound holds for the conditions as they are, as in the paper.
     Absolute,

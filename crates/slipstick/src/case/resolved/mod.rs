@@ -6,11 +6,13 @@
 mod bodies;
 mod contact;
 mod design;
+mod memory;
 mod motion;
 
 pub use bodies::*;
 pub use contact::*;
 pub use design::*;
+pub use memory::*;
 pub use motion::*;
 
 use serde::Serialize;
@@ -46,6 +48,8 @@ pub struct Case {
     pub output: Output,
     /// Linear solver and threads.
     pub solver: Solver,
+    /// How the gradient is computed.
+    pub adjoint: Adjoint,
 }
 
 /// What a run writes.
@@ -78,4 +82,11 @@ pub enum LinearSolverChoice {
     Multifrontal,
     /// faer's supernodal sparse LU.
     Faer,
+}
+
+/// How the gradient is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Adjoint {
+    /// For factors that the load path leaves for the gradient; where they do not fit they are made again.
+    pub memory: Memory,
 }

@@ -1,0 +1,93 @@
+//! One measurement: a forward analysis and its gradient, with the time by phase.
+
+use serde_json::{Value, json};
+use slipstick::analysis::{Analysis, AnalysisError};
+use slipstick::build::Problem;
+use slipstick_path::{Phase, Silent, SolveCounts, Timings};
+
+use super::half_ball;
+use crate::args::Bench;
+use crate::failure::Failure;
+use crate::setup::{Setup, look, prepare};
+use crate::{Context, Outcome, clock, memory};
+
+/// Measures in this process, whose peak memory is then that of the analysis.
+///
+/// # Errors
+/// As those of `solve` and `gradient`.
+pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
+    let (setup, mut problem) = problem(context, args)?;
+    let density = setup.density(&problem, &args.design)?;
+    if let Some(memory) = args.memory {
+        problem.analysis.march.factor_memory = memory.0;
+    }
+    let steps = args.steps.map(|steps| steps.get());
+    let steps = steps.or(args.case.is_none().then_some(half_ball::STEPS / 5));
+    problem.analysis.times.truncate(steps.unwrap_or(usize::MAX));
+    let analysis = &mut problem.analysis;
+    let now: fn() -> f64 = if args.cpu { clock::processor } else { clock::wall };
+    analysis.measure(now);
+    let (mut forward, marched) = timed(analysis, now, |analysis| analysis.forward(&density, &mut Silent))?;
+    let (kept_states, kept_bytes) = (forward.path.states_with_factors(), forward.path.factor_bytes);
+    let (mut gradient, mut recomputed) = (Value::Null, Value::Null);
+    if analysis.objective.is_some() {
+        gradient = timed(analysis, now, |analysis| analysis.gradient(&forward))?.1;
+        forward.path.forget_factors();
+        recomputed = timed(analysis, now, |analysis| analysis.gradient(&forward))?.1;
+    }
+    Ok(json!({
+        "elements": problem.mesh.hexes.len(), "unknowns": setup.inspection.unknowns, "threads": setup.threads, "clock": if args.cpu { "processor" } else { "wall" },
+        "steps": forward.path.steps, "increments": forward.path.states.len() - 1,
+        "newton_iterations": forward.path.newton_iterations(),
+        "forward": marched, "gradient": gradient, "gradient_without_kept_factors": recomputed,
+        "states_with_kept_factors": kept_states, "kept_bytes": kept_bytes, "peak_bytes": memory::peak(),
+        "objective": forward.value,
+    }))
+}
+
+fn problem(context: &Context, args: &Bench) -> Outcome<(Setup, Problem)> {
+    match (&args.case, args.sizes.first()) {
+        (Some(path), _) => prepare(context, path, &["dirichlet"]),
+        (None, size) => {
+            let name = "half_ball.toml";
+            let text = half_ball::case(size.map_or(1000, |size| size.get()), "2 GiB");
+            look(context, name.as_ref(), slipstick::case::parse_case(&text, name)?)
+        }
+    }
+}
+
+/// The result of some work, its time and its solves: `{ seconds, phases: { solid, … }, solves: { … } }`.
+fn timed<T>(
+    analysis: &mut Analysis,
+    now: fn() -> f64,
+    work: impl FnOnce(&mut Analysis) -> Result<T, AnalysisError>,
+) -> Outcome<(T, Value)> {
+    let (before, counts, begin) = (analysis.timings(), analysis.linear.counts(), now());
+    let result = work(analysis);
+    let seconds = now() - begin;
+    let spent = analysis.timings() - before;
+    let result = result.map_err(|error| Failure::Check {
+        message: format!("the analysis failed: {error}"),
+        cure: "measure a case that `slipstick gradient` gets through".into(),
+    })?;
+    Ok((
+        result,
+        json!({ "seconds": seconds, "phases": phases(&spent), "solves": solves(counts, analysis.linear.counts()) }),
+    ))
+}
+
+/// What was solved how, between two counts.
+fn solves(before: SolveCounts, after: SolveCounts) -> Value {
+    json!({
+        "factorizations": after.factorizations - before.factorizations,
+        "with_earlier_factors": after.lagged - before.lagged,
+        "iterations_of_these": after.lagged_iterations - before.lagged_iterations,
+        "given_up": after.given_up - before.given_up,
+    })
+}
+
+/// Seconds and calls by phase.
+fn phases(spent: &Timings) -> Value {
+    let entry = |phase: Phase| (phase.name().to_owned(), json!([spent.seconds(phase), spent.calls(phase)]));
+    Value::Object(Phase::ALL.into_iter().map(entry).collect())
+}
