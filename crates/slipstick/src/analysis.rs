@@ -115,7 +115,10 @@ impl Analysis {
     pub fn forward(&mut self, density: &[f64], observer: &mut dyn MarchObserver) -> Result<Forward, AnalysisError> {
         self.model.set_density(density);
         let rest = self.model.rest();
-        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &self.march, observer)?;
+        // without an objective there is no gradient to keep factors for
+        let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
+        let options = MarchOptions { factor_memory, ..self.march };
+        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &options, observer)?;
         let mut step_values = vec![0.0; self.times.len()];
         let steps = self.times.len();
         if let Some(objective) = &self.objective {

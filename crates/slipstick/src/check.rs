@@ -1,7 +1,7 @@
 //! What can be said about a case before it runs: sizes, supports, initial gaps, memory.
 
 use crate::build::Problem;
-use crate::case::{Body, Case};
+use crate::case::{Body, Case, Enforcement, LinearSolverChoice};
 use nalgebra::DMatrix;
 use serde::Serialize;
 use slipstick_mesh::Mesh;
@@ -87,6 +87,9 @@ pub struct Inspection {
     pub steps: usize,
     /// Predicted memory of one factorization. \[bytes\]
     pub factor_bytes: f64,
+    /// Load steps whose factors fit into `adjoint.memory` and serve the gradient too, without cut-backs. Augmented
+    /// Lagrangian: none do, for Uzawa's inner solves are of other systems.
+    pub steps_with_factors: usize,
     /// Predicted peak memory of a run. \[bytes\]
     pub peak_bytes: f64,
     /// Floating-point operations of one factorization.
@@ -132,12 +135,17 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         }
     }
     let contacts = contacts(case, problem, &mut notices)?;
-    let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(problem)?;
+    let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
     let elements = problem.mesh.hexes.len() as f64;
     let unknowns_all = 3.0 * problem.mesh.nodes.len() as f64;
     let states = unknowns_all * 8.0 * (case.load_path.steps + 1) as f64;
+    let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
     // reference geometry, element forces and scatter map; frontal stack of about half of the factors
-    let peak_bytes = 1.5 * factor_bytes + 3.0 * matrix_bytes + elements * (1700.0 + 192.0 + 256.0) + states;
+    let peak_bytes = 1.5 * factor_bytes
+        + 3.0 * matrix_bytes
+        + elements * (1700.0 + 192.0 + 256.0)
+        + states
+        + steps_with_factors.saturating_sub(1) as f64 * factor_bytes;
     let sets = problem
         .mesh
         .names()
@@ -152,6 +160,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         designed: problem.variables.as_ref().map_or(0, slipstick_design::DesignVariables::count),
         steps: case.load_path.steps,
         factor_bytes,
+        steps_with_factors,
         peak_bytes,
         factor_operations,
         notices,
@@ -265,7 +274,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
 }
 
 /// Free unknowns, bytes and operations of a factorization, bytes of the matrix.
-fn factorization(problem: &mut Problem) -> Result<(usize, f64, f64, f64), StateError> {
+fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64, f64), StateError> {
     let model = &mut problem.analysis.model;
     let rest = model.rest();
     model.begin_step(&rest, false)?;
@@ -275,5 +284,18 @@ fn factorization(problem: &mut Problem) -> Result<(usize, f64, f64, f64), StateE
     let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
     let size = slipstick_linalg::MultifrontalSolver::predict(reduction.pattern());
     let (entries, operations) = size.unwrap_or((0.0, 0.0));
-    Ok((reduction.free(), 8.0 * entries, operations, matrix_bytes))
+    let entry_bytes = match case.solver.linear {
+        LinearSolverChoice::Auto => 4.0,
+        LinearSolverChoice::Multifrontal | LinearSolverChoice::Faer => 8.0,
+    };
+    Ok((reduction.free(), entry_bytes * entries, operations, matrix_bytes))
+}
+
+/// How many steps leave factors for the gradient within the memory that the case gives.
+fn steps_with_factors(case: &Case, problem: &Problem, factor_bytes: f64) -> usize {
+    let augmented = case.contacts.iter().any(|c| matches!(c.enforcement, Enforcement::Augmented { .. }));
+    if problem.analysis.objective.is_none() || augmented || factor_bytes <= 0.0 {
+        return 0;
+    }
+    ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.load_path.steps)
 }

@@ -135,6 +135,7 @@ fn size(inspection: &Inspection, seconds: f64) -> Vec<String> {
         row("unknowns of a step", inspection.unknowns.to_string()),
         row("designed elements", inspection.designed.to_string()),
         row("factors, predicted", bytes(inspection.factor_bytes)),
+        row("steps that keep them for the gradient", inspection.steps_with_factors.to_string()),
         row("memory of a run, predicted", bytes(inspection.peak_bytes)),
         row("a factorization, roughly", format!("{seconds:.2} s on one core")),
     ];

@@ -39,6 +39,7 @@ pub fn run(context: &Context, args: &Evaluate) -> Outcome {
 fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], friction: &[f64]) -> Outcome {
     let directory = &run.directory;
     let own = own_friction(problem);
+    problem.analysis.march.factor_memory = 0; // no gradient follows
     let asked: Vec<Option<f64>> =
         if friction.is_empty() { vec![None] } else { friction.iter().copied().map(Some).collect() };
     let steps = problem.analysis.times.len();

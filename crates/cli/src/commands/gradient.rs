@@ -5,11 +5,11 @@ use slipstick::build::Problem;
 use slipstick::output::fields::write_design;
 use slipstick::run::{NewtonTable, write_densities};
 
-use super::{digits, whole};
+use super::{digits, phases, tell_phases, whole};
 use crate::args::Gradient;
 use crate::setup::{Run, failed, prepare, volume_fraction};
 use crate::watch::Watch;
-use crate::{Context, Outcome};
+use crate::{Context, Outcome, clock};
 
 /// Marches, sweeps back, and writes the derivatives.
 ///
@@ -27,6 +27,7 @@ fn gradient(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
     let directory = &run.directory;
     let mut watch = Watch::new(context).with_table(NewtonTable::open(directory, 0)?);
     let analysis = &mut problem.analysis;
+    analysis.measure(clock::wall);
     let forward = match analysis.forward(density, &mut watch) {
         Ok(forward) => forward,
         Err(error) => return Err(failed(problem, &error, directory)),
@@ -34,10 +35,12 @@ fn gradient(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
     watch.check()?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
+    let marched = problem.analysis.timings();
     let gradient = match problem.analysis.gradient(&forward) {
         Ok(gradient) => gradient,
         Err(error) => return Err(failed(problem, &error, directory)),
     };
+    let spent = problem.analysis.timings() - marched;
     let mesh = &problem.mesh;
     write_densities(&directory.file("gradient.csv"), mesh, density, Some(&gradient))?;
     write_design(&directory.file("gradient.vtu"), mesh, 0, density, Some(&gradient))?;
@@ -48,8 +51,11 @@ fn gradient(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
         json!({
             "command": "gradient", "directory": path, "objective": forward.value, "gradient_norm": norm,
             "volume_fraction": volume_fraction(problem, density),
+            "phases": phases(&marched), "gradient_phases": phases(&spent),
         }),
     );
+    tell_phases(context, "solution", &marched);
+    tell_phases(context, "gradient", &spent);
     context.console.text(&format!("objective {}, norm of its gradient {}", digits(forward.value), digits(norm)));
     context.console.text(&format!("derivatives in {}", path.join("gradient.csv").display()));
     Ok(())

@@ -11,7 +11,9 @@ pub mod resume;
 pub mod solve;
 pub mod verify;
 
+use serde_json::{Value, json};
 use slipstick::analysis::Forward;
+use slipstick_path::{Phase, Timings};
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};
@@ -36,6 +38,20 @@ fn digits(value: f64) -> String {
     // Zero has no sign here.
     let (value, size) = (value + 0.0, value.abs());
     if size != 0.0 && !(1e-3..1e6).contains(&size) { format!("{value:.5e}") } else { format!("{value:.6}") }
+}
+
+/// Where the time went: by phase, its seconds and how often it was entered.
+fn phases(spent: &Timings) -> Value {
+    let entry = |phase: Phase| (phase.name().to_owned(), json!([spent.seconds(phase), spent.calls(phase)]));
+    Value::Object(Phase::ALL.into_iter().map(entry).collect())
+}
+
+/// Tells where the time went, if more is to be told.
+fn tell_phases(context: &Context, what: &str, spent: &Timings) {
+    if context.console.tells(1) {
+        let part = |phase: Phase| format!("{} {:.2} s", phase.name().replace('_', " "), spent.seconds(phase));
+        context.console.text(&format!("{what}: {}", Phase::ALL.map(part).join(", ")));
+    }
 }
 
 /// Bytes in words.

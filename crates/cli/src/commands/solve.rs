@@ -4,11 +4,11 @@ use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::run::{NewtonTable, write_densities, write_path};
 
-use super::{digits, final_status, whole};
+use super::{digits, final_status, phases, tell_phases, whole};
 use crate::args::Solve;
 use crate::setup::{Run, failed, prepare, volume_fraction};
 use crate::watch::Watch;
-use crate::{Context, Outcome};
+use crate::{Context, Outcome, clock};
 
 /// Marches the load path and writes its states.
 ///
@@ -26,6 +26,8 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
     let directory = &run.directory;
     let table = NewtonTable::open(directory, 0)?;
     let mut watch = Watch::new(context).with_table(table).telling_steps();
+    problem.analysis.march.factor_memory = 0; // no gradient follows
+    problem.analysis.measure(clock::wall);
     let forward = match problem.analysis.forward(density, &mut watch) {
         Ok(forward) => forward,
         Err(error) => return Err(failed(problem, &error, directory)),
@@ -44,8 +46,10 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
             "command": "solve", "directory": path, "objective": objective, "step_values": forward.step_values,
             "volume_fraction": volume_fraction(problem, density), "newton_iterations": newton,
             "increments": forward.path.states.len() - 1, "open": open, "stick": stick, "slip": slip,
+            "phases": phases(&problem.analysis.timings()),
         }),
     );
+    tell_phases(context, "solution", &problem.analysis.timings());
     if let Some(value) = objective {
         context.console.text(&format!("objective {}", digits(value)));
     }

@@ -2,10 +2,6 @@
 
 use super::*;
 
-fn number(cell: &str) -> f64 {
-    cell.parse().unwrap_or_else(|_| panic!("`{cell}` is no number"))
-}
-
 #[test]
 fn new_writes_templates_that_check_accepts() {
     let place = Place::new();

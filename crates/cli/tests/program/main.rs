@@ -1,6 +1,7 @@
 //! The real program on tiny cases, end to end.
 
 mod bad_input;
+mod bench;
 mod commands;
 mod render;
 mod resume;
@@ -144,4 +145,8 @@ impl Ran {
         let found = self.events().into_iter().rfind(|event| event["event"] == name);
         found.unwrap_or_else(|| panic!("no event {name} in\n{}", self.out))
     }
+}
+
+fn number(cell: &str) -> f64 {
+    cell.parse().unwrap_or_else(|_| panic!("`{cell}` is no number"))
 }

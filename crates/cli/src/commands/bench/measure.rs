@@ -3,10 +3,11 @@
 use serde_json::{Value, json};
 use slipstick::analysis::{Analysis, AnalysisError};
 use slipstick::build::Problem;
-use slipstick_path::{Phase, Silent, SolveCounts, Timings};
+use slipstick_path::{Silent, SolveCounts};
 
 use super::half_ball;
 use crate::args::Bench;
+use crate::commands::phases;
 use crate::failure::Failure;
 use crate::setup::{Setup, look, prepare};
 use crate::{Context, Outcome, clock, memory};
@@ -84,10 +85,4 @@ fn solves(before: SolveCounts, after: SolveCounts) -> Value {
         "iterations_of_these": after.lagged_iterations - before.lagged_iterations,
         "given_up": after.given_up - before.given_up,
     })
-}
-
-/// Seconds and calls by phase.
-fn phases(spent: &Timings) -> Value {
-    let entry = |phase: Phase| (phase.name().to_owned(), json!([spent.seconds(phase), spent.calls(phase)]));
-    Value::Object(Phase::ALL.into_iter().map(entry).collect())
 }
