@@ -1,11 +1,17 @@
 //! The command line, as typed.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use slipstick::case::Memory;
+use slipstick::case::{Memory, Override};
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueHint};
+
+mod help;
+mod results;
+
+pub use help::{Completions, Explain, Man, SchemaOf};
+pub use results::{Export, Report, Threshold};
 
 /// Topology optimization of bodies in three-dimensional finite-deformation frictional contact.
 #[derive(Debug, Clone, Parser)]
@@ -35,7 +41,7 @@ pub struct Common {
     #[arg(long, global = true)]
     pub json: bool,
     /// Threads; results do not depend on them [default: the case file's, else all cores]
-    #[arg(long, global = true, value_name = "NUMBER")]
+    #[arg(long, global = true, value_name = "NUMBER", value_parser = count)]
     pub threads: Option<NonZeroUsize>,
     /// Print errors only
     #[arg(short, long, global = true, conflicts_with = "verbose")]
@@ -66,6 +72,21 @@ pub enum Command {
     Evaluate(Evaluate),
     /// Draw results as a PNG picture
     Render(Render),
+    /// Do all runs that a file lists, but those that are done, with tables and pictures
+    Study(Study),
+    /// Write a run as one web page: a view that turns, curves, tables, the case
+    Report(Report),
+    /// Write a design as a closed triangle surface for CAD, meshing or printing
+    Export(Export),
+    /// Explain the code of an error or warning about a case file
+    Explain(Explain),
+    /// Write the JSON schema of case files, with which editors complete and check them
+    Schema(SchemaOf),
+    /// Write the script that completes commands and options in a shell
+    Completions(Completions),
+    /// Write the manual page
+    #[command(hide = true)]
+    Man(Man),
     /// Measure where the time of analysis and gradient goes, by size and number of threads
     Bench(Bench),
 }
@@ -90,6 +111,16 @@ pub struct CaseFile {
     /// The case file
     #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
     pub case: PathBuf,
+    /// Replace or add a value, as in contact[0].friction=0.1; may be given several times
+    #[arg(long, value_name = "KEY=VALUE", value_parser = override_of)]
+    pub set: Vec<Override>,
+}
+
+impl From<&Path> for CaseFile {
+    /// The file as it is.
+    fn from(case: &Path) -> Self {
+        Self { case: case.to_owned(), set: Vec::new() }
+    }
 }
 
 /// Where results go.
@@ -164,7 +195,7 @@ pub struct Optimize {
     #[command(flatten)]
     pub out: Out,
     /// Most iterations [default: the case file's]
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub iterations: Option<NonZeroUsize>,
 }
 
@@ -193,7 +224,7 @@ pub struct VerifyGradient {
     #[command(flatten)]
     pub design: DesignFrom,
     /// Elements to differentiate by one at a time, spread over the design; costs two analyses each and step
-    #[arg(long, value_name = "NUMBER", default_value = "5")]
+    #[arg(long, value_name = "NUMBER", default_value = "5", value_parser = count)]
     pub elements: NonZeroUsize,
     /// Random directions over the whole design; cost as much as an element
     #[arg(long, value_name = "NUMBER", default_value_t = 2)]
@@ -219,7 +250,7 @@ pub struct Resume {
     #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
     pub results: PathBuf,
     /// Most iterations in all [default: what was asked for before]
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub iterations: Option<NonZeroUsize>,
 }
 
@@ -272,6 +303,20 @@ pub struct Render {
     pub out: Option<PathBuf>,
 }
 
+/// Arguments of `study`.
+#[derive(Debug, Clone, Args)]
+pub struct Study {
+    /// The list of runs, a TOML file
+    #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
+    pub study: PathBuf,
+    /// Only these runs, by name
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Say what would be done, and do nothing
+    #[arg(long)]
+    pub plan: bool,
+}
+
 /// Arguments of `bench`.
 #[derive(Debug, Clone, Args)]
 pub struct Bench {
@@ -287,14 +332,15 @@ pub struct Bench {
         value_name = "NUMBERS",
         value_delimiter = ',',
         default_value = "1000,3000,9400",
-        conflicts_with_all = ["case", "design"]
+        conflicts_with_all = ["case", "design"],
+        value_parser = count
     )]
     pub sizes: Vec<NonZeroUsize>,
     /// Numbers of threads
-    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2", value_parser = count)]
     pub threads: Vec<NonZeroUsize>,
     /// Load steps from the start of the path [default: all of a case; 10 of the half ball's 50]
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub steps: Option<NonZeroUsize>,
     /// Memory for factors that are kept for the gradient [default: the case's `adjoint.memory`]
     #[arg(long, value_name = "MEMORY", value_parser = memory)]
@@ -311,9 +357,25 @@ fn memory(text: &str) -> Result<Memory, String> {
     Memory::parse(text).ok_or_else(|| "an amount like \"8 GiB\" is expected".into())
 }
 
+fn override_of(text: &str) -> Result<Override, String> {
+    text.parse().map_err(|error: slipstick::case::OverrideError| format!("{error}; {}", error.cure()))
+}
+
+/// Width and height of pictures whose text can be read. \[pixels\]
+const LEAST_SIZE: (u32, u32) = (160, 120);
+
 fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    sides.ok_or_else(|| "width and height as in 900x720 are expected".into())
+    match sides {
+        Some((width, height)) if width < LEAST_SIZE.0 || height < LEAST_SIZE.1 => {
+            Err(format!("at least {}x{} is expected: nothing could be read in less", LEAST_SIZE.0, LEAST_SIZE.1))
+        }
+        _ => sides.ok_or_else(|| "width and height as in 900x720 are expected".into()),
+    }
+}
+
+fn count(text: &str) -> Result<NonZeroUsize, String> {
+    text.trim().parse().map_err(|_| "a whole number greater than zero is expected".into())
 }
 
 fn fraction(text: &str) -> Result<f64, String> {
@@ -377,6 +439,13 @@ mod tests {
             panic!("bench")
         };
         assert_eq!((bench.sizes.len(), bench.threads.len(), bench.memory), (2, 2, Some(Memory(2 << 30))));
+        let Command::Study(study) = parse("slipstick study s.toml --only a,b --plan").expect("right").command else {
+            panic!("study")
+        };
+        assert_eq!((study.only.len(), study.plan), (2, true));
+        let line = "slipstick solve c.toml --set contact[0].friction=0.1 --set objective.contact_force.steps=all";
+        let Command::Solve(solve) = parse(line).expect("right").command else { panic!("solve") };
+        assert_eq!(solve.case.set[1].to_string(), "objective.contact_force.steps=all");
         for line in ["new", "new ironing --force", "check c.toml --resolved", "solve c.toml", "resume o"] {
             parse(&format!("slipstick {line}")).expect("right");
         }
@@ -394,6 +463,8 @@ mod tests {
             "evaluate c.toml --design o --friction nan",
             "verify gradient c.toml --step 2",
             "check c.toml -q -v",
+            "check c.toml --set friction",
+            "check c.toml --set contact[x].friction=1",
         ] {
             let error = parse(&format!("slipstick {line}")).expect_err(line);
             assert_eq!(error.exit_code(), 2, "{line}");

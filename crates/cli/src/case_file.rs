@@ -4,27 +4,39 @@ use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-use slipstick::case::{CaseDiagnostic, CaseErrors, NotUtf8, Resolved, Severity, parse_case, utf8};
+use slipstick::case::{
+    CaseDiagnostic, CaseErrors, NotUtf8, Override, OverrideError, Resolved, Severity, override_case, parse_case_with,
+    utf8,
+};
+use slipstick::run::mesh_files;
 
 /// Why there is no case.
 #[derive(Debug)]
 pub enum Unreadable {
     /// The file cannot be read.
     Io(io::Error),
+    /// What is to be replaced has no place in the file.
+    Override(OverrideError),
     /// The file is no text.
     Encoding(NotUtf8),
     /// The file is wrong.
     Wrong(CaseErrors),
 }
 
-/// Reads and checks a case file.
+/// Reads a case file, replaces values, and checks it. Places in messages are those of the changed text, which the name of
+/// the file says.
 ///
 /// # Errors
 ///
 /// [`Unreadable`]; all kinds end the program with exit code 2.
-pub fn read(path: &Path) -> Result<Resolved, Unreadable> {
+pub fn read(path: &Path, overrides: &[Override]) -> Result<Resolved, Unreadable> {
     let text = utf8(std::fs::read(path).map_err(Unreadable::Io)?).map_err(Unreadable::Encoding)?;
-    parse_case(&text, &path.display().to_string()).map_err(Unreadable::Wrong)
+    let mut name = path.display().to_string();
+    let changed = override_case(&text, &name, overrides).map_err(Unreadable::Override)?;
+    if changed != text {
+        name += " (with --set)";
+    }
+    parse_case_with(&changed, &name, &mesh_files(path)).map_err(Unreadable::Wrong)
 }
 
 /// Diagnostics for people: with the lines of the file on a terminal, else `file:line:column: …`.
@@ -59,6 +71,8 @@ pub fn object(diagnostic: &CaseDiagnostic) -> serde_json::Value {
 
 #[cfg(test)]
 mod tests {
+    use slipstick::case::parse_case;
+
     use super::*;
 
     #[test]
@@ -76,6 +90,6 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_an_error() {
-        assert!(matches!(read(Path::new("no/such/case.toml")), Err(Unreadable::Io(_))));
+        assert!(matches!(read(Path::new("no/such/case.toml"), &[]), Err(Unreadable::Io(_))));
     }
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use slipstick::build::BuildError;
 use slipstick::case::{CaseCode, CaseDiagnostic, CaseErrors, Severity, SourceMap};
+use slipstick::export::ExportError;
 use slipstick::output::OutputError;
 use slipstick::run::{ExitState, FailureReport, PictureError, RunError};
 
@@ -99,8 +100,8 @@ fn build_code(error: &BuildError) -> CaseCode {
     match path.split(['[', '.']).next().unwrap_or_default() {
         "body" if has(".material") => CaseCode::OutOfRange,
         "body" => CaseCode::Mesh,
-        "set" if has(".within") => CaseCode::UnknownSet,
-        "set" => CaseCode::EmptySet,
+        "set" | "surface" if has(".within") => CaseCode::UnknownSet,
+        "set" | "surface" => CaseCode::EmptySet,
         "dirichlet" if error.message.starts_with("there is no") => CaseCode::UnknownSet,
         "dirichlet" => CaseCode::ConflictingDirichlet,
         "contact" if has(".cell_rule") => CaseCode::CellRule,
@@ -129,6 +130,12 @@ impl From<RunError> for Failure {
 
 impl From<PictureError> for Failure {
     fn from(error: PictureError) -> Self {
+        Self::Input { message: error.to_string(), cure: error.cure() }
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
         Self::Input { message: error.to_string(), cure: error.cure() }
     }
 }

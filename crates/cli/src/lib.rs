@@ -47,6 +47,13 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
         Command::Resume(args) => commands::resume::run(&context, args),
         Command::Evaluate(args) => commands::evaluate::run(&context, args),
         Command::Render(args) => commands::render::run(&context, args),
+        Command::Study(args) => commands::study::run(&context, args),
+        Command::Report(args) => commands::report::run(&context, args),
+        Command::Export(args) => commands::export::run(&context, args),
+        Command::Explain(args) => commands::explain::run(&context, args),
+        Command::Schema(args) => commands::schema::run(&context, args),
+        Command::Completions(args) => commands::completions::run(&context, args),
+        Command::Man(args) => commands::completions::man(&context, args),
         Command::Bench(args) => commands::bench::run(&context, args),
         Command::Verify(args) => match &args.what {
             VerifyWhat::Gradient(args) => commands::verify::run(&context, args),

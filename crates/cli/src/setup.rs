@@ -7,9 +7,11 @@ use slipstick::build::{Problem, build};
 use slipstick::case::{Body, CaseCode, CaseDiagnostic, Resolved, Severity};
 use slipstick::check::{Inspection, NoticeKind, bytes_to_build, inspect};
 use slipstick::optimize::OptimizeError;
-use slipstick::run::{ExitState, FailureReport, RunDirectory, RunPart, RunRecord, load_density, write_failure};
+use slipstick::run::{
+    ExitState, FailureReport, RunDirectory, RunPart, RunRecord, keep_mesh_files, load_density, write_failure,
+};
 
-use crate::args::{DesignFrom, Out};
+use crate::args::{CaseFile, DesignFrom, Out};
 use crate::case_file::{self, Unreadable};
 use crate::commands::bytes;
 use crate::failure::Failure;
@@ -30,17 +32,19 @@ pub struct Setup {
     pub warnings: usize,
 }
 
-/// Reads a case file.
+/// Reads a case file, with values replaced as asked.
 ///
 /// # Errors
 /// [`Failure::Case`], [`Failure::Input`].
-pub fn read(path: &Path) -> Outcome<Resolved> {
-    case_file::read(path).map_err(|error| match error {
+pub fn read(file: &CaseFile) -> Outcome<Resolved> {
+    let path = &file.case;
+    case_file::read(path, &file.set).map_err(|error| match error {
         Unreadable::Wrong(errors) => errors.into(),
         Unreadable::Encoding(at) => {
             let message = format!("{}:{}:{}: {at}", path.display(), at.line, at.column);
             Failure::input(message, "save the case file as UTF-8")
         }
+        Unreadable::Override(error) => Failure::input(error.to_string(), error.cure()),
         Unreadable::Io(error) => {
             let cure = "check the name; `slipstick new half-ball` writes a case to start from";
             Failure::input(format!("cannot read the case file {}: {error}", path.display()), cure)
@@ -53,10 +57,10 @@ pub fn read(path: &Path) -> Outcome<Resolved> {
 ///
 /// # Errors
 /// [`Failure::Case`], [`Failure::Input`]. Of the former: a case that is too large for the machine's memory.
-pub fn prepare(context: &Context, path: &Path, sections: &[&str]) -> Outcome<(Setup, Problem)> {
-    let resolved = read(path)?;
+pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome<(Setup, Problem)> {
+    let resolved = read(file)?;
     resolved.require(sections)?;
-    let (setup, problem) = look(context, path, resolved)?;
+    let (setup, problem) = look(context, &file.case, resolved)?;
     let (needed, available) = (setup.inspection.factor_bytes, memory::available());
     match available.filter(|&available| needed > available) {
         Some(available) => {
@@ -142,6 +146,7 @@ impl Setup {
                     (CaseCode::UnsupportedBody, Severity::Error)
                 }
                 NoticeKind::LooseBody => (CaseCode::UnsupportedBody, Severity::Warning),
+                NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
                 NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
                 NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
             };
@@ -271,7 +276,8 @@ impl Run {
         slipstick::output::write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
         let part = RunPart::starting(context.line.clone(), setup.threads);
         let file = setup.file.display().to_string();
-        let record = RunRecord::starting(part, &setup.resolved.case, &file, text);
+        let mut record = RunRecord::starting(part, &setup.resolved.case, &file, text);
+        record.inputs = keep_mesh_files(&directory, &setup.resolved.case, &setup.file)?;
         record.write(&directory)?;
         let started = serde_json::json!({
             "command": command, "case": file, "directory": path, "threads": setup.threads,

@@ -1,8 +1,10 @@
 //! Which elements, nodes and faces hang together.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use crate::{Facet, HEX_FACES, Mesh, MeshError, Surface};
+use crate::geometry::{norm, subtract};
+use crate::{Body, Facet, HEX_FACES, Mesh, MeshError, Surface};
 
 /// The elements around each node, as compressed rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -106,6 +108,65 @@ impl Mesh {
             facets.extend(outer.into_iter().filter(|facet| facet.nodes.iter().all(|&n| chosen[n as usize])));
         }
         Surface { facets }
+    }
+
+    /// The nodes of each part of a body that hangs together, ascending; parts in the order of their first nodes.
+    ///
+    /// # Panics
+    /// If there is no body of this index or its elements are out of range (see [`Mesh::check`]).
+    pub fn connected_parts(&self, body: usize) -> Vec<Vec<u32>> {
+        let Body { elements, nodes, .. } = &self.bodies[body];
+        // Each node points at an earlier one of its part, the first one at itself.
+        let mut earlier: Vec<usize> = (0..nodes.len()).collect();
+        fn first(earlier: &mut [usize], mut node: usize) -> usize {
+            while earlier[node] != node {
+                earlier[node] = earlier[earlier[node]];
+                node = earlier[node];
+            }
+            node
+        }
+        for hex in &self.hexes[elements.clone()] {
+            let mut root = first(&mut earlier, hex[0] as usize - nodes.start);
+            for &node in &hex[1..] {
+                let other = first(&mut earlier, node as usize - nodes.start);
+                earlier[root.max(other)] = root.min(other);
+                root = root.min(other);
+            }
+        }
+        let mut parts: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+        for node in 0..nodes.len() {
+            parts.entry(first(&mut earlier, node)).or_default().push((nodes.start + node) as u32);
+        }
+        parts.into_values().collect()
+    }
+
+    /// Pairs of a body's nodes that are no further apart than `tolerance` \[L\], ascending: the elements around them are
+    /// not connected there. Of more than two nodes at one place, some pairs may be left out, but no node.
+    ///
+    /// # Panics
+    /// As [`Mesh::connected_parts`].
+    pub fn coincident_nodes(&self, body: usize, tolerance: f64) -> Vec<[u32; 2]> {
+        let nodes = self.bodies[body].nodes.clone();
+        // Of two points that near, at least one of eight grids, shifted by half a cell, has both in one cell.
+        let size = 4.0 * tolerance.max(f64::MIN_POSITIVE);
+        let mut pairs = BTreeSet::new();
+        for shift in 0..8 {
+            let shifts: [f64; 3] = std::array::from_fn(|c| if shift >> c & 1 == 1 { 0.5 } else { 0.0 });
+            let cell = |node: usize| -> [i64; 3] {
+                std::array::from_fn(|c| (self.nodes[node][c] / size + shifts[c]).floor() as i64)
+            };
+            let mut cells: Vec<([i64; 3], usize)> = nodes.clone().map(|node| (cell(node), node)).collect();
+            cells.sort_unstable();
+            for same in cells.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1) {
+                for (i, &(_, a)) in same.iter().enumerate() {
+                    let near = |b: usize| norm(subtract(self.nodes[a], self.nodes[b])) <= tolerance;
+                    if let Some(&(_, b)) = same[i + 1..].iter().find(|&&(_, b)| near(b)) {
+                        pairs.insert([a as u32, b as u32]);
+                    }
+                }
+            }
+        }
+        pairs.into_iter().collect()
     }
 
     /// The elements around each node.

@@ -219,10 +219,10 @@ impl Adapter<'_> {
                 &mut StateDerivative { displacement: &mut by_displacement, internal_force: &mut by_force },
             );
             let inverted = crate::model::inverted;
-            model.solid().add_tangent_product(d, model.factors(), &by_force, &mut by_displacement).map_err(inverted)?;
-            let mut by_factor = vec![0.0; model.solid().elements()];
-            model.solid().pull_back_factors(d, &by_force, &mut by_factor).map_err(inverted)?;
-            let by_design = by_factor.iter().enumerate().map(|(e, b)| model.factor_derivative(e) * b).collect();
+            let (solid, scalings, slopes) = (model.solid(), model.scalings(), model.scaling_slopes());
+            solid.add_tangent_product(d, scalings, &by_force, &mut by_displacement).map_err(inverted)?;
+            let mut by_design = vec![0.0; solid.elements()];
+            solid.pull_back_density(d, scalings, slopes, &by_force, &mut by_design).map_err(inverted)?;
             self.partials.push((step, by_displacement, by_design));
         }
         Ok(())

@@ -1,17 +1,24 @@
 //! From a resolved case to a problem that can be analysed.
 
+mod mesh;
+
+pub use mesh::build_mesh;
+
 use crate::analysis::Analysis;
 use crate::case::{self, Case};
 use crate::model::prescribed::Prescribed;
 use crate::model::{ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Method, ModelInterface};
+use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_linalg::SolverChoice;
-use slipstick_mesh::{self as mesh, Mesh};
+use slipstick_mesh::{Mesh, facet_area};
 use slipstick_path::{LinearSystem, MarchOptions, NewtonOptions, SweepOptions, Tolerance, Tolerances, UzawaOptions};
-use slipstick_solid::{NeoHooke, Simp, SolidModel};
+use slipstick_solid::{
+    EnergyInterpolation, Formulation, Interpolation, Material, NeoHooke, Section, Simp, SolidModel, StVenantKirchhoff,
+};
 
 /// A case that is right in itself but cannot be built: where in the case, why, and what mends it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -43,79 +50,6 @@ pub struct Problem {
     pub initial_density: Vec<f64>,
 }
 
-/// The mesh of a case: all bodies, placed, with the case's node sets.
-///
-/// # Errors
-/// [`BuildError`] at the body or set.
-pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
-    let mut parts = Vec::with_capacity(case.bodies.len());
-    for (b, body) in case.bodies.iter().enumerate() {
-        let path = format!("body[{b}].{}", body.shape.key());
-        let fail = |e: mesh::MeshError| BuildError::new(&path, e, "change the shape or its element counts");
-        let mut part = generate(body).map_err(fail)?;
-        let rotate = body.place.rotate.map(|r| mesh::Rotation { axis: r.axis, degrees: r.degrees });
-        part.transform(&mesh::Placement { rotate, translate: body.place.translate }).map_err(|e| {
-            BuildError::new(format!("body[{b}].place"), e, "give finite numbers and an axis that is not zero")
-        })?;
-        parts.push(part);
-    }
-    let mut all = Mesh::merge(parts).map_err(|e| BuildError::new("body", e, "rename one of the bodies"))?;
-    for (s, set) in case.sets.iter().enumerate() {
-        let path = format!("set[{s}]");
-        let within = match &set.within {
-            Some(name) => Some(nodes_of(&all, name, &format!("{path}.within"))?),
-            None => None,
-        };
-        let mut nodes: Vec<u32> =
-            set.boxes.iter().flat_map(|b| all.nodes_in_box(b.min, b.max, within.as_deref())).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        if nodes.is_empty() {
-            let message = format!("no node lies in the boxes of set `{}`", set.name);
-            return Err(BuildError::new(
-                format!("{path}.boxes"),
-                message,
-                "widen the boxes; they hold reference positions after placement",
-            ));
-        }
-        all.node_sets.insert(set.name.clone(), nodes);
-    }
-    let defects = all.check();
-    if let Some(first) = defects.first() {
-        let message = format!(
-            "{first}{}",
-            if defects.len() > 1 { format!(" (and {} more defects)", defects.len() - 1) } else { String::new() }
-        );
-        return Err(BuildError::new("body", message, "check shape, element counts and placement"));
-    }
-    Ok(all)
-}
-
-fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {
-    match body.shape {
-        case::Shape::Box { min, max, elements, grading } => {
-            mesh::box_mesh(&body.name, &mesh::BoxShape { min, max, elements, grading })
-        }
-        case::Shape::HalfBall { radius, elements } => {
-            mesh::half_ball(&body.name, &mesh::HalfBallShape { radius, elements })
-        }
-        case::Shape::HollowCylinder { inner_radius, outer_radius, height, elements } => mesh::hollow_cylinder(
-            &body.name,
-            &mesh::HollowCylinderShape { inner_radius, outer_radius, height, elements },
-        ),
-        case::Shape::HalfRing { outer_radius, inner_radius, width, elements } => {
-            mesh::half_ring(&body.name, &mesh::HalfRingShape { outer_radius, inner_radius, width, elements })
-        }
-    }
-}
-
-fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, BuildError> {
-    mesh.set_nodes(name).map(|n| n.into_owned()).ok_or_else(|| {
-        let known = mesh.names().join(", ");
-        BuildError::new(path, format!("there is no set or surface `{name}`"), format!("known names: {known}"))
-    })
-}
-
 /// Builds mesh, model, load path, design and objective.
 ///
 /// # Errors
@@ -136,16 +70,8 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
     })?;
     let steps = case.load_path.steps;
     let times: Vec<f64> = (1..=steps).map(|n| n as f64 / steps as f64).collect();
-    let mut materials = Vec::with_capacity(case.bodies.len());
-    for (b, body) in case.bodies.iter().enumerate() {
-        let case::Material::NeoHooke { youngs_modulus, poisson_ratio } = body.material;
-        let path = format!("body[{b}].material.neo_hooke");
-        materials.push(
-            NeoHooke::new(youngs_modulus, poisson_ratio)
-                .map_err(|e| BuildError::new(path, e, "give a positive modulus and -1 < ratio < 0.5"))?,
-        );
-    }
-    let solid = SolidModel::new(&mesh, materials)
+    let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
+    let solid = SolidModel::new(&mesh, sections?)
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
@@ -157,10 +83,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         Some(v) => v.roles().iter().map(|r| *r != slipstick_design::Role::Outside).collect(),
         None => vec![false; mesh.hexes.len()],
     };
-    let simp = case
-        .design
-        .as_ref()
-        .map_or(Simp { penalization: 1.0, minimum: 0.0 }, |d| Simp { penalization: d.simp.p, minimum: d.simp.min });
+    let interpolation = interpolation(case.design.as_ref());
     let initial_density = match (&variables, &case.design) {
         (Some(v), Some(design)) => {
             let x = v
@@ -171,8 +94,17 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         _ => vec![1.0; mesh.hexes.len()],
     };
     let largest = prescribed.largest(&times);
-    let model =
-        ContactModel::new(&mesh, solid, interfaces, method, prescribed, simp, designed, &initial_density, largest);
+    let model = ContactModel::new(
+        &mesh,
+        solid,
+        interfaces,
+        method,
+        prescribed,
+        interpolation,
+        designed,
+        &initial_density,
+        largest,
+    );
     let objective = build_objective(case, &model, mesh.nodes.len())?;
     let analysis = Analysis {
         model,
@@ -189,6 +121,39 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         }),
     };
     Ok(Problem { mesh, analysis, variables, initial_density })
+}
+
+/// What the elements of body `b` are made of.
+fn section((b, body): (usize, &case::Body)) -> Result<Section, BuildError> {
+    let material = match body.material {
+        case::Material::NeoHooke { youngs_modulus, poisson_ratio } => {
+            NeoHooke::new(youngs_modulus, poisson_ratio).map(Material::from)
+        }
+        case::Material::StVenantKirchhoff { youngs_modulus, poisson_ratio } => {
+            StVenantKirchhoff::new(youngs_modulus, poisson_ratio).map(Material::from)
+        }
+    };
+    let material = material.map_err(|e| {
+        BuildError::new(format!("body[{b}].material"), e, "give a positive modulus and -1 < ratio < 0.5")
+    })?;
+    let formulation = match body.element {
+        case::Element::Full => Formulation::Full,
+        case::Element::FBar => Formulation::FBar,
+    };
+    Ok(Section { material, formulation })
+}
+
+/// What a density makes of an element.
+fn interpolation(design: Option<&case::Design>) -> Interpolation {
+    let Some(design) = design else {
+        return Simp { penalization: 1.0, minimum: 0.0 }.into();
+    };
+    Interpolation {
+        simp: Simp { penalization: design.simp.p, minimum: design.simp.min },
+        energy: design
+            .energy_interpolation
+            .map(|e| EnergyInterpolation { threshold: e.threshold, sharpness: e.sharpness }),
+    }
 }
 
 fn march_options(case: &Case) -> MarchOptions {
@@ -232,7 +197,7 @@ fn build_interfaces(
         };
         let (slave, master) = (surface(&contact.slave, "slave")?, surface(&contact.master, "master")?);
         let size = |facets: &[[u32; 4]]| {
-            facets.iter().map(|f| mesh::facet_area(&f.map(|n| mesh.nodes[n as usize])).sqrt()).fold(0.0, f64::max)
+            facets.iter().map(|f| facet_area(&f.map(|n| mesh.nodes[n as usize])).sqrt()).fold(0.0, f64::max)
         };
         // at least what the bodies can approach each other in one step, so that nothing is passed unnoticed
         let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach);

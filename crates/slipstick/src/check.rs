@@ -1,5 +1,7 @@
 //! What can be said about a case before it runs: sizes, supports, initial gaps, memory.
 
+mod connection;
+
 use crate::build::Problem;
 use crate::case::{Body, Case, Enforcement, LinearSolverChoice};
 use nalgebra::DMatrix;
@@ -13,6 +15,8 @@ use slipstick_path::{StateError, StepProblem};
 pub enum NoticeKind {
     /// Supports leave rigid motions of a body free.
     LooseBody,
+    /// Parts of a body share no nodes, or nodes at one place are not merged.
+    Disconnected,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,
     /// The surfaces of a contact pair do not see each other.
@@ -134,6 +138,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
             });
         }
     }
+    notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model.prescribed().fixed()));
     let contacts = contacts(case, problem, &mut notices)?;
     let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
     let elements = problem.mesh.hexes.len() as f64;
@@ -182,9 +187,9 @@ fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
         .collect()
 }
 
-/// Rank of the prescribed displacements of a body in its six rigid motions.
-fn held_motions(mesh: &Mesh, nodes: std::ops::Range<usize>, fixed: &[bool]) -> usize {
-    let count = nodes.len() as f64;
+/// Rank of the prescribed displacements of a body, or a part of it, in its six rigid motions.
+fn held_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> usize {
+    let count = nodes.clone().count() as f64;
     let mut centre = [0.0; 3];
     for n in nodes.clone() {
         (0..3).for_each(|c| centre[c] += mesh.nodes[n][c] / count);

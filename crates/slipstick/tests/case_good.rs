@@ -62,6 +62,32 @@ fn values_and_defaults_are_as_documented() {
     assert_eq!(minimal.solver, Solver { linear: LinearSolverChoice::Auto, threads: None });
 }
 
+#[test]
+fn energy_interpolation_is_off_unless_asked_for() {
+    let text = template("half-ball").expect("a template").text;
+    let with = |value: &str| {
+        let text = text.replace("simp = {", &format!("energy_interpolation = {value}\nsimp = {{"));
+        parse(&text).case.design.expect("given").energy_interpolation
+    };
+    assert_eq!(half_ball().case.design.expect("given").energy_interpolation, None);
+    assert_eq!(with("{}"), Some(EnergyInterpolation { threshold: 0.01, sharpness: 500.0 }));
+    let given = EnergyInterpolation { threshold: 0.1, sharpness: 20.0 };
+    assert_eq!(with("{ threshold = 0.1, sharpness = 20 }"), Some(given));
+}
+
+#[test]
+fn materials_and_elements_are_read() {
+    let text = template("half-ball").expect("a template").text;
+    assert_eq!(half_ball().case.bodies[1].element, Element::Full);
+    let text = text.replace("neo_hooke", "st_venant_kirchhoff").replace("[[body]]", "[[body]]\nelement = \"f_bar\"");
+    let case = parse(&text).case;
+    assert!(case.bodies.iter().all(|body| body.element == Element::FBar));
+    let expected = Material::StVenantKirchhoff { youngs_modulus: 1000.0, poisson_ratio: 0.3 };
+    assert_eq!(case.bodies[0].material, expected);
+    let written = toml::to_string(&case).expect("writable");
+    assert_eq!(parse(&written).case, case, "{written}");
+}
+
 fn lagrange(factor: Option<f64>, stiffness: Option<Stiffness>, scaling: PenaltyScaling) -> Enforcement {
     Enforcement::Lagrange { complementarity_parameter: factor, stiffness, scaling }
 }
@@ -118,6 +144,14 @@ fn all_enforcements_and_shapes_are_read() {
 fn a_resolved_case_is_a_case_file() {
     for template in TEMPLATES {
         let mut case = parse(template.text).case;
+        case.units = Units { length: Some("mm".into()), force: None };
+        let body = case.bodies[0].name.clone();
+        let normal = Some(NormalCone { direction: [0.0, 1.0, 0.0], degrees: 30.0 });
+        case.surfaces = vec![SurfaceSet { name: "up".into(), body, within: None, boxes: vec![], normal }];
+        let plane = Some(Plane { point: [0.0; 3], normal: [1.0, 0.0, 0.0], tolerance: None });
+        let cylinder = Some(Cylinder { start: [0.0; 3], end: [1.0, 0.0, 0.0], radius: 2.0 });
+        let (name, within, nearest) = ("one".into(), Some("up".into()), Some([1.0, 2.0, 3.0]));
+        case.sets.push(NodeSet { name, within, boxes: vec![], plane, cylinder, nearest });
         if let Some(Objective::ContactForce { steps }) = &mut case.objective {
             *steps = ObservedSteps::Only(vec![1, 4]);
         }
@@ -127,6 +161,26 @@ fn a_resolved_case_is_a_case_file() {
         assert_eq!(parse(&text).case, case, "{text}");
         assert!(!serde_json::to_string(&case).expect("writable").contains("null"));
     }
+}
+
+#[test]
+fn keys_of_selections_and_units_are_read() {
+    let text = half_ball().source_map.text().to_owned()
+        + "\n[units]\nlength = 'cm'\nforce = 'N'\n[[surface]]\nname = 'top'\nbody = 'ball'\n\
+           boxes = [{ min = [0, 0, 0], max = [1, 1, 1] }]\nnormal.direction = [0, -1, 0]\n\
+           [[set]]\nname = 'disc'\nwithin = 'top'\nnearest = [1, 2, 3]\n\
+           plane = { point = [1, 0, 0], normal = [0, 1, 0], tolerance = 0.5 }\n\
+           cylinder = { start = [0, 0, 0], end = [0, 1, 0], radius = 2 }\n";
+    let case = parse(&text).case;
+    assert_eq!(case.units.bracket(Dimension::STRESS), " [N/cm²]");
+    let top = &case.surfaces[0];
+    assert_eq!((top.body.as_str(), top.boxes.len(), &top.within), ("ball", 1, &None));
+    assert_eq!(top.normal, Some(NormalCone { direction: [0.0, -1.0, 0.0], degrees: 45.0 }), "by default");
+    let disc = case.sets.last().expect("a set");
+    assert_eq!(disc.within.as_deref(), Some("top"), "a surface that the case selects is one");
+    assert_eq!(disc.plane.and_then(|plane| plane.tolerance), Some(0.5));
+    assert_eq!(disc.cylinder.map(|cylinder| cylinder.radius), Some(2.0));
+    assert_eq!(disc.nearest, Some([1.0, 2.0, 3.0]));
 }
 
 #[test]
@@ -175,6 +229,20 @@ fn warnings_have_code_and_place() {
     assert_eq!((code, at.as_str()), (CaseCode::InitialVolume, "0.5"));
     let (code, at) = warned("set = \"ball_flat\"", "set = \"plate_xmin\"");
     assert_eq!((code, at.as_str()), (CaseCode::UnsupportedBody, "\"ball\""));
+    let (code, at) = warned("enforcement = { lagrange = {} }", "enforcement = { augmented = { tolerance = 10 } }");
+    assert_eq!(code, CaseCode::LooseTolerance);
+    assert!(at.starts_with("10 }"), "{at}");
+    let absolute = "enforcement = { augmented = { tolerance = 10, tolerance_scaling = \"absolute\" } }";
+    assert!(parse(&text.replace("enforcement = { lagrange = {} }", absolute)).warnings.is_empty(), "it has units");
+    // Both bodies have the material; the ball alone is nearly incompressible.
+    let soft = |element: &str| {
+        let (before, ball) = text.split_once("name = \"ball\"").expect("the second body");
+        let ball = ball.replacen("poisson_ratio = 0.3 } }", &format!("poisson_ratio = 0.46 }} }}{element}"), 1);
+        parse(&format!("{before}name = \"ball\"{ball}")).warnings
+    };
+    let warnings = soft("");
+    assert_eq!((warnings.len(), warnings[0].code()), (1, CaseCode::Locking));
+    assert!(soft("\nelement = \"f_bar\"").is_empty());
     let (code, at) = warned("{ t = 0.4", "{ t = 0.2, u = [0, 0, 0] }, # \n { t = 0.40001");
     assert_eq!(code, CaseCode::CornerBetweenSteps);
     assert!(at.starts_with("0.40001"), "{at}");

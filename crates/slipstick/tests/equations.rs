@@ -224,8 +224,11 @@ const DOCUMENTS: &[&str] = &[
     "docs/theory.md",
     "docs/notation.md",
     "docs/case_file.md",
+    "docs/examples.md",
     "cases/half_ball_on_plate/README.md",
     "cases/cube_on_cuboid/README.md",
+    "cases/ironing/README.md",
+    "cases/clutch/README.md",
 ];
 
 /// Relative links of the documents lead to files.

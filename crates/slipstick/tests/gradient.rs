@@ -132,6 +132,25 @@ fn gradient_of_a_block_sliding_onto_the_slab() {
     }
 }
 
+/// St. Venant-Kirchhoff, and F̄ with nearly incompressible material.
+#[test]
+fn gradient_of_other_materials_and_elements() {
+    let motion = "[{ t = 0.4, u = [0, -0.08, 0] }, { t = 1.0, u = [0.15, -0.1, 0.04] }]".to_string();
+    for (method, enforcement) in methods() {
+        let text = Scene { friction: 0.3, enforcement, motion: motion.clone(), ..Scene::default() }.text();
+        let others = [
+            ("St. Venant-Kirchhoff", text.replace("neo_hooke", "st_venant_kirchhoff")),
+            ("F-bar", text.replace("poisson_ratio = 0.3 } }", "poisson_ratio = 0.49 } }\nelement = \"f_bar\"")),
+        ];
+        let plain = check(method, &mut problem(&text), 3).value;
+        for (name, text) in others {
+            let checked = check(&format!("{method}, {name}"), &mut problem(&text), 3);
+            assert!(checked.statuses.last().unwrap().contains('l'));
+            assert!((checked.value / plain - 1.0).abs() > 1e-6, "{name} makes no difference: {plain}");
+        }
+    }
+}
+
 fn spinning() -> Scene {
     Scene {
         friction: 0.2,

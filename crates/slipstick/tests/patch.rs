@@ -223,7 +223,7 @@ fn inclined(stack: &Stack) -> Problem {
         model.interfaces().to_vec(),
         model.method().clone(),
         model.prescribed().clone(),
-        slipstick_solid::Simp { penalization: 1.0, minimum: 0.0 },
+        slipstick_solid::Simp { penalization: 1.0, minimum: 0.0 }.into(),
         vec![false; mesh.hexes.len()],
         &vec![1.0; mesh.hexes.len()],
         PRESSED,

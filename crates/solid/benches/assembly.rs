@@ -5,7 +5,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, box_mesh};
-use slipstick_solid::{NeoHooke, SolidModel};
+use slipstick_solid::{ElementScaling, NeoHooke, SolidModel};
 use std::sync::Arc;
 
 const ELEMENTS: usize = 30;
@@ -18,7 +18,9 @@ fn assembly(criterion: &mut Criterion) {
     let amplitude = 0.05 / ELEMENTS as f64;
     let d: Vec<f64> = (0..unknowns).map(|i| amplitude * (i as f64 * 1.31).sin()).collect();
     let direction: Vec<f64> = (0..unknowns).map(|i| (i as f64 * 0.31).sin()).collect();
-    let factors: Vec<f64> = (0..model.elements()).map(|e| 0.1 + 0.9 * (e as f64).sin().powi(2)).collect();
+    let scalings: Vec<_> =
+        (0..model.elements()).map(|e| ElementScaling::stiffness(0.1 + 0.9 * (e as f64).sin().powi(2))).collect();
+    let slopes = vec![ElementScaling { factor: 1.0, gamma: 0.0 }; model.elements()];
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
     let scatter = model.scatter(&pattern);
     let mut matrix = BlockMatrix::new(pattern);
@@ -29,19 +31,20 @@ fn assembly(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("{threads} threads"));
         group.throughput(Throughput::Elements(model.elements() as u64));
         group.bench_function("internal force", |b| {
-            b.iter(|| pool.install(|| model.internal_force(&d, &factors, &mut nodal)).expect("a state"));
+            b.iter(|| pool.install(|| model.internal_force(&d, &scalings, &mut nodal)).expect("a state"));
         });
         group.bench_function("tangent", |b| {
-            b.iter(|| pool.install(|| model.add_tangent(&d, &factors, &scatter, &mut matrix)).expect("a state"));
+            b.iter(|| pool.install(|| model.add_tangent(&d, &scalings, &scatter, &mut matrix)).expect("a state"));
         });
         group.bench_function("tangent product", |b| {
             b.iter(|| {
-                let product = || model.add_tangent_product(&d, &factors, &direction, &mut nodal);
+                let product = || model.add_tangent_product(&d, &scalings, &direction, &mut nodal);
                 pool.install(product).expect("a state");
             });
         });
-        group.bench_function("pull back to factors", |b| {
-            b.iter(|| pool.install(|| model.pull_back_factors(&d, &direction, &mut elemental)).expect("a state"));
+        group.bench_function("pull back to densities", |b| {
+            let mut pull_back = || model.pull_back_density(&d, &scalings, &slopes, &direction, &mut elemental);
+            b.iter(|| pool.install(&mut pull_back).expect("a state"));
         });
         group.finish();
     }

@@ -1,18 +1,19 @@
 //! What the elements of a cluster contribute, compiled for the instruction set found at run time.
 
 use crate::clusters::Target;
-use crate::hex8::kernel::{self, Scratch};
-use crate::hex8::transposed;
-use crate::material::NeoHooke;
+use crate::hex8::kernel::Scratch;
+use crate::hex8::{interpolated, transposed};
+use crate::interpolation::ElementScaling;
 use crate::model::Element;
+use crate::section::Section;
 use pulp::{Simd, WithSimd};
 
 /// Adds internal forces to the nodes.
 pub(crate) struct AddForces<'a> {
-    pub materials: &'a [NeoHooke],
+    pub sections: &'a [Section],
     pub elements: &'a [Element],
     pub d: &'a [f64],
-    pub factors: &'a [f64],
+    pub scalings: &'a [ElementScaling],
     pub target: &'a Target<'a, [f64; 3]>,
     pub inverted: &'a mut Vec<u32>,
 }
@@ -24,11 +25,20 @@ impl WithSimd for AddForces<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
         for element in self.elements {
-            let (material, factor) = (&self.materials[element.material()], self.factors[element.number()]);
+            let (section, scaling) = (&self.sections[element.section()], self.scalings[element.number()]);
             let d = local(&element.nodes, self.d);
-            match kernel::internal_force(simd, &mut scratch, material, &element.geometry, factor, &d) {
-                Some(force) => add_to_nodes(&element.nodes, &force, self.target),
-                None => self.inverted.push(element.number),
+            let done = interpolated::internal_force(
+                simd,
+                &mut scratch,
+                section,
+                &element.geometry,
+                scaling,
+                &d,
+                #[inline(always)]
+                |force| add_to_nodes(&element.nodes, force, self.target),
+            );
+            if done.is_none() {
+                self.inverted.push(element.number);
             }
         }
     }
@@ -36,10 +46,10 @@ impl WithSimd for AddForces<'_> {
 
 /// Adds products of the tangent with a direction to the nodes.
 pub(crate) struct AddProducts<'a> {
-    pub materials: &'a [NeoHooke],
+    pub sections: &'a [Section],
     pub elements: &'a [Element],
     pub d: &'a [f64],
-    pub factors: &'a [f64],
+    pub scalings: &'a [ElementScaling],
     pub direction: &'a [f64],
     pub target: &'a Target<'a, [f64; 3]>,
     pub inverted: &'a mut Vec<u32>,
@@ -56,11 +66,21 @@ impl WithSimd for AddProducts<'_> {
             if v.as_flattened().iter().all(|&v| v == 0.0) {
                 continue;
             }
-            let (material, factor) = (&self.materials[element.material()], self.factors[element.number()]);
+            let (section, scaling) = (&self.sections[element.section()], self.scalings[element.number()]);
             let d = local(&element.nodes, self.d);
-            match kernel::tangent_product(simd, &mut scratch, material, &element.geometry, factor, &d, &v) {
-                Some(force) => add_to_nodes(&element.nodes, &force, self.target),
-                None => self.inverted.push(element.number),
+            let done = interpolated::tangent_product(
+                simd,
+                &mut scratch,
+                section,
+                &element.geometry,
+                scaling,
+                &d,
+                &v,
+                #[inline(always)]
+                |force| add_to_nodes(&element.nodes, force, self.target),
+            );
+            if done.is_none() {
+                self.inverted.push(element.number);
             }
         }
     }
@@ -68,10 +88,10 @@ impl WithSimd for AddProducts<'_> {
 
 /// Adds tangents to the blocks of a matrix.
 pub(crate) struct AddTangents<'a> {
-    pub materials: &'a [NeoHooke],
+    pub sections: &'a [Section],
     pub elements: &'a [Element],
     pub d: &'a [f64],
-    pub factors: &'a [f64],
+    pub scalings: &'a [ElementScaling],
     pub positions: &'a [[u32; 64]],
     pub target: &'a Target<'a, [f64; 9]>,
     pub inverted: &'a mut Vec<u32>,
@@ -84,14 +104,14 @@ impl WithSimd for AddTangents<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
         for (element, positions) in self.elements.iter().zip(self.positions) {
-            let (material, factor) = (&self.materials[element.material()], self.factors[element.number()]);
+            let (section, scaling) = (&self.sections[element.section()], self.scalings[element.number()]);
             let d = local(&element.nodes, self.d);
-            let done = kernel::tangent(
+            let done = interpolated::tangent(
                 simd,
                 &mut scratch,
-                material,
+                section,
                 &element.geometry,
-                factor,
+                scaling,
                 &d,
                 #[inline(always)]
                 |i, k, block| {
@@ -110,11 +130,13 @@ impl WithSimd for AddTangents<'_> {
     }
 }
 
-/// λ · f of elements at the material's own stiffness, one number per element.
+/// λ · ∂f/∂φ of elements, one number per element; 0 where nothing depends on the density.
 pub(crate) struct PullBack<'a> {
-    pub materials: &'a [NeoHooke],
+    pub sections: &'a [Section],
     pub elements: &'a [Element],
     pub d: &'a [f64],
+    pub scalings: &'a [ElementScaling],
+    pub slopes: &'a [ElementScaling],
     pub adjoint: &'a [f64],
     pub out: &'a mut [f64],
     pub inverted: &'a mut Vec<u32>,
@@ -127,16 +149,15 @@ impl WithSimd for PullBack<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut scratch = Scratch::new();
         for (element, out) in self.elements.iter().zip(self.out) {
-            let material = &self.materials[element.material()];
-            let d = local(&element.nodes, self.d);
-            match kernel::internal_force(simd, &mut scratch, material, &element.geometry, 1.0, &d) {
-                Some(force) => {
-                    let lambda = local(&element.nodes, self.adjoint);
-                    *out = 0.0;
-                    for (f, l) in force.as_flattened().iter().zip(lambda.as_flattened()) {
-                        *out += f * l;
-                    }
-                }
+            let scalings = [self.scalings[element.number()], self.slopes[element.number()]];
+            if scalings[1] == (ElementScaling { factor: 0.0, gamma: 0.0 }) {
+                *out = 0.0;
+                continue;
+            }
+            let section = &self.sections[element.section()];
+            let (d, lambda) = (local(&element.nodes, self.d), local(&element.nodes, self.adjoint));
+            match interpolated::pull_back(simd, &mut scratch, section, &element.geometry, scalings, &d, &lambda) {
+                Some(product) => *out = product,
                 None => self.inverted.push(element.number),
             }
         }

@@ -1,15 +1,19 @@
-//! Deformable solids: hex8 elements, coupled neo-Hooke, SIMP-scaled stiffness.
+//! Deformable solids: hex8 elements, hyperelastic laws, SIMP-scaled stiffness.
 //!
-//! Total Lagrangian, 2×2×2 Gauss. The crate knows neither time nor contact; a density enters only as a stiffness
-//! factor per element ([`simp`]).
+//! Total Lagrangian, 2×2×2 Gauss. The crate knows neither time nor contact; a density enters only as a scaling of each
+//! element's energy ([`simp`], [`interpolation`]).
 
 mod assembly;
 mod clusters;
 pub mod hex8;
+pub mod interpolation;
 pub mod material;
 pub mod model;
+pub mod section;
 pub mod simp;
 
-pub use material::{MaterialError, NeoHooke};
+pub use interpolation::{ElementScaling, EnergyInterpolation, Interpolation};
+pub use material::{Material, MaterialError, NeoHooke, StVenantKirchhoff};
 pub use model::{InvertedElements, SolidModel};
+pub use section::{Formulation, Section};
 pub use simp::Simp;

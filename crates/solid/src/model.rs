@@ -3,7 +3,9 @@
 use crate::assembly::{AddForces, AddProducts, AddTangents, PullBack, local};
 use crate::clusters::Clusters;
 use crate::hex8::{self, ReferenceGeometry};
-use crate::material::NeoHooke;
+use crate::interpolation::ElementScaling;
+use crate::material::Material;
+use crate::section::Section;
 use pulp::Arch;
 use rayon::prelude::*;
 use slipstick_linalg::{BlockMatrix, BlockPattern};
@@ -12,7 +14,8 @@ use slipstick_mesh::Mesh;
 /// Elements that a thread takes at a time.
 const CHUNK: usize = 64;
 
-/// Elements whose deformation gradient has J ≤ 0 (or is not finite) at a Gauss point: the trial state is no state.
+/// Elements whose deformation gradient, at γ u with interpolated energy, has J ≤ 0 (or is not finite) at a Gauss point: the
+/// trial state is no state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{} inverted element{}, first: {}", elements.len(), if elements.len() == 1 { "" } else { "s" }, elements[0])]
 pub struct InvertedElements {
@@ -22,16 +25,16 @@ pub struct InvertedElements {
 
 /// The solid bodies of a mesh.
 ///
-/// `factors` in all calls is the stiffness factor E/E₀ of each element (see [`crate::Simp`]); displacements and forces
-/// have three entries per node.
+/// `scalings` in all calls is what the density makes of each element (see [`crate::Interpolation`]); displacements and
+/// forces have three entries per node.
 #[derive(Debug, Clone)]
 pub struct SolidModel {
     /// In the order of `clusters`.
     elements: Vec<Element>,
     clusters: Clusters,
-    materials: Vec<NeoHooke>,
+    sections: Vec<Section>,
     /// By the mesh's number of the element.
-    material_of: Vec<u32>,
+    section_of: Vec<u32>,
 }
 
 /// All that the integrals over an element read, in one place.
@@ -41,7 +44,7 @@ pub(crate) struct Element {
     pub nodes: [u32; 8],
     /// The mesh's number of the element.
     pub number: u32,
-    material: u32,
+    section: u32,
 }
 
 impl Element {
@@ -51,8 +54,8 @@ impl Element {
     }
 
     #[inline(always)]
-    pub fn material(&self) -> usize {
-        self.material as usize
+    pub fn section(&self) -> usize {
+        self.section as usize
     }
 }
 
@@ -66,29 +69,30 @@ pub struct Scatter {
 }
 
 impl SolidModel {
-    /// Builds the model; `materials` has one law per body of the mesh.
+    /// Builds the model; `sections` has one per body of the mesh. A material alone stands for fully integrated elements.
     ///
     /// # Errors
     /// Elements with a non-positive Jacobian in the reference configuration.
-    pub fn new(mesh: &Mesh, materials: Vec<NeoHooke>) -> Result<Self, InvertedElements> {
-        assert_eq!(mesh.bodies.len(), materials.len(), "one material per body");
-        let mut material_of = vec![0; mesh.hexes.len()];
+    pub fn new<S: Into<Section>>(mesh: &Mesh, sections: Vec<S>) -> Result<Self, InvertedElements> {
+        assert_eq!(mesh.bodies.len(), sections.len(), "one section per body");
+        let sections = sections.into_iter().map(Into::into).collect();
+        let mut section_of = vec![0; mesh.hexes.len()];
         for (b, body) in mesh.bodies.iter().enumerate() {
-            material_of[body.elements.clone()].fill(b as u32);
+            section_of[body.elements.clone()].fill(b as u32);
         }
         let clusters = Clusters::new(mesh);
         let elements: Vec<_> = clusters
             .order
             .par_iter()
             .map(|&number| {
-                let (nodes, material) = (mesh.hexes[number as usize], material_of[number as usize]);
+                let (nodes, section) = (mesh.hexes[number as usize], section_of[number as usize]);
                 ReferenceGeometry::new(&mesh.hex_coordinates(number as usize))
-                    .map(|geometry| Element { geometry, nodes, number, material })
+                    .map(|geometry| Element { geometry, nodes, number, section })
                     .ok_or(number)
             })
             .collect();
         refuse(elements.iter().filter_map(|e| e.as_ref().err().copied()).collect())?;
-        Ok(Self { elements: elements.into_iter().flatten().collect(), clusters, materials, material_of })
+        Ok(Self { elements: elements.into_iter().flatten().collect(), clusters, sections, section_of })
     }
 
     /// Number of elements.
@@ -96,9 +100,9 @@ impl SolidModel {
         self.elements.len()
     }
 
-    /// The law of an element.
-    pub fn material(&self, element: usize) -> &NeoHooke {
-        &self.materials[self.material_of[element] as usize]
+    /// The material of an element.
+    pub fn material(&self, element: usize) -> &Material {
+        &self.sections[self.section_of[element] as usize].material
     }
 
     /// Element volumes by the model's quadrature, Σ w. \[L³\]
@@ -110,16 +114,21 @@ impl SolidModel {
     ///
     /// # Errors
     /// [`InvertedElements`]; `out` is then unspecified.
-    pub fn internal_force(&self, d: &[f64], factors: &[f64], out: &mut [f64]) -> Result<(), InvertedElements> {
+    pub fn internal_force(
+        &self,
+        d: &[f64],
+        scalings: &[ElementScaling],
+        out: &mut [f64],
+    ) -> Result<(), InvertedElements> {
         out.fill(0.0);
-        let materials = &self.materials[..];
+        let sections = &self.sections[..];
         let nodes = out.as_chunks_mut::<3>().0;
         refuse(self.clusters.assemble(nodes, |cluster, target, inverted| {
             Arch::new().dispatch(AddForces {
                 elements: &self.elements[cluster],
-                materials,
+                sections,
                 d,
-                factors,
+                scalings,
                 target,
                 inverted,
             });
@@ -155,21 +164,20 @@ impl SolidModel {
     pub fn add_tangent(
         &self,
         d: &[f64],
-        factors: &[f64],
+        scalings: &[ElementScaling],
         scatter: &Scatter,
         matrix: &mut BlockMatrix,
     ) -> Result<(), InvertedElements> {
         assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the matrix has another pattern than the scatter");
         assert_eq!(scatter.positions.len(), self.elements.len(), "the scatter belongs to another model");
-        let materials = &self.materials[..];
+        let sections = &self.sections[..];
         refuse(self.clusters.assemble(matrix.values_mut(), |cluster, target, inverted| {
             let (elements, positions) = (&self.elements[cluster.clone()], &scatter.positions[cluster]);
-            Arch::new().dispatch(AddTangents { elements, positions, materials, d, factors, target, inverted });
+            Arch::new().dispatch(AddTangents { elements, positions, sections, d, scalings, target, inverted });
         }))
     }
 
-    /// Adds K v with K = Σ factor · ∂f/∂d restricted to the given elements' own tangents, without a matrix: the product
-    /// that an objective on internal forces needs. K is symmetric, so it serves for Kᵀ v as well. Elements at whose
+    /// Adds K v with K = ∂f_int/∂d, without a matrix: the product that an objective on internal forces needs. K is symmetric, so it serves for Kᵀ v as well. Elements at whose
     /// nodes v vanishes are passed over. Does not depend on the number of threads, bit for bit.
     ///
     /// # Errors
@@ -177,18 +185,18 @@ impl SolidModel {
     pub fn add_tangent_product(
         &self,
         d: &[f64],
-        factors: &[f64],
+        scalings: &[ElementScaling],
         v: &[f64],
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
-        let materials = &self.materials[..];
+        let sections = &self.sections[..];
         let nodes = out.as_chunks_mut::<3>().0;
         refuse(self.clusters.assemble(nodes, |cluster, target, inverted| {
             Arch::new().dispatch(AddProducts {
                 elements: &self.elements[cluster],
-                materials,
+                sections,
                 d,
-                factors,
+                scalings,
                 direction: v,
                 target,
                 inverted,
@@ -196,18 +204,35 @@ impl SolidModel {
         }))
     }
 
-    /// Adds `λ · f_e(E₀)` of every element to `out`: the derivative of λᵀ f_int with respect to each element's factor.
+    /// Adds λᵀ ∂f_int/∂φ_e of every element to `out`; `slopes` holds the derivatives of the scalings with respect to the
+    /// densities φ_e. Elements whose scaling depends on nothing are passed over.
     ///
-    /// Paper: (88), (89). Test: `factor_pull_back_matches_differences`.
+    /// Paper: (88), (89). Tests: `density_pull_back_matches_differences`, `interpolated_pull_back_matches_differences`.
     ///
     /// # Errors
     /// [`InvertedElements`]; `out` is then as before.
-    pub fn pull_back_factors(&self, d: &[f64], adjoint: &[f64], out: &mut [f64]) -> Result<(), InvertedElements> {
+    pub fn pull_back_density(
+        &self,
+        d: &[f64],
+        scalings: &[ElementScaling],
+        slopes: &[ElementScaling],
+        adjoint: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), InvertedElements> {
         let mut products = vec![0.0; self.elements.len()];
         let chunks = products.par_chunks_mut(CHUNK).zip(self.elements.par_chunks(CHUNK));
         let inverted = chunks.flat_map_iter(|(out, elements)| {
-            let (materials, mut inverted) = (&self.materials[..], Vec::new());
-            Arch::new().dispatch(PullBack { elements, materials, d, adjoint, out, inverted: &mut inverted });
+            let (sections, mut inverted) = (&self.sections[..], Vec::new());
+            Arch::new().dispatch(PullBack {
+                elements,
+                sections,
+                d,
+                scalings,
+                slopes,
+                adjoint,
+                out,
+                inverted: &mut inverted,
+            });
             inverted
         });
         refuse(inverted.collect())?;
@@ -221,16 +246,16 @@ impl SolidModel {
     ///
     /// # Errors
     /// [`InvertedElements`].
-    pub fn energy(&self, d: &[f64], factors: &[f64]) -> Result<f64, InvertedElements> {
+    pub fn energy(&self, d: &[f64], scalings: &[ElementScaling]) -> Result<f64, InvertedElements> {
         let energies = self.by_number(|element| {
-            let material = &self.materials[element.material()];
-            hex8::energy(material, &element.geometry, &local(&element.nodes, d)).unwrap_or(f64::NAN)
+            let (section, scaling) = (&self.sections[element.section()], scalings[element.number()]);
+            hex8::energy(section, scaling, &element.geometry, &local(&element.nodes, d)).unwrap_or(f64::NAN)
         });
         refuse((0_u32..).zip(&energies).filter(|(_, w)| !w.is_finite()).map(|(e, _)| e).collect())?;
-        Ok(energies.iter().zip(factors).map(|(w, factor)| factor * w).sum())
+        Ok(energies.iter().sum())
     }
 
-    /// Smallest J of each element.
+    /// Smallest J of each element, whatever its scaling: an element with interpolated energy may have J ≤ 0.
     pub fn smallest_determinants(&self, d: &[f64]) -> Vec<f64> {
         self.by_number(|element| hex8::smallest_determinant(&element.geometry, &local(&element.nodes, d)))
     }

@@ -4,7 +4,10 @@
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_solid::hex8::{self, ReferenceGeometry};
-use slipstick_solid::{NeoHooke, SolidModel};
+use slipstick_solid::{
+    ElementScaling, EnergyInterpolation, Formulation, Interpolation, NeoHooke, Section, Simp, SolidModel,
+    StVenantKirchhoff,
+};
 use std::sync::Arc;
 
 fn nodes(value: &serde_json::Value) -> [[f64; 3]; 8] {
@@ -15,102 +18,154 @@ fn nodes(value: &serde_json::Value) -> [[f64; 3]; 8] {
 fn reference_element() {
     let text = include_str!("data/unit_element.json");
     let data: serde_json::Value = serde_json::from_str(text).unwrap();
-    let material = NeoHooke::new(1000.0, 0.3).unwrap();
+    let material = NeoHooke::new(1000.0, 0.3).unwrap().into();
     let geometry = ReferenceGeometry::new(&nodes(&data["X"])).unwrap();
     let u = nodes(&data["u"]);
-    let force = hex8::internal_force(&material, &geometry, &u).unwrap();
+    let force = hex8::internal_force(&material, ElementScaling::SOLID, &geometry, &u).unwrap();
     let expected = nodes(&data["f_int"]);
     for i in 0..8 {
         for a in 0..3 {
             assert!((force[i][a] - expected[i][a]).abs() < 1e-10 * 17.0, "{} {}", force[i][a], expected[i][a]);
         }
     }
-    let energy = hex8::energy(&material, &geometry, &u).unwrap();
+    let energy = hex8::energy(&material, ElementScaling::SOLID, &geometry, &u).unwrap();
     assert!((energy / data["energy"].as_f64().unwrap() - 1.0).abs() < 1e-10);
     let mut k = [[0.0; 9]; 64];
-    hex8::tangent(&material, &geometry, &u, &mut k).unwrap();
+    hex8::tangent(&material, ElementScaling::SOLID, &geometry, &u, &mut k).unwrap();
     for column in 0..24 {
         let expected = data["K_row0"][column].as_f64().unwrap();
         assert!((k[column / 3][column % 3] - expected).abs() < 1e-10 * 215.0);
     }
 }
 
-fn model() -> (Mesh, SolidModel, Vec<f64>, Vec<f64>) {
+/// Both laws, both formulations.
+fn sections() -> [Section; 3] {
+    let (neo_hooke, svk) = (NeoHooke::new(100.0, 0.25).unwrap(), StVenantKirchhoff::new(100.0, 0.25).unwrap());
+    [neo_hooke.into(), svk.into(), Section { material: neo_hooke.into(), formulation: Formulation::FBar }]
+}
+
+fn model(section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>) {
     let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.5], elements: [3, 2, 2], grading: [1.5, 1.0, 1.0] };
     let mesh = box_mesh("block", &shape).unwrap();
-    let model = SolidModel::new(&mesh, vec![NeoHooke::new(100.0, 0.25).unwrap()]).unwrap();
+    let model = SolidModel::new(&mesh, vec![section]).unwrap();
     let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.03 * (i as f64 * 1.31).sin()).collect();
-    let factors: Vec<f64> = (0..mesh.hexes.len()).map(|e| 0.1 + 0.07 * e as f64).collect();
-    (mesh, model, d, factors)
+    let scalings = (0..mesh.hexes.len()).map(|e| ElementScaling::stiffness(0.1 + 0.07 * e as f64)).collect();
+    (mesh, model, d, scalings)
+}
+
+/// Densities below, in and above the range where the energy is interpolated, with SIMP and the published interpolation.
+fn interpolated(elements: usize) -> (Interpolation, Vec<f64>) {
+    let simp = Simp { penalization: 3.0, minimum: 1e-3 };
+    let densities = (0..elements).map(|e| [0.05, 0.19, 0.22, 0.25, 0.6, 1.0][e % 6]).collect();
+    (Interpolation { simp, energy: Some(EnergyInterpolation::PUBLISHED) }, densities)
 }
 
 #[test]
 fn assembled_tangent_matches_differences_of_the_force() {
-    let (mesh, model, d, factors) = model();
-    let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
-    let mut matrix = BlockMatrix::new(pattern.clone());
-    model.add_tangent(&d, &factors, &model.scatter(&pattern), &mut matrix).unwrap();
-    let direction: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.77).cos()).collect();
-    let mut product = vec![0.0; d.len()];
-    matrix.mul(&direction, &mut product);
-    let mut matrix_free = vec![0.0; d.len()];
-    model.add_tangent_product(&d, &factors, &direction, &mut matrix_free).unwrap();
-    let force = |h: f64| {
-        let moved: Vec<f64> = d.iter().zip(&direction).map(|(d, v)| d + h * v).collect();
-        let mut f = vec![0.0; d.len()];
-        model.internal_force(&moved, &factors, &mut f).unwrap();
-        f
-    };
-    let (p, m, pp, mm) = (force(1e-4), force(-1e-4), force(2e-4), force(-2e-4));
-    for i in 0..d.len() {
-        let fd = (8.0 * (p[i] - m[i]) - (pp[i] - mm[i])) / 12e-4;
-        assert!((fd - product[i]).abs() < 1e-8 * 100.0, "{fd} {}", product[i]);
-        assert!((product[i] - matrix_free[i]).abs() < 1e-11);
+    for (section, with_voids) in sections().into_iter().flat_map(|section| [(section, false), (section, true)]) {
+        let (mesh, model, d, mut scalings) = model(section);
+        if with_voids {
+            let (interpolation, densities) = interpolated(mesh.hexes.len());
+            scalings = densities.iter().map(|&x| interpolation.scaling(x)).collect();
+        }
+        let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
+        let mut matrix = BlockMatrix::new(pattern.clone());
+        model.add_tangent(&d, &scalings, &model.scatter(&pattern), &mut matrix).unwrap();
+        let direction: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.77).cos()).collect();
+        let mut product = vec![0.0; d.len()];
+        matrix.mul(&direction, &mut product);
+        let mut matrix_free = vec![0.0; d.len()];
+        model.add_tangent_product(&d, &scalings, &direction, &mut matrix_free).unwrap();
+        let force = |h: f64| {
+            let moved: Vec<f64> = d.iter().zip(&direction).map(|(d, v)| d + h * v).collect();
+            let mut f = vec![0.0; d.len()];
+            model.internal_force(&moved, &scalings, &mut f).unwrap();
+            f
+        };
+        let (p, m, pp, mm) = (force(1e-4), force(-1e-4), force(2e-4), force(-2e-4));
+        for i in 0..d.len() {
+            let fd = (8.0 * (p[i] - m[i]) - (pp[i] - mm[i])) / 12e-4;
+            assert!((fd - product[i]).abs() < 1e-8 * 100.0, "{fd} {}", product[i]);
+            assert!((product[i] - matrix_free[i]).abs() < 1e-11);
+        }
     }
 }
 
+/// λᵀ f_int with one scaling changed.
+fn work(model: &SolidModel, d: &[f64], scalings: &[ElementScaling], adjoint: &[f64]) -> f64 {
+    let mut f = vec![0.0; d.len()];
+    model.internal_force(d, scalings, &mut f).unwrap();
+    f.iter().zip(adjoint).map(|(f, l)| f * l).sum()
+}
+
 #[test]
-fn factor_pull_back_matches_differences() {
-    let (_, model, d, factors) = model();
+fn density_pull_back_matches_differences() {
+    let (_, model, d, scalings) = model(sections()[0]);
     let adjoint: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.41).sin()).collect();
-    let mut found = vec![0.0; factors.len()];
-    model.pull_back_factors(&d, &adjoint, &mut found).unwrap();
-    for e in 0..factors.len() {
+    let mut slopes = vec![ElementScaling { factor: 1.5, gamma: 0.0 }; scalings.len()];
+    slopes[3].factor = 0.0;
+    let mut found = vec![0.0; scalings.len()];
+    model.pull_back_density(&d, &scalings, &slopes, &adjoint, &mut found).unwrap();
+    for e in 0..scalings.len() {
         let product = |h: f64| {
-            let mut moved = factors.clone();
-            moved[e] += h;
-            let mut f = vec![0.0; d.len()];
-            model.internal_force(&d, &moved, &mut f).unwrap();
-            f.iter().zip(&adjoint).map(|(f, l)| f * l).sum::<f64>()
+            let mut moved = scalings.clone();
+            moved[e].factor += h * slopes[e].factor;
+            work(&model, &d, &moved, &adjoint)
         };
         let fd = (product(0.5) - product(-0.5)) / 1.0; // linear in the factor
         assert!((fd - found[e]).abs() < 1e-11, "{fd} {}", found[e]);
     }
 }
 
+/// Through both the stiffness and the interpolation of the energy.
+#[test]
+fn interpolated_pull_back_matches_differences() {
+    for section in sections() {
+        let (_, model, d, _) = model(section);
+        let (interpolation, densities) = interpolated(model.elements());
+        let scalings: Vec<_> = densities.iter().map(|&x| interpolation.scaling(x)).collect();
+        let slopes: Vec<_> = densities.iter().map(|&x| interpolation.derivative(x)).collect();
+        assert!(slopes.iter().filter(|slope| slope.gamma > 1.0).count() > 2);
+        let adjoint: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.41).sin()).collect();
+        let mut found = vec![0.0; scalings.len()];
+        model.pull_back_density(&d, &scalings, &slopes, &adjoint, &mut found).unwrap();
+        for e in 0..scalings.len() {
+            let product = |h: f64| {
+                let mut moved = scalings.clone();
+                moved[e] = interpolation.scaling(densities[e] + h);
+                work(&model, &d, &moved, &adjoint)
+            };
+            let h = 2e-5;
+            let fd = (8.0 * (product(h) - product(-h)) - (product(2.0 * h) - product(-2.0 * h))) / (12.0 * h);
+            assert!((fd - found[e]).abs() < 1e-8, "density {}: {fd} {}", densities[e], found[e]);
+        }
+    }
+}
+
 #[test]
 fn inverted_elements_are_named() {
-    let (mesh, model, mut d, factors) = model();
+    let (mesh, model, mut d, scalings) = model(sections()[0]);
+    let slopes = vec![ElementScaling::SOLID; scalings.len()];
     d[3 * 5 + 1] = 40.0;
     let smallest = model.smallest_determinants(&d);
     let expected: Vec<u32> = (0_u32..).zip(smallest).filter(|(_, j)| *j <= 0.0).map(|(e, _)| e).collect();
     assert!(!expected.is_empty() && expected.len() < mesh.hexes.len());
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
     let mut matrix = BlockMatrix::new(pattern.clone());
-    let (mut f, mut by_factor) = (vec![0.0; d.len()], vec![0.0; factors.len()]);
+    let (mut f, mut by_density) = (vec![0.0; d.len()], vec![0.0; scalings.len()]);
     for error in [
-        model.internal_force(&d, &factors, &mut f).unwrap_err(),
-        model.add_tangent(&d, &factors, &model.scatter(&pattern), &mut matrix).unwrap_err(),
-        model.add_tangent_product(&d, &factors, &vec![1.0; d.len()], &mut f).unwrap_err(),
-        model.pull_back_factors(&d, &vec![1.0; d.len()], &mut by_factor).unwrap_err(),
-        model.energy(&d, &factors).unwrap_err(),
+        model.internal_force(&d, &scalings, &mut f).unwrap_err(),
+        model.add_tangent(&d, &scalings, &model.scatter(&pattern), &mut matrix).unwrap_err(),
+        model.add_tangent_product(&d, &scalings, &vec![1.0; d.len()], &mut f).unwrap_err(),
+        model.pull_back_density(&d, &scalings, &slopes, &vec![1.0; d.len()], &mut by_density).unwrap_err(),
+        model.energy(&d, &scalings).unwrap_err(),
     ] {
         assert_eq!(error.elements, expected);
         assert!(error.to_string().contains("inverted element"));
     }
-    assert!(by_factor.iter().all(|&x| x == 0.0));
+    assert!(by_density.iter().all(|&x| x == 0.0));
     d[3 * 5 + 1] = f64::NAN;
-    assert!(model.internal_force(&d, &factors, &mut f).is_err());
+    assert!(model.internal_force(&d, &scalings, &mut f).is_err());
 }
 
 /// Force, tangent, product and pull-back with one thread and with several, on a mesh of many clusters.
@@ -121,20 +176,22 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let model = SolidModel::new(&mesh, vec![NeoHooke::new(100.0, 0.25).unwrap()]).unwrap();
     let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.01 * (i as f64 * 1.31).sin()).collect();
     let v: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.77).cos()).collect();
-    let factors: Vec<f64> = (0..mesh.hexes.len()).map(|e| 0.1 + 0.9 * (e as f64).sin().powi(2)).collect();
+    let (interpolation, densities) = interpolated(mesh.hexes.len());
+    let scalings: Vec<_> = densities.iter().map(|&x| interpolation.scaling(x)).collect();
+    let slopes: Vec<_> = densities.iter().map(|&x| interpolation.derivative(x)).collect();
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
     let scatter = model.scatter(&pattern);
     let evaluate = |threads: usize| -> Vec<u64> {
         let mut matrix = BlockMatrix::new(pattern.clone());
-        let (mut force, mut product, mut by_factor) =
-            (vec![0.0; d.len()], vec![0.0; d.len()], vec![0.0; factors.len()]);
+        let (mut force, mut product, mut by_density) =
+            (vec![0.0; d.len()], vec![0.0; d.len()], vec![0.0; scalings.len()]);
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| {
-            model.internal_force(&d, &factors, &mut force).unwrap();
-            model.add_tangent(&d, &factors, &scatter, &mut matrix).unwrap();
-            model.add_tangent_product(&d, &factors, &v, &mut product).unwrap();
-            model.pull_back_factors(&d, &v, &mut by_factor).unwrap();
+            model.internal_force(&d, &scalings, &mut force).unwrap();
+            model.add_tangent(&d, &scalings, &scatter, &mut matrix).unwrap();
+            model.add_tangent_product(&d, &scalings, &v, &mut product).unwrap();
+            model.pull_back_density(&d, &scalings, &slopes, &v, &mut by_density).unwrap();
         });
-        let numbers = force.iter().chain(&product).chain(&by_factor).chain(matrix.values().as_flattened());
+        let numbers = force.iter().chain(&product).chain(&by_density).chain(matrix.values().as_flattened());
         numbers.map(|x| x.to_bits()).collect()
     };
     let expected = evaluate(1);

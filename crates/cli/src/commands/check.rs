@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use slipstick::build::Problem;
-use slipstick::case::Component;
+use slipstick::case::{Component, Dimension, Units};
 use slipstick::check::Inspection;
 
 use super::{bytes, digits};
@@ -22,7 +22,7 @@ const OPERATIONS_PER_SECOND: f64 = 15e9;
 /// # Errors
 /// [`Failure::Case`], [`Failure::Input`].
 pub fn run(context: &Context, args: &Check) -> Outcome {
-    let resolved = read(&args.case.case)?;
+    let resolved = read(&args.case)?;
     if args.resolved {
         context.console.warnings(&resolved.warnings);
         let text = toml::to_string_pretty(&resolved.case).map_err(|error| {
@@ -45,7 +45,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
         console.text(&setup.resolved.case.title);
     }
     console.text("\nbodies");
-    console.lines(&bodies(&setup.inspection));
+    console.lines(&bodies(&setup.inspection, &setup.resolved.case.units));
     console.text("\nsets and surfaces");
     let sets = setup.inspection.sets.iter().map(|(name, nodes)| vec![name.clone(), nodes.to_string()]);
     console.lines(&lines(&["name", "nodes"], &sets.collect::<Vec<_>>()));
@@ -61,7 +61,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     Ok(())
 }
 
-fn bodies(inspection: &Inspection) -> Vec<String> {
+fn bodies(inspection: &Inspection, units: &Units) -> Vec<String> {
     let rows: Vec<_> = inspection
         .bodies
         .iter()
@@ -76,7 +76,8 @@ fn bodies(inspection: &Inspection) -> Vec<String> {
             ]
         })
         .collect();
-    lines(&["name", "elements", "nodes", "volume", "worst quality", "free rigid motions"], &rows)
+    let volume = format!("volume{}", units.bracket(Dimension::VOLUME));
+    lines(&["name", "elements", "nodes", &volume, "worst quality", "free rigid motions"], &rows)
 }
 
 fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
@@ -124,8 +125,10 @@ fn contacts(setup: &Setup) -> Vec<String> {
             ]
         })
         .collect();
-    let header = ["slave on master", "facets", "slave nodes", "with something opposite", "friction", "searched to"];
-    lines(&[&header[..], &["smallest gap"]].concat(), &rows)
+    let length = setup.resolved.case.units.bracket(Dimension::LENGTH);
+    let [searched, gap] = ["searched to", "smallest gap"].map(|name| format!("{name}{length}"));
+    let header = ["slave on master", "facets", "slave nodes", "with something opposite", "friction"];
+    lines(&[&header[..], &[&searched, &gap]].concat(), &rows)
 }
 
 fn size(inspection: &Inspection, seconds: f64) -> Vec<String> {

@@ -16,7 +16,7 @@ use crate::{Context, Outcome, clock};
 /// # Errors
 /// As [`crate::failure::Failure`] lists them.
 pub fn run(context: &Context, args: &Gradient) -> Outcome {
-    let (setup, mut problem) = prepare(context, &args.case.case, &["dirichlet", "design", "objective"])?;
+    let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(&problem, &args.design)?;
     let run = Run::start(context, &setup, &args.out, "gradient")?;
     let outcome = gradient(context, &mut problem, &run, &density);

@@ -25,7 +25,7 @@ pub const SECTIONS: &[&str] = &["dirichlet", "design", "objective", "optimizer"]
 /// # Errors
 /// As [`Failure`] lists them.
 pub fn run(context: &Context, args: &Optimize) -> Outcome {
-    let (setup, mut problem) = prepare(context, &args.case.case, SECTIONS)?;
+    let (setup, mut problem) = prepare(context, &args.case, SECTIONS)?;
     problem.initial_density = setup.density(&problem, &args.design)?;
     let mut optimization = start(&setup.resolved, problem)?;
     if let Some(iterations) = args.iterations {

@@ -23,7 +23,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
     let directory = RunDirectory::open(&args.results)?;
     let file = args.out.clone().unwrap_or_else(|| directory.file("picture.png"));
     replaceable(&file)?;
-    let resolved = read(&directory.file("case.toml"))?;
+    let resolved = read(&directory.file("case.toml").as_path().into())?;
     let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
     let shown = match (args.step, args.iteration) {
         (Some(step), _) => Shown::Step(step),

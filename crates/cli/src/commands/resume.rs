@@ -23,7 +23,7 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
         if expected != found {
             return Err(RunError::OtherCase { path, expected, found }.into());
         }
-        prepare(context, &path, SECTIONS)?
+        prepare(context, &path.as_path().into(), SECTIONS)?
     };
     let mut optimization = start(&setup.resolved, problem)?;
     checkpoint.restore(&directory, &mut optimization)?;

@@ -1,6 +1,7 @@
 //! `slipstick solve`: the load path of one design.
 
 use serde_json::json;
+use slipstick::analysis::{Analysis, Forward};
 use slipstick::build::Problem;
 use slipstick::run::{NewtonTable, write_densities, write_path};
 
@@ -10,12 +11,19 @@ use crate::setup::{Run, failed, prepare, volume_fraction};
 use crate::watch::Watch;
 use crate::{Context, Outcome, clock};
 
+/// Values of the objective per load step; `None` at those that it does not look at.
+fn observed(analysis: &Analysis, forward: &Forward) -> Vec<Option<f64>> {
+    let steps = analysis.times.len();
+    let observes = |step: usize| analysis.objective.as_ref().is_some_and(|objective| objective.observes(step, steps));
+    (1..).zip(&forward.step_values).map(|(step, &value)| observes(step).then_some(value)).collect()
+}
+
 /// Marches the load path and writes its states.
 ///
 /// # Errors
 /// As [`crate::failure::Failure`] lists them.
 pub fn run(context: &Context, args: &Solve) -> Outcome {
-    let (setup, mut problem) = prepare(context, &args.case.case, &["dirichlet"])?;
+    let (setup, mut problem) = prepare(context, &args.case, &["dirichlet"])?;
     let density = setup.density(&problem, &args.design)?;
     let run = Run::start(context, &setup, &args.out, "solve")?;
     let outcome = solve(context, &mut problem, &run, &density);
@@ -43,7 +51,7 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
     context.console.event(
         "result",
         json!({
-            "command": "solve", "directory": path, "objective": objective, "step_values": forward.step_values,
+            "command": "solve", "directory": path, "objective": objective, "step_values": observed(&problem.analysis, &forward),
             "volume_fraction": volume_fraction(problem, density), "newton_iterations": newton,
             "increments": forward.path.states.len() - 1, "open": open, "stick": stick, "slip": slip,
             "phases": phases(&problem.analysis.timings()),

@@ -35,7 +35,7 @@ const COLUMNS: &[&str] = &[
 /// As [`Failure`] lists them; of those [`Failure::Check`] if a direction is off by more than the tolerance and all that
 /// spoils a difference, or if nothing could be compared.
 pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
-    let (setup, mut problem) = prepare(context, &args.case.case, &["dirichlet", "design", "objective"])?;
+    let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(&problem, &args.design)?;
     let run = Run::start(context, &setup, &args.out, "verify")?;
     let outcome = verify(context, &mut problem, &run, &density, args);

@@ -2,6 +2,31 @@
 
 use super::*;
 
+/// Names of units are shown where numbers are, and change none of them.
+#[test]
+fn units_are_shown() {
+    let place = Place::with("[[body]]", "[units]\nlength = \"mm\"\nforce = \"N\"\n[[body]]");
+    assert_eq!(CASE.matches("[[body]]").count(), 2);
+    let text = place.read("case.toml").replacen(
+        "[units]\nlength = \"mm\"\nforce = \"N\"\n[[body]]\nname = \"block\"",
+        "[[body]]\nname = \"block\"",
+        1,
+    );
+    place.write("case.toml", &text);
+    place.write("plain.toml", CASE);
+    let [shown, plain] = ["case", "plain"].map(|case| place.good(&format!("check {case}.toml")).out);
+    assert!(shown.contains("volume [mm³]") && shown.contains("smallest gap [mm]"), "{shown}");
+    assert!(!plain.contains("[mm"), "{plain}");
+    let numbers = |text: &str| text.replace(" [mm³]", "").replace(" [mm]", "").split_whitespace().collect::<String>();
+    assert_eq!(numbers(&shown), numbers(&plain));
+    let picture = |case: &str| {
+        place.good(&format!("solve {case}.toml"));
+        place.good(&format!("render {case}_solve --field pressure --out {case}.png"));
+        std::fs::read(place.path(&format!("{case}.png"))).expect("drawn")
+    };
+    assert!(picture("case") != picture("plain"), "the title of the colours says N/mm²");
+}
+
 #[test]
 fn new_writes_templates_that_check_accepts() {
     let place = Place::new();

@@ -3,9 +3,14 @@
 mod bad_input;
 mod bench;
 mod commands;
+mod export;
+mod manners;
+mod meshes;
 mod render;
+mod report;
 mod resume;
 mod stop;
+mod study;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -30,7 +30,7 @@ fn the_newest_design_by_default() {
     // A path that is not of the newest design is not shown with it.
     let table = place.read("case/design.csv");
     let row = table.lines().nth(4).expect("element 3");
-    place.write("case/design.csv", &table.replace(row, "3,slab,0.9,"));
+    place.write("case/design.csv", &table.replace(row, "3,slab,0.9"));
     assert!(picture != drawn(&place, "render case", "case/picture.png"));
     place.bad("render case --deformed 2", 2, &["no displacements of this design"]);
 
@@ -69,7 +69,7 @@ fn what_cannot_be_drawn() {
     place.bad("render case --iteration 1", 2, &["case has no iteration 1", "there are: 0, 2, 4"]);
     place.bad("render case --view inside", 2, &["no view `inside`", "iso_below"]);
     place.bad("render case --iteration 2 --deformed 3", 2, &["no displacements"]);
-    place.bad("render case --size 0x5", 2, &["0 x 5 pixels"]);
+    place.bad("render case --size 0x5", 2, &["at least 160x120"]);
     place.bad("render case --size large", 2, &["900x720"]);
     place.bad("render case --step 1 --iteration 1", 2, &["cannot be used with"]);
     place.bad("render case --threshold 2", 2, &["from 0 to 1"]);
@@ -81,5 +81,5 @@ fn what_cannot_be_drawn() {
 
     let bytes = std::fs::read(place.path("case/path_0004.vtu")).expect("written");
     std::fs::write(place.path("case/path_0004.vtu"), &bytes[..bytes.len() / 2]).expect("written");
-    place.bad("render case", 2, &["path_0004.vtu", "ends early"]);
+    place.bad("render case", 2, &["path_0004.vtu", "end early"]);
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use slipstick_mesh::{HalfBallShape, Mesh, MeshError, half_ball};
+use slipstick_mesh::{Body, BoxShape, HalfBallShape, Mesh, MeshError, box_mesh, half_ball};
 
 use crate::support::{assert_sound, cubes};
 
@@ -90,4 +90,30 @@ fn a_box_with_a_hole_through_it_is_a_torus() {
     assert_eq!(boundary.facets.len(), 8 + 8 + 12 + 4);
     mesh.surfaces.insert("frame_all".into(), boundary);
     assert_eq!(assert_sound(&mesh), 0);
+}
+
+/// Two boxes in one body, face to face: the 3 × 3 nodes of the common face stand twice, nothing is connected.
+#[test]
+fn unmerged_nodes_and_separate_parts_are_found() {
+    let shape = |x: f64| BoxShape { min: [x, 0.0, 0.0], max: [x + 1.0, 1.0, 1.0], elements: [2; 3], grading: [1.0; 3] };
+    let whole = box_mesh("a", &shape(0.0)).unwrap();
+    assert_eq!(whole.connected_parts(0), [(0..27).collect::<Vec<u32>>()]);
+    assert!(whole.coincident_nodes(0, 1e-6).is_empty());
+    let mut two = Mesh::merge(vec![whole, box_mesh("b", &shape(1.0 + 1e-9)).unwrap()]).unwrap();
+    two.bodies = vec![Body { name: "a".into(), elements: 0..16, nodes: 0..54 }];
+    assert_eq!(two.connected_parts(0), [(0..27).collect::<Vec<u32>>(), (27..54).collect()]);
+    let pairs = two.coincident_nodes(0, 1e-6);
+    assert_eq!(pairs.len(), 9);
+    for [a, b] in pairs {
+        assert!(
+            two.nodes[a as usize][0] == 1.0 && b == a + 25,
+            "{a} {b}: node 2 of a row is node 0 of the other box's"
+        );
+    }
+    assert!(two.coincident_nodes(0, 1e-10).is_empty());
+    // in reach of each other on both sides of any grid
+    for shift in [0.0, 1e-6, 1.7e-6, 3.3e-6] {
+        two.nodes.iter_mut().for_each(|x| *x = x.map(|c| c + shift));
+        assert_eq!(two.coincident_nodes(0, 1e-6).len(), 9);
+    }
 }

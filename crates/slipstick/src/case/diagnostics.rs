@@ -23,6 +23,11 @@ macro_rules! case_codes {
             pub fn as_str(self) -> &'static str {
                 match self { $(Self::$variant => concat!("slipstick::case::", $name),)+ }
             }
+
+            /// What it means, in a sentence or two.
+            pub fn about(self) -> &'static str {
+                match self { $(Self::$variant => concat!($($doc),+).trim_ascii(),)+ }
+            }
         }
     };
 }
@@ -102,12 +107,21 @@ case_codes! {
     NoContact => "no_contact",
     /// The mesh generator refuses the shape.
     Mesh => "mesh",
+    /// A mesh file cannot be read, or does not hold what the case asks for; as a warning, something of it was repaired or
+    /// left out.
+    MeshFile => "mesh_file",
+    /// A body of parts that do not hang together, or with nodes at one place that are not merged (warning).
+    Disconnected => "disconnected",
     /// More elements than the machine has memory for.
     TooLarge => "too_large",
     /// A set that selects no nodes.
     EmptySet => "empty_set",
     /// Bodies penetrate each other at the start.
     PenetratingStart => "penetrating_start",
+    /// A tolerance so large that results are not those of the equations (warning).
+    LooseTolerance => "loose_tolerance",
+    /// Fully integrated hexahedra with nearly incompressible material are too stiff (warning).
+    Locking => "locking",
     /// A setting that cannot be combined with another.
     Unsupported => "unsupported",
 }

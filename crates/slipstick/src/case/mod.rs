@@ -16,11 +16,14 @@
 
 mod diagnostics;
 mod encoding;
+mod explain;
 mod field;
 mod names;
+mod overrides;
 mod read;
 mod reader;
 mod resolved;
+mod schema;
 mod source_map;
 mod syntax;
 mod templates;
@@ -28,9 +31,13 @@ mod typed;
 
 pub use diagnostics::{CaseCode, CaseDiagnostic, CaseErrors, Severity};
 pub use encoding::{NotUtf8, utf8};
+pub use overrides::{Override, OverrideError, override_case};
 pub use resolved::*;
+pub use schema::schema;
 pub use source_map::SourceMap;
 pub use templates::{TEMPLATES, Template, template};
+
+use std::io;
 
 use toml::de::DeTable;
 
@@ -70,13 +77,26 @@ impl Resolved {
     }
 }
 
-/// Reads and checks a case file; `file_name` is only shown in messages.
+/// How the files are read that a case names: bytes by the name in the case. The caller knows the folder, and touches the
+/// file system.
+pub type ReadFile<'f> = &'f dyn Fn(&str) -> io::Result<Vec<u8>>;
+
+/// Reads and checks a case file that names no other files; `file_name` is only shown in messages.
 ///
 /// # Errors
 ///
 /// All errors of the file at once. Where the text is not TOML, only that: what lies behind a syntax error cannot be
 /// trusted.
 pub fn parse_case(text: &str, file_name: &str) -> Result<Resolved, CaseErrors> {
+    parse_case_with(text, file_name, &|_| Err(io::Error::other("the case is read without its folder")))
+}
+
+/// Reads and checks a case file and the mesh files that it names.
+///
+/// # Errors
+///
+/// As [`parse_case`]; and what is wrong with the files, at the places where they are named.
+pub fn parse_case_with(text: &str, file_name: &str, files: ReadFile<'_>) -> Result<Resolved, CaseErrors> {
     let reader = reader::Reader::new(text, file_name);
     let (document, syntax_errors) = DeTable::parse_recoverable(text);
     if !syntax_errors.is_empty() {
@@ -86,7 +106,7 @@ pub fn parse_case(text: &str, file_name: &str) -> Result<Resolved, CaseErrors> {
         return Err(CaseErrors::collect(diagnostics).unwrap_or_else(unknown));
     }
     let root = typed::Table::new(&reader, document.get_ref(), String::new());
-    let case = read::case(root);
+    let case = read::case(root, files);
     let (source_map, mut warnings) = reader.into_parts();
     if let Some(errors) = CaseErrors::collect(warnings.clone()) {
         return Err(errors);

@@ -42,6 +42,11 @@ impl Names {
             Some(shape) => {
                 let surface = |face| (format!("{name}_{face}"), Kind::Surface, Some(body));
                 self.sets.extend(shape.faces().iter().map(surface));
+                if let Shape::Mesh(file) = shape {
+                    let named = |kind| move |name: &String| (name.clone(), kind, Some(body));
+                    self.sets.extend(file.mesh.surfaces.keys().map(named(Kind::Surface)));
+                    self.sets.extend(file.mesh.node_sets.keys().map(named(Kind::Set)));
+                }
             }
             None => self.shapeless.push(body),
         }
@@ -50,6 +55,15 @@ impl Names {
     /// Adds a node set; `within` is a surface or an earlier set.
     pub(super) fn add_set(&mut self, reader: &Reader, path: &str, name: &str, within: Option<&str>) {
         let body = within.and_then(|within| self.find(within)).and_then(|(_, body)| body);
+        self.add(reader, path, name, Kind::Set, body);
+    }
+
+    /// Adds a surface of a body.
+    pub(super) fn add_surface(&mut self, reader: &Reader, path: &str, name: &str, body: Option<usize>) {
+        self.add(reader, path, name, Kind::Surface, body);
+    }
+
+    fn add(&mut self, reader: &Reader, path: &str, name: &str, kind: Kind, body: Option<usize>) {
         if name.is_empty() {
             self.nameless = true;
         } else if self.find(name).is_some() {
@@ -57,11 +71,11 @@ impl Names {
                 &format!("{path}.name"),
                 CaseCode::DuplicateName,
                 format!("there is a surface or set called `{name}` already"),
-                "give the set another name",
+                "choose another name",
             );
             return;
         }
-        self.sets.push((name.to_owned(), Kind::Set, body));
+        self.sets.push((name.to_owned(), kind, body));
     }
 
     pub(super) fn find(&self, name: &str) -> Option<(Kind, Option<usize>)> {

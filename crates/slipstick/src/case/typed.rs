@@ -46,6 +46,16 @@ impl<'a> Table<'a> {
         });
     }
 
+    /// Notes that one of several keys is needed and all are absent; reported by [`Table::finish`].
+    pub(super) fn note_missing_one_of(&self, keys: &'static [&'static str], message: &str) {
+        self.missing.borrow_mut().push(Missing {
+            keys: keys.to_vec(),
+            code: CaseCode::MissingKey,
+            message: message.to_owned(),
+            help: format!("give one or more of: {}", keys.join(", ")),
+        });
+    }
+
     /// The path of this table; empty for the whole document.
     pub(super) fn path(&self) -> &str {
         &self.path

@@ -25,7 +25,7 @@ use slipstick_contact::{ContactInterface, InterfaceError};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
 use slipstick_path::{StateError, StepState, Timings, UzawaOptions};
-use slipstick_solid::{InvertedElements, Simp, SolidModel, model::Scatter};
+use slipstick_solid::{ElementScaling, Interpolation, InvertedElements, SolidModel, model::Scatter};
 
 /// How the contact conditions of a model are enforced; one method for all interfaces.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,11 +105,13 @@ struct SlaveData {
 /// The discrete problem of a load step; see the module's description.
 pub struct ContactModel {
     solid: SolidModel,
-    simp: Simp,
+    interpolation: Interpolation,
     /// Design density of every element; elements outside of the design have density 1.
     density: Vec<f64>,
     designed: Vec<bool>,
-    factors: Vec<f64>,
+    /// What the density makes of every element, and the derivative: zero outside of the design.
+    scalings: Vec<ElementScaling>,
+    scaling_slopes: Vec<ElementScaling>,
     coordinates: Vec<f64>,
     interfaces: Vec<ModelInterface>,
     method: Method,
@@ -183,7 +185,7 @@ impl ContactModel {
         interfaces: Vec<ModelInterface>,
         method: Method,
         prescribed: Prescribed,
-        simp: Simp,
+        interpolation: Interpolation,
         designed: Vec<bool>,
         start: &[f64],
         largest_motion: f64,
@@ -214,10 +216,11 @@ impl ContactModel {
         let count = slaves.len();
         let mut model = Self {
             solid,
-            simp,
+            interpolation,
             density: vec![1.0; elements],
             designed,
-            factors: vec![1.0; elements],
+            scalings: vec![ElementScaling::SOLID; elements],
+            scaling_slopes: vec![ElementScaling { factor: 0.0, gamma: 0.0 }; elements],
             internal: vec![0.0; coordinates.len()],
             coordinates,
             interfaces,
@@ -269,13 +272,14 @@ impl ContactModel {
     /// in [0, 1].
     pub fn set_density(&mut self, density: &[f64]) {
         self.density.copy_from_slice(density);
-        for e in 0..density.len() {
-            self.factors[e] = if self.designed[e] { self.simp.factor(density[e]) } else { 1.0 };
+        for e in (0..density.len()).filter(|&e| self.designed[e]) {
+            self.scalings[e] = self.interpolation.scaling(density[e]);
+            self.scaling_slopes[e] = self.interpolation.derivative(density[e]);
         }
         let stiffness = |elements: &[u32]| {
             let sum: f64 = elements
                 .iter()
-                .map(|&e| self.factors[e as usize] * self.solid.material(e as usize).youngs_modulus())
+                .map(|&e| self.scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus())
                 .sum();
             sum / elements.len() as f64
         };
@@ -320,14 +324,14 @@ impl ContactModel {
         &self.density
     }
 
-    /// Stiffness factor of every element.
-    pub fn factors(&self) -> &[f64] {
-        &self.factors
+    /// What the density makes of every element.
+    pub fn scalings(&self) -> &[ElementScaling] {
+        &self.scalings
     }
 
-    /// d factor/dφ of an element: zero outside of the design.
-    pub fn factor_derivative(&self, element: usize) -> f64 {
-        if self.designed[element] { self.simp.derivative(self.density[element]) } else { 0.0 }
+    /// Derivatives of [`scalings`](Self::scalings) with respect to the element's density: zero outside of the design.
+    pub fn scaling_slopes(&self) -> &[ElementScaling] {
+        &self.scaling_slopes
     }
 
     /// The solid bodies.

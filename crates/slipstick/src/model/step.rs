@@ -153,7 +153,7 @@ impl ContactModel {
     /// # Errors
     /// If elements are inverted.
     pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        self.solid.internal_force(d, &self.factors, out).map_err(inverted)
+        self.solid.internal_force(d, &self.scalings, out).map_err(inverted)
     }
 }
 
@@ -219,7 +219,7 @@ impl StepProblem for ContactModel {
     fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.displacement_count();
         let begin = self.timings.begin();
-        self.solid.internal_force(&y[..split], &self.factors, &mut self.internal).map_err(inverted)?;
+        self.solid.internal_force(&y[..split], &self.scalings, &mut self.internal).map_err(inverted)?;
         self.timings.end(Phase::Solid, begin);
         self.evaluate(y, false)?;
         out[..split].copy_from_slice(&self.internal);
@@ -262,7 +262,7 @@ impl StepProblem for ContactModel {
         let begin = self.timings.begin();
         matrix.set_zero();
         let scatter = self.scatter.as_ref().expect("made with the matrix");
-        let result = self.solid.add_tangent(&y[..split], &self.factors, scatter, &mut matrix).map_err(inverted);
+        let result = self.solid.add_tangent(&y[..split], &self.scalings, scatter, &mut matrix).map_err(inverted);
         self.timings.end(Phase::Solid, begin);
         let begin = self.timings.begin();
         if result.is_ok() {
@@ -417,11 +417,8 @@ impl StepProblem for ContactModel {
     fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let begin = self.timings.begin();
         let split = self.displacement_count();
-        let mut by_factor = vec![0.0; self.solid.elements()];
-        self.solid.pull_back_factors(&y[..split], &lambda[..split], &mut by_factor).map_err(inverted)?;
-        for (e, (o, b)) in out.iter_mut().zip(&by_factor).enumerate() {
-            *o += self.factor_derivative(e) * b;
-        }
+        let (scalings, slopes) = (&self.scalings, &self.scaling_slopes);
+        self.solid.pull_back_density(&y[..split], scalings, slopes, &lambda[..split], out).map_err(inverted)?;
         self.timings.end(Phase::PullBack, begin);
         Ok(())
     }

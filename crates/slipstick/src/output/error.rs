@@ -46,10 +46,10 @@ pub enum OutputError {
         /// `points` or `cells`.
         what: &'static str,
     },
-    /// A hexahedron with a node that does not exist.
-    #[error("hexahedron {element} has node {node}, but there are {nodes} nodes (numbers count from 0)")]
+    /// A cell with a node that does not exist.
+    #[error("cell {element} has node {node}, but there are {nodes} nodes (numbers count from 0)")]
     NodeOutOfRange {
-        /// The hexahedron.
+        /// The cell.
         element: usize,
         /// Its node.
         node: u32,

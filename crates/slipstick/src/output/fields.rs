@@ -5,6 +5,7 @@ use std::path::Path;
 use super::OutputError;
 use super::vtu::{Values, Vtu};
 use crate::analysis::NodalContact;
+use crate::case::Dimension;
 use slipstick_contact::friction::Status;
 use slipstick_mesh::Mesh;
 
@@ -57,6 +58,16 @@ pub fn write_state(
     file.cell_field("body", 1, Values::I64(&body))?;
     file.cell_field("smallest_determinant", 1, Values::F64(determinants))?;
     file.save(path)
+}
+
+/// What a field of [`write_state`] or [`write_design`] is measured in; `None` of plain numbers, and of
+/// derivatives, which depend on the objective.
+pub fn field_dimension(name: &str) -> Option<Dimension> {
+    match name {
+        "displacement" | "contact_gap" | "slip_increment" => Some(Dimension::LENGTH),
+        "contact_traction" | "contact_pressure" => Some(Dimension::STRESS),
+        _ => None,
+    }
 }
 
 /// Writes a design: density (and a derivative, if there is one) in the elements of the undeformed mesh.

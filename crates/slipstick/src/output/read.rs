@@ -1,12 +1,11 @@
-//! Fields of a VTU file that [`Vtu`](super::Vtu) has written, read back.
+//! Fields of a VTU file read back.
 
 use std::fs;
 use std::path::Path;
 
-use super::OutputError;
+use slipstick_meshio::vtu;
 
-/// What stands before the first byte of appended data.
-const MARKER: &[u8] = b"<AppendedData encoding=\"raw\">\n_";
+use super::OutputError;
 
 /// A field as it stands in a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +20,7 @@ pub struct StoredField {
     pub values: Vec<f64>,
 }
 
-/// Reads the fields on points and cells of a file of [`Vtu`](super::Vtu); other writers' files are refused.
+/// Reads the fields on points and cells of a file.
 ///
 /// # Errors
 /// [`OutputError::Io`], [`OutputError::NotRead`] at what is no such file, or a part of one.
@@ -31,70 +30,16 @@ pub fn read_fields(path: &Path) -> Result<Vec<StoredField>, OutputError> {
 }
 
 fn fields(bytes: &[u8]) -> Result<Vec<StoredField>, String> {
-    let split = bytes.windows(MARKER.len()).position(|window| window == MARKER).ok_or("has no appended data")?;
-    let header = std::str::from_utf8(&bytes[..split]).map_err(|_| "has a header that is no text")?;
-    if !header.contains("byte_order=\"LittleEndian\" header_type=\"UInt64\"") {
-        return Err("has another layout than slipstick writes".into());
-    }
-    let data = &bytes[split + MARKER.len()..];
-    let number = |name: &str| {
-        let found = header.split('<').find_map(|tag| attribute(tag, name)).and_then(|text| text.parse().ok());
-        found.ok_or_else(|| format!("says no {name}"))
+    let grid = vtu::read(bytes).map_err(|error| format!("cannot be read: {}: {}", error.place, error.message))?;
+    let stored = |on_points| {
+        move |array: vtu::Array| StoredField {
+            name: array.name,
+            on_points,
+            components: array.components,
+            values: array.values,
+        }
     };
-    let (points, cells): (usize, usize) = (number("NumberOfPoints")?, number("NumberOfCells")?);
-    let (mut found, mut items) = (Vec::new(), None);
-    for tag in header.split('<') {
-        match tag.split_once('>').map_or(tag, |(name, _)| name) {
-            "PointData" => items = Some((true, points)),
-            "CellData" => items = Some((false, cells)),
-            "Points" | "Cells" => items = None,
-            _ => {}
-        }
-        if let (Some((on_points, count)), Some(offset)) = (items, attribute(tag, "offset")) {
-            found.push(field(tag, offset, on_points, count, data)?);
-        }
-    }
-    Ok(found)
-}
-
-fn field(tag: &str, offset: &str, on_points: bool, items: usize, data: &[u8]) -> Result<StoredField, String> {
-    let name = unescaped(attribute(tag, "Name").ok_or("has a field without a name")?);
-    let components: usize = attribute(tag, "NumberOfComponents").map_or(Some(1), |n| n.parse().ok()).unwrap_or(0);
-    let values = offset
-        .parse()
-        .ok()
-        .and_then(|offset| array(data, offset))
-        .and_then(|bytes| numbers(attribute(tag, "type")?, bytes))
-        .filter(|values| components > 0 && components.checked_mul(items) == Some(values.len()));
-    let values = values.ok_or_else(|| format!("ends early, or has a wrong number of values of `{name}`"))?;
-    Ok(StoredField { name, on_points, components, values })
-}
-
-/// The bytes of the array at an offset, after their number.
-fn array(data: &[u8], offset: usize) -> Option<&[u8]> {
-    let (size, rest) = data.get(offset..)?.split_first_chunk()?;
-    rest.get(..usize::try_from(u64::from_le_bytes(*size)).ok()?)
-}
-
-fn numbers(type_name: &str, bytes: &[u8]) -> Option<Vec<f64>> {
-    Some(match type_name {
-        "Float64" => bytes.as_chunks().0.iter().map(|&b| f64::from_le_bytes(b)).collect(),
-        "Float32" => bytes.as_chunks().0.iter().map(|&b| f64::from(f32::from_le_bytes(b))).collect(),
-        "Int64" => bytes.as_chunks().0.iter().map(|&b| i64::from_le_bytes(b) as f64).collect(),
-        "UInt8" => bytes.iter().map(|&b| f64::from(b)).collect(),
-        _ => return None,
-    })
-}
-
-/// Value of an attribute in a tag.
-fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
-    let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
-    tag[start..].split('"').next()
-}
-
-/// The inverse of what attributes are written with.
-fn unescaped(text: &str) -> String {
-    text.replace("&quot;", "\"").replace("&gt;", ">").replace("&lt;", "<").replace("&amp;", "&")
+    Ok(grid.point_data.into_iter().map(stored(true)).chain(grid.cell_data.into_iter().map(stored(false))).collect())
 }
 
 #[cfg(test)]

@@ -8,8 +8,9 @@ use std::path::Path;
 
 use super::{OutputError, write_atomically, xml};
 
-/// VTK's number of the linear hexahedron; its node numbering is the mesh's.
+/// VTK's numbers of the linear hexahedron, whose node numbering is the mesh's, and of the triangle.
 const HEXAHEDRON: u8 = 12;
+const TRIANGLE: u8 = 5;
 
 /// Values of a field, item by item, the components of an item together.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,11 +93,14 @@ struct Field<'a> {
     values: Values<'a>,
 }
 
-/// A hexahedral mesh with fields on points and cells.
+/// A mesh of hexahedra or triangles with fields on points and cells.
 #[derive(Debug, Clone)]
 pub struct Vtu<'a> {
     points: &'a [[f64; 3]],
-    hexes: &'a [[u32; 8]],
+    /// Points of the cells, cell by cell; how many each has, and VTK's number of its type.
+    connectivity: &'a [u32],
+    corners: usize,
+    cell_type: u8,
     point_fields: Vec<Field<'a>>,
     cell_fields: Vec<Field<'a>>,
     time: Option<f64>,
@@ -109,13 +113,35 @@ impl<'a> Vtu<'a> {
     ///
     /// [`OutputError::NotFinite`] for coordinates, [`OutputError::NodeOutOfRange`].
     pub fn new(points: &'a [[f64; 3]], hexes: &'a [[u32; 8]]) -> Result<Self, OutputError> {
+        Self::of_cells(points, hexes.as_flattened(), 8, HEXAHEDRON)
+    }
+
+    /// A surface without fields: coordinates \[L\] and the point numbers of its triangles.
+    ///
+    /// # Errors
+    ///
+    /// As [`Vtu::new`].
+    pub fn of_triangles(points: &'a [[f64; 3]], triangles: &'a [[u32; 3]]) -> Result<Self, OutputError> {
+        Self::of_cells(points, triangles.as_flattened(), 3, TRIANGLE)
+    }
+
+    fn of_cells(
+        points: &'a [[f64; 3]],
+        connectivity: &'a [u32],
+        corners: usize,
+        cell_type: u8,
+    ) -> Result<Self, OutputError> {
         check_finite("points", Values::F64(points.as_flattened()))?;
-        for (element, nodes) in hexes.iter().enumerate() {
-            if let Some(&node) = nodes.iter().find(|&&node| node as usize >= points.len()) {
-                return Err(OutputError::NodeOutOfRange { element, node, nodes: points.len() });
-            }
+        if let Some(entry) = connectivity.iter().position(|&node| node as usize >= points.len()) {
+            let (element, node) = (entry / corners, connectivity[entry]);
+            return Err(OutputError::NodeOutOfRange { element, node, nodes: points.len() });
         }
-        Ok(Self { points, hexes, point_fields: Vec::new(), cell_fields: Vec::new(), time: None })
+        let (point_fields, cell_fields) = (Vec::new(), Vec::new());
+        Ok(Self { points, connectivity, corners, cell_type, point_fields, cell_fields, time: None })
+    }
+
+    fn cells(&self) -> usize {
+        self.connectivity.len() / self.corners
     }
 
     /// Notes the time that the file shows; viewers display it.
@@ -140,13 +166,13 @@ impl<'a> Vtu<'a> {
         Ok(self)
     }
 
-    /// Adds a field on the cells: `components` values per hexahedron.
+    /// Adds a field on the cells: `components` values per hexahedron or triangle.
     ///
     /// # Errors
     ///
     /// [`OutputError::Length`], [`OutputError::NotFinite`], [`OutputError::DuplicateField`].
     pub fn cell_field(&mut self, name: &str, components: usize, values: Values<'a>) -> Result<&mut Self, OutputError> {
-        let field = field(name, components, values, "cells", self.hexes.len(), &self.cell_fields)?;
+        let field = field(name, components, values, "cells", self.cells(), &self.cell_fields)?;
         self.cell_fields.push(field);
         Ok(self)
     }
@@ -166,9 +192,9 @@ impl<'a> Vtu<'a> {
     ///
     /// Those of the writer.
     pub fn write(&self, writer: &mut dyn Write) -> io::Result<()> {
-        let connectivity: Vec<i64> = self.hexes.as_flattened().iter().map(|&node| i64::from(node)).collect();
-        let offsets: Vec<i64> = (1..=self.hexes.len() as i64).map(|cell| 8 * cell).collect();
-        let types = vec![HEXAHEDRON; self.hexes.len()];
+        let connectivity: Vec<i64> = self.connectivity.iter().map(|&node| i64::from(node)).collect();
+        let offsets: Vec<i64> = (1..=self.cells()).map(|cell| (self.corners * cell) as i64).collect();
+        let types = vec![self.cell_type; self.cells()];
         let array = |name: &str, components, values| Field { name: name.to_owned(), components, values };
         let points = [array("Points", 3, Values::F64(self.points.as_flattened()))];
         let cells = [
@@ -204,11 +230,11 @@ impl<'a> Vtu<'a> {
                  format=\"ascii\">{time:?}</DataArray>\n</FieldData>"
             )?;
         }
-        let (points, cells) = (self.points.len(), self.hexes.len());
+        let (points, cells) = (self.points.len(), self.cells());
         writeln!(writer, "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">")?;
         let mut offset = 0;
         for (section, fields) in sections {
-            writeln!(writer, "<{section}>")?;
+            writeln!(writer, "<{section}{}>", shown_first(section, fields))?;
             for Field { name, components, values } in *fields {
                 let (name, type_name) = (xml(name), values.type_name());
                 // Without the attribute it is 1, and readers give a list of numbers, not of lists of one number.
@@ -247,6 +273,18 @@ fn field<'a>(
         return Err(OutputError::DuplicateField { name, what });
     }
     Ok(Field { name, components, values })
+}
+
+/// What viewers show unless told otherwise: the first scalar and vector field of points or cells.
+fn shown_first(section: &str, fields: &[Field<'_>]) -> String {
+    let first = |attribute: &str, components: usize| {
+        let field = fields.iter().find(|field| field.components == components);
+        field.map_or(String::new(), |field| format!(" {attribute}=\"{}\"", xml(&field.name)))
+    };
+    match section {
+        "PointData" | "CellData" => first("Scalars", 1) + &first("Vectors", 3),
+        _ => String::new(),
+    }
 }
 
 fn check_finite(name: &str, values: Values<'_>) -> Result<(), OutputError> {

@@ -5,12 +5,13 @@ use std::path::Path;
 
 use slipstick_mesh::Mesh;
 
-use super::RunError;
+use super::picture::list;
+use super::{RunDirectory, RunError};
 use crate::case::utf8;
-use crate::output::{OutputError, write_atomically};
+use crate::output::{OutputError, read_fields, write_atomically};
 
-/// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density`, and `derivative`
-/// (dθ/dφ, empty where not known). Whole or not at all.
+/// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density`, and, where it is known,
+/// `derivative` (dθ/dφ). Whole or not at all.
 ///
 /// # Errors
 /// [`OutputError`]; [`OutputError::NotFinite`] before anything is written.
@@ -31,12 +32,12 @@ pub fn write_densities(
         }
     }
     write_atomically(path, |writer| {
-        writeln!(writer, "element,body,density,derivative")?;
+        writeln!(writer, "element,body,density{}", if derivative.is_some() { ",derivative" } else { "" })?;
         for body in &mesh.bodies {
             for element in body.elements.clone() {
-                write!(writer, "{element},{},{:?},", body.name, density[element])?;
+                write!(writer, "{element},{},{:?}", body.name, density[element])?;
                 match derivative {
-                    Some(derivative) => writeln!(writer, "{:?}", derivative[element])?,
+                    Some(derivative) => writeln!(writer, ",{:?}", derivative[element])?,
                     None => writeln!(writer)?,
                 }
             }
@@ -58,6 +59,32 @@ pub fn load_density(results: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
         return Err(RunError::NoRun { directory: results.to_owned(), file: "design.csv" });
     }
     read_density(&table, mesh)
+}
+
+/// The densities of a design of a run: the newest, or that of an iteration whose fields were written.
+///
+/// # Errors
+/// As [`load_density`]; [`RunError::Densities`] where the iteration has no file, or one of another mesh.
+pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>) -> Result<Vec<f64>, RunError> {
+    let Some(number) = iteration else { return load_density(run.path(), mesh) };
+    let path = run.file(&RunDirectory::numbered("design", number));
+    let wrong = |reason: &str, cure: String| RunError::Densities {
+        path: path.clone(),
+        line: None,
+        reason: reason.into(),
+        cure,
+    };
+    let known = run.numbers("design")?;
+    if !known.contains(&number) {
+        let known = if known.is_empty() { "none".into() } else { list(&known) };
+        return Err(wrong("this iteration was not written", format!("iterations there are: {known}")));
+    }
+    let fields = read_fields(&path)?;
+    let density = fields.into_iter().find(|field| field.name == "density" && !field.on_points);
+    match density.filter(|field| field.values.len() == mesh.hexes.len()) {
+        Some(field) => Ok(field.values),
+        None => Err(wrong("has no densities of this mesh", "take another iteration".into())),
+    }
 }
 
 /// Reads the densities of all elements from a table with the columns `element` and `density`, in any order of rows;

@@ -22,6 +22,7 @@ const FILES: &[&str] = &[
     "checkpoint.json",
     "design.csv",
     "design.pvd",
+    "design.stl",
     "evaluate.csv",
     "failure.vtu",
     "gradient.csv",
@@ -30,6 +31,7 @@ const FILES: &[&str] = &[
     "newton.csv",
     "path.pvd",
     "picture.png",
+    "report.html",
     "verify.csv",
     "verify.json",
     "run.json",
@@ -37,6 +39,9 @@ const FILES: &[&str] = &[
 
 /// Files of a run that are numbered: `{stem}_XXXX.vtu`.
 const NUMBERED: &[&str] = &["design", "path"];
+
+/// Of the copies of mesh files, `mesh_XXXX.{extension}`; the last is for names that end otherwise.
+pub(super) const MESH_EXTENSIONS: &[&str] = &["msh", "inp", "vtu", "dat"];
 
 impl RunDirectory {
     /// A directory for a new run, locked against other processes while it is held: made where it is missing (its
@@ -110,6 +115,22 @@ impl RunDirectory {
         format!("{stem}_{number:04}.vtu")
     }
 
+    /// Numbers of the numbered files of a kind (`design`, `path`) that are there, ascending.
+    ///
+    /// # Errors
+    /// [`RunError::Read`].
+    pub fn numbers(&self, stem: &str) -> Result<Vec<usize>, RunError> {
+        let mut all = Vec::new();
+        for entry in fs::read_dir(&self.path).map_err(RunError::read(&self.path))? {
+            let name = entry.map_err(RunError::read(&self.path))?.file_name();
+            let digits =
+                name.to_str().and_then(|name| name.strip_prefix(stem)?.strip_prefix('_')?.strip_suffix(".vtu"));
+            all.extend(digits.and_then(|digits| digits.parse::<usize>().ok()));
+        }
+        all.sort_unstable();
+        Ok(all)
+    }
+
     /// Refuses a directory with a file that a run would replace.
     fn refuse_names_of_results(&self) -> Result<(), RunError> {
         let refused = |error: io::Error| RunError::cannot_write(&self.path, &error);
@@ -160,11 +181,13 @@ fn refuse_place(path: &Path) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Whether a name is `{stem}_{digits}.vtu` of a run.
+/// Whether a name is `{stem}_{digits}.{extension}` of a run.
 fn is_numbered(name: &str) -> bool {
-    NUMBERED.iter().any(|stem| {
+    let numbered = |stem: &str, extension: &str| {
         let digits = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_'));
-        let digits = digits.and_then(|rest| rest.strip_suffix(".vtu"));
+        let digits = digits.and_then(|rest| rest.strip_suffix(extension)).and_then(|rest| rest.strip_suffix('.'));
         digits.is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()))
-    })
+    };
+    NUMBERED.iter().any(|stem| numbered(stem, "vtu"))
+        || MESH_EXTENSIONS.iter().any(|extension| numbered("mesh", extension))
 }

@@ -4,15 +4,18 @@
 //! |---|---|---|
 //! | `run.json` | who ran what, when, on what machine, and how it ended: [`RunRecord`] | at start and end |
 //! | `case.toml` | the case file's text | at start |
+//! | `mesh_XXXX.msh`, … | copies of the mesh files that the case names: [`InputFile`] | at start |
 //! | `history.csv` | one row per evaluated design: [`History`] | row by row |
 //! | `newton.csv` | one row per Newton iteration: [`NewtonTable`] | row by row |
 //! | `checkpoint.json` | all that the next iteration depends on: [`Checkpoint`] | after every iteration |
-//! | `design.csv` | density of every element of the last evaluated design | after every iteration |
+//! | `design.csv` | density of every element of the last evaluated design; its derivative if an update followed | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every so many iterations |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
 //! | `failure.vtu` | the iterate at which a march failed for good | then |
 //! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, of a run that asks for it | at the end |
 //! | `picture.png` | a result as a picture: [`picture`] | when asked for |
+//! | `report.html` | the run as a web page: [`crate::report`] | when asked for |
+//! | `design.stl` | a design as a surface: [`crate::export`] | when asked for |
 //! | `run.lock` | nothing; its lock says that a process writes here | at start |
 //! | `evaluate.csv`, `verify.csv`, `verify.json` | of runs that evaluate a design or verify its gradient | as they go |
 //!
@@ -27,17 +30,21 @@ mod directory;
 mod error;
 mod failure;
 mod fields;
+mod inputs;
 mod lock;
 mod picture;
 mod record;
+mod symmetry;
 mod tables;
 
 pub use checkpoint::Checkpoint;
-pub use densities::{load_density, read_density, write_densities};
+pub use densities::{design_density, load_density, read_density, write_densities};
 pub use directory::RunDirectory;
 pub use error::RunError;
 pub use failure::{FailureReport, Place};
 pub use fields::{write_failure, write_path};
+pub use inputs::{InputFile, keep_mesh_files, mesh_files};
 pub use picture::{PictureError, PictureRequest, Shown, picture};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
+pub use symmetry::asymmetry;
 pub use tables::{History, NewtonTable};

@@ -1,12 +1,12 @@
 //! A picture of what a run has written.
 
-use std::fs;
 use std::path::PathBuf;
 
 use slipstick_mesh::{Mesh, facet_area_vector};
 
 use super::{RunDirectory, RunError, read_density};
 use crate::case::Case;
+use crate::output::fields::field_dimension;
 use crate::output::{StoredField, read_fields};
 use crate::render::{
     Canvas, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, state_picture,
@@ -176,7 +176,8 @@ pub fn picture(
         }
     };
     let values = if field.on_points { FieldValues::Nodes(values) } else { FieldValues::Elements(values) };
-    let title = field.name.replace('_', " ");
+    let unit = field_dimension(&field.name).map_or(String::new(), |dimension| case.units.bracket(dimension));
+    let title = field.name.replace('_', " ") + &unit;
     let still = vec![0.0; 3 * mesh.nodes.len()];
     let field = Field { title: &title, values };
     Ok(state_picture(mesh, displacement.unwrap_or(&still), density, request.threshold, &field, &options)?)
@@ -184,7 +185,7 @@ pub fn picture(
 
 /// What may have the field, the first choice first.
 fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<Vec<Source>, PictureError> {
-    let (steps, iterations) = (numbers(run, "path")?, numbers(run, "design")?);
+    let (steps, iterations) = (run.numbers("path")?, run.numbers("design")?);
     let pick = |stem, what, number, known: &[usize]| {
         if known.contains(&number) {
             return Ok(vec![Source::file(run, stem, number, format!("{what} {number}"))?]);
@@ -277,20 +278,8 @@ fn slaves(case: &Case, mesh: &Mesh) -> (Vec<String>, bool) {
     (names, up < 0.0)
 }
 
-/// Numbers of the numbered files of a kind, ascending.
-fn numbers(run: &RunDirectory, stem: &str) -> Result<Vec<usize>, RunError> {
-    let mut all = Vec::new();
-    for entry in fs::read_dir(run.path()).map_err(RunError::read(run.path()))? {
-        let name = entry.map_err(RunError::read(run.path()))?.file_name();
-        let digits = name.to_str().and_then(|name| name.strip_prefix(stem)?.strip_prefix('_')?.strip_suffix(".vtu"));
-        all.extend(digits.and_then(|digits| digits.parse::<usize>().ok()));
-    }
-    all.sort_unstable();
-    Ok(all)
-}
-
 /// Ascending numbers in words, neighbours together: `0 to 4, 6`.
-fn list(numbers: &[usize]) -> String {
+pub(super) fn list(numbers: &[usize]) -> String {
     let runs = numbers.chunk_by(|a, b| b - a == 1);
     let words = runs.map(|run| match run {
         [one] => one.to_string(),

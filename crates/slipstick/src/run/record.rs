@@ -5,7 +5,7 @@ use std::fs;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::{RunDirectory, RunError, clock};
+use super::{InputFile, RunDirectory, RunError, clock};
 use crate::case::Case;
 use crate::output::write_atomically;
 
@@ -95,6 +95,9 @@ pub struct RunRecord {
     pub case_file: String,
     /// SHA-256 of the case file's text, in hexadecimal.
     pub case_sha256: String,
+    /// The files that the case names, of which copies are kept with the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<InputFile>,
     /// The case with all defaults filled in.
     pub case: serde_json::Value,
 }
@@ -107,6 +110,7 @@ impl RunRecord {
             earlier: Vec::new(),
             case_file: case_file.into(),
             case_sha256: sha256(text),
+            inputs: Vec::new(),
             // A resolved case is finite numbers, strings and lists: nothing that JSON cannot hold.
             case: serde_json::to_value(case).unwrap_or_default(),
         }
@@ -151,7 +155,7 @@ impl RunRecord {
     }
 }
 
-/// SHA-256 of a text, in hexadecimal. FIPS 180-4.
-pub fn sha256(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+/// SHA-256 of a text or file, in hexadecimal. FIPS 180-4.
+pub fn sha256<T: AsRef<[u8]> + ?Sized>(bytes: &T) -> String {
+    Sha256::digest(bytes.as_ref()).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,5 +1,7 @@
 //! The tables that grow while a run goes on.
 
+use std::fs;
+
 use slipstick_path::{MarchEvent, PathState};
 
 use super::{RunDirectory, RunError};
@@ -32,9 +34,22 @@ impl History {
     /// A table that keeps its first `rows` rows, 0 for a new one.
     ///
     /// # Errors
-    /// [`RunError::Output`]; of it [`OutputError::OtherTable`] if the file has fewer rows.
+    /// [`RunError::Output`]; of it [`OutputError::OtherTable`] if the file has fewer rows. [`RunError::Damaged`] if rows
+    /// are not those of the iterations 0, 1, ….
     pub fn open(run: &RunDirectory, rows: usize) -> Result<Self, RunError> {
-        Ok(Self { csv: Csv::resume(&run.file("history.csv"), HISTORY, rows)? })
+        let path = run.file("history.csv");
+        let csv = Csv::resume(&path, HISTORY, rows)?;
+        // A row more or less than there were: going on would write an iteration twice, or leave one out.
+        let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
+        let number = |line: &str| line.split(',').next().and_then(|cell| cell.parse::<usize>().ok());
+        match text.lines().skip(1).enumerate().find(|(row, line)| number(line) != Some(*row)) {
+            None => Ok(Self { csv }),
+            Some((row, _)) => Err(RunError::Damaged {
+                reason: format!("line {} should be of iteration {row}: rows were added or removed", row + 2),
+                path,
+                cure: "put the rows back, or start anew with `slipstick optimize CASE --design RESULTS`".into(),
+            }),
+        }
     }
 
     /// Adds an evaluated design and the seconds that it took.

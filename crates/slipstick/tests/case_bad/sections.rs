@@ -6,6 +6,9 @@ use super::*;
 fn bodies_and_material() {
     use CaseCode::*;
     one(5, "1000.0", "0.0", YoungsModulus, "0.0");
+    one(5, "neo_hooke = { youngs_modulus = 1000.0", "st_venant_kirchhoff = { youngs_modulus = -2", YoungsModulus, "-2");
+    one(5, "neo_hooke", "neohooke", UnknownKey, "neohooke");
+    one(5, "material", "element = \"fbar\"\nmaterial", UnknownWord, "\"fbar\"");
     one(5, "1000.0", "-1", YoungsModulus, "-1");
     one(5, "0.3", "0.5", PoissonRatio, "0.5");
     one(5, "0.3", "-1.0", PoissonRatio, "-1.0");
@@ -21,6 +24,40 @@ fn bodies_and_material() {
     let text = GOOD.replace("half_ball = { radius = 1.0, elements = [2, 1, 1] }", ring);
     let text = text.replace("ball_dome", "ball_outer").replace("ball_flat", "ball_ends");
     only_error(&text, BadShape, (8, 48));
+}
+
+/// Selections without a condition, or with one that selects nothing whatever the mesh.
+#[test]
+fn surfaces_and_sets() {
+    use CaseCode::*;
+    let boxes = "boxes = [{ min = [0, 0, 0], max = [1, 0, 1] }]";
+    one(14, boxes, "plane = { point = [0, 0, 0], normal = [0, 0, 0] }", OutOfRange, "[0, 0, 0] }");
+    one(14, boxes, "plane = { point = [0, 0, 0], normal = [0, 1, 0], tolerance = -1 }", OutOfRange, "-1");
+    one(14, boxes, "plane = { normal = [0, 1, 0] }", MissingKey, "{ normal");
+    one(14, boxes, "cylinder = { start = [0, 0, 1], end = [0, 0, 1], radius = 1 }", BadShape, "[0, 0, 1], radius");
+    one(14, boxes, "cylinder = { start = [0, 0, 0], end = [0, 0, 1], radius = 0 }", BadShape, "0 }");
+    one(14, boxes, "nearest = [1, 2]", WrongType, "[1, 2]");
+    let help = one_at(14, boxes, "", MissingKey, (11, 1));
+    assert_eq!(help, "give one or more of: boxes, plane, cylinder, nearest");
+    let surface = |keys: &str| GOOD.replacen("[[set]]", &format!("[[surface]]\nname = \"top\"\n{keys}\n[[set]]"), 1);
+    let up = "normal = { direction = [0, 1, 0] }";
+    parse_case(&surface(&format!("body = \"plate\"\n{up}")), "case.toml").unwrap_or_else(|errors| panic!("{errors}"));
+    only_error(&surface("body = \"plate\""), MissingKey, (11, 1));
+    only_error(&surface(up), MissingKey, (11, 1));
+    only_error(&surface(&format!("body = \"plat\"\n{up}")), UnknownBody, (13, 8));
+    only_error(&surface("body = \"plate\"\nwithin = \"ball_dome\""), UnknownSet, (14, 10));
+    only_error(&surface("body = \"plate\"\nwithin = \"feet\""), UnknownSet, (14, 10));
+    only_error(&surface("body = \"plate\"\nboxes = []"), Empty, (14, 9));
+    let steep = "body = \"plate\"\nnormal = { direction = [0, 1, 0], degrees = 181 }";
+    only_error(&surface(steep), OutOfRange, (14, 45));
+    let text = surface(&format!("body = \"plate\"\n{up}")).replace("\"top\"", "\"plate_ymax\"");
+    only_error(&text, DuplicateName, (12, 8));
+}
+
+#[test]
+fn units() {
+    one(1, "\"good\"", "\"good\"\nunits = { length = \"\" }", CaseCode::Empty, "\"\" }");
+    one(1, "\"good\"", "\"good\"\nunits = { lenght = \"mm\" }", CaseCode::UnknownKey, "lenght");
 }
 
 #[test]
@@ -65,7 +102,9 @@ fn numbers_beyond_any_unit() {
     one(24, "u = [0, -1, 0]", &format!("u = [0, -1{}, 0]", "0".repeat(60)), OutOfRange, "-1000");
     let long = GOOD.replace("1000.0", "100000000000000000000");
     let case = parse_case(&long, "case.toml").unwrap_or_else(|errors| panic!("{errors}")).case;
-    let slipstick::case::Material::NeoHooke { youngs_modulus, .. } = case.bodies[0].material;
+    let slipstick::case::Material::NeoHooke { youngs_modulus, .. } = case.bodies[0].material else {
+        panic!("{:?}", case.bodies[0].material)
+    };
     assert_eq!(youngs_modulus, 1e20);
 }
 
@@ -128,6 +167,12 @@ fn design_and_optimizer() {
     one(31, "p = 3", "p = 0.5", Simp, "0.5");
     one(31, "1e-3", "1.0", Simp, "1.0");
     one(31, "1e-3", "-0.1", Simp, "-0.1");
+    let with = |energy: &str| format!("1e-3 }}\nenergy_interpolation = {energy}");
+    one(31, "1e-3 }", &with("{ threshold = 0 }"), OutOfRange, "0 }\nsens");
+    one(31, "1e-3 }", &with("{ threshold = 1.0 }"), OutOfRange, "1.0");
+    one(31, "1e-3 }", &with("{ sharpness = 0.0 }"), OutOfRange, "0.0");
+    one(31, "1e-3 }", &with("true"), WrongType, "true");
+    one(31, "1e-3 }", &with("{ beta = 500 }"), UnknownKey, "beta");
     one(32, "0.5", "0", OutOfRange, "0");
     one(36, "0.1", "0", OutOfRange, "0 }");
     one(36, "0.1", "0.1, asydecr = 1.2", OutOfRange, "1.2");

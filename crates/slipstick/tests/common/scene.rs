@@ -26,6 +26,8 @@ pub struct Scene {
     pub steps: usize,
     /// Further keys of `[load_path]`; a tolerance too.
     pub load_path: String,
+    /// Further keys of `[design]`.
+    pub design: String,
     /// Value of `contact_force.steps`.
     pub observed: &'static str,
     /// Unit of length, as a factor on all lengths.
@@ -51,6 +53,7 @@ impl Default for Scene {
             drive: String::new(),
             steps: 10,
             load_path: "tolerance = { relative = 1e-12 }".into(),
+            design: String::new(),
             observed: "\"last\"",
             length: 1.0,
             modulus: 1000.0,
@@ -73,6 +76,7 @@ impl Scene {
             drive,
             steps,
             load_path,
+            design,
             observed,
             place,
             more,
@@ -114,6 +118,7 @@ steps = {steps}
 bodies = ["slab", "block"]
 initial = 0.5
 simp = {{ p = 3, min = 1e-3 }}
+{design}
 [objective]
 contact_force = {{ steps = {observed} }}
 {more}

@@ -1,7 +1,7 @@
 //! Powers at all Gauss points at once.
 
 use super::geometry::{AtPoints, POINTS};
-use super::kernel::{load, store};
+use super::registers::{load, store};
 use pulp::Simd;
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 

@@ -48,7 +48,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
 
 fn problem(context: &Context, args: &Bench) -> Outcome<(Setup, Problem)> {
     match (&args.case, args.sizes.first()) {
-        (Some(path), _) => prepare(context, path, &["dirichlet"]),
+        (Some(path), _) => prepare(context, &path.as_path().into(), &["dirichlet"]),
         (None, size) => {
             let name = "half_ball.toml";
             let text = half_ball::case(size.map_or(1000, |size| size.get()), "2 GiB");

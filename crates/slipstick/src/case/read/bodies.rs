@@ -1,40 +1,45 @@
-//! Bodies (`[[body]]`) and node sets (`[[set]]`).
+//! Bodies (`[[body]]`).
 
 use super::super::names::Names;
-use super::super::resolved::{Body, Material, NodeSet, Placement, Rotate, Shape};
+use super::super::resolved::{Body, Element, Material, Placement, Rotate, Shape};
 use super::super::typed::Table;
-use super::{CaseCode, boxes, direction, name};
+use super::mesh_file::{MeshFiles, mesh_file};
+use super::{CaseCode, direction, name};
 
-const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring"];
+const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring", "mesh"];
+const MATERIALS: &[&str] = &["neo_hooke", "st_venant_kirchhoff"];
 /// What goes on after a shape that cannot be read.
 const STAND_IN: Shape = Shape::Box { min: [0.0; 3], max: [1.0; 3], elements: [1; 3], grading: [1.0; 3] };
 /// More elements than any run can hold.
 const MOST_ELEMENTS: usize = 1_000_000;
 
-pub(super) fn bodies(root: &Table<'_>, names: &mut Names) -> Vec<Body> {
+pub(super) fn bodies(root: &Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Vec<Body> {
     let tables = root.tables("body");
     if tables.is_empty() {
         root.note_missing("body", "add [[body]] with a name, a shape and a material");
     }
-    tables.into_iter().map(|table| body(table, names)).collect()
+    tables.into_iter().map(|table| body(table, names, files)).collect()
 }
 
-fn body(table: Table<'_>, names: &mut Names) -> Body {
+fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
     let name = name(&table);
-    let shape = shape(&table);
+    let shape = shape(&table, &name, files);
     names.add_body(table.reader, &table.path_of("name"), &name, shape.as_ref());
     let place = table.table("place").map(place).unwrap_or_default();
     let material = material(&table);
+    let formulations = [("full", Element::Full), ("f_bar", Element::FBar)];
+    let element = table.word("element", &formulations).or(Element::Full);
+    warn_of_locking(&table, &material, element);
     table.finish();
-    Body { name, shape: shape.unwrap_or(STAND_IN), place, material }
+    Body { name, shape: shape.unwrap_or(STAND_IN), place, material, element }
 }
 
-/// The shape; `None` only where it is not known which one is meant.
-fn shape(table: &Table<'_>) -> Option<Shape> {
+/// The shape; `None` only where it is not known which one is meant, or what surfaces it has.
+fn shape(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) -> Option<Shape> {
     let key = table.choose("the body's shape", SHAPES)?;
     let Some(inner) = table.table(key) else {
         // A value of the wrong type still says which faces there will be.
-        return Some(stand_in(key));
+        return stand_in(key);
     };
     let shape = match key {
         "box" => box_shape(&inner),
@@ -48,6 +53,14 @@ fn shape(table: &Table<'_>) -> Option<Shape> {
             let elements = elements(&inner, [1, 3, 1], "[radial, around, axial]");
             Shape::HollowCylinder { inner_radius, outer_radius, height, elements }
         }
+        "mesh" => {
+            let mesh = mesh_file(&inner, body, files).map(Shape::Mesh);
+            let Some(mesh) = mesh else {
+                inner.finish();
+                return None;
+            };
+            mesh
+        }
         _ => {
             let (inner_radius, outer_radius) = radii(&inner);
             let width = length(&inner, "width");
@@ -57,7 +70,7 @@ fn shape(table: &Table<'_>) -> Option<Shape> {
     };
     if shape.element_count().is_none_or(|count| count > MOST_ELEMENTS) {
         inner.reader.error(
-            &inner.path_of("elements"),
+            &inner.path_of(if key == "mesh" { "file" } else { "elements" }),
             CaseCode::Elements,
             format!("more than {MOST_ELEMENTS} elements"),
             "",
@@ -67,14 +80,15 @@ fn shape(table: &Table<'_>) -> Option<Shape> {
     Some(shape)
 }
 
-fn stand_in(key: &str) -> Shape {
+fn stand_in(key: &str) -> Option<Shape> {
     let elements = [2, 3, 1];
-    match key {
+    Some(match key {
+        "mesh" => return None,
         "half_ball" => Shape::HalfBall { radius: 1.0, elements },
         "hollow_cylinder" => Shape::HollowCylinder { inner_radius: 1.0, outer_radius: 2.0, height: 1.0, elements },
         "half_ring" => Shape::HalfRing { outer_radius: 2.0, inner_radius: 1.0, width: 1.0, elements },
         _ => STAND_IN,
-    }
+    })
 }
 
 fn box_shape(table: &Table<'_>) -> Shape {
@@ -147,13 +161,37 @@ fn material(table: &Table<'_>) -> Material {
     let Some(material) = table.table("material") else {
         return stand_in;
     };
-    let chosen = material.choose("the material", &["neo_hooke"]);
-    let law = chosen.and_then(|key| material.table(key)).map(neo_hooke);
+    let chosen = material.choose("the material", MATERIALS);
+    let law = chosen.and_then(|key| material.table(key)).map(|constants| {
+        let (youngs_modulus, poisson_ratio) = elastic_constants(constants);
+        match chosen {
+            Some("st_venant_kirchhoff") => Material::StVenantKirchhoff { youngs_modulus, poisson_ratio },
+            _ => Material::NeoHooke { youngs_modulus, poisson_ratio },
+        }
+    });
     material.finish();
     law.unwrap_or(stand_in)
 }
 
-fn neo_hooke(table: Table<'_>) -> Material {
+/// Poisson's ratios from which on fully integrated hexahedra are noticeably too stiff.
+const LOCKING: f64 = 0.45;
+
+fn warn_of_locking(table: &Table<'_>, material: &Material, element: Element) {
+    let (key, ratio) = match *material {
+        Material::NeoHooke { poisson_ratio, .. } => ("neo_hooke", poisson_ratio),
+        Material::StVenantKirchhoff { poisson_ratio, .. } => ("st_venant_kirchhoff", poisson_ratio),
+    };
+    if ratio >= LOCKING && element == Element::Full {
+        table.reader.warning(
+            &table.path_of(&format!("material.{key}.poisson_ratio")),
+            CaseCode::Locking,
+            format!("fully integrated hexahedra lock at a Poisson's ratio of {ratio}: they are too stiff"),
+            "give the body element = \"f_bar\", or a ratio below 0.45",
+        );
+    }
+}
+
+fn elastic_constants(table: Table<'_>) -> (f64, f64) {
     let youngs_modulus =
         table.number("youngs_modulus").positive(CaseCode::YoungsModulus).required(1.0, "Young's modulus of the solid");
     let poisson_ratio = table
@@ -162,32 +200,9 @@ fn neo_hooke(table: Table<'_>) -> Material {
             CaseCode::PoissonRatio,
             |&nu| nu > -1.0 && nu < 0.5,
             "must lie between -1 and 0.5, bounds excluded",
-            "nearly incompressible material locks these elements: stay below about 0.45",
+            "from about 0.45 on, take element = \"f_bar\" for the body",
         )
         .required(0.3, "Poisson's ratio, for instance 0.3");
     table.finish();
-    Material::NeoHooke { youngs_modulus, poisson_ratio }
-}
-
-pub(super) fn sets(root: &Table<'_>, names: &mut Names) -> Vec<NodeSet> {
-    root.tables("set").into_iter().map(|table| set(table, names)).collect()
-}
-
-fn set(table: Table<'_>, names: &mut Names) -> NodeSet {
-    let name = name(&table);
-    let within = table.string("within").optional();
-    if let Some(within) = &within {
-        names.check_set(table.reader, &table.path_of("within"), within);
-    }
-    names.add_set(table.reader, table.path(), &name, within.as_deref());
-    let boxes = boxes(&table, "boxes");
-    let help = "boxes = [{ min = [x, y, z], max = [x, y, z] }]";
-    if !table.has("boxes") {
-        table.note_missing("boxes", help);
-    } else if boxes.is_empty() {
-        let path = table.path_of("boxes");
-        table.reader.error(&path, CaseCode::Empty, "a set needs at least one box", help);
-    }
-    table.finish();
-    NodeSet { name, within, boxes }
+    (youngs_modulus, poisson_ratio)
 }

@@ -130,17 +130,26 @@ fn lagrange(table: &Table<'_>) -> Enforcement {
     Enforcement::Lagrange { complementarity_parameter, stiffness, scaling: penalty_scaling(table) }
 }
 
+/// Relative tolerances above it are probably not meant; Newton's may not even be given.
+const LOOSE_TOLERANCE: f64 = 1e-2;
+
 fn augmented(table: &Table<'_>) -> Enforcement {
+    let tolerance = positive(table, "tolerance").or(1e-8);
+    let scalings = [("relative", ToleranceScaling::Relative), ("absolute", ToleranceScaling::Absolute)];
+    let tolerance_scaling = table.word("tolerance_scaling", &scalings).or(ToleranceScaling::Relative);
+    if tolerance > LOOSE_TOLERANCE && tolerance_scaling == ToleranceScaling::Relative {
+        table.reader.warning(
+            &table.path_of("tolerance"),
+            CaseCode::LooseTolerance,
+            format!("contact conditions may be violated by {tolerance:?} of the largest traction"),
+            format!("1e-8 is the default; above {LOOSE_TOLERANCE} results depend on the iteration"),
+        );
+    }
     Enforcement::Augmented {
         stiffness: stiffness(table),
         scaling: penalty_scaling(table),
-        tolerance: positive(table, "tolerance").or(1e-8),
-        tolerance_scaling: table
-            .word(
-                "tolerance_scaling",
-                &[("relative", ToleranceScaling::Relative), ("absolute", ToleranceScaling::Absolute)],
-            )
-            .or(ToleranceScaling::Relative),
+        tolerance,
+        tolerance_scaling,
         max_uzawa: table.integer("max_uzawa").count(CaseCode::OutOfRange, 1).or(200),
         acceleration: table.integer("acceleration").count(CaseCode::OutOfRange, 0).or(8),
     }

@@ -3,7 +3,8 @@
 use super::super::names::Names;
 use super::super::reader::{Reader, suggestion_or_list};
 use super::super::resolved::{
-    Body, Contact, Design, Mma, Objective, ObservedSteps, Optimizer, SensitivityFilter, Shape, Simp,
+    Body, Contact, Design, EnergyInterpolation, Mma, Objective, ObservedSteps, Optimizer, SensitivityFilter, Shape,
+    Simp,
 };
 use super::super::typed::Table;
 use super::{CaseCode, boxes};
@@ -32,6 +33,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         initial,
         volume_fraction,
         simp: simp(&table),
+        energy_interpolation: table.table("energy_interpolation").map(energy_interpolation),
         sensitivity_filter,
         passive_solid: boxes(&table, "passive_solid"),
         passive_void: boxes(&table, "passive_void"),
@@ -91,6 +93,22 @@ fn simp(table: &Table<'_>) -> Simp {
         simp.finish();
         Simp { p, min }
     })
+}
+
+fn energy_interpolation(table: Table<'_>) -> EnergyInterpolation {
+    let slipstick_solid::EnergyInterpolation { threshold, sharpness } = slipstick_solid::EnergyInterpolation::PUBLISHED;
+    let threshold = table
+        .number("threshold")
+        .check(
+            CaseCode::OutOfRange,
+            |&x| x > 0.0 && x < 1.0,
+            "must lie between 0 and 1, bounds excluded",
+            "a value of density to the power p, usually 0.01",
+        )
+        .or(threshold);
+    let sharpness = table.number("sharpness").positive(CaseCode::OutOfRange).or(sharpness);
+    table.finish();
+    EnergyInterpolation { threshold, sharpness }
 }
 
 /// Volumes of passive elements, where the case file alone tells: all design bodies are uniform, unrotated boxes.

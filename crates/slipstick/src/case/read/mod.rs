@@ -3,20 +3,25 @@
 mod bodies;
 mod contact;
 mod design;
+mod mesh_file;
 mod motion;
 mod run;
+mod sets;
 
 use super::names::Names;
 use super::resolved::Case;
 use super::typed::Table;
-use super::{BoxRegion, CaseCode};
+use super::{BoxRegion, CaseCode, ReadFile};
 
-/// Reads the whole document. After an error the result is a stand-in, of use to nobody.
-pub(super) fn case(root: Table<'_>) -> Case {
+/// Reads the whole document, and the files that it names by `files`. After an error the result is a stand-in, of use to
+/// nobody.
+pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let mut names = Names::default();
     let title = root.string("title").or(String::new());
-    let bodies = bodies::bodies(&root, &mut names);
-    let sets = bodies::sets(&root, &mut names);
+    let units = run::units(&root);
+    let bodies = bodies::bodies(&root, &mut names, &mesh_file::MeshFiles::new(files));
+    let surfaces = sets::surfaces(&root, &mut names);
+    let sets = sets::sets(&root, &mut names);
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names);
     let dirichlet = motion::dirichlet(&root, &names, load_path.steps);
@@ -28,7 +33,22 @@ pub(super) fn case(root: Table<'_>) -> Case {
     let adjoint = run::adjoint(&root);
     motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet);
     root.finish();
-    Case { title, bodies, sets, contacts, dirichlet, load_path, design, objective, optimizer, output, solver, adjoint }
+    Case {
+        title,
+        units,
+        bodies,
+        surfaces,
+        sets,
+        contacts,
+        dirichlet,
+        load_path,
+        design,
+        objective,
+        optimizer,
+        output,
+        solver,
+        adjoint,
+    }
 }
 
 /// A name: letters, digits, `_` and `-`, so that it can stand in paths, file names and tables. Empty after an error.

@@ -1,8 +1,22 @@
-//! What a run writes and how it computes: `[output]`, `[solver]`, `[adjoint]`.
+//! What units are called, what a run writes and how it computes: `[units]`, `[output]`, `[solver]`, `[adjoint]`.
 
-use super::super::resolved::{Adjoint, LinearSolverChoice, Memory, Output, Solver};
+use super::super::resolved::{Adjoint, LinearSolverChoice, Memory, Output, Solver, Units};
 use super::super::typed::Table;
 use super::CaseCode;
+
+pub(super) fn units(root: &Table<'_>) -> Units {
+    root.table("units").map_or(Units::default(), |table| {
+        let length = unit(&table, "length");
+        let force = unit(&table, "force");
+        table.finish();
+        Units { length, force }
+    })
+}
+
+fn unit(table: &Table<'_>, key: &'static str) -> Option<String> {
+    let help = "for instance \"mm\" or \"N\"";
+    table.string(key).check(CaseCode::Empty, |name| !name.trim().is_empty(), "is empty", help).optional()
+}
 
 pub(super) fn output(root: &Table<'_>) -> Output {
     let default = Output { directory: None, every: 10 };

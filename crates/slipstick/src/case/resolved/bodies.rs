@@ -1,9 +1,12 @@
-//! Bodies and node sets.
+//! Bodies.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::MeshFile;
+
 /// A body: shape, place, material.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Body {
     /// Unique name; the body's surfaces are called `{name}_{face}`.
     pub name: String,
@@ -14,10 +17,12 @@ pub struct Body {
     pub place: Placement,
     /// The material of the solid (density 1).
     pub material: Material,
+    /// How its elements are integrated.
+    pub element: Element,
 }
 
-/// The shapes that can be meshed. y is up; lengths in \[L\].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// The shapes that can be meshed, and meshes from files. y is up; lengths in \[L\].
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
     /// An axis-aligned box. Faces `xmin xmax ymin ymax zmin zmax`.
@@ -61,6 +66,8 @@ pub enum Shape {
         /// Elements around (at least 2), radially, across (along z).
         elements: [usize; 3],
     },
+    /// A mesh from a file, with its surfaces and node sets.
+    Mesh(MeshFile),
 }
 
 impl Shape {
@@ -71,16 +78,19 @@ impl Shape {
             Self::HalfBall { .. } => "half_ball",
             Self::HollowCylinder { .. } => "hollow_cylinder",
             Self::HalfRing { .. } => "half_ring",
+            Self::Mesh(_) => "mesh",
         }
     }
 
-    /// The faces that the mesh of this shape has: its surfaces are `{body}_{face}`.
+    /// The faces that the mesh of this shape has: its surfaces are `{body}_{face}`. None of a mesh from a file, which
+    /// brings surfaces of its own.
     pub fn faces(&self) -> &'static [&'static str] {
         match self {
             Self::Box { .. } => &["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"],
             Self::HalfBall { .. } => &["flat", "dome"],
             Self::HollowCylinder { .. } => &["bottom", "top", "inner", "outer"],
             Self::HalfRing { .. } => &["outer", "inner", "ends", "zmin", "zmax"],
+            Self::Mesh(_) => &[],
         }
     }
 
@@ -95,6 +105,7 @@ impl Shape {
                 let layer = square.checked_add(n.checked_mul(h)?.checked_mul(4)?)?;
                 square.checked_mul(h)?.checked_add(m.checked_mul(layer)?)
             }
+            Self::Mesh(ref file) => Some(file.mesh.hexes.len()),
         }
     }
 
@@ -113,12 +124,13 @@ impl Shape {
                 // The nodes of the block, and its outside but for the flat face once more in every layer.
                 square * (h + 1.0) + m * (square + 4.0 * n * h)
             }
+            Self::Mesh(ref file) => file.mesh.nodes.len() as f64,
         }
     }
 }
 
 /// Rotation about the origin, then translation.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Placement {
     /// The rotation; `None` is no rotation.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -128,7 +140,7 @@ pub struct Placement {
 }
 
 /// A rotation about an axis through the origin, right-handed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Rotate {
     /// Direction of the axis; need not be a unit vector, is not zero.
     pub axis: [f64; 3],
@@ -137,7 +149,7 @@ pub struct Rotate {
 }
 
 /// A material law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Material {
     /// Coupled compressible neo-Hooke. Paper: (100).
@@ -147,22 +159,28 @@ pub enum Material {
         /// Poisson's ratio, −1 < ν < 1/2.
         poisson_ratio: f64,
     },
+    /// St. Venant-Kirchhoff; softens in compression.
+    StVenantKirchhoff {
+        /// Young's modulus E > 0. \[F/L²\]
+        youngs_modulus: f64,
+        /// Poisson's ratio, −1 < ν < 1/2.
+        poisson_ratio: f64,
+    },
 }
 
-/// A node set: all nodes that lie in one of the boxes.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct NodeSet {
-    /// Unique name, different from every surface's.
-    pub name: String,
-    /// Only nodes of this surface or earlier set; `None`: of all bodies.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub within: Option<String>,
-    /// The boxes, bounds included; at least one.
-    pub boxes: Vec<BoxRegion>,
+/// The formulation of a body's elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Element {
+    /// Fully integrated; locks where the material is nearly incompressible.
+    #[default]
+    Full,
+    /// F̄: the volume changes as a whole in each element.
+    FBar,
 }
 
 /// An axis-aligned region of the reference configuration, bounds included. \[L\]
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct BoxRegion {
     /// Lowest corner.
     pub min: [f64; 3],

@@ -1,9 +1,10 @@
 //! Contact pairs and their enforcement.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A contact pair.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Contact {
     /// The surface that carries the multipliers and is integrated over.
     pub slave: String,
@@ -26,7 +27,7 @@ pub struct Contact {
 pub const CELL_RULES: [usize; 5] = [1, 3, 6, 7, 12];
 
 /// Shape functions of the Lagrange multipliers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MultiplierShape {
     /// Those of the slave displacement; the paper's examples.
@@ -36,7 +37,7 @@ pub enum MultiplierShape {
 }
 
 /// How the contact conditions are enforced.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Enforcement {
     /// Lagrange multipliers and semi-smooth Newton. Paper: section 2.3.
@@ -80,7 +81,7 @@ pub enum Enforcement {
 /// Penalty stiffness ε, or complementarity parameters c.
 ///
 /// \[F/L³\] with [`PenaltyScaling::Area`], \[F/L⁵\] with [`PenaltyScaling::Weighted`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Stiffness {
     /// ε_n or c_n > 0.
     pub normal: f64,
@@ -89,7 +90,7 @@ pub struct Stiffness {
 }
 
 /// What a stiffness multiplies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PenaltyScaling {
     /// Gap and slip increment over the node's tributary area: independent of the mesh.
@@ -99,7 +100,7 @@ pub enum PenaltyScaling {
 }
 
 /// What the augmented Lagrangian's tolerance is relative to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ToleranceScaling {
     /// The largest contact traction: unit-free.

@@ -1,11 +1,12 @@
 //! Design, objective and optimizer.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::BoxRegion;
 
 /// The design: a density in \[0, 1\] per element of the design bodies. Paper: section 4.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Design {
     /// Bodies whose elements are designed; at least one.
     pub bodies: Vec<String>,
@@ -16,6 +17,9 @@ pub struct Design {
     pub volume_fraction: Option<f64>,
     /// Stiffness as a function of density.
     pub simp: Simp,
+    /// Linear elasticity where there is hardly any material, `None`: finite strains everywhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_interpolation: Option<EnergyInterpolation>,
     /// Filter of the gradient, `None`: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensitivity_filter: Option<SensitivityFilter>,
@@ -26,7 +30,7 @@ pub struct Design {
 }
 
 /// Modified SIMP interpolation. Paper: (86).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Simp {
     /// Penalization power p ≥ 1.
     pub p: f64,
@@ -34,15 +38,24 @@ pub struct Simp {
     pub min: f64,
 }
 
+/// Energy interpolation: elements with φ^p below the threshold follow linear elasticity, which cannot invert.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct EnergyInterpolation {
+    /// Threshold of φ^p, between 0 and 1.
+    pub threshold: f64,
+    /// Sharpness of the threshold, > 0.
+    pub sharpness: f64,
+}
+
 /// Sensitivity filter.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct SensitivityFilter {
     /// Radius, > 0. \[L\]
     pub radius: f64,
 }
 
 /// What is minimised.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Objective {
     /// Minus the sum of the norms of the slave nodes' contact forces. Paper: (91), (96).
@@ -53,7 +66,7 @@ pub enum Objective {
 }
 
 /// Load steps that an objective looks at.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ObservedSteps {
     /// The last one.
@@ -66,7 +79,7 @@ pub enum ObservedSteps {
 }
 
 /// The optimizer and when it stops.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Optimizer {
     /// Parameters of the method of moving asymptotes.
     pub mma: Mma,
@@ -78,7 +91,7 @@ pub struct Optimizer {
 }
 
 /// Parameters of the method of moving asymptotes, version of 2007, named as in Svanberg's notes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Mma {
     /// Most that a density may change in an iteration (the paper's 0.1).
     pub move_limit: f64,

@@ -1,5 +1,8 @@
 //! Amounts of memory.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 /// An amount of memory. \[bytes\]
@@ -60,5 +63,19 @@ impl std::fmt::Display for Memory {
 impl Serialize for Memory {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
+    }
+}
+
+impl JsonSchema for Memory {
+    fn schema_name() -> Cow<'static, str> {
+        "Memory".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A number with a unit of bytes, like \"8 GiB\" or \"500 MB\", or \"0\".",
+            "type": "string",
+            "pattern": "^ *([0-9.eE+]+ *(TiB|GiB|MiB|KiB|TB|GB|MB|kB|B)|0) *$",
+        })
     }
 }

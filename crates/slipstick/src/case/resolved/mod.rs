@@ -7,24 +7,37 @@ mod bodies;
 mod contact;
 mod design;
 mod memory;
+mod mesh_file;
 mod motion;
+mod sets;
+mod units;
 
 pub use bodies::*;
 pub use contact::*;
 pub use design::*;
 pub use memory::*;
+pub use mesh_file::*;
 pub use motion::*;
+pub use sets::*;
+pub use units::*;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// One case: bodies, contact, supports and motion, and, for an optimization, design, objective and optimizer.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Case {
     /// A line for people; may be empty.
     pub title: String,
+    /// What the units are called.
+    #[serde(skip_serializing_if = "Units::is_empty")]
+    pub units: Units,
     /// The bodies, in the order of the file; the mesh numbers their elements in this order. At least one.
     #[serde(rename = "body")]
     pub bodies: Vec<Body>,
+    /// Surfaces that the user selects, besides those that come with the bodies.
+    #[serde(rename = "surface")]
+    pub surfaces: Vec<SurfaceSet>,
     /// Node sets that the user selects, besides the surfaces that come with the bodies.
     #[serde(rename = "set")]
     pub sets: Vec<NodeSet>,
@@ -53,7 +66,7 @@ pub struct Case {
 }
 
 /// What a run writes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Output {
     /// Directory, relative to the case file; `None`: the program's choice.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -63,7 +76,7 @@ pub struct Output {
 }
 
 /// Linear solver and threads. Results do not depend on the number of threads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Solver {
     /// The factorization.
     pub linear: LinearSolverChoice,
@@ -73,7 +86,7 @@ pub struct Solver {
 }
 
 /// The factorization.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinearSolverChoice {
     /// Multifrontal, falling back on faer's.
@@ -85,7 +98,7 @@ pub enum LinearSolverChoice {
 }
 
 /// How the gradient is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Adjoint {
     /// For factors that the load path leaves for the gradient; where they do not fit they are made again.
     pub memory: Memory,

@@ -1,9 +1,10 @@
 //! Supports, motions and the load path.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A coordinate direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Component {
     /// x, index 0.
@@ -22,7 +23,7 @@ impl Component {
 }
 
 /// A prescribed displacement of a set of nodes; without motion: held.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Dirichlet {
     /// Surface or node set.
     pub set: String,
@@ -56,7 +57,7 @@ impl Dirichlet {
 }
 
 /// A point of a prescribed motion.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Waypoint {
     /// Pseudo-time, 0 < t ≤ 1, increasing.
     pub t: f64,
@@ -67,7 +68,7 @@ pub struct Waypoint {
 }
 
 /// The axis of a prescribed rotation, in the reference configuration.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct RotationAxis {
     /// A point on it. \[L\]
     pub point: [f64; 3],
@@ -76,7 +77,7 @@ pub struct RotationAxis {
 }
 
 /// Steps of pseudo-time from 0 to 1, and Newton's method in each.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct LoadPath {
     /// Number N ≥ 1 of equal steps.
     pub steps: usize,
@@ -89,7 +90,7 @@ pub struct LoadPath {
 }
 
 /// Newton's tolerances: relative ones hold throughout, absolute ones where given.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Tolerance {
     /// Bound on every norm relative to its own scale in the step. Unit-free.
     pub relative: f64,

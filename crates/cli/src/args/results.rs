@@ -1,0 +1,69 @@
+//! Arguments of commands that make files of results.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, ValueHint};
+
+use super::number;
+
+/// Arguments of `report`.
+#[derive(Debug, Clone, Args)]
+pub struct Report {
+    /// Directory of a run
+    #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
+    pub results: PathBuf,
+    /// File to write [default: report.html in the directory]
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub out: Option<PathBuf>,
+    /// Replace the named file where it exists
+    #[arg(long, requires = "out")]
+    pub force: bool,
+}
+
+/// Arguments of `export`.
+#[derive(Debug, Clone, Args)]
+pub struct Export {
+    /// Directory of a run
+    #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
+    pub results: PathBuf,
+    /// Binary STL file to write [default, where no file is named: design.stl in the directory]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub stl: Option<PathBuf>,
+    /// Wavefront OBJ file to write: shared points, full precision, an object per body
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub obj: Option<PathBuf>,
+    /// VTU file to write, for ParaView
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub vtu: Option<PathBuf>,
+    /// The design of an iteration [default: the newest]
+    #[arg(long, value_name = "NUMBER")]
+    pub iteration: Option<usize>,
+    /// Density above which there is material; auto: so that the volume is that of the densities
+    #[arg(long, value_name = "DENSITY", default_value = "auto", value_parser = threshold)]
+    pub threshold: Threshold,
+    /// Passes of smoothing, which takes the steps of the elements away but does not shrink
+    #[arg(long, value_name = "NUMBER", default_value_t = 10)]
+    pub smooth: usize,
+    /// Whether the bodies' outer faces stay: contact surfaces, supports, edges
+    #[arg(long, value_name = "BOOL", default_value_t = true, action = ArgAction::Set)]
+    pub keep_surfaces: bool,
+    /// Bodies, by name [default: the designed ones]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub body: Vec<String>,
+    /// Replace files that exist
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// A threshold, or the program's choice of one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Threshold(pub Option<f64>);
+
+fn threshold(text: &str) -> Result<Threshold, String> {
+    let expected = "auto or a number from 0 to 1";
+    if text == "auto" {
+        Ok(Threshold(None))
+    } else {
+        Ok(Threshold(Some(number(text, |v| (0.0..=1.0).contains(&v), expected)?)))
+    }
+}

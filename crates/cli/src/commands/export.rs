@@ -1,0 +1,108 @@
+//! `slipstick export`: a design as a closed triangle surface.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+use slipstick::build::build_mesh;
+use slipstick::export::{ExportError, ExportOptions, TriangleSurface, design_surface, write_obj, write_stl, write_vtu};
+use slipstick::run::{RunDirectory, design_density};
+
+use super::digits;
+use crate::args::Export;
+use crate::failure::Failure;
+use crate::setup::read;
+use crate::{Context, Outcome};
+
+/// Writes the surface of a design of a run.
+///
+/// # Errors
+/// [`Failure::Input`], [`Failure::Case`].
+pub fn run(context: &Context, args: &Export) -> Outcome {
+    let directory = RunDirectory::open(&args.results)?;
+    let files = files(args, &directory)?;
+    let resolved = read(&directory.file("case.toml").as_path().into())?;
+    let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
+    let density = design_density(&directory, &mesh, args.iteration)?;
+    let options = ExportOptions {
+        threshold: args.threshold.0,
+        smoothing: args.smooth,
+        keep_surfaces: args.keep_surfaces,
+        bodies: args.body.clone(),
+    };
+    let export = design_surface(&mesh, &density, &options)?;
+    let names: Vec<&str> = mesh.bodies.iter().map(|body| body.name.as_str()).collect();
+    for (format, file) in &files {
+        format.write(file, &export.surface, &names)?;
+    }
+    let (surface, volume) = (&export.surface, export.surface.volume());
+    let pieces = surface.pieces();
+    let paths: Vec<&PathBuf> = files.iter().map(|(_, file)| file).collect();
+    context.console.event(
+        "result",
+        json!({
+            "command": "export", "files": paths, "threshold": export.threshold, "triangles": surface.triangles.len(),
+            "points": surface.points.len(), "surfaces": pieces, "volume": volume,
+            "density_volume": export.density_volume,
+        }),
+    );
+    context.console.text(&format!(
+        "density above {}: volume {}, {:+.2} % of the densities'; {} triangles in {pieces} closed surface{}",
+        digits(export.threshold),
+        digits(volume),
+        100.0 * (volume / export.density_volume - 1.0),
+        surface.triangles.len(),
+        if pieces == 1 { "" } else { "s" }
+    ));
+    if pieces > 1 {
+        context.console.text("several surfaces: loose parts, or cavities inside");
+    }
+    for file in paths {
+        context.console.text(&format!("written: {}", file.display()));
+    }
+    Ok(())
+}
+
+/// A format of surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Stl,
+    Obj,
+    Vtu,
+}
+
+impl Format {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Stl => "stl",
+            Self::Obj => "obj",
+            Self::Vtu => "vtu",
+        }
+    }
+
+    fn write(self, file: &Path, surface: &TriangleSurface, names: &[&str]) -> Result<(), ExportError> {
+        match self {
+            Self::Stl => write_stl(file, surface),
+            Self::Obj => write_obj(file, surface, names),
+            Self::Vtu => write_vtu(file, surface),
+        }
+    }
+}
+
+/// What is written where; `design.stl` in the run's directory where nothing is asked for.
+fn files(args: &Export, directory: &RunDirectory) -> Outcome<Vec<(Format, PathBuf)>> {
+    let asked = [(Format::Stl, &args.stl), (Format::Obj, &args.obj), (Format::Vtu, &args.vtu)];
+    let files: Vec<(Format, PathBuf)> =
+        asked.into_iter().filter_map(|(format, file)| Some((format, file.clone()?))).collect();
+    for (format, file) in &files {
+        let extension = format.extension();
+        if !file.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
+            let message = format!("{} does not end in .{extension}", file.display());
+            return Err(Failure::input(message, format!("give --{extension} a name that says what the file is")));
+        }
+        if file.exists() && !args.force {
+            let message = format!("{} exists already", file.display());
+            return Err(Failure::input(message, "name another file, or give --force to replace it"));
+        }
+    }
+    Ok(if files.is_empty() { vec![(Format::Stl, directory.file("design.stl"))] } else { files })
+}

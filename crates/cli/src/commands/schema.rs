@@ -1,0 +1,29 @@
+//! `slipstick schema`: what editors know about case files.
+
+use serde_json::json;
+use slipstick::output::write_atomically;
+
+use crate::args::SchemaOf;
+use crate::failure::Failure;
+use crate::{Context, Outcome};
+
+/// Writes the JSON schema of case files.
+///
+/// # Errors
+/// [`Failure::Input`] for an existing file, or one that cannot be written.
+pub fn run(context: &Context, args: &SchemaOf) -> Outcome {
+    let text = format!("{:#}\n", slipstick::case::schema());
+    let Some(file) = &args.out else {
+        context.console.raw(&text);
+        return Ok(());
+    };
+    if file.exists() && !args.force {
+        let cure = "name another file with --out, or give --force to replace it";
+        return Err(Failure::input(format!("{} exists already", file.display()), cure));
+    }
+    write_atomically(file, |writer| writer.write_all(text.as_bytes()))?;
+    let shown = file.display();
+    context.console.text(&format!("wrote {shown}; the first line of a case file names it: #:schema {shown}"));
+    context.console.event("result", json!({ "command": "schema", "file": file }));
+    Ok(())
+}

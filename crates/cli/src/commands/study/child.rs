@@ -1,0 +1,79 @@
+//! A command in a process of its own.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::failure::Failure;
+use crate::{Context, Outcome};
+
+/// How a command ended.
+pub struct Ended {
+    /// Its exit code; none where the system stopped it.
+    pub code: Option<i32>,
+    /// What it told that is worth keeping: results and evaluations.
+    pub events: Vec<Value>,
+    /// Its error.
+    pub error: Option<String>,
+}
+
+/// Runs the program itself with other arguments in `folder`, tells its iterations, and waits for its end.
+///
+/// Ctrl-C reaches the child too, which stops in its own time; one that goes on after a request to terminate, which only
+/// this process has got, is stopped at its next event: what is on disk is good at any time.
+///
+/// # Errors
+/// [`Failure::Input`] if no process can be started.
+pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> {
+    let program = std::env::current_exe()
+        .map_err(|error| Failure::input(format!("cannot find the program itself: {error}"), "start it by its path"))?;
+    let refused =
+        |error: std::io::Error| Failure::input(format!("cannot start a process: {error}"), "free memory or processes");
+    let mut command = Command::new(program);
+    command.args(line).arg("--json").stdout(Stdio::piped()).stderr(Stdio::null());
+    if !folder.as_os_str().is_empty() {
+        command.current_dir(folder);
+    }
+    if let Some(threads) = context.common.threads {
+        command.args(["--threads", &threads.to_string()]);
+    }
+    let mut child = command.spawn().map_err(refused)?;
+    let mut ended = Ended { code: None, events: Vec::new(), error: None };
+    let mut asked = false;
+    if let Some(out) = child.stdout.take() {
+        for text in BufReader::new(out).lines().map_while(Result::ok) {
+            let Ok(event) = serde_json::from_str::<Value>(&text) else { continue };
+            take(context, &mut ended, event);
+            if asked {
+                // It may have ended by itself.
+                let _ = child.kill();
+            }
+            asked = context.interrupt.requested();
+        }
+    }
+    ended.code = child.wait().map_err(refused)?.code();
+    Ok(ended)
+}
+
+fn take(context: &Context, ended: &mut Ended, event: Value) {
+    let text = |key: &str| event[key].as_str().unwrap_or_default().to_owned();
+    match event["event"].as_str() {
+        Some("result" | "evaluation") => ended.events.push(event),
+        Some("error") => {
+            let place = if event["file"].is_string() {
+                format!("{}:{}:{}: ", text("file"), event["line"], event["column"])
+            } else {
+                String::new()
+            };
+            let message = format!("{place}{}", text("message"));
+            ended.error = Some(ended.error.take().map_or(message.clone(), |before| format!("{before}\n{message}")));
+        }
+        Some("iteration") if context.console.tells(1) => {
+            let objective = event["objective"].as_f64().unwrap_or(f64::NAN);
+            context.console.text(&format!("    {:>5}  {}", event["iteration"], super::digits(objective)));
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,253 @@
+//! `slipstick study`: all runs of a list, each in a process and a directory of its own.
+//!
+//! A run that is done is not done again, unless its case file, its command line or the design that it takes has changed;
+//! an optimization that was interrupted is resumed. Beside the directory `NAME` of a run stands its record `NAME.json`.
+
+mod child;
+mod file;
+mod report;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use slipstick::build::build_mesh;
+use slipstick::output::write_atomically;
+use slipstick::run::{asymmetry, load_density, sha256};
+
+use self::file::{Axis, Entry, Study as Plan, Word};
+use super::digits;
+use crate::args::Study;
+use crate::failure::Failure;
+use crate::setup::read;
+use crate::{Context, Outcome};
+
+/// The numbers of a run by the names of the quantities.
+pub(super) type Numbers = BTreeMap<String, f64>;
+
+/// What is known of a run, `NAME.json`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct Record {
+    /// Hash of all that the run depends on.
+    inputs: String,
+    /// Whether it is done.
+    finished: bool,
+    /// What it found.
+    numbers: Numbers,
+    /// How long it took, over all its parts [s].
+    seconds: f64,
+}
+
+/// Does the runs of a study, draws its pictures, writes its tables.
+///
+/// # Errors
+/// [`Failure::Input`] for what is wrong with the study file; [`Failure::Check`] at the end if runs failed or numbers are
+/// not as expected; [`Failure::Interrupted`].
+pub fn run(context: &Context, args: &Study) -> Outcome {
+    let plan = Plan::read(&args.study)?;
+    let names = plan.file.runs.iter().map(|run| run.name.as_str());
+    if let Some(unknown) = args.only.iter().find(|only| !names.clone().any(|name| name == *only)) {
+        let known = names.collect::<Vec<_>>().join(", ");
+        return Err(Failure::input(format!("no run is called `{unknown}`"), format!("there are: {known}")));
+    }
+    let asked = |name: &str| args.only.is_empty() || args.only.iter().any(|only| only == name);
+    if args.plan {
+        for run in plan.file.runs.iter().filter(|run| asked(&run.name)) {
+            let state = if current(&plan, run).is_some_and(|record| record.finished) { "done" } else { "to do" };
+            context.console.text(&format!("{state:<5}  slipstick {}", quoted(&plan.line(run))));
+        }
+        return Ok(());
+    }
+    let results = plan.folder.join(&plan.results);
+    std::fs::create_dir_all(&results).map_err(|error| {
+        Failure::input(format!("cannot make the directory {}: {error}", results.display()), "check its parent")
+    })?;
+    let mut failed: Vec<String> = Vec::new();
+    for run in plan.file.runs.iter().filter(|run| asked(&run.name)) {
+        if context.interrupt.requested() {
+            return Err(interrupted(&args.study));
+        }
+        if let Some(design) = run.design.as_ref().filter(|design| failed.contains(design)) {
+            context.console.warning(&format!("{}: left out, because {design} failed", run.name));
+            failed.push(run.name.clone());
+        } else if !perform(context, &plan, run, &args.study)? {
+            failed.push(run.name.clone());
+        }
+    }
+    let records = plan.file.runs.iter().filter_map(|run| Some((run, current(&plan, run).filter(|r| r.finished)?)));
+    let found: Vec<(&Entry, Numbers, f64)> =
+        records.map(|(run, record)| (run, record.numbers, record.seconds)).collect();
+    let off = report::write(context, &plan, &results, &found)?;
+    pictures(context, &plan, &found, &asked)?;
+    let told = json!({ "command": "study", "directory": results, "failed": failed, "off": off });
+    context.console.event("result", told);
+    if failed.is_empty() && off == 0 {
+        return Ok(());
+    }
+    let message = format!("{} runs failed ({}); {off} numbers are not as expected", failed.len(), failed.join(", "));
+    Err(Failure::Check { message, cure: "what is done stays; the same command goes on with the rest".into() })
+}
+
+/// A command line as a shell takes it.
+fn quoted(line: &[String]) -> String {
+    let bare = |c: char| c.is_ascii_alphanumeric() || "-_./,=:".contains(c);
+    let word = |word: &String| match word.chars().all(bare) {
+        true => word.clone(),
+        false => format!("\"{word}\""),
+    };
+    line.iter().map(word).collect::<Vec<_>>().join(" ")
+}
+
+fn interrupted(study: &Path) -> Failure {
+    let message = format!("what is done stays; go on with: slipstick study {}", study.display());
+    Failure::Interrupted { message, resume: None }
+}
+
+/// Does a run, if it is not done; says whether it is done now.
+fn perform(context: &Context, plan: &Plan, run: &Entry, study: &Path) -> Outcome<bool> {
+    let before = current(plan, run);
+    if before.as_ref().is_some_and(|record| record.finished) {
+        context.console.text(&format!("{}: done before", run.name));
+        return Ok(true);
+    }
+    let directory = plan.results.join(&run.name);
+    let resume = run.command == Word::Optimize && before.is_some() && {
+        let file = |name: &str| plan.folder.join(&directory).join(name).is_file();
+        file("checkpoint.json") && file("run.json")
+    };
+    let mut record = before.unwrap_or(Record { inputs: inputs(plan, run), ..Record::default() });
+    write(plan, run, &record)?;
+    let line = match resume {
+        true => vec!["resume".into(), directory.display().to_string()],
+        false => [plan.line(run), vec!["--force".into()]].concat(),
+    };
+    context.console.text(&format!("{}: slipstick {}", run.name, quoted(&line)));
+    let clock = Instant::now();
+    let ended = child::run(context, &plan.folder, &line)?;
+    record.seconds += clock.elapsed().as_secs_f64();
+    record.finished = ended.code == Some(0);
+    record.numbers = numbers(plan, run, &ended.events);
+    write(plan, run, &record)?;
+    if context.interrupt.requested() && !record.finished {
+        return Err(interrupted(study));
+    }
+    if !record.finished {
+        let reason = ended.error.unwrap_or_else(|| format!("it ended with {:?}", ended.code));
+        context.console.warning(&format!("{}: {reason}", run.name));
+    }
+    Ok(record.finished)
+}
+
+/// Hash of all that a run depends on: its command line, the text of its case file, the design that it takes.
+fn inputs(plan: &Plan, run: &Entry) -> String {
+    let text = |path: PathBuf| std::fs::read_to_string(path).unwrap_or_default();
+    let case = text(plan.folder.join(&run.case));
+    let design = run.design.as_ref().map(|name| text(plan.folder.join(&plan.results).join(name).join("design.csv")));
+    sha256(&json!([plan.line(run), run.mirror.len(), case, design]).to_string())
+}
+
+fn record_file(plan: &Plan, run: &Entry) -> PathBuf {
+    plan.folder.join(&plan.results).join(format!("{}.json", run.name))
+}
+
+/// The record of a run, if there is one and it is of the same inputs.
+fn current(plan: &Plan, run: &Entry) -> Option<Record> {
+    let text = std::fs::read_to_string(record_file(plan, run)).ok()?;
+    let record: Record = serde_json::from_str(&text).ok()?;
+    (record.inputs == inputs(plan, run)).then_some(record)
+}
+
+fn write(plan: &Plan, run: &Entry, record: &Record) -> Outcome {
+    let text = serde_json::to_string_pretty(record).unwrap_or_default();
+    Ok(write_atomically(&record_file(plan, run), |writer| writeln!(writer, "{text}"))?)
+}
+
+/// What a run found: from its events and, of an optimization, from its history, which is whole after a resumption too.
+fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
+    let directory = plan.folder.join(&plan.results).join(&run.name);
+    let mut numbers = Numbers::new();
+    let mut put = |name: String, value: &Value| {
+        if let Some(value) = value.as_f64() {
+            numbers.insert(name, value);
+        }
+    };
+    for event in events {
+        let suffix = match event["event"].as_str() {
+            Some("evaluation") => event["friction"].as_f64().map_or(String::new(), |mu| format!(" at {mu}")),
+            _ => String::new(),
+        };
+        for name in ["objective", "objective_over_volume_fraction", "newton_iterations", "gradient_norm"] {
+            put(format!("{name}{suffix}"), &event[name]);
+        }
+        put("volume_fraction".into(), &event["volume_fraction"]);
+        put("gradient_error".into(), &event["check"]["worst"]);
+    }
+    if run.command == Word::Optimize {
+        history(&directory.join("history.csv")).into_iter().for_each(|(name, value)| put(name, &json!(value)));
+    }
+    for axis in &run.mirror {
+        let (letter, direction) = match axis {
+            Axis::X => ("x", 0),
+            Axis::Y => ("y", 1),
+            Axis::Z => ("z", 2),
+        };
+        put(format!("asymmetry {letter}"), &json!(mirrored(&directory, direction)));
+    }
+    numbers
+}
+
+/// The last row of a history, and its best objective.
+fn history(path: &Path) -> Vec<(String, f64)> {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let rows: Vec<Vec<Option<f64>>> = lines.map(|l| l.split(',').map(|cell| cell.parse().ok()).collect()).collect();
+    let cell = |row: &[Option<f64>], name: &str| row.get(header.iter().position(|found| *found == name)?).copied()?;
+    let mut found = Vec::new();
+    if let Some(last) = rows.last() {
+        for name in ["iteration", "objective", "volume_fraction"] {
+            found.extend(cell(last, name).map(|value| (name.to_owned(), value)));
+        }
+    }
+    let best = rows.iter().filter_map(|row| cell(row, "objective")).fold(f64::INFINITY, f64::min);
+    if best.is_finite() {
+        found.push(("best_objective".into(), best));
+    }
+    let sum = |name: &str| rows.iter().filter_map(|row| cell(row, name)).sum::<f64>();
+    found.push(("seconds".into(), sum("seconds")));
+    found.push(("halvings".into(), sum("halvings")));
+    found
+}
+
+/// Asymmetry of the design of a run.
+fn mirrored(directory: &Path, direction: usize) -> Option<f64> {
+    let case = read(&directory.join("case.toml").as_path().into()).ok()?.case;
+    let mesh = build_mesh(&case).ok()?;
+    let density = load_density(directory, &mesh).ok()?;
+    let designed = case.design?.bodies;
+    let bodies = mesh.bodies.iter().filter(|body| designed.contains(&body.name));
+    let elements: Vec<usize> = bodies.flat_map(|body| body.elements.clone()).collect();
+    asymmetry(&mesh, &density, &elements, direction)
+}
+
+/// Draws the pictures of runs that are done.
+fn pictures(context: &Context, plan: &Plan, found: &[(&Entry, Numbers, f64)], asked: &dyn Fn(&str) -> bool) -> Outcome {
+    for picture in plan.file.pictures.iter().filter(|picture| asked(&picture.of)) {
+        if !found.iter().any(|(run, ..)| run.name == picture.of) {
+            continue;
+        }
+        if let Some(folder) = plan.folder.join(&picture.file).parent() {
+            std::fs::create_dir_all(folder).map_err(|error| {
+                Failure::input(format!("cannot make the directory {}: {error}", folder.display()), "check its parent")
+            })?;
+        }
+        let ended = child::run(context, &plan.folder, &plan.picture_line(picture))?;
+        match ended.error {
+            Some(error) => context.console.warning(&format!("{}: {error}", picture.file.display())),
+            None => context.console.text(&format!("{} drawn", picture.file.display())),
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! The numbers of a study as tables.
+
+use std::path::Path;
+
+use serde_json::json;
+use slipstick::output::{Cell, Csv, write_atomically};
+
+use super::Numbers;
+use super::digits;
+use super::file::{Entry, Study as Plan, Word};
+use crate::table::lines;
+use crate::{Context, Outcome};
+
+/// Writes `numbers.csv`, a row per number, and `tables.md`, for people, into the directory of the results, and compares
+/// with what is expected; says how many numbers are not.
+///
+/// # Errors
+/// [`crate::failure::Failure::Input`] if files cannot be written.
+pub fn write(context: &Context, plan: &Plan, results: &Path, found: &[(&Entry, Numbers, f64)]) -> Outcome<usize> {
+    let mut csv = Csv::create(&results.join("numbers.csv"), &["run", "quantity", "value", "as_expected"])?;
+    let mut off = Vec::new();
+    for (run, numbers, _) in found {
+        let expected = plan.expected.get(&run.name);
+        for (name, &value) in numbers {
+            let holds = expected.and_then(|expected| expected.get(name)).map(|expected| expected.holds(value));
+            let text = |holds| Cell::Text(if holds { "yes" } else { "no" }.into());
+            let cells = [run.name.as_str().into(), name.as_str().into(), value.into(), holds.map_or(Cell::Empty, text)];
+            csv.row(&cells)?;
+        }
+        for (name, one) in expected.into_iter().flatten() {
+            let value = numbers.get(name).copied().unwrap_or(f64::NAN);
+            if !one.holds(value) {
+                off.push(format!("{}: {name} is {value}; {one}", run.name));
+            }
+        }
+    }
+    let mut text = vec![format!("# {}", if plan.file.title.is_empty() { "Study" } else { &plan.file.title })];
+    text.extend(optimizations(context, found));
+    text.extend(evaluations(context, found));
+    write_atomically(&results.join("tables.md"), |writer| writeln!(writer, "{}", text.join("\n")))?;
+    for line in &off {
+        context.console.warning(line);
+    }
+    context.console.event("comparison", json!({ "off": off }));
+    context.console.text(&format!("tables in {}", results.join("tables.md").display()));
+    Ok(off.len())
+}
+
+/// Runs that are not evaluations, a row each.
+fn optimizations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<String> {
+    let names = ["objective", "best_objective", "volume_fraction", "asymmetry x", "asymmetry z", "gradient_error"];
+    let runs: Vec<_> = found.iter().filter(|(run, ..)| run.command != Word::Evaluate).collect();
+    let shown: Vec<&str> =
+        names.into_iter().filter(|name| runs.iter().any(|(_, numbers, _)| numbers.contains_key(*name))).collect();
+    let cell = |numbers: &Numbers, name: &str| numbers.get(name).map_or(String::new(), |&value| digits(value));
+    let rows = runs.iter().map(|(run, numbers, seconds)| {
+        let mut row = vec![run.name.clone()];
+        row.extend(shown.iter().map(|name| cell(numbers, name)));
+        row.push(format!("{seconds:.0}"));
+        row
+    });
+    let header = [&["run"], &shown[..], &["seconds"]].concat();
+    table(context, &header, &rows.collect::<Vec<_>>())
+}
+
+/// Designs under other coefficients of friction: a row per coefficient, a column per design; then the same over the
+/// volume fraction of each design. Paper: Table 1.
+fn evaluations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<String> {
+    let runs: Vec<_> = found.iter().filter(|(run, ..)| run.command == Word::Evaluate).collect();
+    let mut text = Vec::new();
+    for quantity in ["objective", "objective_over_volume_fraction"] {
+        let prefix = format!("{quantity} at ");
+        let keys = runs.iter().flat_map(|(_, numbers, _)| numbers.keys());
+        let mut frictions: Vec<&str> = keys.filter_map(|key| key.strip_prefix(&prefix)).collect();
+        let number = |text: &str| text.parse::<f64>().unwrap_or(0.0);
+        frictions.sort_by(|a, b| number(a).total_cmp(&number(b)));
+        frictions.dedup();
+        let rows: Vec<Vec<String>> = frictions
+            .iter()
+            .map(|friction| {
+                let value = |numbers: &Numbers| numbers.get(&format!("{prefix}{friction}")).copied();
+                let mut row = vec![format!("{quantity}, μ = {friction}")];
+                row.extend(runs.iter().map(|(_, numbers, _)| value(numbers).map_or(String::new(), digits)));
+                row
+            })
+            .collect();
+        let header: Vec<&str> = std::iter::once("").chain(runs.iter().map(|(run, ..)| run.name.as_str())).collect();
+        text.extend(table(context, &header, &rows));
+    }
+    text
+}
+
+/// A table in Markdown, told to the user as well; none without rows.
+fn table(context: &Context, header: &[&str], rows: &[Vec<String>]) -> Vec<String> {
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    context.console.text("");
+    context.console.lines(&lines(header, rows));
+    let line = |cells: &mut dyn Iterator<Item = &str>| format!("| {} |", cells.collect::<Vec<_>>().join(" | "));
+    let rule = std::iter::once("---").chain(std::iter::repeat_n("--:", header.len() - 1));
+    let mut text = vec![String::new(), line(&mut header.iter().copied()), line(&mut rule.into_iter())];
+    text.extend(rows.iter().map(|row| line(&mut row.iter().map(String::as_str))));
+    text
+}

@@ -1,0 +1,108 @@
+//! The cases of the repository by the program: their short runs, and what is expected of them.
+//!
+//! Each study is copied to a folder of its own and run there with `--only`; the program itself compares with
+//! `expected.json`, whose entries say where their values come from. What relates several runs is compared here.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tempfile::TempDir;
+
+fn cases() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases")
+}
+
+fn program(folder: &Path, words: &[&str]) -> (bool, String) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_slipstick")).current_dir(folder).args(words).output().expect("it runs");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.success(), text(&output.stdout) + &text(&output.stderr))
+}
+
+/// Runs of a study, and all numbers that they found.
+struct Numbers(BTreeMap<(String, String), f64>);
+
+impl Numbers {
+    fn of(case: &str, runs: &[&str]) -> Self {
+        let place: TempDir = tempfile::tempdir().expect("a temporary folder");
+        for file in ["coarse.toml", "study.toml", "expected.json"] {
+            std::fs::copy(cases().join(case).join(file), place.path().join(file)).expect(file);
+        }
+        let (good, text) = program(place.path(), &["study", "study.toml", "--only", &runs.join(",")]);
+        assert!(good, "{case}:\n{text}");
+        let table = std::fs::read_to_string(place.path().join("study/numbers.csv")).expect("numbers");
+        let rows = table.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+        Self(rows.map(|row| ((row[0].clone(), row[1].clone()), row[2].parse().expect("a number"))).collect())
+    }
+
+    fn get(&self, run: &str, quantity: &str) -> f64 {
+        let key = (run.to_owned(), quantity.to_owned());
+        *self.0.get(&key).unwrap_or_else(|| panic!("no {quantity} of {run}"))
+    }
+
+    fn objective(&self, run: &str) -> f64 {
+        self.get(run, "objective")
+    }
+}
+
+/// Section 5.2 of the paper on a coarse mesh.
+#[test]
+fn half_ball_on_plate() {
+    let runs = ["start", "start_penalty", "start_augmented", "short_frictionless", "short_friction", "short_gradient"];
+    let found = Numbers::of("half_ball_on_plate", &runs);
+    let (multipliers, augmented) = (found.objective("start"), found.objective("start_augmented"));
+    assert!((augmented / multipliers - 1.0).abs() < 1e-7, "two methods, one solution: {augmented} {multipliers}");
+    assert!(found.objective("start_penalty") > multipliers, "penetration takes force away");
+    // Friction breaks the symmetry, along x more than along z: the ball travels by (0.5, 0.25).
+    let [x, z] = ["asymmetry x", "asymmetry z"].map(|name| found.get("short_friction", name));
+    assert!(x > z && z > 1e6 * found.get("short_frictionless", "asymmetry z"), "{x} {z}");
+}
+
+/// Section 5.3 of the paper on a coarse mesh: nearly all nodes slip, so that the force on the uniform start design grows
+/// nearly like √(1 + μ²); the first column of the paper's Table 1 gives 1.0044 and 1.0291.
+#[test]
+fn ironing() {
+    let found = Numbers::of("ironing", &["start_mu_0", "start_mu_01", "start_mu_025", "short_gradient"]);
+    for (run, friction) in [("start_mu_01", 0.1), ("start_mu_025", 0.25)] {
+        let growth = found.objective(run) / found.objective("start_mu_0");
+        let all_slip = f64::sqrt(1.0 + friction * friction);
+        assert!(growth > 1.0 && (growth - all_slip).abs() < 0.003, "{run}: {growth} {all_slip}");
+    }
+}
+
+/// Section 5.4 of the paper on a coarse mesh. The augmented Lagrangian method has the paper's tolerance, 1e-3 absolute,
+/// and ends a few per mille from the multipliers.
+#[test]
+fn clutch() {
+    let found = Numbers::of("clutch", &["start", "start_by_multipliers", "short_gradient"]);
+    let (multipliers, augmented) = (found.objective("start_by_multipliers"), found.objective("start"));
+    assert!((augmented / multipliers - 1.0).abs() < 2e-3, "{augmented} {multipliers}");
+}
+
+/// Cases in the size of the paper have its numbers of elements, where those are published, and load steps.
+#[test]
+fn paper_sizes() {
+    let expected = [
+        ("half_ball_on_plate", &[("plate", 6561), ("ball", 2900)][..], 50),
+        ("ironing", &[("slab", 6912), ("die", 1440)], 50),
+        ("clutch", &[("lower", 43_008), ("upper", 46_848)], 100),
+    ];
+    for (case, bodies, steps) in expected {
+        let text = std::fs::read_to_string(cases().join(case).join("case.toml")).expect("a case");
+        let resolved = slipstick::case::parse_case(&text, case).unwrap_or_else(|errors| panic!("{errors}"));
+        let counts = resolved.case.bodies.iter().map(|body| (body.name.as_str(), body.shape.element_count()));
+        let wanted = bodies.iter().map(|&(name, count)| (name, Some(count)));
+        assert!(counts.eq(wanted), "{case}");
+        assert_eq!(resolved.case.load_path.steps, steps, "{case}");
+    }
+}
+
+/// Studies are right to the last command line.
+#[test]
+fn studies_can_be_planned() {
+    for case in ["half_ball_on_plate", "ironing", "clutch"] {
+        let (good, text) = program(&cases().join(case), &["study", "study.toml", "--plan"]);
+        assert!(good && text.contains("slipstick optimize"), "{case}: {text}");
+    }
+}

@@ -1,0 +1,82 @@
+//! Cases with mesh files: the same pair of bodies as everywhere here, as Gmsh has written it.
+
+use super::*;
+
+/// The case with both bodies from `folder/pair.msh`.
+fn meshed() -> Place {
+    let place = Place::new();
+    let mesh = |part: &str| format!("mesh = {{ file = \"meshes/pair.msh\", part = \"{part}\" }}");
+    let text = CASE
+        .replace("box = { min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }", &mesh("slab"))
+        .replace("box = { min = [0.6, 1.0, 0.3], max = [2.0, 1.7, 1.6], elements = [2, 1, 2] }", &mesh("block"))
+        .replace("_ymin", "_bottom")
+        .replace("_ymax", "_top");
+    assert_eq!(text.matches("pair.msh").count(), 2);
+    place.write("case.toml", &text);
+    std::fs::create_dir(place.path("meshes")).expect("a folder");
+    copy(&place, "gmsh_41_binary.msh", "meshes/pair.msh");
+    place
+}
+
+fn copy(place: &Place, from: &str, to: &str) {
+    let from = format!("{}/../meshio/tests/data/{from}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::copy(&from, place.path(to)).unwrap_or_else(|error| panic!("{from}: {error}"));
+}
+
+/// Forward and gradient through the program, beside those of the generated boxes.
+#[test]
+fn meshed_bodies_give_what_generated_ones_give() {
+    let place = meshed();
+    place.write("boxes.toml", CASE);
+    let [meshed, boxes] = ["case", "boxes"].map(|case| {
+        place.good(&format!("--json gradient {case}.toml")).event("result")["objective"].as_f64().expect("a number")
+    });
+    // Gmsh's nodes are off by 2e-12
+    assert!(((meshed - boxes) / boxes).abs() < 1e-9, "{meshed} {boxes}");
+    place.good("verify gradient case.toml");
+    let shown = place.good("check case.toml").out;
+    for name in ["slab_top", "block_bottom", "slab_edge", "slab_corner"] {
+        assert!(shown.contains(name), "{shown}");
+    }
+    let resolved = place.good("check case.toml --resolved").out;
+    assert!(resolved.contains("sha256 = \""), "{resolved}");
+}
+
+/// A run goes on with its own copy of the mesh, wherever the original has gone, and not with another one.
+#[test]
+fn a_run_keeps_its_meshes_and_notices_changed_ones() {
+    let place = meshed();
+    place.good("optimize case.toml --out whole --iterations 2");
+    place.good("optimize case.toml --out parts --iterations 1");
+    let record = place.json("parts/run.json");
+    let inputs = record["inputs"].as_array().expect("inputs");
+    assert_eq!(inputs.len(), 1, "one file of two bodies");
+    assert_eq!((&inputs[0]["name"], &inputs[0]["stored"]), (&"meshes/pair.msh".into(), &"mesh_0001.msh".into()));
+    assert_eq!(inputs[0]["sha256"], record["case"]["body"][0]["mesh"]["sha256"]);
+
+    copy(&place, "gmsh_22_ascii.msh", "meshes/pair.msh");
+    place.good("resume parts --iterations 2");
+    assert_eq!(place.read("whole/design.csv"), place.read("parts/design.csv"), "with the old mesh");
+    place.good("render parts");
+
+    copy(&place, "gmsh_22_ascii.msh", "parts/mesh_0001.msh");
+    let expected =
+        ["case.toml:", "is not the mesh that this run was started with", "SHA-256", "[slipstick::case::mesh_file]"];
+    place.bad("resume parts --iterations 3", 2, &expected);
+    place.bad("render parts", 2, &expected);
+
+    // files of the old run are removed with it, and only those
+    place.write("parts/mesh_of_mine.msh", "x");
+    place.good("solve case.toml --out parts --force");
+    assert!(place.path("parts/mesh_0001.msh").exists() && place.path("parts/mesh_of_mine.msh").exists());
+    assert_eq!(place.json("parts/run.json")["inputs"].as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn missing_and_wrong_mesh_files_are_said_at_their_place() {
+    let place = meshed();
+    copy(&place, "gmsh_41_second_order.msh", "meshes/pair.msh");
+    place.bad("check case.toml", 2, &["case.toml:4:17: error: meshes/pair.msh: element ", "Mesh.ElementOrder = 1"]);
+    std::fs::remove_file(place.path("meshes/pair.msh")).expect("removed");
+    place.bad("check case.toml", 2, &["case.toml:4:17: error: cannot read the mesh file meshes/pair.msh", "folder"]);
+}

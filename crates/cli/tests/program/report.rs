@@ -1,0 +1,155 @@
+//! Web pages of runs: their data, and what a browser makes of them where there is one.
+
+use super::*;
+
+/// The data that the page gives its scripts.
+fn data(html: &str) -> Value {
+    let start = "<script id=\"data\" type=\"application/json\">";
+    let text = html.split(start).nth(1).and_then(|rest| rest.split("</script>").next()).expect("the data");
+    serde_json::from_str(text).expect("JSON, in which NaN cannot be")
+}
+
+/// Whatever could make a browser ask another machine.
+fn assert_alone(html: &str) {
+    let without = html.replace("http://www.w3.org/2000/svg", "");
+    for address in ["http:", "https:", "url(", "import(", "fetch(", "<link", "src=\"/", "src=\"."] {
+        assert!(!without.contains(address), "{address}");
+    }
+    assert!(html.contains("default-src 'none'"), "and forbids it");
+}
+
+#[test]
+fn a_run_as_a_page() {
+    let case = CASE.replace("Block on slab", "Block </script> & @DATA@");
+    let place = Place::new();
+    place.write("case.toml", &case);
+    place.good("optimize case.toml -q");
+    let told = place.good("report case --json").event("result");
+    assert_eq!((&told["designs"], &told["steps"]), (&3.into(), &5.into()));
+    let html = place.read("case/report.html");
+    assert_eq!(told["bytes"], html.len());
+    assert_alone(&html);
+    assert!(html.contains("<title>Block &lt;/script&gt; &amp; @DATA@</title>"));
+    let data = data(&html);
+    assert_eq!((&data["title"], &data["case_text"]), (&"Block </script> & @DATA@".into(), &case.as_str().into()));
+    // 45 nodes of the slab and the 18 of the block's skin, all its nodes; 16 elements; 16 faces of the block.
+    let length = |name: &str| data["model"][name].as_str().map(|text| text.trim_end_matches('=').len() * 3 / 4);
+    assert_eq!(length("points"), Some(12 * (45 + 18)));
+    assert_eq!((length("hexes"), length("quads"), length("slaves")), (Some(32 * 16), Some(16 * 16), Some(4 * 9)));
+    let numbers = |list: &str| -> Vec<u64> {
+        data[list].as_array().expect("a list").iter().filter_map(|frame| frame["number"].as_u64()).collect()
+    };
+    assert_eq!((numbers("designs"), numbers("steps")), (vec![0, 2, 4], vec![0, 1, 2, 3, 4]));
+    assert_eq!(data["steps"][2]["time"], 0.5);
+    let history = place.table("case/history.csv");
+    assert_eq!(data["history"]["rows"].as_array().map(Vec::len), Some(5));
+    assert_eq!(data["history"]["rows"][4][1].as_f64(), Some(number(&history[5][1])));
+    assert_eq!(data["newton"]["step"], serde_json::json!([1, 2, 3, 4]));
+    let last = history[5].clone();
+    let counted: u64 = data["newton"]["iterations"].as_array().expect("a list").iter().filter_map(Value::as_u64).sum();
+    assert_eq!(counted as f64, number(&last[5]), "Newton iterations of the last design");
+
+    place.bad("report case --out case/history.csv", 2, &["history.csv exists already", "--force"]);
+    place.good("report case --out page.html");
+    place.good("report case --out page.html --force");
+    place.good("optimize case.toml -q --force --iterations 1");
+    assert!(!place.path("case/report.html").exists(), "a new run takes its page away");
+    place.bad("report nowhere", 2, &["nowhere holds no run.json"]);
+}
+
+/// Every kind of run has a page, with what it wrote.
+#[test]
+fn pages_of_other_runs() {
+    let place = Place::new();
+    place.good("solve case.toml");
+    place.good("gradient case.toml");
+    place.good("verify gradient case.toml --elements 1 --directions 1 --halvings 1");
+    place.good("evaluate case.toml --design case_solve --friction 0,0.2");
+    let page = |run: &str| {
+        place.good(&format!("report {run}"));
+        data(&place.read(&format!("{run}/report.html")))
+    };
+    assert_eq!(page("case_solve")["steps"].as_array().map(Vec::len), Some(5));
+    assert!(page("case_gradient")["designs"][0]["derivative"].is_object());
+    let verify = page("case_verify")["verify"].clone();
+    assert!(verify["verdict"].as_str().is_some_and(|text| text.starts_with("Right")), "{verify}");
+    assert_eq!(verify["rows"].as_array().map(Vec::len), Some(2));
+    assert_eq!(page("case_evaluate")["evaluate"]["rows"][1][0], 0.2);
+    // A run that failed says so first.
+    let case = CASE.replace("steps = 4", "steps = 1\nmax_newton_iterations = 1\nmax_cutbacks = 0");
+    place.write("case.toml", &case);
+    place.run("solve case.toml --out failed");
+    let failed = page("failed");
+    assert!(failed["notes"][0].as_str().is_some_and(|note| note.starts_with("The run failed.")), "{failed:#}");
+}
+
+/// Names of browsers that the page can be tried with.
+const BROWSERS: &[&str] = &["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// What the page does with its controls, noted in its title: pixels drawn, and drawn after each change.
+const TRIAL: &str = r##"<script>
+const canvas = document.getElementById("canvas"), gl = canvas.getContext("webgl");
+const drawn = () => {
+  const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  let count = 0, sum = 0;
+  for (let i = 0; i < pixels.length; i += 4) { count += pixels[i + 3] > 0; sum = (sum * 31 + pixels[i] + 3 * pixels[i + 1] + 7 * pixels[i + 2]) % 1000003; }
+  return [count, sum];
+};
+const control = name => [...document.querySelectorAll("#controls label")].find(label => label.textContent.includes(name)).querySelector("input, select");
+const change = (name, value) => { const input = control(name); input.value = value; input.dispatchEvent(new Event(input.tagName === "SELECT" ? "change" : "input")); return drawn(); };
+const told = { state: document.documentElement.dataset.ready, start: drawn() };
+told.pressure = change("Colour", "pressure");
+told.status = change("Colour", "status");
+told.displacement = change("Colour", "displacement");
+told.undeformed = change("Displacements", 0);
+told.first = change("Load step", 0);
+told.threshold = change("density above", 0.99);
+told.designs = change("Show", "designs");
+canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+told.turned = drawn();
+told.charts = document.querySelectorAll("figure svg").length;
+document.title = JSON.stringify(told);
+</script></body>"##;
+
+/// In a real browser the page draws, without an error, and every control changes the picture.
+#[test]
+fn a_browser_shows_the_page() {
+    let found = BROWSERS.iter().find(|name| Command::new(name).arg("--version").output().is_ok());
+    let Some(browser) = found else {
+        // Straight to the terminal, past the capture of tests.
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), "SKIPPED a_browser_shows_the_page: none of {BROWSERS:?} is installed");
+        return;
+    };
+    let place = Place::new();
+    place.good("optimize case.toml -q");
+    place.good("report case");
+    let html = place.read("case/report.html");
+    place.write("trial.html", &html.replace("</body>", TRIAL));
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+        .args(["--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update"])
+        .args(["--disable-sync", "--enable-logging=stderr", "--window-size=900,900", "--virtual-time-budget=10000"])
+        .arg(format!("--user-data-dir={}", place.path("profile").display()))
+        .arg("--dump-dom")
+        .arg(format!("file://{}", place.path("trial.html").display()))
+        .output()
+        .expect("the browser runs");
+    let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let faults: Vec<&str> =
+        log.lines().filter(|line| line.contains("CONSOLE") && !line.contains("GPU stall")).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
+    let told: Value =
+        serde_json::from_str(&title.replace("&quot;", "\"")).unwrap_or_else(|e| panic!("{e}: {title}\n{log}"));
+    assert_eq!(told["state"], "view", "{told}");
+    let pixels = |name: &str| told[name][0].as_u64().expect("a count");
+    assert!(pixels("start") > 10_000, "{told}");
+    let order = ["start", "pressure", "status", "displacement", "undeformed", "first", "threshold", "turned"];
+    for pair in order.windows(2) {
+        assert_ne!(told[pair[0]], told[pair[1]], "{} to {}: {told}", pair[0], pair[1]);
+    }
+    assert!(pixels("threshold") < pixels("first"), "fewer elements: {told}");
+    assert!(told["charts"].as_u64() >= Some(7), "{told}");
+}

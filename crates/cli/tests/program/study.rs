@@ -1,0 +1,151 @@
+//! `study`, and values replaced with `--set`.
+
+use super::{CASE, Place};
+
+const STUDY: &str = r#"title = "Two frictions"
+expected = "expected.json"
+set = ["load_path.steps = 2", "optimizer.iterations = 2"]
+[[run]]
+name = "rough"
+command = "optimize"
+case = "case.toml"
+mirror = ["x", "z"]
+[[run]]
+name = "smooth"
+command = "optimize"
+case = "case.toml"
+set = ["contact[0].friction = 0"]
+[[run]]
+name = "table"
+command = "evaluate"
+case = "case.toml"
+design = "rough"
+options = ["--friction", "0,0.3"]
+[[picture]]
+of = "rough"
+file = "pictures/rough.png"
+options = ["--size", "100x80"]
+"#;
+
+fn place(expected: &str) -> Place {
+    let place = Place::new();
+    place.write("study.toml", STUDY);
+    place.write("expected.json", expected);
+    place
+}
+
+#[test]
+fn values_are_set_on_the_command_line() {
+    let place = Place::new();
+    let ran = place.good("solve case.toml --set contact[0].friction=0 --set load_path.steps=2");
+    assert_eq!(ran.out.matches("  step ").count(), 2, "{}", ran.out);
+    let text = CASE.replace("friction = 0.3", "friction = 0").replace("steps = 4", "steps = 2");
+    assert_eq!(place.read("case_solve/case.toml"), text, "the run keeps the case that was run");
+    place.bad("solve case.toml --set contact[3].friction=0", 2, &["case.toml: `contact[3]", "contact has 1 entries"]);
+    place.bad(
+        "solve case.toml --set contact[0].frictio=0",
+        2,
+        &["case.toml (with --set):", "did you mean `friction`?"],
+    );
+    place.bad("solve case.toml --set contact[0].friction", 2, &["no KEY=VALUE"]);
+    // An optimization is resumed with the case that it was started with.
+    place.good("optimize case.toml --set contact[0].friction=0 --iterations 1");
+    place.good("resume case --iterations 2");
+    assert_eq!(place.json("case/run.json")["case"]["contact"][0]["friction"], 0.0);
+}
+
+#[test]
+fn a_study_does_what_is_not_done() {
+    let place = place(r#"{ "runs": { "rough": { "iteration": { "value": 2, "source": "as asked for" } } } }"#);
+    let plan = place.good("study study.toml --plan");
+    assert_eq!(plan.out.matches("to do").count(), 3, "{}", plan.out);
+    let ran = place.good("study study.toml");
+    assert_eq!(ran.out.matches("slipstick optimize").count(), 2, "{}", ran.out);
+    for name in ["study/rough/design.csv", "study/table/evaluate.csv", "study/tables.md", "pictures/rough.png"] {
+        assert!(place.path(name).is_file(), "{name}");
+    }
+    let numbers = place.table("study/numbers.csv");
+    let value = |run: &str, quantity: &str| {
+        let row = numbers.iter().find(|row| row[0] == run && row[1] == quantity);
+        row.unwrap_or_else(|| panic!("{run} {quantity} in {numbers:?}"))[2].parse::<f64>().expect("a number")
+    };
+    // The design under its own friction has the objective that its optimization ended with.
+    assert_eq!(value("table", "objective at 0.3"), value("rough", "objective"));
+    assert!(value("rough", "asymmetry x") > 0.0 && value("rough", "asymmetry x") <= 1.0);
+    assert!(place.read("study/tables.md").contains("| objective, μ = 0.3 |"));
+
+    let again = place.good("study study.toml");
+    assert_eq!((again.out.matches("done before").count(), again.out.matches("slipstick ").count()), (3, 0));
+    // What depends on a changed line is done anew, and nothing else.
+    place.write("study.toml", &STUDY.replace("friction = 0\"", "friction = 0.1\""));
+    let changed = place.good("study study.toml");
+    assert_eq!(changed.out.matches("done before").count(), 2, "{}", changed.out);
+    assert!(changed.out.contains("smooth: slipstick optimize"));
+}
+
+#[test]
+fn an_interrupted_optimization_of_a_study_is_resumed() {
+    let place = place(r#"{ "runs": {} }"#);
+    place.good("study study.toml --only rough");
+    let whole = place.read("study/rough/history.csv");
+    // As a killed run leaves it: the record says that it is not done.
+    let mut record = place.json("study/rough.json");
+    record["finished"] = false.into();
+    place.write("study/rough.json", &record.to_string());
+    let ran = place.good("study study.toml --only rough");
+    assert!(ran.out.contains("rough: slipstick resume"), "{}", ran.out);
+    assert_eq!(place.read("study/rough/history.csv"), whole);
+    assert_eq!(place.json("study/rough.json")["numbers"]["iteration"], 2.0);
+}
+
+#[test]
+fn numbers_that_are_not_as_expected_are_told() {
+    let place = place(r#"{ "runs": { "rough": { "objective": { "at_least": 1, "source": "a guess" } } } }"#);
+    let told = ["rough: objective is -", "expected is at least 1 (a guess)", "1 numbers are not as expected"];
+    place.bad("study study.toml --only rough", 3, &told);
+    assert!(place.read("study/numbers.csv").contains(",no"));
+}
+
+#[test]
+fn wrong_studies_are_refused_whole() {
+    let place = place(r#"{ "runs": { "nobody": { "objective": { "value": 1, "source": "" } } } }"#);
+    let wrong = STUDY
+        .replace("name = \"smooth\"", "name = \"rough\"")
+        .replace("design = \"rough\"", "design = \"later\"")
+        .replace("--friction", "--fricton")
+        .replace("of = \"rough\"", "of = \"none\"")
+        .replace("contact[0].friction = 0", "contact[0].friction");
+    place.write("study.toml", &wrong);
+    let told = [
+        "run `rough`: there are two of that name",
+        "no run before it is called `later`",
+        "unexpected argument '--fricton'",
+        "no run is called `none`",
+        "no KEY=VALUE",
+        "numbers are expected of `nobody`",
+    ];
+    place.bad("study study.toml", 2, &told);
+    assert!(!place.path("study").exists(), "nothing was begun");
+    place.write("study.toml", &STUDY.replace("command = \"evaluate\"", "command = \"evaluat\""));
+    place.bad("study study.toml", 2, &["study.toml", "unknown variant `evaluat`"]);
+    place.bad("study none.toml", 2, &["cannot read none.toml"]);
+    place.write("study.toml", STUDY);
+    place.write("expected.json", r#"{ "runs": {} }"#);
+    place.bad("study study.toml --only roug", 2, &["no run is called `roug`", "rough, smooth, table"]);
+}
+
+/// A run that fails does not stop the others, but those that need it.
+#[test]
+fn a_failed_run_does_not_stop_the_others() {
+    let place = place(r#"{ "runs": {} }"#);
+    let mut study = STUDY.replacen(
+        "mirror",
+        "set = [\"load_path.max_newton_iterations = 1\", \"load_path.max_cutbacks = 0\"]\nmirror",
+        1,
+    );
+    study = study.replace("options = [\"--friction\", \"0,0.3\"]\n", "");
+    place.write("study.toml", &study);
+    let ran = place.bad("study study.toml", 3, &["rough: load step 1 failed", "table: left out, because rough failed"]);
+    assert!(ran.err.contains("2 runs failed (rough, table)"), "{}", ran.err);
+    assert!(place.path("study/smooth/design.csv").is_file());
+}

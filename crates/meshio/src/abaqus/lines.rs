@@ -1,0 +1,118 @@
+//! Keyword lines and data lines.
+
+use crate::MeshFileError;
+use crate::cursor::shortened;
+use crate::error::DAMAGED;
+
+/// A line that means something.
+pub(super) enum Line<'a> {
+    Keyword(Keyword<'a>),
+    /// Its number from 1, and its fields without white space around them; at least one, and none but for the first is
+    /// the empty one behind a comma at the end.
+    Data {
+        number: usize,
+        fields: Vec<&'a str>,
+    },
+}
+
+/// `*NAME, PARAMETER, PARAMETER=VALUE`; goes on in the next line after a comma at the end.
+pub(super) struct Keyword<'a> {
+    pub line: usize,
+    /// In capitals.
+    pub name: String,
+    parameters: Vec<(String, Option<&'a str>)>,
+}
+
+impl<'a> Keyword<'a> {
+    pub fn has(&self, parameter: &str) -> bool {
+        self.parameters.iter().any(|(name, _)| name == parameter)
+    }
+
+    pub fn parameter(&self, parameter: &str) -> Option<&'a str> {
+        self.parameters.iter().find(|(name, _)| name == parameter).and_then(|&(_, value)| value)
+    }
+
+    pub fn required(&self, parameter: &str) -> Result<String, MeshFileError> {
+        let value = self.parameter(parameter).filter(|value| !value.is_empty());
+        let value = value.ok_or_else(|| self.error(format!("*{} has no {parameter}=…", self.name), "name it"))?;
+        Ok(value.to_owned())
+    }
+
+    pub fn error(&self, message: impl Into<String>, cure: impl Into<String>) -> MeshFileError {
+        MeshFileError::new(format!("line {}", self.line), message, cure)
+    }
+
+    fn add(&mut self, text: &'a str) {
+        for parameter in text.split(',').map(str::trim).filter(|parameter| !parameter.is_empty()) {
+            let (name, value) = match parameter.split_once('=') {
+                Some((name, value)) => (name.trim(), Some(value.trim().trim_matches('"'))),
+                None => (parameter, None),
+            };
+            self.parameters.push((name.to_ascii_uppercase(), value));
+        }
+    }
+}
+
+/// The lines of a file without comments and empty ones.
+pub(super) struct Lines<'a> {
+    rest: &'a [u8],
+    /// Of the line read last, from 1.
+    number: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes, number: 0 }
+    }
+
+    pub fn place(&self) -> String {
+        format!("line {}", self.number)
+    }
+
+    /// The next line of text that is no comment.
+    fn text(&mut self) -> Result<Option<&'a str>, MeshFileError> {
+        while !self.rest.is_empty() {
+            let end = self.rest.iter().position(|&byte| byte == b'\n').unwrap_or(self.rest.len());
+            let (bytes, rest) = self.rest.split_at(end);
+            self.rest = rest.get(1..).unwrap_or_default();
+            self.number += 1;
+            if bytes.starts_with(b"**") {
+                continue;
+            }
+            let Ok(line) = std::str::from_utf8(bytes) else {
+                return Err(MeshFileError::new(self.place(), "the line is not UTF-8", "save the file as UTF-8"));
+            };
+            if !line.trim().is_empty() {
+                return Ok(Some(line.trim()));
+            }
+        }
+        Ok(None)
+    }
+
+    pub fn next(&mut self) -> Result<Option<Line<'a>>, MeshFileError> {
+        let Some(text) = self.text()? else { return Ok(None) };
+        let Some(text) = text.strip_prefix('*') else {
+            let text = text.strip_suffix(',').unwrap_or(text);
+            let fields = text.split(',').map(str::trim).collect();
+            return Ok(Some(Line::Data { number: self.number, fields }));
+        };
+        let (name, mut rest) = text.split_once(',').unwrap_or((text, ""));
+        // `*END STEP` and `*SOLID SECTION` have a blank, any number of them.
+        let name = name.split_whitespace().collect::<Vec<_>>().join(" ").to_ascii_uppercase();
+        let mut keyword = Keyword { line: self.number, name, parameters: Vec::new() };
+        keyword.add(rest);
+        while rest.ends_with(',') {
+            rest = self.text()?.unwrap_or_default();
+            keyword.add(rest);
+        }
+        Ok(Some(Line::Keyword(keyword)))
+    }
+}
+
+/// A node or element number.
+pub(super) fn number(field: &str, line: usize) -> Result<u64, MeshFileError> {
+    field.parse().map_err(|_| {
+        let message = format!("`{}` stands where a number of a node or element must be", shortened(field));
+        MeshFileError::new(format!("line {line}"), message, DAMAGED)
+    })
+}

@@ -1,0 +1,233 @@
+//! Abaqus' and CalculiX' input format: `*KEYWORD, PARAMETER=VALUE` lines with lines of data behind them.
+//!
+//! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` and `*SURFACE` of a flat model. What places or generates nodes by
+//! other keywords is refused; all other keywords are passed over with their data, and reading ends at the first `*STEP`.
+
+mod lines;
+mod sets;
+
+use crate::builder::Builder;
+use crate::cursor::{finite, shortened};
+use crate::{CellKind, FileMesh, MeshFileError};
+use lines::{Keyword, Line, Lines};
+use sets::Sets;
+
+/// Keywords that change what nodes and elements mean.
+const REFUSED: &[(&str, &str)] = &[
+    ("PART", FLAT),
+    ("INSTANCE", FLAT),
+    ("ASSEMBLY", FLAT),
+    ("INCLUDE", "put the included file's text in its place"),
+    ("SYSTEM", "write global Cartesian coordinates"),
+    ("NGEN", EXPLICIT),
+    ("NFILL", EXPLICIT),
+    ("NCOPY", EXPLICIT),
+    ("NMAP", EXPLICIT),
+    ("ELGEN", EXPLICIT),
+    ("ELCOPY", EXPLICIT),
+];
+const FLAT: &str = "write a flat input file (Abaqus/CAE: Model attributes, \"Do not use parts and assemblies in input \
+                    files\")";
+const EXPLICIT: &str = "write all nodes and elements explicitly";
+
+/// What the data lines belong to.
+enum Block {
+    Skipped,
+    Nodes { set: Option<String> },
+    Elements { kind: CellKind, set: Option<String> },
+    NodeSet { name: String, generate: bool },
+    ElementSet { name: String, generate: bool },
+    Faces { name: String },
+    NodeSurface { name: String },
+}
+
+/// Reads a file.
+pub(crate) fn parse(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
+    let mut file = Reader::default();
+    let mut block = Block::Skipped;
+    let mut lines = Lines::new(bytes);
+    while let Some(line) = lines.next()? {
+        match line {
+            Line::Keyword(keyword) if keyword.name == "STEP" => break,
+            Line::Keyword(keyword) => {
+                file.complete(&lines)?;
+                block = file.begin(&keyword)?;
+            }
+            Line::Data { number, fields } => file.data(&block, number, &fields)?,
+        }
+    }
+    file.complete(&lines)?;
+    file.finish()
+}
+
+/// What is read so far.
+#[derive(Default)]
+struct Reader {
+    builder: Builder,
+    /// Nodes that the last element still needs.
+    wanted: usize,
+    sets: Sets,
+    /// Element types that are read as another one.
+    reduced: Vec<String>,
+}
+
+impl Reader {
+    /// Refuses to go on within an element.
+    fn complete(&self, lines: &Lines<'_>) -> Result<(), MeshFileError> {
+        if self.wanted == 0 {
+            return Ok(());
+        }
+        let message = format!("{} nodes of the element before are missing", self.wanted);
+        Err(MeshFileError::new(lines.place(), message, "give each element all its nodes"))
+    }
+
+    fn begin(&mut self, keyword: &Keyword<'_>) -> Result<Block, MeshFileError> {
+        if let Some((name, cure)) = REFUSED.iter().find(|(name, _)| *name == keyword.name) {
+            return Err(keyword.error(format!("*{name} cannot be read"), *cure));
+        }
+        if let Some(instance) = keyword.parameter("INSTANCE") {
+            return Err(keyword.error(format!("the instance `{}` cannot be referred to", shortened(instance)), FLAT));
+        }
+        let optional = |parameter| keyword.parameter(parameter).map(str::to_owned);
+        Ok(match keyword.name.as_str() {
+            "NODE" if keyword.has("SYSTEM") && optional("SYSTEM").as_deref() != Some("R") => {
+                return Err(keyword.error("nodes are not in Cartesian coordinates", "write SYSTEM=R"));
+            }
+            "NODE" => Block::Nodes { set: optional("NSET") },
+            "ELEMENT" => Block::Elements { kind: self.element_type(keyword)?, set: optional("ELSET") },
+            "NSET" => match keyword.parameter("ELSET") {
+                Some(elements) => {
+                    self.sets.nodes_of_elements(keyword.required("NSET")?, elements, keyword.line);
+                    Block::Skipped
+                }
+                None => Block::NodeSet { name: keyword.required("NSET")?, generate: keyword.has("GENERATE") },
+            },
+            "ELSET" => Block::ElementSet { name: keyword.required("ELSET")?, generate: keyword.has("GENERATE") },
+            "SURFACE" => match keyword.parameter("TYPE").map(str::to_ascii_uppercase).as_deref() {
+                None | Some("ELEMENT") => Block::Faces { name: keyword.required("NAME")? },
+                Some("NODE") => Block::NodeSurface { name: keyword.required("NAME")? },
+                Some(_) => Block::Skipped,
+            },
+            _ => Block::Skipped,
+        })
+    }
+
+    fn element_type(&mut self, keyword: &Keyword<'_>) -> Result<CellKind, MeshFileError> {
+        let name = keyword.required("TYPE")?.to_ascii_uppercase();
+        let kind = kind(&name).ok_or_else(|| {
+            let message = format!("elements of type {} cannot be read", shortened(&name));
+            keyword.error(message, "use C3D8 for bodies and S4 or M3D4 for surfaces, or remove these elements")
+        })?;
+        if kind == CellKind::Hex8 && name != "C3D8" && !self.reduced.contains(&name) {
+            self.reduced.push(name);
+        }
+        Ok(kind)
+    }
+
+    fn data(&mut self, block: &Block, line: usize, fields: &[&str]) -> Result<(), MeshFileError> {
+        match block {
+            Block::Skipped => Ok(()),
+            Block::Nodes { set } => self.node(set.as_deref(), line, fields),
+            Block::Elements { kind, set } => self.element(*kind, set.as_deref(), line, fields),
+            Block::NodeSet { name, generate } => self.sets.nodes(name, line, fields, *generate),
+            Block::ElementSet { name, generate } => self.sets.elements(name, line, fields, *generate),
+            Block::Faces { name } => self.sets.faces(name, line, fields),
+            Block::NodeSurface { name } => self.sets.nodes(name, line, &fields[..1], false),
+        }
+    }
+
+    /// Number and up to three coordinates; those left out are zero.
+    fn node(&mut self, set: Option<&str>, line: usize, fields: &[&str]) -> Result<(), MeshFileError> {
+        let number = lines::number(fields[0], line)?;
+        let mut x = [0.0; 3];
+        for (x, field) in x.iter_mut().zip(fields[1..].iter().filter(|field| !field.is_empty())) {
+            // Fortran writes exponents with a D.
+            let value = field.replace(['d', 'D'], "e").parse().ok().and_then(finite);
+            *x = value.ok_or_else(|| {
+                let message = format!("`{}` is no coordinate", shortened(field));
+                MeshFileError::new(format!("line {line}"), message, "give three finite numbers")
+            })?;
+        }
+        self.builder.point(number, x);
+        if let Some(set) = set {
+            self.sets.node(set, number, line);
+        }
+        Ok(())
+    }
+
+    /// Number and nodes, on as many lines as they take.
+    fn element(
+        &mut self,
+        kind: CellKind,
+        set: Option<&str>,
+        line: usize,
+        fields: &[&str],
+    ) -> Result<(), MeshFileError> {
+        for field in fields.iter().filter(|field| !field.is_empty()) {
+            let number = lines::number(field, line)?;
+            if self.wanted > 0 {
+                self.builder.nodes.push(number);
+                self.wanted -= 1;
+                continue;
+            }
+            if !std::ptr::eq(*field, fields[0]) {
+                let message = format!("a {} has {} nodes, and more are given", kind.name(), kind.node_count());
+                return Err(MeshFileError::new(format!("line {line}"), message, "begin each element on a new line"));
+            }
+            self.builder.cell(kind, number);
+            self.wanted = kind.node_count();
+            if let Some(set) = set {
+                self.sets.element(set, number, line);
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<FileMesh, MeshFileError> {
+        let (mut mesh, nodes) = self.builder.finish()?;
+        self.sets.resolve(&mut mesh, &nodes)?;
+        if !self.reduced.is_empty() {
+            let types = self.reduced.join(", ");
+            mesh.notices.push(format!("elements of type {types} are read as C3D8: trilinear, fully integrated"));
+        }
+        Ok(mesh)
+    }
+}
+
+/// Families of element types by the beginning of their names, and what follows by number of nodes (of beams, by order).
+/// What stands behind the number (reduced integration, hybrid, …) does not change the mesh.
+const FAMILIES: &[(&str, &[(&str, CellKind)])] = &[
+    ("C3D", SOLIDS),
+    ("CPS", FACES),
+    ("CPE", FACES),
+    ("CAX", FACES),
+    ("M3D", FACES),
+    ("SFM3D", FACES),
+    ("R3D", &[("2", CellKind::Line2), ("3", CellKind::Triangle3), ("4", CellKind::Quad4)]),
+    ("STRI", &[("3", CellKind::Triangle3), ("65", CellKind::Triangle6)]),
+    ("S", FACES),
+    ("T3D", &[("2", CellKind::Line2), ("3", CellKind::Line3)]),
+    ("T2D", &[("2", CellKind::Line2), ("3", CellKind::Line3)]),
+    ("B", &[("31", CellKind::Line2), ("32", CellKind::Line3)]),
+];
+const SOLIDS: &[(&str, CellKind)] = &[
+    ("4", CellKind::Tet4),
+    ("5", CellKind::Pyramid5),
+    ("6", CellKind::Wedge6),
+    ("8", CellKind::Hex8),
+    ("10", CellKind::Tet10),
+    ("15", CellKind::Wedge15),
+    ("20", CellKind::Hex20),
+    ("27", CellKind::Hex27),
+];
+const FACES: &[(&str, CellKind)] =
+    &[("3", CellKind::Triangle3), ("4", CellKind::Quad4), ("6", CellKind::Triangle6), ("8", CellKind::Quad8)];
+
+/// The shape of an element type, if it is one of a body, surface or line.
+fn kind(name: &str) -> Option<CellKind> {
+    FAMILIES.iter().find_map(|(family, kinds)| {
+        let rest = name.strip_prefix(family)?;
+        let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+        kinds.iter().find(|(nodes, _)| *nodes == &rest[..digits]).map(|&(_, kind)| kind)
+    })
+}

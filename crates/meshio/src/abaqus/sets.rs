@@ -1,0 +1,235 @@
+//! Sets, by numbers and by names of other sets, resolved when all nodes and elements are known.
+
+use std::collections::BTreeMap;
+
+use super::lines::number;
+use crate::builder::Numbers;
+use crate::cursor::shortened;
+use crate::{ElementFace, FileMesh, MeshFileError};
+
+/// What a line adds to a set; with the number of the line.
+enum Member {
+    One(u64),
+    /// From the first to the second number in steps of the third; numbers that do not exist are passed over.
+    Range([u64; 3]),
+    Set(String),
+    NodesOfElements(String),
+}
+
+/// Members, each with its line, of sets in the order of the file; a name can come up again.
+#[derive(Default)]
+struct Definitions {
+    members: Vec<(String, Vec<(usize, Member)>)>,
+}
+
+impl Definitions {
+    fn add(&mut self, name: &str, line: usize, member: Member) {
+        match self.members.last_mut() {
+            Some((last, members)) if last == name => members.push((line, member)),
+            _ => self.members.push((name.to_owned(), vec![(line, member)])),
+        }
+    }
+
+    fn line(&mut self, name: &str, line: usize, fields: &[&str], generate: bool) -> Result<(), MeshFileError> {
+        if generate {
+            let member = match *fields {
+                [first, last] => [number(first, line)?, number(last, line)?, 1],
+                [first, last, step] => [number(first, line)?, number(last, line)?, number(step, line)?.max(1)],
+                _ => return Err(error(line, "GENERATE needs first, last and step", "give three numbers")),
+            };
+            self.add(name, line, Member::Range(member));
+            return Ok(());
+        }
+        for field in fields.iter().filter(|field| !field.is_empty()) {
+            let member = match field.parse() {
+                Ok(number) => Member::One(number),
+                Err(_) => Member::Set(field.trim_matches('"').to_owned()),
+            };
+            self.add(name, line, member);
+        }
+        Ok(())
+    }
+}
+
+/// All sets and surfaces of a file.
+#[derive(Default)]
+pub(super) struct Sets {
+    nodes: Definitions,
+    elements: Definitions,
+    faces: Vec<Faces>,
+}
+
+/// One line of a surface.
+struct Faces {
+    surface: String,
+    line: usize,
+    of: Member,
+    side: Side,
+}
+
+#[derive(Clone, Copy)]
+enum Side {
+    /// A face of a solid, from 0.
+    Solid(u8),
+    /// The facet itself, of a shell or membrane.
+    Shell,
+}
+
+impl Sets {
+    pub fn node(&mut self, set: &str, number: u64, line: usize) {
+        self.nodes.add(set, line, Member::One(number));
+    }
+
+    pub fn element(&mut self, set: &str, number: u64, line: usize) {
+        self.elements.add(set, line, Member::One(number));
+    }
+
+    pub fn nodes(&mut self, set: &str, line: usize, fields: &[&str], generate: bool) -> Result<(), MeshFileError> {
+        self.nodes.line(set, line, fields, generate)
+    }
+
+    pub fn elements(&mut self, set: &str, line: usize, fields: &[&str], generate: bool) -> Result<(), MeshFileError> {
+        self.elements.line(set, line, fields, generate)
+    }
+
+    pub fn nodes_of_elements(&mut self, set: String, elements: &str, line: usize) {
+        self.nodes.add(&set, line, Member::NodesOfElements(elements.to_owned()));
+    }
+
+    /// A line of a surface: an element or a set, and a face.
+    pub fn faces(&mut self, surface: &str, line: usize, fields: &[&str]) -> Result<(), MeshFileError> {
+        let of = match fields[0].parse() {
+            Ok(number) => Member::One(number),
+            Err(_) => Member::Set(fields[0].trim_matches('"').to_owned()),
+        };
+        let side = match fields.get(1).copied().unwrap_or_default().to_ascii_uppercase().as_str() {
+            "SPOS" | "SNEG" => Side::Shell,
+            "S1" => Side::Solid(0),
+            "S2" => Side::Solid(1),
+            "S3" => Side::Solid(2),
+            "S4" => Side::Solid(3),
+            "S5" => Side::Solid(4),
+            "S6" => Side::Solid(5),
+            other => {
+                let message = format!("`{}` is no face of an element", shortened(other));
+                return Err(error(line, message, "name the face: S1 to S6, or SPOS of a shell"));
+            }
+        };
+        self.faces.push(Faces { surface: surface.to_owned(), line, of, side });
+        Ok(())
+    }
+
+    /// Puts the sets into the mesh.
+    pub fn resolve(self, mesh: &mut FileMesh, nodes: &Numbers) -> Result<(), MeshFileError> {
+        let elements = Numbers::new(&mesh.cells.numbers).map_err(|number| {
+            let message = "the element is defined twice";
+            MeshFileError::new(format!("element {number}"), message, "give each element a number of its own")
+        })?;
+        let mut room = Room(64 * (mesh.points.len() + mesh.cells.len()) + 1000);
+        for (name, members) in self.elements.members {
+            for (line, member) in members {
+                let found = members_of(&member, line, &elements, &mesh.cell_sets, "element")?;
+                extend(mesh.cell_sets.entry(name.clone()).or_default(), found, &mut room, line)?;
+            }
+        }
+        mesh.cell_sets.values_mut().for_each(sort);
+        for (name, members) in self.nodes.members {
+            for (line, member) in members {
+                let found = match &member {
+                    Member::NodesOfElements(set) => {
+                        let cells = find(&mesh.cell_sets, set).ok_or_else(|| unknown(line, set))?;
+                        cells.iter().flat_map(|&cell| mesh.cells.nodes(cell as usize)).copied().collect()
+                    }
+                    _ => members_of(&member, line, nodes, &mesh.node_sets, "node")?,
+                };
+                extend(mesh.node_sets.entry(name.clone()).or_default(), found, &mut room, line)?;
+            }
+        }
+        mesh.node_sets.values_mut().for_each(sort);
+        for Faces { surface, line, of, side } in self.faces {
+            let found = members_of(&of, line, &elements, &mesh.cell_sets, "element")?;
+            add_faces(mesh, &surface, found, side, &mut room, line)?;
+        }
+        mesh.cell_sets.values_mut().for_each(sort);
+        mesh.face_sets.values_mut().for_each(sort);
+        Ok(())
+    }
+}
+
+/// Adds the faces of some elements to a surface: solids' to the set of faces, shells' to the set of cells of its name.
+fn add_faces(
+    mesh: &mut FileMesh,
+    name: &str,
+    cells: Vec<u32>,
+    side: Side,
+    room: &mut Room,
+    line: usize,
+) -> Result<(), MeshFileError> {
+    let dimension = if matches!(side, Side::Shell) { 2 } else { 3 };
+    if let Some(&cell) = cells.iter().find(|&&cell| mesh.cells.kind(cell as usize).dimension() != dimension) {
+        let (kind, number) = (mesh.cells.kind(cell as usize).name(), mesh.cells.number(cell as usize));
+        let message = format!("element {number}, a {kind}, has no such face");
+        return Err(error(line, message, "solids have faces S1 to S6, shells SPOS and SNEG"));
+    }
+    match side {
+        Side::Shell => extend(mesh.cell_sets.entry(name.to_owned()).or_default(), cells, room, line),
+        Side::Solid(side) => {
+            let faces = cells.into_iter().map(|cell| ElementFace { cell, side }).collect();
+            extend(mesh.face_sets.entry(name.to_owned()).or_default(), faces, room, line)
+        }
+    }
+}
+
+/// Positions of what a member means.
+fn members_of(
+    member: &Member,
+    line: usize,
+    numbers: &Numbers,
+    sets: &BTreeMap<String, Vec<u32>>,
+    what: &str,
+) -> Result<Vec<u32>, MeshFileError> {
+    match member {
+        Member::One(number) => match numbers.position(*number) {
+            Some(position) => Ok(vec![position]),
+            None => Err(error(line, format!("there is no {what} {number}"), "remove it from the set")),
+        },
+        Member::Range([first, last, step]) => {
+            let range = numbers.range(*first, *last).filter(|(number, _)| (number - first).is_multiple_of(*step));
+            Ok(range.map(|(_, position)| position).collect())
+        }
+        Member::Set(name) | Member::NodesOfElements(name) => {
+            find(sets, name).cloned().ok_or_else(|| unknown(line, name))
+        }
+    }
+}
+
+/// The set of a name: in these capitals, or in any.
+fn find<'a, T>(sets: &'a BTreeMap<String, T>, name: &str) -> Option<&'a T> {
+    let alike = || sets.iter().find(|(other, _)| other.eq_ignore_ascii_case(name)).map(|(_, set)| set);
+    sets.get(name).or_else(alike)
+}
+
+fn unknown(line: usize, set: &str) -> MeshFileError {
+    let message = format!("there is no set `{}` before this line", shortened(set));
+    error(line, message, "define sets before they are used")
+}
+
+fn error(line: usize, message: impl Into<String>, cure: impl Into<String>) -> MeshFileError {
+    MeshFileError::new(format!("line {line}"), message, cure)
+}
+
+fn sort<T: Ord>(members: &mut Vec<T>) {
+    members.sort_unstable();
+    members.dedup();
+}
+
+/// How much more sets may hold: names of sets in sets let a small file ask for a large memory.
+struct Room(usize);
+
+fn extend<T>(set: &mut Vec<T>, found: Vec<T>, room: &mut Room, line: usize) -> Result<(), MeshFileError> {
+    room.0 = room.0.checked_sub(found.len()).ok_or_else(|| {
+        error(line, "the sets hold far more than there are nodes and elements", "remove sets that repeat others")
+    })?;
+    set.extend(found);
+    Ok(())
+}

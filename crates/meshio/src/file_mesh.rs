@@ -1,0 +1,96 @@
+//! What a mesh file says, in the file's own terms.
+
+use std::collections::BTreeMap;
+
+use crate::{CellKind, MeshFileError, abaqus, gmsh, vtu};
+
+/// All cells of a file, of any kind.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Cells {
+    pub(crate) kinds: Vec<CellKind>,
+    /// Cell i has the nodes `nodes[offsets[i]..offsets[i + 1]]`; one entry more than cells.
+    pub(crate) offsets: Vec<usize>,
+    pub(crate) nodes: Vec<u32>,
+    pub(crate) numbers: Vec<u64>,
+}
+
+impl Cells {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// Shape and order of one cell.
+    pub fn kind(&self, cell: usize) -> CellKind {
+        self.kinds[cell]
+    }
+
+    /// Nodes of one cell, as positions in [`FileMesh::points`], in the file's order.
+    pub fn nodes(&self, cell: usize) -> &[u32] {
+        &self.nodes[self.offsets[cell]..self.offsets[cell + 1]]
+    }
+
+    /// The number that the file gives the cell; in a VTU file its position.
+    pub fn number(&self, cell: usize) -> u64 {
+        self.numbers[cell]
+    }
+}
+
+/// One face of a solid cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ElementFace {
+    /// Position of the cell in [`FileMesh::cells`].
+    pub cell: u32,
+    /// Face number from 0: Abaqus' S1 … S6, which are the sides of [`slipstick_mesh::HEX_FACES`].
+    pub side: u8,
+}
+
+/// A mesh as it stands in a file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FileMesh {
+    /// Coordinates of all nodes, in the file's unit of length.
+    pub points: Vec<[f64; 3]>,
+    /// The numbers that the file gives the nodes; in a VTU file their positions.
+    pub point_numbers: Vec<u64>,
+    /// All cells.
+    pub cells: Cells,
+    /// Named sets of cells (Gmsh: physical groups), each ascending and unique; the cells may be of any dimension.
+    pub cell_sets: BTreeMap<String, Vec<u32>>,
+    /// Named sets of nodes, each ascending and unique.
+    pub node_sets: BTreeMap<String, Vec<u32>>,
+    /// Named sets of faces of solid cells, each ascending and unique.
+    pub face_sets: BTreeMap<String, Vec<ElementFace>>,
+    /// What was read in another sense than written, for the user to know.
+    pub notices: Vec<String>,
+}
+
+impl FileMesh {
+    /// Reads a file's bytes; the first character tells the format: `$` Gmsh, `*` Abaqus, `<` VTU.
+    ///
+    /// # Errors
+    /// [`MeshFileError`] at the first place that cannot be read.
+    pub fn parse(bytes: &[u8]) -> Result<Self, MeshFileError> {
+        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        match text.iter().find(|byte| !byte.is_ascii_whitespace()) {
+            Some(b'$') => gmsh::parse(text),
+            Some(b'*') => abaqus::parse(text),
+            Some(b'<') => vtu::mesh(text),
+            _ => Err(MeshFileError::new(
+                "the start of the file",
+                "the format is not known",
+                "mesh files are Gmsh's .msh (2.2 or 4.1), Abaqus' .inp and VTK's .vtu",
+            )),
+        }
+    }
+
+    /// Names of the sets that hold solid cells: what [`FileMesh::body`] takes as a part.
+    pub fn parts(&self) -> impl Iterator<Item = &str> {
+        let solid = |cells: &Vec<u32>| cells.iter().any(|&cell| self.cells.kind(cell as usize).dimension() == 3);
+        self.cell_sets.iter().filter(move |(_, cells)| solid(cells)).map(|(name, _)| name.as_str())
+    }
+}

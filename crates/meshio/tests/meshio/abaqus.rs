@@ -1,0 +1,122 @@
+//! Statements of Abaqus' input format, by their definition in the keywords reference.
+
+use crate::{parse, places, refused, sound};
+
+/// Two cubes beside each other along x, as a person or a preprocessor may write them.
+const CUBES: &str = "*Heading
+** two cubes
+ anything, even commas
+*Node, nset=all
+ 1, 0., 0., 0.
+ 2, 1.D0, 0., 0.
+ 3, 1., 1., 0.
+ 4, 0., 1.
+ 5, 0., 0., 1.
+ 6, 1., 0., 1.
+ 7, 1., 1., 1.
+ 8, 0., 1., 1.
+ 12, 2., 0., 0.
+ 13, 2., 1., 0.
+ 16, 2., 0., 1.
+ 17, 2., 1., 1.
+ 99, 50., 50., 50.
+*Element, type=C3D8R,
+ elset=Left
+10, 1, 2, 3, 4,
+ 5, 6, 7, 8
+*ELEMENT, TYPE=c3d8, ELSET=RIGHT
+20, 2, 12, 13, 3, 6, 16, 17, 7
+*ELEMENT, TYPE=S4, ELSET=skin
+30, 1, 5, 8, 4
+*Elset, elset=both
+left, 20
+*Elset, elset=counted, generate
+10, 1000, 10
+*Nset, nset=odd, generate
+1, 17, 2
+*Nset, nset=low
+1, 2, 5,
+6
+*Nset, nset=of_left, elset=Left
+*Surface, type=ELEMENT, name=above
+both, S2
+*Surface, name=end
+RIGHT, S4
+*Surface, name=shell, type=element
+skin, SPOS
+*Surface, name=points, type=node
+low
+*Material, name=steel
+*Elastic
+210000., 0.3
+*Step
+*Static
+nonsense that is not read
+";
+
+#[test]
+fn sets_and_surfaces_are_read() {
+    let read = sound(&parse(CUBES), "a", Some("both"));
+    let mesh = read.mesh;
+    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (2, 12), "node 99 belongs to no element");
+    assert_eq!(mesh.hexes[0], [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(mesh.nodes[1], [1.0, 0.0, 0.0], "Fortran's exponent");
+    let facets = |name: &str| mesh.surfaces[name].facets.iter().map(|f| f.element).collect::<Vec<_>>();
+    assert_eq!((facets("a_above"), facets("a_end")), (vec![0, 1], vec![1]));
+    assert_eq!((facets("a_skin"), facets("a_shell")), (vec![0], vec![0]));
+    // S2 is the face of nodes 5 to 8, S4 that of 2, 3, 6, 7
+    assert!(mesh.surfaces["a_above"].nodes().iter().all(|&n| mesh.nodes[n as usize][2] == 1.0));
+    assert!(mesh.surfaces["a_end"].nodes().iter().all(|&n| mesh.nodes[n as usize][0] == 2.0));
+    let low = [[0, 0, 0], [0, 0, 1_000_000], [1_000_000, 0, 0], [1_000_000, 0, 1_000_000]];
+    assert_eq!(places(&mesh, &mesh.node_sets["a_low"]), low);
+    assert_eq!(mesh.node_sets["a_points"], mesh.node_sets["a_low"]);
+    // 1, 3, 5, 7, 13, 17: those of the odd numbers to 17 that exist
+    assert_eq!(mesh.node_sets["a_odd"], [0, 2, 4, 6, 9, 11]);
+    assert_eq!(mesh.node_sets["a_of_left"], (0..8).collect::<Vec<u32>>());
+    assert_eq!(read.notices, ["elements of type C3D8R are read as C3D8: trilinear, fully integrated"]);
+    let counted = sound(&parse(CUBES), "a", Some("counted")).mesh;
+    assert_eq!(counted.hexes.len(), 2, "elements 10 and 20 of 10, 20, 30, of which 30 is a shell");
+}
+
+/// Of one of two cubes that share nodes, the shared face is an outer one.
+#[test]
+fn a_part_is_a_body_of_its_own() {
+    let mesh = sound(&parse(CUBES), "right", Some("RIGHT")).mesh;
+    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (1, 8));
+    assert_eq!(mesh.surfaces.keys().collect::<Vec<_>>(), ["right_above", "right_end"]);
+    let text = CUBES.replace("RIGHT, S4", "RIGHT, S6");
+    let mesh = sound(&parse(&text), "right", Some("RIGHT")).mesh;
+    assert!(mesh.surfaces["right_end"].nodes().iter().all(|&n| mesh.nodes[n as usize][0] == 1.0));
+    let error = parse(&text).body("a", Some("both"), 1.0).expect_err("between two elements");
+    assert!(error.place.contains("surface `end`") && error.place.contains("nodes [3, 2, 6, 7]"), "{error}");
+    assert!(error.message.contains("lies between two elements"), "{error}");
+}
+
+#[test]
+fn errors_name_line_and_cure() {
+    let cases = [
+        ("*Heading", "*Part, name=P", "line 1", "Do not use parts and assemblies"),
+        ("*Heading", "*Include, input=x.inp", "line 1", "put the included file's text"),
+        ("*Nset, nset=low", "*Nset, nset=low, instance=P-1", "line 32", "Do not use parts"),
+        ("*Node, nset=all", "*Node, system=C", "line 4", "SYSTEM=R"),
+        ("type=C3D8R", "type=C3D9", "line 18", "use C3D8"),
+        (" 2, 1.D0", " 2, 1.F0", "line 6", "finite"),
+        (" 2, 1.D0", " 2, inf", "line 6", "finite"),
+        ("\n 5, 6, 7, 8", "", "line 21", "all its nodes"),
+        ("13, 3, 6, 16, 17, 7", "13, 3, 6, 16, 17, 7, 8", "line 23", "new line"),
+        ("left, 20", "lefty, 20", "line 27", "define sets before"),
+        ("left, 20", "left, 21", "line 27", "remove it"),
+        ("RIGHT, S4", "RIGHT, S7", "line 39", "S1 to S6"),
+        ("RIGHT, S4", "RIGHT, SPOS", "line 39", "SPOS"),
+        ("elset=both", "set=both", "line 26", "name it"),
+        ("20, 2, 12", "20, 2, 11", "element 20", "all its nodes"),
+        ("20, 2, 12", "10, 2, 12", "element 10", "number of its own"),
+        (" 8, 0.", " 7, 0.", "node 7", "number of its own"),
+    ];
+    for (from, to, place, cure) in cases {
+        assert!(CUBES.contains(from), "{from}");
+        let error = refused(&CUBES.replacen(from, to, 1));
+        assert!(error.place.starts_with(place), "{to}: {error}");
+        assert!(error.cure.contains(cure), "{to}: {error}");
+    }
+}

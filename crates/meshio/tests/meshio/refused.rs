@@ -1,0 +1,106 @@
+//! Meshes that are readable, but no bodies; and orders of nodes that are repaired.
+
+use crate::{data, parse, refused, sound};
+use slipstick_meshio::FileMesh;
+
+/// One cube in Gmsh's old format, with its lower face as a physical surface of Gmsh's type `surface`.
+fn cube(hex: &str, surface: &str) -> String {
+    let corners = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1", "9 9 9"];
+    let nodes: String = corners.iter().enumerate().map(|(n, x)| format!("{} {x}\n", n + 1)).collect();
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 7 \"under\"\n3 8 \"cube\"\n$EndPhysicalNames\n\
+         $Comments\nanything $Nodes\n$EndComments\n$Nodes\n9\n{nodes}$EndNodes\n\
+         $Elements\n2\n1 {surface}\n2 {hex}\n$EndElements\n"
+    )
+}
+
+const HEX: &str = "5 2 8 1 1 2 3 4 5 6 7 8";
+const UNDER: &str = "3 2 7 1 1 2 3 4";
+
+fn body_error(hex: &str, surface: &str) -> slipstick_meshio::MeshFileError {
+    parse(&cube(hex, surface)).body("a", None, 1.0).expect_err("no body")
+}
+
+/// Bottom and top in the wrong order make the volume negative; swapped, it is the same cube.
+#[test]
+fn hexahedra_inside_out_are_repaired_and_said() {
+    let right = sound(&parse(&cube(HEX, UNDER)), "a", None);
+    assert_eq!((right.notices.len(), right.mesh.hexes[0]), (0, [0, 1, 2, 3, 4, 5, 6, 7]));
+    let turned = sound(&parse(&cube("5 2 8 1 5 6 7 8 1 2 3 4", UNDER)), "a", None);
+    assert_eq!(turned.mesh.hexes, right.mesh.hexes);
+    assert_eq!(turned.mesh.surfaces, right.mesh.surfaces);
+    assert!(turned.notices[0].contains("1 hexahedra") && turned.notices[0].contains("element 2"), "{turned:?}");
+    // mirrored: the numbers run the other way round
+    let mirrored = sound(&parse(&cube("5 2 8 1 4 3 2 1 8 7 6 5", UNDER)), "a", None);
+    assert_eq!(mirrored.notices.len(), 1);
+    assert!((mirrored.mesh.element_volume(0) - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn elements_that_are_no_hexahedra_are_refused_by_number_and_place() {
+    let cases = [
+        ("5 2 8 1 1 2 4 3 5 6 7 8", "element 2 at (0.5000, 0.5000, 0.5000), nodes [1, 2, 4, 3,", "folded"),
+        ("5 2 8 1 1 2 3 3 5 6 7 8", "element 2 ", "names a node twice"),
+        ("4 2 8 1 1 2 3 5", "element 2 ", "tet4"),
+        ("6 2 8 1 1 2 3 5 6 7", "element 2 ", "wedge6"),
+        ("11 2 8 1 1 2 3 4 5 6 7 8 9 1", "element 2 ", "tet10"),
+    ];
+    for (hex, place, message) in cases {
+        let error = body_error(hex, UNDER);
+        assert!(error.place.starts_with(place) && error.message.contains(message), "{error}");
+    }
+    assert!(body_error("11 2 8 1 1 2 3 4 5 6 7 8 9 1", UNDER).cure.contains("Mesh.ElementOrder = 1"));
+    let error = refused(&cube("92 2 8 1 1 2 3 4 5 6 7 8", UNDER));
+    assert!(error.message.contains("type 92") && error.place == "line 27", "{error}");
+}
+
+#[test]
+fn facets_must_be_faces_of_the_body() {
+    let error = body_error(HEX, "3 2 7 1 1 2 7 8");
+    assert!(error.message.contains("is no face of any element"), "{error}");
+    assert_eq!(error.place, "surface `under`, facet at (0.5000, 0.5000, 0.5000), nodes [1, 2, 7, 8]");
+    let error = body_error(HEX, "2 2 7 1 1 2 3");
+    assert!(error.message.contains("a triangle3 of the surface `under`"), "{error}");
+    let error = body_error(HEX, "3 2 7 1 1 2 3 9");
+    assert!(error.message.contains("nodes that no hexahedron has"), "{error}");
+    // of a part alone, what hangs elsewhere is not its surface
+    let read = sound(&parse(&cube(HEX, "3 2 7 1 1 2 3 9")), "a", Some("cube"));
+    assert!(read.mesh.surfaces.is_empty());
+}
+
+#[test]
+fn unknown_parts_are_named_with_those_there_are() {
+    let file = FileMesh::parse(&data("gmsh_41_ascii.msh")).expect("readable");
+    let error = file.body("a", Some("slap"), 1.0).expect_err("no such part");
+    assert_eq!(
+        error.to_string(),
+        "part `slap`: the file has no such set of solid elements; sets of solid elements: block, slab"
+    );
+    let unnamed = parse(&cube("5 2 0 1 1 2 3 4 5 6 7 8", UNDER));
+    assert!(unnamed.body("a", Some("cube"), 1.0).expect_err("none").cure.contains("leave `part` out"));
+    let error = body_error("3 2 8 1 1 2 3 4", UNDER);
+    assert!(error.message.contains("no solid elements"), "{error}");
+}
+
+#[test]
+fn formats_that_are_not_read_are_said() {
+    let with = |from: &str, to: &str| refused(&cube(HEX, UNDER).replacen(from, to, 1));
+    assert!(with("2.2 0 8", "4 0 8").cure.contains("4.1"));
+    assert!(refused("$NOD\n1\n1 0 0 0\n$ENDNOD\n").message.contains("1.0"));
+    assert!(with("$Comments", "$PartitionedEntities").cure.contains("unpartitioned"));
+    assert_eq!(with("2 1 0 0", "2 x 0 0").place, "line 15");
+    assert!(with("2 1 0 0", "2 nan 0 0").cure.contains("finite"));
+    assert!(with("9\n1 0 0 0", "8\n1 0 0 0").message.contains("$EndNodes must be"));
+    assert!(with("\n9 9 9 9", "\n8 9 9 9").message.contains("twice"));
+    assert!(refused("solid stl").message.contains("format is not known"));
+    assert!(refused("").message.contains("format is not known"));
+    assert!(refused("<VTKFile type=\"PolyData\"/>").message.contains("PolyData"));
+    assert!(refused("<html></html>").message.contains("no <VTKFile>"));
+    let text = String::from_utf8(data("meshio_ascii.vtu")).expect("text");
+    let with = |from: &str, to: &str| refused(&text.replacen(from, to, 1));
+    let file = "<VTKFile type=\"UnstructuredGrid\"";
+    assert!(with(file, &format!("{file} compressor=\"vtkLZ4DataCompressor\"")).cure.contains("zlib"));
+    assert!(with("NumberOfPoints=\"63\"", "NumberOfPoints=\"64\"").place.contains("Points"));
+    assert!(with("NumberOfCells=\"44\"", "NumberOfCells=\"45\"").message.contains("number"));
+    assert!(with("</Piece>", "</Piece><Piece>").message.contains("several pieces"));
+}

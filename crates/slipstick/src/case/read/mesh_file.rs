@@ -1,0 +1,80 @@
+//! Bodies from mesh files (`mesh = { file, part, scale }`).
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use slipstick_meshio::{FileMesh, MeshFileError};
+
+use super::super::ReadFile;
+use super::super::resolved::MeshFile;
+use super::super::typed::Table;
+use super::CaseCode;
+use crate::run::sha256;
+
+/// What stands in a file, or why it cannot be read and what mends it.
+type Contents = Result<Rc<(FileMesh, String)>, (String, String)>;
+
+/// The files that a case names, each read once.
+pub(super) struct MeshFiles<'f> {
+    read: ReadFile<'f>,
+    known: RefCell<BTreeMap<String, Contents>>,
+}
+
+impl<'f> MeshFiles<'f> {
+    pub fn new(read: ReadFile<'f>) -> Self {
+        Self { read, known: RefCell::default() }
+    }
+
+    fn get(&self, name: &str) -> Contents {
+        self.known.borrow_mut().entry(name.to_owned()).or_insert_with(|| self.load(name)).clone()
+    }
+
+    fn load(&self, name: &str) -> Contents {
+        let bytes = (self.read)(name).map_err(|error| {
+            let help = "the path counts from the folder of the case file";
+            (format!("cannot read the mesh file {name}: {error}"), help.to_owned())
+        })?;
+        let mesh = FileMesh::parse(&bytes).map_err(|error| told(name, error))?;
+        Ok(Rc::new((mesh, sha256(&bytes))))
+    }
+}
+
+fn told(file: &str, error: MeshFileError) -> (String, String) {
+    (format!("{file}: {}: {}", error.place, error.message), error.cure)
+}
+
+/// The body; `None` after an error that leaves its surfaces unknown.
+pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) -> Option<MeshFile> {
+    let file = table
+        .string("file")
+        .check(CaseCode::Empty, |file| !file.is_empty(), "is empty", "name a .msh, .inp or .vtu file")
+        .required(String::new(), "a .msh, .inp or .vtu file, relative to the case file");
+    let part = table.string("part").optional();
+    let scale = table.number("scale").positive(CaseCode::OutOfRange).or(1.0);
+    let expected = table.string("sha256").optional();
+    if file.is_empty() {
+        return None;
+    }
+    let reader = table.reader;
+    let error = |key: &str, (message, help): (String, String)| {
+        reader.error(&table.path_of(key), CaseCode::MeshFile, message, help);
+    };
+    let contents = files.get(&file).map_err(|told| error("file", told)).ok()?;
+    let (mesh, hash) = &*contents;
+    if expected.is_some_and(|expected| !expected.eq_ignore_ascii_case(hash)) {
+        let help = "put the old file back, or remove the key";
+        error("sha256", (format!("the SHA-256 of {file} is {hash}: the file has changed"), help.into()));
+    }
+    let read = mesh.body(body, part.as_deref(), scale).map_err(|found| {
+        let key = if found.place.starts_with("part ") { "part" } else { "file" };
+        error(key, told(&file, found));
+    });
+    let read = read.ok()?;
+    for notice in read.notices {
+        let help = "nothing needs to be done if that is meant";
+        reader.warning(&table.path_of("file"), CaseCode::MeshFile, format!("{file}: {notice}"), help);
+    }
+    Some(MeshFile { file, part, scale, sha256: hash.clone(), mesh: Arc::new(read.mesh) })
+}

@@ -1,0 +1,59 @@
+//! Whether each body hangs together.
+
+use super::{Notice, NoticeKind, held_motions};
+use crate::case::{Case, Shape};
+use slipstick_mesh::Mesh;
+
+/// Nodes nearer to each other than this fraction of the body's size were meant to be one: mesh files are written with
+/// single precision at worst, and no element is that small.
+const COINCIDENT: f64 = 1e-6;
+
+/// A notice for each body that falls into parts, or that has nodes at one place. Generators merge their nodes, so that
+/// only mesh files are looked at for the latter.
+pub(super) fn notices(case: &Case, mesh: &Mesh, fixed: &[bool]) -> Vec<Notice> {
+    let bodies = case.bodies.iter().enumerate().filter(|(_, body)| matches!(body.shape, Shape::Mesh(_)));
+    bodies.flat_map(|(b, _)| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b)]).flatten().collect()
+}
+
+fn notice(body: usize, message: String, help: &str) -> Notice {
+    Notice { kind: NoticeKind::Disconnected, path: format!("body[{body}].mesh.file"), message, help: help.into() }
+}
+
+fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool]) -> Option<Notice> {
+    let parts = mesh.connected_parts(body);
+    if parts.len() < 2 {
+        return None;
+    }
+    let loose = |part: &&Vec<u32>| held_motions(mesh, part.iter().map(|&node| node as usize), fixed) < 6;
+    let free: Vec<&Vec<u32>> = parts.iter().filter(loose).collect();
+    let free_ones = match free[..] {
+        [] => "each is held by itself".into(),
+        [first, ..] => format!("{} can move freely, one of them at {}", free.len(), place(mesh, first[0])),
+    };
+    let message =
+        format!("body `{}` falls into {} parts that share no nodes; {free_ones}", mesh.bodies[body].name, parts.len());
+    Some(notice(body, message, "merge doubled nodes in the mesher (Gmsh: Coherence Mesh), or make the parts bodies"))
+}
+
+fn unmerged_nodes(mesh: &Mesh, body: usize) -> Option<Notice> {
+    let nodes = &mesh.nodes[mesh.bodies[body].nodes.clone()];
+    let extent = |c: usize| {
+        let (low, high) = nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x[c]), h.max(x[c])));
+        high - low
+    };
+    let size = (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt();
+    let pairs = mesh.coincident_nodes(body, COINCIDENT * size);
+    let [a, b] = *pairs.first()?;
+    let message = format!(
+        "body `{}` has {} pairs of nodes at one place, as {a} and {b} at {}: elements are not connected there",
+        mesh.bodies[body].name,
+        pairs.len(),
+        place(mesh, a)
+    );
+    Some(notice(body, message, "merge them in the mesher (Gmsh: Coherence Mesh), unless a slit is meant"))
+}
+
+fn place(mesh: &Mesh, node: u32) -> String {
+    let [x, y, z] = mesh.nodes[node as usize];
+    format!("({x:.4}, {y:.4}, {z:.4})")
+}

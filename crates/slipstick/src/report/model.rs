@@ -1,0 +1,93 @@
+//! The mesh as the page needs it: whole where a threshold opens it, as its skin elsewhere.
+
+use serde::Serialize;
+use slipstick_mesh::Mesh;
+
+use super::pack::{Packed, floats, integers};
+use crate::case::Case;
+
+/// Points and elements of the page.
+#[derive(Debug, Serialize)]
+pub(super) struct Model {
+    /// Coordinates, 3 per point.
+    points: String,
+    /// Points of the hexahedra of designed bodies, 8 each.
+    hexes: String,
+    /// Points of the skin of the other bodies, 4 each.
+    quads: String,
+    /// Points that are slave nodes, in the order of the contact fields.
+    slaves: String,
+    bodies: Vec<BodyPart>,
+    /// Number of the first element of each body.
+    elements: Vec<usize>,
+    /// Density of the hexahedra on the load path.
+    path_density: Option<Packed>,
+}
+
+/// Which hexahedra and faces are of a body.
+#[derive(Debug, Serialize)]
+struct BodyPart {
+    name: String,
+    hexes: [usize; 2],
+    quads: [usize; 2],
+}
+
+/// Which parts of the mesh a page holds.
+#[derive(Debug)]
+pub(super) struct Layout {
+    /// Nodes of the mesh that are points of the page, ascending.
+    pub nodes: Vec<u32>,
+    /// Elements that are hexahedra of the page.
+    pub elements: Vec<u32>,
+    /// Nodes of slave surfaces.
+    pub slaves: Vec<u32>,
+    quads: Vec<[u32; 4]>,
+    bodies: Vec<BodyPart>,
+}
+
+impl Layout {
+    /// Designed bodies whole, the others as their skin.
+    pub fn new(case: &Case, mesh: &Mesh) -> Self {
+        let designed = |name: &str| case.design.as_ref().is_some_and(|design| design.bodies.iter().any(|b| b == name));
+        let (mut elements, mut quads, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
+        for (b, body) in mesh.bodies.iter().enumerate() {
+            let (hexes, faces) = (elements.len(), quads.len());
+            if designed(&body.name) {
+                elements.extend(body.elements.clone().map(|e| e as u32));
+            } else {
+                quads.extend(mesh.boundary(b).facets.iter().map(|facet| facet.nodes));
+            }
+            let name = body.name.clone();
+            bodies.push(BodyPart { name, hexes: [hexes, elements.len()], quads: [faces, quads.len()] });
+        }
+        let of_hexes = elements.iter().flat_map(|&e| mesh.hexes[e as usize]);
+        let mut nodes: Vec<u32> = of_hexes.chain(quads.iter().flatten().copied()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let surfaces = case.contacts.iter().filter_map(|pair| mesh.surfaces.get(&pair.slave));
+        let mut slaves: Vec<u32> = surfaces.flat_map(|surface| surface.nodes()).collect();
+        slaves.sort_unstable();
+        slaves.dedup();
+        Self { nodes, elements, slaves, quads, bodies }
+    }
+
+    /// Size before encoding. \[bytes\]
+    pub fn bytes(&self) -> usize {
+        12 * self.nodes.len() + 32 * self.elements.len() + 16 * self.quads.len()
+    }
+
+    /// The model as text.
+    pub fn model(self, mesh: &Mesh, path_density: Option<Packed>) -> Model {
+        // Every node of hexahedra and faces is among the points.
+        let point = |node: &u32| self.nodes.binary_search(node).unwrap_or(0) as u32;
+        Model {
+            points: floats(self.nodes.iter().flat_map(|&n| mesh.nodes[n as usize])),
+            hexes: integers(self.elements.iter().flat_map(|&e| mesh.hexes[e as usize]).map(|n| point(&n))),
+            quads: integers(self.quads.iter().flatten().map(point)),
+            slaves: integers(self.slaves.iter().map(point)),
+            elements: mesh.bodies.iter().map(|body| body.elements.start).collect(),
+            bodies: self.bodies,
+            path_density,
+        }
+    }
+}

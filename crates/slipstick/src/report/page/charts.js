@@ -1,0 +1,82 @@
+// Curves as SVG, tables, and small helpers for both.
+function make(name, attributes, ...children) {
+  const svg = ["svg", "g", "line", "path", "circle", "rect", "text"].includes(name);
+  const node = svg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
+  for (const [key, value] of Object.entries(attributes || {})) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
+}
+function digits(value, count = 4) {
+  if (value === null || value === undefined) return "";
+  if (typeof value !== "number") return String(value);
+  const size = Math.abs(value);
+  if (Number.isInteger(value) && size < 1e7) return String(value);
+  return size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(count - 1) : String(+value.toPrecision(count + 1));
+}
+function ticks(low, high, count) {
+  const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map(m => m * power).find(s => s >= raw);
+  const all = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) all.push(k * step);
+  return all;
+}
+// series: [{ name, values }]; x: their abscissae; `bars` draws columns from zero.
+function chart(title, x, series, { bars = false, zero = false, xname = "iteration" } = {}) {
+  const shown = series.filter(s => s.values.some(v => v !== null));
+  if (x.length === 0 || shown.length === 0) return null;
+  const [width, height, left, right, top, bottom] = [420, 210, 56, 10, 10, 30];
+  const values = shown.flatMap(s => s.values.filter(v => v !== null));
+  let low = Math.min(...values), high = Math.max(...values);
+  if (zero || bars) { low = Math.min(low, 0); high = Math.max(high, 0); }
+  if (high - low < 1e-12 * Math.max(Math.abs(low), Math.abs(high), 1e-300)) { const pad = Math.abs(high) * 0.1 || 1; low -= pad; high += pad; }
+  const pad = (high - low) * 0.05;
+  if (!(low === 0 && (zero || bars))) low -= pad;
+  high += pad;
+  const half = bars ? 0.5 : 0, [first, last] = [x[0] - half, x[x.length - 1] + half];
+  const px = v => left + (width - left - right) * (last > first ? (v - first) / (last - first) : 0.5);
+  const py = v => height - bottom - (height - top - bottom) * (v - low) / (high - low);
+  const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img" });
+  const spoken = shown.map(s => `${s.name} from ${digits(s.values[0])} to ${digits(s.values[s.values.length - 1])}`).join("; ");
+  svg.setAttribute("aria-label", `${title}: ${spoken}`);
+  for (const t of ticks(low, high, 4)) {
+    svg.append(make("line", { class: "axis", x1: left, x2: width - right, y1: py(t), y2: py(t) }));
+    svg.append(make("text", { x: left - 6, y: py(t) + 4, "text-anchor": "end" }, digits(t, 3)));
+  }
+  for (const t of ticks(x[0], Math.max(x[x.length - 1], x[0] + 1), 6).filter(t => Number.isInteger(t) && t <= last)) {
+    svg.append(make("text", { x: px(t), y: height - bottom + 15, "text-anchor": "middle" }, digits(t)));
+  }
+  svg.append(make("text", { x: width - right, y: height - 2, "text-anchor": "end" }, xname));
+  shown.forEach((s, k) => {
+    const colour = `var(--c${k % 3})`;
+    if (bars) {
+      const wide = Math.max(1, 0.8 * (px(first + 1) - px(first)) / shown.length);
+      s.values.forEach((v, i) => { if (v !== null) svg.append(make("rect", { x: px(x[i]) - wide * shown.length / 2 + k * wide, y: py(Math.max(v, 0)), width: wide, height: Math.abs(py(0) - py(v)), fill: colour })); });
+      return;
+    }
+    let d = "", pen = "M";
+    s.values.forEach((v, i) => { if (v === null) { pen = "M"; } else { d += `${pen}${px(x[i]).toFixed(1)} ${py(v).toFixed(1)}`; pen = "L"; } });
+    svg.append(make("path", { d, fill: "none", stroke: colour, "stroke-width": 1.8, "stroke-linejoin": "round" }));
+    if (x.length <= 40) s.values.forEach((v, i) => { if (v !== null) svg.append(make("circle", { cx: px(x[i]), cy: py(v), r: 2.4, fill: colour })); });
+  });
+  const caption = make("span", {}, title), at = make("span", { class: "at" });
+  if (shown.length > 1) shown.forEach((s, k) => caption.append(" ", make("span", { style: `color: var(--c${k % 3})` }, s.name)));
+  const cursor = make("line", { class: "cursor", y1: top, y2: height - bottom, visibility: "hidden" });
+  svg.append(cursor);
+  const tell = i => {
+    at.textContent = `${xname} ${digits(x[i])}: ${shown.map(s => digits(s.values[i])).join(", ")}`;
+    cursor.setAttribute("x1", px(x[i])); cursor.setAttribute("x2", px(x[i])); cursor.setAttribute("visibility", "visible");
+  };
+  svg.addEventListener("pointermove", event => {
+    const box = svg.getBoundingClientRect(), where = (event.clientX - box.left) / box.width * width;
+    let near = 0;
+    x.forEach((v, i) => { if (Math.abs(px(v) - where) < Math.abs(px(x[near]) - where)) near = i; });
+    tell(near);
+  });
+  svg.addEventListener("pointerleave", () => { at.textContent = ""; cursor.setAttribute("visibility", "hidden"); });
+  return make("figure", {}, make("figcaption", {}, caption, at), svg);
+}
+function table(columns, rows, kind = "") {
+  const body = rows.map(row => make("tr", {}, ...row.map(cell => make("td", {}, digits(cell, 5)))));
+  const head = columns.length ? [make("thead", {}, make("tr", {}, ...columns.map(name => make("th", {}, name))))] : [];
+  return make("table", { class: kind }, ...head, make("tbody", {}, ...body));
+}

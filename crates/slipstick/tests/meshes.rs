@@ -1,0 +1,247 @@
+//! Bodies from mesh files, and surfaces and node sets that a case selects.
+
+mod common;
+
+use std::path::Path;
+
+use slipstick::build::{BuildError, Problem, build, build_mesh};
+use slipstick::case::{CaseCode, CaseErrors, Resolved, parse_case_with};
+use slipstick::check::{NoticeKind, inspect};
+use slipstick::run::mesh_files;
+use slipstick_mesh::Mesh;
+
+/// A block on a slab, as in the files of `meshio/tests/data`; the shapes are put in.
+fn pair(slab: &str, block: &str, [slab_top, slab_bottom]: [&str; 2], [block_top, block_bottom]: [&str; 2]) -> String {
+    let material = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    format!(
+        "[[body]]\nname = 'slab'\n{slab}\n{material}\n[[body]]\nname = 'block'\n{block}\n{material}\n\
+         [[contact]]\nslave = '{block_bottom}'\nmaster = '{slab_top}'\nfriction = 0.3\n\
+         [[dirichlet]]\nset = '{slab_bottom}'\n[[dirichlet]]\nset = '{block_top}'\n\
+         motion = [{{ t = 0.5, u = [0, -0.1, 0] }}, {{ t = 1.0, u = [0.2, -0.1, 0.05] }}]\n\
+         [load_path]\nsteps = 4\ntolerance = {{ relative = 1e-12 }}\n\
+         [design]\nbodies = ['slab']\ninitial = 0.5\nvolume_fraction = 0.5\n[objective]\ncontact_force = {{}}\n"
+    )
+}
+
+const SLAB: &str = "box = { min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }";
+const BLOCK: &str = "box = { min = [0.6, 1.0, 0.3], max = [2.0, 1.7, 1.6], elements = [2, 1, 2] }";
+
+/// The pair from one file with the parts `slab` and `block`.
+fn from_file(file: &str) -> String {
+    let mesh = |part: &str| format!("mesh = {{ file = '{file}', part = '{part}' }}");
+    pair(&mesh("slab"), &mesh("block"), ["slab_top", "slab_bottom"], ["block_top", "block_bottom"])
+}
+
+fn read(text: &str) -> Result<Resolved, CaseErrors> {
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshio/tests/data/case.toml");
+    parse_case_with(text, "case.toml", &mesh_files(&case))
+}
+
+fn parsed(text: &str) -> Resolved {
+    read(text).unwrap_or_else(|errors| panic!("{errors}\n{text}"))
+}
+
+fn built(text: &str) -> Problem {
+    build(&parsed(text).case).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// Values of the elements in the order of their centroids.
+fn by_place(mesh: &Mesh, values: &[f64]) -> Vec<([i64; 3], f64)> {
+    let place = |e: usize| mesh.centroid(e).map(|x| (x * 1e6).round() as i64);
+    let mut found: Vec<_> = values.iter().enumerate().map(|(e, &value)| (place(e), value)).collect();
+    found.sort_by_key(|&(place, _)| place);
+    found
+}
+
+/// Contact with friction of two bodies from each kind of file, against the same bodies from the generator. Gmsh's nodes
+/// are off by 2e-12, so that results agree to that times the stiffness of contact, not to round-off.
+#[test]
+fn a_meshed_pair_is_the_generated_one() {
+    let faces = |body: &str| [format!("{body}_ymax"), format!("{body}_ymin")];
+    let (slab, block) = (faces("slab"), faces("block"));
+    let generated = pair(SLAB, BLOCK, [&slab[0], &slab[1]], [&block[0], &block[1]]);
+    let run = |text: &str| {
+        let mut problem = built(text);
+        let density = problem.initial_density.clone();
+        let forward = common::forward(&mut problem, &density);
+        let gradient = problem.analysis.gradient(&forward).expect("a gradient");
+        (forward.value, by_place(&problem.mesh, &gradient))
+    };
+    let (value, gradient) = run(&generated);
+    let vtu = "mesh = { file = 'vtk_raw_zlib.vtu', part = 'group=";
+    let groups = |body: &str, top: u8, bottom: u8| [format!("{body}_group={top}"), format!("{body}_group={bottom}")];
+    let (slab, block) = (groups("slab", 3, 2), groups("block", 8, 7));
+    let from_vtu = pair(&format!("{vtu}1' }}"), &format!("{vtu}6' }}"), [&slab[0], &slab[1]], [&block[0], &block[1]]);
+    for text in [from_file("gmsh_22_binary.msh"), from_file("gmsh_41_ascii.msh"), from_file("gmsh.inp"), from_vtu] {
+        let (found, found_gradient) = run(&text);
+        assert!(((found - value) / value).abs() < 1e-9, "{found} instead of {value}\n{text}");
+        let size = gradient.iter().map(|(_, g)| g * g).sum::<f64>().sqrt();
+        for ((place, expected), (found_place, found)) in gradient.iter().zip(&found_gradient) {
+            assert_eq!(place, found_place);
+            assert!((found - expected).abs() < 1e-8 * size, "{place:?}: {found} instead of {expected}");
+        }
+    }
+}
+
+/// The whole gradient of the meshed pair against central differences.
+#[test]
+fn gradient_on_a_mesh_from_a_file_matches_differences() {
+    let mut problem = built(&from_file("gmsh_41_binary.msh"));
+    let density = common::random_density(&problem, 7);
+    let check = common::check_gradient(&mut problem, &density);
+    assert!(check.error < 1e-7, "{:.2e}", check.error);
+    assert_eq!(check.adjoint.len(), 16);
+}
+
+/// Only what the reader is given decides where files come from: the case itself reads none.
+#[test]
+fn files_come_through_the_caller() {
+    let text = from_file("gmsh_41_ascii.msh");
+    let errors = slipstick::case::parse_case(&text, "case.toml").expect_err("no folder");
+    assert_eq!(errors.diagnostics()[0].code(), CaseCode::MeshFile);
+    assert!(errors.to_string().contains("read without its folder"), "{errors}");
+    // written out, the case names the file and not what stands in it
+    let case = parsed(&text.replace("part = 'slab'", "part = 'slab', scale = 1.5")).case;
+    let written = toml::to_string(&case).expect("writable");
+    assert!(written.contains("scale = 1.5") && !written.contains("nodes"), "{written}");
+    assert_eq!(parsed(&written).case, case);
+}
+
+/// Every error in a mesh body is at its key, and says what mends it.
+#[test]
+fn errors_in_mesh_files_point_at_the_case() {
+    let text = from_file("gmsh_41_ascii.msh");
+    let cases = [
+        ("file = 'gmsh_41_ascii.msh', part = 'slab'", "file = 'no.msh'", CaseCode::MeshFile, "'no.msh'", "folder"),
+        ("part = 'slab'", "part = 'slap'", CaseCode::MeshFile, "'slap'", "sets of solid elements: block, slab"),
+        ("gmsh_41_ascii.msh', part = 'slab'", "make.py'", CaseCode::MeshFile, "'make.py'", "mesh files are Gmsh's"),
+        ("part = 'slab'", "scale = 0", CaseCode::OutOfRange, "0", ""),
+        ("part = 'slab'", "sha256 = '00ff'", CaseCode::MeshFile, "'00ff'", "put the old file back"),
+        ("part = 'slab'", "prt = 'slab'", CaseCode::UnknownKey, "prt", "did you mean `part`?"),
+        ("file = 'gmsh_41_ascii.msh', part = 'slab'", "", CaseCode::MissingKey, "{  }", "relative to the case file"),
+        ("master = 'slab_top'", "master = 'slab_tip'", CaseCode::UnknownSet, "'slab_tip'", "did you mean `slab_top`?"),
+        ("master = 'slab_top'", "master = 'slab_edge'", CaseCode::NotASurface, "'slab_edge'", "surfaces: slab_bottom"),
+    ];
+    for (from, to, code, at, help) in cases {
+        let text = text.replacen(from, to, 1);
+        let errors = read(&text).expect_err("wrong");
+        let first = &errors.diagnostics()[0];
+        assert_eq!((first.code(), &text[first.span()]), (code, at), "{errors}");
+        assert!(first.help().contains(help), "{errors}");
+    }
+    // second order: the element and the cure
+    let errors = read(&from_file("gmsh_41_second_order.msh")).expect_err("hex27");
+    assert!(errors.to_string().contains("gmsh_41_second_order.msh: element "), "{errors}");
+    assert!(errors.to_string().contains("Mesh.ElementOrder = 1"), "{errors}");
+}
+
+/// Two boxes of 1 × 1 × 1 elements, from one file whose parts share no nodes: as one body, it falls apart.
+#[test]
+fn unmerged_nodes_are_told() {
+    let cube = |first: usize, x: f64| {
+        let corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
+        let line = |(n, c): (usize, &[i32; 3])| format!("{}, {}, {}, {}\n", first + n, x + f64::from(c[0]), c[1], c[2]);
+        corners.iter().enumerate().map(line).collect::<String>()
+    };
+    let inp = format!(
+        "*NODE\n{}{}*ELEMENT, TYPE=C3D8R\n1, 1,2,3,4,5,6,7,8\n2, 9,10,11,12,13,14,15,16\n*SURFACE, NAME=under\n1, S3\n",
+        cube(1, 0.0),
+        cube(9, 1.0)
+    );
+    let text = "[[body]]\nname = 'a'\nmesh.file = 'two.inp'\n\
+                material.neo_hooke = { youngs_modulus = 1, poisson_ratio = 0 }\n\
+                [[dirichlet]]\nset = 'a_under'\n[load_path]\nsteps = 1\n";
+    let files = |_: &str| Ok(inp.clone().into_bytes());
+    let resolved = parse_case_with(text, "case.toml", &files).unwrap_or_else(|errors| panic!("{errors}"));
+    let [warning] = &resolved.warnings[..] else { panic!("{:?}", resolved.warnings) };
+    assert_eq!(warning.code(), CaseCode::MeshFile);
+    assert!(warning.message().contains("C3D8R are read as C3D8"), "{warning}");
+    let mut problem = build(&resolved.case).expect("a problem");
+    let notices = inspect(&resolved.case, &mut problem).expect("inspected").notices;
+    let told: Vec<_> = notices.iter().filter(|n| n.kind == NoticeKind::Disconnected).map(|n| &n.message).collect();
+    assert_eq!(
+        told,
+        [
+            "body `a` falls into 2 parts that share no nodes; 1 can move freely, one of them at (1.0000, 0.0000, 0.0000)",
+            "body `a` has 4 pairs of nodes at one place, as 1 and 8 at (1.0000, 0.0000, 0.0000): elements are not \
+             connected there"
+        ]
+    );
+}
+
+/// The slab of 4 × 2 × 2 elements with conditions of its own.
+fn selected(tables: &str) -> Result<Mesh, BuildError> {
+    let text = format!(
+        "[[body]]\nname = 'slab'\n{SLAB}\nmaterial.neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }}\n{tables}\n\
+         [[body]]\nname = 'ball'\nhalf_ball = {{ radius = 1.0, elements = [4, 2, 2] }}\nplace.translate = [0, 9, 0]\n\
+         material.neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }}\n\
+         [[dirichlet]]\nset = 'slab_ymin'\n[load_path]\nsteps = 1\n"
+    );
+    build_mesh(&parsed(&text).case)
+}
+
+/// Counts by hand on a grid of 5 × 3 × 3 nodes at x = 0 … 4, y = 0, ½, 1, z = 0, 1, 2.
+#[test]
+fn nodes_are_selected_by_place() {
+    let nodes = |conditions: &str| {
+        let mesh = selected(&format!("[[set]]\nname = 's'\n{conditions}")).unwrap_or_else(|error| panic!("{error}"));
+        mesh.node_sets["s"].iter().map(|&n| mesh.nodes[n as usize]).collect::<Vec<_>>()
+    };
+    let plane = nodes("plane = { point = [3, 0, 0], normal = [2, 0, 0] }");
+    assert_eq!(plane.len(), 9);
+    assert!(plane.iter().all(|x| x[0] == 3.0));
+    assert_eq!(
+        nodes("plane = { point = [3, 0, 0], normal = [1, 0, 0], tolerance = 1.0 }\nwithin = 'slab_ymax'").len(),
+        9
+    );
+    assert_eq!(nodes("cylinder = { start = [2, -1, 1], end = [2, 2, 1], radius = 1.01 }").len(), 15);
+    let disc = "cylinder = { start = [2, -1, 1], end = [2, 2, 1], radius = 1.01 }\n\
+                plane = { point = [0, 1, 0], normal = [0, 1, 0] }";
+    assert_eq!(nodes(disc).len(), 5);
+    assert_eq!(nodes(&format!("{disc}\nboxes = [{{ min = [2, 0, 0], max = [9, 9, 9] }}]")).len(), 4);
+    assert_eq!(nodes("nearest = [2.2, 0.6, 0.9]"), [[2.0, 0.5, 1.0]]);
+    assert_eq!(nodes("nearest = [2.2, 0.6, 0.9]\nwithin = 'slab_ymax'"), [[2.0, 1.0, 1.0]]);
+}
+
+/// A box's faces by their normals; a ball's dome by angle: its lowest facets only.
+#[test]
+fn facets_are_selected_by_place_and_normal() {
+    let facets = |tables: &str| {
+        let mesh = selected(tables).unwrap_or_else(|error| panic!("{error}"));
+        let all = &mesh.surfaces["s"].facets;
+        all.iter().map(|f| slipstick_mesh::facet_area_vector(&mesh.facet_coordinates(f))).collect::<Vec<_>>()
+    };
+    let up = facets("[[surface]]\nname = 's'\nbody = 'slab'\nnormal = { direction = [0, 3, 0] }");
+    assert!(up.len() == 8 && up.iter().all(|n| n[1] > 0.0), "{up:?}");
+    let boxes = "[[surface]]\nname = 's'\nbody = 'slab'\nboxes = [{ min = [0, 0.9, 0], max = [2, 1, 2] }]";
+    assert_eq!(facets(boxes).len(), 4);
+    let corner = "[[surface]]\nname = 's'\nbody = 'slab'\nboxes = [{ min = [0, 0, 0], max = [1, 1, 2] }]";
+    // 2·2 on the end, 2 above, 2 below, 2 on either side
+    assert_eq!(facets(corner).len(), 12);
+    assert_eq!(facets(&format!("{corner}\nnormal = {{ direction = [-1, 0, 0], degrees = 10 }}")).len(), 4);
+    let low =
+        "[[surface]]\nname = 's'\nbody = 'ball'\nwithin = 'ball_dome'\nnormal = { direction = [0, -1, 0], degrees = ";
+    let (some, more) = (facets(&format!("{low}30 }}")), facets(&format!("{low}60 }}")));
+    assert!(!some.is_empty() && some.len() < more.len(), "{} {}", some.len(), more.len());
+    let cosine = |n: &[f64; 3]| -n[1] / n.iter().map(|x| x * x).sum::<f64>().sqrt();
+    assert!(some.iter().all(|n| cosine(n) > 30f64.to_radians().cos() - 1e-12));
+}
+
+#[test]
+fn empty_selections_are_errors_at_their_place() {
+    let error = |tables: &str| selected(tables).expect_err("empty");
+    let set = "[[set]]\nname = 's'\n";
+    let far = error(&format!(
+        "{set}plane = {{ point = [9, 0, 0], normal = [1, 0, 0], tolerance = 0.5 }}\nwithin = 'slab_xmax'"
+    ));
+    assert_eq!(
+        (far.path.as_str(), far.message.as_str()),
+        ("set[0].plane", "no node lies within 5.000e-1 of the plane of set `s`")
+    );
+    let far = error(&format!("{set}cylinder = {{ start = [9, 0, 0], end = [9, 1, 0], radius = 1 }}"));
+    assert_eq!(far.path, "set[0].cylinder");
+    let far =
+        error("[[surface]]\nname = 's'\nbody = 'slab'\nwithin = 'slab_ymax'\nnormal = { direction = [0, -1, 0] }");
+    assert_eq!(far.path, "surface[0]");
+    assert!(far.message.contains("no facet of `slab` fits surface `s`"), "{far}");
+}

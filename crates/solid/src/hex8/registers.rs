@@ -1,0 +1,146 @@
+//! What the element integrals are made of: 3×3 matrices at a few Gauss points per register, and their passage between
+//! corners and points. All functions are inlined into a caller compiled for the instruction set found at run time.
+
+use super::geometry::{AtPoints, PARENT_BY_CORNER, PARENT_BY_POINT, POINTS, ReferenceGeometry};
+use pulp::Simd;
+
+/// Corner vectors of an element.
+pub(super) type Corners = [[f64; 3]; 8];
+/// A 3×3 matrix at each Gauss point.
+pub(super) type Matrices = [[AtPoints; 3]; 3];
+/// A 3×3 matrix at as many points as a register holds.
+pub(super) type Matrix<S> = [[<S as Simd>::f64s; 3]; 3];
+
+/// ∂u_a/∂X_B at the points of register `v`, as `[a][B]`.
+///
+/// The first corner's displacement is subtracted: a translation, however large, leaves no round-off in the strains.
+#[inline(always)]
+pub(super) fn displacement_gradient<S: Simd>(simd: S, at: &ReferenceGeometry, d: &Corners, v: usize) -> Matrix<S> {
+    let mut parent = [[simd.splat_f64s(0.0); 3]; 3];
+    for i in 1..8 {
+        for a in 0..3 {
+            let d = simd.splat_f64s(d[i][a] - d[0][a]);
+            for beta in 0..3 {
+                let gradient = load::<S>(&PARENT_BY_CORNER[i][beta], v);
+                parent[a][beta] = simd.mul_add_e_f64s(d, gradient, parent[a][beta]);
+            }
+        }
+    }
+    product(simd, &parent, &array(|beta, b| load::<S>(&at.inverse[beta][b], v)))
+}
+
+/// P (∂ξ/∂X)ᵀ, as `[a][β]`: what integrates with the gradients in the parent cube.
+#[inline(always)]
+pub(super) fn to_parent<S: Simd>(simd: S, at: &ReferenceGeometry, p: &Matrix<S>, v: usize) -> Matrix<S> {
+    product(simd, p, &array(|b, beta| load::<S>(&at.inverse[beta][b], v)))
+}
+
+/// f_ia = Σ_p Σ_β Q_aβ ∂N_i/∂ξ_β.
+#[inline(always)]
+pub(super) fn integrate<S: Simd>(simd: S, q: &Matrices) -> Corners {
+    let mut out = [[0.0; 8]; 3];
+    for v in 0..8 / S::F64_LANES {
+        // One sum per term: nine independent chains of operations.
+        let mut sums = [[simd.splat_f64s(0.0); 3]; 3];
+        for p in 0..POINTS {
+            for beta in 0..3 {
+                let gradient = load::<S>(&PARENT_BY_POINT[p][beta], v);
+                for a in 0..3 {
+                    sums[a][beta] = simd.mul_add_e_f64s(simd.splat_f64s(q[a][beta][p]), gradient, sums[a][beta]);
+                }
+            }
+        }
+        for a in 0..3 {
+            store::<S>(&mut out[a], v, simd.add_f64s(simd.add_f64s(sums[a][0], sums[a][1]), sums[a][2]));
+        }
+    }
+    let mut force = [[0.0; 3]; 8];
+    for i in 0..8 {
+        force[i] = [out[0][i], out[1][i], out[2][i]];
+    }
+    force
+}
+
+/// Inverse and determinant; the inverse is meaningless where the determinant vanishes.
+#[inline(always)]
+pub(super) fn invert<S: Simd>(simd: S, m: &Matrix<S>) -> (Matrix<S>, S::f64s) {
+    let cofactors: Matrix<S> = array(|a, b| {
+        let (a1, a2, b1, b2) = ((a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3);
+        simd.negate_mul_add_e_f64s(m[a1][b2], m[a2][b1], simd.mul_f64s(m[a1][b1], m[a2][b2]))
+    });
+    let det = simd.mul_f64s(m[0][0], cofactors[0][0]);
+    let det = simd.mul_add_e_f64s(m[0][1], cofactors[0][1], det);
+    let det = simd.mul_add_e_f64s(m[0][2], cofactors[0][2], det);
+    let reciprocal = simd.div_f64s(simd.splat_f64s(1.0), det);
+    (array(|a, b| simd.mul_f64s(cofactors[b][a], reciprocal)), det)
+}
+
+/// A B.
+#[inline(always)]
+pub(super) fn product<S: Simd>(simd: S, a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
+    array(|i, k| {
+        let sum = simd.mul_f64s(a[i][0], b[0][k]);
+        let sum = simd.mul_add_e_f64s(a[i][1], b[1][k], sum);
+        simd.mul_add_e_f64s(a[i][2], b[2][k], sum)
+    })
+}
+
+#[inline(always)]
+pub(super) fn array<T>(entry: impl Fn(usize, usize) -> T) -> [[T; 3]; 3] {
+    [
+        [entry(0, 0), entry(0, 1), entry(0, 2)],
+        [entry(1, 0), entry(1, 1), entry(1, 2)],
+        [entry(2, 0), entry(2, 1), entry(2, 2)],
+    ]
+}
+
+/// Register `v` of eight numbers.
+#[inline(always)]
+pub(super) fn load<S: Simd>(from: &[f64; 8], v: usize) -> S::f64s {
+    S::as_simd_f64s(from).0[v]
+}
+
+#[inline(always)]
+pub(super) fn store<S: Simd>(to: &mut [f64; 8], v: usize, values: S::f64s) {
+    S::as_mut_simd_f64s(to).0[v] = values;
+}
+
+#[inline(always)]
+pub(super) fn store_matrix<S: Simd>(to: &mut Matrices, v: usize, values: &Matrix<S>) {
+    for a in 0..3 {
+        for b in 0..3 {
+            store::<S>(&mut to[a][b], v, values[a][b]);
+        }
+    }
+}
+
+/// The matrix at the points of register `v`.
+#[inline(always)]
+pub(super) fn load_matrix<S: Simd>(from: &Matrices, v: usize) -> Matrix<S> {
+    array(|a, b| load::<S>(&from[a][b], v))
+}
+
+/// Σ_ab A_ab B_ab.
+#[inline(always)]
+pub(super) fn contract<S: Simd>(simd: S, a: &Matrix<S>, b: &Matrix<S>) -> S::f64s {
+    let mut sum = simd.mul_f64s(a[0][0], b[0][0]);
+    for n in 1..9 {
+        sum = simd.mul_add_e_f64s(a[n / 3][n % 3], b[n / 3][n % 3], sum);
+    }
+    sum
+}
+
+#[inline(always)]
+pub(super) fn transpose<S: Simd>(a: &Matrix<S>) -> Matrix<S> {
+    array(|i, k| a[k][i])
+}
+
+/// What `then` makes of the force, unless an entry is no number.
+#[inline(always)]
+pub(super) fn finite<R>(force: Corners, then: impl FnOnce(&Corners) -> R) -> Option<R> {
+    let mut finite = true;
+    for f in force.as_flattened() {
+        finite &= f.is_finite();
+    }
+    if finite { Some(then(&force)) } else { None }
+}

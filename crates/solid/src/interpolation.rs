@@ -1,0 +1,134 @@
+//! What the density of an element does to its energy: modified SIMP and, on request, interpolation of the energy.
+
+use crate::Simp;
+
+/// How an element's energy is scaled: `W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)]`, integrated over the element, with Ψ the
+/// material's energy and Ψ_L its small-strain limit. As a derivative with respect to the density, it holds those of both
+/// numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElementScaling {
+    /// Stiffness over that of the solid, E/E₀.
+    pub factor: f64,
+    /// Part γ of the displacements that the finite-strain energy sees: 1 in solid elements, 0 in empty ones.
+    pub gamma: f64,
+}
+
+impl ElementScaling {
+    /// The solid as it is.
+    pub const SOLID: Self = Self { factor: 1.0, gamma: 1.0 };
+
+    /// Solid whose stiffness is scaled, without interpolation of the energy.
+    pub const fn stiffness(factor: f64) -> Self {
+        Self { factor, gamma: 1.0 }
+    }
+}
+
+/// Energy interpolation: void elements follow linear elasticity, which no deformation can invert.
+///
+/// ```text
+/// γ(x) = (tanh βη + tanh β(x − η)) / (tanh βη + tanh β(1 − η)),   x = φ^p
+/// ```
+///
+/// Source: Wang, Lazarov, Sigmund, Jensen, Comput. Methods Appl. Mech. Engrg. 276 (2014) 453–472, whose β₁ and ρ₀ are β and
+/// η here. As Ψ_L is quadratic, their Ψ(γu) − Ψ_L(γu) + Ψ_L(u) is Ψ(γu) + (1 − γ²) Ψ_L(u).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnergyInterpolation {
+    /// Threshold η of φ^p, in (0, 1).
+    pub threshold: f64,
+    /// Sharpness β > 0.
+    pub sharpness: f64,
+}
+
+impl EnergyInterpolation {
+    /// The published parameters, η = 0.01 and β = 500: elements with φ^p above 0.05 count as solid.
+    pub const PUBLISHED: Self = Self { threshold: 0.01, sharpness: 500.0 };
+
+    fn range(&self) -> f64 {
+        (self.sharpness * self.threshold).tanh() + (self.sharpness * (1.0 - self.threshold)).tanh()
+    }
+
+    /// γ at `x` = φ^p in [0, 1]: 0 at 0, 1 at 1.
+    pub fn gamma(&self, x: f64) -> f64 {
+        let shifted = (self.sharpness * (x - self.threshold)).tanh();
+        ((self.sharpness * self.threshold).tanh() + shifted) / self.range()
+    }
+
+    /// dγ/dx.
+    pub fn derivative(&self, x: f64) -> f64 {
+        let shifted = (self.sharpness * (x - self.threshold)).tanh();
+        self.sharpness * (1.0 - shifted * shifted) / self.range()
+    }
+}
+
+/// From density to the scaling of an element's energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interpolation {
+    /// Stiffness.
+    pub simp: Simp,
+    /// Energy interpolation; `None`: finite strains at every density.
+    pub energy: Option<EnergyInterpolation>,
+}
+
+impl Interpolation {
+    /// Scaling of an element with a density in [0, 1].
+    pub fn scaling(&self, density: f64) -> ElementScaling {
+        let gamma = self.energy.map_or(1.0, |energy| energy.gamma(density.powf(self.simp.penalization)));
+        ElementScaling { factor: self.simp.factor(density), gamma }
+    }
+
+    /// Its derivative with respect to the density.
+    pub fn derivative(&self, density: f64) -> ElementScaling {
+        let Simp { penalization: p, .. } = self.simp;
+        let gamma = self.energy.map_or(0.0, |energy| {
+            // 0⁰ counts as 1
+            let by_density = if p == 1.0 { 1.0 } else { p * density.powf(p - 1.0) };
+            energy.derivative(density.powf(p)) * by_density
+        });
+        ElementScaling { factor: self.simp.derivative(density), gamma }
+    }
+}
+
+impl From<Simp> for Interpolation {
+    fn from(simp: Simp) -> Self {
+        Self { simp, energy: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn interpolation(penalization: f64, energy: EnergyInterpolation) -> Interpolation {
+        Interpolation { simp: Simp { penalization, minimum: 1e-3 }, energy: Some(energy) }
+    }
+
+    #[test]
+    fn derivatives_of_the_scaling_match_differences() {
+        let soft = EnergyInterpolation { threshold: 0.2, sharpness: 8.0 };
+        for (energy, densities) in [(EnergyInterpolation::PUBLISHED, [0.1, 0.2, 0.24]), (soft, [0.1, 0.5, 0.9])] {
+            for penalization in [1.0, 2.5, 3.0] {
+                let law = interpolation(penalization, energy);
+                for density in densities {
+                    let h = 1e-5;
+                    let at = |s: f64| law.scaling(density + s * h).gamma;
+                    let fd = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * h);
+                    let found = law.derivative(density);
+                    assert!((fd - found.gamma).abs() < 1e-8 * (1.0 + found.gamma.abs()), "{fd} {}", found.gamma);
+                    assert_eq!(found.factor, law.simp.derivative(density));
+                }
+            }
+        }
+    }
+
+    /// Empty elements are linear, solid ones are not touched, and half way lies at φ^p = η, where tanh βη ≈ 1.
+    #[test]
+    fn limits_of_the_energy_interpolation() {
+        let law = interpolation(3.0, EnergyInterpolation::PUBLISHED);
+        assert_eq!(law.scaling(0.0), ElementScaling { factor: 1e-3, gamma: 0.0 });
+        assert_eq!(law.scaling(1.0), ElementScaling::SOLID);
+        assert_eq!((law.scaling(0.4).gamma, law.derivative(0.4).gamma), (1.0, 0.0));
+        assert!((law.scaling(0.01_f64.cbrt()).gamma - 0.5).abs() < 1e-4);
+        let plain = Interpolation::from(law.simp);
+        assert_eq!((plain.scaling(0.0).gamma, plain.derivative(0.2).gamma), (1.0, 0.0));
+    }
+}
