@@ -108,6 +108,9 @@ const OUTBURST: f64 = 3.0;
 /// Part of the decrease that the linear model promises and a damped increment must deliver (Armijo).
 const ARMIJO: f64 = 1e-2;
 
+/// Largest ratio of two increments from which the next one is foreseen.
+const CONTRACTION: f64 = 0.1;
+
 /// Relative residual of a linear solve over the scaled residual of the nonlinear equations, and its upper bound.
 const FORCING: f64 = 1e-3;
 const LOOSEST_SOLVE: f64 = 1e-6;
@@ -194,9 +197,11 @@ fn iterate(
             }
         }
         let record = record(problem, iteration, &residual, &increment, &fixed, step_length);
-        records.push(record);
         let scales = problem.scales();
-        if converged(&record, &scales, &options.tolerances) {
+        let settled = active_set == problem.active_set();
+        let next = foreseen(records.last().filter(|_| settled), &record);
+        records.push(record);
+        if converged(&record, next, &scales, &options.tolerances) {
             return Ok(None);
         }
         let size = record.residual / scales.force + record.contact / scales.multiplier;
@@ -349,11 +354,28 @@ fn free_norm(values: &[f64], fixed: &[bool]) -> f64 {
     values.iter().zip(fixed).filter(|(_, fixed)| !**fixed).map(|(v, _)| v * v).sum::<f64>().sqrt()
 }
 
-fn converged(record: &IterationRecord, scales: &Scales, tolerances: &Tolerances) -> bool {
+/// Upper estimate of the next increments' norms (displacements, multipliers): the last ones, reduced as they were from
+/// the one before, if whole increments contract fast and the active set holds. Newton's method contracts the next one
+/// by the square of that. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner, Solving Ordinary
+/// Differential Equations II, IV.8.)
+fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord) -> (f64, f64) {
+    let rate = |before: f64, last: f64| if last < CONTRACTION * before { last / before } else { 1.0 };
+    let Some(before) = before.filter(|b| b.step_length == 1.0 && last.step_length == 1.0) else {
+        return (last.displacement, last.multiplier);
+    };
+    let slower = rate(before.displacement, last.displacement).max(match before.multiplier {
+        0.0 => 0.0,
+        multiplier => rate(multiplier, last.multiplier),
+    });
+    (slower * last.displacement, slower * last.multiplier)
+}
+
+/// The bounds hold for the residuals that there are and for the increments that would come next.
+fn converged(record: &IterationRecord, next: (f64, f64), scales: &Scales, tolerances: &Tolerances) -> bool {
     tolerances.residual.allows(record.residual, scales.force)
-        && tolerances.displacement.allows(record.displacement, scales.displacement)
+        && tolerances.displacement.allows(next.0, scales.displacement)
         && tolerances.contact.allows(record.contact, scales.multiplier)
-        && tolerances.multiplier.allows(record.multiplier, scales.multiplier)
+        && tolerances.multiplier.allows(next.1, scales.multiplier)
 }
 
 /// Recognises an active set that comes back again and again.
