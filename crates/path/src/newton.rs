@@ -20,6 +20,12 @@ impl Tolerance {
             Self::Relative(bound) => norm <= bound * scale,
         }
     }
+
+    /// The same for an increment: an absolute bound is one on the last increment, as in the paper, a relative one on the
+    /// increment that would come next.
+    fn allows_increment(self, last: f64, next: f64, scale: f64) -> bool {
+        self.allows(if matches!(self, Self::Absolute(_)) { last } else { next }, scale)
+    }
 }
 
 /// The four bounds of the paper's section 5: ε_res, ε_disp, ε_con and ε_LMM.
@@ -112,8 +118,8 @@ const ARMIJO: f64 = 1e-2;
 const CONTRACTION: f64 = 0.1;
 
 /// Relative residual of a linear solve over the scaled residual of the nonlinear equations, and its upper bound.
-const FORCING: f64 = 1e-3;
-const LOOSEST_SOLVE: f64 = 1e-6;
+const FORCING: f64 = 1e-2;
+const LOOSEST_SOLVE: f64 = 1e-4;
 
 /// Largest growth of the residual over its value after the first solve that still counts as on its way.
 const DIVERGED: f64 = 1e8;
@@ -370,12 +376,12 @@ fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord) -> (f64, f
     (slower * last.displacement, slower * last.multiplier)
 }
 
-/// The bounds hold for the residuals that there are and for the increments that would come next.
+/// Whether all bounds hold, with the norms of the `next` increments as they are foreseen.
 fn converged(record: &IterationRecord, next: (f64, f64), scales: &Scales, tolerances: &Tolerances) -> bool {
     tolerances.residual.allows(record.residual, scales.force)
-        && tolerances.displacement.allows(next.0, scales.displacement)
+        && tolerances.displacement.allows_increment(record.displacement, next.0, scales.displacement)
         && tolerances.contact.allows(record.contact, scales.multiplier)
-        && tolerances.multiplier.allows(next.1, scales.multiplier)
+        && tolerances.multiplier.allows_increment(record.multiplier, next.1, scales.multiplier)
 }
 
 /// Recognises an active set that comes back again and again.

@@ -42,7 +42,7 @@ pub struct UzawaOptions {
     pub tolerance: f64,
     /// Most iterations in a step.
     pub max_iterations: usize,
-    /// Updates that the acceleration remembers; 0 is the plain iteration.
+    /// Updates that the acceleration remembers; 0 is the plain iteration, without second-order updates.
     pub memory: usize,
 }
 

@@ -4,8 +4,8 @@ use crate::model::ContactModel;
 use slipstick_contact::friction::Status;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_path::{
-    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, PathState, StateError, StepState,
-    SweepError, SweepOptions, Timings, march, sweep,
+    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, PathState, StateError,
+    StepState, SweepError, SweepOptions, Timings, march, sweep,
 };
 
 /// Contact results of a slave node.

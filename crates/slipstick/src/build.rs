@@ -10,7 +10,9 @@ use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_linalg::SolverChoice;
 use slipstick_mesh::{self as mesh, Mesh};
-use slipstick_path::{LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
+use slipstick_path::{
+    LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
+};
 use slipstick_solid::{NeoHooke, Simp, SolidModel};
 
 /// A case that is right in itself but cannot be built: where in the case, why, and what mends it.

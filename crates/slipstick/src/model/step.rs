@@ -72,10 +72,15 @@ impl ContactModel {
         (friction * share, friction * slope)
     }
 
-    /// C of node j for multiplier ζ. The augmented Lagrangian, whose adjoint needs it too, takes its ε for c.
+    /// C of node j for multiplier ζ. The augmented Lagrangian needs it where its multipliers are free, in the second-order
+    /// update and in the adjoint; its ε, which may be anything, would be a poor c there.
     fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
         let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
-        complementarity(zeta, &at, self.friction(j).0, &self.stiffness[j].times(self.variation))
+        let c = match &self.method {
+            Method::Augmented { .. } => self.own_stiffness(j),
+            _ => self.stiffness[j].times(self.variation),
+        };
+        complementarity(zeta, &at, self.friction(j).0, &c)
     }
 
     /// Regularised traction of node j around the multiplier ẑ.

@@ -1,7 +1,9 @@
 //! Supports and motions (`[[dirichlet]]`) and the load path (`[load_path]`).
 
 use super::super::names::Names;
-use super::super::resolved::{Body, Component, Contact, Dirichlet, LoadPath, RotationAxis, StartValues, Tolerance, Waypoint};
+use super::super::resolved::{
+    Body, Component, Contact, Dirichlet, LoadPath, RotationAxis, StartValues, Tolerance, Waypoint,
+};
 use super::super::typed::Table;
 use super::{CaseCode, direction};
 
