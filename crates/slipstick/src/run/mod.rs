@@ -7,6 +7,7 @@
 //! | `history.csv` | one row per evaluated design: [`History`] | row by row |
 //! | `newton.csv` | one row per Newton iteration: [`NewtonTable`] | row by row |
 //! | `checkpoint.json` | all that the next iteration depends on: [`Checkpoint`] | after every iteration |
+//! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
 //! | `design.csv` | density of every element of the last evaluated design | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every so many iterations |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
@@ -30,6 +31,7 @@ mod fields;
 mod lock;
 mod picture;
 mod record;
+mod start_values;
 mod tables;
 
 pub use checkpoint::Checkpoint;
@@ -40,4 +42,5 @@ pub use failure::{FailureReport, Place};
 pub use fields::{write_failure, write_path};
 pub use picture::{PictureError, PictureRequest, Shown, picture};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
+pub use start_values::StartValuesFile;
 pub use tables::{History, NewtonTable};
