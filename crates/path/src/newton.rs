@@ -114,6 +114,9 @@ const OUTBURST: f64 = 3.0;
 /// Part of the decrease that the linear model promises and a damped increment must deliver (Armijo).
 const ARMIJO: f64 = 1e-2;
 
+/// Scaled residual from which one more iteration is expected to converge.
+const NEARLY: f64 = 1e-5;
+
 /// Largest ratio of two increments from which the next one is foreseen.
 const CONTRACTION: f64 = 0.1;
 
@@ -158,11 +161,13 @@ fn iterate(
     let n = problem.unknowns();
     let displacements = problem.displacements();
     let mut residual = vec![0.0; n];
+    problem.foresee_tangent(true);
     problem.residual(y, &mut residual)?;
     let mut sets = ActiveSets::default();
     let mut reference = f64::INFINITY;
     let mut forcing = options.linear_tolerance.max(LOOSEST_SOLVE);
     let mut progress = Progress::default();
+    let mut last_size = f64::INFINITY;
     for iteration in 1..=options.max_iterations {
         let fixed = problem.fixed().to_vec();
         let mut rhs: Vec<f64> = residual.iter().map(|r| -r).collect();
@@ -187,6 +192,7 @@ fn iterate(
             }
         }
         finite(&increment, "the Newton increment")?;
+        problem.foresee_tangent(last_size > NEARLY);
         // a first increment carries the prescribed motion, so it is taken whole
         let step_length = if iteration == 1 {
             let start = y.to_vec();
@@ -215,6 +221,7 @@ fn iterate(
             return Ok(Some(size));
         }
         progress.add(size);
+        last_size = size;
         // proportional to the residual, so that convergence stays quadratic
         forcing = (FORCING * size).min(LOOSEST_SOLVE).max(options.linear_tolerance);
         if iteration == 1 {

@@ -90,6 +90,12 @@ pub trait StepProblem {
     /// If `y` is no state.
     fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError>;
 
+    /// Tells whether [`tangent`](Self::tangent) will probably be asked for where [`residual`](Self::residual) is evaluated
+    /// next: what both need can then be computed at once.
+    fn foresee_tangent(&mut self, likely: bool) {
+        let _ = likely;
+    }
+
     /// Sizes for relative tolerances, at the state of the last [`residual`](Self::residual).
     fn scales(&self) -> Scales;
 

@@ -134,6 +134,8 @@ pub struct ContactModel {
     fixed_held: Vec<bool>,
     groups: Vec<u32>,
     held: bool,
+    /// Evaluate what the tangent needs along with the residual.
+    foresee: bool,
     pattern: ContactPattern,
     scatter: Option<Scatter>,
     matrix: Option<BlockMatrix>,
@@ -237,6 +239,7 @@ impl ContactModel {
             fixed_held,
             groups,
             held: false,
+            foresee: false,
             pattern,
             scatter: None,
             matrix: None,

@@ -226,7 +226,7 @@ impl StepProblem for ContactModel {
         let begin = self.timings.begin();
         self.solid.internal_force(&y[..split], &self.factors, &mut self.internal).map_err(inverted)?;
         self.timings.end(Phase::Solid, begin);
-        self.evaluate(y, false)?;
+        self.evaluate(y, self.foresee)?;
         out[..split].copy_from_slice(&self.internal);
         out[split..].fill(0.0);
         let mut squares = 0.0;
@@ -461,6 +461,10 @@ impl StepProblem for ContactModel {
             Method::Augmented { uzawa, .. } => Some(*uzawa),
             _ => None,
         }
+    }
+
+    fn foresee_tangent(&mut self, likely: bool) {
+        self.foresee = likely;
     }
 
     fn hold_multipliers(&mut self, held: bool) {
