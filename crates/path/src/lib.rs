@@ -8,7 +8,8 @@
 //! ```
 //!
 //! [`march()`] solves the steps forward: Newton's method (with Uzawa's iteration around it where the problem asks for it)
-//! from the last state, the prescribed increment carried through the tangent, cut-back and retry on failure.
+//! from a state ahead of the last one, or from the last with the prescribed increment carried through the tangent;
+//! cut-back and retry on failure.
 //! [`sweep()`] runs backward through the same states, accepted sub-steps included:
 //!
 //! ```text
@@ -27,6 +28,7 @@ mod linear;
 mod march;
 mod newton;
 mod problem;
+mod start;
 mod sweep;
 mod timings;
 mod uzawa;
@@ -36,5 +38,6 @@ pub use linear::{LinearSystem, SolveCounts};
 pub use march::{MarchEvent, MarchObserver, MarchOptions, Path, PathState, Silent, march};
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances};
 pub use problem::{PreviousPullBack, Scales, StepProblem, StepState, UzawaOptions};
+pub use start::{Guide, GuideError, StartValues};
 pub use sweep::{PathObjective, SweepError, SweepOptions, sweep};
 pub use timings::{Phase, Timings};

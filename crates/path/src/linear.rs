@@ -13,12 +13,32 @@ use slipstick_linalg::{
 use std::sync::Arc;
 
 /// Removes prescribed unknowns, factorizes and solves; keeps the symbolic work while pattern and fixed set stay.
+///
+/// Uzawa's iteration alternates between two systems, with multipliers held and free: each has its own order and factors.
 pub struct LinearSystem {
+    choice: SolverChoice,
+    /// The one in use last.
+    now: Slot,
+    other: Slot,
+    counts: SolveCounts,
+    timings: Timings,
+}
+
+/// What is kept of the systems with one set of prescribed unknowns.
+struct Slot {
     solver: RobustSolver,
     cached: Option<Cached>,
     lagged: Option<Arc<KeptFactors>>,
-    counts: SolveCounts,
-    timings: Timings,
+}
+
+impl Slot {
+    fn new(choice: SolverChoice) -> Self {
+        Self { solver: RobustSolver::new(choice), cached: None, lagged: None }
+    }
+
+    fn is_of(&self, fixed: &[bool]) -> bool {
+        self.cached.as_ref().is_some_and(|c| c.fixed == fixed)
+    }
 }
 
 /// What was solved how, since the system was made.
@@ -79,7 +99,7 @@ const MEMORY_RATE: f64 = 8e9;
 const PATIENCE: f64 = 0.5;
 
 /// Most contact nodes with another status for which earlier factors are tried: each is a few more directions to find.
-const MOST_CHANGED: usize = 2;
+const MOST_CHANGED: usize = 4;
 
 /// Fewer iterations than this are not worth an attempt.
 const LEAST_BUDGET: usize = 3;
@@ -87,8 +107,8 @@ const LEAST_BUDGET: usize = 3;
 impl LinearSystem {
     /// With the given direct solver.
     pub fn new(choice: SolverChoice) -> Self {
-        let (solver, counts) = (RobustSolver::new(choice), SolveCounts::default());
-        Self { solver, cached: None, lagged: None, counts, timings: Timings::default() }
+        let (now, other) = (Slot::new(choice), Slot::new(choice));
+        Self { choice, now, other, counts: SolveCounts::default(), timings: Timings::default() }
     }
 
     /// What was solved how.
@@ -108,31 +128,40 @@ impl LinearSystem {
 
     /// Drops all that is kept of earlier systems, so that what follows does not depend on them.
     pub fn forget(&mut self) {
-        self.lagged = None;
-        self.cached = None;
-        self.solver.forget();
+        self.now = Slot::new(self.choice);
+        self.other = Slot::new(self.choice);
     }
 
     /// Drops factors of earlier tangents, but not the elimination order.
     pub(crate) fn forget_factors(&mut self) {
-        self.lagged = None;
+        self.now.lagged = None;
+        self.other.lagged = None;
+    }
+
+    /// Takes up what is kept of systems with these prescribed unknowns.
+    fn take_up(&mut self, fixed: &[bool]) {
+        if !self.now.is_of(fixed) && (self.other.is_of(fixed) || self.now.cached.is_some()) {
+            std::mem::swap(&mut self.now, &mut self.other);
+        }
     }
 
     /// The latest factors, if they are of a system with these prescribed unknowns.
     pub(crate) fn latest(&self, fixed: &[bool]) -> Option<&Arc<KeptFactors>> {
-        self.lagged.as_ref().filter(|f| f.fixed == fixed)
+        [&self.now, &self.other].into_iter().filter_map(|slot| slot.lagged.as_ref()).find(|f| f.fixed == fixed)
     }
 
     /// The free part of `matrix`; prepares for its pattern.
     fn reduce(&mut self, matrix: &BlockMatrix, fixed: &[bool], groups: &[u32]) -> Reduced {
-        let fits = self.cached.as_ref().is_some_and(|c| Arc::ptr_eq(&c.pattern, matrix.pattern()) && c.fixed == fixed);
+        self.take_up(fixed);
+        let fits =
+            self.now.cached.as_ref().is_some_and(|c| Arc::ptr_eq(&c.pattern, matrix.pattern()) && c.fixed == fixed);
         if !fits {
             let begin = self.timings.begin();
             let reduction = Arc::new(Reduction::new(matrix.pattern(), fixed, groups));
-            self.cached = Some(Cached { pattern: matrix.pattern().clone(), fixed: fixed.to_vec(), reduction });
+            self.now.cached = Some(Cached { pattern: matrix.pattern().clone(), fixed: fixed.to_vec(), reduction });
             self.timings.end(Phase::Analysis, begin);
         }
-        let reduction = self.cached.as_ref().expect("set above").reduction.clone();
+        let reduction = self.now.cached.as_ref().expect("set above").reduction.clone();
         let begin = self.timings.begin();
         let system = Reduced { matrix: reduction.reduce(matrix), reduction, unknowns: fixed.len() };
         self.timings.end(Phase::Solve, begin);
@@ -147,18 +176,18 @@ impl LinearSystem {
         active_set: &[u8],
     ) -> Result<Arc<KeptFactors>, StepFailureKind> {
         let fail = |e: FactorizationError| StepFailureKind::Linear(e.to_string());
-        // the old ones go first: two at a time are too much memory
-        self.lagged = None;
+        // the old ones of this system go first: they are no longer needed, and memory is
+        self.now.lagged = None;
         let begin = self.timings.begin();
-        self.solver.analyse(&matrix.pattern).map_err(fail)?;
+        self.now.solver.analyse(&matrix.pattern).map_err(fail)?;
         self.timings.end(Phase::Analysis, begin);
         self.counts.factorizations += 1;
         let begin = self.timings.begin();
-        let factors = self.solver.factorize(matrix);
+        let factors = self.now.solver.factorize(matrix);
         self.timings.end(Phase::Factor, begin);
         let factors = factors.map_err(fail)?.into();
         let kept = Arc::new(KeptFactors { factors, fixed: fixed.to_vec(), active_set: active_set.to_vec() });
-        self.lagged = Some(kept.clone());
+        self.now.lagged = Some(kept.clone());
         Ok(kept)
     }
 
@@ -178,7 +207,7 @@ impl LinearSystem {
     ) -> Result<Vec<f64>, StepFailureKind> {
         let system = self.reduce(matrix, fixed, groups);
         let rhs = system.reduction.restrict(rhs);
-        let at_hand = self.lagged.clone().filter(|f| f.changed_nodes(active_set) <= MOST_CHANGED);
+        let at_hand = self.now.lagged.clone().filter(|f| f.changed_nodes(active_set) <= MOST_CHANGED);
         let x = match self.solve_nearby(&system, at_hand, fixed, false, &rhs, tolerance) {
             Some(x) => x,
             None => {
@@ -209,7 +238,7 @@ impl LinearSystem {
             Some(x) => x,
             None => {
                 let new = self.factorize(&system.matrix, fixed, &[])?;
-                self.lagged = None;
+                self.now.lagged = None;
                 self.solve_exact(&system, &new, true, &rhs, tolerance)?
             }
         };

@@ -4,6 +4,7 @@ use crate::failure::{MarchFailure, StepFailure, StepFailureKind};
 use crate::linear::{KeptFactors, LinearSystem};
 use crate::newton::{self, NewtonOptions, StepReport};
 use crate::problem::{StepProblem, StepState};
+use crate::start::{self, Guide, StartValues};
 use crate::uzawa;
 use std::sync::Arc;
 
@@ -14,6 +15,8 @@ pub struct MarchOptions {
     pub newton: NewtonOptions,
     /// How often the increment of a failing step may be halved.
     pub max_cutbacks: u32,
+    /// Where steps start that no guide leads.
+    pub start: StartValues,
     /// Memory for factors that are kept for the sweep. \[bytes\] Each step keeps the factors that its Newton iteration
     /// used last, while they fit; the sweep makes new ones where they do not, or serve badly. The gradient is the same
     /// either way, to the tolerance of its linear solves.
@@ -132,8 +135,9 @@ impl MarchObserver for Silent {}
 
 /// Marches to each of the `times` (ascending, > 0) from `start`, which lies at time 0.
 ///
-/// A failing step is tried again with the problem's other settings, then with half the increment, at most
-/// `max_cutbacks` halvings deep. Accepted sub-steps are states of the path like any other.
+/// A step starts where `guide` leads, if there is one. A failing step is tried again from the last state, with the
+/// problem's other settings, then with half the increment, at most `max_cutbacks` halvings deep. Accepted sub-steps are
+/// states of the path like any other.
 ///
 /// # Errors
 /// [`MarchFailure`] with everything that converged before. A cancelled march is no error: it returns a shorter path.
@@ -143,6 +147,7 @@ pub fn march(
     start: StepState,
     times: &[f64],
     options: &MarchOptions,
+    guide: Option<&Guide>,
     observer: &mut dyn MarchObserver,
 ) -> Result<Path, Box<MarchFailure>> {
     let first = PathState {
@@ -169,7 +174,7 @@ pub fn march(
             let now = path.states.last().expect("holds the start").time;
             let last = end - now <= increment * (1.0 + 1e-9);
             let target = if last { end } else { now + increment };
-            match attempt(problem, linear, &path, target, step, options, observer) {
+            match attempt(problem, linear, &path, target, step, options, guide, observer) {
                 Ok((state, report)) => {
                     let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
                     let completes = last.then_some(step);
@@ -207,7 +212,8 @@ pub fn march(
     Ok(path)
 }
 
-/// One increment with all settings that the problem offers; returns the first success or the last failure.
+/// One increment from all start values and with all settings that the problem offers; returns the first success or the
+/// last failure.
 fn attempt(
     problem: &mut dyn StepProblem,
     linear: &mut LinearSystem,
@@ -215,17 +221,19 @@ fn attempt(
     time: f64,
     step: usize,
     options: &MarchOptions,
+    guide: Option<&Guide>,
     observer: &mut dyn MarchObserver,
 ) -> Result<(StepState, StepReport), StepFailure> {
     let previous = &path.states.last().expect("holds the start").state;
     let as_failure =
         |e: crate::StateError| StepFailure { kind: e.into(), iterations: vec![], iterate: previous.unknowns.clone() };
-    problem.begin_step(previous, false).map_err(as_failure)?;
+    let mut starts = start::candidates(problem, path, time, options.start, guide).into_iter().peekable();
     let mut setting = 0;
     loop {
+        problem.begin_step(previous, false).map_err(as_failure)?;
         problem.vary_iteration(setting);
-        let result = solve_increment(problem, linear, previous, time, &options.newton);
-        match result {
+        let start = starts.next().unwrap_or_else(|| previous.unknowns.clone());
+        let failure = match solve_increment(problem, linear, start, time, &options.newton) {
             Ok((y, report)) => {
                 problem.vary_iteration(0);
                 problem.accept(&y).map_err(as_failure)?;
@@ -233,28 +241,29 @@ fn attempt(
                 problem.advance_history(&y, &mut history).map_err(as_failure)?;
                 return Ok((StepState { unknowns: y, history }, report));
             }
-            Err(failure) => {
-                setting += 1;
-                // an inverted element is no matter of the active set; only a smaller increment helps
-                let geometric = matches!(failure.kind, StepFailureKind::State(_));
-                if geometric || !problem.vary_iteration(setting) {
-                    problem.vary_iteration(0);
-                    return Err(failure);
-                }
-                observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, cut_back: false });
+            Err(failure) => failure,
+        };
+        if starts.peek().is_none() {
+            setting += 1;
+            // an inverted element is no matter of the active set; only a smaller increment helps
+            let geometric = matches!(failure.kind, StepFailureKind::State(_));
+            if geometric || !problem.vary_iteration(setting) {
+                problem.vary_iteration(0);
+                return Err(failure);
             }
         }
+        observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, cut_back: false });
     }
 }
 
 fn solve_increment(
     problem: &mut dyn StepProblem,
     linear: &mut LinearSystem,
-    previous: &StepState,
+    start: Vec<f64>,
     time: f64,
     options: &NewtonOptions,
 ) -> Result<(Vec<f64>, StepReport), StepFailure> {
-    let mut y = previous.unknowns.clone();
+    let mut y = start;
     let mut target = y.clone();
     problem.prescribe(time, &mut target);
     let mut report = StepReport::default();

@@ -20,6 +20,12 @@ impl Tolerance {
             Self::Relative(bound) => norm <= bound * scale,
         }
     }
+
+    /// The same for an increment: an absolute bound is one on the last increment, as in the paper, a relative one on the
+    /// increment that would come next.
+    fn allows_increment(self, last: f64, next: f64, scale: f64) -> bool {
+        self.allows(if matches!(self, Self::Absolute(_)) { last } else { next }, scale)
+    }
 }
 
 /// The four bounds of the paper's section 5: ε_res, ε_disp, ε_con and ε_LMM.
@@ -108,9 +114,15 @@ const OUTBURST: f64 = 3.0;
 /// Part of the decrease that the linear model promises and a damped increment must deliver (Armijo).
 const ARMIJO: f64 = 1e-2;
 
+/// Scaled residual from which one more iteration is expected to converge.
+const NEARLY: f64 = 1e-5;
+
+/// Largest ratio of two increments from which the next one is foreseen.
+const CONTRACTION: f64 = 0.1;
+
 /// Relative residual of a linear solve over the scaled residual of the nonlinear equations, and its upper bound.
-const FORCING: f64 = 1e-3;
-const LOOSEST_SOLVE: f64 = 1e-6;
+const FORCING: f64 = 1e-2;
+const LOOSEST_SOLVE: f64 = 1e-4;
 
 /// Largest growth of the residual over its value after the first solve that still counts as on its way.
 const DIVERGED: f64 = 1e8;
@@ -149,11 +161,13 @@ fn iterate(
     let n = problem.unknowns();
     let displacements = problem.displacements();
     let mut residual = vec![0.0; n];
+    problem.foresee_tangent(true);
     problem.residual(y, &mut residual)?;
     let mut sets = ActiveSets::default();
     let mut reference = f64::INFINITY;
     let mut forcing = options.linear_tolerance.max(LOOSEST_SOLVE);
     let mut progress = Progress::default();
+    let mut last_size = f64::INFINITY;
     for iteration in 1..=options.max_iterations {
         let fixed = problem.fixed().to_vec();
         let mut rhs: Vec<f64> = residual.iter().map(|r| -r).collect();
@@ -178,6 +192,7 @@ fn iterate(
             }
         }
         finite(&increment, "the Newton increment")?;
+        problem.foresee_tangent(last_size > NEARLY);
         // a first increment carries the prescribed motion, so it is taken whole
         let step_length = if iteration == 1 {
             let start = y.to_vec();
@@ -194,9 +209,11 @@ fn iterate(
             }
         }
         let record = record(problem, iteration, &residual, &increment, &fixed, step_length);
-        records.push(record);
         let scales = problem.scales();
-        if converged(&record, &scales, &options.tolerances) {
+        let settled = active_set == problem.active_set();
+        let next = foreseen(records.last().filter(|_| settled), &record);
+        records.push(record);
+        if converged(&record, next, &scales, &options.tolerances) {
             return Ok(None);
         }
         let size = record.residual / scales.force + record.contact / scales.multiplier;
@@ -204,6 +221,7 @@ fn iterate(
             return Ok(Some(size));
         }
         progress.add(size);
+        last_size = size;
         // proportional to the residual, so that convergence stays quadratic
         forcing = (FORCING * size).min(LOOSEST_SOLVE).max(options.linear_tolerance);
         if iteration == 1 {
@@ -349,11 +367,28 @@ fn free_norm(values: &[f64], fixed: &[bool]) -> f64 {
     values.iter().zip(fixed).filter(|(_, fixed)| !**fixed).map(|(v, _)| v * v).sum::<f64>().sqrt()
 }
 
-fn converged(record: &IterationRecord, scales: &Scales, tolerances: &Tolerances) -> bool {
+/// Upper estimate of the next increments' norms (displacements, multipliers): the last ones, reduced as they were from
+/// the one before, if whole increments contract fast and the active set holds. Newton's method contracts the next one
+/// by the square of that. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner, Solving Ordinary
+/// Differential Equations II, IV.8.)
+fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord) -> (f64, f64) {
+    let rate = |before: f64, last: f64| if last < CONTRACTION * before { last / before } else { 1.0 };
+    let Some(before) = before.filter(|b| b.step_length == 1.0 && last.step_length == 1.0) else {
+        return (last.displacement, last.multiplier);
+    };
+    let slower = rate(before.displacement, last.displacement).max(match before.multiplier {
+        0.0 => 0.0,
+        multiplier => rate(multiplier, last.multiplier),
+    });
+    (slower * last.displacement, slower * last.multiplier)
+}
+
+/// Whether all bounds hold, with the norms of the `next` increments as they are foreseen.
+fn converged(record: &IterationRecord, next: (f64, f64), scales: &Scales, tolerances: &Tolerances) -> bool {
     tolerances.residual.allows(record.residual, scales.force)
-        && tolerances.displacement.allows(record.displacement, scales.displacement)
+        && tolerances.displacement.allows_increment(record.displacement, next.0, scales.displacement)
         && tolerances.contact.allows(record.contact, scales.multiplier)
-        && tolerances.multiplier.allows(record.multiplier, scales.multiplier)
+        && tolerances.multiplier.allows_increment(record.multiplier, next.1, scales.multiplier)
 }
 
 /// Recognises an active set that comes back again and again.

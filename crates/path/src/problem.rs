@@ -42,7 +42,7 @@ pub struct UzawaOptions {
     pub tolerance: f64,
     /// Most iterations in a step.
     pub max_iterations: usize,
-    /// Updates that the acceleration remembers; 0 is the plain iteration.
+    /// Updates that the acceleration remembers; 0 is the plain iteration, without second-order updates.
     pub memory: usize,
 }
 
@@ -89,6 +89,12 @@ pub trait StepProblem {
     /// # Errors
     /// If `y` is no state.
     fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError>;
+
+    /// Tells whether [`tangent`](Self::tangent) will probably be asked for where [`residual`](Self::residual) is evaluated
+    /// next: what both need can then be computed at once.
+    fn foresee_tangent(&mut self, likely: bool) {
+        let _ = likely;
+    }
 
     /// Sizes for relative tolerances, at the state of the last [`residual`](Self::residual).
     fn scales(&self) -> Scales;

@@ -1,9 +1,11 @@
 //! Uzawa's iteration: Newton's method with held multipliers, multiplier update, repeat; accelerated.
 //!
 //! The plain update ẑ ← z(d; ẑ) is a fixed-point iteration that converges linearly, slowly where ε is small against the
-//! stiffness of the bodies. Anderson's mixing of the last updates (the secant method in several unknowns) keeps its
-//! fixed point and needs far fewer solves. The inner Newton is solved only as well as the present violation deserves, and
-//! to the full tolerances before the iteration ends.
+//! stiffness of the bodies. Its fixed point is the root of ẑ − z(d; ẑ) and the balance of forces together, which Newton's
+//! method finds at the price of a few inner solves: the second-order multiplier update (Bertsekas, Constrained
+//! Optimization and Lagrange Multiplier Methods, 1982, 2.3.2). Where that fails, Uzawa's iteration brings the state closer,
+//! with Anderson's mixing of the last updates (the secant method in several unknowns). Its inner Newton is solved only as
+//! well as the present violation deserves, and to the full tolerances before the iteration ends.
 
 use crate::failure::{StepFailure, StepFailureKind};
 use crate::linear::LinearSystem;
@@ -24,10 +26,42 @@ pub(crate) fn solve(
     uzawa: &UzawaOptions,
     report: &mut StepReport,
 ) -> Result<(), StepFailure> {
+    if uzawa.memory > 0 && second_order(problem, linear, y, target, newton, uzawa, report) {
+        return Ok(());
+    }
     problem.hold_multipliers(true);
     let result = iterate(problem, linear, y, target, newton, uzawa, report);
     problem.hold_multipliers(false);
     result
+}
+
+/// Solves for displacements and multipliers together; whether the contact conditions then hold to the tolerance. Else `y`
+/// is as before.
+fn second_order(
+    problem: &mut dyn StepProblem,
+    linear: &mut LinearSystem,
+    y: &mut [f64],
+    target: &[f64],
+    newton: &NewtonOptions,
+    uzawa: &UzawaOptions,
+    report: &mut StepReport,
+) -> bool {
+    let mut trial = y.to_vec();
+    let mut attempt = StepReport::default();
+    let result = newton::solve(problem, linear, &mut trial, target, newton, &mut attempt);
+    report.uzawa += 1;
+    if let Err(mut failure) = result {
+        report.iterations.append(&mut failure.iterations);
+        return false;
+    }
+    report.iterations.append(&mut attempt.iterations);
+    let mut updated = trial.clone();
+    let holds = problem.update_multipliers(&mut updated).is_ok_and(|violation| violation <= uzawa.tolerance);
+    if holds {
+        report.rounded = attempt.rounded;
+        y.copy_from_slice(&trial);
+    }
+    holds
 }
 
 /// Part of the present violation to which the inner Newton is solved.
@@ -51,7 +85,7 @@ fn iterate(
         let tight = finish || uzawa.memory == 0 || FORCING * violation <= smallest(newton);
         let inner = if tight { *newton } else { loosened(newton, (FORCING * violation).min(1e-3)) };
         newton::solve(problem, linear, y, target, &inner, report)?;
-        report.uzawa = iteration;
+        report.uzawa += 1;
         let before = y[split..].to_vec();
         violation = problem.update_multipliers(y).map_err(|e| StepFailure {
             kind: e.into(),
@@ -66,6 +100,14 @@ fn iterate(
             mixing.clear();
             finish = true;
             continue;
+        }
+        if uzawa.memory > 0 && iteration.is_power_of_two() {
+            problem.hold_multipliers(false);
+            let solved = second_order(problem, linear, y, target, newton, uzawa, report);
+            problem.hold_multipliers(true);
+            if solved {
+                return Ok(());
+            }
         }
         let mixed = mixing.mix(&before, &y[split..]);
         y[split..].copy_from_slice(&mixed);

@@ -4,8 +4,8 @@ use crate::model::ContactModel;
 use slipstick_contact::friction::Status;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_path::{
-    LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, PathState, StateError, StepState,
-    SweepError, SweepOptions, Timings, march, sweep,
+    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, PathState, StateError,
+    StepState, SweepError, SweepOptions, Timings, march, sweep,
 };
 
 /// Contact results of a slave node.
@@ -94,6 +94,8 @@ pub struct Analysis {
     pub sweep: SweepOptions,
     /// Linear solver.
     pub linear: LinearSystem,
+    /// Path of a nearby density, which the next march follows for its start values.
+    pub guide: Option<Guide>,
 }
 
 impl Analysis {
@@ -118,7 +120,8 @@ impl Analysis {
         // without an objective there is no gradient to keep factors for
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
         let options = MarchOptions { factor_memory, ..self.march };
-        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &options, observer)?;
+        let guide = self.guide.as_ref();
+        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &options, guide, observer)?;
         let mut step_values = vec![0.0; self.times.len()];
         let steps = self.times.len();
         if let Some(objective) = &self.objective {

@@ -15,7 +15,9 @@ use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_linalg::SolverChoice;
 use slipstick_mesh::{Mesh, facet_area};
-use slipstick_path::{LinearSystem, MarchOptions, NewtonOptions, SweepOptions, Tolerance, Tolerances, UzawaOptions};
+use slipstick_path::{
+    LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
+};
 use slipstick_solid::{
     EnergyInterpolation, Formulation, Interpolation, Material, NeoHooke, Section, Simp, SolidModel, StVenantKirchhoff,
 };
@@ -119,6 +121,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
             }
             case::LinearSolverChoice::Faer => SolverChoice::Faer,
         }),
+        guide: None,
     };
     Ok(Problem { mesh, analysis, variables, initial_density })
 }
@@ -174,6 +177,10 @@ fn march_options(case: &Case) -> MarchOptions {
             ..NewtonOptions::default()
         },
         max_cutbacks: case.load_path.max_cutbacks as u32,
+        start: match case.load_path.start_values {
+            case::StartValues::PreviousDesign | case::StartValues::Extrapolated => StartValues::Extrapolated,
+            case::StartValues::LastState => StartValues::Previous,
+        },
         factor_memory: case.adjoint.memory.0,
     }
 }

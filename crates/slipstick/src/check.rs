@@ -3,7 +3,7 @@
 mod connection;
 
 use crate::build::Problem;
-use crate::case::{Body, Case, Enforcement, LinearSolverChoice};
+use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice};
 use nalgebra::DMatrix;
 use serde::Serialize;
 use slipstick_mesh::Mesh;
@@ -91,8 +91,8 @@ pub struct Inspection {
     pub steps: usize,
     /// Predicted memory of one factorization. \[bytes\]
     pub factor_bytes: f64,
-    /// Load steps whose factors fit into `adjoint.memory` and serve the gradient too, without cut-backs. Augmented
-    /// Lagrangian: none do, for Uzawa's inner solves are of other systems.
+    /// Load steps whose factors fit into `adjoint.memory` and serve the gradient too, without cut-backs. None of plain
+    /// Uzawa iterations do, whose inner solves are of other systems.
     pub steps_with_factors: usize,
     /// Predicted peak memory of a run. \[bytes\]
     pub peak_bytes: f64,
@@ -298,8 +298,8 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64,
 
 /// How many steps leave factors for the gradient within the memory that the case gives.
 fn steps_with_factors(case: &Case, problem: &Problem, factor_bytes: f64) -> usize {
-    let augmented = case.contacts.iter().any(|c| matches!(c.enforcement, Enforcement::Augmented { .. }));
-    if problem.analysis.objective.is_none() || augmented || factor_bytes <= 0.0 {
+    let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
+    if problem.analysis.objective.is_none() || case.contacts.iter().any(plain) || factor_bytes <= 0.0 {
         return 0;
     }
     ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.load_path.steps)

@@ -5,16 +5,16 @@
 //! ```
 //!
 //! [`Optimization`] only advances; time, files and screens belong to who calls it. All that the next iteration depends on
-//! is in [`OptimizationState`], which can be stored and taken up again bit for bit.
+//! is in [`OptimizationState`] and the path of the last design, which can be stored and taken up again bit for bit.
 
 use crate::analysis::{AnalysisError, Forward};
 use crate::build::{BuildError, Problem};
-use crate::case::Case;
+use crate::case::{Case, StartValues};
 use serde::{Deserialize, Serialize};
 use slipstick_design::{
     DesignMap, DesignVariables, Mma, MmaError, MmaParameters, Scaling, SensitivityFilter, VolumeConstraint,
 };
-use slipstick_path::{MarchFailure, MarchObserver};
+use slipstick_path::{Guide, MarchFailure, MarchObserver};
 
 /// One evaluated design.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -94,6 +94,8 @@ pub struct Optimization {
     limit: f64,
     iterations: usize,
     tolerance: Option<f64>,
+    /// Whether a march follows the path of the design before; it is in `problem.analysis.guide`.
+    follow: bool,
     evaluated: Option<Evaluated>,
     /// What the next iteration depends on.
     pub state: OptimizationState,
@@ -182,6 +184,7 @@ impl Optimization {
             limit,
             iterations: optimizer.iterations,
             tolerance: optimizer.tolerance,
+            follow: case.load_path.start_values == StartValues::PreviousDesign,
             evaluated: None,
             state,
         })
@@ -200,6 +203,12 @@ impl Optimization {
     /// Bound on the volume fraction.
     pub fn volume_limit(&self) -> f64 {
         self.limit
+    }
+
+    /// Whether each march starts its steps where the path of the design before leads. What the next iteration depends on
+    /// is then that path too, in `problem.analysis.guide`, beside the state.
+    pub fn follows_previous_design(&self) -> bool {
+        self.follow
     }
 
     /// Updates asked for.
@@ -247,6 +256,9 @@ impl Optimization {
             }
             self.update(&mut next, &mut record, &domain, forward.value, &gradient)?;
             derivative = Some(gradient);
+        }
+        if self.follow && next.iteration > self.state.iteration {
+            self.problem.analysis.guide = Some(Guide::of(&forward.path));
         }
         next.history.push(record);
         self.state = next;

@@ -7,11 +7,14 @@ use common::scene::*;
 use common::*;
 use slipstick::analysis::AnalysisError;
 use slipstick_path::{
-    IterationRecord, MarchEvent, MarchFailure, MarchObserver, Path, Silent, StateError, StepFailureKind,
+    Guide, IterationRecord, MarchEvent, MarchFailure, MarchObserver, Path, Silent, StateError, StepFailureKind,
 };
 
 /// Uzawa's iteration without acceleration and with one pass: its inner Newton iteration alone.
 const INNER: &str = "{ augmented = { stiffness = 1e4, tolerance = 1e30, max_uzawa = 1, acceleration = 0 } }";
+
+/// Tight, with its own stiffness.
+const AUGMENTED: &str = "{ augmented = { tolerance = 1e-11 } }";
 
 /// Order of convergence from three successive increments.
 fn order(increments: &[f64]) -> f64 {
@@ -24,7 +27,8 @@ fn order(increments: &[f64]) -> f64 {
 fn newton_converges_quadratically() {
     for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3)), ("augmented, held", INNER)] {
         for shape in ["standard", "dual"] {
-            let scene = Scene { enforcement: enforcement.into(), shape, ..Scene::default() };
+            let load_path = "tolerance = { relative = 1e-12 }\nstart_values = \"last_state\"".into();
+            let scene = Scene { enforcement: enforcement.into(), shape, load_path, ..Scene::default() };
             let mut problem = problem(&scene.text());
             let density = random_density(&problem, 3);
             let run = forward(&mut problem, &density);
@@ -34,7 +38,7 @@ fn newton_converges_quadratically() {
                 let (d, zeta) = (norm(d), norm(zeta).max(f64::MIN_POSITIVE));
                 let relative = |r: &IterationRecord| r.displacement / d + r.multiplier / zeta;
                 let increments: Vec<f64> = state.report.iterations.iter().map(relative).collect();
-                assert!(increments.len() >= 4, "{method} {shape} step {step}: {increments:?}");
+                assert!(increments.len() >= 3, "{method} {shape} step {step}: {increments:?}");
                 let last = increments.windows(3).rev().take(3).map(order).fold(0.0, f64::max);
                 orders.push(last);
                 for pair in increments.windows(2).filter(|pair| pair[0] < 1e-3 && pair[1] > 1e-12) {
@@ -201,4 +205,76 @@ fn a_tolerance_below_rounding_ends_at_rounding() {
             );
         }
     }
+}
+
+/// Where a step starts changes how many iterations it takes, not where it ends: from the last state, ahead of it, or led
+/// by the path of a nearby design.
+#[test]
+fn start_values_change_no_result() {
+    for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3)), ("augmented", AUGMENTED)] {
+        let run = |start: &str, lead: bool| {
+            let load_path = format!("tolerance = {{ relative = 1e-12 }}\nstart_values = \"{start}\"");
+            let scene = Scene { enforcement: enforcement.into(), load_path, ..Scene::default() };
+            let mut problem = problem(&scene.text());
+            let density = random_density(&problem, 7);
+            if lead {
+                let nearby: Vec<f64> = density.iter().map(|d| 0.99 * d).collect();
+                problem.analysis.guide = Some(Guide::of(&forward(&mut problem, &nearby).path));
+            }
+            forward(&mut problem, &density)
+        };
+        let expected = run("last_state", false);
+        let iterations = expected.path.newton_iterations();
+        for (start, lead) in [("extrapolated", false), ("previous_design", true)] {
+            let found = run(start, lead);
+            let fewer = found.path.newton_iterations();
+            println!("{method}: {iterations} iterations from the last state, {fewer} {start}");
+            assert!(fewer < iterations, "{method}, {start}: {fewer} of {iterations} iterations");
+            assert_eq!(found.path.states.len(), expected.path.states.len());
+            for (found, expected) in found.path.states.iter().zip(&expected.path.states) {
+                let (found, expected) = (&found.state.unknowns, &expected.state.unknowns);
+                let difference: Vec<f64> = found.iter().zip(expected).map(|(a, b)| a - b).collect();
+                assert!(norm(&difference) <= 1e-9 * norm(expected), "{method}, {start}");
+            }
+            assert!((found.value / expected.value - 1.0).abs() < 1e-9, "{method}, {start}");
+        }
+    }
+}
+
+/// The augmented Lagrangian method costs about what the Lagrange multiplier method does, however small ε is; where its
+/// second-order updates cannot converge, Uzawa's iteration ends at the same state.
+#[test]
+fn multiplier_updates_of_second_order_make_epsilon_a_matter_of_taste() {
+    let run = |enforcement: &str, more: &str| {
+        let load_path = format!("tolerance = {{ relative = 1e-10 }}\n{more}");
+        let scene = Scene { enforcement: enforcement.into(), load_path, ..Scene::default() };
+        march(&scene).0.unwrap_or_else(|failure| panic!("{enforcement}: {failure}"))
+    };
+    let augmented = |stiffness: f64, acceleration: usize| {
+        format!(
+            "{{ augmented = {{ stiffness = {stiffness}, tolerance = 1e-9, max_uzawa = 1000, acceleration = {acceleration} }} }}"
+        )
+    };
+    let lagrange = run(LAGRANGE, "");
+    let end = |path: &Path| path.states.last().unwrap().state.unknowns.clone();
+    let expected = end(&lagrange);
+    let check = |path: &Path, what: &str| {
+        let difference: Vec<f64> = end(path).iter().zip(&expected).map(|(a, b)| a - b).collect();
+        assert!(norm(&difference) < 1e-7 * norm(&expected), "{what}: {:e}", norm(&difference) / norm(&expected));
+    };
+    for stiffness in [1e1, 1e3, 1e5] {
+        let path = run(&augmented(stiffness, 8), "");
+        check(&path, "second order");
+        let (found, bound) = (path.newton_iterations(), 2 * lagrange.newton_iterations());
+        assert!(found <= bound, "stiffness {stiffness}: {found} iterations");
+    }
+    let plain = run(&augmented(1e4, 0), "");
+    check(&plain, "plain");
+    assert!(plain.newton_iterations() > 3 * lagrange.newton_iterations());
+    // few iterations are allowed, so that some updates fail; not so few that steps are cut back, which is another path
+    let strained = (3..8)
+        .map(|most| run(&augmented(1e4, 8), &format!("max_newton_iterations = {most}\nstart_values = \"last_state\"")));
+    let updates = |path: &Path| path.states.iter().map(|s| s.report.uzawa).max().unwrap();
+    let mut some_failed = strained.filter(|path| path.states.len() == lagrange.states.len() && updates(path) > 1);
+    check(&some_failed.next().expect("a path on which an update failed"), "with failing updates");
 }

@@ -31,6 +31,7 @@ motion = [{{ t = 0.5, u = [0, -0.1, 0] }}, {{ t = 1.0, u = [0.1, -0.1, 0.03] }}]
 [load_path]
 steps = 10
 tolerance = {{ relative = 1e-12 }}
+start_values = "last_state"
 [design]
 bodies = ["cuboid", "cube"]
 initial = 0.5

@@ -8,7 +8,7 @@ use slipstick::case::Resolved;
 use slipstick::optimize::{IterationRecord, Optimization};
 use slipstick::output::Pvd;
 use slipstick::output::fields::write_design;
-use slipstick::run::{Checkpoint, History, NewtonTable, RunDirectory, write_densities, write_path};
+use slipstick::run::{Checkpoint, History, NewtonTable, RunDirectory, StartValuesFile, write_densities, write_path};
 
 use super::digits;
 use crate::args::Optimize;
@@ -91,7 +91,11 @@ pub fn drive(
         }
         write_iteration(directory, optimization, iteration, resolved.case.output.every)?;
         checkpoint.newton_rows.push(watch.newton_rows());
+        let updated = optimization.state.iteration > checkpoint.state.iteration;
         checkpoint.state = optimization.state.clone();
+        if let Some(guide) = optimization.problem.analysis.guide.as_ref().filter(|_| updated) {
+            checkpoint.start_values = Some(StartValuesFile::write(directory, optimization.state.iteration, guide)?);
+        }
         checkpoint.write(directory)?;
         last = Some(forward);
     }

@@ -136,6 +136,8 @@ pub struct ContactModel {
     fixed_held: Vec<bool>,
     groups: Vec<u32>,
     held: bool,
+    /// Evaluate what the tangent needs along with the residual.
+    foresee: bool,
     pattern: ContactPattern,
     scatter: Option<Scatter>,
     matrix: Option<BlockMatrix>,
@@ -202,7 +204,8 @@ impl ContactModel {
             fixed.resize(3 * (nodes + multipliers), false);
             fixed_held.resize(3 * (nodes + multipliers), true);
         }
-        let pattern = ContactPattern::new(mesh.node_neighbours(), slaves.len(), multipliers > 0);
+        let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
+        let pattern = ContactPattern::new(mesh.node_neighbours(), masters, slaves.len(), multipliers > 0);
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.hexes.len() as f64).cbrt();
@@ -239,6 +242,7 @@ impl ContactModel {
             fixed_held,
             groups,
             held: false,
+            foresee: false,
             pattern,
             scatter: None,
             matrix: None,
@@ -317,6 +321,12 @@ impl ContactModel {
         let hardness =
             if matches!(self.method, Method::Penalty { .. }) { &self.start_hardness } else { &self.hardness };
         self.slaves.iter().zip(hardness).map(of).collect()
+    }
+
+    /// c of slave node j as the Lagrange method chooses it.
+    fn own_stiffness(&self, j: usize) -> Stiffness {
+        let both = DEFAULT_COMPLEMENTARITY * self.hardness[j];
+        Stiffness { normal: both, tangential: both, scaling: StiffnessScaling::Area }
     }
 
     /// The density of every element.

@@ -5,13 +5,16 @@ use std::sync::Arc;
 
 /// Builds and keeps the pattern; it is rebuilt only when a coupling leaves it.
 ///
-/// A rebuild takes all nodes near contact along, not only those in contact. The first rebuild of a step forgets
+/// A rebuild takes all nodes near contact along, not only those in contact, and all nodes of the master facets around those
+/// that they couple with, so that sliding does not leave the pattern at once. The first rebuild of a step forgets
 /// couplings that slid away, later ones only add, so that a step cannot alternate between two patterns.
 #[derive(Debug, Clone)]
 pub struct ContactPattern {
     bulk: Vec<Vec<u32>>,
     /// Per slave node: every node that its mortar row may reach, ascending; empty for nodes away from contact.
     reach: Vec<Vec<u32>>,
+    /// Per node: nodes that share a master facet with it; empty away from masters.
+    ring: Vec<Vec<u32>>,
     multipliers: bool,
     forget: bool,
     pattern: Option<Arc<BlockPattern>>,
@@ -29,9 +32,22 @@ pub struct Coupling<'a> {
 }
 
 impl ContactPattern {
-    /// `bulk`: node neighbours of the mesh; `slaves`: number of slave nodes; `multipliers`: whether each has a block row.
-    pub fn new(bulk: Vec<Vec<u32>>, slaves: usize, multipliers: bool) -> Self {
-        Self { bulk, reach: vec![Vec::new(); slaves], multipliers, forget: true, pattern: None }
+    /// `bulk`: node neighbours of the mesh; `masters`: facets of all master surfaces; `slaves`: number of slave nodes; `multipliers`: whether each has a block row.
+    pub fn new<'a>(
+        bulk: Vec<Vec<u32>>,
+        masters: impl Iterator<Item = &'a [u32; 4]>,
+        slaves: usize,
+        multipliers: bool,
+    ) -> Self {
+        let mut ring = vec![Vec::new(); bulk.len()];
+        for facet in masters {
+            facet.iter().for_each(|&n| ring[n as usize].extend_from_slice(facet));
+        }
+        for around in &mut ring {
+            around.sort_unstable();
+            around.dedup();
+        }
+        Self { bulk, reach: vec![Vec::new(); slaves], ring, multipliers, forget: true, pattern: None }
     }
 
     /// Forgets all couplings, so that a march does not depend on what was solved before it.
@@ -63,7 +79,10 @@ impl ContactPattern {
         }
         for (c, reach) in couplings.zip(&mut self.reach) {
             if c.needed || c.near {
-                reach.extend_from_slice(c.support);
+                for &n in c.support {
+                    reach.push(n);
+                    reach.extend_from_slice(&self.ring[n as usize]);
+                }
                 reach.sort_unstable();
                 reach.dedup();
             }

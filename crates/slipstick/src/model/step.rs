@@ -72,10 +72,15 @@ impl ContactModel {
         (friction * share, friction * slope)
     }
 
-    /// C of node j for multiplier ζ. The augmented Lagrangian, whose adjoint needs it too, takes its ε for c.
+    /// C of node j for multiplier ζ. The augmented Lagrangian needs it where its multipliers are free, in the second-order
+    /// update and in the adjoint; its ε, which may be anything, would be a poor c there.
     fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
         let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
-        complementarity(zeta, &at, self.friction(j).0, &self.stiffness[j].times(self.variation))
+        let c = match &self.method {
+            Method::Augmented { .. } => self.own_stiffness(j),
+            _ => self.stiffness[j].times(self.variation),
+        };
+        complementarity(zeta, &at, self.friction(j).0, &c)
     }
 
     /// Regularised traction of node j around the multiplier ẑ.
@@ -221,7 +226,7 @@ impl StepProblem for ContactModel {
         let begin = self.timings.begin();
         self.solid.internal_force(&y[..split], &self.scalings, &mut self.internal).map_err(inverted)?;
         self.timings.end(Phase::Solid, begin);
-        self.evaluate(y, false)?;
+        self.evaluate(y, self.foresee)?;
         out[..split].copy_from_slice(&self.internal);
         out[split..].fill(0.0);
         let mut squares = 0.0;
@@ -453,6 +458,10 @@ impl StepProblem for ContactModel {
             Method::Augmented { uzawa, .. } => Some(*uzawa),
             _ => None,
         }
+    }
+
+    fn foresee_tangent(&mut self, likely: bool) {
+        self.foresee = likely;
     }
 
     fn hold_multipliers(&mut self, held: bool) {

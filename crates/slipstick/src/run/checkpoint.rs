@@ -5,12 +5,12 @@ use std::fs;
 use serde::{Deserialize, Serialize};
 use slipstick_design::Scaling;
 
-use super::{RunDirectory, RunError};
+use super::{RunDirectory, RunError, StartValuesFile};
 use crate::optimize::{Optimization, OptimizationState};
 use crate::output::write_atomically;
 
 /// Version of the file's layout; another one is refused.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// The state of an optimization after a finished iteration, `checkpoint.json`.
 ///
@@ -25,6 +25,8 @@ pub struct Checkpoint {
     pub iterations: usize,
     /// Rows of `newton.csv` at the end of each evaluated design; as long as the state's history.
     pub newton_rows: Vec<usize>,
+    /// Start values of the next march, where they are those of the design before.
+    pub start_values: Option<StartValuesFile>,
     /// The state.
     pub state: OptimizationState,
 }
@@ -32,7 +34,7 @@ pub struct Checkpoint {
 impl Checkpoint {
     /// A checkpoint of this state.
     pub fn new(case_sha256: String, iterations: usize, newton_rows: Vec<usize>, state: OptimizationState) -> Self {
-        Self { format: FORMAT, case_sha256, iterations, newton_rows, state }
+        Self { format: FORMAT, case_sha256, iterations, newton_rows, start_values: None, state }
     }
 
     /// Drops the evaluation of a design that no update has followed yet, if there is one: to go on, it is evaluated
@@ -80,7 +82,12 @@ impl Checkpoint {
     /// contradict each other; the optimization is then as before.
     pub fn restore(&self, run: &RunDirectory, optimization: &mut Optimization) -> Result<(), RunError> {
         self.check(optimization.state.x.len()).map_err(|reason| damaged(run, reason))?;
+        if self.start_values.is_some() != (optimization.follows_previous_design() && self.state.iteration > 0) {
+            return Err(damaged(run, "`start_values` does not fit the case and the number of updates".into()));
+        }
+        let guide = self.start_values.as_ref().map(|file| file.read(run)).transpose()?;
         optimization.state = self.state.clone();
+        optimization.problem.analysis.guide = guide;
         Ok(())
     }
 

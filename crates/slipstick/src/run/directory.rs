@@ -35,6 +35,8 @@ const FILES: &[&str] = &[
     "verify.csv",
     "verify.json",
     "run.json",
+    super::start_values::FILES[0],
+    super::start_values::FILES[1],
 ];
 
 /// Files of a run that are numbered: `{stem}_XXXX.vtu`.

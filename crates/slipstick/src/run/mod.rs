@@ -9,6 +9,7 @@
 //! | `newton.csv` | one row per Newton iteration: [`NewtonTable`] | row by row |
 //! | `checkpoint.json` | all that the next iteration depends on: [`Checkpoint`] | after every iteration |
 //! | `design.csv` | density of every element of the last evaluated design; its derivative if an update followed | after every iteration |
+//! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every so many iterations |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
 //! | `failure.vtu` | the iterate at which a march failed for good | then |
@@ -34,6 +35,7 @@ mod inputs;
 mod lock;
 mod picture;
 mod record;
+mod start_values;
 mod symmetry;
 mod tables;
 
@@ -46,5 +48,6 @@ pub use fields::{write_failure, write_path};
 pub use inputs::{InputFile, keep_mesh_files, mesh_files};
 pub use picture::{PictureError, PictureRequest, Shown, picture};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
+pub use start_values::StartValuesFile;
 pub use symmetry::asymmetry;
 pub use tables::{History, NewtonTable};

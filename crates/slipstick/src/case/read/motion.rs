@@ -1,7 +1,9 @@
 //! Supports and motions (`[[dirichlet]]`) and the load path (`[load_path]`).
 
 use super::super::names::Names;
-use super::super::resolved::{Body, Component, Contact, Dirichlet, LoadPath, RotationAxis, Tolerance, Waypoint};
+use super::super::resolved::{
+    Body, Component, Contact, Dirichlet, LoadPath, RotationAxis, StartValues, Tolerance, Waypoint,
+};
 use super::super::typed::Table;
 use super::{CaseCode, direction};
 
@@ -13,11 +15,12 @@ const UNKNOWN_STEPS: usize = usize::MAX >> 1;
 pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
     let relative = 1e-9;
     let mut tolerance = Tolerance { relative, residual: None, displacement: None, contact: None, multiplier: None };
+    let start_values = StartValues::PreviousDesign;
     let Some(table) = root.table("load_path") else {
         if !root.has("load_path") {
             root.note_missing("load_path", "for instance [load_path] with steps = 10");
         }
-        return LoadPath { steps: UNKNOWN_STEPS, tolerance, max_newton_iterations: 25, max_cutbacks: 8 };
+        return LoadPath { steps: UNKNOWN_STEPS, tolerance, max_newton_iterations: 25, max_cutbacks: 8, start_values };
     };
     let steps = table
         .integer("steps")
@@ -38,8 +41,18 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
     }
     let max_newton_iterations = table.integer("max_newton_iterations").count(CaseCode::OutOfRange, 1).or(25);
     let max_cutbacks = table.integer("max_cutbacks").count(CaseCode::OutOfRange, 0).or(8);
+    let start_values = table
+        .word(
+            "start_values",
+            &[
+                ("previous_design", StartValues::PreviousDesign),
+                ("extrapolated", StartValues::Extrapolated),
+                ("last_state", StartValues::LastState),
+            ],
+        )
+        .or(start_values);
     table.finish();
-    LoadPath { steps, tolerance, max_newton_iterations, max_cutbacks }
+    LoadPath { steps, tolerance, max_newton_iterations, max_cutbacks, start_values }
 }
 
 pub(super) fn dirichlet(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Dirichlet> {

@@ -73,7 +73,8 @@ pub enum Enforcement {
         tolerance_scaling: ToleranceScaling,
         /// Most Uzawa iterations in a load step.
         max_uzawa: usize,
-        /// Multiplier updates that Anderson's acceleration remembers; 0 is the plain iteration of the paper.
+        /// Multiplier updates that Anderson's acceleration remembers; 0 is the plain iteration of the paper, without
+        /// second-order updates.
         acceleration: usize,
     },
 }

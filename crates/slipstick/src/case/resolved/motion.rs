@@ -87,6 +87,20 @@ pub struct LoadPath {
     pub max_newton_iterations: usize,
     /// How often a failed step's increment may be halved.
     pub max_cutbacks: usize,
+    /// Where Newton's iteration starts.
+    pub start_values: StartValues,
+}
+
+/// Where Newton's iteration starts in a step. The solution does not depend on it, beyond the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StartValues {
+    /// In an optimization at the last state plus the increment of the previous design, else extrapolated.
+    PreviousDesign,
+    /// On the line through the last two states while the motion goes on as before, else at the last state.
+    Extrapolated,
+    /// At the last state.
+    LastState,
 }
 
 /// Newton's tolerances: relative ones hold throughout, absolute ones where given.

@@ -1,0 +1,124 @@
+//! The JSON schema of case files against the reader of case files, which was written by itself.
+
+use serde_json::Value;
+use slipstick::case::{CaseCode, TEMPLATES, parse_case, schema};
+
+/// `docs/case.schema.json` is what the types say now.
+#[test]
+fn the_schema_in_the_documentation_is_fresh() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/case.schema.json");
+    let committed = std::fs::read_to_string(path).expect("docs/case.schema.json");
+    assert!(
+        committed == format!("{:#}\n", schema()),
+        "docs/case.schema.json is stale: cargo run --release -- schema --force --out docs/case.schema.json"
+    );
+}
+
+/// Whether a schema accepts a value, as far as the schema of case files goes (JSON Schema 2020-12).
+fn accepts(root: &Value, schema: &Value, value: &Value) -> bool {
+    let all = |list: &str, test: &dyn Fn(&Value) -> bool| schema[list].as_array().is_none_or(|l| l.iter().all(test));
+    let count = |list: &str| schema[list].as_array().map(|l| l.iter().filter(|s| accepts(root, s, value)).count());
+    let is = |name: &Value| match name.as_str() {
+        Some("object") => value.is_object(),
+        Some("array") => value.is_array(),
+        Some("string") => value.is_string(),
+        Some("number") => value.is_number(),
+        Some("integer") => value.is_i64() || value.is_u64(),
+        Some("null") => value.is_null(),
+        other => panic!("type {other:?}"),
+    };
+    let typed = match &schema["type"] {
+        Value::Null => true,
+        Value::Array(names) => names.iter().any(is),
+        name => is(name),
+    };
+    let reference = schema["$ref"].as_str().is_none_or(|name| {
+        let target = root.pointer(name.trim_start_matches('#')).unwrap_or_else(|| panic!("{name}"));
+        accepts(root, target, value)
+    });
+    let keys = value.as_object().is_none_or(|object| {
+        let known = schema["properties"].as_object();
+        let closed = schema["additionalProperties"] == false;
+        object.iter().all(|(key, inner)| match known.and_then(|known| known.get(key)) {
+            Some(property) => accepts(root, property, inner),
+            None => !closed,
+        })
+    });
+    let long = |limit: &str, fits: &dyn Fn(usize, usize) -> bool| {
+        let (limit, length) = (schema[limit].as_u64(), value.as_array().map(Vec::len));
+        limit.zip(length).is_none_or(|(limit, length)| fits(length, limit as usize))
+    };
+    let items = value
+        .as_array()
+        .is_none_or(|list| schema["items"].is_null() || list.iter().all(|item| accepts(root, &schema["items"], item)));
+    typed
+        && reference
+        && keys
+        && items
+        && long("minItems", &|n, least| n >= least)
+        && long("maxItems", &|n, most| n <= most)
+        && all("required", &|key| value.as_object().is_none_or(|o| o.contains_key(key.as_str().unwrap_or_default())))
+        && count("oneOf").is_none_or(|fitting| fitting == 1)
+        && count("anyOf").is_none_or(|fitting| fitting > 0)
+        && schema["enum"].as_array().is_none_or(|words| words.contains(value))
+        && (schema["const"].is_null() || schema["const"] == *value)
+}
+
+/// Paths of all keys in all tables of a case.
+fn keys(value: &Value, path: String, found: &mut Vec<String>) {
+    match value {
+        Value::Object(object) => {
+            for (key, inner) in object {
+                let path = format!("{path}/{key}");
+                found.push(path.clone());
+                keys(inner, path, found);
+            }
+        }
+        Value::Array(list) => list.iter().enumerate().for_each(|(i, inner)| keys(inner, format!("{path}/{i}"), found)),
+        _ => {}
+    }
+}
+
+/// Whether the reader misses or does not know a key.
+fn misread(case: &Value) -> bool {
+    let text = toml::to_string(case).expect("TOML");
+    let codes = [CaseCode::MissingKey, CaseCode::ChooseOne, CaseCode::UnknownKey, CaseCode::WrongType];
+    parse_case(&text, "case.toml").is_err_and(|e| e.diagnostics().iter().any(|d| codes.contains(&d.code())))
+}
+
+/// Templates, with and without their defaults; each of them with one key left out, misspelt, or of another type: schema
+/// and reader agree.
+#[test]
+fn schema_and_reader_agree() {
+    let schema = schema();
+    let mut tried = 0;
+    for template in TEMPLATES {
+        let typed: toml::Table = template.text.parse().expect("TOML");
+        let resolved = parse_case(template.text, template.name).expect("a case").case;
+        for case in [serde_json::to_value(typed), serde_json::to_value(resolved)] {
+            let case = case.expect("JSON");
+            assert!(accepts(&schema, &schema, &case) && !misread(&case), "{}", template.name);
+            let mut paths = Vec::new();
+            keys(&case, String::new(), &mut paths);
+            for path in paths {
+                let (table, key) = path.rsplit_once('/').expect("a key");
+                let changed = |change: &dyn Fn(&mut serde_json::Map<String, Value>)| {
+                    let mut changed = case.clone();
+                    change(changed.pointer_mut(table).and_then(Value::as_object_mut).expect("a table"));
+                    (accepts(&schema, &schema, &changed), misread(&changed))
+                };
+                let without = changed(&|table| drop(table.remove(key)));
+                assert_ne!(without.0, without.1, "{}: without {path}", template.name);
+                let misspelt = changed(&|table| {
+                    let value = table.remove(key).expect("there");
+                    table.insert(format!("{key}x"), value);
+                });
+                assert_eq!(misspelt, (false, true), "{}: {path}x", template.name);
+                let retyped = changed(&|table| drop(table.insert(key.into(), true.into())));
+                assert_eq!(retyped, (false, true), "{}: {path} = true", template.name);
+                tried += 3;
+            }
+        }
+    }
+    assert!(tried > 500, "{tried}");
+}
