@@ -111,7 +111,7 @@ pub struct CaseFile {
     /// The case file
     #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
     pub case: PathBuf,
-    /// Replace or add a value, as in contact[0].friction=0.1; may be given several times
+    /// Replace or add a value, as in `contact[0].friction=0.1`; may be given several times
     #[arg(long, value_name = "KEY=VALUE", value_parser = override_of)]
     pub set: Vec<Override>,
 }

@@ -59,8 +59,9 @@ fn read_vtu(bytes: &[u8]) -> BTreeMap<String, Array> {
     let mut section = String::new();
     let mut arrays = BTreeMap::new();
     for tag in header.split('<').skip(1) {
-        if ["Points", "Cells", "PointData", "CellData"].contains(&tag.trim_end().trim_end_matches('>')) {
-            section = tag.trim_end().trim_end_matches('>').to_owned();
+        let name = tag.split([' ', '>']).next().unwrap_or_default();
+        if ["Points", "Cells", "PointData", "CellData"].contains(&name) {
+            section = name.to_owned();
         }
         let Some(offset) = attribute(tag, "offset") else {
             continue;
@@ -95,6 +96,9 @@ fn a_vtu_reads_back_bit_for_bit() {
     vtu.save(&path).expect("written");
 
     let bytes = fs::read(&path).expect("readable");
+    let header = String::from_utf8_lossy(&bytes);
+    assert!(header.contains("<PointData Scalars=\"status\" Vectors=\"displacement\">"), "what viewers show first");
+    assert!(header.contains("<CellData Scalars=\"density\">"));
     let arrays = read_vtu(&bytes);
     assert_eq!(arrays["Points"].f64(), POINTS.as_flattened());
     assert_eq!(arrays["Points"].components, 3);

@@ -108,7 +108,12 @@ fn schema_and_reader_agree() {
                     (accepts(&schema, &schema, &changed), misread(&changed))
                 };
                 let without = changed(&|table| drop(table.remove(key)));
-                assert_ne!(without.0, without.1, "{}: without {path}", template.name);
+                // An [optimizer] asks for the volume fraction: a condition, which the schema leaves to the reader.
+                if path == "/design/volume_fraction" {
+                    assert!(without.1, "{}: without {path}", template.name);
+                } else {
+                    assert_ne!(without.0, without.1, "{}: without {path}", template.name);
+                }
                 let misspelt = changed(&|table| {
                     let value = table.remove(key).expect("there");
                     table.insert(format!("{key}x"), value);

@@ -35,6 +35,18 @@ fn shells_and_man_know_the_commands() {
     place.bad("man billiards", 2, &["no command `billiards`"]);
 }
 
+/// The schema goes where it is asked to, and replaces nothing unasked.
+#[test]
+fn the_schema_is_written() {
+    let place = Place::new();
+    let schema: Value = serde_json::from_str(&place.good("schema").out).expect("JSON");
+    assert_eq!(schema["title"], "slipstick case file");
+    place.good("schema --out case.schema.json");
+    assert_eq!(place.json("case.schema.json"), schema);
+    place.bad("schema --out case.toml", 2, &["case.toml exists already", "--force"]);
+    place.good("schema --out case.schema.json --force");
+}
+
 /// Counts are asked for in the program's own words.
 #[test]
 fn counts_are_greater_than_zero() {

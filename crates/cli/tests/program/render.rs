@@ -81,5 +81,5 @@ fn what_cannot_be_drawn() {
 
     let bytes = std::fs::read(place.path("case/path_0004.vtu")).expect("written");
     std::fs::write(place.path("case/path_0004.vtu"), &bytes[..bytes.len() / 2]).expect("written");
-    place.bad("render case", 2, &["path_0004.vtu", "end early"]);
+    place.bad("render case", 2, &["path_0004.vtu", "ends early"]);
 }

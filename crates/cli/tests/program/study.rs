@@ -24,7 +24,7 @@ options = ["--friction", "0,0.3"]
 [[picture]]
 of = "rough"
 file = "pictures/rough.png"
-options = ["--size", "100x80"]
+options = ["--size", "160x120"]
 "#;
 
 fn place(expected: &str) -> Place {

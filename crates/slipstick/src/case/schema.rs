@@ -34,6 +34,13 @@ const REQUIRED: &[(&str, &[&str])] = &[
     ("Optimizer", &["iterations"]),
 ];
 
+/// Keys of which a table needs at least one.
+const CONDITIONS: &[(&str, &[&str])] = &[
+    ("SurfaceSet", &["boxes", "normal", "within"]),
+    ("NodeSet", &["boxes", "plane", "cylinder", "nearest"]),
+    ("Design", &["initial", "volume_fraction"]),
+];
+
 /// The JSON schema (draft 2020-12) of case files, made from the types that a case file becomes. It knows keys, types and
 /// words; what else must hold is told by [`parse_case`](super::parse_case).
 pub fn schema() -> Value {
@@ -87,6 +94,10 @@ fn close(name: &str, schema: &mut Value) {
             object.remove("required");
         } else {
             object.insert("required".into(), json!(required));
+        }
+        if let Some((_, keys)) = CONDITIONS.iter().find(|(of, _)| *of == name) {
+            let one = keys.iter().map(|key| json!({ "required": [key] })).collect::<Vec<_>>();
+            object.insert("anyOf".into(), one.into());
         }
     }
 }

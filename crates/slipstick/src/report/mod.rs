@@ -1,7 +1,7 @@
 //! A run as one web page: design and load path in a view that turns, curves, tables and the case.
 //!
 //! The page holds everything in itself and asks no network: styles, scripts, and the data as JSON, in which large lists of
-//! numbers are base64 of little-endian bytes ([`Packed`](pack)). It opens from a file, follows the system's light
+//! numbers are base64 of little-endian bytes. It opens from a file, follows the system's light
 //! or dark colours, can be worked by keyboard, and prints. Its scripts are in `page/`, without libraries.
 //!
 //! | part | holds |

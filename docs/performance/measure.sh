@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# Measures what docs/performance.md tells and puts it between the marks of that page. About half an hour on two cores;
+# nothing else should run. `measure.sh NAME …` repeats single measurements.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+page=docs/performance.md
+program=${CARGO_TARGET_DIR:-target}/release/slipstick
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cargo build --release -p slipstick-cli
+
+# Puts the output of a command between <!-- NAME --> and <!-- end -->.
+put() {
+    local name=$1
+    shift
+    { printf '```text\n'; "$@"; printf '```\n'; } > "$work/$name"
+    awk -v name="<!-- $name -->" -v file="$work/$name" '
+        $0 == name { print; while ((getline line < file) > 0) print line; skip = 1; next }
+        skip && $0 == "<!-- end -->" { skip = 0 }
+        !skip { print }
+    ' "$page" > "$work/page" && cp "$work/page" "$page"
+}
+
+sizes() { "$program" bench --sizes 1000,3000,9400 --threads 1,2; }
+
+# A settled design first: the same design problem with a fifth of the steps, whose densities are then measured.
+settled() {
+    local case=cases/half_ball_on_plate/case.toml
+    "$program" optimize "$case" --set load_path.steps=10 --iterations 20 --out "$work/design" --quiet
+    "$program" bench "$case" --design "$work/design" --threads 2
+    echo
+    echo "one iteration of the optimization from there"
+    "$program" optimize "$case" --design "$work/design" --iterations 2 --out "$work/next" | tail -n 4 | head -n 3
+}
+
+ironing_block() { "$program" bench docs/performance/ironing_block.toml --threads 1 --cpu; }
+
+methods() {
+    local case=cases/half_ball_on_plate/coarse.toml
+    for enforcement in '{ lagrange = {} }' '{ augmented = {} }' \
+        '{ augmented = { stiffness = 100, scaling = "weighted", tolerance = 1e-9, tolerance_scaling = "absolute" } }' \
+        '{ penalty = { stiffness = 1000, scaling = "weighted" } }'; do
+        sed "/^enforcement = /d; s/^friction = .*/&\nenforcement = ${enforcement}/" "$case" > "$work/case.toml"
+        echo "$enforcement"
+        "$program" bench "$work/case.toml" --threads 1 --cpu | head -n 2
+    done
+}
+
+large() { "$program" bench --sizes 90000 --steps 1 --threads 2; }
+
+for name in ${*:-sizes settled ironing_block methods large}; do
+    put "$name" "$name"
+done
