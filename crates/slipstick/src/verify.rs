@@ -197,7 +197,7 @@ fn round_off(
     Ok(SAMPLES_SHORT * by_digits.max(by_tolerance).max(least))
 }
 
-/// Standard deviation of θ's round-off from its third and fourth differences at five densities in a row, in which the
+/// Standard deviation of θ's round-off from its third and fourth differences at nine densities in a row, in which the
 /// smooth part of θ cancels, infinite where the paths there have other steps; and whether they have the same statuses.
 ///
 /// J. J. Moré, S. M. Wild: Estimating computational noise. SIAM J. Sci. Comput. 33 (2011) 1292–1314, (3.4).
@@ -209,9 +209,9 @@ fn noise(
     spacing: f64,
     observer: &mut dyn MarchObserver,
 ) -> Result<(f64, bool), VerifyError> {
-    let mut values = [base.value; 5];
+    let mut values = [base.value; 9];
     let (mut smooth, mut same) = (true, true);
-    for (value, place) in values.iter_mut().zip(-2i32..).filter(|(_, place)| *place != 0) {
+    for (value, place) in values.iter_mut().zip(-4i32..).filter(|(_, place)| *place != 0) {
         let mut moved = density.to_vec();
         for (k, &e) in free.iter().enumerate() {
             let along = if k % 2 == 0 { spacing } else { -0.7 * spacing };
@@ -225,11 +225,13 @@ fn noise(
     if !same {
         return Ok((f64::INFINITY, false));
     }
-    let [a, b, c, d, e] = values;
-    let third = [(d - a) - 3.0 * (c - b), (e - b) - 3.0 * (d - c)];
-    let by_third = (third.iter().map(|x| x * x).sum::<f64>() / (2.0 * 20.0)).sqrt();
-    let by_fourth = (third[1] - third[0]).abs() / 70f64.sqrt();
-    Ok((by_third.max(by_fourth), smooth))
+    let third: Vec<f64> = values.windows(4).map(|v| (v[3] - v[0]) - 3.0 * (v[2] - v[1])).collect();
+    let fourth: Vec<f64> = third.windows(2).map(|v| v[1] - v[0]).collect();
+    // variances of differences of independent numbers: sums of squared binomial coefficients, C(6, 3) and C(8, 4)
+    let deviation = |differences: &[f64], variance: f64| {
+        (differences.iter().map(|x| x * x).sum::<f64>() / (differences.len() as f64 * variance)).sqrt()
+    };
+    Ok((deviation(&third, 20.0).max(deviation(&fourth, 70.0)), smooth))
 }
 
 fn directions_of(free: &[u32], elements: usize, options: &VerifyOptions) -> Vec<(String, Vec<f64>)> {

@@ -209,12 +209,13 @@ fn optimize_writes_history_designs_and_the_last_path() {
     assert!(!place.path("case/design_0001.vtu").exists(), "every second");
     assert_eq!(place.read("case/design.pvd").matches("<DataSet").count(), 3);
 
-    // The last design, evaluated by itself, has the last objective.
+    // The last design, evaluated by itself from other start values, has the last objective.
     let alone = place.good("solve case.toml --design case --json").event("result");
-    assert_eq!(alone["objective"].as_f64(), Some(objective(5)));
+    let alone = alone["objective"].as_f64().expect("a number");
+    assert!((alone / objective(5) - 1.0).abs() < 1e-9, "{alone} {}", objective(5));
     // A start from that design begins with it.
     place.good("optimize case.toml --design case --out second --iterations 1");
-    assert_eq!(place.table("second/history.csv")[1][1], history[5][1]);
+    assert_eq!(number(&place.table("second/history.csv")[1][1]), alone);
 }
 
 #[test]

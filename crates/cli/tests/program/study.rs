@@ -70,7 +70,8 @@ fn a_study_does_what_is_not_done() {
         row.unwrap_or_else(|| panic!("{run} {quantity} in {numbers:?}"))[2].parse::<f64>().expect("a number")
     };
     // The design under its own friction has the objective that its optimization ended with.
-    assert_eq!(value("table", "objective at 0.3"), value("rough", "objective"));
+    let (evaluated, optimized) = (value("table", "objective at 0.3"), value("rough", "objective"));
+    assert!((evaluated / optimized - 1.0).abs() < 1e-9, "{evaluated} {optimized}");
     assert!(value("rough", "asymmetry x") > 0.0 && value("rough", "asymmetry x") <= 1.0);
     assert!(place.read("study/tables.md").contains("| objective, μ = 0.3 |"));
 
