@@ -27,7 +27,7 @@ sizes() { "$program" bench --sizes 1000,3000,9400 --threads 1,2; }
 # A settled design first: the same design problem with a fifth of the steps, whose densities are then measured.
 settled() {
     local case=cases/half_ball_on_plate/case.toml
-    "$program" optimize "$case" --set load_path.steps=10 --iterations 20 --out "$work/design" --quiet
+    "$program" optimize "$case" --set load_path.steps=10 --iterations 12 --out "$work/design" --quiet
     "$program" bench "$case" --design "$work/design" --threads 2
     echo
     echo "one iteration of the optimization from there"

@@ -99,14 +99,20 @@ const drawn = () => {
 const control = name => [...document.querySelectorAll("#controls label")].find(label => label.textContent.includes(name)).querySelector("input, select");
 const change = (name, value) => { const input = control(name); input.value = value; input.dispatchEvent(new Event(input.tagName === "SELECT" ? "change" : "input")); return drawn(); };
 const told = { state: document.documentElement.dataset.ready, start: drawn() };
+// contact is seen from below, without the slab
+const press = (key, times) => { for (let k = 0; k < times; k++) canvas.dispatchEvent(new KeyboardEvent("keydown", { key })); };
+control("slab").click();
+press("ArrowUp", 15);
 told.pressure = change("Colour", "pressure");
 told.status = change("Colour", "status");
+control("slab").click();
+press("0", 1);
 told.displacement = change("Colour", "displacement");
 told.undeformed = change("Displacements", 0);
 told.first = change("Load step", 0);
 told.threshold = change("density above", 0.99);
 told.designs = change("Show", "designs");
-canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+press("ArrowLeft", 1);
 told.turned = drawn();
 told.charts = document.querySelectorAll("figure svg").length;
 document.title = JSON.stringify(told);
