@@ -101,7 +101,8 @@ impl Path {
 pub enum MarchEvent<'a> {
     /// A (sub-)step was accepted.
     Accepted(&'a PathState),
-    /// A (sub-)step failed and is tried again: with another setting of the iteration, or with a smaller increment.
+    /// A (sub-)step failed and is tried again: from another start, with another setting of the iteration, or with a
+    /// smaller increment.
     Retry {
         /// The user's step.
         step: usize,
@@ -109,7 +110,7 @@ pub enum MarchEvent<'a> {
         time: f64,
         /// Why it failed.
         failure: &'a StepFailureKind,
-        /// The increment is halved (else: another setting).
+        /// The increment is halved (else: another start or setting).
         cut_back: bool,
     },
 }
@@ -233,14 +234,16 @@ fn attempt(
         problem.begin_step(previous, false).map_err(as_failure)?;
         problem.vary_iteration(setting);
         let start = starts.next().unwrap_or_else(|| previous.unknowns.clone());
-        let failure = match solve_increment(problem, linear, start, time, &options.newton) {
-            Ok((y, report)) => {
-                problem.vary_iteration(0);
-                problem.accept(&y).map_err(as_failure)?;
-                let mut history = Vec::new();
-                problem.advance_history(&y, &mut history).map_err(as_failure)?;
-                return Ok((StepState { unknowns: y, history }, report));
-            }
+        let solved = solve_increment(problem, linear, previous, setting, start, time, &options.newton);
+        let accepted = solved.and_then(|(y, report)| {
+            problem.vary_iteration(0);
+            problem.accept(&y).map_err(as_failure)?;
+            let mut history = Vec::new();
+            problem.advance_history(&y, &mut history).map_err(as_failure)?;
+            Ok((StepState { unknowns: y, history }, report))
+        });
+        let failure = match accepted {
+            Ok(done) => return Ok(done),
             Err(failure) => failure,
         };
         if starts.peek().is_none() {
@@ -259,6 +262,8 @@ fn attempt(
 fn solve_increment(
     problem: &mut dyn StepProblem,
     linear: &mut LinearSystem,
+    previous: &StepState,
+    setting: usize,
     start: Vec<f64>,
     time: f64,
     options: &NewtonOptions,
@@ -269,7 +274,14 @@ fn solve_increment(
     let mut report = StepReport::default();
     match problem.uzawa() {
         None => newton::solve(problem, linear, &mut y, &target, options, &mut report)?,
-        Some(outer) => uzawa::solve(problem, linear, &mut y, &target, options, &outer, &mut report)?,
+        Some(outer) => {
+            let again = |problem: &mut dyn StepProblem| {
+                problem.begin_step(previous, false)?;
+                problem.vary_iteration(setting);
+                Ok(())
+            };
+            uzawa::solve(problem, linear, &mut y, &target, options, &outer, &again, &mut report)?;
+        }
     }
     Ok((y, report))
 }

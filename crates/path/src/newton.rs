@@ -33,11 +33,11 @@ impl Tolerance {
 pub struct Tolerances {
     /// Norm of the force residual R over the free unknowns.
     pub residual: Tolerance,
-    /// Norm of the displacement increment.
+    /// Norm of the displacement increment: a relative bound is one on the increment foreseen next, an absolute one on the last.
     pub displacement: Tolerance,
     /// Norm of the contact residual H.
     pub contact: Tolerance,
-    /// Norm of the multiplier increment.
+    /// Norm of the multiplier increment, likewise.
     pub multiplier: Tolerance,
 }
 
@@ -367,7 +367,7 @@ fn free_norm(values: &[f64], fixed: &[bool]) -> f64 {
     values.iter().zip(fixed).filter(|(_, fixed)| !**fixed).map(|(v, _)| v * v).sum::<f64>().sqrt()
 }
 
-/// Upper estimate of the next increments' norms (displacements, multipliers): the last ones, reduced as they were from
+/// Estimate of the next increments' norms (displacements, multipliers): the last ones, reduced as they were from
 /// the one before, if whole increments contract fast and the active set holds. Newton's method contracts the next one
 /// by the square of that. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner, Solving Ordinary
 /// Differential Equations II, IV.8.)

@@ -1,0 +1,166 @@
+//! The chapters of the suite, and the page that they make.
+
+use crate::finding::{Expected, Finding};
+use crate::{fourc, hertz, mindlin, objectivity, patch, peers, ring, sliding};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// A problem, or several of one source.
+pub struct Chapter {
+    /// Name for `SLIPSTICK_VERIFY`.
+    pub key: &'static str,
+    /// Heading.
+    pub title: &'static str,
+    /// What is computed, and where the expected numbers come from. Markdown.
+    pub about: &'static str,
+    /// What the findings mean: discretisation, known deviations and their cause. Markdown, or empty.
+    pub remarks: &'static str,
+    /// Whether it runs with all other tests, not only on request.
+    pub quick: bool,
+    /// Computes; `None` where the outside data are not there.
+    pub run: fn() -> Option<Vec<Finding>>,
+}
+
+/// All chapters, in the order of the page.
+pub fn chapters() -> Vec<Chapter> {
+    let mut all = vec![patch::chapter()];
+    all.extend(sliding::chapters());
+    all.extend([ring::chapter(), objectivity::chapter()]);
+    all.extend(peers::chapters());
+    all.extend([hertz::chapter(), mindlin::chapter(), fourc::chapter()]);
+    all
+}
+
+/// What a chapter found last.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Record {
+    /// Time that the run took, in seconds, rounded.
+    pub seconds: u64,
+    /// Its numbers.
+    pub findings: Vec<Finding>,
+}
+
+/// What all chapters found last, by key.
+pub type Records = BTreeMap<String, Record>;
+
+fn records_file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/verification/results.json")
+}
+
+/// The page of the suite.
+pub fn page_file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/verification.md")
+}
+
+/// The committed results.
+pub fn read() -> Records {
+    let text = std::fs::read_to_string(records_file()).unwrap_or_else(|_| "{}".into());
+    serde_json::from_str(&text).expect("results.json is what the suite wrote")
+}
+
+/// Writes results and page.
+pub fn write(records: &Records) {
+    let text = serde_json::to_string_pretty(records).expect("numbers");
+    std::fs::write(records_file(), text + "\n").expect("the suite's folder is writable");
+    std::fs::write(page_file(), page(records)).expect("the folder of documents is writable");
+}
+
+const HEAD: &str = "\
+# Verification
+
+What slipstick computes, against analytic solutions, published numbers and other programs. The suite
+`crates/slipstick/tests/verification` computes all numbers of this page and writes it; do not edit it by hand. Gradients are
+verified elsewhere, against finite differences ([theory](theory.md), `slipstick verify gradient`).
+
+    cargo test --release -p slipstick --test verification -- --ignored       all problems; writes results and this page
+    SLIPSTICK_VERIFY=ring,hertz cargo test …                                 some of them
+
+The columns: *expected* is the source's value with the bound that the suite asserts, a band, or *at most* for what should be
+zero; *compared with* has no bound, where the deviation itself is the finding, as in the steps of a convergence study; numbers
+without an expectation explain others. The bounds are not fitted to the results: what lies outside is marked so, and the text
+says why.
+";
+
+/// The page of these results.
+pub fn page(records: &Records) -> String {
+    let mut page = HEAD.to_owned();
+    let chapters = chapters();
+    page += "\n| problem | numbers | with a bound | outside | seconds |\n|---|---|---|---|---|\n";
+    for chapter in &chapters {
+        let anchor: String = chapter
+            .title
+            .to_lowercase()
+            .chars()
+            .filter_map(|c| if c == ' ' { Some('-') } else { (c.is_alphanumeric() || c == '-').then_some(c) })
+            .collect();
+        let _ = match records.get(chapter.key) {
+            Some(Record { seconds, findings }) => {
+                let bounded =
+                    findings.iter().filter(|f| !matches!(f.expected, Expected::Compare(_) | Expected::Shown)).count();
+                let outside = findings.iter().filter(|f| !f.holds()).count();
+                writeln!(
+                    page,
+                    "| [{}](#{anchor}) | {} | {bounded} | {outside} | {seconds} |",
+                    chapter.title,
+                    findings.len()
+                )
+            }
+            None => writeln!(page, "| {} | not run | | | |", chapter.title),
+        };
+    }
+    for chapter in &chapters {
+        let _ = writeln!(page, "\n## {}\n\n{}", chapter.title, chapter.about.trim());
+        if let Some(record) = records.get(chapter.key) {
+            page += "\n| | expected | found | deviation |\n|---|---|---|---|\n";
+            for finding in &record.findings {
+                page += &row(finding);
+            }
+        }
+        if !chapter.remarks.is_empty() {
+            let _ = writeln!(page, "\n{}", chapter.remarks.trim());
+        }
+    }
+    page
+}
+
+fn row(finding: &Finding) -> String {
+    let expected = match finding.expected {
+        Expected::Value { value, within } => format!("{} ± {}", number(value), percent(within).trim_start_matches('+')),
+        Expected::Band { low, high } => format!("{} … {}", number(low), number(high)),
+        Expected::AtMost(most) => format!("at most {}", number(most)),
+        Expected::Compare(value) => format!("compared with {}", number(value)),
+        Expected::Shown => String::new(),
+    };
+    let outside = if finding.holds() { "" } else { ", **outside**" };
+    let deviation = match finding.deviation() {
+        Some(0.0) if matches!(finding.expected, Expected::Band { .. }) => "inside".into(),
+        Some(deviation) => percent(deviation),
+        None => String::new(),
+    };
+    format!("| {} | {expected} | {} | {deviation}{outside} |\n", finding.what, number(finding.found))
+}
+
+/// Six significant digits, or two with an exponent for what is small.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 {
+        "0".into()
+    } else if size < 1e-3 {
+        format!("{value:.1e}")
+    } else {
+        let digits = (5 - size.log10().floor() as i32).clamp(0, 8) as usize;
+        let text = format!("{value:.digits$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    }
+}
+
+fn percent(deviation: f64) -> String {
+    match deviation.abs() {
+        0.0 => "0".into(),
+        size if size < 1e-5 => format!("{deviation:+.1e}"),
+        size if size < 1e-3 => format!("{:+.3} %", 100.0 * deviation),
+        _ => format!("{:+.2} %", 100.0 * deviation),
+    }
+}

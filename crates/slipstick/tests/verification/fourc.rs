@@ -1,0 +1,234 @@
+//! Tests of 4C.
+
+use crate::chapter::Chapter;
+use crate::finding::Finding;
+use crate::mapped::abaqus;
+use crate::solved::{Scene, neo_hooke};
+use serde::Deserialize;
+use slipstick_mesh::{Body, Facet, HEX_FACES, Mesh, Surface};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Environment variable with the folder of the cases.
+const FOLDER: &str = "SLIPSTICK_4C_CASES";
+
+pub fn chapter() -> Chapter {
+    Chapter {
+        key: "fourc",
+        title: "Tests of 4C",
+        about: "
+Four tests of [4C](https://github.com/4C-multiphysics/4C) (`tests/input_files/contact3D_lin_{stdlagr, duallagr, uzawa,
+penalty}.dat`, at commit 76590c6 of the fork maxfirmbach/4C): a block of E = 2100 is pressed by 1 into one of E = 210 and drawn by
+(0.2, 0.2), without friction, 129 hexahedra, neo-Hooke, 30 steps; expected are the displacements of the slave's corner that 4C's
+own test asserts. 4C computes in time, with a density so small that a quasi-static run agrees to about 1e-3 of the pressed 1.
+The files are not part of slipstick; the suite reads them, converted to JSON, from the folder that `SLIPSTICK_4C_CASES` names,
+and skips the chapter loudly where it is not set.",
+        remarks: "
+Dual multipliers and the augmented Lagrangian differ from standard multipliers, and the penalty from all, as in 4C; what is left is
+a fiftieth of what 4C's dynamics may contribute. 4C's `contact3D_patch_linstatic` is loaded by pressures, and
+`contact3D_tet4_hex8` has tetrahedra, neither of which slipstick has.",
+        quick: false,
+        run,
+    }
+}
+
+#[derive(Deserialize)]
+struct Case {
+    nodes: Vec<[f64; 3]>,
+    elements: Vec<Element>,
+    dirichlet_dofs: Vec<(usize, usize, f64, usize)>,
+    functions: BTreeMap<usize, Function>,
+    materials: BTreeMap<String, Material>,
+    contact: Contact,
+    time: Time,
+    expected_results: Vec<Expected>,
+}
+
+#[derive(Deserialize)]
+struct Element {
+    nodes: [usize; 8],
+    mat: String,
+}
+
+#[derive(Deserialize)]
+struct Function {
+    times: Vec<f64>,
+    values: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+#[allow(non_snake_case)]
+struct Material {
+    E: f64,
+    nu: f64,
+}
+
+#[derive(Deserialize)]
+struct Contact {
+    surfaces: Vec<Side>,
+}
+
+#[derive(Deserialize)]
+struct Side {
+    side: String,
+    faces: Vec<Face>,
+}
+
+#[derive(Deserialize)]
+struct Face {
+    elem: usize,
+    nodes: [usize; 4],
+}
+
+#[derive(Deserialize)]
+struct Time {
+    steps_performed: usize,
+    t_end: f64,
+}
+
+#[derive(Deserialize)]
+struct Expected {
+    node: usize,
+    quantity: String,
+    value: f64,
+}
+
+fn run() -> Option<Vec<Finding>> {
+    let Some(folder) = std::env::var_os(FOLDER) else {
+        println!("{FOLDER} is not set: no tests of 4C");
+        return None;
+    };
+    let folder = PathBuf::from(folder);
+    let mut findings = Vec::new();
+    for (test, method) in [
+        ("lin_stdlagr", "multiplier_shape = 'standard'"),
+        ("lin_duallagr", "multiplier_shape = 'dual'"),
+        ("lin_uzawa", "enforcement = { augmented = { stiffness = 20000 } }"),
+        ("lin_penalty", "enforcement = { penalty = { stiffness = 20000 } }"),
+    ] {
+        for (what, expected, found) in solve(&folder.join(format!("contact3D_{test}.json")), method) {
+            findings.push(Finding::value(format!("contact3D_{test}: {what}"), expected, 1e-3, found));
+        }
+    }
+    Some(findings)
+}
+
+/// Expected and found displacements.
+fn solve(file: &Path, method: &str) -> Vec<(String, f64, f64)> {
+    let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    let case: Case = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    let (scene, places) = convert(&case, method);
+    let solved = scene.solve();
+    let components = ["dispx", "dispy", "dispz"];
+    let of = |expected: &Expected| {
+        let (body, node) = &places[expected.node];
+        let start = solved.problem.mesh.body(body).expect("a body").nodes.start;
+        let component = components.iter().position(|c| *c == expected.quantity).expect("a displacement");
+        let found = solved.displacement((start + node) as u32, solved.steps())[component];
+        (format!("u_{}", ["x", "y", "z"][component]), expected.value, found)
+    };
+    case.expected_results.iter().map(of).collect()
+}
+
+/// The case as a scene: one body per material; of every node its body and number there.
+fn convert(case: &Case, method: &str) -> (Scene, Vec<(String, usize)>) {
+    let mut scene = Scene::default();
+    let mut places = vec![(String::new(), 0); case.nodes.len()];
+    let mut dirichlet = String::new();
+    for (material, law) in &case.materials {
+        let name = format!("mat{material}");
+        let mut mesh = Mesh::default();
+        let mut number: Vec<Option<u32>> = vec![None; case.nodes.len()];
+        let mut elements = vec![usize::MAX; case.elements.len()];
+        for (e, element) in case.elements.iter().enumerate().filter(|(_, element)| element.mat == *material) {
+            let hex = element.nodes.map(|n| {
+                *number[n].get_or_insert_with(|| {
+                    mesh.nodes.push(case.nodes[n]);
+                    places[n] = (name.clone(), mesh.nodes.len() - 1);
+                    mesh.nodes.len() as u32 - 1
+                })
+            });
+            elements[e] = mesh.hexes.len();
+            mesh.hexes.push(hex);
+        }
+        mesh.bodies = vec![Body { name: name.clone(), elements: 0..mesh.hexes.len(), nodes: 0..mesh.nodes.len() }];
+        for side in &case.contact.surfaces {
+            let facets = side.faces.iter().filter(|face| elements[face.elem] != usize::MAX).map(|face| Facet {
+                nodes: face.nodes.map(|n| number[n].expect("a node of the body")),
+                element: elements[face.elem] as u32,
+            });
+            let surface = Surface { facets: facets.collect() };
+            if !surface.facets.is_empty() {
+                assert!(surface.facets.iter().all(|f| is_face(&mesh, f)));
+                mesh.surfaces.insert(side.side.clone(), surface);
+                let _ = writeln!(scene.text, "# {} lies on {name}", side.side);
+            }
+        }
+        supports(case, &name, &number, &mut mesh, &mut dirichlet);
+        scene.files.insert(format!("{name}.inp"), abaqus(&mesh));
+        scene.text +=
+            &format!("[[body]]\nname = '{name}'\nmesh = {{ file = '{name}.inp' }}\n{}\n", neo_hooke(law.E, law.nu));
+    }
+    let on = |side: &str| {
+        let first = case.contact.surfaces.iter().find(|s| s.side == side).expect("both sides");
+        format!("mat{}_{side}", case.elements[first.faces[0].elem].mat)
+    };
+    let (slave, master) = (on("slave"), on("master"));
+    scene.text += &format!(
+        "[[contact]]\nslave = '{slave}'\nmaster = '{master}'\nfriction = 0.0\n{method}\n{dirichlet}[load_path]\nsteps = {}\n",
+        case.time.steps_performed
+    );
+    (scene, places)
+}
+
+fn is_face(mesh: &Mesh, facet: &Facet) -> bool {
+    let hex = mesh.hexes[facet.element as usize];
+    HEX_FACES.iter().any(|face| face.iter().all(|&corner| facet.nodes.contains(&hex[corner])))
+}
+
+/// Node sets of the same prescribed displacements, and their tables.
+fn supports(case: &Case, body: &str, number: &[Option<u32>], mesh: &mut Mesh, dirichlet: &mut String) {
+    // per node: component, factor's bits, function
+    let mut of_node: BTreeMap<usize, Vec<(usize, u64, usize)>> = BTreeMap::new();
+    for &(node, component, factor, function) in case.dirichlet_dofs.iter().filter(|dof| number[dof.0].is_some()) {
+        of_node.entry(node).or_default().push((component, factor.to_bits(), function));
+    }
+    let mut groups: BTreeMap<Vec<(usize, u64, usize)>, Vec<u32>> = BTreeMap::new();
+    for (node, mut dofs) in of_node {
+        dofs.sort_unstable();
+        groups.entry(dofs).or_default().extend(number[node]);
+    }
+    for (k, (dofs, nodes)) in groups.into_iter().enumerate() {
+        mesh.node_sets.insert(format!("held{k}"), nodes);
+        let components: Vec<&str> = dofs.iter().map(|d| ["x", "y", "z"][d.0]).collect();
+        let _ = writeln!(dirichlet, "[[dirichlet]]\nset = '{body}_held{k}'\ncomponents = {components:?}");
+        let moving: Vec<_> = dofs.iter().filter(|d| f64::from_bits(d.1) != 0.0).collect();
+        if moving.is_empty() {
+            continue;
+        }
+        let end = case.time.t_end;
+        let mut knots: Vec<f64> = moving.iter().flat_map(|d| &case.functions[&d.2].times).copied().collect();
+        knots.retain(|&t| t > 0.0 && t < end - 1e-12);
+        knots.push(end);
+        knots.sort_by(f64::total_cmp);
+        knots.dedup();
+        let point = |&t: &f64| {
+            let mut u = [0.0; 3];
+            moving.iter().for_each(|d| u[d.0] = f64::from_bits(d.1) * interpolate(&case.functions[&d.2], t));
+            format!("{{ t = {:?}, u = {u:?} }}", if t == end { 1.0 } else { t / end })
+        };
+        let points: Vec<String> = knots.iter().map(point).collect();
+        let _ = writeln!(dirichlet, "motion = [{}]", points.join(", "));
+    }
+}
+
+fn interpolate(function: &Function, t: f64) -> f64 {
+    let next = function.times.iter().position(|&knot| knot >= t - 1e-12).expect("a time of the function");
+    if next == 0 {
+        return function.values[0];
+    }
+    let (a, b) = (function.times[next - 1], function.times[next]);
+    let s = (t - a) / (b - a);
+    function.values[next - 1] + s * (function.values[next] - function.values[next - 1])
+}

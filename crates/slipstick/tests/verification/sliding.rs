@@ -1,0 +1,157 @@
+//! Sliding: Coulomb's law for a whole block, reversal, and drag over facets.
+
+use crate::chapter::Chapter;
+use crate::finding::Finding;
+use crate::solved::{Scene, Solved, neo_hooke};
+use slipstick_contact::friction::Status;
+
+pub fn chapters() -> [Chapter; 2] {
+    [
+        Chapter {
+            key: "sliding",
+            title: "Block on a rigid plane",
+            about: "
+A block (1.6 × 0.5 × 0.8, E = 1000, ν = 0.3, μ = 0.3) is pressed on a held slab by 0.02 and pulled along it. Once all of its
+face slips, Coulomb's law for the whole block is F_t = μ F_n, exactly. In the second problem the top of the block goes to and
+fro by ±0.1: after each reversal the face sticks, then slips, and at the end of each stroke F_t = ±μ F_n; the second cycle must
+be the first one again.",
+            remarks: "",
+            quick: true,
+            run: || Some(block()),
+        },
+        Chapter {
+            key: "ironing",
+            title: "Drag and oscillation of a sliding die",
+            about: "
+Plane strain: a half ring (R = 0.6 … 1, E = 1000, driven at its ends) is pressed by 0.3 into a block (9 × 3, E = 100, ν = 0.3) and
+slides by 2, over N = 7 or 14 facets. Without friction the tangential force of a symmetric die should be zero; what a mesh of
+facets makes of it must stay below 0.01 F_n whatever the size of the load steps, at every step of the slide. A formulation with
+normals frozen per load step gives 0.2 at 0.2 slide per step. With friction (μ = 0.2), normal and tangential force should be
+constant along the slide: their span (largest − smallest) over the mean, from slide 0.5 on, must stay below 0.05.",
+            remarks: "
+There is no drag: the force swings about zero with the period of the facets, whatever the size of the steps, which only
+decide where on the swing one looks. On the coarser mesh, with some five facets in contact, fine steps meet a crest above
+0.01; halving the facets brings it below.",
+            quick: false,
+            run: || Some(ironing()),
+        },
+    ]
+}
+
+const FRICTION: f64 = 0.3;
+
+fn on_plane(shape: &str, motion: &str, steps: usize) -> Solved {
+    let material = neo_hooke(1000.0, 0.3);
+    Scene::from(format!(
+        "[[body]]\nname = 'base'\nbox = {{ min = [0, 0, 0], max = [4, 1, 1], elements = [5, 1, 2] }}\n{material}\n\
+         [[body]]\nname = 'block'\nbox = {{ min = [0.6, 1, 0.1], max = [2.2, 1.5, 0.9], elements = [4, 2, 3] }}\n{material}\n\
+         [[set]]\nname = 'plane'\nboxes = [{{ min = [-1, -1, -1], max = [5, 0.5, 2] }}]\n\
+         [[contact]]\nslave = 'block_ymin'\nmaster = 'base_ymax'\nfriction = {FRICTION}\nmultiplier_shape = '{shape}'\n\
+         [[dirichlet]]\nset = 'plane'\n[[dirichlet]]\nset = 'base_ymax'\n\
+         [[dirichlet]]\nset = 'block_ymax'\nmotion = {motion}\n\
+         [load_path]\nsteps = {steps}\ntolerance = {{ relative = 1e-12 }}\n"
+    ))
+    .solve()
+}
+
+/// Tangential over normal reaction of the driver.
+fn ratio(solved: &Solved, set: &str, step: usize) -> f64 {
+    let force = solved.reaction(set, step);
+    force.x / -force.y
+}
+
+fn block() -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for shape in ["standard", "dual"] {
+        let mut solved = on_plane(shape, "[{ t = 0.2, u = [0, -0.02, 0] }, { t = 1.0, u = [0.8, -0.02, 0] }]", 20);
+        let last = solved.steps();
+        assert!(solved.contact(last).iter().all(|node| node.status != Status::Stick));
+        let found = ratio(&solved, "block_ymax", last);
+        findings.push(Finding::value(format!("F_t/F_n in full slip, {shape} shapes"), FRICTION, 1e-8, found));
+    }
+    let motion = "[{ t = 0.1, u = [0, -0.02, 0] }, { t = 0.3, u = [0.1, -0.02, 0] }, { t = 0.5, u = [-0.1, -0.02, 0] }, \
+                  { t = 0.7, u = [0.1, -0.02, 0] }, { t = 0.9, u = [-0.1, -0.02, 0] }, { t = 1.0, u = [0, -0.02, 0] }]";
+    let mut solved = on_plane("standard", motion, 100);
+    for (step, expected) in [(30, FRICTION), (50, -FRICTION), (70, FRICTION), (90, -FRICTION)] {
+        let found = ratio(&solved, "block_ymax", step);
+        findings.push(Finding::value(format!("F_t/F_n at the end of stroke {}", step / 20), expected, 1e-6, found));
+    }
+    let stick = solved.contact(51).iter().filter(|node| node.status == Status::Stick).count();
+    assert!(stick > 0, "nodes stick after a reversal");
+    let force = |step: usize| solved.reaction("block_ymax", step).x;
+    let largest = (50..70).map(|step| force(step).abs()).fold(0.0, f64::max);
+    // both cycles begin at a reversal in full slip: at step 50 and at step 90, ten steps of the second are there
+    let differ = (50..=60).map(|step| (force(step) - force(step + 40)).abs()).fold(0.0, f64::max) / largest;
+    findings.push(Finding::at_most("the stroke after 40 more steps, over the largest F_t", 1e-6, differ));
+    let mirror = (30..=50).map(|step| (force(step) + force(step + 20)).abs()).fold(0.0, f64::max) / largest;
+    findings.push(Finding::at_most("stroke back against stroke forth, over the largest F_t", 1e-6, mirror));
+    findings
+}
+
+/// The plane problem with meshes `fine` times as fine; reactions (normal, tangential) at slide 2·k/`slides`, k from 0.
+pub fn plane_ironing(friction: f64, shape: &str, fine: usize, slides: usize) -> Vec<[f64; 2]> {
+    // one element across of about the facets' length
+    let width = 0.3 / fine as f64;
+    let press = slides.max(4);
+    let solved = Scene::from(format!(
+        "[[body]]\nname = 'block'\nbox = {{ min = [0, -3, 0], max = [9, 0, {width:?}], elements = [{}, {}, 1] }}\n{}\n\
+         [[body]]\nname = 'die'\nhalf_ring = {{ inner_radius = 0.6, outer_radius = 1, width = {width:?}, elements = [{}, {}, 1] }}\n\
+         place = {{ translate = [2, 1, {:?}] }}\n{}\n\
+         [[set]]\nname = 'all'\nboxes = [{{ min = [-10, -10, -10], max = [10, 10, 10] }}]\n\
+         [[contact]]\nslave = 'die_outer'\nmaster = 'block_ymax'\nfriction = {friction:?}\nmultiplier_shape = '{shape}'\nenforcement = {{ augmented = {{}} }}\n\
+         [[dirichlet]]\nset = 'all'\ncomponents = ['z']\n\
+         [[dirichlet]]\nset = 'block_ymin'\ncomponents = ['x', 'y']\n\
+         [[dirichlet]]\nset = 'die_ends'\ncomponents = ['x', 'y']\n\
+         motion = [{{ t = {:?}, u = [0, -0.3, 0] }}, {{ t = 1.0, u = [2, -0.3, 0] }}]\n\
+         [load_path]\nsteps = {}\n",
+        30 * fine,
+        8 * fine,
+        neo_hooke(100.0, 0.3),
+        16 * fine,
+        3 * fine,
+        0.5 * width,
+        neo_hooke(1000.0, 0.3),
+        press as f64 / (press + slides) as f64,
+        press + slides
+    ))
+    .solve();
+    let reaction = |step: usize| {
+        let force = solved.reaction("die_ends", step) / width;
+        [-force.y, force.x]
+    };
+    (press..=press + slides).map(reaction).collect()
+}
+
+/// (largest − smallest)/mean.
+fn span(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let (count, sum) = values.clone().fold((0, 0.0), |(n, s), v| (n + 1, s + v));
+    let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+    (high - low) * f64::from(count) / sum
+}
+
+fn ironing() -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (fine, slides) in [(1, 2), (1, 5), (1, 10), (1, 40), (2, 40)] {
+        let forces = plane_ironing(0.0, "standard", fine, slides);
+        let ratios = forces[1..].iter().map(|[normal, tangential]| tangential / normal);
+        let largest = ratios.clone().fold(0.0f64, |a, b| a.max(b.abs()));
+        let name = format!("frictionless, N = {}, slide {:?} per step", 7 * fine, 2.0 / slides as f64);
+        let finding = Finding::at_most(format!("{name}: largest F_t/F_n"), 0.01, largest);
+        // sampled finely enough to meet the crest of the oscillation
+        findings.push(if (fine, slides) == (1, 40) { finding.known() } else { finding });
+        if slides == 40 {
+            let mean = ratios.sum::<f64>() / slides as f64;
+            findings.push(Finding::at_most(format!("{name}: mean F_t/F_n"), 2e-3, mean));
+        }
+    }
+    for (fine, shape) in [(1, "standard"), (2, "standard"), (1, "dual"), (2, "dual")] {
+        let slides = 20 * fine;
+        let forces = plane_ironing(0.2, shape, fine, slides);
+        let steady = forces[slides / 4..].iter();
+        for (name, which) in [("F_n", 0), ("F_t", 1)] {
+            let what = format!("μ = 0.2, N = {}, {shape} shapes: span of {name}", 7 * fine);
+            findings.push(Finding::at_most(what, 0.05, span(steady.clone().map(|force| force[which]))));
+        }
+    }
+    findings
+}
