@@ -234,7 +234,7 @@ fn attempt(
         problem.begin_step(previous, false).map_err(as_failure)?;
         problem.vary_iteration(setting);
         let start = starts.next().unwrap_or_else(|| previous.unknowns.clone());
-        let solved = solve_increment(problem, linear, previous, setting, start, time, &options.newton);
+        let solved = solve_increment(problem, linear, start, time, &options.newton);
         let accepted = solved.and_then(|(y, report)| {
             problem.vary_iteration(0);
             problem.accept(&y).map_err(as_failure)?;
@@ -262,8 +262,6 @@ fn attempt(
 fn solve_increment(
     problem: &mut dyn StepProblem,
     linear: &mut LinearSystem,
-    previous: &StepState,
-    setting: usize,
     start: Vec<f64>,
     time: f64,
     options: &NewtonOptions,
@@ -274,14 +272,7 @@ fn solve_increment(
     let mut report = StepReport::default();
     match problem.uzawa() {
         None => newton::solve(problem, linear, &mut y, &target, options, &mut report)?,
-        Some(outer) => {
-            let again = |problem: &mut dyn StepProblem| {
-                problem.begin_step(previous, false)?;
-                problem.vary_iteration(setting);
-                Ok(())
-            };
-            uzawa::solve(problem, linear, &mut y, &target, options, &outer, &again, &mut report)?;
-        }
+        Some(outer) => uzawa::solve(problem, linear, &mut y, &target, options, &outer, &mut report)?,
     }
     Ok((y, report))
 }

@@ -7,7 +7,7 @@
 //! with Anderson's mixing of the last updates (the secant method in several unknowns). Its inner Newton is solved only as
 //! well as the present violation deserves, and to the full tolerances before the iteration ends.
 
-use crate::failure::{StateError, StepFailure, StepFailureKind};
+use crate::failure::{StepFailure, StepFailureKind};
 use crate::linear::LinearSystem;
 use crate::newton::{self, NewtonOptions, StepReport, Tolerance};
 use crate::problem::{StepProblem, UzawaOptions};
@@ -15,8 +15,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Solves one (sub-)step of the augmented Lagrangian method.
 ///
-/// `begin_again` sets the step up anew where the first attempt at a second-order update failed. The inner Newton uses the
-/// augmented traction z(d; ẑ) and its tangent, then ẑ ← z, until the contact conditions hold to
+/// The inner Newton uses the augmented traction z(d; ẑ) and its tangent, then ẑ ← z, until the contact conditions hold to
 /// the tolerance. Paper: (48)–(52), with the inner solve of theory §4.
 pub(crate) fn solve(
     problem: &mut dyn StepProblem,
@@ -25,18 +24,11 @@ pub(crate) fn solve(
     target: &[f64],
     newton: &NewtonOptions,
     uzawa: &UzawaOptions,
-    begin_again: &dyn Fn(&mut dyn StepProblem) -> Result<(), StateError>,
     report: &mut StepReport,
 ) -> Result<(), StepFailure> {
     if uzawa.memory > 0 && second_order(problem, linear, y, target, newton, uzawa, report) {
         return Ok(());
     }
-    // the first tangent of a step takes special care of nodes that lie between two branches
-    begin_again(problem).map_err(|e| StepFailure {
-        kind: e.into(),
-        iterations: report.iterations.clone(),
-        iterate: y.to_vec(),
-    })?;
     problem.hold_multipliers(true);
     let result = iterate(problem, linear, y, target, newton, uzawa, report);
     problem.hold_multipliers(false);

@@ -77,7 +77,7 @@ verified elsewhere, against finite differences ([theory](theory.md), `slipstick 
     cargo test --release -p slipstick --test verification -- --ignored       all problems; writes results and this page
     SLIPSTICK_VERIFY=ring,hertz cargo test …                                 some of them
 
-The columns: *expected* is the source's value with the bound that the suite asserts, a band, or *at most* for what should be
+The columns: *expected* is the source's value with the relative bound that the suite asserts, a band, or *at most* for what should be
 zero; *compared with* has no bound, where the deviation itself is the finding, as in the steps of a convergence study; numbers
 without an expectation explain others. The bounds are not fitted to the results: what lies outside is marked so, and the text
 says why.
@@ -133,7 +133,7 @@ fn row(finding: &Finding) -> String {
         Expected::Compare(value) => format!("compared with {}", number(value)),
         Expected::Shown => String::new(),
     };
-    let outside = if finding.holds() { "" } else { ", **outside**" };
+    let outside = if finding.holds() { "" } else { " **outside**" };
     let deviation = match finding.deviation() {
         Some(0.0) if matches!(finding.expected, Expected::Band { .. }) => "inside".into(),
         Some(deviation) => percent(deviation),

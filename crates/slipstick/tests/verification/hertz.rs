@@ -22,7 +22,7 @@ comes out, a = (3FR*/4E*)^(1/3) and p₀ = 3F/2πa². a is found from the second
 that of the ellipse through the nodal pressures within a/2. Dual shapes; N is the number of facets over a quarter turn of the
 sphere, of which the contact has about a third.",
         remarks: "
-At the load of SSNV104, p₀/E* is 0.27 and a/R 0.2: strains and slopes are far beyond the theory, F lies 13 % above it, and p₀ and a
+At the load of SSNV104, p₀/E* is 0.27 and a/R 0.2: strains and slopes are far beyond the theory, F lies 14 % above it, and p₀ and a
 at the same force 4.6 % above and 2 % below. At δ = 0.16, where p₀/E* is 0.05, both agree within 2 % and still approach
 the theory with the mesh. F at the same approach lies above by about a/R (4 % at 0.04), as a finite body must.",
         quick: false,

@@ -15,7 +15,7 @@ Reactions on the driven face at the end, against the band of GetFEM 5.4.2 (augme
 law), Kratos 10.4.4 (dual mortar) and CalculiX 2.20 (mortar; its neo-Hookean law differs, which changes F_n by 0.8 %), which all
 discretise contact in another way; the bands span the values of the three, to the digits that are known.",
             remarks: "
-With one element, the three programs lie up to 4 % in F_n and 19 % in F_t apart, and all of this is discretisation: four elements
+With one element, the three programs lie up to 4 % in F_n and 19 % in F_t apart, and most of this is discretisation: four elements
 per edge change F_n by 12 to 16 %. Slipstick's F_n lies 0.6 % above the stiffest of the others; at μ = 0.5, standard shapes let the rear
 nodes of the cube open, which stay closed with dual shapes, and find 1.4 % more normal and 1.6 % less tangential force than the
 band, in which dual shapes are.",
@@ -32,8 +32,8 @@ A half ring (R = 0.6 … 1, width 3, 16 × 3 × 6 elements, E = 1000) is pressed
             remarks: "
 The forces swing along the slide with the period of the block's facets (0.3), F_t by ± 2 %, and the end of the path lies in a
 trough of the standard shapes. The swing does not depend on the number of steps. With dual shapes, which the mortar contacts of
-Kratos and CalculiX use too, or with a finer die, both forces at the end are inside of the bands. The other programs' values at
-one step are not known better than their own swing.",
+Kratos and CalculiX use too, or with a finer die, both forces at the end are inside of the bands, but there the end lies on a
+crest. On this mesh, forces at one step are known to some percent; the other programs' forces along the slide are not known.",
             quick: false,
             run: || Some(ironing()),
         },

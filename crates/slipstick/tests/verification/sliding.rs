@@ -24,14 +24,15 @@ be the first one again.",
             title: "Drag and oscillation of a sliding die",
             about: "
 Plane strain: a half ring (R = 0.6 … 1, E = 1000, driven at its ends) is pressed by 0.3 into a block (9 × 3, E = 100, ν = 0.3) and
-slides by 2, over N = 7 or 14 facets. Without friction the tangential force of a symmetric die should be zero; what a mesh of
-facets makes of it must stay below 0.01 F_n whatever the size of the load steps, at every step of the slide. A formulation with
+slides by 2, from 1 left of the middle to 1 right, over N = 7 or 14 facets. By
+symmetry, no work is done in between without friction: the mean of the tangential force is zero. What
+the ends of the block and the facets make of the force must stay below 0.01 F_n whatever the size of the load steps, at every step of the slide. A formulation with
 normals frozen per load step gives 0.2 at 0.2 slide per step. With friction (μ = 0.2), normal and tangential force should be
 constant along the slide: their span (largest − smallest) over the mean, from slide 0.5 on, must stay below 0.05.",
             remarks: "
-There is no drag: the force swings about zero with the period of the facets, whatever the size of the steps, which only
-decide where on the swing one looks. On the coarser mesh, with some five facets in contact, fine steps meet a crest above
-0.01; halving the facets brings it below.",
+There is no drag: the force swings with the period of the facets, and the size of the steps only decides where on the swing one
+looks. With friction, the swing halves with the facets or falls faster. That of the tangential force is beyond the bound on the
+coarser mesh, which has some five facets in contact, and larger with dual shapes than with standard ones.",
             quick: false,
             run: || Some(ironing()),
         },
@@ -96,7 +97,7 @@ pub fn plane_ironing(friction: f64, shape: &str, fine: usize, slides: usize) -> 
     let solved = Scene::from(format!(
         "[[body]]\nname = 'block'\nbox = {{ min = [0, -3, 0], max = [9, 0, {width:?}], elements = [{}, {}, 1] }}\n{}\n\
          [[body]]\nname = 'die'\nhalf_ring = {{ inner_radius = 0.6, outer_radius = 1, width = {width:?}, elements = [{}, {}, 1] }}\n\
-         place = {{ translate = [2, 1, {:?}] }}\n{}\n\
+         place = {{ translate = [3.5, 1, {:?}] }}\n{}\n\
          [[set]]\nname = 'all'\nboxes = [{{ min = [-10, -10, -10], max = [10, 10, 10] }}]\n\
          [[contact]]\nslave = 'die_outer'\nmaster = 'block_ymax'\nfriction = {friction:?}\nmultiplier_shape = '{shape}'\nenforcement = {{ augmented = {{}} }}\n\
          [[dirichlet]]\nset = 'all'\ncomponents = ['z']\n\
@@ -136,12 +137,12 @@ fn ironing() -> Vec<Finding> {
         let ratios = forces[1..].iter().map(|[normal, tangential]| tangential / normal);
         let largest = ratios.clone().fold(0.0f64, |a, b| a.max(b.abs()));
         let name = format!("frictionless, N = {}, slide {:?} per step", 7 * fine, 2.0 / slides as f64);
-        let finding = Finding::at_most(format!("{name}: largest F_t/F_n"), 0.01, largest);
-        // sampled finely enough to meet the crest of the oscillation
-        findings.push(if (fine, slides) == (1, 40) { finding.known() } else { finding });
+        findings.push(Finding::at_most(format!("{name}: largest F_t/F_n"), 0.01, largest));
         if slides == 40 {
-            let mean = ratios.sum::<f64>() / slides as f64;
-            findings.push(Finding::at_most(format!("{name}: mean F_t/F_n"), 2e-3, mean));
+            // what the force does over the slide, by the trapezoidal rule, over F_n and the slide
+            let work = |pair: &[[f64; 2]]| 0.5 * (pair[0][1] / pair[0][0] + pair[1][1] / pair[1][0]);
+            let mean = forces.windows(2).map(work).sum::<f64>() / slides as f64;
+            findings.push(Finding::at_most(format!("{name}: mean F_t/F_n"), 1e-3, mean));
         }
     }
     for (fine, shape) in [(1, "standard"), (2, "standard"), (1, "dual"), (2, "dual")] {
@@ -150,7 +151,8 @@ fn ironing() -> Vec<Finding> {
         let steady = forces[slides / 4..].iter();
         for (name, which) in [("F_n", 0), ("F_t", 1)] {
             let what = format!("μ = 0.2, N = {}, {shape} shapes: span of {name}", 7 * fine);
-            findings.push(Finding::at_most(what, 0.05, span(steady.clone().map(|force| force[which]))));
+            let finding = Finding::at_most(what, 0.05, span(steady.clone().map(|force| force[which])));
+            findings.push(if (fine, name) == (1, "F_t") { finding.known() } else { finding });
         }
     }
     findings
