@@ -8,8 +8,8 @@
 //! improves it by preconditioned GMRES, so that a factorization in single precision, or one of a
 //! nearby matrix, serves as well.
 //!
-//! Solvers: [`MultifrontalSolver`] (the default: nested dissection, threshold pivoting with delayed
-//! pivots, single or double precision), [`SupernodalSolver`] (faer's left-looking LU with full partial pivoting:
+//! Solvers: [`MultifrontalSolver`] (the default: nested dissection by METIS, or minimum degree
+//! without the feature `metis`, threshold pivoting with delayed pivots, single or double precision), [`SupernodalSolver`] (faer's left-looking LU with full partial pivoting:
 //! the reference and the last resort) and [`RobustSolver`], which tries them in turn.
 //!
 //! ```
@@ -44,6 +44,7 @@ pub mod reduce;
 pub mod robust;
 mod scaling;
 pub mod solver;
+pub mod span;
 pub mod supernodal;
 pub mod verified;
 
@@ -52,6 +53,7 @@ pub use csr::{CsrMatrix, CsrPattern};
 pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};
 pub use reduce::Reduction;
 pub use robust::{RobustSolver, SolverChoice};
-pub use solver::{Factorization, FactorizationError, LinearSolver, Precision};
+pub use solver::{Factorization, FactorizationError, LinearSolver, Precision, Transposed};
+pub use span::best_in_span;
 pub use supernodal::SupernodalSolver;
-pub use verified::{SolveError, SolveOptions, SolveReport, solve_verified, solve_with};
+pub use verified::{SolveError, SolveOptions, SolveReport, solve_from, solve_verified, solve_with};

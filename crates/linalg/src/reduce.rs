@@ -4,7 +4,7 @@ use crate::block::{BlockMatrix, BlockPattern};
 use crate::csr::{CsrMatrix, CsrPattern};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Marks a prescribed unknown in the full-to-reduced map.
 const FIXED: u32 = u32::MAX;
@@ -19,6 +19,8 @@ pub struct Reduction {
     /// Full index of each free unknown, ascending.
     free: Vec<u32>,
     pattern: Arc<CsrPattern>,
+    /// Position of the block (j, i) for each block (i, j), once it is needed.
+    mirror: OnceLock<Vec<u32>>,
 }
 
 impl Reduction {
@@ -48,7 +50,7 @@ impl Reduction {
         }
         let groups = attach_lone_multipliers(pattern, &reduced, groups);
         let csr = Arc::new(reduced_pattern(pattern, &reduced, &free, &groups));
-        Self { blocks: Arc::clone(pattern), reduced, free, pattern: csr }
+        Self { blocks: Arc::clone(pattern), reduced, free, pattern: csr, mirror: OnceLock::new() }
     }
 
     /// Number of free unknowns.
@@ -72,27 +74,26 @@ impl Reduction {
     /// # Panics
     /// If `a` has another pattern than this reduction.
     pub fn reduce(&self, a: &BlockMatrix) -> CsrMatrix {
-        let values = vec![0.0; self.pattern.entries()];
-        let mut reduced = CsrMatrix { pattern: Arc::clone(&self.pattern), values };
-        self.reduce_into(a, &mut reduced);
-        reduced
+        self.gather(a, |position, component, b| a.values()[position][3 * component + b])
     }
 
-    /// As [`Reduction::reduce`], into a matrix that an earlier call returned.
+    /// The transpose of [`Reduction::reduce`], on the same pattern.
     ///
     /// # Panics
-    /// If one of the matrices has another pattern than this reduction.
-    pub fn reduce_into(&self, a: &BlockMatrix, into: &mut CsrMatrix) {
+    /// If `a` has another pattern than this reduction, or one that is not symmetric.
+    pub fn reduce_transposed(&self, a: &BlockMatrix) -> CsrMatrix {
+        let mirror = self.mirror.get_or_init(|| mirrored(&self.blocks));
+        self.gather(a, |position, component, b| a.values()[mirror[position] as usize][3 * b + component])
+    }
+
+    /// Rows of the free unknowns; `entry` tells one from the position of its block, its component there and its column's.
+    fn gather(&self, a: &BlockMatrix, entry: impl Fn(usize, usize, usize) -> f64 + Sync) -> CsrMatrix {
         assert!(
             Arc::ptr_eq(a.pattern(), &self.blocks) || **a.pattern() == *self.blocks,
             "the matrix has another sparsity pattern than the reduction was built for"
         );
-        assert!(
-            into.values.len() == self.pattern.entries()
-                && (Arc::ptr_eq(&into.pattern, &self.pattern) || *into.pattern == *self.pattern),
-            "the target has another sparsity pattern than the reduction was built for"
-        );
-        let mut rest = into.values.as_mut_slice();
+        let mut values = vec![0.0; self.pattern.entries()];
+        let mut rest = values.as_mut_slice();
         let mut rows = Vec::with_capacity(self.free.len());
         for window in self.pattern.row_offsets.windows(2) {
             let (row, tail) = rest.split_at_mut(window[1] - window[0]);
@@ -102,18 +103,17 @@ impl Reduction {
         rows.into_par_iter().with_min_len(512).enumerate().for_each(|(k, row)| {
             let (i, component) = self.origin(k);
             let mut entries = row.iter_mut();
-            for position in self.blocks.row_range(i) {
-                let column = self.blocks.row(i)[position - self.blocks.row_range(i).start] as usize;
-                let block = &a.values()[position];
+            for (position, &column) in self.blocks.row_range(i).zip(self.blocks.row(i)) {
                 for b in 0..3 {
-                    if self.reduced[3 * column + b] != FIXED
-                        && let Some(entry) = entries.next()
+                    if self.reduced[3 * column as usize + b] != FIXED
+                        && let Some(target) = entries.next()
                     {
-                        *entry = block[3 * component + b];
+                        *target = entry(position, component, b);
                     }
                 }
             }
         });
+        CsrMatrix { pattern: Arc::clone(&self.pattern), values }
     }
 
     /// Free entries of a full vector.
@@ -136,6 +136,12 @@ impl Reduction {
             full[i as usize] = *value;
         }
     }
+}
+
+/// Position of the block (j, i) for each block (i, j).
+fn mirrored(pattern: &BlockPattern) -> Vec<u32> {
+    let mirror = |i: usize, j: u32| pattern.find(j as usize, i).expect("the pattern is symmetric") as u32;
+    (0..pattern.rows()).flat_map(|i| pattern.row(i).iter().map(move |&j| mirror(i, j))).collect()
 }
 
 /// Number of free components of block row `i`.
@@ -213,6 +219,21 @@ mod tests {
         a.mul(&full, &mut product);
         reduced.mul(&x, &mut y);
         for (y, expected) in y.iter().zip(reduction.restrict(&product)) {
+            assert!((y - expected).abs() < 1e-15);
+        }
+    }
+
+    /// Against the product with the transpose of the reduced matrix.
+    #[test]
+    fn the_transposed_reduction_is_the_transpose_of_the_reduced() {
+        let a = example();
+        let fixed = [false, true, false, true, true, true, false, false, true];
+        let reduction = Reduction::new(a.pattern(), &fixed, &[0, 1, 2]);
+        let x = [0.3, -1.0, 0.5, 2.0];
+        let (mut y, mut expected) = ([0.0; 4], [0.0; 4]);
+        reduction.reduce_transposed(&a).mul(&x, &mut y);
+        reduction.reduce(&a).mul_transpose(&x, &mut expected);
+        for (y, expected) in y.iter().zip(expected) {
             assert!((y - expected).abs() < 1e-15);
         }
     }

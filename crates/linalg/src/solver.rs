@@ -77,6 +77,35 @@ pub trait Factorization: Send + Sync {
     }
 }
 
+/// The factorization of Aᵀ that one of A is.
+pub struct Transposed<'a>(pub &'a dyn Factorization);
+
+impl Factorization for Transposed<'_> {
+    fn solve(&self, rhs: &mut [f64]) {
+        self.0.solve_transpose(rhs);
+    }
+
+    fn solve_transpose(&self, rhs: &mut [f64]) {
+        self.0.solve(rhs);
+    }
+
+    fn n(&self) -> usize {
+        self.0.n()
+    }
+
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+
+    fn precision(&self) -> Precision {
+        self.0.precision()
+    }
+
+    fn operations(&self) -> f64 {
+        self.0.operations()
+    }
+}
+
 /// Panics unless `length` holds whole columns of `n` entries.
 pub(crate) fn check_columns(n: usize, length: usize) {
     assert!(

@@ -120,6 +120,22 @@ pub fn solve_with(
     x: &mut [f64],
     options: &SolveOptions,
 ) -> Result<SolveReport, SolveError> {
+    x.fill(0.0);
+    solve_from(a, f, transpose, rhs, x, options)
+}
+
+/// As [`solve_with`], from the start that `x` holds, which may be anything finite.
+///
+/// # Errors
+/// See [`SolveError`].
+pub fn solve_from(
+    a: &CsrMatrix,
+    f: &dyn Factorization,
+    transpose: bool,
+    rhs: &[f64],
+    x: &mut [f64],
+    options: &SolveOptions,
+) -> Result<SolveReport, SolveError> {
     let n = a.n();
     if f.n() != n || rhs.len() != n || x.len() != n {
         return Err(SolveError::Dimension { n, factors: f.n(), rhs: rhs.len(), solution: x.len() });
@@ -127,14 +143,16 @@ pub fn solve_with(
     if let Some(index) = rhs.iter().position(|b| !b.is_finite()) {
         return Err(SolveError::NonFiniteRightHandSide { index });
     }
-    x.fill(0.0);
     if norm(rhs) == 0.0 {
+        x.fill(0.0);
         return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
     }
     let system = System { a, f, transpose, rhs, norm: a.infinity_norm(transpose) };
-    x.copy_from_slice(rhs);
-    system.precondition(x);
     let mut residual = vec![0.0; n];
+    if x.iter().all(|x| *x == 0.0) {
+        x.copy_from_slice(rhs);
+        system.precondition(x);
+    }
     let mut report = system.assess(x, &mut residual, 0)?;
     while !system.accepts(&report, options.tolerance) {
         let left = options.max_iterations.saturating_sub(report.iterations);

@@ -103,7 +103,8 @@ fn saddle_points_on_many_fronts_are_solved_to_rounding() {
 
 /// Multipliers as groups of their own may be eliminated first, on zero pivots: they must be
 /// delayed, without loss of accuracy. The brick is large enough for solves by subtrees, which the solves with several
-/// right-hand sides do without.
+/// right-hand sides do without. Minimum degree, the order without METIS, happens to place none of them first.
+#[cfg(feature = "metis")]
 #[test]
 fn multipliers_apart_from_their_nodes_are_delayed() {
     let brick = Brick { nodes: [13, 12, 10], ..BRICK };

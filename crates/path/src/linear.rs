@@ -8,7 +8,7 @@ use crate::failure::StepFailureKind;
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
     BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, LinearSolver, Precision, Reduction,
-    RobustSolver, SolveOptions, SolverChoice, solve_verified, solve_with,
+    RobustSolver, SolveOptions, SolverChoice, Transposed, best_in_span, solve_from, solve_verified,
 };
 use std::sync::Arc;
 
@@ -63,13 +63,15 @@ struct Cached {
 /// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
 pub(crate) struct KeptFactors {
     factors: Arc<dyn Factorization>,
+    /// Whether they are those of the transposed tangent.
+    transposed: bool,
     fixed: Vec<bool>,
     active_set: Vec<u8>,
 }
 
 impl KeptFactors {
     /// Contact nodes with another status than when these were made.
-    fn changed_nodes(&self, active_set: &[u8]) -> usize {
+    pub(crate) fn changed_nodes(&self, active_set: &[u8]) -> usize {
         if self.active_set.len() != active_set.len() {
             return usize::MAX;
         }
@@ -82,9 +84,10 @@ impl KeptFactors {
     }
 }
 
-/// The free part of a tangent with the map back to all unknowns.
-struct Reduced {
+/// The free part of a tangent, or of its transpose, with the map back to all unknowns.
+pub(crate) struct Reduced {
     matrix: CsrMatrix,
+    transposed: bool,
     reduction: Arc<Reduction>,
     /// Number of all unknowns.
     unknowns: usize,
@@ -150,8 +153,8 @@ impl LinearSystem {
         [&self.now, &self.other].into_iter().filter_map(|slot| slot.lagged.as_ref()).find(|f| f.fixed == fixed)
     }
 
-    /// The free part of `matrix`; prepares for its pattern.
-    fn reduce(&mut self, matrix: &BlockMatrix, fixed: &[bool], groups: &[u32]) -> Reduced {
+    /// The free part of `matrix`, or of its transpose; prepares for its pattern.
+    pub(crate) fn reduce(&mut self, matrix: &BlockMatrix, transposed: bool, fixed: &[bool], groups: &[u32]) -> Reduced {
         self.take_up(fixed);
         let fits =
             self.now.cached.as_ref().is_some_and(|c| Arc::ptr_eq(&c.pattern, matrix.pattern()) && c.fixed == fixed);
@@ -163,7 +166,8 @@ impl LinearSystem {
         }
         let reduction = self.now.cached.as_ref().expect("set above").reduction.clone();
         let begin = self.timings.begin();
-        let system = Reduced { matrix: reduction.reduce(matrix), reduction, unknowns: fixed.len() };
+        let free = if transposed { reduction.reduce_transposed(matrix) } else { reduction.reduce(matrix) };
+        let system = Reduced { matrix: free, transposed, reduction, unknowns: fixed.len() };
         self.timings.end(Phase::Solve, begin);
         system
     }
@@ -171,7 +175,7 @@ impl LinearSystem {
     /// New factors, the latest from now on.
     fn factorize(
         &mut self,
-        matrix: &CsrMatrix,
+        system: &Reduced,
         fixed: &[bool],
         active_set: &[u8],
     ) -> Result<Arc<KeptFactors>, StepFailureKind> {
@@ -179,14 +183,15 @@ impl LinearSystem {
         // the old ones of this system go first: they are no longer needed, and memory is
         self.now.lagged = None;
         let begin = self.timings.begin();
-        self.now.solver.analyse(&matrix.pattern).map_err(fail)?;
+        self.now.solver.analyse(&system.matrix.pattern).map_err(fail)?;
         self.timings.end(Phase::Analysis, begin);
         self.counts.factorizations += 1;
         let begin = self.timings.begin();
-        let factors = self.now.solver.factorize(matrix);
+        let factors = self.now.solver.factorize(&system.matrix);
         self.timings.end(Phase::Factor, begin);
         let factors = factors.map_err(fail)?.into();
-        let kept = Arc::new(KeptFactors { factors, fixed: fixed.to_vec(), active_set: active_set.to_vec() });
+        let (fixed, active_set) = (fixed.to_vec(), active_set.to_vec());
+        let kept = Arc::new(KeptFactors { factors, transposed: system.transposed, fixed, active_set });
         self.now.lagged = Some(kept.clone());
         Ok(kept)
     }
@@ -205,68 +210,80 @@ impl LinearSystem {
         rhs: &[f64],
         tolerance: f64,
     ) -> Result<Vec<f64>, StepFailureKind> {
-        let system = self.reduce(matrix, fixed, groups);
+        let system = self.reduce(matrix, false, fixed, groups);
         let rhs = system.reduction.restrict(rhs);
         let at_hand = self.now.lagged.clone().filter(|f| f.changed_nodes(active_set) <= MOST_CHANGED);
-        let x = match self.solve_nearby(&system, at_hand, fixed, false, &rhs, tolerance) {
+        let start = vec![0.0; rhs.len()];
+        let x = match self.solve_nearby(&system, at_hand, fixed, start, &rhs, tolerance) {
             Some(x) => x,
             None => {
-                let new = self.factorize(&system.matrix, fixed, active_set)?;
-                self.solve_exact(&system, &new, false, &rhs, tolerance)?
+                let new = self.factorize(&system, fixed, active_set)?;
+                self.solve_exact(&system, &new, &rhs, tolerance)?
             }
         };
         Ok(system.prolong(&x))
     }
 
-    /// Solves Kᵀ x = `rhs` on the free unknowns: with the factors `kept` at this state, if they are good enough, else with
-    /// new ones, which are not kept: those of one step do not serve another. The others are left at zero.
+    /// Solves with a reduced system by the factors `at_hand` of a nearby tangent, if they lead to the solution at less
+    /// cost than new ones would. The iteration starts in the span of the solutions `similar`; all vectors have an entry
+    /// per unknown.
+    pub(crate) fn solve_similar<'a>(
+        &mut self,
+        system: &Reduced,
+        fixed: &[bool],
+        at_hand: Option<Arc<KeptFactors>>,
+        similar: impl IntoIterator<Item = &'a Vec<f64>>,
+        rhs: &[f64],
+        tolerance: f64,
+    ) -> Option<Vec<f64>> {
+        at_hand.as_ref()?;
+        let begin = self.timings.begin();
+        let rhs = system.reduction.restrict(rhs);
+        let similar: Vec<Vec<f64>> = similar.into_iter().map(|x| system.reduction.restrict(x)).collect();
+        let start = best_in_span(&system.matrix, &rhs, similar.iter().map(Vec::as_slice));
+        self.timings.end(Phase::Solve, begin);
+        self.solve_nearby(system, at_hand, fixed, start, &rhs, tolerance).map(|x| system.prolong(&x))
+    }
+
+    /// Solves a reduced system with new factors and returns these too.
     ///
     /// # Errors
     /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual `tolerance`.
-    pub(crate) fn solve_transpose(
+    pub(crate) fn solve_anew(
         &mut self,
-        matrix: &BlockMatrix,
+        system: &Reduced,
         fixed: &[bool],
-        groups: &[u32],
-        kept: Option<&Arc<KeptFactors>>,
+        active_set: &[u8],
         rhs: &[f64],
         tolerance: f64,
-    ) -> Result<Vec<f64>, StepFailureKind> {
-        let system = self.reduce(matrix, fixed, groups);
-        let rhs = system.reduction.restrict(rhs);
-        let x = match self.solve_nearby(&system, kept.cloned(), fixed, true, &rhs, tolerance) {
-            Some(x) => x,
-            None => {
-                let new = self.factorize(&system.matrix, fixed, &[])?;
-                self.now.lagged = None;
-                self.solve_exact(&system, &new, true, &rhs, tolerance)?
-            }
-        };
-        Ok(system.prolong(&x))
+    ) -> Result<(Vec<f64>, Arc<KeptFactors>), StepFailureKind> {
+        let factors = self.factorize(system, fixed, active_set)?;
+        self.now.lagged = None;
+        let x = self.solve_exact(system, &factors, &system.reduction.restrict(rhs), tolerance)?;
+        Ok((system.prolong(&x), factors))
     }
 
     fn solve_exact(
         &mut self,
         system: &Reduced,
         factors: &KeptFactors,
-        transpose: bool,
         rhs: &[f64],
         tolerance: f64,
     ) -> Result<Vec<f64>, StepFailureKind> {
         let mut x = vec![0.0; rhs.len()];
         let begin = self.timings.begin();
-        let result = solve_verified(&system.matrix, factors.factors.as_ref(), transpose, rhs, &mut x, tolerance);
+        let result = solve_verified(&system.matrix, factors.factors.as_ref(), false, rhs, &mut x, tolerance);
         self.timings.end(Phase::Solve, begin);
         result.map(|_| x).map_err(|e| StepFailureKind::Linear(e.to_string()))
     }
 
-    /// The solution with factors of a nearby tangent, if they lead to it at less cost than new ones.
+    /// The solution with factors of a nearby tangent, if they lead to it from `x` at less cost than new ones.
     fn solve_nearby(
         &mut self,
         system: &Reduced,
         at_hand: Option<Arc<KeptFactors>>,
         fixed: &[bool],
-        transpose: bool,
+        mut x: Vec<f64>,
         rhs: &[f64],
         tolerance: f64,
     ) -> Option<Vec<f64>> {
@@ -275,10 +292,14 @@ impl LinearSystem {
         if budget < LEAST_BUDGET {
             return None;
         }
-        let mut x = vec![0.0; rhs.len()];
         let options = SolveOptions { tolerance, max_iterations: budget, restart: budget, give_up_early: true };
         let begin = self.timings.begin();
-        let result = solve_with(&system.matrix, at_hand.factors.as_ref(), transpose, rhs, &mut x, &options);
+        let (matrix, factors) = (&system.matrix, at_hand.factors.as_ref());
+        let result = if at_hand.transposed == system.transposed {
+            solve_from(matrix, factors, false, rhs, &mut x, &options)
+        } else {
+            solve_from(matrix, &Transposed(factors), false, rhs, &mut x, &options)
+        };
         self.timings.end(Phase::Solve, begin);
         match result {
             Ok(report) => {

@@ -1,9 +1,11 @@
 //! The adjoint sweep, written once for all methods.
 
 use crate::failure::{StateError, StepFailureKind};
-use crate::linear::LinearSystem;
-use crate::march::Path;
+use crate::linear::{KeptFactors, LinearSystem};
+use crate::march::{Path, PathState};
 use crate::problem::{PreviousPullBack, StepProblem, StepState};
+use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// An objective as the sweep sees it: explicit partial derivatives at the states that complete a user's step.
 pub trait PathObjective {
@@ -30,7 +32,7 @@ pub struct SweepOptions {
 
 impl Default for SweepOptions {
     fn default() -> Self {
-        Self { linear_tolerance: 1e-11 }
+        Self { linear_tolerance: 1e-10 }
     }
 }
 
@@ -63,9 +65,10 @@ pub fn sweep(
     let n = problem.unknowns();
     let mut gradient = vec![0.0; problem.designs()];
     let mut carry = PreviousPullBack { unknowns: vec![0.0; n], history: vec![0.0; problem.history_length()] };
+    let mut earlier = Earlier::default();
     for index in (1..path.states.len()).rev() {
         let here = &path.states[index];
-        step_back(problem, linear, path, index, objective, options, &mut gradient, &mut carry)
+        step_back(problem, linear, path, index, objective, options, &mut gradient, &mut carry, &mut earlier)
             .map_err(|kind| SweepError { time: here.time, kind })?;
     }
     if let Some(index) = gradient.iter().position(|g| !g.is_finite()) {
@@ -73,6 +76,49 @@ pub fn sweep(
         return Err(SweepError { time: 0.0, kind });
     }
     Ok(gradient)
+}
+
+/// Solutions λ of the steps before in the sweep whose span holds the next start.
+const RECENT: usize = 4;
+
+/// What the steps before in the sweep leave for the next.
+#[derive(Default)]
+struct Earlier {
+    /// The latest solutions, the last one first.
+    solutions: VecDeque<Vec<f64>>,
+    /// Factors from a later state of the path, with its index.
+    factors: Option<(usize, Arc<KeptFactors>)>,
+}
+
+impl Earlier {
+    /// The factors to solve with at the state `index`: the march's or those of a later state, whichever are nearer.
+    fn nearest(&self, path: &Path, index: usize) -> Option<Arc<KeptFactors>> {
+        let here = &path.states[index];
+        let kept = here.factors.as_ref().map(|f| (index - made_at(path, index, f), f));
+        let later = self.factors.as_ref().map(|(made, f)| (made - index, f));
+        let far = |(steps, factors): &(usize, &Arc<KeptFactors>)| {
+            factors.changed_nodes(&here.active_set).saturating_add(*steps)
+        };
+        [kept, later].into_iter().flatten().min_by_key(far).map(|(_, f)| f.clone())
+    }
+
+    fn add(&mut self, path: &Path, index: usize, lambda: Vec<f64>, new: Option<Arc<KeptFactors>>) {
+        self.solutions.truncate(RECENT.max(1) - 1);
+        self.solutions.push_front(lambda);
+        let kept = path.states[index].factors.as_ref().filter(|f| made_at(path, index, f) == index);
+        if let Some(factors) = new.or(kept.cloned()) {
+            self.factors = Some((index, factors));
+        }
+    }
+}
+
+/// Index of the first state that kept these factors.
+fn made_at(path: &Path, mut index: usize, factors: &Arc<KeptFactors>) -> usize {
+    let keeps = |state: &PathState| state.factors.as_ref().is_some_and(|f| Arc::ptr_eq(f, factors));
+    while index > 0 && keeps(&path.states[index - 1]) {
+        index -= 1;
+    }
+    index
 }
 
 fn step_back(
@@ -84,6 +130,7 @@ fn step_back(
     options: &SweepOptions,
     gradient: &mut [f64],
     carry: &mut PreviousPullBack,
+    earlier: &mut Earlier,
 ) -> Result<(), StepFailureKind> {
     let (previous, here) = (&path.states[index - 1].state, &path.states[index]);
     let y = &here.state.unknowns;
@@ -106,9 +153,19 @@ fn step_back(
     rhs.iter_mut().for_each(|r| *r = -*r);
     let (fixed, groups) = (problem.fixed().to_vec(), problem.groups().to_vec());
     let matrix = problem.tangent(y)?;
-    let kept = here.factors.as_ref();
-    let lambda = linear.solve_transpose(matrix, &fixed, &groups, kept, &rhs, options.linear_tolerance)?;
+    let system = linear.reduce(matrix, true, &fixed, &groups);
+    let (at_hand, tolerance) = (earlier.nearest(path, index), options.linear_tolerance);
+    let (lambda, new) = match linear.solve_similar(&system, &fixed, at_hand, &earlier.solutions, &rhs, tolerance) {
+        Some(lambda) => (lambda, None),
+        None => {
+            // the old ones go before the new ones come
+            earlier.factors = None;
+            let (lambda, new) = linear.solve_anew(&system, &fixed, &here.active_set, &rhs, tolerance)?;
+            (lambda, Some(new))
+        }
+    };
     problem.pull_back_design(y, &lambda, gradient)?;
     problem.pull_back_previous(y, &lambda, &eta, carry)?;
+    earlier.add(path, index, lambda, new);
     Ok(())
 }

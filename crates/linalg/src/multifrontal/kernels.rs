@@ -16,6 +16,10 @@ const WORTH_TILING: usize = 200_000;
 const TILE_ROWS: usize = 256;
 const TILE_ENTRIES: usize = 100_000;
 
+/// Columns of a panel of a large triangle, and of a tile of a transposed product with one.
+const PANEL: usize = 128;
+const TILE_COLUMNS: usize = 32;
+
 /// y ← y − A x, A of y.len() rows.
 pub(super) fn subtract_product<T: Scalar>(a: &[T], x: &[T], y: &mut [T]) {
     let m = y.len();
@@ -59,34 +63,100 @@ pub(super) fn subtract_transposed_product<T: Scalar>(a: &[T], x: &[T], y: &mut [
 
 /// x ← L⁻¹ x with the unit lower triangle of a square matrix.
 pub(super) fn solve_unit_lower<T: Scalar>(lu: &[T], x: &mut [T]) {
-    vectorized(
-        #[inline(always)]
-        || unit_lower(lu, x),
-    );
+    let n = x.len();
+    for panel in panels(n) {
+        let (solved, rest) = x.split_at_mut(panel.end);
+        let solved = &mut solved[panel.clone()];
+        vectorized(
+            #[inline(always)]
+            || unit_lower(Triangle { lu, n, from: panel.start }, solved),
+        );
+        subtract_from_rows(&lu[panel.start * n..panel.end * n], n, panel.end, solved, rest);
+    }
 }
 
 /// x ← U⁻¹ x with the upper triangle of a square matrix.
 pub(super) fn solve_upper<T: Scalar>(lu: &[T], x: &mut [T]) {
-    vectorized(
-        #[inline(always)]
-        || upper(lu, x),
-    );
+    let n = x.len();
+    for panel in panels(n).rev() {
+        let (rest, solved) = x.split_at_mut(panel.start);
+        let solved = &mut solved[..panel.len()];
+        vectorized(
+            #[inline(always)]
+            || upper(Triangle { lu, n, from: panel.start }, solved),
+        );
+        subtract_from_rows(&lu[panel.start * n..panel.end * n], n, 0, solved, rest);
+    }
 }
 
 /// x ← U⁻ᵀ x with the upper triangle of a square matrix.
 pub(super) fn solve_upper_transposed<T: Scalar>(lu: &[T], x: &mut [T]) {
-    vectorized(
-        #[inline(always)]
-        || upper_transposed(lu, x),
-    );
+    let n = x.len();
+    for panel in panels(n) {
+        let (known, unsolved) = x.split_at_mut(panel.start);
+        let unsolved = &mut unsolved[..panel.len()];
+        subtract_column_dots(&lu[panel.start * n..panel.end * n], n, 0..panel.start, known, unsolved);
+        vectorized(
+            #[inline(always)]
+            || upper_transposed(Triangle { lu, n, from: panel.start }, unsolved),
+        );
+    }
 }
 
 /// x ← L⁻ᵀ x with the unit lower triangle of a square matrix.
 pub(super) fn solve_unit_lower_transposed<T: Scalar>(lu: &[T], x: &mut [T]) {
-    vectorized(
-        #[inline(always)]
-        || unit_lower_transposed(lu, x),
-    );
+    let n = x.len();
+    for panel in panels(n).rev() {
+        let (unsolved, known) = x.split_at_mut(panel.end);
+        let unsolved = &mut unsolved[panel.clone()];
+        subtract_column_dots(&lu[panel.start * n..panel.end * n], n, panel.end..n, known, unsolved);
+        vectorized(
+            #[inline(always)]
+            || unit_lower_transposed(Triangle { lu, n, from: panel.start }, unsolved),
+        );
+    }
+}
+
+/// Columns of a triangle of `n` that are solved at once; what they couple to follows as products that threads share.
+fn panels(n: usize) -> impl DoubleEndedIterator<Item = Range<usize>> {
+    let width = if n * n < WORTH_TILING { n.max(1) } else { PANEL };
+    (0..n.div_ceil(width)).map(move |k| k * width..((k + 1) * width).min(n))
+}
+
+/// y ← y − (rows from `first` on) x, in columns of `n`.
+fn subtract_from_rows<T: Scalar>(columns: &[T], n: usize, first: usize, x: &[T], y: &mut [T]) {
+    let tile = |(tile, y): (usize, &mut [T])| {
+        let begin = first + tile * TILE_ROWS;
+        let rows = begin..begin + y.len();
+        vectorized(
+            #[inline(always)]
+            || subtract_rows(columns, n, rows, x, y),
+        );
+    };
+    if y.len() * x.len() < WORTH_TILING / 2 {
+        y.chunks_mut(TILE_ROWS).enumerate().for_each(tile);
+    } else {
+        y.par_chunks_mut(TILE_ROWS).enumerate().for_each(tile);
+    }
+}
+
+/// yⱼ ← yⱼ − (`rows` of column j) · x, in columns of `n`.
+fn subtract_column_dots<T: Scalar>(columns: &[T], n: usize, rows: Range<usize>, x: &[T], y: &mut [T]) {
+    let some = |(y, columns): (&mut [T], &[T])| {
+        vectorized(
+            #[inline(always)]
+            || {
+                for (y, column) in y.iter_mut().zip(columns.chunks_exact(n)) {
+                    *y -= dot(&column[rows.clone()], x);
+                }
+            },
+        );
+    };
+    if y.len() * x.len() < WORTH_TILING / 2 {
+        some((y, columns));
+    } else {
+        y.par_chunks_mut(TILE_COLUMNS).zip(columns.par_chunks(TILE_COLUMNS * n)).for_each(some);
+    }
 }
 
 fn vectorized(run: impl FnOnce()) {
@@ -148,44 +218,57 @@ fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     lanes[0] + sum
 }
 
+/// Diagonal block, from the unknown `from` on, of a square matrix of `n` columns.
+struct Triangle<'a, T> {
+    lu: &'a [T],
+    n: usize,
+    from: usize,
+}
+
+impl<T> Triangle<'_, T> {
+    /// Rows of column j of the block.
+    #[inline(always)]
+    fn column(&self, j: usize, rows: Range<usize>) -> &[T] {
+        let begin = (self.from + j) * self.n + self.from;
+        &self.lu[begin + rows.start..begin + rows.end]
+    }
+}
+
 #[inline(always)]
-fn unit_lower<T: Scalar>(lu: &[T], x: &mut [T]) {
+fn unit_lower<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
     let n = x.len();
     for j in 0..n {
         let xj = x[j];
-        let column = &lu[j * n + j + 1..(j + 1) * n];
-        for (x, l) in x[j + 1..].iter_mut().zip(column) {
+        for (x, l) in x[j + 1..].iter_mut().zip(lu.column(j, j + 1..n)) {
             *x -= *l * xj;
         }
     }
 }
 
 #[inline(always)]
-fn upper<T: Scalar>(lu: &[T], x: &mut [T]) {
-    let n = x.len();
-    for j in (0..n).rev() {
-        let xj = x[j] / lu[j * n + j];
+fn upper<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
+    for j in (0..x.len()).rev() {
+        let xj = x[j] / lu.column(j, j..j + 1)[0];
         x[j] = xj;
-        for (x, u) in x[..j].iter_mut().zip(&lu[j * n..j * n + j]) {
+        for (x, u) in x[..j].iter_mut().zip(lu.column(j, 0..j)) {
             *x -= *u * xj;
         }
     }
 }
 
 #[inline(always)]
-fn upper_transposed<T: Scalar>(lu: &[T], x: &mut [T]) {
-    let n = x.len();
-    for j in 0..n {
-        let sum = dot(&lu[j * n..j * n + j], &x[..j]);
-        x[j] = (x[j] - sum) / lu[j * n + j];
+fn upper_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
+    for j in 0..x.len() {
+        let sum = dot(lu.column(j, 0..j), &x[..j]);
+        x[j] = (x[j] - sum) / lu.column(j, j..j + 1)[0];
     }
 }
 
 #[inline(always)]
-fn unit_lower_transposed<T: Scalar>(lu: &[T], x: &mut [T]) {
+fn unit_lower_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
     let n = x.len();
     for j in (0..n).rev() {
-        let sum = dot(&lu[j * n + j + 1..(j + 1) * n], &x[j + 1..]);
+        let sum = dot(lu.column(j, j + 1..n), &x[j + 1..]);
         x[j] -= sum;
     }
 }
@@ -211,6 +294,36 @@ mod tests {
         for j in 0..n {
             let sum: f64 = (0..m).map(|i| a[i + j * m] * z[i]).sum();
             assert!((w[j] - (1.0 - sum)).abs() < 1e-11);
+        }
+    }
+
+    /// Triangles below and above the size that is cut into panels: the products with the solutions give back the
+    /// right-hand sides.
+    #[test]
+    fn triangular_solves_invert_products() {
+        for n in [7, 300, 3 * PANEL + 100] {
+            assert!((n * n >= WORTH_TILING) == (n > 300));
+            let lu: Vec<f64> =
+                (0..n * n).map(|k| if k % n == k / n { 2.0 } else { (k as f64 * 0.618).sin() / n as f64 }).collect();
+            let b: Vec<f64> = (0..n).map(|i| (i as f64 * 0.37).cos()).collect();
+            let lower = |i: usize, j: usize| if i == j { 1.0 } else { lu[i + j * n] * f64::from(i > j) };
+            let upper = |i: usize, j: usize| lu[i + j * n] * f64::from(i <= j);
+            type Solve = fn(&[f64], &mut [f64]);
+            type Entry<'a> = &'a dyn Fn(usize, usize) -> f64;
+            let solves: [(Solve, Entry<'_>); 4] = [
+                (solve_unit_lower, &lower),
+                (solve_upper, &upper),
+                (solve_upper_transposed, &|i, j| upper(j, i)),
+                (solve_unit_lower_transposed, &|i, j| lower(j, i)),
+            ];
+            for (solve, entry) in solves {
+                let mut x = b.clone();
+                solve(&lu, &mut x);
+                for i in 0..n {
+                    let product: f64 = (0..n).map(|j| entry(i, j) * x[j]).sum();
+                    assert!((product - b[i]).abs() < 1e-12, "n = {n}, row {i}: {product} for {}", b[i]);
+                }
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Multifrontal LU factorization.
 //!
-//! The matrix is equilibrated by powers of two and permuted by nested dissection of the graph of its
+//! The matrix is equilibrated by powers of two and permuted by nested dissection (without METIS: minimum degree) of the graph of its
 //! elimination groups: one vertex per node, or per slave node with its multipliers. The
 //! elimination tree of the symmetrised pattern, cut into supernodes, becomes a tree of dense
 //! *fronts*. Each front holds its fully summed rows and columns and those they touch:
@@ -23,6 +23,8 @@ mod buffers;
 mod dense;
 mod front;
 mod kernels;
+#[cfg(feature = "metis")]
+mod metis;
 mod numeric;
 mod ordering;
 mod pivoting;

@@ -68,7 +68,7 @@ impl Symbolic {
                 return Ok((symbolic, known));
             }
         }
-        let vertices = graph.nested_dissection()?;
+        let vertices = graph.fill_reducing_order()?;
         let symbolic = Self::in_order(pattern, &graph, vertices.clone());
         let operations = symbolic.operations;
         Ok((symbolic, Ordering { groups: pattern.groups.clone(), vertices, operations }))
