@@ -136,7 +136,7 @@ impl MarchObserver for Silent {}
 
 /// Marches to each of the `times` (ascending, > 0) from `start`, which lies at time 0.
 ///
-/// A step starts where `guide` leads, if there is one. A failing step is tried again from the last state, with the
+/// A step starts where `guide` leads, if there is one, and has its sub-steps if it holds them. A failing step is tried again from the last state, with the
 /// problem's other settings, then with half the increment, at most `max_cutbacks` halvings deep. Accepted sub-steps are
 /// states of the path like any other.
 ///
@@ -167,14 +167,16 @@ pub fn march(
         let whole = end - begin;
         let smallest = whole * 0.5f64.powi(options.max_cutbacks as i32) * 0.999;
         let mut increment = whole;
+        let mut failed = false;
         let mut attempts = Vec::new();
         loop {
             if observer.cancelled() {
                 return Ok(path);
             }
             let now = path.states.last().expect("holds the start").time;
-            let last = end - now <= increment * (1.0 + 1e-9);
-            let target = if last { end } else { now + increment };
+            let led = guide.and_then(|g| g.next_step(now + 1e-9 * whole)).filter(|&t| t < end && !failed);
+            let last = led.is_none() && end - now <= increment * (1.0 + 1e-9);
+            let target = led.unwrap_or(if last { end } else { now + increment });
             match attempt(problem, linear, &path, target, step, options, guide, observer) {
                 Ok((state, report)) => {
                     let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
@@ -187,9 +189,11 @@ pub fn march(
                         break;
                     }
                     increment = (2.0 * increment).min(whole);
+                    failed = false;
                 }
                 Err(failure) => {
                     attempts.push((target, failure.kind.clone()));
+                    failed = true;
                     increment = 0.5 * (target - now);
                     if increment < smallest {
                         return Err(Box::new(MarchFailure {

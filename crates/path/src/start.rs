@@ -26,6 +26,8 @@ const STEADY: f64 = 0.1;
 pub struct Guide {
     times: Vec<f64>,
     unknowns: Vec<Vec<f32>>,
+    /// Whether its sub-steps are taken too.
+    holds_steps: bool,
 }
 
 /// Why numbers are not a [`Guide`].
@@ -46,7 +48,25 @@ impl Guide {
         Self {
             times: path.states.iter().map(|s| s.time).collect(),
             unknowns: path.states.iter().map(|s| single(&s.state.unknowns)).collect(),
+            holds_steps: false,
         }
+    }
+
+    /// The same guide for paths that are to have its sub-steps as well, as long as they converge: with friction, a path of
+    /// other steps is another function of the design.
+    pub fn holding_steps(self) -> Self {
+        Self { holds_steps: true, ..self }
+    }
+
+    /// Only the steps and sub-steps of a path, without its states.
+    pub fn steps_of(path: &Path) -> Self {
+        let times: Vec<f64> = path.states.iter().map(|s| s.time).collect();
+        Self { unknowns: vec![Vec::new(); times.len()], times, holds_steps: true }
+    }
+
+    /// The state after `time`, if steps are to be taken as the guide has them.
+    pub(crate) fn next_step(&self, time: f64) -> Option<f64> {
+        self.times.iter().copied().find(|&t| t > time).filter(|_| self.holds_steps)
     }
 
     /// From its numbers: pseudo-times, ascending from 0, and the unknowns at each.
@@ -63,7 +83,7 @@ impl Guide {
         if unknowns.iter().any(|u| u.len() != length || u.iter().any(|v| !v.is_finite())) {
             return Err(GuideError::Unknowns);
         }
-        Ok(Self { times, unknowns })
+        Ok(Self { times, unknowns, holds_steps: false })
     }
 
     /// Pseudo-times of the states.

@@ -5,7 +5,8 @@
 //! without the gradient being wrong, and each is told apart:
 //!
 //! * a slave node that changes its status between φ − hv and φ + hv makes θ kink there;
-//! * a path that is cut back elsewhere is a path of other steps, and its θ another function;
+//! * a path that is cut back elsewhere is a path of other steps, and its θ another function. All paths therefore take
+//!   the sub-steps of the one at φ, as long as they converge;
 //! * θ is known to its round-off only, which the difference divides by h. How far that is, a few more analyses near φ
 //!   tell, by high differences of θ and by a tolerance ten times as wide.
 
@@ -13,7 +14,7 @@ mod verdict;
 
 use crate::analysis::{Analysis, AnalysisError, Forward, ForwardNotice};
 use serde::Serialize;
-use slipstick_path::{MarchObserver, Tolerance, Tolerances};
+use slipstick_path::{Guide, MarchObserver, Tolerance, Tolerances};
 use verdict::verdict;
 
 pub use verdict::{Quotient, Verdict};
@@ -105,7 +106,7 @@ pub enum VerifyError {
 
 /// Compares adjoint and differences at `density`; `designed` are the elements that may vary.
 ///
-/// The forward tolerances are tightened for the purpose and restored. Directions leave out elements whose density is so
+/// The forward tolerances are tightened for the purpose and restored, and so is the guide. Directions leave out elements whose density is so
 /// near to 0 or 1 that a step would leave [0, 1].
 ///
 /// # Errors
@@ -117,13 +118,14 @@ pub fn verify_gradient(
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<GradientCheck, VerifyError> {
-    let saved = (analysis.march.newton, analysis.model.method().clone());
+    let saved = (analysis.march.newton, analysis.model.method().clone(), analysis.guide.take());
     analysis.march.newton.max_iterations += 5;
     analysis.march.newton.linear_tolerance = 1e-12;
     set_tolerance(analysis, options.forward_tolerance);
     let result = compare(analysis, density, designed, options, observer);
     analysis.march.newton = saved.0;
     analysis.model.set_method(saved.1);
+    analysis.guide = saved.2;
     result
 }
 
@@ -155,6 +157,7 @@ fn compare(
         .filter(|&e| (options.step..=1.0 - options.step).contains(&density[e as usize]))
         .collect();
     let norm = free.iter().map(|&e| gradient[e as usize].powi(2)).sum::<f64>().sqrt();
+    analysis.guide = Some(Guide::steps_of(&base.path));
     let round_off = round_off(analysis, density, &free, &base, options, observer)?;
     let at = Base { density, forward: &base, gradient: &gradient, norm, round_off };
     let mut directions = Vec::new();
@@ -184,6 +187,8 @@ fn round_off(
     let loose = loose?;
     // A path of other steps is another function, and says nothing.
     let by_tolerance = if same_steps(base, &loose) { (loose.value - base.value).abs() } else { 0.0 };
+    // from here on, paths start where the one at φ went
+    analysis.guide = Some(Guide::of(&base.path).holding_steps());
     let spacing = (options.step * 0.5f64.powi(options.halvings as i32)).min(LARGEST_SPACING);
     let (mut by_digits, smooth) = noise(analysis, density, free, base, spacing, observer)?;
     if !smooth {

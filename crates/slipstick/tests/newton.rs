@@ -130,6 +130,40 @@ fn a_step_that_is_too_large_is_reached_in_sub_steps() {
     }
 }
 
+/// A path whose sub-steps another one found has the same, and wastes no attempt.
+#[test]
+fn sub_steps_of_a_guide_are_taken() {
+    let scene = Scene {
+        enforcement: LAGRANGE.into(),
+        steps: 2,
+        friction: 0.2,
+        motion: "[{ t = 1.0, u = [0.6, -0.3, 0.3], angle = 40 }]".into(),
+        drive: "rotation = { point = [1.0, 0, 0.5], direction = [0, 1, 0] }".into(),
+        ..Scene::default()
+    };
+    let mut problem = problem(&scene.text());
+    let density = random_density(&problem, 7);
+    let coarse = problem.analysis.forward(&density, &mut Silent).expect("converges");
+    let times = problem.analysis.times.clone();
+    problem.analysis.times = vec![0.125, 0.25, 0.5, 1.0];
+    let fine = problem.analysis.forward(&density, &mut Silent).expect("converges");
+    problem.analysis.times = times;
+    let of = |path: &Path| path.states.iter().map(|s| (s.time, s.completes)).collect::<Vec<_>>();
+    assert_eq!(of(&coarse.path), [(0.0, None), (0.5, Some(1)), (1.0, Some(2))]);
+    for guide in [Guide::steps_of(&fine.path), Guide::of(&fine.path).holding_steps()] {
+        problem.analysis.guide = Some(guide);
+        let mut watch = Watch::default();
+        let led = problem.analysis.forward(&density, &mut watch).expect("converges");
+        assert_eq!(of(&led.path), [(0.0, None), (0.125, None), (0.25, None), (0.5, Some(1)), (1.0, Some(2))]);
+        assert!(watch.cut_backs.is_empty());
+        assert!((led.value - fine.step_values[2] - fine.step_values[3]).abs() < 1e-7 * led.value.abs());
+        assert!((led.value - coarse.value).abs() > 1e-4 * led.value.abs(), "friction sees no sub-steps");
+    }
+    problem.analysis.guide = Some(Guide::of(&fine.path));
+    let led = problem.analysis.forward(&density, &mut Silent).expect("converges");
+    assert_eq!(of(&led.path), of(&coarse.path));
+}
+
 /// The bodies together are 1.8 high and are to be pressed to −0.2: elements must invert, in the step that gets there.
 #[test]
 fn a_hopeless_step_fails_with_its_place_and_the_inverted_elements() {
