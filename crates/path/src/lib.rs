@@ -17,6 +17,7 @@
 //!   η_n = ∂θ/∂h_n + (∂F_{n+1}/∂h_n)ᵀ λ_{n+1} + (∂G_{n+1}/∂h_n)ᵀ η_{n+1}
 //!   K_nᵀ λ_n = −[ ∂θ/∂y_n + (∂G_n/∂y_n)ᵀ η_n + (∂F_{n+1}/∂y_n)ᵀ λ_{n+1} + (∂G_{n+1}/∂y_n)ᵀ η_{n+1} ]
 //!   dθ/dφ += (∂F_n/∂φ)ᵀ λ_n
+//!   dθ/dp += (∂F_n/∂p)ᵀ λ_n + (∂G_n/∂p)ᵀ η_n + (∂ŷ_n/∂p)ᵀ dθ/dŷ_n      ŷ: prescribed unknowns
 //! ```
 //!
 //! Prescribed unknowns are removed after transposition: their λ is zero. Paper: §3, (53)–(61), in the form that is exact
@@ -39,5 +40,5 @@ pub use march::{MarchEvent, MarchObserver, MarchOptions, Path, PathState, Silent
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances};
 pub use problem::{PreviousPullBack, Scales, StepProblem, StepState, UzawaOptions};
 pub use start::{Guide, GuideError, StartValues};
-pub use sweep::{PathObjective, SweepError, SweepOptions, sweep};
+pub use sweep::{PathGradient, PathObjective, SweepError, SweepOptions, sweep};
 pub use timings::{Phase, Timings};

@@ -142,6 +142,30 @@ pub trait StepProblem {
     /// If `y` is no state.
     fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError>;
 
+    /// Number of parameters p beside the design that the path can be differentiated by: coefficients of friction, moduli,
+    /// amplitudes of the prescribed motion.
+    fn parameters(&self) -> usize {
+        0
+    }
+
+    /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ at pseudo-time `time`, with ŷ the prescribed unknowns and μ what θ changes by
+    /// with them, `by_prescribed`: an entry per unknown, of which the prescribed ones count.
+    ///
+    /// # Errors
+    /// If `y` is no state.
+    fn pull_back_parameters(
+        &mut self,
+        y: &[f64],
+        time: f64,
+        lambda: &[f64],
+        eta: &[f64],
+        by_prescribed: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let _ = (y, time, lambda, eta, by_prescribed, out);
+        Ok(())
+    }
+
     /// Offers another setting of parameters that change the iteration but not its solution, for retry number
     /// `attempt` ≥ 1; `false` if there is none. `attempt` = 0 restores the default.
     fn vary_iteration(&mut self, attempt: usize) -> bool {

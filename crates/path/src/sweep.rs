@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 /// An objective as the sweep sees it: explicit partial derivatives at the states that complete a user's step.
 pub trait PathObjective {
-    /// Adds ∂θ/∂y_n and ∂θ/∂φ of user step `step` (1-based) at its state.
+    /// Adds ∂θ/∂y_n, ∂θ/∂φ and ∂θ/∂p of user step `step` (1-based) at its state.
     ///
     /// # Errors
     /// If the state cannot be evaluated.
@@ -19,8 +19,17 @@ pub trait PathObjective {
         time: f64,
         state: &StepState,
         by_unknowns: &mut [f64],
-        by_design: &mut [f64],
+        to: &mut PathGradient,
     ) -> Result<(), StateError>;
+}
+
+/// Derivatives of an objective over a path.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PathGradient {
+    /// dθ/dφ.
+    pub design: Vec<f64>,
+    /// dθ/dp by the problem's other parameters.
+    pub parameters: Vec<f64>,
 }
 
 /// Settings of the sweep.
@@ -46,7 +55,7 @@ pub struct SweepError {
     pub kind: StepFailureKind,
 }
 
-/// dθ/dφ by the time-discrete adjoint, through all accepted sub-steps.
+/// dθ/dφ and dθ/dp by the time-discrete adjoint, through all accepted sub-steps.
 ///
 /// Steps whose right-hand side vanishes need no solve: without friction these are all steps that the objective does not
 /// see. Paper: (59)–(61), (69), (70). Tests: `tests/gradient.rs` (crate slipstick).
@@ -59,11 +68,12 @@ pub fn sweep(
     path: &Path,
     objective: &mut dyn PathObjective,
     options: &SweepOptions,
-) -> Result<Vec<f64>, SweepError> {
+) -> Result<PathGradient, SweepError> {
     // whatever was solved before, the gradient is the same
     linear.forget_factors();
     let n = problem.unknowns();
-    let mut gradient = vec![0.0; problem.designs()];
+    let mut gradient =
+        PathGradient { design: vec![0.0; problem.designs()], parameters: vec![0.0; problem.parameters()] };
     let mut carry = PreviousPullBack { unknowns: vec![0.0; n], history: vec![0.0; problem.history_length()] };
     let mut earlier = Earlier::default();
     for index in (1..path.states.len()).rev() {
@@ -71,7 +81,9 @@ pub fn sweep(
         step_back(problem, linear, path, index, objective, options, &mut gradient, &mut carry, &mut earlier)
             .map_err(|kind| SweepError { time: here.time, kind })?;
     }
-    if let Some(index) = gradient.iter().position(|g| !g.is_finite()) {
+    // factors of the sweep are of no use to what follows
+    linear.forget_factors();
+    if let Some(index) = gradient.design.iter().chain(&gradient.parameters).position(|g| !g.is_finite()) {
         let kind = StateError::NotFinite { quantity: "the gradient", index }.into();
         return Err(SweepError { time: 0.0, kind });
     }
@@ -128,7 +140,7 @@ fn step_back(
     index: usize,
     objective: &mut dyn PathObjective,
     options: &SweepOptions,
-    gradient: &mut [f64],
+    gradient: &mut PathGradient,
     carry: &mut PreviousPullBack,
     earlier: &mut Earlier,
 ) -> Result<(), StepFailureKind> {
@@ -164,7 +176,14 @@ fn step_back(
             (lambda, Some(new))
         }
     };
-    problem.pull_back_design(y, &lambda, gradient)?;
+    if !gradient.parameters.is_empty() {
+        // dθ/dŷ at the prescribed unknowns, whose rows the solve left out
+        let mut by_prescribed = vec![0.0; lambda.len()];
+        matrix.mul_transpose(&lambda, &mut by_prescribed);
+        by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
+        problem.pull_back_parameters(y, here.time, &lambda, &eta, &by_prescribed, &mut gradient.parameters)?;
+    }
+    problem.pull_back_design(y, &lambda, &mut gradient.design)?;
     problem.pull_back_previous(y, &lambda, &eta, carry)?;
     earlier.add(path, index, lambda, new);
     Ok(())

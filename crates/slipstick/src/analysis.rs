@@ -1,11 +1,11 @@
 //! Forward analysis and gradient of a built problem.
 
-use crate::model::ContactModel;
+use crate::model::{ContactModel, Parameter};
 use slipstick_contact::friction::Status;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_path::{
-    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathObjective, PathState, StateError,
-    StepState, SweepError, SweepOptions, Timings, march, sweep,
+    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathObjective, PathState,
+    StateError, StepState, SweepError, SweepOptions, Timings, march, sweep,
 };
 
 /// Contact results of a slave node.
@@ -44,6 +44,16 @@ pub struct Forward {
     pub value: f64,
     /// What is probably not meant.
     pub notice: Option<ForwardNotice>,
+}
+
+/// Derivatives of the objective.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gradients {
+    /// dθ/dφ of every element, zero outside of the design.
+    pub density: Vec<f64>,
+    /// dθ/dp of every other parameter of the model but coefficients of friction that are 0, at the contact stiffnesses as
+    /// they are: defaults that follow from moduli and densities are not differentiated.
+    pub parameters: Vec<(Parameter, f64)>,
 }
 
 /// What a whole path can be that is probably not meant.
@@ -152,15 +162,25 @@ impl Analysis {
         (!observed.any(|(_, state)| closed(state))).then_some(ForwardNotice::ContactOpenWhereObserved)
     }
 
-    /// dθ/dφ of every element (zero outside of the design) at the densities of a forward analysis by this model, with the
-    /// friction that it had then.
+    /// dθ/dφ of every element: the densities' part of [`gradients`](Self::gradients).
+    ///
+    /// # Errors
+    /// As [`gradients`](Self::gradients).
+    ///
+    /// # Panics
+    /// Without an objective.
+    pub fn gradient(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
+        self.gradients(forward).map(|gradients| gradients.density)
+    }
+
+    /// Derivatives of θ at the densities of a forward analysis by this model, with the friction that it had then.
     ///
     /// # Errors
     /// [`AnalysisError::Sweep`]; [`AnalysisError::Unfinished`] for a path that was cancelled.
     ///
     /// # Panics
     /// Without an objective.
-    pub fn gradient(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
+    pub fn gradients(&mut self, forward: &Forward) -> Result<Gradients, AnalysisError> {
         let (steps, all) = (forward.path.steps, self.times.len());
         if steps < all {
             return Err(AnalysisError::Unfinished { steps, all });
@@ -174,7 +194,13 @@ impl Analysis {
             sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &self.sweep).map_err(Into::into)
         });
         self.objective = Some(objective);
-        result
+        let PathGradient { design, parameters } = result?;
+        // without friction, θ has a kink: a coefficient cannot become negative
+        let interfaces = self.model.interfaces();
+        let smooth =
+            |p: &Parameter| !matches!(p, Parameter::Friction { interface } if interfaces[*interface].friction == 0.0);
+        let parameters = self.model.parameter_names().into_iter().zip(parameters).filter(|(p, _)| smooth(p)).collect();
+        Ok(Gradients { density: design, parameters })
     }
 }
 
@@ -197,14 +223,14 @@ fn view<'a>(
     StateView { step, steps, time, displacement: &state.unknowns[..n], internal_force: force }
 }
 
-/// Chains an objective on internal forces to unknowns and design: ∂θ/∂d += K_int ∂θ/∂f, ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
+/// Chains an objective on internal forces to unknowns, design and moduli: ∂θ/∂d += K_int ∂θ/∂f, ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
 ///
 /// Nothing depends on the multipliers. Paper: (92)–(99).
 struct Adapter<'a> {
     objective: &'a dyn Objective,
     steps: usize,
-    /// Per observed step: its number, ∂θ/∂y and ∂θ/∂φ.
-    partials: Vec<(usize, Vec<f64>, Vec<f64>)>,
+    /// Per observed step: its number, ∂θ/∂y, and ∂θ/∂φ and ∂θ/∂p.
+    partials: Vec<(usize, Vec<f64>, PathGradient)>,
 }
 
 impl Adapter<'_> {
@@ -226,7 +252,9 @@ impl Adapter<'_> {
             solid.add_tangent_product(d, scalings, &by_force, &mut by_displacement).map_err(inverted)?;
             let mut by_design = vec![0.0; solid.elements()];
             solid.pull_back_density(d, scalings, slopes, &by_force, &mut by_design).map_err(inverted)?;
-            self.partials.push((step, by_displacement, by_design));
+            let mut parameters = vec![0.0; model.parameter_names().len()];
+            model.pull_back_moduli(d, &by_force, &mut parameters)?;
+            self.partials.push((step, by_displacement, PathGradient { design: by_design, parameters }));
         }
         Ok(())
     }
@@ -239,11 +267,13 @@ impl PathObjective for Adapter<'_> {
         _time: f64,
         _state: &StepState,
         by_unknowns: &mut [f64],
-        by_design: &mut [f64],
+        to: &mut PathGradient,
     ) -> Result<(), StateError> {
-        if let Some((_, d, phi)) = self.partials.iter().find(|p| p.0 == step) {
-            by_unknowns.iter_mut().zip(d).for_each(|(o, v)| *o += v);
-            by_design.iter_mut().zip(phi).for_each(|(o, v)| *o += v);
+        let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+        if let Some((_, d, gradient)) = self.partials.iter().find(|p| p.0 == step) {
+            add(by_unknowns, d);
+            add(&mut to.design, &gradient.design);
+            add(&mut to.parameters, &gradient.parameters);
         }
         Ok(())
     }

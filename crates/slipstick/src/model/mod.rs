@@ -11,12 +11,14 @@
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
 pub mod node;
+mod parameters;
 pub mod pattern;
 pub mod prescribed;
 mod step;
 
 use nalgebra::Vector3;
 use node::NodeStep;
+pub use parameters::Parameter;
 use pattern::ContactPattern;
 use prescribed::Prescribed;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling};
@@ -26,6 +28,7 @@ use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
 use slipstick_path::{StateError, StepState, Timings, UzawaOptions};
 use slipstick_solid::{ElementScaling, Interpolation, InvertedElements, SolidModel, model::Scatter};
+use std::ops::Range;
 
 /// How the contact conditions of a model are enforced; one method for all interfaces.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,6 +116,8 @@ pub struct ContactModel {
     scalings: Vec<ElementScaling>,
     scaling_slopes: Vec<ElementScaling>,
     coordinates: Vec<f64>,
+    /// Elements of each body.
+    bodies: Vec<Range<usize>>,
     interfaces: Vec<ModelInterface>,
     method: Method,
     prescribed: Prescribed,
@@ -226,6 +231,7 @@ impl ContactModel {
             scaling_slopes: vec![ElementScaling { factor: 0.0, gamma: 0.0 }; elements],
             internal: vec![0.0; coordinates.len()],
             coordinates,
+            bodies: mesh.bodies.iter().map(|body| body.elements.clone()).collect(),
             interfaces,
             method,
             prescribed,

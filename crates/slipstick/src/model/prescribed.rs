@@ -75,6 +75,31 @@ impl Prescribed {
         }
     }
 
+    /// Number of motions.
+    pub fn motions(&self) -> usize {
+        self.motions.len()
+    }
+
+    /// Adds Σ μ ∂d/∂a of each motion at pseudo-time `time`, where a = 1 multiplies its translation and its angle θ: with the
+    /// unit axis n, ∂/∂a (R(aθ) − I) r = θ n × R(θ) r.
+    ///
+    /// Test: `amplitudes_match_finite_differences`.
+    pub fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
+        for &(dof, x, c, motion) in &self.entries {
+            let moved = &self.motions[motion as usize];
+            let (u, degrees) = moved.at(time);
+            let mut slope = u[c as usize];
+            if let (Some(axis), true) = (moved.rotation, degrees != 0.0) {
+                let direction = Unit::new_normalize(Vector3::from(axis.direction));
+                let angle = degrees.to_radians();
+                let arm =
+                    Rotation3::from_axis_angle(&direction, angle) * (Vector3::from(x) - Vector3::from(axis.point));
+                slope += angle * direction.cross(&arm)[c as usize];
+            }
+            out[motion as usize] += slope * by_prescribed[dof as usize];
+        }
+    }
+
     /// Largest prescribed displacement at any of the `times`. \[L\]
     pub fn largest(&self, times: &[f64]) -> f64 {
         self.largest_of(times.iter().map(|&t| (0.0, t)))
@@ -135,6 +160,37 @@ mod tests {
             assert!((found - exact).abs() < 1e-15);
         }
         assert!((prescribed.largest(&[0.5, 1.0]) - 3f64.sqrt()).abs() < 1e-14);
+    }
+
+    /// Motion and angle scaled by 1 ± h in the tables themselves.
+    #[test]
+    fn amplitudes_match_finite_differences() {
+        let coordinates = [2.0, 5.0, 0.0, 0.3, -1.0, 0.8];
+        let at = |factor: f64| {
+            let mut motion = driven();
+            for waypoint in &mut motion.motion {
+                waypoint.u.iter_mut().for_each(|u| *u *= factor);
+                waypoint.angle *= factor;
+            }
+            Prescribed::new(
+                vec![Dirichlet { set: "rest".into(), ..driven() }, motion],
+                &[vec![1], vec![0]],
+                &coordinates,
+            )
+            .unwrap()
+        };
+        let weights = [0.3, -0.7, 1.1, 0.0, 0.0, 0.0];
+        let (h, time) = (1e-5, 0.8);
+        let value = |factor: f64| {
+            let mut d = [0.0; 6];
+            at(factor).apply(time, &mut d);
+            d.iter().zip(weights).map(|(d, w)| d * w).sum::<f64>()
+        };
+        let mut slopes = [0.0; 2];
+        at(1.0).pull_back_amplitudes(time, &weights, &mut slopes);
+        let expected = (value(1.0 + h) - value(1.0 - h)) / (2.0 * h);
+        assert!((slopes[1] - expected).abs() < 1e-9, "{} for {expected}", slopes[1]);
+        assert_eq!(slopes[0], 0.0);
     }
 
     #[test]

@@ -65,7 +65,7 @@ impl ContactModel {
     }
 
     /// Coefficient of friction that acts at node j, and its slope in the tributary area of the node's previous row.
-    fn friction(&self, j: usize) -> (f64, f64) {
+    pub(super) fn friction(&self, j: usize) -> (f64, f64) {
         let slave = &self.slaves[j];
         let (share, slope) = friction_share(self.previous_kinematics[j].area, slave.area);
         let friction = self.interfaces[slave.interface as usize].friction;
@@ -116,6 +116,28 @@ impl ContactModel {
         acting.status != Status::Inactive || acting.value != Vector3::zeros()
     }
 
+    /// How λᵀF + ηᵀG depends on slip, friction and history of node j, whose state is evaluated.
+    pub(super) fn law_weights(&self, j: usize, y: &[f64], lambda: &[f64], eta: &[f64]) -> LawWeights {
+        if self.method.has_multipliers() {
+            let at = self.displacement_count() + 3 * j;
+            let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
+            let c = self.complementarity_of(j, self.multiplier(y, j));
+            let by_slip = c.by_slip.tr_mul(&mu);
+            return LawWeights { by_slip, by_friction: c.by_friction.dot(&mu), by_history: None };
+        }
+        let h = Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1]);
+        let t = self.regularised_of(j, h);
+        let mut weight = node::relative_adjoint(&self.kinematics[j], lambda);
+        weight[1] += eta[2 * j];
+        weight[2] += eta[2 * j + 1];
+        let by_history = t.by_multiplier.tr_mul(&weight).fixed_rows::<2>(1).into();
+        LawWeights {
+            by_slip: t.by_slip.tr_mul(&weight),
+            by_friction: t.by_friction.dot(&weight),
+            by_history: Some(by_history),
+        }
+    }
+
     /// Whether C is part of F: not for the penalty method, and not while multipliers are held.
     fn has_complementarity(&self) -> bool {
         self.method.has_multipliers() && !self.held
@@ -160,6 +182,16 @@ impl ContactModel {
     pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         self.solid.internal_force(d, &self.scalings, out).map_err(inverted)
     }
+}
+
+/// Derivatives of λᵀF + ηᵀG through the law of one node.
+pub(super) struct LawWeights {
+    /// By the slip increment ũ_τ.
+    by_slip: Vector2<f64>,
+    /// By the coefficient of friction that acts.
+    pub by_friction: f64,
+    /// By the tangential history, where the method has one.
+    by_history: Option<Vector2<f64>>,
 }
 
 /// Whether kinematics at a place serve for displacements `d`.
@@ -378,7 +410,6 @@ impl StepProblem for ContactModel {
     ) -> Result<(), StateError> {
         self.evaluate(y, true)?;
         let begin = self.timings.begin();
-        let split = self.displacement_count();
         out.unknowns.clear();
         out.unknowns.resize(self.unknowns(), 0.0);
         out.history.clear();
@@ -386,23 +417,10 @@ impl StepProblem for ContactModel {
         let x = self.positions(y);
         for j in 0..self.slaves.len() {
             let now = &self.kinematics[j];
-            // weights of ũ_τ and μ in λᵀF + ηᵀG
-            let (by_slip, by_friction) = if self.method.has_multipliers() {
-                let at = split + 3 * j;
-                let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
-                let c = self.complementarity_of(j, self.multiplier(y, j));
-                (c.by_slip.tr_mul(&mu), c.by_friction.dot(&mu))
-            } else {
-                let h = Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1]);
-                let t = self.regularised_of(j, h);
-                let mut weight = node::relative_adjoint(now, lambda);
-                weight[1] += eta[2 * j];
-                weight[2] += eta[2 * j + 1];
-                let by_history = t.by_multiplier.tr_mul(&weight);
-                out.history[2 * j] = by_history[1];
-                out.history[2 * j + 1] = by_history[2];
-                (t.by_slip.tr_mul(&weight), t.by_friction.dot(&weight))
-            };
+            let LawWeights { by_slip, by_friction, by_history } = self.law_weights(j, y, lambda, eta);
+            if let Some(by_history) = by_history {
+                out.history[2 * j..][..2].copy_from_slice(by_history.as_slice());
+            }
             let previous = &self.previous_kinematics[j];
             if by_slip[0] != 0.0 || by_slip[1] != 0.0 {
                 previous.add_previous_slip_gradient(&now.frame, &x, by_slip, &mut out.unknowns);
@@ -425,6 +443,26 @@ impl StepProblem for ContactModel {
         let (scalings, slopes) = (&self.scalings, &self.scaling_slopes);
         self.solid.pull_back_density(&y[..split], scalings, slopes, &lambda[..split], out).map_err(inverted)?;
         self.timings.end(Phase::PullBack, begin);
+        Ok(())
+    }
+
+    fn parameters(&self) -> usize {
+        self.parameter_names().len()
+    }
+
+    fn pull_back_parameters(
+        &mut self,
+        y: &[f64],
+        time: f64,
+        lambda: &[f64],
+        eta: &[f64],
+        by_prescribed: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        self.evaluate(y, true)?;
+        self.pull_back_friction(y, lambda, eta, out);
+        self.pull_back_moduli(&y[..self.displacement_count()], lambda, out)?;
+        self.pull_back_amplitudes(time, by_prescribed, out);
         Ok(())
     }
 
