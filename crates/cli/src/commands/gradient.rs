@@ -1,7 +1,9 @@
-//! `slipstick gradient`: objective and its derivative with respect to every density.
+//! `slipstick gradient`: objective and its derivative with respect to every density, friction, moduli and motions.
 
 use serde_json::json;
 use slipstick::build::Problem;
+use slipstick::case::Case;
+use slipstick::model::Parameter;
 use slipstick::output::fields::write_design;
 use slipstick::run::{NewtonTable, write_densities};
 
@@ -19,11 +21,11 @@ pub fn run(context: &Context, args: &Gradient) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(&problem, &args.design)?;
     let run = Run::start(context, &setup, &args.out, "gradient")?;
-    let outcome = gradient(context, &mut problem, &run, &density);
+    let outcome = gradient(context, &setup.resolved.case, &mut problem, &run, &density);
     run.end(outcome)
 }
 
-fn gradient(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -> Outcome {
+fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, density: &[f64]) -> Outcome {
     let directory = &run.directory;
     let mut watch = Watch::new(context).with_table(NewtonTable::open(directory, 0)?);
     let analysis = &mut problem.analysis;
@@ -36,14 +38,14 @@ fn gradient(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
     let marched = problem.analysis.timings();
-    let gradient = match problem.analysis.gradient(&forward) {
-        Ok(gradient) => gradient,
+    let gradients = match problem.analysis.gradients(&forward) {
+        Ok(gradients) => gradients,
         Err(error) => return Err(failed(problem, &error, directory)),
     };
     let spent = problem.analysis.timings() - marched;
-    let mesh = &problem.mesh;
-    write_densities(&directory.file("gradient.csv"), mesh, density, Some(&gradient))?;
-    write_design(&directory.file("gradient.vtu"), mesh, 0, density, Some(&gradient))?;
+    let (mesh, gradient) = (&problem.mesh, &gradients.density);
+    write_densities(&directory.file("gradient.csv"), mesh, density, Some(gradient))?;
+    write_design(&directory.file("gradient.vtu"), mesh, 0, density, Some(gradient))?;
     let path = directory.path();
     let norm = gradient.iter().map(|value| value * value).sum::<f64>().sqrt();
     context.console.event(
@@ -51,12 +53,32 @@ fn gradient(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
         json!({
             "command": "gradient", "directory": path, "objective": forward.value, "gradient_norm": norm,
             "volume_fraction": volume_fraction(problem, density),
+            "parameters": gradients.parameters.iter().map(|&(parameter, derivative)| {
+                let (kind, of) = name(case, parameter);
+                json!({ "parameter": kind, "of": of, "derivative": derivative })
+            }).collect::<Vec<_>>(),
             "phases": phases(&marched), "gradient_phases": phases(&spent),
         }),
     );
     tell_phases(context, "solution", &marched);
     tell_phases(context, "gradient", &spent);
     context.console.text(&format!("objective {}, norm of its gradient {}", digits(forward.value), digits(norm)));
-    context.console.text(&format!("derivatives in {}", path.join("gradient.csv").display()));
+    for &(parameter, derivative) in &gradients.parameters {
+        let (kind, of) = name(case, parameter);
+        context.console.text(&format!("  by {kind} of {of}: {}", digits(derivative)));
+    }
+    context.console.text(&format!("derivatives by densities in {}", path.join("gradient.csv").display()));
     Ok(())
+}
+
+/// What a parameter is, and of what in the case.
+fn name(case: &Case, parameter: Parameter) -> (&'static str, String) {
+    match parameter {
+        Parameter::Friction { interface } => {
+            let contact = &case.contacts[interface];
+            ("friction", format!("{} on {}", contact.slave, contact.master))
+        }
+        Parameter::YoungsModulus { body } => ("youngs_modulus", case.bodies[body].name.clone()),
+        Parameter::Amplitude { motion } => ("amplitude", case.dirichlet[motion].set.clone()),
+    }
 }

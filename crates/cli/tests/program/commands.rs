@@ -163,19 +163,20 @@ fn verify_tells_round_off_from_errors() {
     }
 }
 
-/// Few Newton iterations and large steps: some designs beside the given one are cut back, others not. That is named, and
-/// not taken for a kink. At which depth it happens hangs on single Newton iterations, so several are tried.
+/// Few Newton iterations and large steps: some designs far beside the given one fail in a step that it took, and are cut
+/// back. That is named, and not taken for a kink. At which depth it happens hangs on single Newton iterations, so several
+/// are tried.
 #[test]
 fn verify_names_other_cut_backs() {
     let place = Place::new();
     let mut met = false;
-    for depth in ["0.35", "0.25", "0.2", "0.3", "0.4"] {
+    for depth in ["0.6", "0.65", "0.55", "0.7", "0.5"] {
         let case = CASE
             .replace("steps = 4", "steps = 2\nmax_newton_iterations = 2")
             .replace("t = 0.5, u = [0, -0.1, 0]", &format!("t = 0.5, u = [0, -{depth}, 0]"))
             .replace("u = [0.2, -0.1, 0.05]", &format!("u = [0.6, -{depth}, 0.05]"));
         place.write("case.toml", &case);
-        let line = "verify gradient case.toml --force --elements 5 --directions 1 --step 0.05 --halvings 1";
+        let line = "verify gradient case.toml --force --elements 5 --directions 3 --step 0.3 --halvings 1";
         let ran = place.run(line);
         let table = place.table("case_verify/verify.csv");
         let column = |name: &str| table[0].iter().position(|found| found == name).expect("a column");
@@ -227,7 +228,8 @@ fn evaluate_makes_the_table_of_other_frictions() {
     let table = place.table("case_evaluate/evaluate.csv");
     assert_eq!(table.len(), 3);
     let history = place.table("case/history.csv");
-    assert_eq!(table[2][1], history[3][1], "the case's own friction gives the history's objective");
+    let ratio = number(&table[2][1]) / number(&history[3][1]);
+    assert!((ratio - 1.0).abs() < 1e-9, "from other start values, the history's objective at the case's own friction");
     assert!((number(&table[2][1]) / number(&table[2][2]) - number(&table[2][3])).abs() < 1e-9);
     assert_ne!(table[1][1], table[2][1]);
     // Without friction no node sticks.

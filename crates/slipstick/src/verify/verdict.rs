@@ -39,7 +39,7 @@ impl Quotient {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// A difference agrees to the tolerance.
+    /// A difference agrees to the tolerance, and is more than round-off.
     Right,
     /// The differences agree to their round-off, which is larger than the tolerance.
     NotResolvable,
@@ -56,7 +56,9 @@ pub(super) fn verdict(quotients: &[Quotient], best: Option<f64>, tolerance: f64)
     match best {
         None if quotients.iter().any(|q| q.cut_back) => Verdict::CutBack,
         None => Verdict::Kink,
-        Some(best) if best <= tolerance => Verdict::Right,
+        Some(_) if quotients.iter().any(|q| q.is_smooth() && q.relative_error <= tolerance && q.round_off < 1.0) => {
+            Verdict::Right
+        }
         // A wrong gradient is off where the round-off is small, whatever the smallest steps seem to say.
         Some(_) if agree_to_round_off(quotients) => Verdict::NotResolvable,
         Some(_) => Verdict::Off,
