@@ -141,7 +141,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model.prescribed().fixed()));
     let contacts = contacts(case, problem, &mut notices)?;
     let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
-    let elements = problem.mesh.hexes.len() as f64;
+    let elements = problem.mesh.elements.len() as f64;
     let unknowns_all = 3.0 * problem.mesh.nodes.len() as f64;
     let states = unknowns_all * 8.0 * (case.load_path.steps + 1) as f64;
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
@@ -237,7 +237,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
         let size = interface
             .slave_facets()
             .iter()
-            .map(|f| slipstick_mesh::facet_area(&f.map(|n| problem.mesh.nodes[n as usize])).sqrt())
+            .map(|f| slipstick_mesh::facet_area(&f.corners(&problem.mesh.nodes)).sqrt())
             .fold(f64::INFINITY, f64::min);
         if let Some((gap, node)) = closest.filter(|c| c.0 < -PENETRATION * size) {
             notices.push(Notice {

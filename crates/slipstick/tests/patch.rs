@@ -224,8 +224,8 @@ fn inclined(stack: &Stack) -> Problem {
         model.method().clone(),
         model.prescribed().clone(),
         slipstick_solid::Simp { penalization: 1.0, minimum: 0.0 }.into(),
-        vec![false; mesh.hexes.len()],
-        &vec![1.0; mesh.hexes.len()],
+        vec![false; mesh.elements.len()],
+        &vec![1.0; mesh.elements.len()],
         PRESSED,
     );
     problem.mesh = mesh;

@@ -49,7 +49,7 @@ fn model(section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>) 
     let mesh = box_mesh("block", &shape).unwrap();
     let model = SolidModel::new(&mesh, vec![section]).unwrap();
     let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.03 * (i as f64 * 1.31).sin()).collect();
-    let scalings = (0..mesh.hexes.len()).map(|e| ElementScaling::stiffness(0.1 + 0.07 * e as f64)).collect();
+    let scalings = (0..mesh.elements.len()).map(|e| ElementScaling::stiffness(0.1 + 0.07 * e as f64)).collect();
     (mesh, model, d, scalings)
 }
 
@@ -65,7 +65,7 @@ fn assembled_tangent_matches_differences_of_the_force() {
     for (section, with_voids) in sections().into_iter().flat_map(|section| [(section, false), (section, true)]) {
         let (mesh, model, d, mut scalings) = model(section);
         if with_voids {
-            let (interpolation, densities) = interpolated(mesh.hexes.len());
+            let (interpolation, densities) = interpolated(mesh.elements.len());
             scalings = densities.iter().map(|&x| interpolation.scaling(x)).collect();
         }
         let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
@@ -149,7 +149,7 @@ fn inverted_elements_are_named() {
     d[3 * 5 + 1] = 40.0;
     let smallest = model.smallest_determinants(&d);
     let expected: Vec<u32> = (0_u32..).zip(smallest).filter(|(_, j)| *j <= 0.0).map(|(e, _)| e).collect();
-    assert!(!expected.is_empty() && expected.len() < mesh.hexes.len());
+    assert!(!expected.is_empty() && expected.len() < mesh.elements.len());
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
     let mut matrix = BlockMatrix::new(pattern.clone());
     let (mut f, mut by_density) = (vec![0.0; d.len()], vec![0.0; scalings.len()]);
@@ -176,7 +176,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let model = SolidModel::new(&mesh, vec![NeoHooke::new(100.0, 0.25).unwrap()]).unwrap();
     let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.01 * (i as f64 * 1.31).sin()).collect();
     let v: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.77).cos()).collect();
-    let (interpolation, densities) = interpolated(mesh.hexes.len());
+    let (interpolation, densities) = interpolated(mesh.elements.len());
     let scalings: Vec<_> = densities.iter().map(|&x| interpolation.scaling(x)).collect();
     let slopes: Vec<_> = densities.iter().map(|&x| interpolation.derivative(x)).collect();
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));

@@ -1,8 +1,8 @@
 //! Mortar integrals of one slave facet with one master facet.
 //!
-//! In the auxiliary plane of the slave facet both facets are bilinear quadrilaterals in two coordinates, and the map
-//! of a point back to a facet along the plane's normal is the inverse of that bilinear map. The integrals therefore
-//! depend on the pair's geometry through 16 plane coordinates only; the plane itself is differentiated in
+//! In the auxiliary plane of the slave facet both facets are triangles or bilinear quadrilaterals in two coordinates, and
+//! the map of a point back to a facet along the plane's normal is the inverse of the linear or bilinear map. The integrals
+//! therefore depend on the pair's geometry through 16 plane coordinates at most; the plane itself is differentiated in
 //! [`super::coupling`].
 //!
 //! ```text
@@ -15,6 +15,8 @@ use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, Vertex, clip};
 
 /// D and M of one facet pair with the standard shape Φ = N¹, and their gradients in the plane coordinates.
+///
+/// Entries and plane coordinates of a triangle's fourth corner mean nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairIntegrals {
     /// `values[4 j + k]` = D_jk for k < 4 slave corners, `values[16 + 4 j + l]` = M_jl for l < 4 master corners. \[L²\]
@@ -41,7 +43,11 @@ pub struct Unmappable;
 const FOLD: f64 = 0.1;
 
 /// Whether a counter-clockwise quadrilateral is folded: much of it has no, or no single, place on the facet.
-pub fn folded(p: &[Point; 4]) -> bool {
+///
+/// A triangle is not: it keeps its sense of rotation, or does not face the slave.
+pub fn folded<const N: usize>(p: &[Point; N]) -> bool {
+    let [a, b, c, d] = p[..] else { return false };
+    let p = [a, b, c, d];
     let jacobian = |i: usize| {
         let (next, previous) = (p[(i + 1) % 4], p[(i + 3) % 4]);
         let (u, v) = ([next[0] - p[i][0], next[1] - p[i][1]], [previous[0] - p[i][0], previous[1] - p[i][1]]);
@@ -60,10 +66,36 @@ struct Image {
     slope: [[f64; 2]; 4],
 }
 
+/// A point mapped back to a facet of N corners.
+fn map_back<const N: usize>(p: &[Point; N], y: Point) -> Result<Image, Unmappable> {
+    match p[..] {
+        [a, b, c] => map_back_triangle(&[a, b, c], y),
+        [a, b, c, d] => map_back_quadrilateral(&[a, b, c, d], y),
+        _ => Err(Unmappable),
+    }
+}
+
+/// Area coordinates `y = Σ N_i p_i`, Σ N_i = 1, with their gradients, which are constant.
+fn map_back_triangle(p: &[Point; 3], y: Point) -> Result<Image, Unmappable> {
+    let edge = |i: usize| [p[(i + 2) % 3][0] - p[(i + 1) % 3][0], p[(i + 2) % 3][1] - p[(i + 1) % 3][1]];
+    let (u, v) = (edge(2), edge(1));
+    let twice_area = u[1] * v[0] - u[0] * v[1];
+    if !(twice_area > 0.0) {
+        return Err(Unmappable);
+    }
+    let mut image = Image { shape: [0.0; 4], slope: [[0.0; 2]; 4] };
+    for i in 0..3 {
+        let (along, start) = (edge(i), p[(i + 1) % 3]);
+        image.slope[i] = [-along[1] / twice_area, along[0] / twice_area];
+        image.shape[i] = (y[0] - start[0]) * image.slope[i][0] + (y[1] - start[1]) * image.slope[i][1];
+    }
+    Ok(image)
+}
+
 /// Inverse of the bilinear map `y = Σ N_i(ξ) p_i` by Newton's method, with the gradients of the shape functions.
 ///
 /// [`Unmappable`] where the quadrilateral is degenerate or so warped that Newton's method leaves it.
-fn map_back(p: &[Point; 4], y: Point) -> Result<Image, Unmappable> {
+fn map_back_quadrilateral(p: &[Point; 4], y: Point) -> Result<Image, Unmappable> {
     let square = |u: Point| u[0] * u[0] + u[1] * u[1];
     let diagonal = |i: usize| square([p[i][0] - p[i + 2][0], p[i][1] - p[i + 2][1]]);
     let round_off = 1e-18 * diagonal(0).max(diagonal(1));
@@ -148,6 +180,11 @@ fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
     ([origin[0] + centre[0], origin[1] + centre[1]], slope)
 }
 
+/// The corners of a facet that runs clockwise, in counter-clockwise order: its own order reversed.
+pub fn reversed<const N: usize>() -> [usize; N] {
+    std::array::from_fn(|i| (N - i) % N)
+}
+
 /// Integrates one pair. `slave` and `master` are the corners in the auxiliary plane in facet order; the master facet
 /// faces the slave, so it runs clockwise there.
 ///
@@ -158,15 +195,14 @@ fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
 /// [`Unmappable`] where a point of the overlap has no place on one of the facets.
 ///
 /// Paper: (12), (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_finite_differences`.
-pub fn integrate_pair(
-    slave: &[Point; 4],
-    master: &[Point; 4],
+pub fn integrate_pair<const S: usize, const M: usize>(
+    slave: &[Point; S],
+    master: &[Point; M],
     rule: &[CellPoint],
     with_gradient: bool,
     out: &mut PairIntegrals,
 ) -> Result<bool, Unmappable> {
-    // counter-clockwise in the plane = the facet's own order reversed
-    let order = [0, 3, 2, 1];
+    let order = reversed::<M>();
     let Some(overlap) = clip(slave, &order.map(|i| master[i]), &order) else { return Ok(false) };
     let vertices = overlap.vertices();
     let count = vertices.len();
@@ -200,17 +236,20 @@ pub fn integrate_pair(
                 second.slope[own] = turned_image.slope[position];
             }
             let weight = point.weight * area;
-            for j in 0..4 {
-                for k in 0..4 {
+            for j in 0..S {
+                for k in 0..S {
                     values[4 * j + k] += weight * first.shape[j] * first.shape[k];
+                }
+                for k in 0..M {
                     values[16 + 4 * j + k] += weight * first.shape[j] * second.shape[k];
                 }
             }
             if !with_gradient {
                 continue;
             }
-            for j in 0..4 {
-                for k in 0..4 {
+            // the fourth corner of a triangle has no shape: what is computed for it vanishes
+            for j in 0..S {
+                for k in 0..const { if S > M { S } else { M } } {
                     let both = first.shape[j] * first.shape[k];
                     let slope_d = [
                         weight * (first.slope[j][0] * first.shape[k] + first.shape[j] * first.slope[k][0]),
@@ -300,6 +339,30 @@ mod tests {
         assert!(folded(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), "a bow tie");
     }
 
+    /// Over a slave triangle that the master covers, D is its mass matrix: A/12 (2, 1, 1; …); M of two triangles that
+    /// coincide is the same.
+    #[test]
+    fn covered_triangle_gives_the_mass_matrix() {
+        let slave = [[0.0, 0.0], [2.0, 0.0], [0.5, 1.5]];
+        let mut pair = PairIntegrals::default();
+        let rule = CellRule::Seven.points();
+        let cover = [[-1.0, -1.0], [-1.0, 2.0], [3.0, 2.0], [3.0, -1.0]];
+        assert_eq!(integrate_pair(&slave, &cover, &rule, false, &mut pair), Ok(true));
+        let mass = |j: usize, k: usize| 1.5 / 12.0 * (1.0 + f64::from(j == k));
+        for j in 0..3 {
+            for k in 0..3 {
+                assert!((pair.values[4 * j + k] - mass(j, k)).abs() < 1e-15);
+            }
+        }
+        let same = [slave[0], slave[2], slave[1]];
+        assert_eq!(integrate_pair(&slave, &same, &rule, false, &mut pair), Ok(true));
+        for j in 0..3 {
+            for (l, k) in [(0, 0), (2, 1), (1, 2)] {
+                assert!((pair.values[16 + 4 * j + l] - mass(j, k)).abs() < 1e-15);
+            }
+        }
+    }
+
     fn perturbed(q: &[f64; 16]) -> ([Point; 4], [Point; 4]) {
         (std::array::from_fn(|i| [q[2 * i], q[2 * i + 1]]), std::array::from_fn(|i| [q[8 + 2 * i], q[9 + 2 * i]]))
     }
@@ -315,44 +378,63 @@ mod tests {
                 q[2 * i + c] = SLAVE[i][c] + jitter[2 * i + c];
                 q[8 + 2 * i + c] = master[i][c] + jitter[8 + 2 * i + c];
             } }
-            let rule = CellRule::Seven.points();
-            let value = |q: &[f64; 16]| {
-                let (s, m) = perturbed(q);
-                let mut pair = PairIntegrals::default();
-                integrate_pair(&s, &m, &rule, false, &mut pair).unwrap();
-                pair.values
-            };
-            let (s, m) = perturbed(&q);
+            check_gradient::<4, 4>(&q)?;
+            check_gradient::<3, 4>(&q)?;
+            check_gradient::<4, 3>(&q)?;
+            check_gradient::<3, 3>(&q)?;
+        }
+    }
+
+    /// The pair of the first S and M of four corners each.
+    fn check_gradient<const S: usize, const M: usize>(q: &[f64; 16]) -> Result<(), TestCaseError> {
+        let rule = CellRule::Seven.points();
+        let corners = |q: &[f64; 16]| {
+            let (s, m) = perturbed(q);
+            (*s.first_chunk::<S>().unwrap(), *m.first_chunk::<M>().unwrap())
+        };
+        let value = |q: &[f64; 16]| {
+            let (s, m) = corners(q);
             let mut pair = PairIntegrals::default();
-            if integrate_pair(&s, &m, &rule, true, &mut pair).unwrap() {
-                for j in 0..4 {
-                    let (d, m): (f64, f64) = ((0..4).map(|k| pair.values[4 * j + k]).sum(), (0..4).map(|k| pair.values[16 + 4 * j + k]).sum());
-                    prop_assert!((d - m).abs() < 1e-14);
-                }
-                for i in 0..16 {
-                    let difference = |h: f64| {
-                        let (mut a, mut b) = (q, q);
-                        a[i] += h;
-                        b[i] -= h;
-                        let (a, b) = (value(&a), value(&b));
-                        std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
-                    };
-                    // where the polygon gains a vertex inside the step, second derivatives jump: an error of the step's size
-                    let corners = |h: f64| {
-                        let mut moved = q;
-                        moved[i] += h;
-                        let (s, m) = perturbed(&moved);
-                        clip(&s, &[m[0], m[3], m[2], m[1]], &[0, 3, 2, 1]).map_or(0, |o| o.vertices().len())
-                    };
-                    let gains = [-2e-4, -1e-4, 1e-4, 2e-4].iter().any(|&h| corners(h) != corners(0.0));
-                    let bound = if gains { 5e-5 } else { 2e-6 };
-                    let (coarse, fine) = (difference(2e-4), difference(1e-4));
-                    for e in 0..32 {
-                        let fd = (4.0 * fine[e] - coarse[e]) / 3.0;
-                        prop_assert!((fd - pair.gradient[e][i]).abs() < bound, "entry {e} coordinate {i}: {fd} {}", pair.gradient[e][i]);
-                    }
-                }
+            integrate_pair(&s, &m, &rule, false, &mut pair).unwrap();
+            pair.values
+        };
+        let (s, m) = corners(q);
+        let mut pair = PairIntegrals::default();
+        if !integrate_pair(&s, &m, &rule, true, &mut pair).unwrap() {
+            return Ok(());
+        }
+        for j in 0..S {
+            let d: f64 = (0..S).map(|k| pair.values[4 * j + k]).sum();
+            let m: f64 = (0..M).map(|k| pair.values[16 + 4 * j + k]).sum();
+            prop_assert!((d - m).abs() < 1e-14);
+        }
+        for i in (0..2 * S).chain(8..8 + 2 * M) {
+            let difference = |h: f64| {
+                let (mut a, mut b) = (*q, *q);
+                a[i] += h;
+                b[i] -= h;
+                let (a, b) = (value(&a), value(&b));
+                std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
+            };
+            // where the polygon gains a vertex inside the step, second derivatives jump: an error of the step's size
+            let vertices = |h: f64| {
+                let mut moved = *q;
+                moved[i] += h;
+                let (s, m) = corners(&moved);
+                let order = reversed::<M>();
+                clip(&s, &order.map(|i| m[i]), &order).map_or(0, |o| o.vertices().len())
+            };
+            let gains = [-2e-4, -1e-4, 1e-4, 2e-4].iter().any(|&h| vertices(h) != vertices(0.0));
+            let bound = if gains { 5e-5 } else { 2e-6 };
+            let (coarse, fine) = (difference(2e-4), difference(1e-4));
+            let entries =
+                (0..S).flat_map(|j| (0..S).map(move |k| 4 * j + k).chain((0..M).map(move |l| 16 + 4 * j + l)));
+            for e in entries {
+                let fd = (4.0 * fine[e] - coarse[e]) / 3.0;
+                let found = pair.gradient[e][i];
+                prop_assert!((fd - found).abs() < bound, "{S} and {M}, entry {e} coordinate {i}: {fd} {found}");
             }
         }
+        Ok(())
     }
 }

@@ -58,8 +58,8 @@ nonsense that is not read
 fn sets_and_surfaces_are_read() {
     let read = sound(&parse(CUBES), "a", Some("both"));
     let mesh = read.mesh;
-    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (2, 12), "node 99 belongs to no element");
-    assert_eq!(mesh.hexes[0], [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!((mesh.elements.len(), mesh.nodes.len()), (2, 12), "node 99 belongs to no element");
+    assert_eq!(mesh.elements[0], [0, 1, 2, 3, 4, 5, 6, 7].into());
     assert_eq!(mesh.nodes[1], [1.0, 0.0, 0.0], "Fortran's exponent");
     let facets = |name: &str| mesh.surfaces[name].facets.iter().map(|f| f.element).collect::<Vec<_>>();
     assert_eq!((facets("a_above"), facets("a_end")), (vec![0, 1], vec![1]));
@@ -75,14 +75,14 @@ fn sets_and_surfaces_are_read() {
     assert_eq!(mesh.node_sets["a_of_left"], (0..8).collect::<Vec<u32>>());
     assert_eq!(read.notices, ["elements of type C3D8R are read as C3D8: trilinear, fully integrated"]);
     let counted = sound(&parse(CUBES), "a", Some("counted")).mesh;
-    assert_eq!(counted.hexes.len(), 2, "elements 10 and 20 of 10, 20, 30, of which 30 is a shell");
+    assert_eq!(counted.elements.len(), 2, "elements 10 and 20 of 10, 20, 30, of which 30 is a shell");
 }
 
 /// Of one of two cubes that share nodes, the shared face is an outer one.
 #[test]
 fn a_part_is_a_body_of_its_own() {
     let mesh = sound(&parse(CUBES), "right", Some("RIGHT")).mesh;
-    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (1, 8));
+    assert_eq!((mesh.elements.len(), mesh.nodes.len()), (1, 8));
     assert_eq!(mesh.surfaces.keys().collect::<Vec<_>>(), ["right_above", "right_end"]);
     let text = CUBES.replace("RIGHT, S4", "RIGHT, S6");
     let mesh = sound(&parse(&text), "right", Some("RIGHT")).mesh;

@@ -34,7 +34,7 @@ fn compare(file: &FileMesh, body: &str, part: &str, [bottom, top]: [&str; 2], wh
     let made = box_mesh(body, &shape(body)).expect("a box");
     let all = |mesh: &slipstick_mesh::Mesh| (0..mesh.nodes.len() as u32).collect::<Vec<_>>();
     assert_eq!(places(&read, &all(&read)), places(&made, &all(&made)), "{what} {body}");
-    assert_eq!(read.hexes.len(), made.hexes.len(), "{what} {body}");
+    assert_eq!(read.elements.len(), made.elements.len(), "{what} {body}");
     let volume = |mesh: &slipstick_mesh::Mesh| mesh.element_volumes().iter().sum::<f64>();
     assert!((volume(&read) - volume(&made)).abs() < 1e-10, "{what} {body}");
     for (found, expected, outward) in [(bottom, "ymin", -1.0), (top, "ymax", 1.0)] {
@@ -73,7 +73,7 @@ fn all_layouts_of_gmsh_are_one_mesh() {
     for file in &files[1..] {
         for body in ["slab", "block"] {
             let [first, other] = [&files[0], file].map(|file| sound(file, body, Some(body)).mesh);
-            assert_eq!(first.hexes, other.hexes);
+            assert_eq!(first.elements, other.elements);
             assert_eq!((&first.surfaces, &first.node_sets), (&other.surfaces, &other.node_sets));
             let apart = first.nodes.iter().flatten().zip(other.nodes.iter().flatten()).map(|(a, b)| (a - b).abs());
             assert!(apart.fold(0.0, f64::max) < 1e-15);
@@ -96,7 +96,7 @@ fn vtu_files_are_read_in_every_encoding() {
 fn an_inp_file_of_meshio_is_read_whole() {
     let file = FileMesh::parse(&data("meshio.inp")).unwrap_or_else(|error| panic!("{error}"));
     let read = sound(&file, "both", None).mesh;
-    assert_eq!((read.hexes.len(), read.nodes.len()), (20, 63));
+    assert_eq!((read.elements.len(), read.nodes.len()), (20, 63));
     // 4·1·2 + 1.4·0.7·1.3
     assert!((read.element_volumes().iter().sum::<f64>() - 9.274).abs() < 1e-10);
 }

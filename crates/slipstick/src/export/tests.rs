@@ -70,7 +70,7 @@ fn any_densities_give_closed_surfaces() {
     let mesh = shapes();
     let bodies: Vec<usize> = (0..mesh.bodies.len()).collect();
     for seed in 0..6 {
-        let mut density = random(mesh.hexes.len(), seed);
+        let mut density = random(mesh.elements.len(), seed);
         if seed % 2 == 0 {
             density.iter_mut().for_each(|value| *value = value.round());
         }
@@ -93,7 +93,7 @@ fn any_densities_give_closed_surfaces() {
 fn enclosed_volume_is_the_volume_above() {
     let mesh = shapes();
     let bodies: Vec<usize> = (0..mesh.bodies.len()).collect();
-    let density = random(mesh.hexes.len(), 7);
+    let density = random(mesh.elements.len(), 7);
     let lattice = Lattice::new(&mesh, &bodies, &density);
     for target in [2.0, 10.0, 25.0, 45.0] {
         let surface = extract(&lattice, lattice.threshold_of_volume(target));
@@ -113,7 +113,7 @@ fn the_volume_of_the_densities_is_kept() {
     let mesh = block([12, 12, 12]);
     let radius = |x: [f64; 3]| x.map(|c| (c - 6.0).powi(2)).iter().sum::<f64>().sqrt();
     let density: Vec<f64> =
-        (0..mesh.hexes.len()).map(|e| f64::from(u8::from(radius(mesh.centroid(e)) < 4.0))).collect();
+        (0..mesh.elements.len()).map(|e| f64::from(u8::from(radius(mesh.centroid(e)) < 4.0))).collect();
     let count: f64 = density.iter().sum();
     let mut spread = Vec::new();
     for smoothing in [0, 10, 30] {
@@ -140,7 +140,7 @@ fn outer_faces_are_kept() {
         let [x, _, z] = mesh.centroid(e);
         (x - 2.0).hypot(z - 2.0) < 2.2
     };
-    let density: Vec<f64> = (0..mesh.hexes.len()).map(|e| f64::from(u8::from(inside(e)))).collect();
+    let density: Vec<f64> = (0..mesh.elements.len()).map(|e| f64::from(u8::from(inside(e)))).collect();
     let mut options = ExportOptions { smoothing: 20, ..Default::default() };
     let kept = design_surface(&mesh, &density, &options).expect("a column").surface;
     let raw =

@@ -149,10 +149,10 @@ fn convert(case: &Case, method: &str) -> (Scene, Vec<(String, usize)>) {
                     mesh.nodes.len() as u32 - 1
                 })
             });
-            elements[e] = mesh.hexes.len();
+            elements[e] = mesh.elements.len();
             mesh.hexes.push(hex);
         }
-        mesh.bodies = vec![Body { name: name.clone(), elements: 0..mesh.hexes.len(), nodes: 0..mesh.nodes.len() }];
+        mesh.bodies = vec![Body { name: name.clone(), elements: 0..mesh.elements.len(), nodes: 0..mesh.nodes.len() }];
         for side in &case.contact.surfaces {
             let facets = side.faces.iter().filter(|face| elements[face.elem] != usize::MAX).map(|face| Facet {
                 nodes: face.nodes.map(|n| number[n].expect("a node of the body")),

@@ -144,7 +144,7 @@ fn quarter(name: &str, n: usize, pull: f64, sign: f64) -> Mesh {
         }
     }
     let hexes: Vec<[u32; 8]> = hexes.iter().map(|hex| hex.map(|k| number[k as usize])).collect();
-    let body = Body { name: name.into(), elements: 0..hexes.len(), nodes: 0..used.len() };
+    let body = Body { name: name.into(), elements: 0..elements.len(), nodes: 0..used.len() };
     let mut mesh = Mesh { nodes: used, hexes, bodies: vec![body], ..Mesh::default() };
     for facet in mesh.boundary(0).facets {
         let corners = mesh.facet_coordinates(&facet);
