@@ -17,6 +17,8 @@ pub enum NoticeKind {
     LooseBody,
     /// Parts of a body share no nodes, or nodes at one place are not merged.
     Disconnected,
+    /// Hexahedra and tetrahedra of a body meet, whose faces do not fit each other.
+    Divided,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,
     /// The surfaces of a contact pair do not see each other.
@@ -47,7 +49,7 @@ pub struct BodySummary {
     pub nodes: usize,
     /// Volume. \[L³\]
     pub volume: f64,
-    /// Worst scaled Jacobian of its elements: 1 is a brick, 0 degenerate.
+    /// Worst scaled Jacobian of its elements: 1 is a brick or a regular tetrahedron, 0 degenerate.
     pub quality: f64,
     /// Rigid motions (of 6) that supports and prescribed motions leave free.
     pub free_motions: usize,

@@ -287,7 +287,7 @@ impl Moduli {
 /// λ · ∂f/∂φ of the elements, where `slopes` holds the derivatives of the scalings with respect to the densities; see
 /// [`crate::hex8::interpolated::pull_back`]. NaN of inverted elements.
 ///
-/// Test: `interpolated_pull_back_matches_differences` (tests/tetrahedra.rs).
+/// Test: `interpolated_pull_back_matches_differences` (tests/reference.rs).
 #[inline(always)]
 pub(crate) fn pull_back<S: Simd>(
     simd: S,
