@@ -99,7 +99,7 @@ fn errors_name_line_and_cure() {
         ("*Heading", "*Include, input=x.inp", "line 1", "put the included file's text"),
         ("*Nset, nset=low", "*Nset, nset=low, instance=P-1", "line 32", "Do not use parts"),
         ("*Node, nset=all", "*Node, system=C", "line 4", "SYSTEM=R"),
-        ("type=C3D8R", "type=C3D9", "line 18", "use C3D8"),
+        ("type=C3D8R", "type=C3D9", "line 18", "use C3D4 or C3D8"),
         (" 2, 1.D0", " 2, 1.F0", "line 6", "finite"),
         (" 2, 1.D0", " 2, inf", "line 6", "finite"),
         ("\n 5, 6, 7, 8", "", "line 21", "all its nodes"),
@@ -119,4 +119,22 @@ fn errors_name_line_and_cure() {
         assert!(error.place.starts_with(place), "{to}: {error}");
         assert!(error.cure.contains(cure), "{to}: {error}");
     }
+}
+
+/// A corner of a cube; its faces by the element's definition in the reference: S1 of nodes 1, 2, 3, S2 of 1, 4, 2, S3 of
+/// 2, 4, 3, S4 of 3, 4, 1.
+#[test]
+fn faces_of_tetrahedra_are_those_of_abaqus() {
+    let text = |side: usize| {
+        format!(
+            "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4\n1, 1, 2, 3, 4\n\
+             *Surface, name=face\n1, S{side}\n"
+        )
+    };
+    for (side, nodes) in [(1, [1, 2, 3]), (2, [1, 2, 4]), (3, [2, 3, 4]), (4, [1, 3, 4])] {
+        let mesh = sound(&parse(&text(side)), "a", None).mesh;
+        assert_eq!(mesh.surfaces["a_face"].nodes(), nodes.map(|n| n - 1));
+    }
+    let error = refused(&text(5));
+    assert!(error.message.contains("a tet4, has no face S5") && error.cure.contains("S1 to S4"), "{error}");
 }

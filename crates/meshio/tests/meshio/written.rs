@@ -101,6 +101,20 @@ fn an_inp_file_of_meshio_is_read_whole() {
     assert!((read.element_volumes().iter().sum::<f64>() - 9.274).abs() < 1e-10);
 }
 
+/// The slab in tetrahedra, by Gmsh: its size and its surfaces' areas as drawn, of an unstructured mesh.
+#[test]
+fn tetrahedra_of_gmsh_fill_the_slab() {
+    let file = FileMesh::parse(&data("gmsh_tetrahedra.msh")).expect("readable");
+    let mesh = sound(&file, "slab", Some("slab")).mesh;
+    assert!(mesh.elements.iter().all(|element| matches!(element, slipstick_mesh::Element::Tet4(_))));
+    assert!((mesh.element_volumes().iter().sum::<f64>() - 8.0).abs() < 1e-10);
+    for (surface, area) in [("slab_top", 8.0), ("slab_bottom", 8.0)] {
+        assert!((mesh.surface_area(&mesh.surfaces[surface]) - area).abs() < 1e-10);
+    }
+    assert!((mesh.surface_area(&mesh.boundary(0)) - 2.0 * (8.0 + 4.0 + 2.0)).abs() < 1e-10);
+    compare(&file, "block", "block", ["block_bottom", "block_top"], "gmsh_tetrahedra.msh");
+}
+
 #[test]
 fn second_order_is_refused_with_a_cure() {
     let file = FileMesh::parse(&data("gmsh_41_second_order.msh")).expect("readable");

@@ -58,8 +58,8 @@ fn divided_faces(mesh: &Mesh, body: usize) -> Option<Notice> {
     let divided = mesh.divided_quadrilaterals(body);
     let [whole, ..] = divided.first()?;
     let message = format!(
-        "body `{}` has {} faces of hexahedra that two tetrahedra share, as at {}: forces that pass there are spread a little \
-         differently on both sides",
+        "body `{}` has {} faces of hexahedra that two tetrahedra share, as at {}: the two sides spread forces differently over the \
+         nodes, so that stresses are off there",
         mesh.bodies[body].name,
         divided.len(),
         place(mesh, whole[0])
