@@ -24,11 +24,13 @@ impl FileMesh {
     ///
     /// Nodes and elements keep their order. Hexahedra that are numbered inside out get bottom and top swapped, tetrahedra
     /// their first two nodes; an element that stands twice with the same nodes is taken once. Sets become `{name}_{set}`,
-    /// or keep their name if it begins so already: of triangles, quadrilaterals and faces, surfaces; of nodes, points and lines, node sets. What lies on other parts
+    /// or keep their name if it begins so already: of triangles, quadrilaterals and faces, surfaces; of nodes, points and
+    /// lines, node sets. What lies on other parts
     /// is left out, and so is a set of nodes that a surface has the name of.
     ///
     /// # Errors
-    /// No such part, a solid cell that is no sound tetrahedron or hexahedron, or a facet on the body's nodes that is not on its boundary.
+    /// No such part, a solid cell that is no sound tetrahedron or hexahedron, or a facet on the body's nodes that is not on
+    /// its boundary.
     pub fn body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         let extraction = Extraction::new(self, part)?;
         let (elements, flipped) = extraction.elements()?;

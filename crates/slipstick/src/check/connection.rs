@@ -8,8 +8,8 @@ use slipstick_mesh::Mesh;
 /// single precision at worst, and no element is that small.
 const COINCIDENT: f64 = 1e-6;
 
-/// A notice for each body that falls into parts, that has nodes at one place, or whose elements do not fit each other. Generators merge their nodes, so that
-/// only mesh files are looked at for the latter.
+/// A notice for each body that falls into parts, that has nodes at one place, or whose elements do not fit each other.
+/// Generators merge their nodes and make one type of elements, so that only mesh files are looked at.
 pub(super) fn notices(case: &Case, mesh: &Mesh, fixed: &[bool]) -> Vec<Notice> {
     let bodies = case.bodies.iter().enumerate().filter(|(_, body)| matches!(body.shape, Shape::Mesh(_)));
     let of_body = |b: usize| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b), divided_faces(mesh, b)];

@@ -29,7 +29,7 @@ and skips the chapter loudly where it is not set.",
         remarks: "
 Dual multipliers and the augmented Lagrangian differ from standard multipliers, and the penalty from all, as in 4C; what is left is
 a fiftieth of what 4C's dynamics may contribute. In `contact3D_tet4_hex8`, 4C integrates with nine points on each slave facet
-(`INTTYPE elements`), not on the segments where facets overlap, which on so coarse a mesh makes a difference of some 1e-3. 4C's
+(`INTTYPE elements`), not on the segments where facets overlap, to which the 6e-4 of u_z may be due. 4C's
 `contact3D_patch_linstatic` is loaded by pressures, which slipstick does not have.",
         quick: false,
         run,
@@ -108,15 +108,15 @@ fn run() -> Option<Vec<Finding>> {
     };
     let folder = PathBuf::from(folder);
     let mut findings = Vec::new();
-    for (test, method, within) in [
-        ("lin_stdlagr", "multiplier_shape = 'standard'", 1e-3),
-        ("lin_duallagr", "multiplier_shape = 'dual'", 1e-3),
-        ("lin_uzawa", "enforcement = { augmented = { stiffness = 20000 } }", 1e-3),
-        ("lin_penalty", "enforcement = { penalty = { stiffness = 20000 } }", 1e-3),
-        ("tet4_hex8", "multiplier_shape = 'standard'", 1e-2),
+    for (test, method) in [
+        ("lin_stdlagr", "multiplier_shape = 'standard'"),
+        ("lin_duallagr", "multiplier_shape = 'dual'"),
+        ("lin_uzawa", "enforcement = { augmented = { stiffness = 20000 } }"),
+        ("lin_penalty", "enforcement = { penalty = { stiffness = 20000 } }"),
+        ("tet4_hex8", "multiplier_shape = 'standard'"),
     ] {
         for (what, expected, found) in solve(&folder.join(format!("contact3D_{test}.json")), method) {
-            findings.push(Finding::value(format!("contact3D_{test}: {what}"), expected, within, found));
+            findings.push(Finding::value(format!("contact3D_{test}: {what}"), expected, 1e-3, found));
         }
     }
     Some(findings)
