@@ -147,6 +147,7 @@ impl Setup {
                 }
                 NoticeKind::LooseBody => (CaseCode::UnsupportedBody, Severity::Warning),
                 NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
+                NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
                 NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
                 NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
             };

@@ -5,7 +5,7 @@ use crate::kinematics::coupling::FacetCoupling;
 use crate::kinematics::frame::RingCorner;
 use crate::kinematics::{CellRule, MultiplierShape, NodeKinematics};
 use rayon::prelude::*;
-use slipstick_mesh::FacetTree;
+use slipstick_mesh::{FacetNodes, FacetTree};
 
 /// What a contact interface cannot be built from, or evaluated at.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -33,13 +33,13 @@ pub enum InterfaceError {
     #[error("the facet of nodes {} is folded where surfaces may touch", list(.nodes))]
     FoldedFacet {
         /// Global node numbers of the facet.
-        nodes: [u32; 4],
+        nodes: FacetNodes,
     },
 }
 
-fn list(nodes: &[u32; 4]) -> String {
-    let [a, b, c, d] = nodes;
-    format!("{a}, {b}, {c} and {d}")
+fn list(nodes: &FacetNodes) -> String {
+    let numbers: Vec<String> = nodes.iter().map(u32::to_string).collect();
+    numbers.join(", ")
 }
 
 /// A slave node and the slave facets around it.
@@ -60,8 +60,8 @@ pub struct SlaveNode {
 /// Slave and master surface with what the mortar integrals need; geometry is passed at evaluation.
 #[derive(Debug, Clone)]
 pub struct ContactInterface {
-    slave_facets: Vec<[u32; 4]>,
-    master_facets: Vec<[u32; 4]>,
+    slave_facets: Vec<FacetNodes>,
+    master_facets: Vec<FacetNodes>,
     slave_nodes: Vec<SlaveNode>,
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
@@ -71,7 +71,8 @@ pub struct ContactInterface {
 }
 
 impl ContactInterface {
-    /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise from outside).
+    /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise from outside), triangles
+    /// and quadrilaterals in any mixture.
     ///
     /// `reach` is the distance along the slave normal within which facets are coupled at all; it must exceed the
     /// largest relative motion of one step, and stay below the bodies' thickness. \[L\]
@@ -79,8 +80,8 @@ impl ContactInterface {
     /// # Errors
     /// Empty surfaces and nodes that lie on both.
     pub fn new(
-        slave_facets: Vec<[u32; 4]>,
-        master_facets: Vec<[u32; 4]>,
+        slave_facets: Vec<FacetNodes>,
+        master_facets: Vec<FacetNodes>,
         coordinates: &[f64],
         shape: MultiplierShape,
         rule: CellRule,
@@ -108,12 +109,12 @@ impl ContactInterface {
     }
 
     /// The facets of the slave surface.
-    pub fn slave_facets(&self) -> &[[u32; 4]] {
+    pub fn slave_facets(&self) -> &[FacetNodes] {
         &self.slave_facets
     }
 
     /// The facets of the master surface.
-    pub fn master_facets(&self) -> &[[u32; 4]] {
+    pub fn master_facets(&self) -> &[FacetNodes] {
         &self.master_facets
     }
 
@@ -148,7 +149,7 @@ impl ContactInterface {
             coupling.evaluate(facet, candidates, x, rule, *shape, *reach, with_gradient)
         });
         // the first in the order of the facets, whichever thread comes first
-        let folded: Vec<[u32; 4]> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
+        let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
         if let Some(&nodes) = folded.first() {
             return Err(InterfaceError::FoldedFacet { nodes });
         }
@@ -167,9 +168,10 @@ impl ContactInterface {
 }
 
 /// Centre and radius of the sphere around a facet.
-fn sphere(facet: &[u32; 4], x: &[f64]) -> ([f64; 3], f64) {
+fn sphere(facet: &FacetNodes, x: &[f64]) -> ([f64; 3], f64) {
     let corner = |n: u32| -> [f64; 3] { std::array::from_fn(|c| x[3 * n as usize + c]) };
-    let centre: [f64; 3] = std::array::from_fn(|c| 0.25 * facet.iter().map(|&n| corner(n)[c]).sum::<f64>());
+    let share = 1.0 / facet.len() as f64;
+    let centre: [f64; 3] = std::array::from_fn(|c| share * facet.iter().map(|&n| corner(n)[c]).sum::<f64>());
     let radius = facet
         .iter()
         .map(|&n| corner(n).iter().zip(&centre).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt())
@@ -177,7 +179,7 @@ fn sphere(facet: &[u32; 4], x: &[f64]) -> ([f64; 3], f64) {
     (centre, radius)
 }
 
-fn slave_topology(facets: &[[u32; 4]]) -> Vec<SlaveNode> {
+fn slave_topology(facets: &[FacetNodes]) -> Vec<SlaveNode> {
     let mut around: std::collections::BTreeMap<u32, Vec<(u32, u8)>> = std::collections::BTreeMap::new();
     for (f, facet) in facets.iter().enumerate() {
         for (corner, &node) in facet.iter().enumerate() {
@@ -187,22 +189,19 @@ fn slave_topology(facets: &[[u32; 4]]) -> Vec<SlaveNode> {
     around
         .into_iter()
         .map(|(node, touching)| {
-            let mut ring: Vec<u32> = touching.iter().flat_map(|&(f, _)| facets[f as usize]).collect();
+            let mut ring: Vec<u32> = touching.iter().flat_map(|&(f, _)| &facets[f as usize]).copied().collect();
             ring.sort_unstable();
             ring.dedup();
             let at = |n: u32| ring.binary_search(&n).expect("the ring holds its facets' corners");
             let corners: Vec<RingCorner> = touching
                 .iter()
                 .map(|&(f, c)| {
-                    let facet = &facets[f as usize];
-                    RingCorner {
-                        own: at(node),
-                        next: at(facet[(c as usize + 1) % 4]),
-                        previous: at(facet[(c as usize + 3) % 4]),
-                    }
+                    let (facet, c) = (&facets[f as usize], usize::from(c));
+                    let (next, previous) = ((c + 1) % facet.len(), (c + facet.len() - 1) % facet.len());
+                    RingCorner { own: at(node), next: at(facet[next]), previous: at(facet[previous]) }
                 })
                 .collect();
-            // the edge along the facet's own ξ direction: leaving corners 0 and 2, arriving at 1 and 3
+            // an edge along a quadrilateral's own ξ direction: leaving corners 0 and 2, arriving at 1 and 3
             let edge = if touching[0].1 % 2 == 0 { corners[0].next } else { corners[0].previous };
             SlaveNode { node, ring, corners, edge, facets: touching }
         })

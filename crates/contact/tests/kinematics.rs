@@ -8,7 +8,14 @@ use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 
 const SHAPES: [MultiplierShape; 2] = [MultiplierShape::Standard, MultiplierShape::Dual];
 
-/// A block over a slab, faces not matching, the block sticking out over the slab's edge.
+/// A block over a slab, faces not matching, the block sticking out over the slab's edge; of hexahedra, of tetrahedra, or
+/// of both, so that quadrilaterals and triangles meet each other.
+fn meshes() -> [Mesh; 3] {
+    let mesh = mesh();
+    let (tetrahedra, mixed) = (mesh.divided(|_| true), mesh.divided(|element| element % 4 == 1));
+    [mesh, tetrahedra, mixed]
+}
+
 fn mesh() -> Mesh {
     let shape = |min, max, elements| BoxShape { min, max, elements, grading: [1.0; 3] };
     let slab = box_mesh("slab", &shape([0.0; 3], [2.0, 0.5, 1.0], [3, 1, 2])).unwrap();
@@ -66,9 +73,8 @@ fn difference(mut at: impl FnMut(f64) -> Vec<[f64; 4]>) -> Vec<[f64; 4]> {
 /// Largest deviation of any entry of any gradient, current and previous. Entries are of the size of facet areas, 0.1.
 #[test]
 fn gap_and_slip_gradients() {
-    let mesh = mesh();
-    let (x, x_before) = (disturbed(&mesh, 1), disturbed(&mesh, 2));
-    for shape in SHAPES {
+    for (mesh, shape) in meshes().into_iter().flat_map(|mesh| SHAPES.map(|shape| (mesh.clone(), shape))) {
+        let (x, x_before) = (disturbed(&mesh, 1), disturbed(&mesh, 2));
         let mut interface = interface(&mesh, &x, shape);
         let before = evaluate(&mut interface, &x_before, true);
         let now = evaluate(&mut interface, &x, true);
@@ -137,9 +143,8 @@ fn rotated(x: &[f64], axis: Vector3<f64>, degrees: f64) -> Vec<f64> {
 /// A common rigid motion between two steps is no slip, whatever axis and angle; spin about the contact normal included.
 #[test]
 fn slip_increment_is_objective() {
-    let mesh = mesh();
-    let x = disturbed(&mesh, 3);
-    for shape in SHAPES {
+    for (mesh, shape) in meshes().into_iter().flat_map(|mesh| SHAPES.map(|shape| (mesh.clone(), shape))) {
+        let x = disturbed(&mesh, 3);
         let mut interface = interface(&mesh, &x, shape);
         let before = evaluate(&mut interface, &x, false);
         for axis in [Vector3::y(), Vector3::x(), Vector3::new(1.0, 2.0, -0.5)] {

@@ -22,8 +22,8 @@ fn list(value: &Value) -> Vec<u32> {
     value.as_array().unwrap().iter().map(|v| v.as_u64().unwrap() as u32).collect()
 }
 
-fn facets(value: &Value) -> Vec<[u32; 4]> {
-    value.as_array().unwrap().iter().map(|f| list(f).try_into().unwrap()).collect()
+fn facets(value: &Value) -> Vec<slipstick_mesh::FacetNodes> {
+    value.as_array().unwrap().iter().map(|f| slipstick_mesh::FacetNodes::new(&list(f)).unwrap()).collect()
 }
 
 fn configuration() -> Configuration {

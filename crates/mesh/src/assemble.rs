@@ -108,16 +108,16 @@ impl Mesh {
 
     fn append(&mut self, other: Mesh) -> Result<(), MeshError> {
         self.refuse_duplicates(&other)?;
-        let (node_count, element_count) = (self.nodes.len(), self.hexes.len());
+        let (node_count, element_count) = (self.nodes.len(), self.elements.len());
         count32("nodes", node_count.checked_add(other.nodes.len()))?;
-        count32("elements", element_count.checked_add(other.hexes.len()))?;
+        count32("elements", element_count.checked_add(other.elements.len()))?;
         // Fits: the sums with `other` just did.
         let (first_node, first_element) = (node_count as u32, element_count as u32);
         let shift = |range: Range<usize>, by: usize| range.start + by..range.end + by;
 
         // Saturating: a number far out of range must not wrap round into it.
         self.nodes.extend(other.nodes);
-        self.hexes.extend(other.hexes.iter().map(|hex| hex.map(|n| n.saturating_add(first_node))));
+        self.elements.extend(other.elements.iter().map(|element| element.map(|n| n.saturating_add(first_node))));
         for mut body in other.bodies {
             body.nodes = shift(body.nodes, node_count);
             body.elements = shift(body.elements, element_count);

@@ -3,9 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use crate::geometry::hex_least_jacobian;
-use crate::topology::{Face, face_key, faces_of};
-use crate::{Facet, HEX_FACES, Mesh, MeshDefect, MeshError, Surface};
+use crate::topology::{Face, faces_of, keys, single};
+use crate::{Element, Facet, FacetNodes, Mesh, MeshDefect, MeshError, Surface};
 
 impl Mesh {
     /// All defects of the mesh: none if it is fit for analysis. Never panics, whatever the mesh holds.
@@ -40,7 +39,8 @@ impl Mesh {
     pub fn orient_facets(&mut self) -> usize {
         let mut changed = 0;
         for facet in self.surfaces.values_mut().flat_map(|surface| &mut surface.facets) {
-            let Some(outward) = self.hexes.get(facet.element as usize).and_then(|hex| outward_nodes(hex, facet)) else {
+            let element = self.elements.get(facet.element as usize);
+            let Some(outward) = element.and_then(|element| outward_nodes(element, facet)) else {
                 continue;
             };
             if outward != facet.nodes {
@@ -53,12 +53,10 @@ impl Mesh {
 }
 
 /// The facet's nodes as the outward face of its element, from the same first node; `None` if it is no face.
-fn outward_nodes(hex: &[u32; 8], facet: &Facet) -> Option<[u32; 4]> {
-    let key = face_key(facet.nodes);
-    let mut nodes = HEX_FACES.iter().map(|side| side.map(|corner| hex[corner])).find(|&side| face_key(side) == key)?;
-    let start = nodes.iter().position(|&node| node == facet.nodes[0])?;
-    nodes.rotate_left(start);
-    Some(nodes)
+fn outward_nodes(element: &Element, facet: &Facet) -> Option<FacetNodes> {
+    let key = facet.nodes.sorted();
+    let side = (0..element.sides()).map(|side| element.side(side)).find(|side| side.sorted() == key)?;
+    side.starting_at(facet.nodes[0])
 }
 
 /// No body owns it.
@@ -72,18 +70,23 @@ struct Check<'a> {
     in_range: Vec<bool>,
     /// All faces, sorted by their nodes.
     faces: Vec<Face>,
+    /// Quadrilaterals that two triangles cover, and these, sorted by their nodes.
+    divided: BTreeSet<FacetNodes>,
     defects: Vec<MeshDefect>,
 }
 
 impl<'a> Check<'a> {
     fn new(mesh: &'a Mesh) -> Self {
-        let mut owner = vec![NOBODY; mesh.hexes.len()];
+        let mut owner = vec![NOBODY; mesh.elements.len()];
         for (body, range) in mesh.bodies.iter().map(|body| &body.elements).enumerate() {
             let end = range.end.min(owner.len());
             owner[range.start.min(end)..end].fill(body);
         }
-        let in_range = mesh.hexes.iter().map(|hex| hex.iter().all(|&n| (n as usize) < mesh.nodes.len())).collect();
-        Self { mesh, owner, in_range, faces: mesh.sorted_faces(0..mesh.hexes.len()), defects: Vec::new() }
+        let exists = |&n: &u32| (n as usize) < mesh.nodes.len();
+        let in_range = mesh.elements.iter().map(|element| element.nodes().iter().all(exists)).collect();
+        let faces = mesh.sorted_faces(0..mesh.elements.len());
+        let divided = keys(&mesh.divided_faces(&single(&faces)));
+        Self { mesh, owner, in_range, faces, divided, defects: Vec::new() }
     }
 
     fn body_name(&self, body: usize) -> String {
@@ -103,7 +106,7 @@ impl<'a> Check<'a> {
         let (mut element_end, mut node_end, mut names) = (0, 0, BTreeSet::new());
         for body in &self.mesh.bodies {
             let mut reasons = Vec::new();
-            reasons.extend(range_fault("elements", &body.elements, element_end, self.mesh.hexes.len()));
+            reasons.extend(range_fault("elements", &body.elements, element_end, self.mesh.elements.len()));
             reasons.extend(range_fault("nodes", &body.nodes, node_end, self.mesh.nodes.len()));
             if !names.insert(&body.name) {
                 reasons.push("has the name of another body: rename one of them".into());
@@ -133,15 +136,15 @@ impl<'a> Check<'a> {
             self.defects.push(MeshDefect::NodeOutOfRange { body, elements, nodes: mesh.nodes.len() });
         }
         let repeats = |element: usize| {
-            let hex = &mesh.hexes[element];
-            (1..8).any(|i| hex[..i].contains(&hex[i]))
+            let nodes = mesh.elements[element].nodes();
+            (1..nodes.len()).any(|i| nodes[..i].contains(&nodes[i]))
         };
         for (body, elements) in self.by_body(repeats) {
             self.defects.push(MeshDefect::RepeatedNode { body: self.body_name(body), elements });
         }
         // NaN stands for what other checks report: it is not counted as inverted here.
-        let least: Vec<f64> = (0..mesh.hexes.len())
-            .map(|e| if self.in_range[e] { hex_least_jacobian(&mesh.hex_coordinates(e)) } else { f64::NAN })
+        let least: Vec<f64> = (0..mesh.elements.len())
+            .map(|element| if self.in_range[element] { mesh.least_jacobian(element) } else { f64::NAN })
             .collect();
         for (body, elements) in self.by_body(|element| least[element] <= 0.0) {
             let worst = elements.iter().fold(0.0_f64, |worst, &element| worst.min(least[element as usize]));
@@ -156,9 +159,9 @@ impl<'a> Check<'a> {
         let mut used = vec![false; mesh.nodes.len()];
         let mut shared: BTreeMap<[usize; 2], BTreeSet<u32>> = BTreeMap::new();
         let mut outside: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
-        for element in (0..mesh.hexes.len()).filter(|&element| self.in_range[element]) {
+        for element in (0..mesh.elements.len()).filter(|&element| self.in_range[element]) {
             let body = self.owner[element];
-            for &node in &mesh.hexes[element] {
+            for &node in mesh.elements[element].nodes() {
                 used[node as usize] = true;
                 let known = &mut body_of[node as usize];
                 if *known == NOBODY {
@@ -215,20 +218,19 @@ impl<'a> Check<'a> {
         let (mut stray, mut inward, mut interior, mut repeated) = (vec![], vec![], vec![], vec![]);
         let mut seen = BTreeSet::new();
         for (position, facet) in (0..).zip(&surface.facets) {
-            let hex = self.mesh.hexes.get(facet.element as usize);
-            let Some(outward) = hex.and_then(|hex| outward_nodes(hex, facet)) else {
+            let element = self.mesh.elements.get(facet.element as usize);
+            let Some(outward) = element.and_then(|element| outward_nodes(element, facet)) else {
                 stray.push(position);
                 continue;
             };
             // Both start at the same node: outward, reversed, or crosswise.
-            let [first, second, third, fourth] = outward;
-            if facet.nodes == [first, fourth, third, second] {
+            if facet.nodes == outward.reversed() {
                 inward.push(position);
             } else if facet.nodes != outward {
                 stray.push(position);
             }
-            let key = face_key(facet.nodes);
-            if faces_of(&self.faces, key).len() > 1 {
+            let key = facet.nodes.sorted();
+            if faces_of(&self.faces, key).len() > 1 || self.divided.contains(&key) {
                 interior.push(position);
             }
             if !seen.insert(key) {
@@ -247,8 +249,8 @@ impl<'a> Check<'a> {
 }
 
 /// Whether the two are the same cycle, whatever node they start at.
-fn same_winding(a: [u32; 4], b: [u32; 4]) -> bool {
-    (0..4).any(|shift| (0..4).all(|i| a[i] == b[(i + shift) % 4]))
+fn same_winding(a: FacetNodes, b: FacetNodes) -> bool {
+    b.starting_at(a[0]) == Some(a)
 }
 
 /// What is wrong with a body's range, which must start where the last one ended or later and end within `count`.

@@ -36,8 +36,11 @@ pub enum MeshDefect {
         /// The nodes.
         nodes: Vec<u32>,
     },
-    /// Elements that name a node twice: wedges, pyramids or tetrahedra in disguise.
-    #[error("body `{body}`: element(s) {} name a node twice: only true hexahedra are supported", few(elements))]
+    /// Elements that name a node twice, as wedges and pyramids written as hexahedra do.
+    #[error(
+        "body `{body}`: element(s) {} name a node twice: only true tetrahedra and hexahedra are supported",
+        few(elements)
+    )]
     RepeatedNode {
         /// The body.
         body: String,

@@ -1,6 +1,6 @@
 //! What can go wrong when a mesh is made, put together or selected from.
 
-use crate::MeshDefect;
+use crate::{FacetNodes, MeshDefect};
 
 /// An error of this crate: names the place and the cure.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -29,15 +29,13 @@ pub enum MeshError {
         /// `nodes` or `elements`.
         what: &'static str,
     },
-    /// A quadrilateral that should lie on the boundary of a body does not.
-    #[error(
-        "quadrilateral {quad} with nodes {nodes:?} {reason}: surfaces must consist of outer faces of the hexahedra"
-    )]
+    /// A facet that should lie on the boundary of a body does not.
+    #[error("facet {facet} with nodes {nodes:?} {reason}: surfaces must consist of outer faces of the elements")]
     NotOnBoundary {
         /// Position in the list that was given.
-        quad: usize,
+        facet: usize,
         /// Its nodes.
-        nodes: [u32; 4],
+        nodes: FacetNodes,
         /// What it is instead.
         reason: &'static str,
     },

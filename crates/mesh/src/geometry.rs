@@ -1,6 +1,6 @@
-//! Geometry of trilinear hexahedra and bilinear facets: Jacobians, volumes, centroids, areas.
+//! Geometry of elements and facets: Jacobians, volumes, centroids, areas.
 
-use crate::{Facet, Mesh, Surface};
+use crate::{Element, Facet, FacetCorners, Mesh, Surface};
 
 /// Natural coordinates (ξ, η, ζ) of the corners of a hex8.
 pub const HEX_CORNERS: [[f64; 3]; 8] = [
@@ -75,7 +75,7 @@ pub fn hex_scaled_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
 }
 
 /// Smallest Jacobian determinant over the corners and the 2×2×2 Gauss points; NaN if any is NaN. \[L³\]
-pub(crate) fn hex_least_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
+fn hex_least_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
     HEX_CORNERS.iter().flat_map(|&corner| [corner, corner.map(|c| c * GAUSS)]).fold(f64::INFINITY, |least, xi| {
         let jacobian = hex_jacobian(corners, xi);
         if jacobian.is_nan() || jacobian < least { jacobian } else { least }
@@ -104,16 +104,44 @@ fn hex_moments(corners: &[[f64; 3]; 8]) -> (f64, [f64; 3]) {
     (volume, moment)
 }
 
-/// Vector area ½ (x₂ − x₀) × (x₃ − x₁) of a bilinear facet: ∫ n dA, exact also when warped. \[L²\]
-///
-/// Points to the side from which the nodes are seen counter-clockwise.
-pub fn facet_area_vector(corners: &[[f64; 3]; 4]) -> [f64; 3] {
-    cross(subtract(corners[2], corners[0]), subtract(corners[3], corners[1])).map(|c| 0.5 * c)
+/// The three edges of a tetrahedron from its first corner. \[L\]
+fn tet_edges(corners: &[[f64; 3]; 4]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| subtract(corners[i + 1], corners[0]))
 }
 
-/// Area ∫ dA of a bilinear facet with 2×2 Gauss points: exact when plane and convex. \[L²\]
-pub fn facet_area(corners: &[[f64; 3]; 4]) -> f64 {
-    let [x0, x1, x2, x3] = *corners;
+/// Volume of a tetrahedron, negative if it is inside out: the corners 0, 1, 2 must be seen counter-clockwise from corner
+/// 3. \[L³\]
+pub fn tet_volume(corners: &[[f64; 3]; 4]) -> f64 {
+    let [a, b, c] = tet_edges(corners);
+    dot(a, cross(b, c)) / 6.0
+}
+
+/// Scaled Jacobian of a tetrahedron: √2 times the smallest determinant of a corner's three *unit* edges. \[–\]
+///
+/// 1 for a regular one, 0 for a flat one, negative for an inverted one. Source: the Verdict library's metric of that
+/// name (C. J. Stimpson et al., SAND2007-1751, 2007).
+pub fn tet_scaled_jacobian(corners: &[[f64; 3]; 4]) -> f64 {
+    let largest = (0..4).fold(0.0_f64, |largest, i| {
+        let lengths = (1..4).map(|k| norm(subtract(corners[(i + k) % 4], corners[i]))).product::<f64>();
+        if lengths.is_nan() || lengths > largest { lengths } else { largest }
+    });
+    if largest == 0.0 { 0.0 } else { 6.0 * std::f64::consts::SQRT_2 * tet_volume(corners) / largest }
+}
+
+/// Vector area ∫ n dA of a facet, of a bilinear one ½ (x₂ − x₀) × (x₃ − x₁), exact also when warped. \[L²\]
+///
+/// Points to the side from which the nodes are seen counter-clockwise.
+pub fn facet_area_vector(corners: &FacetCorners) -> [f64; 3] {
+    match corners {
+        FacetCorners::Triangle([x0, x1, x2]) => cross(subtract(*x1, *x0), subtract(*x2, *x0)),
+        FacetCorners::Quadrilateral([x0, x1, x2, x3]) => cross(subtract(*x2, *x0), subtract(*x3, *x1)),
+    }
+    .map(|c| 0.5 * c)
+}
+
+/// Area ∫ dA of a facet, of a bilinear one with 2×2 Gauss points: exact when plane and convex. \[L²\]
+pub fn facet_area(corners: &FacetCorners) -> f64 {
+    let FacetCorners::Quadrilateral([x0, x1, x2, x3]) = *corners else { return norm(facet_area_vector(corners)) };
     let mut area = 0.0;
     for eta in [-GAUSS, GAUSS] {
         for xi in [-GAUSS, GAUSS] {
@@ -129,43 +157,65 @@ pub fn facet_area(corners: &[[f64; 3]; 4]) -> f64 {
 }
 
 impl Mesh {
-    /// Volume of one hexahedron, exact for the trilinear shape; negative if it is inside out. \[L³\]
+    /// Volume of one element, exact also for the trilinear shape; negative if it is inside out. \[L³\]
     pub fn element_volume(&self, element: usize) -> f64 {
-        hex_moments(&self.hex_coordinates(element)).0
+        match &self.elements[element] {
+            Element::Tet4(nodes) => tet_volume(&self.coordinates(nodes)),
+            Element::Hex8(nodes) => hex_moments(&self.coordinates(nodes)).0,
+        }
     }
 
-    /// Volumes of all hexahedra. \[L³\]
+    /// Volumes of all elements. \[L³\]
     pub fn element_volumes(&self) -> Vec<f64> {
-        (0..self.hexes.len()).map(|element| self.element_volume(element)).collect()
+        (0..self.elements.len()).map(|element| self.element_volume(element)).collect()
     }
 
-    /// Centre of volume ∫X dV / ∫dV of one hexahedron, exact for the trilinear shape. \[L\]
+    /// Centre of volume ∫X dV / ∫dV of one element, exact also for the trilinear shape. \[L\]
     ///
     /// An element without positive volume has no such point; the mean of its corners stands in, so that the result is
     /// finite. [`Mesh::check`] reports such elements.
     pub fn centroid(&self, element: usize) -> [f64; 3] {
-        let corners = self.hex_coordinates(element);
-        let (volume, moment) = hex_moments(&corners);
-        if volume > 0.0 {
-            std::array::from_fn(|c| corners[0][c] + moment[c] / volume)
-        } else {
-            std::array::from_fn(|c| corners.iter().map(|x| x[c]).sum::<f64>() / 8.0)
+        if let Element::Hex8(nodes) = &self.elements[element] {
+            let corners = self.coordinates(nodes);
+            let (volume, moment) = hex_moments(&corners);
+            if volume > 0.0 {
+                return std::array::from_fn(|c| corners[0][c] + moment[c] / volume);
+            }
+        }
+        self.mean_of_corners(element)
+    }
+
+    /// Mean of an element's corners. \[L\]
+    pub fn mean_of_corners(&self, element: usize) -> [f64; 3] {
+        let nodes = self.elements[element].nodes();
+        std::array::from_fn(|c| nodes.iter().map(|&n| self.nodes[n as usize][c]).sum::<f64>() / nodes.len() as f64)
+    }
+
+    /// Centres of volume of all elements. \[L\]
+    pub fn centroids(&self) -> Vec<[f64; 3]> {
+        (0..self.elements.len()).map(|element| self.centroid(element)).collect()
+    }
+
+    /// Smallest scaled Jacobian of each element, see [`tet_scaled_jacobian`] and [`hex_scaled_jacobian`]. \[–\]
+    pub fn element_qualities(&self) -> Vec<f64> {
+        let quality = |element: &Element| match element {
+            Element::Tet4(nodes) => tet_scaled_jacobian(&self.coordinates(nodes)),
+            Element::Hex8(nodes) => hex_scaled_jacobian(&self.coordinates(nodes)),
+        };
+        self.elements.iter().map(quality).collect()
+    }
+
+    /// Smallest Jacobian determinant of an element over its corners and Gauss points; NaN if any is NaN. \[L³\]
+    pub(crate) fn least_jacobian(&self, element: usize) -> f64 {
+        match &self.elements[element] {
+            Element::Tet4(nodes) => 6.0 * tet_volume(&self.coordinates(nodes)),
+            Element::Hex8(nodes) => hex_least_jacobian(&self.coordinates(nodes)),
         }
     }
 
-    /// Centres of volume of all hexahedra. \[L\]
-    pub fn centroids(&self) -> Vec<[f64; 3]> {
-        (0..self.hexes.len()).map(|element| self.centroid(element)).collect()
-    }
-
-    /// Smallest scaled Jacobian of each hexahedron, see [`hex_scaled_jacobian`]. \[–\]
-    pub fn element_qualities(&self) -> Vec<f64> {
-        (0..self.hexes.len()).map(|element| hex_scaled_jacobian(&self.hex_coordinates(element))).collect()
-    }
-
     /// Corner coordinates of a facet. \[L\]
-    pub fn facet_coordinates(&self, facet: &Facet) -> [[f64; 3]; 4] {
-        facet.nodes.map(|n| self.nodes[n as usize])
+    pub fn facet_coordinates(&self, facet: &Facet) -> FacetCorners {
+        facet.nodes.corners(&self.nodes)
     }
 
     /// Area of a surface, see [`facet_area`]. \[L²\]

@@ -1,4 +1,4 @@
-//! Hexahedral meshes of several bodies, with named node sets and oriented surfaces.
+//! Meshes of tetrahedra and hexahedra of several bodies, with named node sets and oriented surfaces.
 //!
 //! This crate knows geometry and topology only; it knows no physics.
 //!
@@ -28,6 +28,8 @@
 mod assemble;
 mod check;
 mod defect;
+mod divide;
+mod element;
 mod error;
 mod generate;
 mod geometry;
@@ -38,11 +40,14 @@ mod topology;
 
 pub use assemble::{Placement, Rotation};
 pub use defect::MeshDefect;
+pub use element::{Element, FacetCorners, FacetNodes, HEX_FACES, TET_FACES};
 pub use error::MeshError;
 pub use generate::{
     BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, box_mesh, half_ball, half_ring, hollow_cylinder,
 };
-pub use geometry::{HEX_CORNERS, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian};
-pub use mesh::{Body, Facet, HEX_FACES, Mesh, Surface};
+pub use geometry::{
+    HEX_CORNERS, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian, tet_scaled_jacobian, tet_volume,
+};
+pub use mesh::{Body, Facet, Mesh, Surface};
 pub use search::FacetTree;
 pub use topology::NodeElements;

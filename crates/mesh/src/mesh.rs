@@ -1,20 +1,16 @@
-//! The mesh of all bodies: nodes, hexahedra, bodies, named sets and surfaces.
+//! The mesh of all bodies: nodes, elements, bodies, named sets and surfaces.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Local node numbers of the six faces of a hex8, each counter-clockwise seen from outside.
-///
-/// Hex8 numbering: 0–3 counter-clockwise on the face ζ = −1 seen from inside (ζ > −1), 4–7 above them.
-pub const HEX_FACES: [[usize; 4]; 6] =
-    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+use crate::{Element, FacetNodes};
 
-/// A quadrilateral face of a hexahedron on a surface.
+/// A face of an element on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Facet {
     /// Global node numbers, counter-clockwise seen from outside of the body.
-    pub nodes: [u32; 4],
-    /// The hexahedron that the facet bounds.
+    pub nodes: FacetNodes,
+    /// The element that the facet bounds.
     pub element: u32,
 }
 
@@ -28,7 +24,7 @@ pub struct Surface {
 impl Surface {
     /// The nodes of the surface, ascending and unique.
     pub fn nodes(&self) -> Vec<u32> {
-        let mut nodes: Vec<u32> = self.facets.iter().flat_map(|f| f.nodes).collect();
+        let mut nodes: Vec<u32> = self.facets.iter().flat_map(|f| &f.nodes).copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes
@@ -40,7 +36,7 @@ impl Surface {
 pub struct Body {
     /// The name that the case file uses.
     pub name: String,
-    /// Its hexahedra.
+    /// Its elements, of one type or of both.
     pub elements: Range<usize>,
     /// Its nodes. Bodies share no nodes.
     pub nodes: Range<usize>,
@@ -51,8 +47,8 @@ pub struct Body {
 pub struct Mesh {
     /// Reference coordinates X. \[L\]
     pub nodes: Vec<[f64; 3]>,
-    /// Node numbers of each hex8 (numbering as in VTK, see [`HEX_FACES`]).
-    pub hexes: Vec<[u32; 8]>,
+    /// The elements by their nodes.
+    pub elements: Vec<Element>,
     /// The bodies, in the order of their elements.
     pub bodies: Vec<Body>,
     /// Named node sets, each ascending and unique.
@@ -62,8 +58,11 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Corner coordinates of one hexahedron.
-    pub fn hex_coordinates(&self, element: usize) -> [[f64; 3]; 8] {
-        self.hexes[element].map(|n| self.nodes[n as usize])
+    /// Coordinates of some nodes, as of an element's corners. \[L\]
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn coordinates<const N: usize>(&self, nodes: &[u32; N]) -> [[f64; 3]; N] {
+        nodes.map(|n| self.nodes[n as usize])
     }
 }

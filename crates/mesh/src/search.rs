@@ -1,5 +1,7 @@
 //! Contact search: a tree of axis-aligned boxes over the facets of one surface.
 
+use crate::FacetNodes;
+
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy)]
 struct Bounds {
@@ -18,9 +20,9 @@ fn larger(a: f64, b: f64) -> f64 {
 }
 
 impl Bounds {
-    fn of_facet(facet: [u32; 4], coordinates: &[f64]) -> Self {
+    fn of_facet(facet: FacetNodes, coordinates: &[f64]) -> Self {
         let corner = |node: u32| -> [f64; 3] { std::array::from_fn(|c| coordinates[3 * node as usize + c]) };
-        facet.into_iter().map(|node| Self { min: corner(node), max: corner(node) }).reduce(Self::join).unwrap_or(EMPTY)
+        facet.iter().map(|&node| Self { min: corner(node), max: corner(node) }).reduce(Self::join).unwrap_or(EMPTY)
     }
 
     fn join(self, other: Self) -> Self {
@@ -71,16 +73,16 @@ pub struct FacetTree {
     branches: Vec<Branch>,
     /// Facet numbers in the order of the leaves, and with them their nodes and boxes.
     order: Vec<u32>,
-    facets: Vec<[u32; 4]>,
+    facets: Vec<FacetNodes>,
     boxes: Vec<Bounds>,
 }
 
 impl FacetTree {
-    /// A tree over `facets` (four node numbers each) at the current coordinates x (3 per node). \[L\]
+    /// A tree over `facets` at the current coordinates x (3 per node). \[L\]
     ///
     /// # Panics
     /// If a facet's node has no coordinates, or with more than 2³² − 1 facets.
-    pub fn build(facets: &[[u32; 4]], coordinates: &[f64]) -> Self {
+    pub fn build(facets: &[FacetNodes], coordinates: &[f64]) -> Self {
         assert!(u32::try_from(facets.len()).is_ok(), "facet numbers must fit 32 bits");
         let mut order: Vec<u32> = (0..facets.len() as u32).collect();
         let boxes: Vec<Bounds> = facets.iter().map(|&facet| Bounds::of_facet(facet, coordinates)).collect();

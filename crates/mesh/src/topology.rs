@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use crate::geometry::{norm, subtract};
-use crate::{Body, Facet, HEX_FACES, Mesh, MeshError, Surface};
+use crate::{Body, Facet, FacetNodes, Mesh, MeshError, Surface};
 
 /// The elements around each node, as compressed rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,51 +25,53 @@ impl NodeElements {
 /// A face of an element, found by its sorted nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Face {
-    pub key: [u32; 4],
+    pub key: FacetNodes,
     pub element: u32,
     pub side: u8,
 }
 
-/// The nodes in ascending order: the same for all windings of one face.
-pub(crate) fn face_key(mut nodes: [u32; 4]) -> [u32; 4] {
-    nodes.sort_unstable();
-    nodes
-}
-
 /// All faces of one key in a list sorted by key.
-pub(crate) fn faces_of(faces: &[Face], key: [u32; 4]) -> &[Face] {
+pub(crate) fn faces_of(faces: &[Face], key: FacetNodes) -> &[Face] {
     let start = faces.partition_point(|face| face.key < key);
     let end = start + faces[start..].partition_point(|face| face.key == key);
     &faces[start..end]
 }
 
+/// The faces that bound one element only, of a list sorted by key.
+pub(crate) fn single(faces: &[Face]) -> Vec<Face> {
+    faces.chunk_by(|a, b| a.key == b.key).filter(|same| same.len() == 1).map(|same| same[0]).collect()
+}
+
+/// All of some faces, as sorted nodes.
+pub(crate) fn keys(divided: &[[FacetNodes; 3]]) -> BTreeSet<FacetNodes> {
+    divided.iter().flatten().map(|face| face.sorted()).collect()
+}
+
 impl Mesh {
     /// Nodes of one side of an element, counter-clockwise seen from outside.
-    pub(crate) fn side_nodes(&self, element: u32, side: usize) -> [u32; 4] {
-        HEX_FACES[side].map(|corner| self.hexes[element as usize][corner])
+    pub(crate) fn side_nodes(&self, element: u32, side: usize) -> FacetNodes {
+        self.elements[element as usize].side(side)
     }
 
     /// All faces of the given elements, sorted by key: faces between two elements stand side by side.
     pub(crate) fn sorted_faces(&self, elements: Range<usize>) -> Vec<Face> {
         let mut faces: Vec<Face> = elements
-            .flat_map(|element| (0..6).map(move |side| (element as u32, side)))
-            .map(|(element, side)| Face { key: face_key(self.side_nodes(element, side)), element, side: side as u8 })
+            .flat_map(|element| (0..self.elements[element].sides()).map(move |side| (element as u32, side)))
+            .map(|(element, side)| Face { key: self.side_nodes(element, side).sorted(), element, side: side as u8 })
             .collect();
         faces.sort_unstable();
         faces
     }
 
-    /// All faces of a body that bound one element only, outward, in the order of elements and their sides.
+    /// All faces of a body that bound one element only, outward, in the order of elements and their sides. A
+    /// quadrilateral that two triangles cover is no boundary, and neither are they.
     ///
     /// # Panics
     /// If there is no body of this index or its elements are out of range (see [`Mesh::check`]).
     pub fn boundary(&self, body: usize) -> Surface {
-        let mut faces: Vec<Face> = self
-            .sorted_faces(self.bodies[body].elements.clone())
-            .chunk_by(|a, b| a.key == b.key)
-            .filter(|same| same.len() == 1)
-            .map(|same| same[0])
-            .collect();
+        let mut faces = single(&self.sorted_faces(self.bodies[body].elements.clone()));
+        let divided = keys(&self.divided_faces(&faces));
+        faces.retain(|face| !divided.contains(&face.key));
         faces.sort_unstable_by_key(|face| (face.element, face.side));
         Surface { facets: faces.iter().map(|face| self.facet(face)).collect() }
     }
@@ -78,23 +80,54 @@ impl Mesh {
         Facet { nodes: self.side_nodes(face.element, face.side as usize), element: face.element }
     }
 
-    /// The surface that the given quadrilaterals make up, in their order: each gets its element and turns outward.
+    /// Of faces that bound one element only, sorted by their nodes, each quadrilateral that two triangles cover, and
+    /// these in its winding: where hexahedra meet tetrahedra.
+    pub(crate) fn divided_faces(&self, faces: &[Face]) -> Vec<[FacetNodes; 3]> {
+        let mut divided = Vec::new();
+        if faces.iter().all(|face| face.key.len() == faces[0].key.len()) {
+            return divided;
+        }
+        let is_face = |nodes: [u32; 3]| faces_of(faces, FacetNodes::from(nodes).sorted()).len() == 1;
+        for face in faces.iter().filter(|face| face.key.len() == 4) {
+            let nodes = self.side_nodes(face.element, face.side as usize);
+            for [a, b, c, d] in [[0, 1, 2, 3], [1, 2, 3, 0]].map(|order| order.map(|i| nodes[i])) {
+                let halves = [[a, b, c], [a, c, d]];
+                if halves.into_iter().all(is_face) {
+                    divided.push([nodes, halves[0].into(), halves[1].into()]);
+                }
+            }
+        }
+        divided
+    }
+
+    /// Quadrilateral faces of hexahedra that two triangular faces of tetrahedra cover, each with these, outward from the
+    /// hexahedron. Displacements agree on their edges, and on the diagonal at its ends only.
     ///
-    /// For readers: mesh files know quadrilaterals by their nodes, in any winding.
+    /// # Panics
+    /// If there is no body of this index or its elements are out of range (see [`Mesh::check`]).
+    pub fn divided_quadrilaterals(&self, body: usize) -> Vec<[FacetNodes; 3]> {
+        let faces = single(&self.sorted_faces(self.bodies[body].elements.clone()));
+        self.divided_faces(&faces)
+    }
+
+    /// The surface that the given facets make up, in their order: each gets its element and turns outward.
+    ///
+    /// For readers: mesh files know facets by their nodes, in any winding.
     ///
     /// # Errors
     /// [`MeshError::NotOnBoundary`] if one is not the face of exactly one element.
-    pub fn surface_of_quads(&self, quads: &[[u32; 4]]) -> Result<Surface, MeshError> {
-        let faces = self.sorted_faces(0..self.hexes.len());
-        let facets = quads.iter().enumerate().map(|(quad, &nodes)| match faces_of(&faces, face_key(nodes)) {
-            [face] => Ok(self.facet(face)),
-            [] => Err(MeshError::NotOnBoundary { quad, nodes, reason: "is no face of any element" }),
-            _ => Err(MeshError::NotOnBoundary { quad, nodes, reason: "lies between two elements" }),
+    pub fn surface_of_facets(&self, facets: &[FacetNodes]) -> Result<Surface, MeshError> {
+        let faces = self.sorted_faces(0..self.elements.len());
+        let divided = keys(&self.divided_faces(&single(&faces)));
+        let facets = facets.iter().enumerate().map(|(facet, &nodes)| match faces_of(&faces, nodes.sorted()) {
+            [face] if !divided.contains(&face.key) => Ok(self.facet(face)),
+            [] => Err(MeshError::NotOnBoundary { facet, nodes, reason: "is no face of any element" }),
+            _ => Err(MeshError::NotOnBoundary { facet, nodes, reason: "lies between two elements" }),
         });
         Ok(Surface { facets: facets.collect::<Result<_, _>>()? })
     }
 
-    /// The part of all bodies' boundaries whose facets have all four nodes in `nodes` (in any order).
+    /// The part of all bodies' boundaries whose facets have all their nodes in `nodes` (in any order).
     pub fn surface_of_nodes(&self, nodes: &[u32]) -> Surface {
         let mut chosen = vec![false; self.nodes.len()];
         for &node in nodes {
@@ -125,9 +158,9 @@ impl Mesh {
             }
             node
         }
-        for hex in &self.hexes[elements.clone()] {
-            let mut root = first(&mut earlier, hex[0] as usize - nodes.start);
-            for &node in &hex[1..] {
+        for element in &self.elements[elements.clone()] {
+            let mut root = first(&mut earlier, element.nodes()[0] as usize - nodes.start);
+            for &node in &element.nodes()[1..] {
                 let other = first(&mut earlier, node as usize - nodes.start);
                 earlier[root.max(other)] = root.min(other);
                 root = root.min(other);
@@ -175,7 +208,7 @@ impl Mesh {
     /// If an element has a node number out of range (see [`Mesh::check`]); so do the other functions built on it.
     pub fn node_elements(&self) -> NodeElements {
         let mut offsets = vec![0_usize; self.nodes.len() + 1];
-        for &node in self.hexes.iter().flatten() {
+        for &node in self.elements.iter().flat_map(|element| element.nodes()) {
             offsets[node as usize + 1] += 1;
         }
         for n in 0..self.nodes.len() {
@@ -183,9 +216,9 @@ impl Mesh {
         }
         let mut next = offsets.clone();
         let mut elements = vec![0; offsets[self.nodes.len()]];
-        for (element, hex) in (0_u32..).zip(&self.hexes) {
-            for &node in hex {
-                elements[next[node as usize]] = element;
+        for (number, element) in (0_u32..).zip(&self.elements) {
+            for &node in element.nodes() {
+                elements[next[node as usize]] = number;
                 next[node as usize] += 1;
             }
         }
@@ -201,7 +234,7 @@ impl Mesh {
                 let mark = node as u32;
                 seen[node] = mark;
                 let mut row = vec![mark];
-                for &neighbour in around.of(node).iter().flat_map(|&element| &self.hexes[element as usize]) {
+                for &neighbour in around.of(node).iter().flat_map(|&e| self.elements[e as usize].nodes()) {
                     if seen[neighbour as usize] != mark {
                         seen[neighbour as usize] = mark;
                         row.push(neighbour);
@@ -219,11 +252,11 @@ impl Mesh {
     pub fn element_colours(&self) -> Vec<Vec<u32>> {
         let around = self.node_elements();
         let mut colours: Vec<Vec<u32>> = Vec::new();
-        let mut colour_of = vec![usize::MAX; self.hexes.len()];
+        let mut colour_of = vec![usize::MAX; self.elements.len()];
         // `taken[c] == element`: a neighbour of the element has colour c.
         let mut taken: Vec<usize> = Vec::new();
-        for (element, hex) in self.hexes.iter().enumerate() {
-            for &neighbour in hex.iter().flat_map(|&node| around.of(node as usize)) {
+        for element in 0..self.elements.len() {
+            for &neighbour in self.elements[element].nodes().iter().flat_map(|&node| around.of(node as usize)) {
                 if let Some(mark) = taken.get_mut(colour_of[neighbour as usize]) {
                     *mark = element;
                 }

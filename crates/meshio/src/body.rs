@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use slipstick_mesh::{Body, HEX_CORNERS, HEX_FACES, Mesh, MeshError, Surface, hex_jacobian};
+use slipstick_mesh::{Body, Element, FacetNodes, HEX_CORNERS, Mesh, MeshError, Surface, hex_jacobian, tet_volume};
 
 use crate::{CellKind, FileMesh, MeshFileError};
 
@@ -19,22 +19,24 @@ pub struct ReadBody {
 const ELSEWHERE: u32 = u32::MAX;
 
 impl FileMesh {
-    /// The body of the given name: the hexahedra of the set `part` (of the whole file without one), with coordinates
-    /// multiplied by `scale`.
+    /// The body of the given name: the tetrahedra and hexahedra of the set `part` (of the whole file without one), with
+    /// coordinates multiplied by `scale`.
     ///
-    /// Nodes and elements keep their order. Hexahedra that are numbered inside out get bottom and top swapped; one that
-    /// stands twice with the same nodes is taken once. Sets become `{name}_{set}`, or keep their name if it begins so
-    /// already: of quadrilaterals and of faces, surfaces; of nodes, points and lines, node sets. What lies on other parts
+    /// Nodes and elements keep their order. Hexahedra that are numbered inside out get bottom and top swapped, tetrahedra
+    /// their first two nodes; an element that stands twice with the same nodes is taken once. Sets become `{name}_{set}`,
+    /// or keep their name if it begins so already: of triangles, quadrilaterals and faces, surfaces; of nodes, points and
+    /// lines, node sets. What lies on other parts
     /// is left out, and so is a set of nodes that a surface has the name of.
     ///
     /// # Errors
-    /// No such part, a solid cell that is no sound hexahedron, or a facet on the body's nodes that is not on its boundary.
+    /// No such part, a solid cell that is no sound tetrahedron or hexahedron, or a facet on the body's nodes that is not on
+    /// its boundary.
     pub fn body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         let extraction = Extraction::new(self, part)?;
-        let (hexes, flipped) = extraction.hexes()?;
+        let (elements, flipped) = extraction.elements()?;
         let nodes = extraction.kept.iter().map(|&node| self.points[node as usize].map(|x| x * scale)).collect();
-        let body = Body { name: name.to_owned(), elements: 0..hexes.len(), nodes: 0..extraction.kept.len() };
-        let mut mesh = Mesh { nodes, hexes, bodies: vec![body], ..Mesh::default() };
+        let body = Body { name: name.to_owned(), elements: 0..elements.len(), nodes: 0..extraction.kept.len() };
+        let mut mesh = Mesh { nodes, elements, bodies: vec![body], ..Mesh::default() };
         let own = |set: &str| match set.strip_prefix(name) {
             Some(rest) if rest.starts_with('_') => set.to_owned(),
             _ => format!("{name}_{set}"),
@@ -45,12 +47,18 @@ impl FileMesh {
             }
         }
         let mut notices = self.notices.clone();
-        if let [first, ..] = flipped[..] {
-            notices.push(format!(
-                "{} hexahedra are numbered inside out (the first: element {}); bottom and top are swapped",
-                flipped.len(),
-                self.cells.number(first as usize)
-            ));
+        for (kind, what, repair) in [
+            (CellKind::Hex8, "hexahedra", "bottom and top are swapped"),
+            (CellKind::Tet4, "tetrahedra", "two nodes are swapped"),
+        ] {
+            let cells: Vec<u32> = flipped.iter().copied().filter(|&c| self.cells.kind(c as usize) == kind).collect();
+            if let [first, ..] = cells[..] {
+                notices.push(format!(
+                    "{} {what} are numbered inside out (the first: element {}); {repair}",
+                    cells.len(),
+                    self.cells.number(first as usize)
+                ));
+            }
         }
         for (set, nodes) in extraction.node_sets() {
             match mesh.surfaces.get(&own(set)) {
@@ -95,41 +103,51 @@ impl<'a> Extraction<'a> {
         Ok(Self { file, whole: part.is_none(), chosen, kept, local })
     }
 
-    /// The hexahedra by the body's nodes, and those cells that were inside out.
-    fn hexes(&self) -> Result<(Vec<[u32; 8]>, Vec<u32>), MeshFileError> {
+    /// The elements by the body's nodes, and those cells that were inside out.
+    fn elements(&self) -> Result<(Vec<Element>, Vec<u32>), MeshFileError> {
         let mut flipped = Vec::new();
-        let mut hexes = Vec::with_capacity(self.chosen.len());
+        let mut elements = Vec::with_capacity(self.chosen.len());
         for &cell in &self.chosen {
-            let mut corners = self.corners(cell)?;
-            match orientation(&corners.map(|node| self.file.points[node as usize])) {
+            let mut element = self.element(cell)?;
+            match orientation(&element, &self.file.points) {
                 Orientation::Sound => {}
                 Orientation::InsideOut => {
-                    corners.rotate_left(4);
+                    match &mut element {
+                        Element::Tet4(nodes) => nodes.swap(0, 1),
+                        Element::Hex8(nodes) => nodes.rotate_left(4),
+                    }
                     flipped.push(cell);
                 }
                 Orientation::Folded => {
-                    let cure = "correct its nodes: all angles must be below 180°, in the order of Gmsh, Abaqus and VTK";
-                    return Err(self.at(cell, "the hexahedron is folded or flat", cure));
+                    let (message, cure) = match element {
+                        Element::Tet4(_) => ("the tetrahedron is flat", "correct its nodes, or mesh anew"),
+                        Element::Hex8(_) => (
+                            "the hexahedron is folded or flat",
+                            "correct its nodes: all angles must be below 180°, in the order of Gmsh, Abaqus and VTK",
+                        ),
+                    };
+                    return Err(self.at(cell, message, cure));
                 }
             }
-            hexes.push(corners.map(|node| self.local[node as usize]));
+            elements.push(element.map(|node| self.local[node as usize]));
         }
-        Ok((hexes, flipped))
+        Ok((elements, flipped))
     }
 
-    /// The eight nodes of a cell that must be a true hexahedron.
-    fn corners(&self, cell: u32) -> Result<[u32; 8], MeshFileError> {
+    /// A cell that must be a true tetrahedron or hexahedron, by the file's nodes.
+    fn element(&self, cell: u32) -> Result<Element, MeshFileError> {
         let kind = self.file.cells.kind(cell as usize);
         let nodes = self.file.cells.nodes(cell as usize);
-        let corners: [u32; 8] = match (kind, nodes.try_into()) {
-            (CellKind::Hex8, Ok(corners)) => corners,
+        let element = match (kind, nodes) {
+            (CellKind::Tet4, &[a, b, c, d]) => Element::Tet4([a, b, c, d]),
+            (CellKind::Hex8, &[a, b, c, d, e, f, g, h]) => Element::Hex8([a, b, c, d, e, f, g, h]),
             _ => return Err(self.at(cell, &format!("a {} is no element that can be used", kind.name()), kind.cure())),
         };
-        if (1..8).any(|i| corners[..i].contains(&corners[i])) {
-            let cure = "collapsed hexahedra cannot be used: mesh with true ones";
-            return Err(self.at(cell, "the hexahedron names a node twice", cure));
+        if (1..nodes.len()).any(|i| nodes[..i].contains(&nodes[i])) {
+            let cure = "collapsed elements cannot be used: mesh with true tetrahedra or hexahedra";
+            return Err(self.at(cell, "the element names a node twice", cure));
         }
-        Ok(corners)
+        Ok(element)
     }
 
     /// An error at a cell: its number, position and nodes.
@@ -148,21 +166,21 @@ impl<'a> Extraction<'a> {
         format!("at ({:.4}, {:.4}, {:.4}), nodes {numbers:?}", mean[0], mean[1], mean[2])
     }
 
-    fn local_of<const N: usize>(&self, nodes: [u32; N]) -> Option<[u32; N]> {
+    fn local_of(&self, nodes: FacetNodes) -> Option<FacetNodes> {
         let local = nodes.map(|node| self.local[node as usize]);
         (!local.contains(&ELSEWHERE)).then_some(local)
     }
 
     /// Surfaces with at least one facet on the body.
     fn surfaces(&self, mesh: &Mesh) -> Result<BTreeMap<&'a str, Surface>, MeshFileError> {
-        let quads = self.quads()?;
-        let local: Vec<[u32; 4]> = quads.iter().map(|quad| quad.local).collect();
+        let found = self.facets()?;
+        let local: Vec<FacetNodes> = found.iter().map(|facet| facet.local).collect();
         // One call for all: it sorts the faces of the whole body.
-        let facets = mesh.surface_of_quads(&local).map_err(|error| match error {
-            MeshError::NotOnBoundary { quad, reason, .. } => {
-                let Quad { set, nodes, .. } = quads[quad];
+        let facets = mesh.surface_of_facets(&local).map_err(|error| match error {
+            MeshError::NotOnBoundary { facet, reason, .. } => {
+                let SetFacet { set, nodes, .. } = found[facet];
                 let place = format!("surface `{set}`, facet {}", self.around(&nodes));
-                let cure = "surfaces must consist of outer faces of the body's hexahedra: correct the set, and mesh \
+                let cure = "surfaces must consist of outer faces of the body's elements: correct the set, and mesh \
                             volume and surface together";
                 MeshFileError::new(place, format!("the facet {reason}"), cure)
             }
@@ -170,17 +188,17 @@ impl<'a> Extraction<'a> {
         })?;
         let mut surfaces: BTreeMap<&str, Surface> = BTreeMap::new();
         let mut seen = BTreeSet::new();
-        for (quad, facet) in quads.iter().zip(facets.facets) {
-            if seen.insert((quad.set, (facet.element, facet.nodes))) {
-                surfaces.entry(quad.set).or_default().facets.push(facet);
+        for (of_set, facet) in found.iter().zip(facets.facets) {
+            if seen.insert((of_set.set, (facet.element, facet.nodes))) {
+                surfaces.entry(of_set.set).or_default().facets.push(facet);
             }
         }
         Ok(surfaces)
     }
 
-    /// The quadrilaterals of all sets that have all their nodes on the body.
-    fn quads(&self) -> Result<Vec<Quad<'a>>, MeshFileError> {
-        let mut quads = Vec::new();
+    /// The facets of all sets that have all their nodes on the body.
+    fn facets(&self) -> Result<Vec<SetFacet<'a>>, MeshFileError> {
+        let mut facets = Vec::new();
         let cells = &self.file.cells;
         for (set, members) in &self.file.cell_sets {
             for &cell in members.iter().filter(|&&cell| cells.kind(cell as usize).dimension() == 2) {
@@ -189,26 +207,26 @@ impl<'a> Extraction<'a> {
                     continue;
                 }
                 let kind = cells.kind(cell as usize);
-                let (CellKind::Quad4, Ok(nodes)) = (kind, <[u32; 4]>::try_from(nodes)) else {
-                    let message = format!("a {} of the surface `{set}` is no face of a hexahedron", kind.name());
+                let (CellKind::Triangle3 | CellKind::Quad4, Some(nodes)) = (kind, FacetNodes::new(nodes)) else {
+                    let message = format!("a {} of the surface `{set}` is no face of an element", kind.name());
                     return Err(self.at(cell, &message, kind.cure()));
                 };
                 let Some(local) = self.local_of(nodes) else {
-                    let message = format!("a facet of the surface `{set}` has nodes that no hexahedron has");
+                    let message = format!("a facet of the surface `{set}` has nodes that no element has");
                     return Err(self.at(cell, &message, "mesh volume and surface together, and merge doubled nodes"));
                 };
-                quads.push(Quad { set, nodes, local });
+                facets.push(SetFacet { set, nodes, local });
             }
         }
         let chosen: HashSet<u32> = self.chosen.iter().copied().collect();
         for (set, faces) in &self.file.face_sets {
             for face in faces.iter().filter(|face| chosen.contains(&face.cell)) {
-                let corners = cells.nodes(face.cell as usize);
-                let nodes = HEX_FACES[usize::from(face.side).min(5)].map(|corner| corners[corner]);
-                quads.extend(self.local_of(nodes).map(|local| Quad { set, nodes, local }));
+                let element = self.element(face.cell)?;
+                let nodes = element.side(usize::from(face.side).min(element.sides() - 1));
+                facets.extend(self.local_of(nodes).map(|local| SetFacet { set, nodes, local }));
             }
         }
-        Ok(quads)
+        Ok(facets)
     }
 
     /// Node sets, and sets of points and lines, with at least one node on the body.
@@ -234,11 +252,11 @@ impl<'a> Extraction<'a> {
     }
 }
 
-/// A quadrilateral of a set on the body.
-struct Quad<'a> {
+/// A facet of a set on the body.
+struct SetFacet<'a> {
     set: &'a str,
-    nodes: [u32; 4],
-    local: [u32; 4],
+    nodes: FacetNodes,
+    local: FacetNodes,
 }
 
 /// The solid cells of a part, in the file's order, without those that repeat the nodes of an earlier one.
@@ -280,8 +298,12 @@ enum Orientation {
 }
 
 /// By the Jacobian determinants at the corners: all positive, all negative, or not of one sign.
-fn orientation(corners: &[[f64; 3]; 8]) -> Orientation {
-    let jacobians = HEX_CORNERS.map(|xi| hex_jacobian(corners, xi));
+fn orientation(element: &Element, points: &[[f64; 3]]) -> Orientation {
+    let at = |node: u32| points[node as usize];
+    let jacobians = match element {
+        Element::Tet4(nodes) => vec![tet_volume(&nodes.map(at))],
+        Element::Hex8(nodes) => HEX_CORNERS.map(|xi| hex_jacobian(&nodes.map(at), xi)).to_vec(),
+    };
     if jacobians.iter().all(|&jacobian| jacobian > 0.0) {
         Orientation::Sound
     } else if jacobians.iter().all(|&jacobian| jacobian < 0.0) {

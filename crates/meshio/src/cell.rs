@@ -2,8 +2,9 @@
 
 macro_rules! cell_kinds {
     ($($variant:ident $name:literal $dimension:literal $nodes:literal,)+) => {
-        /// The shape and order of a cell. Only [`CellKind::Hex8`] can become an element, only [`CellKind::Quad4`] a
-        /// facet; the others are read so that they can be passed over, or named in an error.
+        /// The shape and order of a cell. Only [`CellKind::Tet4`] and [`CellKind::Hex8`] can become elements, only
+        /// [`CellKind::Triangle3`] and [`CellKind::Quad4`] facets; the others are read so that they can be passed over,
+        /// or named in an error.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum CellKind {
             $(#[doc = concat!("`", $name, "`")] $variant,)+
@@ -51,7 +52,7 @@ cell_kinds! {
 }
 
 impl CellKind {
-    /// What to do about a cell that is neither a [`CellKind::Hex8`] nor a [`CellKind::Quad4`].
+    /// What to do about a cell that can become neither an element nor a facet.
     pub(crate) fn cure(self) -> &'static str {
         match self {
             Self::Line3
@@ -65,11 +66,11 @@ impl CellKind {
             | Self::Wedge18
             | Self::Hex20
             | Self::Hex27 => {
-                "second order is not supported: write first order (Gmsh: Mesh.ElementOrder = 1; Abaqus: C3D8)"
+                "second order is not supported: write first order (Gmsh: Mesh.ElementOrder = 1; Abaqus: C3D4, C3D8)"
             }
             _ => {
-                "only hexahedra with quadrilateral faces are supported: mesh with a transfinite or swept, recombined \
-                 scheme, or name a `part` of hexahedra alone"
+                "only tetrahedra and hexahedra are supported: mesh with tetrahedra, or by a transfinite or swept, recombined \
+                 scheme, or name a `part` without others"
             }
         }
     }

@@ -46,7 +46,8 @@ impl Cells {
 pub struct ElementFace {
     /// Position of the cell in [`FileMesh::cells`].
     pub cell: u32,
-    /// Face number from 0: Abaqus' S1 … S6, which are the sides of [`slipstick_mesh::HEX_FACES`].
+    /// Face number from 0: Abaqus' S1 … S6, which are the sides of [`slipstick_mesh::HEX_FACES`], or S1 … S4 of
+    /// [`slipstick_mesh::TET_FACES`].
     pub side: u8,
 }
 

@@ -21,7 +21,7 @@ pub enum StateError {
     #[error("the contact facet of nodes {nodes:?} is folded")]
     FoldedFacet {
         /// Global node numbers of the facet.
-        nodes: [u32; 4],
+        nodes: Vec<u32>,
     },
     /// Surfaces moved through each other further than contact is searched for, in one (sub-)step.
     #[error("slave node {node} moved {depth:.3e} through the other surface, beyond the search radius {reach:.3e}")]

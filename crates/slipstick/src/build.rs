@@ -14,7 +14,7 @@ use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_linalg::SolverChoice;
-use slipstick_mesh::{Mesh, facet_area};
+use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_path::{
     LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
 };
@@ -83,7 +83,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
     let variables = build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
         Some(v) => v.roles().iter().map(|r| *r != slipstick_design::Role::Outside).collect(),
-        None => vec![false; mesh.hexes.len()],
+        None => vec![false; mesh.elements.len()],
     };
     let interpolation = interpolation(case.design.as_ref());
     let initial_density = match (&variables, &case.design) {
@@ -93,7 +93,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
                 .map_err(|e| BuildError::new("design.initial", e, "choose a density between 0 and 1"))?;
             slipstick_design::DesignMap::apply(v, &x)
         }
-        _ => vec![1.0; mesh.hexes.len()],
+        _ => vec![1.0; mesh.elements.len()],
     };
     let largest = prescribed.largest(&times);
     let model = ContactModel::new(
@@ -194,7 +194,7 @@ fn build_interfaces(
     let mut interfaces = Vec::with_capacity(case.contacts.len());
     let mut slaves_so_far: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
     for (i, contact) in case.contacts.iter().enumerate() {
-        let surface = |name: &str, key: &str| -> Result<Vec<[u32; 4]>, BuildError> {
+        let surface = |name: &str, key: &str| -> Result<Vec<FacetNodes>, BuildError> {
             let surface = mesh.surfaces.get(name).ok_or_else(|| {
                 let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
                 let help = format!("contact needs facets; known surfaces: {}", known.join(", "));
@@ -203,8 +203,8 @@ fn build_interfaces(
             Ok(surface.facets.iter().map(|f| f.nodes).collect())
         };
         let (slave, master) = (surface(&contact.slave, "slave")?, surface(&contact.master, "master")?);
-        let size = |facets: &[[u32; 4]]| {
-            facets.iter().map(|f| facet_area(&f.map(|n| mesh.nodes[n as usize])).sqrt()).fold(0.0, f64::max)
+        let size = |facets: &[FacetNodes]| {
+            facets.iter().map(|f| facet_area(&f.corners(&mesh.nodes)).sqrt()).fold(0.0, f64::max)
         };
         // at least what the bodies can approach each other in one step, so that nothing is passed unnoticed
         let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach);
@@ -314,7 +314,7 @@ fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, 
         domain.iter().copied().filter(|&e| regions.iter().any(|r| r.contains(centroids[e as usize]))).collect()
     };
     let (solid, void) = (inside(&design.passive_solid), inside(&design.passive_void));
-    let variables = DesignVariables::new(mesh.hexes.len(), &domain, &solid, &void)
+    let variables = DesignVariables::new(mesh.elements.len(), &domain, &solid, &void)
         .map_err(|e| BuildError::new("design", e, "change bodies or passive regions"))?;
     if let Some(fraction) = design.volume_fraction {
         variables.check_limit(&mesh.element_volumes(), fraction).map_err(|e| {

@@ -3,10 +3,10 @@
 mod connection;
 
 use crate::build::Problem;
-use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice};
+use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
 use nalgebra::DMatrix;
 use serde::Serialize;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Element, Mesh};
 use slipstick_path::{StateError, StepProblem};
 
 /// What a notice is about.
@@ -17,6 +17,8 @@ pub enum NoticeKind {
     LooseBody,
     /// Parts of a body share no nodes, or nodes at one place are not merged.
     Disconnected,
+    /// Hexahedra and tetrahedra of a body meet, whose faces do not fit each other.
+    Divided,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,
     /// The surfaces of a contact pair do not see each other.
@@ -47,7 +49,7 @@ pub struct BodySummary {
     pub nodes: usize,
     /// Volume. \[L³\]
     pub volume: f64,
-    /// Worst scaled Jacobian of its elements: 1 is a brick, 0 degenerate.
+    /// Worst scaled Jacobian of its elements: 1 is a brick or a regular tetrahedron, 0 degenerate.
     pub quality: f64,
     /// Rigid motions (of 6) that supports and prescribed motions leave free.
     pub free_motions: usize,
@@ -107,11 +109,30 @@ pub struct Inspection {
 /// together they are met within a tenth; rounded down. \[bytes\]
 const BYTES_TO_BUILD: [f64; 2] = [4500.0, 4000.0];
 
+/// The same for each tetrahedron: the sizes of what is stored for it. Its nodes have some 15 neighbours in the place of 27.
+/// \[bytes\]
+const BYTES_PER_TETRAHEDRON: f64 = 400.0;
+
 /// Memory without which a case cannot even be built, from its element counts alone. \[bytes\]
 pub fn bytes_to_build(case: &Case) -> f64 {
     let [element, node] = BYTES_TO_BUILD;
-    let elements = |body: &Body| body.shape.element_count().map_or(f64::INFINITY, |count| count as f64);
-    case.bodies.iter().map(|body| element * elements(body) + node * body.shape.node_count()).sum()
+    let of_body = |body: &Body| match &body.shape {
+        Shape::Mesh(file) => {
+            let (tetrahedra, hexahedra) = counts(&file.mesh);
+            let node = if hexahedra == 0.0 { 0.5 * node } else { node };
+            BYTES_PER_TETRAHEDRON * tetrahedra + element * hexahedra + node * body.shape.node_count()
+        }
+        shape => {
+            element * shape.element_count().map_or(f64::INFINITY, |count| count as f64) + node * shape.node_count()
+        }
+    };
+    case.bodies.iter().map(of_body).sum()
+}
+
+/// Numbers of tetrahedra and hexahedra.
+fn counts(mesh: &Mesh) -> (f64, f64) {
+    let tetrahedra = mesh.elements.iter().filter(|element| matches!(element, Element::Tet4(_))).count();
+    (tetrahedra as f64, (mesh.elements.len() - tetrahedra) as f64)
 }
 
 /// Penetrations above this fraction of the facet size are worth a warning.
@@ -141,14 +162,15 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model.prescribed().fixed()));
     let contacts = contacts(case, problem, &mut notices)?;
     let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
-    let elements = problem.mesh.hexes.len() as f64;
+    let (tetrahedra, hexahedra) = counts(&problem.mesh);
     let unknowns_all = 3.0 * problem.mesh.nodes.len() as f64;
     let states = unknowns_all * 8.0 * (case.load_path.steps + 1) as f64;
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
     // reference geometry, element forces and scatter map; frontal stack of about half of the factors
     let peak_bytes = 1.5 * factor_bytes
         + 3.0 * matrix_bytes
-        + elements * (1700.0 + 192.0 + 256.0)
+        + hexahedra * (1700.0 + 192.0 + 256.0)
+        + tetrahedra * (130.0 + 96.0 + 64.0)
         + states
         + steps_with_factors.saturating_sub(1) as f64 * factor_bytes;
     let sets = problem
@@ -237,7 +259,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
         let size = interface
             .slave_facets()
             .iter()
-            .map(|f| slipstick_mesh::facet_area(&f.map(|n| problem.mesh.nodes[n as usize])).sqrt())
+            .map(|f| slipstick_mesh::facet_area(&f.corners(&problem.mesh.nodes)).sqrt())
             .fold(f64::INFINITY, f64::min);
         if let Some((gap, node)) = closest.filter(|c| c.0 < -PENETRATION * size) {
             notices.push(Notice {

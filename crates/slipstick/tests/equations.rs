@@ -258,7 +258,7 @@ fn the_case_in_the_readme_builds() {
     resolved.require(&["contact", "dirichlet", "design", "objective", "optimizer"]).expect("complete");
     let problem = slipstick::build::build(&resolved.case).unwrap_or_else(|error| panic!("{error}"));
     // by hand: 12·3·4 + 4·2·4
-    assert_eq!(problem.mesh.hexes.len(), 176);
+    assert_eq!(problem.mesh.elements.len(), 176);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use common::scene::*;
 use common::*;
 use slipstick::analysis::Forward;
 use slipstick::build::Problem;
+use slipstick_mesh::{BoxShape, box_mesh};
 use slipstick_path::Silent;
 
 /// The bound of all comparisons; most are better than 1e-10.
@@ -147,6 +148,37 @@ fn gradient_of_other_materials_and_elements() {
             let checked = check(&format!("{method}, {name}"), &mut problem(&text), 3);
             assert!(checked.statuses.last().unwrap().contains('l'));
             assert!((checked.value / plain - 1.0).abs() > 1e-6, "{name} makes no difference: {plain}");
+        }
+    }
+}
+
+/// Tetrahedra, and both kinds of elements in one body: a slab of which every second hexahedron is divided, under a block of
+/// tetrahedra, so that triangles slide over triangles and quadrilaterals.
+#[test]
+fn gradient_of_tetrahedra_and_hexahedra() {
+    let divided = |name: &str, min: [f64; 3], max: [f64; 3], elements: [usize; 3], every: usize| {
+        let shape = BoxShape { min, max, elements, grading: [1.0; 3] };
+        box_mesh(name, &shape).unwrap().divided(|element| element % every == 0)
+    };
+    let slab = divided("slab", [0.0; 3], [4.0, 1.0, 1.0], [4, 1, 1], 2);
+    let block = divided("block", [0.6, 1.0, 0.1], [1.4, 1.8, 0.9], [1; 3], 1);
+    let motion = "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".to_string();
+    for (method, enforcement) in methods() {
+        for shape in ["standard", "dual"] {
+            let (enforcement, motion) = (enforcement.clone(), motion.clone());
+            let scene = Scene { friction: 0.4, enforcement, shape, motion, ..Scene::default() };
+            let lines = scene.text().lines().map(|line| line.to_owned()).collect::<Vec<_>>();
+            let mut names = ["slab", "block"].into_iter();
+            let meshed = lines.iter().map(|line| match line.starts_with("box = ") {
+                true => format!("mesh = {{ file = '{}' }}\n", names.next().unwrap()),
+                false => format!("{line}\n"),
+            });
+            let mut problem =
+                problem_with(&meshed.collect::<String>(), &[("slab", slab.clone()), ("block", block.clone())]);
+            assert_eq!(problem.mesh.elements.len(), 2 + 3 * 6);
+            let checked = check(&format!("{method} {shape}"), &mut problem, 7);
+            let (all, last) = (checked.statuses.concat(), checked.statuses.last().unwrap());
+            assert!(all.contains('t') && last.contains('l'), "{:?}", checked.statuses);
         }
     }
 }

@@ -53,6 +53,34 @@ fn by_place(mesh: &Mesh, values: &[f64]) -> Vec<([i64; 3], f64)> {
     found
 }
 
+/// A slab of tetrahedra under a block of hexahedra, by Gmsh: sizes and groups as drawn in `make.py`, contact with friction
+/// that finds the force of the hexahedral slab up to what so coarse tetrahedra are too stiff; F̄ changes nothing, and a
+/// warning says so.
+#[test]
+fn tetrahedra_from_gmsh_are_solved() {
+    let text = from_file("gmsh_tetrahedra.msh");
+    let resolved = parsed(&text);
+    assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
+    let mut problem = built(&text);
+    let [slab, block] = &problem.mesh.bodies[..] else { panic!("two bodies") };
+    let volume =
+        |body: &slipstick_mesh::Body| body.elements.clone().map(|e| problem.mesh.element_volume(e)).sum::<f64>();
+    assert!((volume(slab) - 8.0).abs() < 1e-10 && (volume(block) - 1.4 * 0.7 * 1.3).abs() < 1e-10);
+    assert!((problem.mesh.surface_area(&problem.mesh.surfaces["slab_top"]) - 8.0).abs() < 1e-10);
+    assert_eq!(problem.mesh.boundary(0).nodes().len(), problem.mesh.boundary(0).facets.len() / 2 + 2, "Euler");
+    let run = |problem: &mut Problem| {
+        let density = problem.initial_density.clone();
+        common::forward(problem, &density).value
+    };
+    let (found, hexahedra) = (run(&mut problem), run(&mut built(&from_file("gmsh_41_ascii.msh"))));
+    println!("contact force {found:.6}, {hexahedra:.6} with hexahedra");
+    assert!(found / hexahedra > 1.0 && found / hexahedra < 1.25, "{found} {hexahedra}");
+    let bar = text.replacen("[[body]]", "[[body]]\nelement = 'f_bar'", 1);
+    let warnings = parsed(&bar).warnings;
+    assert!(warnings.len() == 1 && warnings[0].to_string().contains("tetrahedra"), "{warnings:?}");
+    assert_eq!(run(&mut built(&bar)), found);
+}
+
 /// Contact with friction of two bodies from each kind of file, against the same bodies from the generator. Gmsh's nodes
 /// are off by 2e-12, so that results agree to that times the stiffness of contact, not to round-off.
 #[test]

@@ -5,6 +5,7 @@ use std::fs;
 use std::io::{self, Write};
 
 use slipstick::output::{Cell, Csv, OutputError, Pvd, Values, Vtu, write_atomically};
+use slipstick_mesh::Element;
 
 const POINTS: [[f64; 3]; 12] = [
     [0.0, 0.0, 0.0],
@@ -20,7 +21,7 @@ const POINTS: [[f64; 3]; 12] = [
     [1.0, 1.0, 2.5],
     [0.0, 1.0, 2.5],
 ];
-const HEXES: [[u32; 8]; 2] = [[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]];
+const HEXES: [Element; 2] = [Element::Hex8([0, 1, 2, 3, 4, 5, 6, 7]), Element::Hex8([4, 5, 6, 7, 8, 9, 10, 11])];
 
 /// An array as it stands in the file.
 #[derive(Debug)]
@@ -102,7 +103,7 @@ fn a_vtu_reads_back_bit_for_bit() {
     let arrays = read_vtu(&bytes);
     assert_eq!(arrays["Points"].f64(), POINTS.as_flattened());
     assert_eq!(arrays["Points"].components, 3);
-    let nodes: Vec<i64> = HEXES.as_flattened().iter().map(|&node| i64::from(node)).collect();
+    let nodes: Vec<i64> = HEXES.iter().flat_map(|hex| hex.nodes()).map(|&node| i64::from(node)).collect();
     assert_eq!(arrays["connectivity"].i64(), nodes);
     assert_eq!(arrays["offsets"].i64(), [8, 16]);
     assert_eq!(arrays["types"].bytes, [12, 12]);
@@ -119,6 +120,17 @@ fn a_vtu_reads_back_bit_for_bit() {
     assert!(text.contains("Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">0.1<"));
     // Only the file itself is left.
     assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
+}
+
+/// Types and offsets by VTK's file format: 10 is the tetrahedron, 12 the hexahedron.
+#[test]
+fn elements_of_both_types_are_written() {
+    let elements = [Element::Tet4([8, 9, 10, 4]), HEXES[0]];
+    let mut bytes = Vec::new();
+    Vtu::new(&POINTS, &elements).expect("a mesh").write(&mut bytes).expect("memory");
+    let arrays = read_vtu(&bytes);
+    assert_eq!(arrays["connectivity"].i64(), [8, 9, 10, 4, 0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!((arrays["offsets"].i64(), &arrays["types"].bytes[..]), (vec![4, 12], &[10, 12][..]));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use slipstick::build::{Problem, build_mesh};
 use slipstick::case::parse_case;
 use slipstick::model::ContactModel;
 use slipstick_contact::friction::Status;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{BoxShape, Element, Mesh, box_mesh};
 
 const LOWER: (f64, f64) = (1000.0, 0.3);
 const UPPER: (f64, f64) = (300.0, 0.2);
@@ -26,6 +26,8 @@ struct Stack {
     clamped: bool,
     moduli: [(f64, f64); 2],
     friction: f64,
+    /// Which hexahedra of the lower and the upper box are divided into tetrahedra, if any.
+    divided: [Option<fn(usize) -> bool>; 2],
 }
 
 impl Default for Stack {
@@ -40,11 +42,28 @@ impl Default for Stack {
             clamped: false,
             moduli: [LOWER, UPPER],
             friction: 0.0,
+            divided: [None; 2],
         }
     }
 }
 
 impl Stack {
+    /// The problem, with tetrahedra where they are asked for.
+    fn problem(&self) -> Problem {
+        let mut text = self.text();
+        let mut meshes = Vec::new();
+        let boxes = [("lower", self.lower, 0.0, self.grading), ("upper", self.upper, 1.0, [1.0; 3])];
+        for ((name, elements, y, grading), divided) in boxes.into_iter().zip(self.divided) {
+            let Some(divided) = divided else { continue };
+            let shape = BoxShape { min: [0.0, y, 0.0], max: [1.0, y + 1.0, 1.0], elements, grading };
+            meshes.push((name, box_mesh(name, &shape).unwrap().divided(divided)));
+            let start = text.find(&format!("name = \"{name}\"\nbox")).unwrap() + format!("name = \"{name}\"\n").len();
+            let end = start + text[start..].find('\n').unwrap();
+            text.replace_range(start..end, &format!("mesh = {{ file = '{name}' }}"));
+        }
+        problem_with(&text, &meshes)
+    }
+
     fn text(&self) -> String {
         let Self { lower, upper, grading, shape, moduli: [a, b], friction, .. } = self;
         let (slave, master) =
@@ -113,21 +132,16 @@ fn uniaxial_strain(moduli: [(f64, f64); 2]) -> ([f64; 2], f64) {
     ([lower, 2.0 - PRESSED - lower], -axial(0, lower))
 }
 
-/// Deformation gradient at the centre of an element, from the eight corners' displacements.
+/// Deformation gradient at the centre of an element, from its corners' displacements.
 fn deformation_gradient(mesh: &Mesh, element: usize, d: &[f64]) -> Matrix3<f64> {
-    const CORNER: [[f64; 3]; 8] = [
-        [-1.0, -1.0, -1.0],
-        [1.0, -1.0, -1.0],
-        [1.0, 1.0, -1.0],
-        [-1.0, 1.0, -1.0],
-        [-1.0, -1.0, 1.0],
-        [1.0, -1.0, 1.0],
-        [1.0, 1.0, 1.0],
-        [-1.0, 1.0, 1.0],
-    ];
     let (mut reference, mut current) = (Matrix3::zeros(), Matrix3::zeros());
-    for (corner, &node) in CORNER.iter().zip(&mesh.hexes[element]) {
-        let gradient = Vector3::from(*corner).transpose() / 8.0;
+    // gradients of the shape functions there, in coordinates of the parent cube or tetrahedron
+    let gradients: Vec<[f64; 3]> = match mesh.elements[element] {
+        Element::Hex8(_) => slipstick_mesh::HEX_CORNERS.map(|corner| corner.map(|c| c / 8.0)).to_vec(),
+        Element::Tet4(_) => vec![[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    };
+    for (gradient, &node) in gradients.iter().zip(mesh.elements[element].nodes()) {
+        let gradient = Vector3::from(*gradient).transpose();
         let x = Vector3::from(mesh.nodes[node as usize]);
         let u = Vector3::from_column_slice(&d[3 * node as usize..][..3]);
         reference += x * gradient;
@@ -188,6 +202,26 @@ fn uniaxial_strain_passes_through_any_meshes() {
     }
 }
 
+/// The same with tetrahedra on either side and on both.
+#[test]
+fn uniaxial_strain_passes_through_tetrahedra() {
+    let all: fn(usize) -> bool = |_| true;
+    for (what, divided) in [
+        ("tetrahedra under hexahedra", [Some(all), None]),
+        ("hexahedra under tetrahedra", [None, Some(all)]),
+        ("tetrahedra under tetrahedra", [Some(all); 2]),
+    ] {
+        for shape in ["standard", "dual"] {
+            for slave_above in [true, false] {
+                let stack = Stack { grading: [2.0, 1.0, 0.5], shape, slave_above, divided, ..Stack::default() };
+                let (axial, pressure) = uniaxial_strain(stack.moduli);
+                let name = format!("{what}, {shape}, slave above: {slave_above}");
+                check(&name, &mut stack.problem(), [1.0, 1.0], axial, pressure);
+            }
+        }
+    }
+}
+
 /// One material with free sides: uniaxial stress, P_xx = P_zz = 0.
 #[test]
 fn uniaxial_stress_passes_through_with_free_sides() {
@@ -224,8 +258,8 @@ fn inclined(stack: &Stack) -> Problem {
         model.method().clone(),
         model.prescribed().clone(),
         slipstick_solid::Simp { penalization: 1.0, minimum: 0.0 }.into(),
-        vec![false; mesh.hexes.len()],
-        &vec![1.0; mesh.hexes.len()],
+        vec![false; mesh.elements.len()],
+        &vec![1.0; mesh.elements.len()],
         PRESSED,
     );
     problem.mesh = mesh;

@@ -86,7 +86,7 @@ fn records_are_read_back_with_their_earlier_parts() {
 fn densities_are_read_back_bit_for_bit() {
     let (_folder, run) = directory();
     let (_, problem) = small();
-    let density: Vec<f64> = (0..problem.mesh.hexes.len()).map(|e| 1.0 / (e as f64 + 3.0)).collect();
+    let density: Vec<f64> = (0..problem.mesh.elements.len()).map(|e| 1.0 / (e as f64 + 3.0)).collect();
     let table = run.file("design.csv");
     write_densities(&table, &problem.mesh, &density, Some(&density)).unwrap();
     assert_eq!(load_density(run.path(), &problem.mesh).unwrap(), density);

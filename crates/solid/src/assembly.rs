@@ -1,17 +1,19 @@
-//! What the elements of a cluster contribute, compiled for the instruction set found at run time.
+//! What the elements of a cluster contribute, hexahedra first, then batches of tetrahedra; compiled for the instruction
+//! set found at run time.
 
 use crate::clusters::Target;
 use crate::hex8::kernel::Scratch;
 use crate::hex8::{interpolated, transposed};
 use crate::interpolation::ElementScaling;
-use crate::model::Element;
+use crate::model::Hexahedron;
 use crate::section::Section;
+use crate::tet4::{self, Batch, Work};
 use pulp::{Simd, WithSimd};
 
 /// Adds internal forces to the nodes.
 pub(crate) struct AddForces<'a> {
     pub sections: &'a [Section],
-    pub elements: &'a [Element],
+    pub elements: &'a [Hexahedron],
     pub d: &'a [f64],
     pub scalings: &'a [ElementScaling],
     pub target: &'a Target<'a, [f64; 3]>,
@@ -47,7 +49,7 @@ impl WithSimd for AddForces<'_> {
 /// Adds products of the tangent with a direction to the nodes.
 pub(crate) struct AddProducts<'a> {
     pub sections: &'a [Section],
-    pub elements: &'a [Element],
+    pub elements: &'a [Hexahedron],
     pub d: &'a [f64],
     pub scalings: &'a [ElementScaling],
     pub direction: &'a [f64],
@@ -89,7 +91,7 @@ impl WithSimd for AddProducts<'_> {
 /// Adds tangents to the blocks of a matrix.
 pub(crate) struct AddTangents<'a> {
     pub sections: &'a [Section],
-    pub elements: &'a [Element],
+    pub elements: &'a [Hexahedron],
     pub d: &'a [f64],
     pub scalings: &'a [ElementScaling],
     pub positions: &'a [[u32; 64]],
@@ -133,7 +135,7 @@ impl WithSimd for AddTangents<'_> {
 /// λ · ∂f/∂φ of elements, one number per element; 0 where nothing depends on the density.
 pub(crate) struct PullBack<'a> {
     pub sections: &'a [Section],
-    pub elements: &'a [Element],
+    pub elements: &'a [Hexahedron],
     pub d: &'a [f64],
     pub scalings: &'a [ElementScaling],
     pub slopes: &'a [ElementScaling],
@@ -164,10 +166,120 @@ impl WithSimd for PullBack<'_> {
     }
 }
 
+/// Adds internal forces of tetrahedra to the nodes, or, with a direction, products of the tangent with it.
+pub(crate) struct AddBatchForces<'a> {
+    pub sections: &'a [Section],
+    pub batches: &'a [Batch],
+    pub d: &'a [f64],
+    pub scalings: &'a [ElementScaling],
+    pub direction: Option<&'a [f64]>,
+    pub target: &'a Target<'a, [f64; 3]>,
+    pub inverted: &'a mut Vec<u32>,
+}
+
+impl WithSimd for AddBatchForces<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut work = Work::new();
+        let moves = |nodes: &[u32; 4], v: &[f64]| local(nodes, v).as_flattened().iter().any(|&v| v != 0.0);
+        for batch in self.batches {
+            let material = &self.sections[batch.section].material;
+            match self.direction {
+                None => work.internal_force(simd, batch, material, self.scalings, self.d),
+                Some(v) if !batch.nodes.iter().any(|nodes| moves(nodes, v)) => continue,
+                Some(v) => work.tangent_product(simd, batch, material, self.scalings, self.d, v),
+            }
+            for (lane, &number) in batch.numbers().iter().enumerate() {
+                let nodes = &batch.nodes[lane];
+                if self.direction.is_some_and(|v| !moves(nodes, v)) {
+                    continue;
+                }
+                let forces = work.forces(lane);
+                if forces.as_flattened().iter().all(|f| f.is_finite()) {
+                    add_to_nodes(nodes, &forces, self.target);
+                } else {
+                    self.inverted.push(number);
+                }
+            }
+        }
+    }
+}
+
+/// Adds tangents of tetrahedra to the blocks of a matrix.
+pub(crate) struct AddBatchTangents<'a> {
+    pub sections: &'a [Section],
+    pub batches: &'a [Batch],
+    pub d: &'a [f64],
+    pub scalings: &'a [ElementScaling],
+    pub positions: &'a [[[u32; 16]; tet4::LANES]],
+    pub target: &'a Target<'a, [f64; 9]>,
+    pub inverted: &'a mut Vec<u32>,
+}
+
+impl WithSimd for AddBatchTangents<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut work = Work::new();
+        for (batch, positions) in self.batches.iter().zip(self.positions) {
+            work.tangents(simd, batch, &self.sections[batch.section].material, self.scalings, self.d);
+            for (lane, &number) in batch.numbers().iter().enumerate() {
+                if !work.is_admissible(lane) {
+                    self.inverted.push(number);
+                    continue;
+                }
+                for (&position, block) in positions[lane].iter().zip(work.tangent(lane)) {
+                    // SAFETY: the positions are those of pairs of the element's nodes.
+                    add(unsafe { self.target.at(position as usize) }, block);
+                }
+            }
+        }
+    }
+}
+
+/// λ · ∂f/∂φ of tetrahedra, one number per element of each batch; 0 where nothing depends on the density.
+pub(crate) struct PullBackBatches<'a> {
+    pub sections: &'a [Section],
+    pub batches: &'a [Batch],
+    pub d: &'a [f64],
+    pub scalings: &'a [ElementScaling],
+    pub slopes: &'a [ElementScaling],
+    pub adjoint: &'a [f64],
+    pub out: &'a mut [[f64; tet4::LANES]],
+    pub inverted: &'a mut Vec<u32>,
+}
+
+impl WithSimd for PullBackBatches<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut work = Work::new();
+        let depends = |number: u32| self.slopes[number as usize] != ElementScaling { factor: 0.0, gamma: 0.0 };
+        for (batch, out) in self.batches.iter().zip(self.out) {
+            if !batch.numbers().iter().any(|&number| depends(number)) {
+                continue;
+            }
+            let material = &self.sections[batch.section].material;
+            let scalings = [self.scalings, self.slopes];
+            let products = tet4::pull_back(simd, &mut work, batch, material, scalings, self.d, self.adjoint);
+            for (lane, &number) in batch.numbers().iter().enumerate().filter(|&(_, &number)| depends(number)) {
+                out[lane] = products[lane];
+                if !products[lane].is_finite() {
+                    self.inverted.push(number);
+                }
+            }
+        }
+    }
+}
+
 /// The entries of a nodal vector at the corners of an element.
 #[inline(always)]
-pub(crate) fn local(nodes: &[u32; 8], v: &[f64]) -> [[f64; 3]; 8] {
-    let mut out = [[0.0; 3]; 8];
+pub(crate) fn local<const N: usize>(nodes: &[u32; N], v: &[f64]) -> [[f64; 3]; N] {
+    let mut out = [[0.0; 3]; N];
     for (out, &node) in out.iter_mut().zip(nodes) {
         out.copy_from_slice(&v[3 * node as usize..][..3]);
     }
@@ -175,8 +287,8 @@ pub(crate) fn local(nodes: &[u32; 8], v: &[f64]) -> [[f64; 3]; 8] {
 }
 
 #[inline(always)]
-fn add_to_nodes(hex: &[u32; 8], force: &[[f64; 3]; 8], target: &Target<'_, [f64; 3]>) {
-    for (&node, force) in hex.iter().zip(*force) {
+fn add_to_nodes<const N: usize>(nodes: &[u32; N], force: &[[f64; 3]; N], target: &Target<'_, [f64; 3]>) {
+    for (&node, force) in nodes.iter().zip(*force) {
         // SAFETY: a node of the element.
         add(unsafe { target.at(node as usize) }, force);
     }

@@ -6,7 +6,7 @@
 //! bit, for any number of threads.
 
 use rayon::prelude::*;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Element, Mesh};
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -57,14 +57,14 @@ impl<T> Target<'_, T> {
 }
 
 impl Clusters {
-    /// Clusters of the elements of a mesh.
-    pub fn new(mesh: &Mesh) -> Self {
-        let centres: Vec<[f64; 3]> = (0..mesh.hexes.len()).map(|e| mean(mesh.hex_coordinates(e).into_iter())).collect();
-        let largest = (mesh.hexes.len() / MANY).clamp(SMALLEST, LARGEST);
-        let mut elements: Vec<u32> = (0..mesh.hexes.len() as u32).collect();
+    /// Clusters of some elements of a mesh.
+    pub fn new(mesh: &Mesh, mut elements: Vec<u32>) -> Self {
+        let corners = |element: &Element| element.nodes().iter().map(|&n| mesh.nodes[n as usize]).collect::<Vec<_>>();
+        let centres: Vec<[f64; 3]> = mesh.elements.iter().map(|e| mean(corners(e).into_iter())).collect();
+        let largest = (elements.len() / MANY).clamp(SMALLEST, LARGEST);
         let mut clusters = Vec::new();
+        let (mut order, mut colours) = (Vec::with_capacity(elements.len()), Vec::new());
         bisect(&mut elements, &centres, largest, &mut clusters);
-        let (mut order, mut colours) = (Vec::with_capacity(mesh.hexes.len()), Vec::new());
         for colour in colour(mesh, clusters) {
             let ranges = colour.into_iter().map(|cluster| {
                 order.extend_from_slice(&cluster);
@@ -73,6 +73,18 @@ impl Clusters {
             colours.push(ranges.collect());
         }
         Self { order, colours }
+    }
+
+    /// Clusters of what stands in the place of their elements: `replace` is given each cluster's elements in order, and
+    /// returns of how many things the cluster then consists.
+    pub fn replaced(mut self, mut replace: impl FnMut(&[u32]) -> usize) -> Self {
+        let mut end = 0;
+        for cluster in self.colours.iter_mut().flatten() {
+            let start = end;
+            end += replace(&self.order[cluster.clone()]);
+            *cluster = start..end;
+        }
+        self
     }
 
     /// Calls `work` for all clusters, in parallel within a colour. Returns the elements that it rejected.
@@ -128,7 +140,7 @@ fn colour(mesh: &Mesh, clusters: Vec<Vec<u32>>) -> Vec<Vec<Vec<u32>>> {
     let mut taken: Vec<Vec<bool>> = Vec::new();
     let mut colours: Vec<Vec<Vec<u32>>> = Vec::new();
     for cluster in clusters {
-        let nodes = || cluster.iter().flat_map(|&e| mesh.hexes[e as usize]).map(|n| n as usize);
+        let nodes = || cluster.iter().flat_map(|&e| mesh.elements[e as usize].nodes()).map(|&n| n as usize);
         let colour = taken.iter().position(|taken| !nodes().any(|n| taken[n])).unwrap_or(taken.len());
         if colour == taken.len() {
             taken.push(vec![false; mesh.nodes.len()]);
@@ -155,15 +167,15 @@ mod tests {
         for elements in [[1, 1, 1], [17, 9, 11], [200, 3, 2]] {
             let shape = BoxShape { min: [0.0; 3], max: [3.0, 2.0, 1.0], elements, grading: [1.0; 3] };
             let mesh = box_mesh("block", &shape).unwrap();
-            let clusters = Clusters::new(&mesh);
-            let mut seen = vec![0; mesh.hexes.len()];
+            let clusters = Clusters::new(&mesh, (0..mesh.elements.len() as u32).collect());
+            let mut seen = vec![0; mesh.elements.len()];
             for colour in &clusters.colours {
                 let mut owner = vec![None; mesh.nodes.len()];
                 for (c, cluster) in colour.iter().enumerate() {
                     assert!(!cluster.is_empty());
                     for &e in &clusters.order[cluster.clone()] {
                         seen[e as usize] += 1;
-                        for n in mesh.hexes[e as usize] {
+                        for &n in mesh.elements[e as usize].nodes() {
                             assert_eq!(*owner[n as usize].get_or_insert(c), c);
                         }
                     }

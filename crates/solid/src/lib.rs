@@ -1,6 +1,6 @@
-//! Deformable solids: hex8 elements, hyperelastic laws, SIMP-scaled stiffness.
+//! Deformable solids: hex8 and tet4 elements, hyperelastic laws, SIMP-scaled stiffness.
 //!
-//! Total Lagrangian, 2×2×2 Gauss. The crate knows neither time nor contact; a density enters only as a scaling of each
+//! Total Lagrangian, 2×2×2 Gauss points in hexahedra, one in tetrahedra. The crate knows neither time nor contact; a density enters only as a scaling of each
 //! element's energy ([`simp`], [`interpolation`]).
 
 mod assembly;
@@ -11,6 +11,7 @@ pub mod material;
 pub mod model;
 pub mod section;
 pub mod simp;
+mod tet4;
 
 pub use interpolation::{ElementScaling, EnergyInterpolation, Interpolation};
 pub use material::{Material, MaterialError, NeoHooke, StVenantKirchhoff};

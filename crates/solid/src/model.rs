@@ -1,15 +1,18 @@
 //! All elements of a mesh: assembled internal force, tangent and density pull-back.
 
-use crate::assembly::{AddForces, AddProducts, AddTangents, PullBack, local};
+use crate::assembly::{
+    AddBatchForces, AddBatchTangents, AddForces, AddProducts, AddTangents, PullBack, PullBackBatches, local,
+};
 use crate::clusters::Clusters;
 use crate::hex8::{self, ReferenceGeometry};
 use crate::interpolation::ElementScaling;
 use crate::material::Material;
 use crate::section::Section;
+use crate::tet4::{self, Batch};
 use pulp::Arch;
 use rayon::prelude::*;
 use slipstick_linalg::{BlockMatrix, BlockPattern};
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Element, Mesh};
 
 /// Elements that a thread takes at a time.
 const CHUNK: usize = 64;
@@ -29,17 +32,20 @@ pub struct InvertedElements {
 /// forces have three entries per node.
 #[derive(Debug, Clone)]
 pub struct SolidModel {
-    /// In the order of `clusters`.
-    elements: Vec<Element>,
+    /// Hexahedra, in the order of `clusters`.
+    hexahedra: Vec<Hexahedron>,
     clusters: Clusters,
+    /// Tetrahedra, in the order of `batch_clusters`.
+    batches: Vec<Batch>,
+    batch_clusters: Clusters,
     sections: Vec<Section>,
     /// By the mesh's number of the element.
     section_of: Vec<u32>,
 }
 
-/// All that the integrals over an element read, in one place.
+/// All that the integrals over a hexahedron read, in one place.
 #[derive(Debug, Clone)]
-pub(crate) struct Element {
+pub(crate) struct Hexahedron {
     pub geometry: ReferenceGeometry,
     pub nodes: [u32; 8],
     /// The mesh's number of the element.
@@ -47,7 +53,7 @@ pub(crate) struct Element {
     section: u32,
 }
 
-impl Element {
+impl Hexahedron {
     #[inline(always)]
     pub fn number(&self) -> usize {
         self.number as usize
@@ -59,11 +65,12 @@ impl Element {
     }
 }
 
-/// Where each element's 64 blocks go in a matrix's values, element by element in the order of the model; built once per
-/// pattern.
+/// Where each element's blocks, 64 of a hexahedron and 16 of a tetrahedron, go in a matrix's values, element by element in
+/// the order of the model; built once per pattern.
 #[derive(Debug, Clone)]
 pub struct Scatter {
     positions: Vec<[u32; 64]>,
+    batch_positions: Vec<[[u32; 16]; tet4::LANES]>,
     /// Blocks of the pattern.
     blocks: usize,
 }
@@ -73,31 +80,56 @@ impl SolidModel {
     ///
     /// # Errors
     /// Elements with a non-positive Jacobian in the reference configuration.
+    ///
+    /// # Panics
+    /// Without one section per body.
     pub fn new<S: Into<Section>>(mesh: &Mesh, sections: Vec<S>) -> Result<Self, InvertedElements> {
         assert_eq!(mesh.bodies.len(), sections.len(), "one section per body");
         let sections = sections.into_iter().map(Into::into).collect();
-        let mut section_of = vec![0; mesh.hexes.len()];
+        let mut section_of = vec![0; mesh.elements.len()];
         for (b, body) in mesh.bodies.iter().enumerate() {
             section_of[body.elements.clone()].fill(b as u32);
         }
-        let clusters = Clusters::new(mesh);
-        let elements: Vec<_> = clusters
+        let (mut hexes, mut tets) = (Vec::new(), Vec::new());
+        for (number, element) in (0_u32..).zip(&mesh.elements) {
+            match element {
+                Element::Hex8(_) => hexes.push(number),
+                Element::Tet4(_) => tets.push(number),
+            }
+        }
+        let clusters = Clusters::new(mesh, hexes);
+        let hexahedra: Vec<Result<Hexahedron, u32>> = clusters
             .order
             .par_iter()
-            .map(|&number| {
-                let (nodes, section) = (mesh.hexes[number as usize], section_of[number as usize]);
-                ReferenceGeometry::new(&mesh.hex_coordinates(number as usize))
-                    .map(|geometry| Element { geometry, nodes, number, section })
-                    .ok_or(number)
+            .filter_map(|&number| {
+                let Element::Hex8(nodes) = mesh.elements[number as usize] else { return None };
+                let section = section_of[number as usize];
+                let geometry = ReferenceGeometry::new(&mesh.coordinates(&nodes));
+                Some(geometry.map(|geometry| Hexahedron { geometry, nodes, number, section }).ok_or(number))
             })
             .collect();
-        refuse(elements.iter().filter_map(|e| e.as_ref().err().copied()).collect())?;
-        Ok(Self { elements: elements.into_iter().flatten().collect(), clusters, sections, section_of })
+        let mut flat: Vec<u32> = hexahedra.iter().filter_map(|e| e.as_ref().err().copied()).collect();
+        let mut batches = Vec::with_capacity(tets.len() / tet4::LANES + 1);
+        let batch_clusters = Clusters::new(mesh, tets).replaced(|cluster| {
+            let before = batches.len();
+            for same in cluster.chunk_by(|&a, &b| section_of[a as usize] == section_of[b as usize]) {
+                for part in same.chunks(tet4::LANES) {
+                    match batch(mesh, part, section_of[part[0] as usize]) {
+                        Ok(batch) => batches.push(batch),
+                        Err(elements) => flat.extend(elements),
+                    }
+                }
+            }
+            batches.len() - before
+        });
+        refuse(flat)?;
+        let hexahedra = hexahedra.into_iter().flatten().collect();
+        Ok(Self { hexahedra, clusters, batches, batch_clusters, sections, section_of })
     }
 
     /// Number of elements.
     pub fn elements(&self) -> usize {
-        self.elements.len()
+        self.section_of.len()
     }
 
     /// The material of an element.
@@ -107,7 +139,7 @@ impl SolidModel {
 
     /// Element volumes by the model's quadrature, Σ w. \[L³\]
     pub fn element_volumes(&self) -> Vec<f64> {
-        self.by_number(|element| element.geometry.volume())
+        self.by_number(|element| element.geometry.volume(), |batch, lane| batch.volumes[lane])
     }
 
     /// Assembled internal force. \[F\]. Does not depend on the number of threads, bit for bit.
@@ -123,16 +155,27 @@ impl SolidModel {
         out.fill(0.0);
         let sections = &self.sections[..];
         let nodes = out.as_chunks_mut::<3>().0;
-        refuse(self.clusters.assemble(nodes, |cluster, target, inverted| {
-            Arch::new().dispatch(AddForces {
-                elements: &self.elements[cluster],
-                sections,
-                d,
-                scalings,
-                target,
-                inverted,
-            });
-        }))
+        let mut rejected = self.clusters.assemble(nodes, |cluster, target, inverted| {
+            let elements = &self.hexahedra[cluster];
+            Arch::new().dispatch(AddForces { elements, sections, d, scalings, target, inverted });
+        });
+        rejected.extend(self.add_batch_forces(d, scalings, None, nodes));
+        refuse(rejected)
+    }
+
+    /// Adds forces of the tetrahedra, or products of their tangents with a direction; returns the inverted ones.
+    fn add_batch_forces(
+        &self,
+        d: &[f64],
+        scalings: &[ElementScaling],
+        direction: Option<&[f64]>,
+        nodes: &mut [[f64; 3]],
+    ) -> Vec<u32> {
+        let sections = &self.sections[..];
+        self.batch_clusters.assemble(nodes, |cluster, target, inverted| {
+            let batches = &self.batches[cluster];
+            Arch::new().dispatch(AddBatchForces { batches, sections, d, scalings, direction, target, inverted });
+        })
     }
 
     /// Finds the place of every element block in the pattern.
@@ -140,17 +183,18 @@ impl SolidModel {
     /// # Panics
     /// If the pattern lacks a pair of nodes that share an element.
     pub fn scatter(&self, pattern: &BlockPattern) -> Scatter {
-        let positions = self
-            .elements
-            .par_iter()
-            .map(|element| {
-                std::array::from_fn(|e| {
-                    let (i, k) = (element.nodes[e / 8] as usize, element.nodes[e % 8] as usize);
-                    pattern.find(i, k).expect("pattern holds all element pairs") as u32
-                })
-            })
-            .collect();
-        Scatter { positions, blocks: pattern.blocks() }
+        let place = |i: u32, k: u32| -> u32 {
+            pattern.find(i as usize, k as usize).expect("pattern holds all element pairs") as u32
+        };
+        let of_hexahedron =
+            |nodes: &[u32; 8]| -> [u32; 64] { std::array::from_fn(|e| place(nodes[e / 8], nodes[e % 8])) };
+        let of_tetrahedron =
+            |nodes: [u32; 4]| -> [u32; 16] { std::array::from_fn(|e| place(nodes[e / 4], nodes[e % 4])) };
+        Scatter {
+            positions: self.hexahedra.par_iter().map(|element| of_hexahedron(&element.nodes)).collect(),
+            batch_positions: self.batches.par_iter().map(|batch| batch.nodes.map(of_tetrahedron)).collect(),
+            blocks: pattern.blocks(),
+        }
     }
 
     /// Adds the tangent ∂f_int/∂d to a matrix, from whose pattern this model made `scatter`. Does not depend on the
@@ -169,12 +213,18 @@ impl SolidModel {
         matrix: &mut BlockMatrix,
     ) -> Result<(), InvertedElements> {
         assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the matrix has another pattern than the scatter");
-        assert_eq!(scatter.positions.len(), self.elements.len(), "the scatter belongs to another model");
+        let lengths = (scatter.positions.len(), scatter.batch_positions.len());
+        assert_eq!(lengths, (self.hexahedra.len(), self.batches.len()), "the scatter belongs to another model");
         let sections = &self.sections[..];
-        refuse(self.clusters.assemble(matrix.values_mut(), |cluster, target, inverted| {
-            let (elements, positions) = (&self.elements[cluster.clone()], &scatter.positions[cluster]);
+        let mut rejected = self.clusters.assemble(matrix.values_mut(), |cluster, target, inverted| {
+            let (elements, positions) = (&self.hexahedra[cluster.clone()], &scatter.positions[cluster]);
             Arch::new().dispatch(AddTangents { elements, positions, sections, d, scalings, target, inverted });
-        }))
+        });
+        rejected.extend(self.batch_clusters.assemble(matrix.values_mut(), |cluster, target, inverted| {
+            let (batches, positions) = (&self.batches[cluster.clone()], &scatter.batch_positions[cluster]);
+            Arch::new().dispatch(AddBatchTangents { batches, positions, sections, d, scalings, target, inverted });
+        }));
+        refuse(rejected)
     }
 
     /// Adds K v with K = ∂f_int/∂d, without a matrix: the product that an objective on internal forces needs. K is symmetric, so it serves for Kᵀ v as well. Elements at whose
@@ -191,17 +241,12 @@ impl SolidModel {
     ) -> Result<(), InvertedElements> {
         let sections = &self.sections[..];
         let nodes = out.as_chunks_mut::<3>().0;
-        refuse(self.clusters.assemble(nodes, |cluster, target, inverted| {
-            Arch::new().dispatch(AddProducts {
-                elements: &self.elements[cluster],
-                sections,
-                d,
-                scalings,
-                direction: v,
-                target,
-                inverted,
-            });
-        }))
+        let mut rejected = self.clusters.assemble(nodes, |cluster, target, inverted| {
+            let elements = &self.hexahedra[cluster];
+            Arch::new().dispatch(AddProducts { elements, sections, d, scalings, direction: v, target, inverted });
+        });
+        rejected.extend(self.add_batch_forces(d, scalings, Some(v), nodes));
+        refuse(rejected)
     }
 
     /// Adds λᵀ ∂f_int/∂φ_e of every element to `out`; `slopes` holds the derivatives of the scalings with respect to the
@@ -219,10 +264,11 @@ impl SolidModel {
         adjoint: &[f64],
         out: &mut [f64],
     ) -> Result<(), InvertedElements> {
-        let mut products = vec![0.0; self.elements.len()];
-        let chunks = products.par_chunks_mut(CHUNK).zip(self.elements.par_chunks(CHUNK));
+        let sections = &self.sections[..];
+        let mut products = vec![0.0; self.hexahedra.len()];
+        let chunks = products.par_chunks_mut(CHUNK).zip(self.hexahedra.par_chunks(CHUNK));
         let inverted = chunks.flat_map_iter(|(out, elements)| {
-            let (sections, mut inverted) = (&self.sections[..], Vec::new());
+            let mut inverted = Vec::new();
             Arch::new().dispatch(PullBack {
                 elements,
                 sections,
@@ -235,9 +281,31 @@ impl SolidModel {
             });
             inverted
         });
-        refuse(inverted.collect())?;
-        for (element, product) in self.elements.iter().zip(products) {
+        let mut rejected: Vec<u32> = inverted.collect();
+        let mut batch_products = vec![[0.0; tet4::LANES]; self.batches.len()];
+        let chunks = batch_products.par_chunks_mut(CHUNK).zip(self.batches.par_chunks(CHUNK));
+        rejected.par_extend(chunks.flat_map_iter(|(out, batches)| {
+            let mut inverted = Vec::new();
+            Arch::new().dispatch(PullBackBatches {
+                batches,
+                sections,
+                d,
+                scalings,
+                slopes,
+                adjoint,
+                out,
+                inverted: &mut inverted,
+            });
+            inverted
+        }));
+        refuse(rejected)?;
+        for (element, product) in self.hexahedra.iter().zip(products) {
             out[element.number()] += product;
+        }
+        for (batch, products) in self.batches.iter().zip(batch_products) {
+            for (&number, product) in batch.numbers().iter().zip(products) {
+                out[number as usize] += product;
+            }
         }
         Ok(())
     }
@@ -247,28 +315,59 @@ impl SolidModel {
     /// # Errors
     /// [`InvertedElements`].
     pub fn energy(&self, d: &[f64], scalings: &[ElementScaling]) -> Result<f64, InvertedElements> {
-        let energies = self.by_number(|element| {
+        let of_hexahedron = |element: &Hexahedron| {
             let (section, scaling) = (&self.sections[element.section()], scalings[element.number()]);
             hex8::energy(section, scaling, &element.geometry, &local(&element.nodes, d)).unwrap_or(f64::NAN)
-        });
+        };
+        let of_tetrahedron = |batch: &Batch, lane: usize| {
+            let scaling = scalings[batch.numbers()[lane] as usize];
+            batch.energy(lane, &self.sections[batch.section].material, scaling, d).unwrap_or(f64::NAN)
+        };
+        let energies = self.by_number(of_hexahedron, of_tetrahedron);
         refuse((0_u32..).zip(&energies).filter(|(_, w)| !w.is_finite()).map(|(e, _)| e).collect())?;
         Ok(energies.iter().sum())
     }
 
     /// Smallest J of each element, whatever its scaling: an element with interpolated energy may have J ≤ 0.
     pub fn smallest_determinants(&self, d: &[f64]) -> Vec<f64> {
-        self.by_number(|element| hex8::smallest_determinant(&element.geometry, &local(&element.nodes, d)))
+        self.by_number(
+            |element| hex8::smallest_determinant(&element.geometry, &local(&element.nodes, d)),
+            |batch, lane| batch.determinant(lane, d),
+        )
     }
 
     /// One number per element, in the order of the mesh.
-    fn by_number(&self, value: impl Fn(&Element) -> f64 + Sync) -> Vec<f64> {
-        let values: Vec<f64> = self.elements.par_iter().map(&value).collect();
-        let mut out = vec![0.0; values.len()];
-        for (element, value) in self.elements.iter().zip(values) {
+    fn by_number(
+        &self,
+        of_hexahedron: impl Fn(&Hexahedron) -> f64 + Sync,
+        of_tetrahedron: impl Fn(&Batch, usize) -> f64 + Sync,
+    ) -> Vec<f64> {
+        let values: Vec<f64> = self.hexahedra.par_iter().map(&of_hexahedron).collect();
+        let mut out = vec![0.0; self.elements()];
+        for (element, value) in self.hexahedra.iter().zip(values) {
             out[element.number()] = value;
+        }
+        let of_batch = |batch: &Batch| -> Vec<f64> {
+            (0..batch.numbers().len()).map(|lane| of_tetrahedron(batch, lane)).collect()
+        };
+        let values: Vec<Vec<f64>> = self.batches.par_iter().map(of_batch).collect();
+        for (batch, values) in self.batches.iter().zip(values) {
+            for (&number, value) in batch.numbers().iter().zip(values) {
+                out[number as usize] = value;
+            }
         }
         out
     }
+}
+
+/// A batch of tetrahedra by their numbers.
+fn batch(mesh: &Mesh, numbers: &[u32], section: u32) -> Result<Batch, Vec<u32>> {
+    let nodes = |number: &u32| match mesh.elements[*number as usize] {
+        Element::Tet4(nodes) => Some((*number, nodes)),
+        Element::Hex8(_) => None,
+    };
+    let elements: Vec<(u32, [u32; 4])> = numbers.iter().filter_map(nodes).collect();
+    Batch::new(mesh, &elements, section as usize)
 }
 
 fn refuse(mut elements: Vec<u32>) -> Result<(), InvertedElements> {

@@ -45,7 +45,7 @@ impl Flexure {
 
 /// Moves the prescribed unknowns by `increment`, through the tangent in the first iteration, and the others to equilibrium.
 fn newton(model: &SolidModel, mesh: &Mesh, fixed: &[bool], mut increment: Vec<f64>, d: &mut [f64]) {
-    let scalings = vec![ElementScaling::SOLID; mesh.hexes.len()];
+    let scalings = vec![ElementScaling::SOLID; mesh.elements.len()];
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
     let groups: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
     let (scatter, reduction) = (model.scatter(&pattern), Reduction::new(&pattern, fixed, &groups));
@@ -95,7 +95,7 @@ fn energy(formulation: Formulation, bend: f64, n: usize) -> f64 {
         let increment = target.zip(&d).zip(&fixed).map(|((target, d), fixed)| if *fixed { target - d } else { 0.0 });
         newton(&model, &mesh, &fixed, increment.collect(), &mut d);
     }
-    model.energy(&d, &vec![ElementScaling::SOLID; mesh.hexes.len()]).unwrap()
+    model.energy(&d, &vec![ElementScaling::SOLID; mesh.elements.len()]).unwrap()
 }
 
 fn error(formulation: Formulation, bend: f64, n: usize) -> f64 {

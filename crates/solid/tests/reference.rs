@@ -1,5 +1,5 @@
-//! One hex8 against an independent implementation (dual numbers, no shared source), and the assembled model against
-//! finite differences.
+//! One hex8 against an independent implementation (dual numbers, no shared source), and the assembled model, of
+//! hexahedra, of tetrahedra and of both, against finite differences.
 
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
@@ -44,12 +44,22 @@ fn sections() -> [Section; 3] {
     [neo_hooke.into(), svk.into(), Section { material: neo_hooke.into(), formulation: Formulation::FBar }]
 }
 
-fn model(section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>) {
+/// A box of hexahedra; of tetrahedra; of both.
+fn meshes() -> [Mesh; 3] {
     let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.5], elements: [3, 2, 2], grading: [1.5, 1.0, 1.0] };
     let mesh = box_mesh("block", &shape).unwrap();
+    [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 3 == 1)]
+}
+
+/// Every section on every mesh.
+fn models() -> impl Iterator<Item = (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>)> {
+    meshes().into_iter().flat_map(|mesh| sections().map(|section| model(mesh.clone(), section)))
+}
+
+fn model(mesh: Mesh, section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>) {
     let model = SolidModel::new(&mesh, vec![section]).unwrap();
     let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.03 * (i as f64 * 1.31).sin()).collect();
-    let scalings = (0..mesh.hexes.len()).map(|e| ElementScaling::stiffness(0.1 + 0.07 * e as f64)).collect();
+    let scalings = (0..mesh.elements.len()).map(|e| ElementScaling::stiffness(0.1 + 0.07 * (e % 12) as f64)).collect();
     (mesh, model, d, scalings)
 }
 
@@ -62,10 +72,9 @@ fn interpolated(elements: usize) -> (Interpolation, Vec<f64>) {
 
 #[test]
 fn assembled_tangent_matches_differences_of_the_force() {
-    for (section, with_voids) in sections().into_iter().flat_map(|section| [(section, false), (section, true)]) {
-        let (mesh, model, d, mut scalings) = model(section);
+    for ((mesh, model, d, mut scalings), with_voids) in models().flat_map(|m| [(m.clone(), false), (m, true)]) {
         if with_voids {
-            let (interpolation, densities) = interpolated(mesh.hexes.len());
+            let (interpolation, densities) = interpolated(mesh.elements.len());
             scalings = densities.iter().map(|&x| interpolation.scaling(x)).collect();
         }
         let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
@@ -100,17 +109,22 @@ fn work(model: &SolidModel, d: &[f64], scalings: &[ElementScaling], adjoint: &[f
 
 #[test]
 fn density_pull_back_matches_differences() {
-    let (_, model, d, scalings) = model(sections()[0]);
+    for (_, model, d, scalings) in models() {
+        density_pull_back(&model, &d, &scalings);
+    }
+}
+
+fn density_pull_back(model: &SolidModel, d: &[f64], scalings: &[ElementScaling]) {
     let adjoint: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.41).sin()).collect();
     let mut slopes = vec![ElementScaling { factor: 1.5, gamma: 0.0 }; scalings.len()];
     slopes[3].factor = 0.0;
     let mut found = vec![0.0; scalings.len()];
-    model.pull_back_density(&d, &scalings, &slopes, &adjoint, &mut found).unwrap();
+    model.pull_back_density(d, scalings, &slopes, &adjoint, &mut found).unwrap();
     for e in 0..scalings.len() {
         let product = |h: f64| {
-            let mut moved = scalings.clone();
+            let mut moved = scalings.to_vec();
             moved[e].factor += h * slopes[e].factor;
-            work(&model, &d, &moved, &adjoint)
+            work(model, d, &moved, &adjoint)
         };
         let fd = (product(0.5) - product(-0.5)) / 1.0; // linear in the factor
         assert!((fd - found[e]).abs() < 1e-11, "{fd} {}", found[e]);
@@ -120,8 +134,7 @@ fn density_pull_back_matches_differences() {
 /// Through both the stiffness and the interpolation of the energy.
 #[test]
 fn interpolated_pull_back_matches_differences() {
-    for section in sections() {
-        let (_, model, d, _) = model(section);
+    for (_, model, d, _) in models() {
         let (interpolation, densities) = interpolated(model.elements());
         let scalings: Vec<_> = densities.iter().map(|&x| interpolation.scaling(x)).collect();
         let slopes: Vec<_> = densities.iter().map(|&x| interpolation.derivative(x)).collect();
@@ -144,12 +157,17 @@ fn interpolated_pull_back_matches_differences() {
 
 #[test]
 fn inverted_elements_are_named() {
-    let (mesh, model, mut d, scalings) = model(sections()[0]);
+    for mesh in meshes() {
+        inverted_elements(model(mesh, sections()[0]));
+    }
+}
+
+fn inverted_elements((mesh, model, mut d, scalings): (Mesh, SolidModel, Vec<f64>, Vec<ElementScaling>)) {
     let slopes = vec![ElementScaling::SOLID; scalings.len()];
     d[3 * 5 + 1] = 40.0;
     let smallest = model.smallest_determinants(&d);
     let expected: Vec<u32> = (0_u32..).zip(smallest).filter(|(_, j)| *j <= 0.0).map(|(e, _)| e).collect();
-    assert!(!expected.is_empty() && expected.len() < mesh.hexes.len());
+    assert!(!expected.is_empty() && expected.len() < mesh.elements.len());
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
     let mut matrix = BlockMatrix::new(pattern.clone());
     let (mut f, mut by_density) = (vec![0.0; d.len()], vec![0.0; scalings.len()]);
@@ -168,15 +186,71 @@ fn inverted_elements_are_named() {
     assert!(model.internal_force(&d, &scalings, &mut f).is_err());
 }
 
+/// The force is the gradient of the energy; of solid, scaled, grey and empty elements.
+#[test]
+fn assembled_force_is_the_gradient_of_the_energy() {
+    for (mesh, model, d, _) in models() {
+        let scalings: Vec<ElementScaling> = (0..mesh.elements.len())
+            .map(|e| [(1.0, 1.0), (0.2, 1.0), (0.3, 0.6), (0.1, 0.0)][e % 4])
+            .map(|(factor, gamma)| ElementScaling { factor, gamma })
+            .collect();
+        let mut force = vec![0.0; d.len()];
+        model.internal_force(&d, &scalings, &mut force).unwrap();
+        for i in (0..d.len()).step_by(7) {
+            let energy = |h: f64| {
+                let mut moved = d.clone();
+                moved[i] += h;
+                model.energy(&moved, &scalings).unwrap()
+            };
+            let h = 1e-3;
+            let fd = (8.0 * (energy(h) - energy(-h)) - (energy(2.0 * h) - energy(-2.0 * h))) / (12.0 * h);
+            assert!((fd - force[i]).abs() < 1e-7 * 100.0, "{fd} {}", force[i]);
+        }
+    }
+}
+
+/// A uniform deformation of tetrahedra: the energy is the law's, inside no node feels a force, and F̄ is F.
+#[test]
+fn tetrahedra_deform_uniformly() {
+    let mesh = meshes()[1].clone();
+    let h = [[-0.1, 0.2, 0.05], [0.1, 0.15, -0.1], [0.0, 0.1, 0.08]];
+    let f = std::array::from_fn(|a| std::array::from_fn(|b| h[a][b] + f64::from(a == b)));
+    let d: Vec<f64> =
+        mesh.nodes.iter().flat_map(|x| h.map(|row| (0..3).map(|b| row[b] * x[b]).sum::<f64>() + 1.0)).collect();
+    let mut forces = Vec::new();
+    for section in sections() {
+        let model = SolidModel::new(&mesh, vec![section]).unwrap();
+        assert!((model.element_volumes().iter().sum::<f64>() - 3.0).abs() < 1e-14);
+        let scalings = vec![ElementScaling::SOLID; model.elements()];
+        let energy = model.energy(&d, &scalings).unwrap();
+        assert!((energy / (3.0 * section.material.energy(&f)) - 1.0).abs() < 1e-13);
+        let mut force = vec![0.0; d.len()];
+        model.internal_force(&d, &scalings, &mut force).unwrap();
+        for node in inner(&mesh) {
+            assert!(force[3 * node..][..3].iter().all(|f| f.abs() < 1e-12 * 100.0), "{node}: {force:?}");
+        }
+        forces.push(force);
+    }
+    assert_eq!(forces[0], forces[2]);
+}
+
+/// Nodes that are not on the boundary.
+fn inner(mesh: &Mesh) -> Vec<usize> {
+    let outer = mesh.boundary(0).nodes();
+    let inner: Vec<usize> = (0..mesh.nodes.len()).filter(|n| outer.binary_search(&(*n as u32)).is_err()).collect();
+    assert_eq!(inner.len(), 2);
+    inner
+}
+
 /// Force, tangent, product and pull-back with one thread and with several, on a mesh of many clusters.
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.5], elements: [13, 11, 9], grading: [1.5, 1.0, 1.0] };
-    let mesh = box_mesh("block", &shape).unwrap();
+    let mesh = box_mesh("block", &shape).unwrap().divided(|element| element % 5 == 2);
     let model = SolidModel::new(&mesh, vec![NeoHooke::new(100.0, 0.25).unwrap()]).unwrap();
     let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.01 * (i as f64 * 1.31).sin()).collect();
     let v: Vec<f64> = (0..d.len()).map(|i| (i as f64 * 0.77).cos()).collect();
-    let (interpolation, densities) = interpolated(mesh.hexes.len());
+    let (interpolation, densities) = interpolated(mesh.elements.len());
     let scalings: Vec<_> = densities.iter().map(|&x| interpolation.scaling(x)).collect();
     let slopes: Vec<_> = densities.iter().map(|&x| interpolation.derivative(x)).collect();
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));

@@ -80,3 +80,23 @@ fn missing_and_wrong_mesh_files_are_said_at_their_place() {
     std::fs::remove_file(place.path("meshes/pair.msh")).expect("removed");
     place.bad("check case.toml", 2, &["case.toml:4:17: error: cannot read the mesh file meshes/pair.msh", "folder"]);
 }
+
+/// A slab of tetrahedra under a block of hexahedra, through every command that has to do with elements.
+#[test]
+fn tetrahedra_go_through_all_commands() {
+    let place = meshed();
+    copy(&place, "gmsh_tetrahedra.msh", "meshes/pair.msh");
+    let checked = place.good("check case.toml").out;
+    assert!(checked.contains("slab_top"), "{checked}");
+    place.good("verify gradient case.toml");
+    place.good("optimize case.toml --out run --iterations 2");
+    let designed = place.read("run/design.csv").lines().count();
+    place.good("resume run --iterations 3");
+    place.good("evaluate case.toml --design run --friction 0,0.1");
+    assert!(place.read("run/design.csv").lines().count() == designed && designed > 100, "{designed}");
+    place.good("render run");
+    place.good("report run");
+    assert!(place.read("run/report.html").contains("slab"));
+    place.good("export run");
+    assert!(std::fs::metadata(place.path("run/design.stl")).expect("a surface").len() > 10_000);
+}

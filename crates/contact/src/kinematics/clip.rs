@@ -1,4 +1,4 @@
-//! Overlap of two convex quadrilaterals in the auxiliary plane, with the derivative of every vertex.
+//! Overlap of two triangles or convex quadrilaterals in the auxiliary plane, with the derivative of every vertex.
 //!
 //! Sutherland–Hodgman clipping of the projected slave facet by the four edges of the projected master facet. Each edge
 //! of the growing polygon remembers the line that it lies on, so that each vertex of the result is known as a corner of
@@ -8,7 +8,8 @@
 /// A point or vector in the auxiliary plane.
 pub type Point = [f64; 2];
 
-/// Number of plane coordinates of a facet pair: 4 slave corners, then 4 master corners, two coordinates each.
+/// Number of plane coordinates of a facet pair: 4 slave corners, then 4 master corners, two coordinates each. The places
+/// of a triangle's fourth corner stay empty.
 pub const PLANE_COORDINATES: usize = 16;
 
 /// Distances below this fraction of the facet size count as "on the line". It makes coincident edges well defined
@@ -52,22 +53,26 @@ struct Corner {
     leaving: Line,
 }
 
-/// Clips the slave quadrilateral by the master quadrilateral.
+/// Clips the slave facet of S corners by the master facet of M corners.
 ///
 /// Both are given counter-clockwise in the auxiliary plane. `master_order[i]` is the facet's own number of the i-th
 /// master corner, used for the columns of the vertex gradients. Returns `None` where nothing or less than a triangle
 /// of relative size 1e-12 is left.
 ///
 /// Test: `vertex_gradients_match_finite_differences`, `overlap_of_shifted_squares`.
-pub fn clip(slave: &[Point; 4], master: &[Point; 4], master_order: &[usize; 4]) -> Option<Overlap> {
+pub fn clip<const S: usize, const M: usize>(
+    slave: &[Point; S],
+    master: &[Point; M],
+    master_order: &[usize; M],
+) -> Option<Overlap> {
     let size = extent(slave).max(extent(master));
     let tolerance = ON_LINE * size;
     let mut polygon = [Corner { position: [0.0; 2], leaving: Line::Slave(0) }; 12];
-    let mut count = 4;
-    for i in 0..4 {
+    let mut count = S;
+    for i in 0..S {
         polygon[i] = Corner { position: slave[i], leaving: Line::Slave(i) };
     }
-    for edge in 0..4 {
+    for edge in 0..M {
         count = clip_by_edge(&mut polygon, count, master, edge, tolerance);
         if count < 3 {
             return None;
@@ -87,8 +92,14 @@ pub fn clip(slave: &[Point; 4], master: &[Point; 4], master_order: &[usize; 4]) 
 }
 
 /// Cuts the polygon by the half plane left of the master edge; returns the new number of corners.
-fn clip_by_edge(polygon: &mut [Corner; 12], count: usize, master: &[Point; 4], edge: usize, tolerance: f64) -> usize {
-    let (a, b) = (master[edge], master[(edge + 1) % 4]);
+fn clip_by_edge<const M: usize>(
+    polygon: &mut [Corner; 12],
+    count: usize,
+    master: &[Point; M],
+    edge: usize,
+    tolerance: f64,
+) -> usize {
+    let (a, b) = (master[edge], master[(edge + 1) % M]);
     let length = (b[0] - a[0]).hypot(b[1] - a[1]);
     if length == 0.0 {
         return count;
@@ -152,13 +163,13 @@ fn drop_short_edges(polygon: &mut [Corner; 12], count: usize, tolerance: f64) ->
     kept
 }
 
-fn vertex(
+fn vertex<const S: usize, const M: usize>(
     position: Point,
     entering: Line,
     leaving: Line,
-    slave: &[Point; 4],
-    master: &[Point; 4],
-    master_order: &[usize; 4],
+    slave: &[Point; S],
+    master: &[Point; M],
+    master_order: &[usize; M],
 ) -> Vertex {
     let mut gradient = [[0.0; PLANE_COORDINATES]; 2];
     let mut corner = |column: usize| {
@@ -166,12 +177,12 @@ fn vertex(
         gradient[1][column + 1] = 1.0;
     };
     match (entering, leaving) {
-        (Line::Slave(i), Line::Slave(j)) if (i + 1) % 4 == j => corner(2 * j),
-        (Line::Master(i), Line::Master(j)) if (i + 1) % 4 == j => corner(8 + 2 * master_order[j]),
+        (Line::Slave(i), Line::Slave(j)) if (i + 1) % S == j => corner(2 * j),
+        (Line::Master(i), Line::Master(j)) if (i + 1) % M == j => corner(8 + 2 * master_order[j]),
         _ => {
             let end = |line: Line, which: usize| match line {
-                Line::Slave(i) => (slave[(i + which) % 4], 2 * ((i + which) % 4)),
-                Line::Master(i) => (master[(i + which) % 4], 8 + 2 * master_order[(i + which) % 4]),
+                Line::Slave(i) => (slave[(i + which) % S], 2 * ((i + which) % S)),
+                Line::Master(i) => (master[(i + which) % M], 8 + 2 * master_order[(i + which) % M]),
             };
             crossing_gradient(
                 &mut gradient,
@@ -225,9 +236,11 @@ fn crossing_gradient(
     }
 }
 
-fn extent(points: &[Point; 4]) -> f64 {
+/// The longer diagonal of a quadrilateral, the longest edge of a triangle.
+fn extent<const N: usize>(points: &[Point; N]) -> f64 {
     let d = |i: usize, j: usize| (points[i][0] - points[j][0]).hypot(points[i][1] - points[j][1]);
-    d(0, 2).max(d(1, 3))
+    let distances = if N == 3 { 3 } else { 2 };
+    (0..distances).map(|i| d(i, (i + 2) % N)).fold(0.0, f64::max)
 }
 
 fn area(corners: &[Corner]) -> f64 {
@@ -300,47 +313,87 @@ mod tests {
         )
     }
 
+    /// The first three corners of a quadrilateral.
+    fn triangle(quad: &[Point; 4]) -> [Point; 3] {
+        [quad[0], quad[1], quad[2]]
+    }
+
+    /// By hand: the unit square's half under its diagonal, cut by the lines of a triangle.
+    #[test]
+    fn overlap_of_triangles() {
+        let half = triangle(&SQUARE);
+        let order = [0, 1, 2];
+        assert!((overlap_area(&clip(&half, &half, &order).unwrap()) - 0.5).abs() < 1e-15);
+        assert!((overlap_area(&clip(&half, &SQUARE, &ORDER).unwrap()) - 0.5).abs() < 1e-15);
+        assert!((overlap_area(&clip(&SQUARE, &half, &order).unwrap()) - 0.5).abs() < 1e-15);
+        let other = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let overlap = clip(&half, &other, &order).unwrap();
+        assert_eq!(overlap.vertices().len(), 3);
+        assert!((overlap_area(&overlap) - 0.25).abs() < 1e-15);
+        assert!(clip(&half, &other.map(|p| [p[0] - 1.0, p[1]]), &order).is_none());
+    }
+
+    fn vertex_gradients<const S: usize, const M: usize>(
+        slave: [Point; S],
+        master: [Point; M],
+        order: [usize; M],
+    ) -> Result<(), TestCaseError> {
+        let Some(base) = clip(&slave, &master, &order) else { return Ok(()) };
+        let h = 1e-6;
+        for q in (0..2 * S).chain(8..8 + 2 * M) {
+            let moved = |step: f64| {
+                let (mut s, mut m) = (slave, master);
+                if q < 8 {
+                    s[q / 2][q % 2] += step;
+                } else {
+                    let own = (q - 8) / 2;
+                    let i = order.iter().position(|&o| o == own).unwrap();
+                    m[i][q % 2] += step;
+                }
+                clip(&s, &m, &order)
+            };
+            let (Some(plus), Some(minus)) = (moved(h), moved(-h)) else { continue };
+            if plus.count != base.count || minus.count != base.count {
+                continue;
+            }
+            for i in 0..base.count {
+                for a in 0..2 {
+                    let fd = (plus.vertices[i].position[a] - minus.vertices[i].position[a]) / (2.0 * h);
+                    let an = base.vertices[i].gradient[a][q];
+                    // nearly parallel edges cross at a point that moves without bound: compare relatively
+                    let jump = (plus.vertices[i].position[a] - base.vertices[i].position[a]).abs();
+                    if an.abs() > 50.0 || jump > 1e-3 {
+                        continue;
+                    }
+                    prop_assert!((fd - an).abs() < 1e-4 * (1.0 + an.abs()), "vertex {i}[{a}] q{q}: {fd} {an}");
+                }
+            }
+        }
+        Ok(())
+    }
+
     proptest! {
         /// Central differences of every vertex, where the topology of the overlap does not change inside the step.
         #[test]
         fn vertex_gradients_match_finite_differences(slave in quad(), master in quad()) {
-            let order = [2, 1, 3, 0];
-            if let Some(base) = clip(&slave, &master, &order) {
-                let h = 1e-6;
-                for q in 0..PLANE_COORDINATES {
-                    let moved = |step: f64| {
-                        let (mut s, mut m) = (slave, master);
-                        if q < 8 {
-                            s[q / 2][q % 2] += step;
-                        } else {
-                            let own = (q - 8) / 2;
-                            let i = order.iter().position(|&o| o == own).unwrap();
-                            m[i][q % 2] += step;
-                        }
-                        clip(&s, &m, &order)
-                    };
-                    let (Some(plus), Some(minus)) = (moved(h), moved(-h)) else { continue };
-                    if plus.count != base.count || minus.count != base.count { continue }
-                    for i in 0..base.count {
-                        for a in 0..2 {
-                            let fd = (plus.vertices[i].position[a] - minus.vertices[i].position[a]) / (2.0 * h);
-                            let an = base.vertices[i].gradient[a][q];
-                            // nearly parallel edges cross at a point that moves without bound: compare relatively
-                            if an.abs() > 50.0 || (plus.vertices[i].position[a] - base.vertices[i].position[a]).abs() > 1e-3 { continue }
-                            prop_assert!((fd - an).abs() < 1e-4 * (1.0 + an.abs()), "vertex {i}[{a}] q{q}: {fd} {an}");
-                        }
-                    }
-                }
-            }
+            vertex_gradients(slave, master, [2, 1, 3, 0])?;
+            vertex_gradients(triangle(&slave), master, [2, 1, 3, 0])?;
+            vertex_gradients(slave, triangle(&master), [2, 0, 1])?;
+            vertex_gradients(triangle(&slave), triangle(&master), [2, 0, 1])?;
         }
 
         /// Cutting a square by a quadrilateral and by its complement pieces: area lies between 0 and the smaller one,
-        /// and does not depend on which of the two is called slave.
+        /// and does not depend on which of the two is called slave; the two triangles of a quadrilateral add up to it.
         #[test]
         fn overlap_area_is_symmetric(slave in quad(), master in quad()) {
             let a = clip(&slave, &master, &ORDER).map_or(0.0, |o| overlap_area(&o));
             let b = clip(&master, &slave, &ORDER).map_or(0.0, |o| overlap_area(&o));
             prop_assert!((a - b).abs() < 1e-11, "{a} {b}");
+            let (half, rest) = (triangle(&slave), [slave[0], slave[2], slave[3]]);
+            let parts = [half, rest].map(|part| clip(&part, &master, &ORDER).map_or(0.0, |o| overlap_area(&o)));
+            prop_assert!((parts[0] + parts[1] - a).abs() < 1e-11, "{parts:?} {a}");
+            let turned = clip(&master, &half, &[0, 1, 2]).map_or(0.0, |o| overlap_area(&o));
+            prop_assert!((parts[0] - turned).abs() < 1e-11, "{parts:?} {turned}");
         }
     }
 }

@@ -12,9 +12,12 @@
 //! ```
 
 use super::cell_rule::CellPoint;
-use super::clip::Point;
-use super::facet_pair::{PairIntegrals, Unmappable, folded, integrate_pair};
-use nalgebra::{Matrix4, Vector3};
+use super::clip::{PLANE_COORDINATES, Point};
+use super::facet_pair::{PairIntegrals, integrate_pair};
+use super::inverse_map::Unmappable;
+use super::plane::{Coupled, Plane, Settings, position};
+use nalgebra::{SMatrix, SVector, Vector3};
+use slipstick_mesh::FacetNodes;
 
 /// Interpolation of the Lagrange multiplier, Φ. Paper: (13).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,13 +32,15 @@ pub enum MultiplierShape {
 
 /// A facet, given by its nodes, whose projection along the slave facet's normal is folded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FoldedFacet(pub [u32; 4]);
+pub struct FoldedFacet(pub FacetNodes);
 
-/// Mortar rows of the four corners of one slave facet over its local nodes: 4 slave corners, then the masters' nodes.
+/// Mortar rows of the corners of one slave facet over its local nodes: the slave's corners, then the masters' nodes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FacetCoupling {
-    /// Global numbers of the local nodes; the first four are the facet's corners. Empty where nothing overlaps.
+    /// Global numbers of the local nodes; the first ones are the facet's corners. Empty where nothing overlaps.
     pub nodes: Vec<u32>,
+    /// Number of corners of the slave facet.
+    pub corners: usize,
     /// `coefficient[j * nodes.len() + s]` = b_js of corner j: +D for slave, −M for master nodes. \[L²\]
     pub coefficient: Vec<f64>,
     /// `gradient[(j * nodes.len() + s) * 3 nodes.len() + t]` = ∂b_js/∂x_t. \[L\]
@@ -63,8 +68,8 @@ impl FacetCoupling {
     /// Paper: (15), linearised as in Popp et al. (2010). Test: `coupling_gradient_matches_finite_differences`.
     pub fn evaluate(
         &mut self,
-        slave: &[u32; 4],
-        candidates: impl Iterator<Item = [u32; 4]> + Clone,
+        slave: &FacetNodes,
+        candidates: impl Iterator<Item = FacetNodes> + Clone,
         x: &[f64],
         rule: &[CellPoint],
         shape: MultiplierShape,
@@ -72,6 +77,22 @@ impl FacetCoupling {
         with_gradient: bool,
     ) -> Result<(), FoldedFacet> {
         self.nodes.clear();
+        self.corners = slave.len();
+        let settings = Settings { x, rule, shape, reach, with_gradient };
+        match slave[..] {
+            [a, b, c] => self.evaluate_facet(&[a, b, c], candidates, settings),
+            [a, b, c, d] => self.evaluate_facet(&[a, b, c, d], candidates, settings),
+            _ => Ok(()),
+        }
+    }
+
+    fn evaluate_facet<const S: usize>(
+        &mut self,
+        slave: &[u32; S],
+        candidates: impl Iterator<Item = FacetNodes> + Clone,
+        settings: Settings<'_>,
+    ) -> Result<(), FoldedFacet> {
+        let Settings { x, shape, with_gradient, .. } = settings;
         let corners = slave.map(|n| position(x, n));
         let Some(plane) = Plane::of(&corners) else { return Ok(()) };
         let projected = corners.map(|p| plane.project(&p));
@@ -79,28 +100,21 @@ impl FacetCoupling {
         // first the masters that overlap, to know the local nodes; their integrals are formed in the second pass
         self.overlapping.clear();
         for (index, master) in candidates.clone().enumerate() {
-            let points = master.map(|n| position(x, n));
-            if !plane.may_couple(&points, reach) {
-                continue;
+            let overlaps = match master[..] {
+                [a, b, c] => plane.overlaps(&projected, &[a, b, c], settings),
+                [a, b, c, d] => plane.overlaps(&projected, &[a, b, c, d], settings),
+                _ => Coupled::No,
+            };
+            match overlaps {
+                Coupled::No => continue,
+                Coupled::FoldedMaster => return self.fail(&master),
+                Coupled::FoldedSlave => return self.fail(slave),
+                Coupled::Yes => {}
             }
-            let flat = points.map(|p| plane.project(&p));
-            let turned = [flat[0], flat[3], flat[2], flat[1]];
-            if super::clip::clip(&projected, &turned, &[0, 3, 2, 1]).is_some() {
-                let near = plane.is_near(&points);
-                if folded(&turned) {
-                    match near {
-                        true => return self.fail(master),
-                        false => continue,
-                    }
-                }
-                if near && folded(&projected) {
-                    return self.fail(*slave);
-                }
-                self.overlapping.push(index);
-                for node in master {
-                    if !self.nodes[4..].contains(&node) {
-                        self.nodes.push(node);
-                    }
+            self.overlapping.push(index);
+            for &node in &master {
+                if !self.nodes[S..].contains(&node) {
+                    self.nodes.push(node);
                 }
             }
         }
@@ -110,10 +124,10 @@ impl FacetCoupling {
         }
         let n = self.nodes.len();
         self.coefficient.clear();
-        self.coefficient.resize(4 * n, 0.0);
+        self.coefficient.resize(S * n, 0.0);
         self.gradient.clear();
         if with_gradient {
-            self.gradient.resize(12 * n * n, 0.0);
+            self.gradient.resize(3 * S * n * n, 0.0);
         }
         let mut next = 0;
         for (index, master) in candidates.enumerate() {
@@ -121,15 +135,14 @@ impl FacetCoupling {
                 continue;
             }
             next += 1;
-            let points = master.map(|m| position(x, m));
-            let flat = points.map(|p| plane.project(&p));
-            let mut pair = std::mem::take(&mut self.pair);
-            match integrate_pair(&projected, &flat, rule, with_gradient, &mut pair) {
-                Ok(true) => self.add_pair(&pair, &plane, &corners, &points, &master, with_gradient),
-                Ok(false) => {}
-                Err(Unmappable) => return self.fail(master),
+            let added = match master[..] {
+                [a, b, c] => self.add_master(&plane, &corners, &projected, &[a, b, c], settings),
+                [a, b, c, d] => self.add_master(&plane, &corners, &projected, &[a, b, c, d], settings),
+                _ => Ok(()),
+            };
+            if added.is_err() {
+                return self.fail(&master);
             }
-            self.pair = pair;
         }
         if shape == MultiplierShape::Dual {
             self.make_dual(&plane, &corners, with_gradient);
@@ -137,37 +150,58 @@ impl FacetCoupling {
         Ok(())
     }
 
-    fn fail(&mut self, facet: [u32; 4]) -> Result<(), FoldedFacet> {
+    /// Integrates with one master facet.
+    fn add_master<const S: usize, const M: usize>(
+        &mut self,
+        plane: &Plane<S>,
+        corners: &[Vector3<f64>; S],
+        projected: &[Point; S],
+        master: &[u32; M],
+        Settings { x, rule, with_gradient, .. }: Settings<'_>,
+    ) -> Result<(), Unmappable> {
+        let points = master.map(|m| position(x, m));
+        let flat = points.map(|p| plane.project(&p));
+        let mut pair = std::mem::take(&mut self.pair);
+        let integrated = integrate_pair(projected, &flat, rule, with_gradient, &mut pair);
+        if integrated == Ok(true) {
+            self.add_pair(&pair, plane, corners, &points, master, with_gradient);
+        }
+        self.pair = pair;
+        integrated.map(|_| ())
+    }
+
+    fn fail(&mut self, facet: &[u32]) -> Result<(), FoldedFacet> {
         self.nodes.clear();
-        Err(FoldedFacet(facet))
+        FacetNodes::new(facet).map_or(Ok(()), |facet| Err(FoldedFacet(facet)))
     }
 
     /// Adds the integrals of one pair, chaining plane coordinates to node positions.
-    fn add_pair(
+    fn add_pair<const S: usize, const M: usize>(
         &mut self,
         pair: &PairIntegrals,
-        plane: &Plane,
-        corners: &[Vector3<f64>; 4],
-        points: &[Vector3<f64>; 4],
-        master: &[u32; 4],
+        plane: &Plane<S>,
+        corners: &[Vector3<f64>; S],
+        points: &[Vector3<f64>; M],
+        master: &[u32; M],
         with_gradient: bool,
     ) {
         let n = self.nodes.len();
-        let column: [usize; 4] =
-            master.map(|m| 4 + self.nodes[4..].iter().position(|&s| s == m).expect("collected in the first pass"));
-        let local: [usize; 8] = [0, 1, 2, 3, column[0], column[1], column[2], column[3]];
-        let all: [Vector3<f64>; 8] = std::array::from_fn(|i| if i < 4 { corners[i] } else { points[i - 4] });
-        for j in 0..4 {
-            for k in 0..4 {
-                for (entry, node, sign) in [(4 * j + k, k, 1.0), (16 + 4 * j + k, column[k], -1.0)] {
-                    let at = j * n + node;
-                    self.coefficient[at] += sign * pair.values[entry];
-                    if !with_gradient {
-                        continue;
-                    }
-                    let row = &mut self.gradient[at * 3 * n..][..3 * n];
-                    plane.chain(&pair.gradient[entry], &all, |i, c, value| row[3 * local[i] + c] += sign * value);
+        let column: [usize; M] =
+            master.map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected in the first pass"));
+        for j in 0..S {
+            let of_slave = (0..S).map(|k| (4 * j + k, k, 1.0));
+            let of_master = (0..M).map(|l| (16 + 4 * j + l, column[l], -1.0));
+            for (entry, node, sign) in of_slave.chain(of_master) {
+                let at = j * n + node;
+                self.coefficient[at] += sign * pair.values[entry];
+                if !with_gradient {
+                    continue;
                 }
+                let row = &mut self.gradient[at * 3 * n..][..3 * n];
+                plane.chain(&pair.gradient[entry], corners, points, |corner, c, value| {
+                    let local = if corner < 4 { corner } else { column[corner - 4] };
+                    row[3 * local + c] += sign * value;
+                });
             }
         }
     }
@@ -178,52 +212,52 @@ impl FacetCoupling {
     /// Then D ← A m and M ← A M. On a covered facet l = 0 and D = diag(r). Where the cover shrinks, Φ tends to N: without
     /// the uncovered part as a lumped mass, what a sliver knows of the gap would be extrapolated to the facet's far
     /// corners. Σ_j Φ_j = 1 either way.
-    fn make_dual(&mut self, plane: &Plane, corners: &[Vector3<f64>; 4], with_gradient: bool) {
+    fn make_dual<const S: usize>(&mut self, plane: &Plane<S>, corners: &[Vector3<f64>; S], with_gradient: bool) {
         let n = self.nodes.len();
         let whole = corner_integrals(&corners.map(|p| plane.project(&p)));
-        let mass = Matrix4::from_fn(|j, k| self.coefficient[j * n + k]);
-        let rest: [f64; 4] = std::array::from_fn(|j| {
+        let mass = SMatrix::<f64, S, S>::from_fn(|j, k| self.coefficient[j * n + k]);
+        let rest: [f64; S] = std::array::from_fn(|j| {
             let rest = whole.value[j] - mass.row(j).sum();
             // negative where masters overlap each other
             if rest > COVERED * whole.value[j] { rest } else { 0.0 }
         });
-        let completed = mass + Matrix4::from_diagonal(&rest.into());
+        let completed = mass + SMatrix::from_diagonal(&SVector::from(rest));
         let Some(inverse) = completed.try_inverse() else { return };
-        let sums: [f64; 4] = std::array::from_fn(|j| completed.row(j).sum());
-        let transform = Matrix4::from_fn(|j, k| sums[j] * inverse[(j, k)]);
+        let sums: [f64; S] = std::array::from_fn(|j| completed.row(j).sum());
+        let transform = SMatrix::<f64, S, S>::from_fn(|j, k| sums[j] * inverse[(j, k)]);
         let standard: Vec<f64> = self.coefficient.clone();
-        for j in 0..4 {
+        for j in 0..S {
             for s in 0..n {
-                self.coefficient[j * n + s] = (0..4).map(|i| transform[(j, i)] * standard[i * n + s]).sum();
+                self.coefficient[j * n + s] = (0..S).map(|i| transform[(j, i)] * standard[i * n + s]).sum();
             }
         }
         if !with_gradient {
             return;
         }
         let columns = 3 * n;
-        let mut whole_slope = [[0.0; 12]; 4];
+        let mut whole_slope = [[0.0; 12]; S];
         for (row, slope) in whole_slope.iter_mut().zip(&whole.slope) {
-            plane.chain(slope, corners, |i, c, value| row[3 * i + c] += value);
+            plane.chain(slope, corners, &[], |i, c, value| row[3 * i + c] += value);
         }
-        let mut slopes = vec![0.0; 4 * n];
+        let mut slopes = vec![0.0; S * n];
         for t in 0..columns {
             let slope_of = |j: usize, s: usize| self.gradient[(j * n + s) * columns + t];
-            let d_mass = Matrix4::from_fn(slope_of);
-            let d_rest: [f64; 4] = std::array::from_fn(|j| match rest[j] > 0.0 {
+            let d_mass = SMatrix::<f64, S, S>::from_fn(slope_of);
+            let d_rest: [f64; S] = std::array::from_fn(|j| match rest[j] > 0.0 {
                 true => whole_slope[j].get(t).unwrap_or(&0.0) - d_mass.row(j).sum(),
                 false => 0.0,
             });
-            let d_completed = d_mass + Matrix4::from_diagonal(&d_rest.into());
-            let d_sums: [f64; 4] = std::array::from_fn(|j| d_completed.row(j).sum());
-            let d_transform = (Matrix4::from_diagonal(&d_sums.into()) - transform * d_completed) * inverse;
-            for j in 0..4 {
+            let d_completed = d_mass + SMatrix::from_diagonal(&SVector::from(d_rest));
+            let d_sums: [f64; S] = std::array::from_fn(|j| d_completed.row(j).sum());
+            let d_transform = (SMatrix::from_diagonal(&SVector::from(d_sums)) - transform * d_completed) * inverse;
+            for j in 0..S {
                 for s in 0..n {
                     let product =
                         |i: usize| d_transform[(j, i)] * standard[i * n + s] + transform[(j, i)] * slope_of(i, s);
-                    slopes[j * n + s] = (0..4).map(product).sum();
+                    slopes[j * n + s] = (0..S).map(product).sum();
                 }
             }
-            for at in 0..4 * n {
+            for at in 0..S * n {
                 self.gradient[at * columns + t] = slopes[at];
             }
         }
@@ -234,24 +268,26 @@ impl FacetCoupling {
 const COVERED: f64 = 1e-9;
 
 /// ∫ N_j over a projected facet and its gradient in the facet's plane coordinates.
-struct CornerIntegrals {
-    value: [f64; 4],
-    slope: [[f64; 8]; 4],
+struct CornerIntegrals<const N: usize> {
+    value: [f64; N],
+    slope: [[f64; PLANE_COORDINATES]; N],
 }
 
 /// The area element is bilinear as well, J = Σ_i N_i J_i with J_i = ¼ (p_{i+1} − p_i) × (p_{i−1} − p_i), so that
-/// ∫ N_j = Σ_i m_ji J_i with the mass matrix m of the parent square.
-fn corner_integrals(p: &[Point; 4]) -> CornerIntegrals {
+/// ∫ N_j = Σ_i m_ji J_i with the mass matrix m of the parent square. On a triangle each is a third of the area: m is 1/3
+/// for one corner i and J_i half of the product.
+fn corner_integrals<const N: usize>(p: &[Point; N]) -> CornerIntegrals<N> {
     const PARENT: [f64; 4] = [4.0 / 9.0, 2.0 / 9.0, 1.0 / 9.0, 2.0 / 9.0];
-    let mut out = CornerIntegrals { value: [0.0; 4], slope: [[0.0; 8]; 4] };
-    for i in 0..4 {
-        let (next, previous) = ((i + 1) % 4, (i + 3) % 4);
+    let mut out = CornerIntegrals { value: [0.0; N], slope: [[0.0; PLANE_COORDINATES]; N] };
+    let (products, share) = if N == 3 { (1, 0.5) } else { (N, 0.25) };
+    for i in 0..products {
+        let (next, previous) = ((i + 1) % N, (i + N - 1) % N);
         let u = [p[next][0] - p[i][0], p[next][1] - p[i][1]];
         let v = [p[previous][0] - p[i][0], p[previous][1] - p[i][1]];
-        let element = 0.25 * (u[0] * v[1] - u[1] * v[0]);
-        let (by_next, by_previous) = ([0.25 * v[1], -0.25 * v[0]], [-0.25 * u[1], 0.25 * u[0]]);
-        for j in 0..4 {
-            let mass = PARENT[(i + 4 - j) % 4];
+        let element = share * (u[0] * v[1] - u[1] * v[0]);
+        let (by_next, by_previous) = ([share * v[1], -share * v[0]], [-share * u[1], share * u[0]]);
+        for j in 0..N {
+            let mass = if N == 3 { 1.0 / 3.0 } else { PARENT[(i + N - j) % N] };
             out.value[j] += mass * element;
             for c in 0..2 {
                 out.slope[j][2 * next + c] += mass * by_next[c];
@@ -263,111 +299,14 @@ fn corner_integrals(p: &[Point; 4]) -> CornerIntegrals {
     out
 }
 
-fn position(x: &[f64], node: u32) -> Vector3<f64> {
-    let at = 3 * node as usize;
-    Vector3::new(x[at], x[at + 1], x[at + 2])
-}
-
-/// Centre of a facet and the distance of its farthest corner.
-fn ball(corners: &[Vector3<f64>; 4]) -> (Vector3<f64>, f64) {
-    let centre = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-    (centre, corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max))
-}
-
-/// Cosine of the angle from opposite (84°) beyond which a master facet is seen edge-on: its projection means nothing.
-const EDGE_ON: f64 = 0.1;
-
-/// The auxiliary plane of a slave facet.
-struct Plane {
-    origin: Vector3<f64>,
-    normal: Vector3<f64>,
-    axes: [Vector3<f64>; 2],
-    /// `tilt[a][i]` = ∂(e_a · n₀)/∂x_i at fixed e_a, for the four corners i. \[1/L\]
-    tilt: [[Vector3<f64>; 4]; 2],
-    radius: f64,
-}
-
-impl Plane {
-    /// The normal at the centre of a bilinear facet is that of its diagonals' cross product.
-    fn of(corners: &[Vector3<f64>; 4]) -> Option<Self> {
-        let (a, b) = (corners[2] - corners[0], corners[3] - corners[1]);
-        let cross = a.cross(&b);
-        let length = cross.norm();
-        if !(length > 0.0) {
-            return None;
-        }
-        let normal = cross / length;
-        let first = (a - normal * normal.dot(&a)).normalize();
-        let axes = [first, normal.cross(&first)];
-        let tilt = axes.map(|e| {
-            let (by_a, by_b) = (b.cross(&e) / length, e.cross(&a) / length);
-            [-by_a, -by_b, by_a, by_b]
-        });
-        let origin = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-        let radius = corners.iter().map(|p| (p - origin).norm()).fold(0.0, f64::max);
-        Some(Self { origin, normal, axes, tilt, radius })
-    }
-
-    fn project(&self, p: &Vector3<f64>) -> Point {
-        let d = p - self.origin;
-        [self.axes[0].dot(&d), self.axes[1].dot(&d)]
-    }
-
-    fn height(&self, p: &Vector3<f64>) -> f64 {
-        self.normal.dot(&(p - self.origin))
-    }
-
-    /// From a gradient in plane coordinates of `points`, of which the slave's corners come first, to one in positions:
-    /// calls `add` with point, component and value.
-    #[inline]
-    fn chain(&self, slope: &[f64], points: &[Vector3<f64>], mut add: impl FnMut(usize, usize, f64)) {
-        let mut tilt = [0.0; 2];
-        for (i, (point, slope)) in points.iter().zip(slope.chunks_exact(2)).enumerate() {
-            let height = self.height(point);
-            for a in 0..2 {
-                tilt[a] -= height * slope[a];
-            }
-            for c in 0..3 {
-                add(i, c, slope[0] * self.axes[0][c] + slope[1] * self.axes[1][c]);
-            }
-        }
-        for i in 0..4 {
-            for c in 0..3 {
-                add(i, c, tilt[0] * self.tilt[0][i][c] + tilt[1] * self.tilt[1][i][c]);
-            }
-        }
-    }
-
-    /// Whether a master facet faces the slave facet, is within reach along the normal and near in the plane.
-    ///
-    /// The decision is invariant under rigid motion of the pair.
-    fn may_couple(&self, master: &[Vector3<f64>; 4], reach: f64) -> bool {
-        let (centre, radius) = ball(master);
-        let offset = centre - self.origin;
-        let height = self.normal.dot(&offset);
-        let sideways = (offset - self.normal * height).norm();
-        if height.abs() > reach + radius || sideways > self.radius + radius {
-            return false;
-        }
-        let facing = (master[2] - master[0]).cross(&(master[3] - master[1]));
-        self.normal.dot(&facing) < -EDGE_ON * facing.norm()
-    }
-
-    /// Whether the balls around the two facets meet.
-    fn is_near(&self, master: &[Vector3<f64>; 4]) -> bool {
-        let (centre, radius) = ball(master);
-        (centre - self.origin).norm() <= self.radius + radius
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::kinematics::CellRule;
 
     /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12) that looks up at it,
-    /// the slave sticking out over the patch's edge when `shift` is large.
-    fn scene(shift: f64) -> (Vec<f64>, Vec<[u32; 4]>) {
+    /// the slave sticking out over the patch's edge when `shift` is large; or two triangles in the place of each master.
+    fn scene(shift: f64, triangles: bool) -> (Vec<f64>, Vec<FacetNodes>) {
         let mut x = vec![
             0.10, -0.10, 0.02, 0.15, 0.90, -0.03, 1.05, 1.00, 0.05, 0.95, -0.05, -0.02, //
         ];
@@ -384,7 +323,11 @@ mod tests {
         let mut facets = Vec::new();
         for j in 0..2 {
             for i in 0..2 {
-                facets.push([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                match triangles {
+                    true => facets.extend([[a, b, c], [a, c, d]].map(FacetNodes::from)),
+                    false => facets.push([a, b, c, d].into()),
+                }
             }
         }
         (x, facets)
@@ -392,37 +335,50 @@ mod tests {
 
     // the slave facet looks down: 0 → 1 → 2 → 3 has its normal along −z
     const SLAVE: [u32; 4] = [0, 1, 2, 3];
+    /// A half of it.
+    const HALF: [u32; 3] = [0, 1, 2];
 
-    fn evaluate(x: &[f64], facets: &[[u32; 4]], shape: MultiplierShape, gradient: bool) -> FacetCoupling {
+    /// Slave facet, whether the masters are triangles.
+    fn mixtures() -> [(FacetNodes, bool); 4] {
+        [(SLAVE.into(), false), (SLAVE.into(), true), (HALF.into(), false), (HALF.into(), true)]
+    }
+
+    fn evaluate(
+        slave: FacetNodes,
+        x: &[f64],
+        facets: &[FacetNodes],
+        shape: MultiplierShape,
+        gradient: bool,
+    ) -> FacetCoupling {
         let mut coupling = FacetCoupling::default();
         let rule = CellRule::Seven.points();
-        coupling.evaluate(&SLAVE, facets.iter().copied(), x, &rule, shape, 1.0, gradient).unwrap();
+        coupling.evaluate(&slave, facets.iter().copied(), x, &rule, shape, 1.0, gradient).unwrap();
         coupling
     }
 
     #[test]
     fn coupling_gradient_matches_finite_differences() {
-        for shift in [0.0, 0.6] {
-            let (x, facets) = scene(shift);
+        for ((slave, triangles), shift) in mixtures().into_iter().flat_map(|m| [(m, 0.0), (m, 0.6)]) {
+            let (x, facets) = scene(shift, triangles);
             for shape in [MultiplierShape::Standard, MultiplierShape::Dual] {
-                let base = evaluate(&x, &facets, shape, true);
+                let base = evaluate(slave, &x, &facets, shape, true);
                 let n = base.nodes.len();
-                assert!(n >= 10);
+                assert!(n > slave.len() + 3);
                 let scale = base.coefficient.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
                 for t in 0..3 * n {
                     let dof = 3 * base.nodes[t / 3] as usize + t % 3;
                     let at = |h: f64| {
                         let mut moved = x.clone();
                         moved[dof] += h;
-                        evaluate(&moved, &facets, shape, false).coefficient
+                        evaluate(slave, &moved, &facets, shape, false).coefficient
                     };
                     let (p1, m1, p2, m2) = (at(1e-4), at(-1e-4), at(2e-4), at(-2e-4));
-                    for e in 0..4 * n {
+                    for e in 0..slave.len() * n {
                         let fd = (8.0 * (p1[e] - m1[e]) - (p2[e] - m2[e])) / 12e-4;
                         let found = base.gradient[e * 3 * n + t];
                         assert!(
                             (fd - found).abs() < 2e-7 * scale.max(1.0),
-                            "{shape:?} entry {e} coordinate {t}: {fd} {found}"
+                            "{slave:?} {triangles} {shape:?} entry {e} coordinate {t}: {fd} {found}"
                         );
                     }
                 }
@@ -432,11 +388,12 @@ mod tests {
 
     #[test]
     fn rows_of_slave_and_master_cancel() {
-        let (x, facets) = scene(0.6);
-        for shape in [MultiplierShape::Standard, MultiplierShape::Dual] {
-            let coupling = evaluate(&x, &facets, shape, true);
+        let shapes = [MultiplierShape::Standard, MultiplierShape::Dual];
+        for ((slave, triangles), shape) in mixtures().into_iter().flat_map(|m| shapes.map(|shape| (m, shape))) {
+            let (x, facets) = scene(0.6, triangles);
+            let coupling = evaluate(slave, &x, &facets, shape, true);
             let n = coupling.nodes.len();
-            for j in 0..4 {
+            for j in 0..slave.len() {
                 let sum: f64 = coupling.coefficient[j * n..(j + 1) * n].iter().sum();
                 assert!(sum.abs() < 1e-14, "{shape:?} corner {j}: Σ b = {sum}");
                 for t in 0..3 * n {
@@ -444,7 +401,7 @@ mod tests {
                     assert!(sum.abs() < 1e-12, "{shape:?} corner {j}: Σ ∂b/∂x_{t} = {sum}");
                 }
                 // the tributary area of every corner, covered or not
-                let area: f64 = coupling.coefficient[j * n..][..4].iter().sum();
+                let area: f64 = coupling.coefficient[j * n..][..slave.len()].iter().sum();
                 assert!(area > 0.0, "{shape:?} corner {j}: {area}");
             }
         }
@@ -454,18 +411,20 @@ mod tests {
     #[test]
     fn dual_shapes_diagonalise_where_covered_and_tend_to_the_standard_ones() {
         let off_diagonal = |coupling: &FacetCoupling| {
-            let n = coupling.nodes.len();
-            let entries = (0..4).flat_map(|j| (0..4).filter(move |&k| k != j).map(move |k| j * n + k));
+            let (n, corners) = (coupling.nodes.len(), coupling.corners);
+            let entries = (0..corners).flat_map(|j| (0..corners).filter(move |&k| k != j).map(move |k| j * n + k));
             entries.map(|at| coupling.coefficient[at].abs()).fold(0.0, f64::max)
         };
-        let (x, facets) = scene(0.0);
-        let covered = evaluate(&x, &facets, MultiplierShape::Dual, false);
-        assert!(off_diagonal(&covered) < 1e-15, "{}", off_diagonal(&covered));
+        for (slave, triangles) in mixtures() {
+            let (x, facets) = scene(0.0, triangles);
+            let covered = evaluate(slave, &x, &facets, MultiplierShape::Dual, false);
+            assert!(off_diagonal(&covered) < 1e-15, "{}", off_diagonal(&covered));
+        }
         let mut last = f64::INFINITY;
         for shift in [0.7, 0.9, 1.02] {
-            let (x, facets) = scene(shift);
-            let [dual, standard] =
-                [MultiplierShape::Dual, MultiplierShape::Standard].map(|shape| evaluate(&x, &facets, shape, false));
+            let (x, facets) = scene(shift, false);
+            let [dual, standard] = [MultiplierShape::Dual, MultiplierShape::Standard]
+                .map(|shape| evaluate(SLAVE.into(), &x, &facets, shape, false));
             assert!(!standard.nodes.is_empty());
             let size = standard.coefficient.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
             let difference = standard.coefficient.iter().zip(&dual.coefficient);
@@ -482,14 +441,14 @@ mod tests {
         let at = |height: f64| {
             // runs counter-clockwise seen from above, so that it looks up at the slave
             let arrow = [[-0.5, -0.5], [0.4, 0.4], [1.5, -0.5], [0.5, 1.5]];
-            let mut x = scene(0.0).0[..12].to_vec();
+            let mut x = scene(0.0, false).0[..12].to_vec();
             x.extend(arrow.iter().flat_map(|p| [p[0], p[1], height]));
             let mut coupling = FacetCoupling::default();
-            let candidates = std::iter::once([4, 5, 6, 7]);
+            let candidates = std::iter::once([4, 5, 6, 7].into());
             let rule = CellRule::Seven.points();
-            coupling.evaluate(&SLAVE, candidates, &x, &rule, MultiplierShape::Standard, 10.0, false)
+            coupling.evaluate(&SLAVE.into(), candidates, &x, &rule, MultiplierShape::Standard, 10.0, false)
         };
-        assert_eq!(at(-0.1), Err(FoldedFacet([4, 5, 6, 7])));
+        assert_eq!(at(-0.1), Err(FoldedFacet([4, 5, 6, 7].into())));
         assert_eq!(at(-5.0), Ok(()));
     }
 }

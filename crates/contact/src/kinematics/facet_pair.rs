@@ -1,8 +1,8 @@
 //! Mortar integrals of one slave facet with one master facet.
 //!
-//! In the auxiliary plane of the slave facet both facets are bilinear quadrilaterals in two coordinates, and the map
-//! of a point back to a facet along the plane's normal is the inverse of that bilinear map. The integrals therefore
-//! depend on the pair's geometry through 16 plane coordinates only; the plane itself is differentiated in
+//! In the auxiliary plane of the slave facet both facets are triangles or bilinear quadrilaterals in two coordinates, and
+//! the map of a point back to a facet along the plane's normal is the inverse of the linear or bilinear map. The integrals
+//! therefore depend on the pair's geometry through 16 plane coordinates at most; the plane itself is differentiated in
 //! [`super::coupling`].
 //!
 //! ```text
@@ -13,8 +13,12 @@
 
 use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, Vertex, clip};
+pub use super::inverse_map::Unmappable;
+use super::inverse_map::{Image, map_back};
 
 /// D and M of one facet pair with the standard shape Φ = N¹, and their gradients in the plane coordinates.
+///
+/// Entries and plane coordinates of a triangle's fourth corner mean nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairIntegrals {
     /// `values[4 j + k]` = D_jk for k < 4 slave corners, `values[16 + 4 j + l]` = M_jl for l < 4 master corners. \[L²\]
@@ -27,84 +31,6 @@ impl Default for PairIntegrals {
     fn default() -> Self {
         Self { values: [0.0; 32], gradient: [[0.0; PLANE_COORDINATES]; 32] }
     }
-}
-
-/// Corner signs of the bilinear shape functions N_i = ¼ (1 + ξ_i ξ)(1 + η_i η).
-const CORNER: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-
-/// A point has no place on a projected facet, which is degenerate or folded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Unmappable;
-
-/// Negative Jacobian of the bilinear map at a corner, as part of that at the centre, from which on a quadrilateral is
-/// folded. Where it is less so, clipping cuts the corner's fold off, about a hundredth of the area.
-const FOLD: f64 = 0.1;
-
-/// Whether a counter-clockwise quadrilateral is folded: much of it has no, or no single, place on the facet.
-pub fn folded(p: &[Point; 4]) -> bool {
-    let jacobian = |i: usize| {
-        let (next, previous) = (p[(i + 1) % 4], p[(i + 3) % 4]);
-        let (u, v) = ([next[0] - p[i][0], next[1] - p[i][1]], [previous[0] - p[i][0], previous[1] - p[i][1]]);
-        0.25 * (u[0] * v[1] - u[1] * v[0])
-    };
-    let corners: [f64; 4] = std::array::from_fn(jacobian);
-    // J is linear in ξ and in η without a mixed term
-    let centre = 0.25 * corners.iter().sum::<f64>();
-    corners.iter().any(|&j| j < -FOLD * centre.abs())
-}
-
-/// A point mapped back to a facet.
-struct Image {
-    shape: [f64; 4],
-    /// ∂N_i/∂y: gradient in the auxiliary plane.
-    slope: [[f64; 2]; 4],
-}
-
-/// Inverse of the bilinear map `y = Σ N_i(ξ) p_i` by Newton's method, with the gradients of the shape functions.
-///
-/// [`Unmappable`] where the quadrilateral is degenerate or so warped that Newton's method leaves it.
-fn map_back(p: &[Point; 4], y: Point) -> Result<Image, Unmappable> {
-    let square = |u: Point| u[0] * u[0] + u[1] * u[1];
-    let diagonal = |i: usize| square([p[i][0] - p[i + 2][0], p[i][1] - p[i + 2][1]]);
-    let round_off = 1e-18 * diagonal(0).max(diagonal(1));
-    let (mut xi, mut shape, mut slope) = ([0.0; 2], [0.0; 4], [[0.0; 2]; 4]);
-    let mut converged = false;
-    for _ in 0..30 {
-        let mut residual = y;
-        let mut jacobian = [[0.0; 2]; 2];
-        for i in 0..4 {
-            let (a, b) = (1.0 + CORNER[i][0] * xi[0], 1.0 + CORNER[i][1] * xi[1]);
-            shape[i] = 0.25 * a * b;
-            slope[i] = [0.25 * CORNER[i][0] * b, 0.25 * CORNER[i][1] * a];
-            for c in 0..2 {
-                residual[c] -= shape[i] * p[i][c];
-                jacobian[c][0] += slope[i][0] * p[i][c];
-                jacobian[c][1] += slope[i][1] * p[i][c];
-            }
-        }
-        let det = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0];
-        if !(det > 0.0) {
-            return Err(Unmappable);
-        }
-        if converged {
-            // ∂N/∂y = J⁻ᵀ ∂N/∂ξ
-            for s in &mut slope {
-                *s = [
-                    (s[0] * jacobian[1][1] - s[1] * jacobian[1][0]) / det,
-                    (-s[0] * jacobian[0][1] + s[1] * jacobian[0][0]) / det,
-                ];
-            }
-            return Ok(Image { shape, slope });
-        }
-        xi[0] += (jacobian[1][1] * residual[0] - jacobian[0][1] * residual[1]) / det;
-        xi[1] += (-jacobian[1][0] * residual[0] + jacobian[0][0] * residual[1]) / det;
-        if xi[0].abs() > 10.0 || xi[1].abs() > 10.0 {
-            return Err(Unmappable);
-        }
-        // quadratic convergence: one more step after this leaves round-off only, so evaluate there and stop
-        converged = square(residual) <= round_off;
-    }
-    Err(Unmappable)
 }
 
 /// Centroid C of a convex polygon's area, and `slope[i][c][d]` = ∂C_c/∂(coordinate d of vertex i).
@@ -148,6 +74,11 @@ fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
     ([origin[0] + centre[0], origin[1] + centre[1]], slope)
 }
 
+/// The corners of a facet that runs clockwise, in counter-clockwise order: its own order reversed.
+pub fn reversed<const N: usize>() -> [usize; N] {
+    std::array::from_fn(|i| (N - i) % N)
+}
+
 /// Integrates one pair. `slave` and `master` are the corners in the auxiliary plane in facet order; the master facet
 /// faces the slave, so it runs clockwise there.
 ///
@@ -158,15 +89,14 @@ fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
 /// [`Unmappable`] where a point of the overlap has no place on one of the facets.
 ///
 /// Paper: (12), (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_finite_differences`.
-pub fn integrate_pair(
-    slave: &[Point; 4],
-    master: &[Point; 4],
+pub fn integrate_pair<const S: usize, const M: usize>(
+    slave: &[Point; S],
+    master: &[Point; M],
     rule: &[CellPoint],
     with_gradient: bool,
     out: &mut PairIntegrals,
 ) -> Result<bool, Unmappable> {
-    // counter-clockwise in the plane = the facet's own order reversed
-    let order = [0, 3, 2, 1];
+    let order = reversed::<M>();
     let Some(overlap) = clip(slave, &order.map(|i| master[i]), &order) else { return Ok(false) };
     let vertices = overlap.vertices();
     let count = vertices.len();
@@ -200,17 +130,20 @@ pub fn integrate_pair(
                 second.slope[own] = turned_image.slope[position];
             }
             let weight = point.weight * area;
-            for j in 0..4 {
-                for k in 0..4 {
+            for j in 0..S {
+                for k in 0..S {
                     values[4 * j + k] += weight * first.shape[j] * first.shape[k];
+                }
+                for k in 0..M {
                     values[16 + 4 * j + k] += weight * first.shape[j] * second.shape[k];
                 }
             }
             if !with_gradient {
                 continue;
             }
-            for j in 0..4 {
-                for k in 0..4 {
+            // the fourth corner of a triangle has no shape: what is computed for it vanishes
+            for j in 0..S {
+                for k in 0..const { if S > M { S } else { M } } {
                     let both = first.shape[j] * first.shape[k];
                     let slope_d = [
                         weight * (first.slope[j][0] * first.shape[k] + first.shape[j] * first.slope[k][0]),
@@ -287,17 +220,28 @@ mod tests {
         assert_eq!(integrate_pair(&SLAVE, &SLAVE, &CellRule::Seven.points(), false, &mut pair), Ok(false));
     }
 
-    /// A kite whose blunt corner is pushed in. By hand: J = −y/2 at that corner and (1 − y)/4 at the centre.
+    /// Over a slave triangle that the master covers, D is its mass matrix: A/12 (2, 1, 1; …); M of two triangles that
+    /// coincide is the same.
     #[test]
-    fn folded_quadrilaterals_are_told_from_convex_ones() {
-        let kite = |y: f64| [[0.0, y], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]];
-        for (y, is_folded) in [(-1.0, false), (0.0, false), (0.04, false), (0.06, true), (0.9, true)] {
-            for turn in 0..4 {
-                let p: [Point; 4] = std::array::from_fn(|i| kite(y)[(i + turn) % 4]);
-                assert_eq!(folded(&p), is_folded, "{y}");
+    fn covered_triangle_gives_the_mass_matrix() {
+        let slave = [[0.0, 0.0], [2.0, 0.0], [0.5, 1.5]];
+        let mut pair = PairIntegrals::default();
+        let rule = CellRule::Seven.points();
+        let cover = [[-1.0, -1.0], [-1.0, 2.0], [3.0, 2.0], [3.0, -1.0]];
+        assert_eq!(integrate_pair(&slave, &cover, &rule, false, &mut pair), Ok(true));
+        let mass = |j: usize, k: usize| 1.5 / 12.0 * (1.0 + f64::from(j == k));
+        for j in 0..3 {
+            for k in 0..3 {
+                assert!((pair.values[4 * j + k] - mass(j, k)).abs() < 1e-15);
             }
         }
-        assert!(folded(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), "a bow tie");
+        let same = [slave[0], slave[2], slave[1]];
+        assert_eq!(integrate_pair(&slave, &same, &rule, false, &mut pair), Ok(true));
+        for j in 0..3 {
+            for (l, k) in [(0, 0), (2, 1), (1, 2)] {
+                assert!((pair.values[16 + 4 * j + l] - mass(j, k)).abs() < 1e-15);
+            }
+        }
     }
 
     fn perturbed(q: &[f64; 16]) -> ([Point; 4], [Point; 4]) {
@@ -315,44 +259,63 @@ mod tests {
                 q[2 * i + c] = SLAVE[i][c] + jitter[2 * i + c];
                 q[8 + 2 * i + c] = master[i][c] + jitter[8 + 2 * i + c];
             } }
-            let rule = CellRule::Seven.points();
-            let value = |q: &[f64; 16]| {
-                let (s, m) = perturbed(q);
-                let mut pair = PairIntegrals::default();
-                integrate_pair(&s, &m, &rule, false, &mut pair).unwrap();
-                pair.values
-            };
-            let (s, m) = perturbed(&q);
+            check_gradient::<4, 4>(&q)?;
+            check_gradient::<3, 4>(&q)?;
+            check_gradient::<4, 3>(&q)?;
+            check_gradient::<3, 3>(&q)?;
+        }
+    }
+
+    /// The pair of the first S and M of four corners each.
+    fn check_gradient<const S: usize, const M: usize>(q: &[f64; 16]) -> Result<(), TestCaseError> {
+        let rule = CellRule::Seven.points();
+        let corners = |q: &[f64; 16]| {
+            let (s, m) = perturbed(q);
+            (*s.first_chunk::<S>().unwrap(), *m.first_chunk::<M>().unwrap())
+        };
+        let value = |q: &[f64; 16]| {
+            let (s, m) = corners(q);
             let mut pair = PairIntegrals::default();
-            if integrate_pair(&s, &m, &rule, true, &mut pair).unwrap() {
-                for j in 0..4 {
-                    let (d, m): (f64, f64) = ((0..4).map(|k| pair.values[4 * j + k]).sum(), (0..4).map(|k| pair.values[16 + 4 * j + k]).sum());
-                    prop_assert!((d - m).abs() < 1e-14);
-                }
-                for i in 0..16 {
-                    let difference = |h: f64| {
-                        let (mut a, mut b) = (q, q);
-                        a[i] += h;
-                        b[i] -= h;
-                        let (a, b) = (value(&a), value(&b));
-                        std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
-                    };
-                    // where the polygon gains a vertex inside the step, second derivatives jump: an error of the step's size
-                    let corners = |h: f64| {
-                        let mut moved = q;
-                        moved[i] += h;
-                        let (s, m) = perturbed(&moved);
-                        clip(&s, &[m[0], m[3], m[2], m[1]], &[0, 3, 2, 1]).map_or(0, |o| o.vertices().len())
-                    };
-                    let gains = [-2e-4, -1e-4, 1e-4, 2e-4].iter().any(|&h| corners(h) != corners(0.0));
-                    let bound = if gains { 5e-5 } else { 2e-6 };
-                    let (coarse, fine) = (difference(2e-4), difference(1e-4));
-                    for e in 0..32 {
-                        let fd = (4.0 * fine[e] - coarse[e]) / 3.0;
-                        prop_assert!((fd - pair.gradient[e][i]).abs() < bound, "entry {e} coordinate {i}: {fd} {}", pair.gradient[e][i]);
-                    }
-                }
+            integrate_pair(&s, &m, &rule, false, &mut pair).unwrap();
+            pair.values
+        };
+        let (s, m) = corners(q);
+        let mut pair = PairIntegrals::default();
+        if !integrate_pair(&s, &m, &rule, true, &mut pair).unwrap() {
+            return Ok(());
+        }
+        for j in 0..S {
+            let d: f64 = (0..S).map(|k| pair.values[4 * j + k]).sum();
+            let m: f64 = (0..M).map(|k| pair.values[16 + 4 * j + k]).sum();
+            prop_assert!((d - m).abs() < 1e-14);
+        }
+        for i in (0..2 * S).chain(8..8 + 2 * M) {
+            let difference = |h: f64| {
+                let (mut a, mut b) = (*q, *q);
+                a[i] += h;
+                b[i] -= h;
+                let (a, b) = (value(&a), value(&b));
+                std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
+            };
+            // where the polygon gains a vertex inside the step, second derivatives jump: an error of the step's size
+            let vertices = |h: f64| {
+                let mut moved = *q;
+                moved[i] += h;
+                let (s, m) = corners(&moved);
+                let order = reversed::<M>();
+                clip(&s, &order.map(|i| m[i]), &order).map_or(0, |o| o.vertices().len())
+            };
+            let gains = [-2e-4, -1e-4, 1e-4, 2e-4].iter().any(|&h| vertices(h) != vertices(0.0));
+            let bound = if gains { 5e-5 } else { 2e-6 };
+            let (coarse, fine) = (difference(2e-4), difference(1e-4));
+            let entries =
+                (0..S).flat_map(|j| (0..S).map(move |k| 4 * j + k).chain((0..M).map(move |l| 16 + 4 * j + l)));
+            for e in entries {
+                let fd = (4.0 * fine[e] - coarse[e]) / 3.0;
+                let found = pair.gradient[e][i];
+                prop_assert!((fd - found).abs() < bound, "{S} and {M}, entry {e} coordinate {i}: {fd} {found}");
             }
         }
+        Ok(())
     }
 }

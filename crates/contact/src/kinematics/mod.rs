@@ -1,7 +1,8 @@
 //! Geometry of the contact: from node positions to mortar rows, nodal frames, gap and slip, with all derivatives.
 //!
 //! In reading order: [`clip`] (overlap of two projected facets), [`cell_rule`] (quadrature on its triangles),
-//! [`facet_pair`] (D and M of one pair), [`coupling`] (one slave facet with all its masters, dual shapes),
+//! `inverse_map` (from the plane back to a facet), [`facet_pair`] (D and M of one pair), `plane` (the auxiliary plane of
+//! a slave facet), [`coupling`] (one slave facet with all its masters, dual shapes),
 //! [`frame`] (nodal normal and tangents), [`rows`] (everything gathered per slave node).
 
 pub mod cell_rule;
@@ -9,6 +10,8 @@ pub mod clip;
 pub mod coupling;
 pub mod facet_pair;
 pub mod frame;
+mod inverse_map;
+mod plane;
 pub mod rows;
 
 pub use cell_rule::CellRule;

@@ -69,7 +69,8 @@ impl NodeKinematics {
         self.ring = slave.ring.len();
         self.support.clear();
         for &(facet, _) in &slave.facets {
-            self.support.extend(couplings[facet as usize].nodes.iter().skip(4));
+            let coupling = &couplings[facet as usize];
+            self.support.extend(coupling.nodes.iter().skip(coupling.corners));
         }
         self.support.sort_unstable();
         self.support.dedup();
@@ -85,7 +86,9 @@ impl NodeKinematics {
         for &(facet, corner) in &slave.facets {
             let coupling = &couplings[facet as usize];
             local.clear();
-            local.extend(coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < 4)));
+            local.extend(
+                coupling.nodes.iter().enumerate().map(|(i, node)| self.position_of(*node, i < coupling.corners)),
+            );
             for (i, &s) in local.iter().enumerate() {
                 self.coefficient[s] += coupling.coefficient[corner as usize * local.len() + i];
                 if with_gradient {

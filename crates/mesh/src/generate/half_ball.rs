@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_4;
 use super::{at_least, named, positive};
 use crate::error::count32;
 use crate::geometry::norm;
-use crate::{Body, Mesh, MeshError, Surface};
+use crate::{Body, Element, Mesh, MeshError, Surface};
 
 /// A solid half ball with its flat face on y = 0, centred at the origin, and its dome hanging down.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +53,7 @@ pub fn half_ball(name: &str, shape: &HalfBallShape) -> Result<Mesh, MeshError> {
     for x in &mut nodes {
         *x = x.map(|c| c * shape.radius);
     }
-    let mut hexes = grid.block_hexes();
+    let mut elements: Vec<Element> = grid.block_hexes().into_iter().map(Element::Hex8).collect();
     let node_of = |layer: usize, corner: usize| match layer {
         0 => grid.block_number(skin.indices[corner]),
         _ => (grid.block_count() + (layer - 1) * skin.indices.len() + corner) as u32,
@@ -62,11 +62,11 @@ pub fn half_ball(name: &str, shape: &HalfBallShape) -> Result<Mesh, MeshError> {
         for &[a, b, c, d] in &skin.quads {
             // Outward is the third natural direction.
             let (low, high) = ([a, b, c, d].map(|k| node_of(layer, k)), [a, b, c, d].map(|k| node_of(layer + 1, k)));
-            hexes.push([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]);
+            elements.push([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]].into());
         }
     }
-    let body = Body { name: name.to_owned(), elements: 0..hexes.len(), nodes: 0..nodes.len() };
-    let mut mesh = Mesh { nodes, hexes, bodies: vec![body], ..Mesh::default() };
+    let body = Body { name: name.to_owned(), elements: 0..elements.len(), nodes: 0..nodes.len() };
+    let mut mesh = Mesh { nodes, elements, bodies: vec![body], ..Mesh::default() };
     mesh.surfaces = flat_and_dome(name, &mesh);
     Ok(mesh)
 }

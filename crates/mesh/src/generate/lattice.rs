@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::count32;
-use crate::{Body, Facet, HEX_FACES, Mesh, MeshError, Surface};
+use crate::{Body, Element, Facet, Mesh, MeshError, Surface};
 
 /// A block of elements along three right-handed directions a, b, c.
 pub(super) struct Lattice<'a> {
@@ -17,7 +17,7 @@ pub(super) struct Lattice<'a> {
     pub sides: [&'a str; 6],
 }
 
-/// The side in [`HEX_FACES`] that faces a−, a+, b−, b+, c−, c+.
+/// The side in [`HEX_FACES`](crate::HEX_FACES) that faces a−, a+, b−, b+, c−, c+.
 const SIDE_FACES: [usize; 6] = [5, 3, 2, 4, 0, 1];
 
 impl Lattice<'_> {
@@ -40,26 +40,25 @@ impl Lattice<'_> {
             nodes.push(position([index % along_a, index / along_a % along_b, index / (along_a * along_b)]));
         }
         let number = |i: usize, j: usize, k: usize| (i + along_a * (j % along_b + along_b * k)) as u32;
-        let mut hexes = Vec::with_capacity(a * b * c);
+        let mut elements = Vec::with_capacity(a * b * c);
         let mut surfaces: BTreeMap<String, Surface> = BTreeMap::new();
         for element in 0..a * b * c {
             let place = [element % a, element / a % b, element / (a * b)];
             let [i, j, k] = place;
             let corners = |k| [number(i, j, k), number(i + 1, j, k), number(i + 1, j + 1, k), number(i, j + 1, k)];
             let (low, high) = (corners(k), corners(k + 1));
-            let hex = [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]];
+            let hex = Element::Hex8([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]);
             for side in 0..6 {
                 let direction = side / 2;
                 let last = if side % 2 == 0 { 0 } else { self.elements[direction] - 1 };
                 if place[direction] == last && !(self.closed && direction == 1) {
-                    let facet =
-                        Facet { nodes: HEX_FACES[SIDE_FACES[side]].map(|corner| hex[corner]), element: element as u32 };
+                    let facet = Facet { nodes: hex.side(SIDE_FACES[side]), element: element as u32 };
                     surfaces.entry(format!("{}_{}", self.name, self.sides[side])).or_default().facets.push(facet);
                 }
             }
-            hexes.push(hex);
+            elements.push(hex);
         }
-        let body = Body { name: self.name.to_owned(), elements: 0..hexes.len(), nodes: 0..nodes.len() };
-        Ok(Mesh { nodes, hexes, bodies: vec![body], node_sets: BTreeMap::new(), surfaces })
+        let body = Body { name: self.name.to_owned(), elements: 0..elements.len(), nodes: 0..nodes.len() };
+        Ok(Mesh { nodes, elements, bodies: vec![body], node_sets: BTreeMap::new(), surfaces })
     }
 }

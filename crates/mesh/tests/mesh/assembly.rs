@@ -25,7 +25,7 @@ fn merged_bodies_keep_their_shape_and_get_contiguous_numbers() {
         mesh.surfaces["die_ymin"].nodes(),
         die.surfaces["die_ymin"].nodes().iter().map(|n| n + 24).collect::<Vec<_>>()
     );
-    assert_eq!(mesh.hex_coordinates(7), die.hex_coordinates(1));
+    assert_eq!(mesh.centroid(7), die.centroid(1));
     assert_eq!(mesh.boundary(0), slab.boundary(0));
     assert_close(volume(&mesh), 8.0, 1e-14);
     assert_eq!(Mesh::merge(vec![]).unwrap(), Mesh::default());

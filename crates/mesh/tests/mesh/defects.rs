@@ -1,7 +1,7 @@
 //! Every kind of defect, planted and found; the repair of facets; meshes that are pure nonsense.
 
 use proptest::prelude::*;
-use slipstick_mesh::{Body, Facet, Mesh, MeshDefect, MeshError, Surface};
+use slipstick_mesh::{Body, Element, Facet, FacetNodes, Mesh, MeshDefect, MeshError, Surface};
 
 use crate::support::cubes;
 
@@ -39,6 +39,14 @@ fn defects_of_bodies_are_found() {
     assert_eq!(found, vec![MeshDefect::ElementsWithoutBody { elements: vec![2] }]);
 }
 
+/// The nodes of a hexahedron, to be changed.
+fn hex(mesh: &mut Mesh, element: usize) -> &mut [u32; 8] {
+    match &mut mesh.elements[element] {
+        Element::Hex8(nodes) => nodes,
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn defects_of_nodes_are_found() {
     // A far corner of the die.
@@ -50,7 +58,7 @@ fn defects_of_nodes_are_found() {
     assert_eq!(found, vec![MeshDefect::NodesOutsideBody { body: "slab".into(), nodes: vec![11] }]);
     let found = after(|mesh| {
         mesh.nodes[12] = mesh.nodes[11];
-        mesh.hexes[2][0] = 11;
+        hex(mesh, 2)[0] = 11;
         mesh.surfaces.clear();
     });
     let bodies = ["slab".to_owned(), "die".to_owned()];
@@ -60,10 +68,10 @@ fn defects_of_nodes_are_found() {
 
 #[test]
 fn defects_of_elements_are_found() {
-    let found = after(|mesh| mesh.hexes[1][6] = 99);
+    let found = after(|mesh| hex(mesh, 1)[6] = 99);
     assert!(found.contains(&MeshDefect::NodeOutOfRange { body: "slab".into(), elements: vec![1], nodes: 20 }));
     let found = after(|mesh| {
-        mesh.hexes[2][1] = mesh.hexes[2][0];
+        hex(mesh, 2)[1] = hex(mesh, 2)[0];
         mesh.surfaces.clear();
     });
     assert!(found.contains(&MeshDefect::RepeatedNode { body: "die".into(), elements: vec![2] }));
@@ -84,7 +92,7 @@ fn defects_of_elements_are_found() {
     );
     // An element twice.
     let found = after(|mesh| {
-        mesh.hexes.push(mesh.hexes[2]);
+        mesh.elements.push(mesh.elements[2]);
         mesh.bodies[1].elements = 2..4;
     });
     assert!(found.contains(&MeshDefect::OverlappingFaces { elements: vec![2, 3] }));
@@ -115,7 +123,7 @@ fn defects_of_sets_and_surfaces_are_found() {
     assert_eq!(edit(|facets| facets[0].nodes.rotate_left(1)), vec![]);
     // The face between the slab's two elements: nodes with x = 1.
     let found = after(|mesh| {
-        let between = Facet { nodes: [1, 4, 10, 7], element: 0 };
+        let between = Facet { nodes: [1, 4, 10, 7].into(), element: 0 };
         drop(mesh.surfaces.insert("cut".into(), Surface { facets: vec![between] }));
     });
     assert_eq!(found, vec![MeshDefect::InteriorFacets { surface: "cut".into(), facets: vec![0] }]);
@@ -161,11 +169,15 @@ proptest! {
         nodes in prop::collection::vec(prop::array::uniform3(-1.0_f64..1.0), 0..12),
         hexes in prop::collection::vec(prop::array::uniform8(0_u32..14), 0..4),
         range in (0_usize..6, 0_usize..6, 0_usize..14, 0_usize..14),
-        facets in prop::collection::vec((prop::array::uniform4(0_u32..14), 0_u32..5), 0..4),
+        tets in prop::collection::vec(prop::array::uniform4(0_u32..14), 0..4),
+        facets in prop::collection::vec((prop::array::uniform4(0_u32..14), 3_usize..5, 0_u32..7), 0..4),
     ) {
-        let facets: Vec<Facet> = facets.into_iter().map(|(nodes, element)| Facet { nodes, element }).collect();
+        let nodes_of = |nodes: &[u32]| FacetNodes::new(nodes).unwrap();
+        let facets: Vec<Facet> =
+            facets.into_iter().map(|(nodes, n, element)| Facet { nodes: nodes_of(&nodes[..n]), element }).collect();
+        let elements = hexes.into_iter().map(Element::Hex8).chain(tets.into_iter().map(Element::Tet4)).collect();
         let body = Body { name: "b".into(), elements: range.0..range.1, nodes: range.2..range.3 };
-        let mut mesh = Mesh { nodes, hexes, bodies: vec![body], ..Mesh::default() };
+        let mut mesh = Mesh { nodes, elements, bodies: vec![body], ..Mesh::default() };
         mesh.surfaces.insert("s".into(), Surface { facets });
         prop_assert!(!mesh.check().is_empty());
         mesh.orient_facets();

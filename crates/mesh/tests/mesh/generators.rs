@@ -35,7 +35,7 @@ fn area(mesh: &Mesh, name: &str) -> f64 {
 fn box_has_exact_volume_areas_and_counts() {
     let mesh = box_mesh("slab", &BOX).unwrap();
     assert_eq!(assert_sound(&mesh), 2);
-    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (24, 60));
+    assert_eq!((mesh.elements.len(), mesh.nodes.len()), (24, 60));
     assert_close(volume(&mesh), 6.0, 1e-14);
     assert!((quality(&mesh) - 1.0).abs() < 1e-14);
     let normals =
@@ -72,7 +72,7 @@ fn box_grading_is_the_ratio_of_the_end_sizes_with_a_constant_factor() {
 fn half_ball_of_the_ironing_die_has_2900_good_elements() {
     let mesh = ball(10, 5, 8);
     assert_eq!(assert_sound(&mesh), 2);
-    assert_eq!(mesh.hexes.len(), 2900);
+    assert_eq!(mesh.elements.len(), 2900);
     // Block 11·11·6; each layer the skin without the inner points of its top: 11·11 + 40·5.
     assert_eq!(mesh.nodes.len(), 726 + 8 * 321);
     assert!(quality(&mesh) > 0.73, "quality {}", quality(&mesh));
@@ -126,7 +126,7 @@ fn hollow_cylinder_is_a_prism_over_a_polygonal_annulus() {
     let mesh = tube([2, 12, 3]);
     // The boundary of a closed tube is a torus.
     assert_eq!(assert_sound(&mesh), 0);
-    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (72, 3 * 12 * 4));
+    assert_eq!((mesh.elements.len(), mesh.nodes.len()), (72, 3 * 12 * 4));
     let annulus = 6.0 * (PI / 6.0).sin() * (4.0 - 2.25);
     assert_close(volume(&mesh), 3.0 * annulus, 1e-13);
     for (face, up) in [("tube_bottom", -1.0), ("tube_top", 1.0)] {
@@ -143,7 +143,7 @@ fn hollow_cylinder_is_a_prism_over_a_polygonal_annulus() {
 fn half_ring_hangs_down_from_two_ends_that_look_up() {
     let mesh = ring([12, 2, 3]);
     assert_eq!(assert_sound(&mesh), 2);
-    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (72, 13 * 3 * 4));
+    assert_eq!((mesh.elements.len(), mesh.nodes.len()), (72, 13 * 3 * 4));
     let segment = 6.0 * (PI / 12.0).sin() * (4.0 - 2.25);
     assert_close(volume(&mesh), 3.0 * segment, 1e-13);
     assert_close(area_vector(&mesh, &mesh.surfaces["ring_zmin"])[2], -segment, 1e-13);
@@ -227,7 +227,7 @@ proptest! {
         };
         prop_assert_eq!(assert_sound(&box_mesh("b", &graded).unwrap()), 2);
         let ball = half_ball("b", &HalfBallShape { radius: size, elements: [a, b, c] }).unwrap();
-        prop_assert_eq!(ball.hexes.len(), a * a * b + c * (a * a + 4 * a * b));
+        prop_assert_eq!(ball.elements.len(), a * a * b + c * (a * a + 4 * a * b));
         prop_assert_eq!(assert_sound(&ball), 2);
         prop_assert!(quality(&ball) > 0.3);
         let (inner_radius, outer_radius) = (size, size * (1.0 + ratio));

@@ -1,14 +1,17 @@
 //! Volumes, centroids, Jacobians and areas against closed forms and higher-order quadrature.
 
 use proptest::prelude::*;
-use slipstick_mesh::{Body, HEX_CORNERS, Mesh, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian};
+use slipstick_mesh::{
+    Body, HEX_CORNERS, Mesh, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian, tet_scaled_jacobian,
+    tet_volume,
+};
 
 use crate::support::{assert_close, cubes};
 
 fn one_hex(corners: [[f64; 3]; 8]) -> Mesh {
     Mesh {
         nodes: corners.to_vec(),
-        hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7]],
+        elements: vec![[0, 1, 2, 3, 4, 5, 6, 7].into()],
         bodies: vec![Body { name: "hex".into(), elements: 0..1, nodes: 0..8 }],
         ..Mesh::default()
     }
@@ -63,11 +66,29 @@ fn element_without_volume_still_has_a_finite_centroid() {
     assert_eq!(flat.element_volume(0), 0.0);
 }
 
+/// By hand: the regular tetrahedron of edge length √8 in the corners of a cube of size 2 has a third of its volume; that
+/// at a corner of the unit cube has a sixth of it, and edges 1, √2, √2 at its other corners.
+#[test]
+fn tetrahedra_have_their_volume_and_quality() {
+    let regular = [[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];
+    assert_close(tet_volume(&regular), 8.0 / 3.0, 1e-14);
+    assert_close(tet_scaled_jacobian(&regular), 1.0, 1e-14);
+    let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_close(tet_volume(&corner), 1.0 / 6.0, 1e-14);
+    assert_close(tet_scaled_jacobian(&corner), 0.5_f64.sqrt(), 1e-14);
+    assert_close(tet_scaled_jacobian(&corner.map(|[x, y, z]| [y, x, z])), -(0.5_f64.sqrt()), 1e-14);
+    assert_eq!(tet_scaled_jacobian(&[[1.0; 3]; 4]), 0.0);
+    assert!(tet_scaled_jacobian(&[[f64::NAN; 3]; 4]).is_nan());
+    let triangle = [corner[1], corner[2], corner[3]].into();
+    assert_close(facet_area(&triangle), 0.75_f64.sqrt(), 1e-14);
+    assert_eq!(facet_area_vector(&triangle), [0.5; 3]);
+}
+
 #[test]
 fn facet_areas_are_those_of_the_plane_and_of_the_projection() {
     let trapezium = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [3.0, 2.0, 1.0], [1.0, 2.0, 1.0]];
-    assert_close(facet_area(&trapezium), 6.0, 1e-15);
-    assert_eq!(facet_area_vector(&trapezium), [0.0, 0.0, 6.0]);
+    assert_close(facet_area(&trapezium.into()), 6.0, 1e-15);
+    assert_eq!(facet_area_vector(&trapezium.into()), [0.0, 0.0, 6.0]);
     // A warped facet: its vector area is that of its rim's projections, ½ ∮ x × dx.
     let warped = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]];
     let rim: [f64; 3] = (0..4).fold([0.0; 3], |sum, i| {
@@ -75,7 +96,7 @@ fn facet_areas_are_those_of_the_plane_and_of_the_projection() {
         let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
         std::array::from_fn(|c| sum[c] + 0.5 * cross[c])
     });
-    assert_eq!(facet_area_vector(&warped), rim);
+    assert_eq!(facet_area_vector(&warped.into()), rim);
     let mesh = cubes("b", [2, 1, 1]);
     assert_eq!(mesh.bounding_box(), Some(([0.0; 3], [2.0, 1.0, 1.0])));
     assert_eq!(Mesh::default().bounding_box(), None);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use slipstick_mesh::{BoxShape, Mesh, Surface, box_mesh, facet_area_vector};
+use slipstick_mesh::{BoxShape, FacetCorners, Mesh, Surface, box_mesh, facet_area_vector};
 
 /// Sum of the volumes of all elements.
 pub fn volume(mesh: &Mesh) -> f64 {
@@ -17,8 +17,16 @@ pub fn area_vector(mesh: &Mesh, surface: &Surface) -> [f64; 3] {
     })
 }
 
-/// ∫ x·n dA over a bilinear facet: x·(∂x/∂ξ × ∂x/∂η) is quadratic in each of ξ, η, so 2×2 Gauss points are exact.
-fn flux(corners: &[[f64; 3]; 4]) -> f64 {
+/// ∫ x·n dA over a facet. Of a bilinear one, x·(∂x/∂ξ × ∂x/∂η) is quadratic in each of ξ, η, so 2×2 Gauss points are
+/// exact; on a triangle x·n is constant.
+fn flux(facet: &FacetCorners) -> f64 {
+    let corners = match facet {
+        FacetCorners::Triangle(corners) => {
+            let area = facet_area_vector(facet);
+            return (0..3).map(|c| corners[0][c] * area[c]).sum();
+        }
+        FacetCorners::Quadrilateral(corners) => corners,
+    };
     let gauss = 1.0 / 3.0_f64.sqrt();
     let mut flux = 0.0;
     for (xi, eta) in [(-gauss, -gauss), (gauss, -gauss), (gauss, gauss), (-gauss, gauss)] {
@@ -50,8 +58,9 @@ pub fn assert_sound(mesh: &Mesh) -> i64 {
     // Closed: each edge is passed once in each direction, and the outward areas cancel.
     let mut edges: BTreeMap<[u32; 2], i32> = BTreeMap::new();
     for facet in &boundary.facets {
-        for i in 0..4 {
-            let (a, b) = (facet.nodes[i], facet.nodes[(i + 1) % 4]);
+        let count = facet.nodes.len();
+        for i in 0..count {
+            let (a, b) = (facet.nodes[i], facet.nodes[(i + 1) % count]);
             *edges.entry([a, b]).or_default() += 1;
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use slipstick_mesh::{Body, BoxShape, HalfBallShape, Mesh, MeshError, box_mesh, half_ball};
+use slipstick_mesh::{Body, BoxShape, Element, FacetNodes, HalfBallShape, Mesh, MeshError, box_mesh, half_ball};
 
 use crate::support::{assert_sound, cubes};
 
@@ -17,10 +17,11 @@ fn adjacency_agrees_with_brute_force() {
     assert_eq!(elements.offsets.len(), mesh.nodes.len() + 1);
     assert_eq!(neighbours.len(), mesh.nodes.len());
     for node in 0..mesh.nodes.len() {
-        let around: Vec<u32> =
-            (0..mesh.hexes.len() as u32).filter(|&e| mesh.hexes[e as usize].contains(&(node as u32))).collect();
+        let around: Vec<u32> = (0..mesh.elements.len() as u32)
+            .filter(|&e| mesh.elements[e as usize].nodes().contains(&(node as u32)))
+            .collect();
         assert_eq!(elements.of(node), around);
-        let expected: BTreeSet<u32> = around.iter().flat_map(|&e| mesh.hexes[e as usize]).collect();
+        let expected: BTreeSet<u32> = around.iter().flat_map(|&e| mesh.elements[e as usize].nodes()).copied().collect();
         assert!(neighbours[node].iter().eq(&expected));
     }
 }
@@ -42,14 +43,14 @@ fn elements_of_a_colour_share_no_node() {
         let mut all: Vec<u32> = Vec::new();
         for colour in &colours {
             assert!(colour.is_sorted_by(|a, b| a < b));
-            let mut nodes: Vec<u32> = colour.iter().flat_map(|&e| mesh.hexes[e as usize]).collect();
+            let mut nodes: Vec<u32> = colour.iter().flat_map(|&e| mesh.elements[e as usize].nodes()).copied().collect();
             nodes.sort_unstable();
             nodes.dedup();
             assert_eq!(nodes.len(), 8 * colour.len());
             all.extend(colour);
         }
         all.sort_unstable();
-        assert!(all.into_iter().eq(0..mesh.hexes.len() as u32));
+        assert!(all.into_iter().eq(0..mesh.elements.len() as u32));
         // Eight colours are the least for a box; the greedy order finds them.
         assert!(colours.len() <= most, "{} colours", colours.len());
     }
@@ -59,13 +60,16 @@ fn elements_of_a_colour_share_no_node() {
 fn quadrilaterals_find_their_elements_and_turn_outward() {
     let mesh = ball();
     let dome = &mesh.surfaces["ball_dome"];
-    let mut quads: Vec<[u32; 4]> = dome.facets.iter().map(|facet| facet.nodes).collect();
+    let mut quads: Vec<FacetNodes> = dome.facets.iter().map(|facet| facet.nodes).collect();
     quads[0].reverse();
     quads[1].swap(0, 1);
-    assert_eq!(&mesh.surface_of_quads(&quads).unwrap(), dome);
-    assert!(matches!(mesh.surface_of_quads(&[quads[0], [0, 1, 2, 3]]), Err(MeshError::NotOnBoundary { quad: 1, .. })));
+    assert_eq!(&mesh.surface_of_facets(&quads).unwrap(), dome);
+    assert!(matches!(
+        mesh.surface_of_facets(&[quads[0], [0, 1, 2, 3].into()]),
+        Err(MeshError::NotOnBoundary { facet: 1, .. })
+    ));
     let cut = cubes("b", [2, 1, 1]);
-    let error = cut.surface_of_quads(&[[1, 4, 10, 7]]).unwrap_err();
+    let error = cut.surface_of_facets(&[[1, 4, 10, 7].into()]).unwrap_err();
     assert!(error.to_string().contains("between two elements"), "{error}");
 }
 
@@ -83,7 +87,7 @@ fn nodes_make_the_surface_that_they_cover() {
 fn a_box_with_a_hole_through_it_is_a_torus() {
     // Removing the middle column of 3 × 3 × 1 leaves a closed boundary with Euler characteristic 0.
     let mut mesh = cubes("frame", [3, 3, 1]);
-    mesh.hexes.remove(4);
+    mesh.elements.remove(4);
     mesh.bodies[0].elements = 0..8;
     mesh.surfaces.clear();
     let boundary = mesh.boundary(0);
@@ -116,4 +120,44 @@ fn unmerged_nodes_and_separate_parts_are_found() {
         two.nodes.iter_mut().for_each(|x| *x = x.map(|c| c + shift));
         assert_eq!(two.coincident_nodes(0, 1e-6).len(), 9);
     }
+}
+
+/// Expected values: the volume of the hexahedra with plane faces, their surfaces' areas, and closed boundaries.
+#[test]
+fn hexahedra_are_divided_into_tetrahedra() {
+    let whole = cubes("b", [3, 2, 2]);
+    let parts = whole.divided(|_| true);
+    assert_eq!(parts.elements.len(), 6 * 12);
+    assert!(parts.elements.iter().all(|element| matches!(element, Element::Tet4(_))));
+    assert_sound(&parts);
+    assert_eq!(parts.connected_parts(0).len(), 1);
+    let mut centroid = [0.0; 3];
+    for (element, volume) in parts.element_volumes().into_iter().enumerate() {
+        assert!((volume - 1.0 / 6.0).abs() < 1e-15, "{element}: {volume}");
+        (0..3).for_each(|c| centroid[c] += volume / 12.0 * parts.centroid(element)[c]);
+    }
+    assert!((0..3).all(|c| (centroid[c] - [1.5, 1.0, 1.0][c]).abs() < 1e-14), "{centroid:?}");
+    for (name, surface) in &whole.surfaces {
+        let triangles = &parts.surfaces[name];
+        assert_eq!(triangles.facets.len(), 2 * surface.facets.len());
+        assert!((parts.surface_area(triangles) - whole.surface_area(surface)).abs() < 1e-14);
+        assert_eq!(triangles.nodes(), surface.nodes());
+    }
+    let ball = ball();
+    assert_sound(&ball.divided(|_| true));
+}
+
+/// Between hexahedra and tetrahedra two triangles cover each quadrilateral: no boundary, and no place for a facet.
+#[test]
+fn hexahedra_and_tetrahedra_meet_inside_a_body() {
+    let whole = cubes("b", [3, 2, 2]);
+    let mixed = whole.divided(|element| element % 3 == 0);
+    assert_eq!(mixed.elements.len(), 4 * 6 + 8);
+    assert_sound(&mixed);
+    let divided = mixed.divided_quadrilaterals(0);
+    assert_eq!(divided.len(), 4);
+    assert!(divided.iter().flatten().all(|face| face.iter().all(|&n| mixed.nodes[n as usize][0] == 1.0)));
+    let error = mixed.surface_of_facets(&divided[0][1..]).unwrap_err();
+    assert!(error.to_string().contains("between two elements"), "{error}");
+    assert!(whole.divided_quadrilaterals(0).is_empty() && whole.divided(|_| true).divided_quadrilaterals(0).is_empty());
 }

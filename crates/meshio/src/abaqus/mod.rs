@@ -116,7 +116,10 @@ impl Reader {
         let name = keyword.required("TYPE")?.to_ascii_uppercase();
         let kind = kind(&name).ok_or_else(|| {
             let message = format!("elements of type {} cannot be read", shortened(&name));
-            keyword.error(message, "use C3D8 for bodies and S4 or M3D4 for surfaces, or remove these elements")
+            keyword.error(
+                message,
+                "use C3D4 or C3D8 for bodies and S3, S4, M3D3 or M3D4 for surfaces, or remove these elements",
+            )
         })?;
         if kind == CellKind::Hex8 && name != "C3D8" && !self.reduced.contains(&name) {
             self.reduced.push(name);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::lines::number;
 use crate::builder::Numbers;
 use crate::cursor::shortened;
-use crate::{ElementFace, FileMesh, MeshFileError};
+use crate::{CellKind, ElementFace, FileMesh, MeshFileError};
 
 /// What a line adds to a set; with the number of the line.
 enum Member {
@@ -170,6 +170,18 @@ fn add_faces(
         let (kind, number) = (mesh.cells.kind(cell as usize).name(), mesh.cells.number(cell as usize));
         let message = format!("element {number}, a {kind}, has no such face");
         return Err(error(line, message, "solids have faces S1 to S6, shells SPOS and SNEG"));
+    }
+    let sides = |cell: u32| match mesh.cells.kind(cell as usize) {
+        CellKind::Tet4 | CellKind::Tet10 => 4,
+        CellKind::Pyramid5 | CellKind::Wedge6 | CellKind::Wedge15 => 5,
+        _ => 6,
+    };
+    if let Side::Solid(side) = side
+        && let Some(&cell) = cells.iter().find(|&&cell| side >= sides(cell))
+    {
+        let (kind, number) = (mesh.cells.kind(cell as usize).name(), mesh.cells.number(cell as usize));
+        let message = format!("element {number}, a {kind}, has no face S{}", side + 1);
+        return Err(error(line, message, "tetrahedra have faces S1 to S4, hexahedra S1 to S6"));
     }
     match side {
         Side::Shell => extend(mesh.cell_sets.entry(name.to_owned()).or_default(), cells, room, line),

@@ -16,16 +16,19 @@ geo = gmsh.model.geo
 
 
 def box(name, low, high, elements):
-    """A box of hexahedra, extruded upwards (y) from its bottom."""
+    """A box of hexahedra, extruded upwards (y) from its bottom; of tetrahedra of size 1 without numbers of elements."""
     (x0, y0, z0), (x1, y1, z1) = low, high
-    points = [geo.addPoint(*p) for p in [(x0, y0, z0), (x0, y0, z1), (x1, y0, z1), (x1, y0, z0)]]
+    points = [geo.addPoint(*p, 1.0) for p in [(x0, y0, z0), (x0, y0, z1), (x1, y0, z1), (x1, y0, z0)]]
     lines = [geo.addLine(points[i], points[(i + 1) % 4]) for i in range(4)]
-    for line, count in zip(lines, [elements[2], elements[0]] * 2):
-        geo.mesh.setTransfiniteCurve(line, count + 1)
     bottom = geo.addPlaneSurface([geo.addCurveLoop(lines)])
-    geo.mesh.setTransfiniteSurface(bottom)
-    geo.mesh.setRecombine(2, bottom)
-    made = geo.extrude([(2, bottom)], 0, y1 - y0, 0, numElements=[elements[1]], recombine=True)
+    if elements:
+        for line, count in zip(lines, [elements[2], elements[0]] * 2):
+            geo.mesh.setTransfiniteCurve(line, count + 1)
+        geo.mesh.setTransfiniteSurface(bottom)
+        geo.mesh.setRecombine(2, bottom)
+        made = geo.extrude([(2, bottom)], 0, y1 - y0, 0, numElements=[elements[1]], recombine=True)
+    else:
+        made = geo.extrude([(2, bottom)], 0, y1 - y0, 0)
     geo.synchronize()
     top, volume = made[0][1], made[1][1]
     add = gmsh.model.addPhysicalGroup
@@ -52,6 +55,18 @@ gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
 # second order, which is refused
 gmsh.model.mesh.setOrder(2)
 gmsh.write("gmsh_41_second_order.msh")
+gmsh.finalize()
+
+# a slab of tetrahedra under the block of hexahedra
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+geo = gmsh.model.geo
+box("slab", (0, 0, 0), (4, 1, 2), None)
+box("block", (0.6, 1.0, 0.3), (2.0, 1.7, 1.6), (2, 1, 2))
+gmsh.option.setNumber("Mesh.MeshSizeFactor", 1.0)
+gmsh.model.mesh.generate(3)
+gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+gmsh.write("gmsh_tetrahedra.msh")
 gmsh.finalize()
 
 # quadrilaterals and hexahedra with the field `gmsh:physical`, which numbers the groups in the order made above

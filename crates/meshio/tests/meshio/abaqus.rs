@@ -58,8 +58,8 @@ nonsense that is not read
 fn sets_and_surfaces_are_read() {
     let read = sound(&parse(CUBES), "a", Some("both"));
     let mesh = read.mesh;
-    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (2, 12), "node 99 belongs to no element");
-    assert_eq!(mesh.hexes[0], [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!((mesh.elements.len(), mesh.nodes.len()), (2, 12), "node 99 belongs to no element");
+    assert_eq!(mesh.elements[0], [0, 1, 2, 3, 4, 5, 6, 7].into());
     assert_eq!(mesh.nodes[1], [1.0, 0.0, 0.0], "Fortran's exponent");
     let facets = |name: &str| mesh.surfaces[name].facets.iter().map(|f| f.element).collect::<Vec<_>>();
     assert_eq!((facets("a_above"), facets("a_end")), (vec![0, 1], vec![1]));
@@ -75,14 +75,14 @@ fn sets_and_surfaces_are_read() {
     assert_eq!(mesh.node_sets["a_of_left"], (0..8).collect::<Vec<u32>>());
     assert_eq!(read.notices, ["elements of type C3D8R are read as C3D8: trilinear, fully integrated"]);
     let counted = sound(&parse(CUBES), "a", Some("counted")).mesh;
-    assert_eq!(counted.hexes.len(), 2, "elements 10 and 20 of 10, 20, 30, of which 30 is a shell");
+    assert_eq!(counted.elements.len(), 2, "elements 10 and 20 of 10, 20, 30, of which 30 is a shell");
 }
 
 /// Of one of two cubes that share nodes, the shared face is an outer one.
 #[test]
 fn a_part_is_a_body_of_its_own() {
     let mesh = sound(&parse(CUBES), "right", Some("RIGHT")).mesh;
-    assert_eq!((mesh.hexes.len(), mesh.nodes.len()), (1, 8));
+    assert_eq!((mesh.elements.len(), mesh.nodes.len()), (1, 8));
     assert_eq!(mesh.surfaces.keys().collect::<Vec<_>>(), ["right_above", "right_end"]);
     let text = CUBES.replace("RIGHT, S4", "RIGHT, S6");
     let mesh = sound(&parse(&text), "right", Some("RIGHT")).mesh;
@@ -99,7 +99,7 @@ fn errors_name_line_and_cure() {
         ("*Heading", "*Include, input=x.inp", "line 1", "put the included file's text"),
         ("*Nset, nset=low", "*Nset, nset=low, instance=P-1", "line 32", "Do not use parts"),
         ("*Node, nset=all", "*Node, system=C", "line 4", "SYSTEM=R"),
-        ("type=C3D8R", "type=C3D9", "line 18", "use C3D8"),
+        ("type=C3D8R", "type=C3D9", "line 18", "use C3D4 or C3D8"),
         (" 2, 1.D0", " 2, 1.F0", "line 6", "finite"),
         (" 2, 1.D0", " 2, inf", "line 6", "finite"),
         ("\n 5, 6, 7, 8", "", "line 21", "all its nodes"),
@@ -119,4 +119,22 @@ fn errors_name_line_and_cure() {
         assert!(error.place.starts_with(place), "{to}: {error}");
         assert!(error.cure.contains(cure), "{to}: {error}");
     }
+}
+
+/// A corner of a cube; its faces by the element's definition in the reference: S1 of nodes 1, 2, 3, S2 of 1, 4, 2, S3 of
+/// 2, 4, 3, S4 of 3, 4, 1.
+#[test]
+fn faces_of_tetrahedra_are_those_of_abaqus() {
+    let text = |side: usize| {
+        format!(
+            "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4\n1, 1, 2, 3, 4\n\
+             *Surface, name=face\n1, S{side}\n"
+        )
+    };
+    for (side, nodes) in [(1, [1, 2, 3]), (2, [1, 2, 4]), (3, [2, 3, 4]), (4, [1, 3, 4])] {
+        let mesh = sound(&parse(&text(side)), "a", None).mesh;
+        assert_eq!(mesh.surfaces["a_face"].nodes(), nodes.map(|n| n - 1));
+    }
+    let error = refused(&text(5));
+    assert!(error.message.contains("a tet4, has no face S5") && error.cure.contains("S1 to S4"), "{error}");
 }

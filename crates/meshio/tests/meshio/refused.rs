@@ -25,9 +25,9 @@ fn body_error(hex: &str, surface: &str) -> slipstick_meshio::MeshFileError {
 #[test]
 fn hexahedra_inside_out_are_repaired_and_said() {
     let right = sound(&parse(&cube(HEX, UNDER)), "a", None);
-    assert_eq!((right.notices.len(), right.mesh.hexes[0]), (0, [0, 1, 2, 3, 4, 5, 6, 7]));
+    assert_eq!((right.notices.len(), right.mesh.elements[0]), (0, [0, 1, 2, 3, 4, 5, 6, 7].into()));
     let turned = sound(&parse(&cube("5 2 8 1 5 6 7 8 1 2 3 4", UNDER)), "a", None);
-    assert_eq!(turned.mesh.hexes, right.mesh.hexes);
+    assert_eq!(turned.mesh.elements, right.mesh.elements);
     assert_eq!(turned.mesh.surfaces, right.mesh.surfaces);
     assert!(turned.notices[0].contains("1 hexahedra") && turned.notices[0].contains("element 2"), "{turned:?}");
     // mirrored: the numbers run the other way round
@@ -36,12 +36,26 @@ fn hexahedra_inside_out_are_repaired_and_said() {
     assert!((mirrored.mesh.element_volume(0) - 1.0).abs() < 1e-15);
 }
 
+/// The corner of the cube at its first node, of a sixth of its volume; and with two nodes exchanged.
 #[test]
-fn elements_that_are_no_hexahedra_are_refused_by_number_and_place() {
+fn tetrahedra_are_read_and_repaired() {
+    let right = sound(&parse(&cube("4 2 8 1 1 2 4 5", "2 2 7 1 1 2 4")), "a", None);
+    assert_eq!((right.notices.len(), right.mesh.elements[0]), (0, [0, 1, 2, 3].into()));
+    assert!((right.mesh.element_volume(0) - 1.0 / 6.0).abs() < 1e-15);
+    assert_eq!(*right.mesh.surfaces["a_under"].facets[0].nodes, [0, 2, 1]);
+    let turned = sound(&parse(&cube("4 2 8 1 1 4 2 5", "2 2 7 1 1 2 4")), "a", None);
+    assert!((turned.mesh.element_volume(0) - 1.0 / 6.0).abs() < 1e-15);
+    assert!(turned.notices[0].contains("1 tetrahedra") && turned.notices[0].contains("element 2"), "{turned:?}");
+}
+
+#[test]
+fn elements_that_cannot_be_used_are_refused_by_number_and_place() {
     let cases = [
         ("5 2 8 1 1 2 4 3 5 6 7 8", "element 2 at (0.5000, 0.5000, 0.5000), nodes [1, 2, 4, 3,", "folded"),
         ("5 2 8 1 1 2 3 3 5 6 7 8", "element 2 ", "names a node twice"),
-        ("4 2 8 1 1 2 3 5", "element 2 ", "tet4"),
+        ("4 2 8 1 1 2 3 4", "element 2 ", "the tetrahedron is flat"),
+        ("4 2 8 1 1 2 3 3", "element 2 ", "names a node twice"),
+        ("7 2 8 1 1 2 3 4 5", "element 2 ", "pyramid5"),
         ("6 2 8 1 1 2 3 5 6 7", "element 2 ", "wedge6"),
         ("11 2 8 1 1 2 3 4 5 6 7 8 9 1", "element 2 ", "tet10"),
     ];
@@ -60,9 +74,11 @@ fn facets_must_be_faces_of_the_body() {
     assert!(error.message.contains("is no face of any element"), "{error}");
     assert_eq!(error.place, "surface `under`, facet at (0.5000, 0.5000, 0.5000), nodes [1, 2, 7, 8]");
     let error = body_error(HEX, "2 2 7 1 1 2 3");
-    assert!(error.message.contains("a triangle3 of the surface `under`"), "{error}");
+    assert!(error.message.contains("is no face of any element"), "{error}");
+    let error = body_error(HEX, "9 2 7 1 1 2 3 4 5 6");
+    assert!(error.message.contains("a triangle6 of the surface `under`"), "{error}");
     let error = body_error(HEX, "3 2 7 1 1 2 3 9");
-    assert!(error.message.contains("nodes that no hexahedron has"), "{error}");
+    assert!(error.message.contains("nodes that no element has"), "{error}");
     // of a part alone, what hangs elsewhere is not its surface
     let read = sound(&parse(&cube(HEX, "3 2 7 1 1 2 3 9")), "a", Some("cube"));
     assert!(read.mesh.surfaces.is_empty());

@@ -34,7 +34,7 @@ fn compare(file: &FileMesh, body: &str, part: &str, [bottom, top]: [&str; 2], wh
     let made = box_mesh(body, &shape(body)).expect("a box");
     let all = |mesh: &slipstick_mesh::Mesh| (0..mesh.nodes.len() as u32).collect::<Vec<_>>();
     assert_eq!(places(&read, &all(&read)), places(&made, &all(&made)), "{what} {body}");
-    assert_eq!(read.hexes.len(), made.hexes.len(), "{what} {body}");
+    assert_eq!(read.elements.len(), made.elements.len(), "{what} {body}");
     let volume = |mesh: &slipstick_mesh::Mesh| mesh.element_volumes().iter().sum::<f64>();
     assert!((volume(&read) - volume(&made)).abs() < 1e-10, "{what} {body}");
     for (found, expected, outward) in [(bottom, "ymin", -1.0), (top, "ymax", 1.0)] {
@@ -73,7 +73,7 @@ fn all_layouts_of_gmsh_are_one_mesh() {
     for file in &files[1..] {
         for body in ["slab", "block"] {
             let [first, other] = [&files[0], file].map(|file| sound(file, body, Some(body)).mesh);
-            assert_eq!(first.hexes, other.hexes);
+            assert_eq!(first.elements, other.elements);
             assert_eq!((&first.surfaces, &first.node_sets), (&other.surfaces, &other.node_sets));
             let apart = first.nodes.iter().flatten().zip(other.nodes.iter().flatten()).map(|(a, b)| (a - b).abs());
             assert!(apart.fold(0.0, f64::max) < 1e-15);
@@ -96,9 +96,23 @@ fn vtu_files_are_read_in_every_encoding() {
 fn an_inp_file_of_meshio_is_read_whole() {
     let file = FileMesh::parse(&data("meshio.inp")).unwrap_or_else(|error| panic!("{error}"));
     let read = sound(&file, "both", None).mesh;
-    assert_eq!((read.hexes.len(), read.nodes.len()), (20, 63));
+    assert_eq!((read.elements.len(), read.nodes.len()), (20, 63));
     // 4·1·2 + 1.4·0.7·1.3
     assert!((read.element_volumes().iter().sum::<f64>() - 9.274).abs() < 1e-10);
+}
+
+/// The slab in tetrahedra, by Gmsh: its size and its surfaces' areas as drawn, of an unstructured mesh.
+#[test]
+fn tetrahedra_of_gmsh_fill_the_slab() {
+    let file = FileMesh::parse(&data("gmsh_tetrahedra.msh")).expect("readable");
+    let mesh = sound(&file, "slab", Some("slab")).mesh;
+    assert!(mesh.elements.iter().all(|element| matches!(element, slipstick_mesh::Element::Tet4(_))));
+    assert!((mesh.element_volumes().iter().sum::<f64>() - 8.0).abs() < 1e-10);
+    for (surface, area) in [("slab_top", 8.0), ("slab_bottom", 8.0)] {
+        assert!((mesh.surface_area(&mesh.surfaces[surface]) - area).abs() < 1e-10);
+    }
+    assert!((mesh.surface_area(&mesh.boundary(0)) - 2.0 * (8.0 + 4.0 + 2.0)).abs() < 1e-10);
+    compare(&file, "block", "block", ["block_bottom", "block_top"], "gmsh_tetrahedra.msh");
 }
 
 #[test]

@@ -80,9 +80,8 @@ fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str) -> Result<
             BuildError::new(format!("{path}.within"), message, "name a surface of the body")
         })?,
     };
-    let inside = |nodes: &[u32; 4], region: &case::BoxRegion| {
-        nodes.iter().all(|&node| region.contains(mesh.nodes[node as usize]))
-    };
+    let inside =
+        |nodes: &[u32], region: &case::BoxRegion| nodes.iter().all(|&node| region.contains(mesh.nodes[node as usize]));
     let near = |facet: &mesh::Facet, cone: &case::NormalCone| {
         let area = mesh::facet_area_vector(&mesh.facet_coordinates(facet));
         angle(area, cone.direction) <= cone.degrees

@@ -116,7 +116,10 @@ impl CaseCode {
                 "Take a smaller tolerance: 1e-8 is the default and costs few iterations more. Gradients are exact \
                  for converged states only."
             }
-            Locking => "Give the body `element = \"f_bar\"`, which does not lock, or a Poisson's ratio below 0.45.",
+            Locking => {
+                "Give the body `element = \"f_bar\"`, with which hexahedra do not lock, or a Poisson's ratio below 0.45. \
+                 Tetrahedra lock in any case."
+            }
             Unsupported => "Change one of the two settings that the message names.",
         }
     }

@@ -8,11 +8,12 @@ use slipstick_mesh::Mesh;
 /// single precision at worst, and no element is that small.
 const COINCIDENT: f64 = 1e-6;
 
-/// A notice for each body that falls into parts, or that has nodes at one place. Generators merge their nodes, so that
-/// only mesh files are looked at for the latter.
+/// A notice for each body that falls into parts, that has nodes at one place, or whose elements do not fit each other.
+/// Generators merge their nodes and make one type of elements, so that only mesh files are looked at.
 pub(super) fn notices(case: &Case, mesh: &Mesh, fixed: &[bool]) -> Vec<Notice> {
     let bodies = case.bodies.iter().enumerate().filter(|(_, body)| matches!(body.shape, Shape::Mesh(_)));
-    bodies.flat_map(|(b, _)| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b)]).flatten().collect()
+    let of_body = |b: usize| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b), divided_faces(mesh, b)];
+    bodies.flat_map(|(b, _)| of_body(b)).flatten().collect()
 }
 
 fn notice(body: usize, message: String, help: &str) -> Notice {
@@ -51,6 +52,20 @@ fn unmerged_nodes(mesh: &Mesh, body: usize) -> Option<Notice> {
         place(mesh, a)
     );
     Some(notice(body, message, "merge them in the mesher (Gmsh: Coherence Mesh), unless a slit is meant"))
+}
+
+fn divided_faces(mesh: &Mesh, body: usize) -> Option<Notice> {
+    let divided = mesh.divided_quadrilaterals(body);
+    let [whole, ..] = divided.first()?;
+    let message = format!(
+        "body `{}` has {} faces of hexahedra that two tetrahedra share, as at {}: the two sides spread forces differently over the \
+         nodes, so that stresses are off there",
+        mesh.bodies[body].name,
+        divided.len(),
+        place(mesh, whole[0])
+    );
+    let help = "right where stresses are low; else mesh both parts alike, or make them bodies in contact";
+    Some(Notice { kind: NoticeKind::Divided, ..notice(body, message, help) })
 }
 
 fn place(mesh: &Mesh, node: u32) -> String {

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use slipstick_mesh::{HEX_FACES, Mesh};
+use slipstick_mesh::{FacetNodes, Mesh};
 
-/// Vertices (nodes, centres of faces, centres of elements) with densities, and the hexahedra between them.
+/// Vertices (nodes, centres of faces, centres of elements) with densities, and the elements between them.
 #[derive(Debug)]
 pub(super) struct Lattice {
     pub points: Vec<[f64; 3]>,
@@ -12,39 +12,46 @@ pub(super) struct Lattice {
     pub cells: Vec<Cell>,
 }
 
-/// A hexahedron of the lattice.
+/// An element of the lattice.
 #[derive(Debug)]
 pub(super) struct Cell {
     pub body: u32,
-    corners: [u32; 8],
-    faces: [u32; 6],
+    faces: Vec<CellFace>,
     centre: u32,
-    /// Faces that no other element of the body has.
-    outer: [bool; 6],
+}
+
+/// A face of an element, or one of the triangles that divide it.
+#[derive(Debug)]
+struct CellFace {
+    /// Counter-clockwise seen from outside.
+    nodes: FacetNodes,
+    centre: u32,
+    /// No other element of the body has it.
+    outer: bool,
 }
 
 /// A tetrahedron of positive orientation: its first triangle (vertices 1, 2, 3) is counter-clockwise seen from outside and
-/// lies in a face of the hexahedron, `outer` if that is on the outside of the body.
+/// lies in a face of the element, `outer` if that is on the outside of the body.
 pub(super) struct Tetrahedron {
     pub vertices: [u32; 4],
     pub outer: bool,
 }
 
 impl Cell {
-    /// The 24 tetrahedra: centre, centre of a face, and two corners beside each other on that face.
+    /// The tetrahedra: centre, centre of a face, and two corners beside each other on that face.
     pub fn tetrahedra(&self) -> impl Iterator<Item = Tetrahedron> + '_ {
-        (0..6).flat_map(move |side| {
-            (0..4).map(move |k| {
-                let corner = |k: usize| self.corners[HEX_FACES[side][k % 4]];
-                let vertices = [self.centre, self.faces[side], corner(k), corner(k + 1)];
-                Tetrahedron { vertices, outer: self.outer[side] }
+        self.faces.iter().flat_map(move |face| {
+            (0..face.nodes.len()).map(move |k| {
+                let next = (k + 1) % face.nodes.len();
+                let vertices = [self.centre, face.centre, face.nodes[k], face.nodes[next]];
+                Tetrahedron { vertices, outer: face.outer }
             })
         })
     }
 
-    /// All 15 vertices.
+    /// All vertices, those of several faces several times.
     fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
-        self.corners.iter().chain(&self.faces).copied().chain([self.centre])
+        self.faces.iter().flat_map(|face| face.nodes.iter().copied().chain([face.centre])).chain([self.centre])
     }
 }
 
@@ -55,36 +62,36 @@ impl Lattice {
         let mut lattice = Self { points: mesh.nodes.clone(), values: vec![0.0; mesh.nodes.len()], cells: Vec::new() };
         let mut weights = vec![0.0; mesh.nodes.len()];
         for &body in bodies {
+            let divided: HashMap<FacetNodes, [FacetNodes; 2]> =
+                mesh.divided_quadrilaterals(body).into_iter().map(|[whole, a, b]| (whole.sorted(), [a, b])).collect();
             // Per face, by its nodes: its vertex and the cell that had it first.
-            let mut known: HashMap<[u32; 4], (u32, usize, usize)> = HashMap::new();
-            for element in mesh.bodies[body].elements.clone() {
-                let (corners, value) = (mesh.hexes[element], density[element]);
-                let volume = mesh.element_volume(element);
-                for node in corners {
+            let mut known: HashMap<FacetNodes, (u32, usize, usize)> = HashMap::new();
+            for number in mesh.bodies[body].elements.clone() {
+                let (element, value) = (&mesh.elements[number], density[number]);
+                let volume = mesh.element_volume(number);
+                for &node in element.nodes() {
                     lattice.values[node as usize] += volume * value;
                     weights[node as usize] += volume;
                 }
-                let number = lattice.cells.len();
-                let mut cell = Cell { body: body as u32, corners, faces: [0; 6], centre: 0, outer: [true; 6] };
-                cell.centre = lattice.add(mean(&mesh.nodes, &corners), value);
-                for side in 0..6 {
-                    let nodes = HEX_FACES[side].map(|k| corners[k]);
-                    let mut key = nodes;
-                    key.sort_unstable();
-                    match known.remove(&key) {
-                        Some((vertex, other, other_side)) => {
-                            cell.faces[side] = vertex;
+                let centre = lattice.add(mean(&mesh.nodes, element.nodes()), value);
+                let mut cell = Cell { body: body as u32, faces: Vec::with_capacity(element.sides()), centre };
+                let whole = (0..element.sides()).map(|side| element.side(side));
+                for nodes in whole.flat_map(|side| parts(side, &divided)) {
+                    let key = nodes.sorted();
+                    let (centre, outer) = match known.remove(&key) {
+                        Some((vertex, other, place)) => {
                             let at = &mut lattice.values[vertex as usize];
                             *at = 0.5 * (*at + value);
-                            cell.outer[side] = false;
-                            lattice.cells[other].outer[other_side] = false;
+                            lattice.cells[other].faces[place].outer = false;
+                            (vertex, false)
                         }
                         None => {
                             let vertex = lattice.add(mean(&mesh.nodes, &nodes), value);
-                            known.insert(key, (vertex, number, side));
-                            cell.faces[side] = vertex;
+                            known.insert(key, (vertex, lattice.cells.len(), cell.faces.len()));
+                            (vertex, true)
                         }
-                    }
+                    };
+                    cell.faces.push(CellFace { nodes, centre, outer });
                 }
                 lattice.cells.push(cell);
             }
@@ -168,6 +175,14 @@ impl Lattice {
     }
 }
 
-fn mean<const N: usize>(points: &[[f64; 3]], nodes: &[u32; N]) -> [f64; 3] {
-    std::array::from_fn(|c| nodes.iter().map(|&n| points[n as usize][c]).sum::<f64>() / N as f64)
+/// A face, or the triangles that neighbours divide it into.
+fn parts(face: FacetNodes, divided: &HashMap<FacetNodes, [FacetNodes; 2]>) -> Vec<FacetNodes> {
+    match (face.len(), divided.get(&face.sorted())) {
+        (4, Some(triangles)) => triangles.to_vec(),
+        _ => vec![face],
+    }
+}
+
+fn mean(points: &[[f64; 3]], nodes: &[u32]) -> [f64; 3] {
+    std::array::from_fn(|c| nodes.iter().map(|&n| points[n as usize][c]).sum::<f64>() / nodes.len() as f64)
 }

@@ -4,9 +4,9 @@
 //! densities ──means──▶ values on tetrahedra ──threshold──▶ closed surface ──Taubin──▶ TriangleSurface ──▶ STL, OBJ, VTU
 //! ```
 //!
-//! Each hexahedron is divided into 24 tetrahedra between its centre, the centres of its faces and its corners, so that
-//! neighbours fit. The density is linear on each: an element's own value at its centre, means of what lies around
-//! elsewhere. The surface bounds the part of the bodies where this function exceeds the threshold: it crosses the
+//! Each element is divided into tetrahedra between its centre, the centres of its faces and its corners, 24 of a
+//! hexahedron and 12 of a tetrahedron, so that neighbours fit; where two triangles cover a quadrilateral, by these. The
+//! density is linear on each: an element's own value at its centre, means of what lies around elsewhere. The surface bounds the part of the bodies where this function exceeds the threshold: it crosses the
 //! tetrahedra inside of a body and runs along the body's outer faces where these are solid.
 //!
 //! **Why it is closed.** The tetrahedra of a body are a conforming triangulation of it. Points are either above the
@@ -129,7 +129,7 @@ pub fn design_surface(mesh: &Mesh, density: &[f64], options: &ExportOptions) -> 
 }
 
 fn check(mesh: &Mesh, density: &[f64], options: &ExportOptions) -> Result<(), ExportError> {
-    let (found, elements) = (density.len(), mesh.hexes.len());
+    let (found, elements) = (density.len(), mesh.elements.len());
     if found != elements {
         return Err(ExportError::Length { found, elements });
     }

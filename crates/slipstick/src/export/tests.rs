@@ -29,6 +29,13 @@ fn shapes() -> Mesh {
     Mesh::merge(parts).expect("different names")
 }
 
+/// The same shapes: of hexahedra, of tetrahedra, and of both in each body.
+fn kinds() -> [Mesh; 3] {
+    let mesh = shapes();
+    let (tetrahedra, mixed) = (mesh.divided(|_| true), mesh.divided(|element| element % 3 == 0));
+    [mesh, tetrahedra, mixed]
+}
+
 /// Numbers in [0, 1) of a linear congruential generator (Knuth, MMIX).
 fn random(count: usize, seed: u64) -> Vec<f64> {
     let mut state = seed;
@@ -67,14 +74,19 @@ fn assert_closed(surface: &TriangleSurface) {
 /// Random densities, of 0 and 1 alone and of all sizes, have the most intricate surfaces.
 #[test]
 fn any_densities_give_closed_surfaces() {
-    let mesh = shapes();
+    for mesh in kinds() {
+        closed_surfaces(&mesh);
+    }
+}
+
+fn closed_surfaces(mesh: &Mesh) {
     let bodies: Vec<usize> = (0..mesh.bodies.len()).collect();
     for seed in 0..6 {
-        let mut density = random(mesh.hexes.len(), seed);
+        let mut density = random(mesh.elements.len(), seed);
         if seed % 2 == 0 {
             density.iter_mut().for_each(|value| *value = value.round());
         }
-        let lattice = Lattice::new(&mesh, &bodies, &density);
+        let lattice = Lattice::new(mesh, &bodies, &density);
         for threshold in [0.1, 0.25, 0.5, 0.75] {
             let raw = extract(&lattice, threshold);
             assert!(raw.triangles.len() > 1000);
@@ -93,7 +105,7 @@ fn any_densities_give_closed_surfaces() {
 fn enclosed_volume_is_the_volume_above() {
     let mesh = shapes();
     let bodies: Vec<usize> = (0..mesh.bodies.len()).collect();
-    let density = random(mesh.hexes.len(), 7);
+    let density = random(mesh.elements.len(), 7);
     let lattice = Lattice::new(&mesh, &bodies, &density);
     for target in [2.0, 10.0, 25.0, 45.0] {
         let surface = extract(&lattice, lattice.threshold_of_volume(target));
@@ -101,9 +113,11 @@ fn enclosed_volume_is_the_volume_above() {
     }
     // All of it: the bodies themselves. Plane faces and straight edges: their own volume to round-off.
     let mesh = block([3, 2, 2]);
-    let whole = extract(&Lattice::new(&mesh, &[0], &[1.0; 12]), 0.5);
-    assert!((whole.volume() / 12.0 - 1.0).abs() < 1e-14);
-    assert_eq!((whole.outer.iter().all(|&outer| outer), whole.pieces()), (true, 1));
+    for mesh in [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 2 == 0)] {
+        let whole = extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()]), 0.5);
+        assert!((whole.volume() / 12.0 - 1.0).abs() < 1e-14);
+        assert_eq!((whole.outer.iter().all(|&outer| outer), whole.pieces()), (true, 1));
+    }
 }
 
 /// A ball of density 1 in a block, as far as elements can show it: its volume is met, with and without smoothing, and
@@ -113,7 +127,7 @@ fn the_volume_of_the_densities_is_kept() {
     let mesh = block([12, 12, 12]);
     let radius = |x: [f64; 3]| x.map(|c| (c - 6.0).powi(2)).iter().sum::<f64>().sqrt();
     let density: Vec<f64> =
-        (0..mesh.hexes.len()).map(|e| f64::from(u8::from(radius(mesh.centroid(e)) < 4.0))).collect();
+        (0..mesh.elements.len()).map(|e| f64::from(u8::from(radius(mesh.centroid(e)) < 4.0))).collect();
     let count: f64 = density.iter().sum();
     let mut spread = Vec::new();
     for smoothing in [0, 10, 30] {
@@ -140,7 +154,7 @@ fn outer_faces_are_kept() {
         let [x, _, z] = mesh.centroid(e);
         (x - 2.0).hypot(z - 2.0) < 2.2
     };
-    let density: Vec<f64> = (0..mesh.hexes.len()).map(|e| f64::from(u8::from(inside(e)))).collect();
+    let density: Vec<f64> = (0..mesh.elements.len()).map(|e| f64::from(u8::from(inside(e)))).collect();
     let mut options = ExportOptions { smoothing: 20, ..Default::default() };
     let kept = design_surface(&mesh, &density, &options).expect("a column").surface;
     let raw =

@@ -213,7 +213,7 @@ impl ContactModel {
         let pattern = ContactPattern::new(mesh.node_neighbours(), masters, slaves.len(), multipliers > 0);
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
-        let size = (volume / mesh.hexes.len() as f64).cbrt();
+        let size = (volume / mesh.elements.len() as f64).cbrt();
         let motion = if largest_motion > 0.0 { largest_motion } else { size };
         let floors = Floors {
             force: FLOOR * modulus * size * motion,
@@ -452,7 +452,7 @@ impl ContactModel {
         for interface in interfaces {
             interface.interface.evaluate(x, with_gradient, &mut part).map_err(|e| match e {
                 InterfaceError::Folded { node } => StateError::FoldedSurface { node },
-                InterfaceError::FoldedFacet { nodes } => StateError::FoldedFacet { nodes },
+                InterfaceError::FoldedFacet { nodes } => StateError::FoldedFacet { nodes: nodes.to_vec() },
                 other => unreachable!("interface was built: {other}"),
             })?;
             out.append(&mut part);
@@ -490,16 +490,14 @@ fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
     let (mut slaves, mut slave_elements, mut master_elements) = (Vec::new(), Vec::new(), Vec::new());
     for (i, model) in interfaces.iter().enumerate() {
         let interface = &model.interface;
-        let areas: Vec<f64> = interface
-            .slave_facets()
-            .iter()
-            .map(|f| slipstick_mesh::facet_area(&f.map(|n| mesh.nodes[n as usize])))
-            .collect();
+        let areas: Vec<f64> =
+            interface.slave_facets().iter().map(|f| slipstick_mesh::facet_area(&f.corners(&mesh.nodes))).collect();
         for slave in interface.slave_nodes() {
             let around: f64 = slave.facets.iter().map(|&(f, _)| areas[f as usize]).sum();
+            let share = |f: u32| areas[f as usize] / interface.slave_facets()[f as usize].len() as f64;
             slaves.push(SlaveData {
                 interface: i as u32,
-                area: 0.25 * around,
+                area: slave.facets.iter().map(|&(f, _)| share(f)).sum(),
                 size: (around / slave.facets.len() as f64).sqrt(),
             });
             slave_elements.push(elements_at(&mut std::iter::once(slave.node)));

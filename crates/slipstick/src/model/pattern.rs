@@ -1,6 +1,7 @@
 //! Sparsity pattern of the tangent: element neighbours plus the couplings of slave nodes in or near contact.
 
 use slipstick_linalg::BlockPattern;
+use slipstick_mesh::FacetNodes;
 use std::sync::Arc;
 
 /// Builds and keeps the pattern; it is rebuilt only when a coupling leaves it.
@@ -35,7 +36,7 @@ impl ContactPattern {
     /// `bulk`: node neighbours of the mesh; `masters`: facets of all master surfaces; `slaves`: number of slave nodes; `multipliers`: whether each has a block row.
     pub fn new<'a>(
         bulk: Vec<Vec<u32>>,
-        masters: impl Iterator<Item = &'a [u32; 4]>,
+        masters: impl Iterator<Item = &'a FacetNodes>,
         slaves: usize,
         multipliers: bool,
     ) -> Self {

@@ -46,7 +46,7 @@ pub fn write_state(
         };
     }
     let body = body_numbers(mesh);
-    let mut file = Vtu::new(&mesh.nodes, &mesh.hexes)?;
+    let mut file = Vtu::new(&mesh.nodes, &mesh.elements)?;
     file.time(time)?;
     file.point_field("displacement", 3, Values::F64(&displacement[..3 * nodes]))?;
     file.point_field("contact_traction", 3, Values::F64(&traction))?;
@@ -82,7 +82,7 @@ pub fn write_design(
     derivative: Option<&[f64]>,
 ) -> Result<(), OutputError> {
     let body = body_numbers(mesh);
-    let mut file = Vtu::new(&mesh.nodes, &mesh.hexes)?;
+    let mut file = Vtu::new(&mesh.nodes, &mesh.elements)?;
     file.time(iteration as f64)?;
     file.cell_field("density", 1, Values::F64(density))?;
     if let Some(derivative) = derivative {
@@ -93,7 +93,7 @@ pub fn write_design(
 }
 
 fn body_numbers(mesh: &Mesh) -> Vec<i64> {
-    let mut numbers = vec![0; mesh.hexes.len()];
+    let mut numbers = vec![0; mesh.elements.len()];
     for (b, body) in mesh.bodies.iter().enumerate() {
         numbers[body.elements.clone()].fill(b as i64);
     }

@@ -60,7 +60,7 @@ mod tests {
 
     fn written() -> Vec<u8> {
         let displacement: Vec<f64> = (0..24).map(|i| (f64::from(i) * 0.7).sin() / 3.0).collect();
-        let mut vtu = Vtu::new(&POINTS, &[[0, 1, 2, 3, 4, 5, 6, 7]]).expect("a mesh");
+        let mut vtu = Vtu::new(&POINTS, &[[0, 1, 2, 3, 4, 5, 6, 7].into()]).expect("a mesh");
         vtu.time(0.5).expect("finite");
         vtu.point_field("displacement", 3, Values::F64(&displacement)).expect("fits");
         vtu.point_field("a<b & \"c\"", 1, Values::I64(&[-1, 0, 1, 2, 3, 4, 5, 6])).expect("fits");

@@ -6,9 +6,12 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use slipstick_mesh::Element;
+
 use super::{OutputError, write_atomically, xml};
 
-/// VTK's numbers of the linear hexahedron, whose node numbering is the mesh's, and of the triangle.
+/// VTK's numbers of the linear tetrahedron and hexahedron, whose node numbering is the mesh's, and of the triangle.
+const TETRAHEDRON: u8 = 10;
 const HEXAHEDRON: u8 = 12;
 const TRIANGLE: u8 = 5;
 
@@ -93,27 +96,31 @@ struct Field<'a> {
     values: Values<'a>,
 }
 
-/// A mesh of hexahedra or triangles with fields on points and cells.
+/// A mesh of elements or triangles with fields on points and cells.
 #[derive(Debug, Clone)]
 pub struct Vtu<'a> {
     points: &'a [[f64; 3]],
-    /// Points of the cells, cell by cell; how many each has, and VTK's number of its type.
-    connectivity: &'a [u32],
-    corners: usize,
-    cell_type: u8,
+    /// Points of the cells, cell by cell; where those of each end, and VTK's number of its type.
+    connectivity: Vec<i64>,
+    offsets: Vec<i64>,
+    types: Vec<u8>,
     point_fields: Vec<Field<'a>>,
     cell_fields: Vec<Field<'a>>,
     time: Option<f64>,
 }
 
 impl<'a> Vtu<'a> {
-    /// A mesh without fields: coordinates \[L\] and the node numbers of the hexahedra (numbered as in VTK).
+    /// A mesh without fields: coordinates \[L\] and elements (numbered as in VTK).
     ///
     /// # Errors
     ///
     /// [`OutputError::NotFinite`] for coordinates, [`OutputError::NodeOutOfRange`].
-    pub fn new(points: &'a [[f64; 3]], hexes: &'a [[u32; 8]]) -> Result<Self, OutputError> {
-        Self::of_cells(points, hexes.as_flattened(), 8, HEXAHEDRON)
+    pub fn new(points: &'a [[f64; 3]], elements: &[Element]) -> Result<Self, OutputError> {
+        let cell = |element: &'_ Element| match element {
+            Element::Tet4(_) => TETRAHEDRON,
+            Element::Hex8(_) => HEXAHEDRON,
+        };
+        Self::of_cells(points, elements.iter().map(|element| (element.nodes(), cell(element))))
     }
 
     /// A surface without fields: coordinates \[L\] and the point numbers of its triangles.
@@ -121,27 +128,27 @@ impl<'a> Vtu<'a> {
     /// # Errors
     ///
     /// As [`Vtu::new`].
-    pub fn of_triangles(points: &'a [[f64; 3]], triangles: &'a [[u32; 3]]) -> Result<Self, OutputError> {
-        Self::of_cells(points, triangles.as_flattened(), 3, TRIANGLE)
+    pub fn of_triangles(points: &'a [[f64; 3]], triangles: &[[u32; 3]]) -> Result<Self, OutputError> {
+        Self::of_cells(points, triangles.iter().map(|triangle| (&triangle[..], TRIANGLE)))
     }
 
-    fn of_cells(
-        points: &'a [[f64; 3]],
-        connectivity: &'a [u32],
-        corners: usize,
-        cell_type: u8,
-    ) -> Result<Self, OutputError> {
+    fn of_cells<'b>(points: &'a [[f64; 3]], cells: impl Iterator<Item = (&'b [u32], u8)>) -> Result<Self, OutputError> {
         check_finite("points", Values::F64(points.as_flattened()))?;
-        if let Some(entry) = connectivity.iter().position(|&node| node as usize >= points.len()) {
-            let (element, node) = (entry / corners, connectivity[entry]);
-            return Err(OutputError::NodeOutOfRange { element, node, nodes: points.len() });
+        let (mut connectivity, mut offsets, mut types) = (Vec::new(), Vec::new(), Vec::new());
+        for (element, (nodes, cell_type)) in cells.enumerate() {
+            if let Some(&node) = nodes.iter().find(|&&node| node as usize >= points.len()) {
+                return Err(OutputError::NodeOutOfRange { element, node, nodes: points.len() });
+            }
+            connectivity.extend(nodes.iter().map(|&node| i64::from(node)));
+            offsets.push(connectivity.len() as i64);
+            types.push(cell_type);
         }
         let (point_fields, cell_fields) = (Vec::new(), Vec::new());
-        Ok(Self { points, connectivity, corners, cell_type, point_fields, cell_fields, time: None })
+        Ok(Self { points, connectivity, offsets, types, point_fields, cell_fields, time: None })
     }
 
     fn cells(&self) -> usize {
-        self.connectivity.len() / self.corners
+        self.types.len()
     }
 
     /// Notes the time that the file shows; viewers display it.
@@ -166,7 +173,7 @@ impl<'a> Vtu<'a> {
         Ok(self)
     }
 
-    /// Adds a field on the cells: `components` values per hexahedron or triangle.
+    /// Adds a field on the cells: `components` values per element or triangle.
     ///
     /// # Errors
     ///
@@ -192,15 +199,12 @@ impl<'a> Vtu<'a> {
     ///
     /// Those of the writer.
     pub fn write(&self, writer: &mut dyn Write) -> io::Result<()> {
-        let connectivity: Vec<i64> = self.connectivity.iter().map(|&node| i64::from(node)).collect();
-        let offsets: Vec<i64> = (1..=self.cells()).map(|cell| (self.corners * cell) as i64).collect();
-        let types = vec![self.cell_type; self.cells()];
         let array = |name: &str, components, values| Field { name: name.to_owned(), components, values };
         let points = [array("Points", 3, Values::F64(self.points.as_flattened()))];
         let cells = [
-            array("connectivity", 1, Values::I64(&connectivity)),
-            array("offsets", 1, Values::I64(&offsets)),
-            array("types", 1, Values::U8(&types)),
+            array("connectivity", 1, Values::I64(&self.connectivity)),
+            array("offsets", 1, Values::I64(&self.offsets)),
+            array("types", 1, Values::U8(&self.types)),
         ];
         let sections: [(&str, &[Field<'_>]); 4] = [
             ("Points", &points),

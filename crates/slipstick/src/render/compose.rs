@@ -30,8 +30,8 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     if shown.is_empty() {
         text.fitting(&scene.note, frame.width()).write(&scene.note, frame.centre(), Align::Centre, &mut drawing.inks);
     }
-    let skins: Vec<Vec<SkinFace>> = shown.iter().map(|layer| skin(scene.hexes, &layer.cells)).collect();
-    let visible = skins.iter().flatten().flat_map(|face| face.nodes).map(|n| scene.points[n as usize]);
+    let skins: Vec<Vec<SkinFace>> = shown.iter().map(|layer| skin(scene.elements, &layer.cells)).collect();
+    let visible = skins.iter().flatten().flat_map(|face| &face.nodes).map(|&n| scene.points[n as usize]);
     let corners = scene.boxes.iter().flat_map(|b| (0..8).map(|k| corner(b, k)));
     let s = f64::from(canvas.supersampling);
     let samples =
@@ -154,11 +154,13 @@ impl Brush<'_> {
         if normal[2] <= 0.0 {
             return None;
         }
-        let corners = face.nodes.map(|n| self.camera.project(self.scene.points[n as usize]));
+        let count = face.nodes.len();
+        let node = |k: usize| face.nodes[k.min(count - 1)];
+        let corners = std::array::from_fn(|k| self.camera.project(self.scene.points[node(k) as usize]));
         let values = match layer.paint {
             Paint::Plain(_) => [0.0; 4],
             Paint::Cells(values) => [values[face.cell as usize]; 4],
-            Paint::Points(values) => face.nodes.map(|n| values[n as usize]),
+            Paint::Points(values) => std::array::from_fn(|k| values[node(k) as usize]),
         };
         let shade = if self.scene.shaded {
             // Lambert's law, softened so that no visible face is black.
@@ -166,14 +168,16 @@ impl Brush<'_> {
         } else {
             1.0
         };
-        let edge = if layer.edges { self.edge_strength(&corners) } else { 0.0 };
-        Some(Face { corners, values, shade: shade as f32, edge: edge as f32 })
+        let edge = if layer.edges { self.edge_strength(&corners[..count]) } else { 0.0 };
+        Some(Face { corners, count, values, shade: shade as f32, edge: edge as f32 })
     }
 
     /// From 0 for faces of 3 pixels to 1 for those of 12 and more.
-    fn edge_strength(&self, corners: &[Vector; 4]) -> f64 {
-        let around: f64 = (0..4).map(|k| subtract(corners[(k + 1) % 4], corners[k])).map(|d| d[0].hypot(d[1])).sum();
-        ((0.25 * around / self.samples - 3.0) / 9.0).clamp(0.0, 1.0)
+    fn edge_strength(&self, corners: &[Vector]) -> f64 {
+        let count = corners.len();
+        let side = |k: usize| subtract(corners[(k + 1) % count], corners[k]);
+        let mean = (0..count).map(side).map(|d| d[0].hypot(d[1])).sum::<f64>() / count as f64;
+        ((mean / self.samples - 3.0) / 9.0).clamp(0.0, 1.0)
     }
 
     fn line(&self, from: Vector, to: Vector, width: f64, colour: Colour) -> Line {

@@ -43,10 +43,10 @@ pub enum RenderError {
         /// The value.
         value: f64,
     },
-    /// A hexahedron with a node that does not exist.
-    #[error("hexahedron {element} has node {node}, but there are {nodes} nodes (numbers count from 0): mend the mesh")]
+    /// An element with a node that does not exist.
+    #[error("element {element} has node {node}, but there are {nodes} nodes (numbers count from 0): mend the mesh")]
     NodeOutOfRange {
-        /// The hexahedron.
+        /// The element.
         element: usize,
         /// Its node.
         node: u32,

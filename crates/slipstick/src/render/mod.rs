@@ -6,7 +6,7 @@
 //! cells in layers ──skin──▶ faces ──camera──▶ samples in a depth buffer ──mean──▶ pixels ──▶ Picture
 //! ```
 //!
-//! * Hexahedra show their skin: the faces that no other cell of the layer has. A threshold or a cut therefore opens the
+//! * Elements show their skin: the faces that no other cell of the layer has. A threshold or a cut therefore opens the
 //!   view to the faces behind.
 //! * Views are orthographic: lengths in the plane of the picture are true to scale. y is up, as everywhere here.
 //! * A translucent layer shows its nearest face only, so that what is behind it stays readable.

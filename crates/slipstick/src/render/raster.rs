@@ -8,11 +8,13 @@ use rayon::prelude::*;
 use super::colour::{Palette, to_byte};
 use super::ink::Ink;
 
-/// A quadrilateral; positions are samples to the right, downwards and away from the eye.
+/// A triangle or quadrilateral; positions are samples to the right, downwards and away from the eye.
 #[derive(Debug, Clone)]
 pub(super) struct Face {
+    /// Of which the first `count` are corners.
     pub corners: [[f64; 3]; 4],
-    /// Values that the palette colours.
+    pub count: usize,
+    /// Values at the corners, that the palette colours.
     pub values: [f64; 4],
     /// Amount of light that falls on it, 0 to 1.
     pub shade: f32,
@@ -220,12 +222,15 @@ fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
 }
 
-/// Fills a face: four triangles around its middle, which shows a warped face and its values without a preferred diagonal.
+/// Fills a face: triangles around its middle, which shows a warped face and its values without a preferred diagonal.
 fn fill(face: &Face, sheet: &Sheet, window: &Window, layer: &mut Layer) {
-    let c: [f64; 3] = std::array::from_fn(|i| 0.25 * face.corners.iter().map(|p| p[i]).sum::<f64>());
-    let middle_value = 0.25 * face.values.iter().sum::<f64>();
-    for k in 0..4 {
-        let (a, b) = (face.corners[k], face.corners[(k + 1) % 4]);
+    let (corners, values) = (&face.corners[..face.count], &face.values[..face.count]);
+    let share = 1.0 / face.count as f64;
+    let c: [f64; 3] = std::array::from_fn(|i| share * corners.iter().map(|p| p[i]).sum::<f64>());
+    let middle_value = share * values.iter().sum::<f64>();
+    for k in 0..face.count {
+        let next = (k + 1) % face.count;
+        let (a, b) = (corners[k], corners[next]);
         let cross = |p: [f64; 3], q: [f64; 3], x: f64, y: f64| (q[0] - p[0]) * (y - p[1]) - (x - p[0]) * (q[1] - p[1]);
         let area = cross(a, b, c[0], c[1]);
         if area.abs() < 1e-12 {
@@ -233,7 +238,7 @@ fn fill(face: &Face, sheet: &Sheet, window: &Window, layer: &mut Layer) {
         }
         // Distance from the face's edge, which this triangle has as its side opposite of the middle.
         let edge_distance = area.abs() / (b[0] - a[0]).hypot(b[1] - a[1]);
-        let values = [face.values[k], face.values[(k + 1) % 4], middle_value];
+        let values = [values[k], values[next], middle_value];
         let (left, right) = extent([a[0], b[0], c[0]]);
         let (top, bottom) = extent([a[1], b[1], c[1]]);
         for y in window.span_y(top, bottom) {

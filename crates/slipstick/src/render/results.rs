@@ -134,10 +134,10 @@ fn show(
     field: &Field<'_>,
     options: &RenderOptions,
 ) -> Result<Picture, RenderError> {
-    check_field(DENSITY, density, mesh.hexes.len())?;
+    check_field(DENSITY, density, mesh.elements.len())?;
     check_finite("threshold", [threshold])?;
     let bears = bearing_bodies(mesh, density, options)?;
-    let mut scene = Scene::new(&mesh.nodes, &mesh.hexes)?;
+    let mut scene = Scene::new(&mesh.nodes, &mesh.elements)?;
     if let Some(displacement) = displacement {
         scene.displace(displacement, options.displacement_factor)?;
     }
@@ -148,7 +148,7 @@ fn show(
     }
     let paint = match field.values {
         FieldValues::Elements(values) => {
-            check_field(field.title, values, mesh.hexes.len())?;
+            check_field(field.title, values, mesh.elements.len())?;
             Paint::Cells(values)
         }
         FieldValues::Nodes(values) => {
@@ -206,7 +206,7 @@ fn scale(mesh: &Mesh, cells: &[u32], field: &Field<'_>, options: &RenderOptions)
     let shown: Vec<f64> = match field.values {
         FieldValues::Elements(values) => cells.iter().map(|&e| values[e as usize]).collect(),
         FieldValues::Nodes(values) => {
-            cells.iter().flat_map(|&e| mesh.hexes[e as usize]).map(|n| values[n as usize]).collect()
+            cells.iter().flat_map(|&e| mesh.elements[e as usize].nodes()).map(|&n| values[n as usize]).collect()
         }
     };
     ColourScale::covering(field.title, options.colour_map, shown)

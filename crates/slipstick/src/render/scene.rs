@@ -1,4 +1,6 @@
-//! A scene: hexahedral cells in layers, with colours and a view.
+//! A scene: cells in layers, with colours and a view.
+
+use slipstick_mesh::Element;
 
 use super::colour::{Colour, ColourScale};
 use super::error::{check_field, check_finite};
@@ -52,8 +54,8 @@ pub struct Layer<'a> {
 /// use slipstick::render::{Canvas, Colour, Layer, Paint, Scene, Style, View};
 /// let points = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.],
 ///               [0., 0., 1.], [1., 0., 1.], [1., 1., 1.], [0., 1., 1.]];
-/// let hexes = [[0, 1, 2, 3, 4, 5, 6, 7]];
-/// let mut scene = Scene::new(&points, &hexes)?;
+/// let elements = [slipstick_mesh::Element::Hex8([0, 1, 2, 3, 4, 5, 6, 7])];
+/// let mut scene = Scene::new(&points, &elements)?;
 /// scene.add(Layer { cells: vec![0], paint: Paint::Plain(Colour::GLASS), style: Style::Solid, edges: true })?;
 /// scene.view = View::named("top")?;
 /// let picture = scene.picture(&Canvas { width: 120, height: 90, supersampling: 2 })?;
@@ -63,7 +65,7 @@ pub struct Layer<'a> {
 #[derive(Debug, Clone)]
 pub struct Scene<'a> {
     pub(super) points: Vec<[f64; 3]>,
-    pub(super) hexes: &'a [[u32; 8]],
+    pub(super) elements: &'a [Element],
     pub(super) layers: Vec<Layer<'a>>,
     pub(super) boxes: Vec<[[f64; 3]; 2]>,
     /// Colours of fields; a colour bar shows it.
@@ -81,20 +83,20 @@ pub struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// A scene without layers: coordinates \[L\] and the nodes of the hexahedra (numbered as in VTK).
+    /// A scene without layers: coordinates \[L\] and elements (numbered as in VTK).
     ///
     /// # Errors
     /// [`RenderError::NotFinite`] for coordinates, [`RenderError::NodeOutOfRange`].
-    pub fn new(points: &[[f64; 3]], hexes: &'a [[u32; 8]]) -> Result<Self, RenderError> {
+    pub fn new(points: &[[f64; 3]], elements: &'a [Element]) -> Result<Self, RenderError> {
         check_finite("points", points.as_flattened().iter().copied())?;
-        for (element, nodes) in hexes.iter().enumerate() {
-            if let Some(&node) = nodes.iter().find(|&&node| node as usize >= points.len()) {
+        for (element, cell) in elements.iter().enumerate() {
+            if let Some(&node) = cell.nodes().iter().find(|&&node| node as usize >= points.len()) {
                 return Err(RenderError::NodeOutOfRange { element, node, nodes: points.len() });
             }
         }
         Ok(Self {
             points: points.to_vec(),
-            hexes,
+            elements,
             layers: Vec::new(),
             boxes: Vec::new(),
             scale: None,
@@ -124,7 +126,7 @@ impl<'a> Scene<'a> {
     /// # Errors
     /// [`RenderError::CellOutOfRange`]; [`RenderError::Length`] or [`RenderError::NotFinite`] for its field or opacity.
     pub fn add(&mut self, layer: Layer<'a>) -> Result<(), RenderError> {
-        let cells = self.hexes.len();
+        let cells = self.elements.len();
         if let Some(&cell) = layer.cells.iter().find(|&&cell| cell as usize >= cells) {
             return Err(RenderError::CellOutOfRange { cell, cells });
         }

@@ -1,33 +1,30 @@
-//! What of a set of hexahedra can be seen: faces with a neighbour on neither side, and their sharp edges.
+//! What of a set of elements can be seen: faces with a neighbour on neither side, and their sharp edges.
 
-use slipstick_mesh::HEX_FACES;
+use slipstick_mesh::{Element, FacetNodes, facet_area_vector};
 
-use super::space::{Vector, cross, dot, subtract, unit};
+use super::space::{Vector, dot, unit};
 
 /// A face that only one of the cells has, counter-clockwise seen from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct SkinFace {
-    pub nodes: [u32; 4],
+    pub nodes: FacetNodes,
     pub cell: u32,
 }
 
 impl SkinFace {
     /// The outward unit normal of the mean plane; zero for a face without area.
     pub fn normal(&self, points: &[Vector]) -> Vector {
-        let p = self.nodes.map(|n| points[n as usize]);
-        unit(cross(subtract(p[2], p[0]), subtract(p[3], p[1])))
+        unit(facet_area_vector(&self.nodes.corners(points)))
     }
 }
 
 /// The skin of some cells, in an order that depends on node numbers only.
-pub(super) fn skin(hexes: &[[u32; 8]], cells: &[u32]) -> Vec<SkinFace> {
+pub(super) fn skin(elements: &[Element], cells: &[u32]) -> Vec<SkinFace> {
     let mut all = Vec::with_capacity(6 * cells.len());
     for &cell in cells {
-        for face in HEX_FACES {
-            let nodes = face.map(|n| hexes[cell as usize][n]);
-            let mut key = nodes;
-            key.sort_unstable();
-            all.push((key, SkinFace { nodes, cell }));
+        let element = &elements[cell as usize];
+        for nodes in (0..element.sides()).map(|side| element.side(side)) {
+            all.push((nodes.sorted(), SkinFace { nodes, cell }));
         }
     }
     all.sort_unstable_by_key(|(key, face)| (*key, face.cell));
@@ -38,8 +35,9 @@ pub(super) fn skin(hexes: &[[u32; 8]], cells: &[u32]) -> Vec<SkinFace> {
 fn edges(skin: &[SkinFace]) -> Vec<([u32; 2], u32)> {
     let mut all = Vec::with_capacity(4 * skin.len());
     for (f, face) in skin.iter().enumerate() {
-        for k in 0..4 {
-            let (a, b) = (face.nodes[k], face.nodes[(k + 1) % 4]);
+        let count = face.nodes.len();
+        for k in 0..count {
+            let (a, b) = (face.nodes[k], face.nodes[(k + 1) % count]);
             all.push(([a.min(b), a.max(b)], f as u32));
         }
     }

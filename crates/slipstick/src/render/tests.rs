@@ -26,7 +26,7 @@ fn unit_cube() -> Mesh {
 
 /// A scene without light, axes and scale.
 fn bare(mesh: &Mesh) -> Scene<'_> {
-    let mut scene = Scene::new(&mesh.nodes, &mesh.hexes).unwrap();
+    let mut scene = Scene::new(&mesh.nodes, &mesh.elements).unwrap();
     (scene.shaded, scene.axes) = (false, false);
     scene
 }
@@ -163,7 +163,7 @@ fn a_line_on_a_face_is_drawn_whole() {
 fn the_skin_of_a_block_is_its_surface() {
     let mesh = block("block", [0.0; 3], [3.0, 2.0, 4.0], [3, 2, 4]);
     let all: Vec<u32> = (0..24).collect();
-    let faces = skin::skin(&mesh.hexes, &all);
+    let faces = skin::skin(&mesh.elements, &all);
     assert_eq!(faces.len(), 2 * (3 * 2 + 2 * 4 + 4 * 3));
     // Outward: the divergence theorem gives the volume from the mean of x·n over the faces of area 1.
     let volume: f64 = faces
@@ -182,13 +182,13 @@ fn the_skin_of_a_block_is_its_surface() {
     assert_eq!(skin::wire(&faces, &mesh.nodes, eye).len(), visible);
     // Without the middle layer, two blocks remain.
     let rest: Vec<u32> = all.iter().copied().filter(|e| (mesh.centroid(*e as usize)[0] - 1.5).abs() > 0.1).collect();
-    assert_eq!(skin::skin(&mesh.hexes, &rest).len(), 2 * 2 * (2 + 2 * 4 + 4));
+    assert_eq!(skin::skin(&mesh.elements, &rest).len(), 2 * 2 * (2 + 2 * 4 + 4));
 }
 
 #[test]
 fn bytes_do_not_depend_on_the_number_of_threads() {
     let mesh = block("block", [0.0; 3], [2.0, 1.0, 1.5], [8, 4, 6]);
-    let density: Vec<f64> = (0..mesh.hexes.len()).map(|e| 0.5 + 0.5 * (e as f64 * 0.7).sin()).collect();
+    let density: Vec<f64> = (0..mesh.elements.len()).map(|e| 0.5 + 0.5 * (e as f64 * 0.7).sin()).collect();
     let draw = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let options = RenderOptions { canvas: canvas(211, 157), ..RenderOptions::default() };

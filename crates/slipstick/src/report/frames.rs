@@ -92,7 +92,7 @@ pub(super) fn read(
     for number in steps {
         let name = RunDirectory::numbered("path", number);
         let stored = Stored::read(run, &name)?;
-        if let Some(density) = stored.values("density", mesh.hexes.len()) {
+        if let Some(density) = stored.values("density", mesh.elements.len()) {
             path_density = Some(densities(density, layout));
         }
         let time = times.iter().find(|(file, _)| *file == name).map_or(f64::NAN, |(_, time)| *time);
@@ -116,8 +116,8 @@ fn densities(values: &[f64], layout: &Layout) -> Packed {
 }
 
 fn design(stored: &Stored, number: usize, mesh: &Mesh, layout: &Layout) -> Option<Design> {
-    let density = densities(stored.values("density", mesh.hexes.len())?, layout);
-    let derivative = stored.values("objective_derivative", mesh.hexes.len());
+    let density = densities(stored.values("density", mesh.elements.len())?, layout);
+    let derivative = stored.values("objective_derivative", mesh.elements.len());
     let on_page = |values: &[f64]| layout.elements.iter().map(|&e| values[e as usize]).collect::<Vec<f64>>();
     Some(Design { number, density, derivative: derivative.map(|values| Packed::numbers(&on_page(values))) })
 }

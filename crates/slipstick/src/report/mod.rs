@@ -6,7 +6,7 @@
 //!
 //! | part | holds |
 //! |---|---|
-//! | model | coordinates in 32 bits; hexahedra of the designed bodies, whose skin the page finds for each threshold; the skin of the others |
+//! | model | coordinates in 32 bits; elements of the designed bodies, whose skin the page finds for each threshold; the skin of the others |
 //! | designs | densities of the iterations that the run has written, in steps of 1/255; derivatives in 16 bits |
 //! | steps | displacements and contact of the load steps in 16 bits each, of their range |
 //! | tables | `history.csv`; Newton iterations per load step of the newest design; verification and evaluations |
@@ -143,7 +143,7 @@ fn shown(
         notes.push(format!(
             "The mesh of {} elements is too large for a page: it is shown as a picture. ParaView opens design.pvd and \
              path.pvd.",
-            mesh.hexes.len()
+            mesh.elements.len()
         ));
         return Ok((None, Frames::default()));
     }

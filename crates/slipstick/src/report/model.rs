@@ -1,7 +1,7 @@
 //! The mesh as the page needs it: whole where a threshold opens it, as its skin elsewhere.
 
 use serde::Serialize;
-use slipstick_mesh::Mesh;
+use slipstick_mesh::{Element, FacetNodes, Mesh};
 
 use super::pack::{Packed, floats, integers};
 use crate::case::Case;
@@ -11,20 +11,20 @@ use crate::case::Case;
 pub(super) struct Model {
     /// Coordinates, 3 per point.
     points: String,
-    /// Points of the hexahedra of designed bodies, 8 each.
+    /// Points of the elements of designed bodies, 8 each: tetrahedra stand as hexahedra that repeat corners.
     hexes: String,
-    /// Points of the skin of the other bodies, 4 each.
+    /// Points of the skin of the other bodies, 4 each: triangles repeat the last one.
     quads: String,
     /// Points that are slave nodes, in the order of the contact fields.
     slaves: String,
     bodies: Vec<BodyPart>,
     /// Number of the first element of each body.
     elements: Vec<usize>,
-    /// Density of the hexahedra on the load path.
+    /// Density of the elements on the load path.
     path_density: Option<Packed>,
 }
 
-/// Which hexahedra and faces are of a body.
+/// Which elements and faces are of a body.
 #[derive(Debug, Serialize)]
 struct BodyPart {
     name: String,
@@ -37,7 +37,7 @@ struct BodyPart {
 pub(super) struct Layout {
     /// Nodes of the mesh that are points of the page, ascending.
     pub nodes: Vec<u32>,
-    /// Elements that are hexahedra of the page.
+    /// Elements that are on the page.
     pub elements: Vec<u32>,
     /// Nodes of slave surfaces.
     pub slaves: Vec<u32>,
@@ -55,13 +55,13 @@ impl Layout {
             if designed(&body.name) {
                 elements.extend(body.elements.clone().map(|e| e as u32));
             } else {
-                quads.extend(mesh.boundary(b).facets.iter().map(|facet| facet.nodes));
+                quads.extend(mesh.boundary(b).facets.iter().map(|facet| four(&facet.nodes)));
             }
             let name = body.name.clone();
             bodies.push(BodyPart { name, hexes: [hexes, elements.len()], quads: [faces, quads.len()] });
         }
-        let of_hexes = elements.iter().flat_map(|&e| mesh.hexes[e as usize]);
-        let mut nodes: Vec<u32> = of_hexes.chain(quads.iter().flatten().copied()).collect();
+        let of_elements = elements.iter().flat_map(|&e| mesh.elements[e as usize].nodes());
+        let mut nodes: Vec<u32> = of_elements.chain(quads.iter().flatten()).copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
         let surfaces = case.contacts.iter().filter_map(|pair| mesh.surfaces.get(&pair.slave));
@@ -78,11 +78,11 @@ impl Layout {
 
     /// The model as text.
     pub fn model(self, mesh: &Mesh, path_density: Option<Packed>) -> Model {
-        // Every node of hexahedra and faces is among the points.
+        // Every node of elements and faces is among the points.
         let point = |node: &u32| self.nodes.binary_search(node).unwrap_or(0) as u32;
         Model {
             points: floats(self.nodes.iter().flat_map(|&n| mesh.nodes[n as usize])),
-            hexes: integers(self.elements.iter().flat_map(|&e| mesh.hexes[e as usize]).map(|n| point(&n))),
+            hexes: integers(self.elements.iter().flat_map(|&e| eight(&mesh.elements[e as usize])).map(|n| point(&n))),
             quads: integers(self.quads.iter().flatten().map(point)),
             slaves: integers(self.slaves.iter().map(point)),
             elements: mesh.bodies.iter().map(|body| body.elements.start).collect(),
@@ -90,4 +90,17 @@ impl Layout {
             path_density,
         }
     }
+}
+
+/// An element as a hexahedron, of which that of a tetrahedron has two edges and a face in a point each.
+fn eight(element: &Element) -> [u32; 8] {
+    match *element {
+        Element::Tet4([a, b, c, d]) => [a, b, c, c, d, d, d, d],
+        Element::Hex8(nodes) => nodes,
+    }
+}
+
+/// A facet as a quadrilateral, of which that of a triangle has an edge in a point.
+fn four(facet: &FacetNodes) -> [u32; 4] {
+    std::array::from_fn(|k| facet[k.min(facet.len() - 1)])
 }

@@ -24,7 +24,7 @@ pub fn write_densities(
     density: &[f64],
     derivative: Option<&[f64]>,
 ) -> Result<(), OutputError> {
-    assert_eq!(density.len(), mesh.hexes.len(), "one density per element");
+    assert_eq!(density.len(), mesh.elements.len(), "one density per element");
     for (name, values) in [("density", Some(density)), ("derivative", derivative)] {
         let position = values.and_then(|values| values.iter().position(|value| !value.is_finite()));
         if let (Some(entry), Some(values)) = (position, values) {
@@ -81,7 +81,7 @@ pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>)
     }
     let fields = read_fields(&path)?;
     let density = fields.into_iter().find(|field| field.name == "density" && !field.on_points);
-    match density.filter(|field| field.values.len() == mesh.hexes.len()) {
+    match density.filter(|field| field.values.len() == mesh.elements.len()) {
         Some(field) => Ok(field.values),
         None => Err(wrong("has no densities of this mesh", "take another iteration".into())),
     }
@@ -112,7 +112,7 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
     let column = |name: &str| header.iter().position(|&found| found == name);
     let needed = |name: &str| column(name).ok_or_else(|| wrong(Some(1), format!("there is no column `{name}`")));
     let (element_at, density_at, body_at) = (needed("element")?, needed("density")?, column("body"));
-    let count = mesh.hexes.len();
+    let count = mesh.elements.len();
     let mut density = vec![f64::NAN; count];
     for (number, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
         let at = Some(number + 1);

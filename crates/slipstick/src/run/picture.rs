@@ -161,7 +161,7 @@ pub fn picture(
     if displacement.is_none() && request.displacement_factor.is_some_and(|factor| factor != 0.0) {
         return Err(PictureError::NoDisplacement { directory: run.path().to_owned() });
     }
-    let solid = vec![1.0; mesh.hexes.len()];
+    let solid = vec![1.0; mesh.elements.len()];
     let density = source.values("density").unwrap_or(&solid);
     let options = options(case, mesh, request, source, field)?;
     if field.name == "density" && displacement.is_none() {

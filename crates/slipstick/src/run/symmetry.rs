@@ -16,7 +16,7 @@ const EQUAL: f64 = 1.234_567e-6;
 /// # Panics
 /// If densities are not one per element of the mesh, or `direction` is above 2.
 pub fn asymmetry(mesh: &Mesh, density: &[f64], elements: &[usize], direction: usize) -> Option<f64> {
-    assert_eq!(density.len(), mesh.hexes.len(), "one density per element");
+    assert_eq!(density.len(), mesh.elements.len(), "one density per element");
     let (centroids, volumes) = (mesh.centroids(), mesh.element_volumes());
     let bound = |pick: fn(f64, f64) -> f64, axis: usize, start: f64| {
         elements.iter().map(|&e| centroids[e][axis]).fold(start, pick)

@@ -4,15 +4,26 @@
 
 use slipstick::analysis::{Forward, NodalContact};
 use slipstick::build::{Problem, build};
-use slipstick::case::parse_case;
+use slipstick::case::parse_case_with;
 use slipstick_contact::friction::Status;
+use slipstick_mesh::Mesh;
 use slipstick_path::Silent;
 
+pub mod abaqus;
 pub mod scene;
 
 /// Builds a case from its text.
 pub fn problem(text: &str) -> Problem {
-    let resolved = parse_case(text, "proof.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
+    problem_with(text, &[])
+}
+
+/// Builds a case whose bodies may be `mesh = { file = 'NAME' }` with meshes by their names.
+pub fn problem_with(text: &str, meshes: &[(&str, Mesh)]) -> Problem {
+    let read = |name: &str| {
+        let mesh = meshes.iter().find(|mesh| mesh.0 == name).ok_or_else(|| std::io::Error::other("no such mesh"))?;
+        Ok(abaqus::abaqus(&mesh.1).into_bytes())
+    };
+    let resolved = parse_case_with(text, "proof.toml", &read).unwrap_or_else(|e| panic!("{e}\n{text}"));
     build(&resolved.case).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 

@@ -1,10 +1,10 @@
 //! Two spheres pressed together: Hertz.
 
+use crate::abaqus::abaqus;
 use crate::chapter::Chapter;
 use crate::finding::Finding;
-use crate::mapped::abaqus;
 use crate::solved::{Scene, Solved, neo_hooke};
-use slipstick_mesh::{Body, HalfBallShape, Mesh, half_ball};
+use slipstick_mesh::{Body, Element, HalfBallShape, Mesh, half_ball};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 pub fn chapter() -> Chapter {
@@ -130,24 +130,24 @@ fn quarter(name: &str, n: usize, pull: f64, sign: f64) -> Mesh {
     });
     let nodes: Vec<[f64; 3]> = drawn.collect();
     // the elements of the quarter, and the nodes that they use
-    let kept = |hex: &&[u32; 8]| {
-        let centre = |c: usize| hex.iter().map(|&k| nodes[k as usize][c]).sum::<f64>();
+    let kept = |element: &&Element| {
+        let centre = |c: usize| element.nodes().iter().map(|&k| nodes[k as usize][c]).sum::<f64>();
         sign * centre(0) > 0.0 && centre(2) > 0.0
     };
-    let hexes: Vec<[u32; 8]> = whole.hexes.iter().filter(kept).copied().collect();
+    let elements: Vec<Element> = whole.elements.iter().filter(kept).copied().collect();
     let mut number = vec![u32::MAX; nodes.len()];
     let mut used = Vec::new();
-    for &node in hexes.iter().flatten() {
+    for &node in elements.iter().flat_map(|element| element.nodes()) {
         if number[node as usize] == u32::MAX {
             number[node as usize] = used.len() as u32;
             used.push(nodes[node as usize]);
         }
     }
-    let hexes: Vec<[u32; 8]> = hexes.iter().map(|hex| hex.map(|k| number[k as usize])).collect();
-    let body = Body { name: name.into(), elements: 0..hexes.len(), nodes: 0..used.len() };
-    let mut mesh = Mesh { nodes: used, hexes, bodies: vec![body], ..Mesh::default() };
+    let elements: Vec<Element> = elements.iter().map(|element| element.map(|k| number[k as usize])).collect();
+    let body = Body { name: name.into(), elements: 0..elements.len(), nodes: 0..used.len() };
+    let mut mesh = Mesh { nodes: used, elements, bodies: vec![body], ..Mesh::default() };
     for facet in mesh.boundary(0).facets {
-        let corners = mesh.facet_coordinates(&facet);
+        let corners: Vec<[f64; 3]> = facet.nodes.iter().map(|&n| mesh.nodes[n as usize]).collect();
         let on = |c: usize| corners.iter().all(|x| x[c].abs() < 1e-9 * RADIUS);
         // beyond 45° there is no contact
         let kind = match (on(0), on(1), on(2)) {

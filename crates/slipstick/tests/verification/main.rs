@@ -5,6 +5,8 @@
 //! `cargo test --release -p slipstick --test verification -- --ignored`; with `SLIPSTICK_VERIFY=ring,hertz` only some
 //! chapters.
 
+#[path = "../common/abaqus.rs"]
+mod abaqus;
 mod chapter;
 mod finding;
 mod fourc;

@@ -10,7 +10,7 @@ use pulp::Simd;
 
 /// Deformation at the points of register `v`, read where it is needed.
 #[derive(Clone, Copy)]
-pub(super) struct Local<'a> {
+pub(crate) struct Local<'a> {
     /// F.
     pub gradient: &'a Matrices,
     /// F⁻¹, as `[B][a]`.
@@ -35,7 +35,7 @@ impl Local<'_> {
 /// A hyperelastic law as the kernels use it.
 ///
 /// Tests: `force_is_the_gradient_of_the_energy`, `tangent_is_the_derivative_of_the_force`.
-pub(super) trait Law: Copy {
+pub(crate) trait Law: Copy {
     /// The shear modulus μ of the small-strain limit, the unit of the stresses below. \[F/L²\]
     fn shear_modulus(&self) -> f64;
 

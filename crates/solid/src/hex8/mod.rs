@@ -13,13 +13,13 @@
 
 mod f_bar;
 mod full;
-mod geometry;
+pub(crate) mod geometry;
 pub(crate) mod interpolated;
 pub(crate) mod kernel;
-mod law;
+pub(crate) mod law;
 mod moduli;
 mod power;
-mod registers;
+pub(crate) mod registers;
 
 pub use geometry::{POINTS, ReferenceGeometry};
 

@@ -5,17 +5,17 @@ use super::geometry::{AtPoints, PARENT_BY_CORNER, PARENT_BY_POINT, POINTS, Refer
 use pulp::Simd;
 
 /// Corner vectors of an element.
-pub(super) type Corners = [[f64; 3]; 8];
+pub(crate) type Corners = [[f64; 3]; 8];
 /// A 3×3 matrix at each Gauss point.
-pub(super) type Matrices = [[AtPoints; 3]; 3];
+pub(crate) type Matrices = [[AtPoints; 3]; 3];
 /// A 3×3 matrix at as many points as a register holds.
-pub(super) type Matrix<S> = [[<S as Simd>::f64s; 3]; 3];
+pub(crate) type Matrix<S> = [[<S as Simd>::f64s; 3]; 3];
 
 /// ∂u_a/∂X_B at the points of register `v`, as `[a][B]`.
 ///
 /// The first corner's displacement is subtracted: a translation, however large, leaves no round-off in the strains.
 #[inline(always)]
-pub(super) fn displacement_gradient<S: Simd>(simd: S, at: &ReferenceGeometry, d: &Corners, v: usize) -> Matrix<S> {
+pub(crate) fn displacement_gradient<S: Simd>(simd: S, at: &ReferenceGeometry, d: &Corners, v: usize) -> Matrix<S> {
     let mut parent = [[simd.splat_f64s(0.0); 3]; 3];
     for i in 1..8 {
         for a in 0..3 {
@@ -31,13 +31,13 @@ pub(super) fn displacement_gradient<S: Simd>(simd: S, at: &ReferenceGeometry, d:
 
 /// P (∂ξ/∂X)ᵀ, as `[a][β]`: what integrates with the gradients in the parent cube.
 #[inline(always)]
-pub(super) fn to_parent<S: Simd>(simd: S, at: &ReferenceGeometry, p: &Matrix<S>, v: usize) -> Matrix<S> {
+pub(crate) fn to_parent<S: Simd>(simd: S, at: &ReferenceGeometry, p: &Matrix<S>, v: usize) -> Matrix<S> {
     product(simd, p, &array(|b, beta| load::<S>(&at.inverse[beta][b], v)))
 }
 
 /// f_ia = Σ_p Σ_β Q_aβ ∂N_i/∂ξ_β.
 #[inline(always)]
-pub(super) fn integrate<S: Simd>(simd: S, q: &Matrices) -> Corners {
+pub(crate) fn integrate<S: Simd>(simd: S, q: &Matrices) -> Corners {
     let mut out = [[0.0; 8]; 3];
     for v in 0..8 / S::F64_LANES {
         // One sum per term: nine independent chains of operations.
@@ -63,7 +63,7 @@ pub(super) fn integrate<S: Simd>(simd: S, q: &Matrices) -> Corners {
 
 /// Inverse and determinant; the inverse is meaningless where the determinant vanishes.
 #[inline(always)]
-pub(super) fn invert<S: Simd>(simd: S, m: &Matrix<S>) -> (Matrix<S>, S::f64s) {
+pub(crate) fn invert<S: Simd>(simd: S, m: &Matrix<S>) -> (Matrix<S>, S::f64s) {
     let cofactors: Matrix<S> = array(|a, b| {
         let (a1, a2, b1, b2) = ((a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3);
         simd.negate_mul_add_e_f64s(m[a1][b2], m[a2][b1], simd.mul_f64s(m[a1][b1], m[a2][b2]))
@@ -77,7 +77,7 @@ pub(super) fn invert<S: Simd>(simd: S, m: &Matrix<S>) -> (Matrix<S>, S::f64s) {
 
 /// A B.
 #[inline(always)]
-pub(super) fn product<S: Simd>(simd: S, a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
+pub(crate) fn product<S: Simd>(simd: S, a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
     array(|i, k| {
         let sum = simd.mul_f64s(a[i][0], b[0][k]);
         let sum = simd.mul_add_e_f64s(a[i][1], b[1][k], sum);
@@ -86,7 +86,7 @@ pub(super) fn product<S: Simd>(simd: S, a: &Matrix<S>, b: &Matrix<S>) -> Matrix<
 }
 
 #[inline(always)]
-pub(super) fn array<T>(entry: impl Fn(usize, usize) -> T) -> [[T; 3]; 3] {
+pub(crate) fn array<T>(entry: impl Fn(usize, usize) -> T) -> [[T; 3]; 3] {
     [
         [entry(0, 0), entry(0, 1), entry(0, 2)],
         [entry(1, 0), entry(1, 1), entry(1, 2)],
@@ -96,17 +96,17 @@ pub(super) fn array<T>(entry: impl Fn(usize, usize) -> T) -> [[T; 3]; 3] {
 
 /// Register `v` of eight numbers.
 #[inline(always)]
-pub(super) fn load<S: Simd>(from: &[f64; 8], v: usize) -> S::f64s {
+pub(crate) fn load<S: Simd>(from: &[f64; 8], v: usize) -> S::f64s {
     S::as_simd_f64s(from).0[v]
 }
 
 #[inline(always)]
-pub(super) fn store<S: Simd>(to: &mut [f64; 8], v: usize, values: S::f64s) {
+pub(crate) fn store<S: Simd>(to: &mut [f64; 8], v: usize, values: S::f64s) {
     S::as_mut_simd_f64s(to).0[v] = values;
 }
 
 #[inline(always)]
-pub(super) fn store_matrix<S: Simd>(to: &mut Matrices, v: usize, values: &Matrix<S>) {
+pub(crate) fn store_matrix<S: Simd>(to: &mut Matrices, v: usize, values: &Matrix<S>) {
     for a in 0..3 {
         for b in 0..3 {
             store::<S>(&mut to[a][b], v, values[a][b]);
@@ -116,13 +116,13 @@ pub(super) fn store_matrix<S: Simd>(to: &mut Matrices, v: usize, values: &Matrix
 
 /// The matrix at the points of register `v`.
 #[inline(always)]
-pub(super) fn load_matrix<S: Simd>(from: &Matrices, v: usize) -> Matrix<S> {
+pub(crate) fn load_matrix<S: Simd>(from: &Matrices, v: usize) -> Matrix<S> {
     array(|a, b| load::<S>(&from[a][b], v))
 }
 
 /// Σ_ab A_ab B_ab.
 #[inline(always)]
-pub(super) fn contract<S: Simd>(simd: S, a: &Matrix<S>, b: &Matrix<S>) -> S::f64s {
+pub(crate) fn contract<S: Simd>(simd: S, a: &Matrix<S>, b: &Matrix<S>) -> S::f64s {
     let mut sum = simd.mul_f64s(a[0][0], b[0][0]);
     for n in 1..9 {
         sum = simd.mul_add_e_f64s(a[n / 3][n % 3], b[n / 3][n % 3], sum);
@@ -131,13 +131,13 @@ pub(super) fn contract<S: Simd>(simd: S, a: &Matrix<S>, b: &Matrix<S>) -> S::f64
 }
 
 #[inline(always)]
-pub(super) fn transpose<S: Simd>(a: &Matrix<S>) -> Matrix<S> {
+pub(crate) fn transpose<S: Simd>(a: &Matrix<S>) -> Matrix<S> {
     array(|i, k| a[k][i])
 }
 
 /// What `then` makes of the force, unless an entry is no number.
 #[inline(always)]
-pub(super) fn finite<R>(force: Corners, then: impl FnOnce(&Corners) -> R) -> Option<R> {
+pub(crate) fn finite<R>(force: Corners, then: impl FnOnce(&Corners) -> R) -> Option<R> {
     let mut finite = true;
     for f in force.as_flattened() {
         finite &= f.is_finite();

@@ -37,7 +37,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
         recomputed = timed(analysis, now, |analysis| analysis.gradient(&forward))?.1;
     }
     Ok(json!({
-        "elements": problem.mesh.hexes.len(), "unknowns": setup.inspection.unknowns, "threads": setup.threads, "clock": if args.cpu { "processor" } else { "wall" },
+        "elements": problem.mesh.elements.len(), "unknowns": setup.inspection.unknowns, "threads": setup.threads, "clock": if args.cpu { "processor" } else { "wall" },
         "steps": forward.path.steps, "increments": forward.path.states.len() - 1,
         "newton_iterations": forward.path.newton_iterations(),
         "forward": marched, "gradient": gradient, "gradient_without_kept_factors": recomputed,

@@ -29,7 +29,7 @@ fn body(table: Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Body {
     let material = material(&table);
     let formulations = [("full", Element::Full), ("f_bar", Element::FBar)];
     let element = table.word("element", &formulations).or(Element::Full);
-    warn_of_locking(&table, &material, element);
+    warn_of_locking(&table, shape.as_ref(), &material, element);
     table.finish();
     Body { name, shape: shape.unwrap_or(STAND_IN), place, material, element }
 }
@@ -173,21 +173,36 @@ fn material(table: &Table<'_>) -> Material {
     law.unwrap_or(stand_in)
 }
 
-/// Poisson's ratios from which on fully integrated hexahedra are noticeably too stiff.
+/// Poisson's ratios from which on fully integrated elements are noticeably too stiff.
 const LOCKING: f64 = 0.45;
 
-fn warn_of_locking(table: &Table<'_>, material: &Material, element: Element) {
+fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material, element: Element) {
     let (key, ratio) = match *material {
         Material::NeoHooke { poisson_ratio, .. } => ("neo_hooke", poisson_ratio),
         Material::StVenantKirchhoff { poisson_ratio, .. } => ("st_venant_kirchhoff", poisson_ratio),
     };
-    if ratio >= LOCKING && element == Element::Full {
-        table.reader.warning(
-            &table.path_of(&format!("material.{key}.poisson_ratio")),
-            CaseCode::Locking,
-            format!("fully integrated hexahedra lock at a Poisson's ratio of {ratio}: they are too stiff"),
-            "give the body element = \"f_bar\", or a ratio below 0.45",
+    let tetrahedra = match shape {
+        Some(Shape::Mesh(file)) => {
+            file.mesh.elements.iter().filter(|e| matches!(e, slipstick_mesh::Element::Tet4(_))).count()
+        }
+        _ => 0,
+    };
+    let warn = |key: &str, message: String, help: &str| {
+        table.reader.warning(&table.path_of(key), CaseCode::Locking, message, help);
+    };
+    if element == Element::FBar && tetrahedra > 0 {
+        let message = format!(
+            "F\u{304} changes nothing in the body's {tetrahedra} tetrahedra, whose volume changes as a whole anyway"
         );
+        warn("element", message, "right where hexahedra are beside them; else leave it out");
+    }
+    let ratio_key = format!("material.{key}.poisson_ratio");
+    if ratio >= LOCKING && tetrahedra > 0 {
+        let message = format!("tetrahedra lock at a Poisson's ratio of {ratio}: they are too stiff");
+        warn(&ratio_key, message, "mesh the body with hexahedra and element = \"f_bar\", or take a ratio below 0.45");
+    } else if ratio >= LOCKING && element == Element::Full {
+        let message = format!("fully integrated hexahedra lock at a Poisson's ratio of {ratio}: they are too stiff");
+        warn(&ratio_key, message, "give the body element = \"f_bar\", or a ratio below 0.45");
     }
 }
 

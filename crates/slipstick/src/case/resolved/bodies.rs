@@ -105,7 +105,7 @@ impl Shape {
                 let layer = square.checked_add(n.checked_mul(h)?.checked_mul(4)?)?;
                 square.checked_mul(h)?.checked_add(m.checked_mul(layer)?)
             }
-            Self::Mesh(ref file) => Some(file.mesh.hexes.len()),
+            Self::Mesh(ref file) => Some(file.mesh.elements.len()),
         }
     }
 

@@ -19,7 +19,7 @@ fn fields_must_fit_the_mesh_and_be_finite() {
     assert!(matches!(error, RenderError::Length { expected: 24, found: 23, .. }), "{error}");
     let error = scene.displace(&[1e200; 24], 1e200).unwrap_err();
     assert!(matches!(error, RenderError::NotFinite { .. }), "{error}");
-    let error = Scene::new(&cube.nodes[..7], &cube.hexes).unwrap_err();
+    let error = Scene::new(&cube.nodes[..7], &cube.elements).unwrap_err();
     assert!(matches!(error, RenderError::NodeOutOfRange { element: 0, node: 7, nodes: 7 }), "{error}");
     let error = design_picture(&cube, &[], 0.5, &RenderOptions::default()).unwrap_err();
     assert_eq!(error.to_string(), "`density` has 0 values, but the mesh needs 1: give one result of this mesh");
@@ -69,7 +69,7 @@ fn a_body_must_exist() {
 fn tiny_pictures_and_flat_scenes_are_drawn() {
     let mut flat = unit_cube();
     flat.nodes.iter_mut().for_each(|x| *x = [1.0, 2.0, 3.0]);
-    let mut scene = Scene::new(&flat.nodes, &flat.hexes).unwrap();
+    let mut scene = Scene::new(&flat.nodes, &flat.elements).unwrap();
     scene.add(plain(vec![0], RED, Style::Outline)).unwrap();
     scene.scale = Some(ColourScale::new("value", ColourMap::Viridis, [0.0, 1.0]).unwrap());
     for size in [1, 2, 9, 33, 200] {

@@ -9,7 +9,7 @@ fn plate_and_tool() -> (Mesh, Vec<f64>) {
     tool.transform(&Placement { rotate: None, translate: [0.0, 0.2, 0.0] }).unwrap();
     let mesh = Mesh::merge(vec![plate, tool]).unwrap();
     let plates = 14 * 3 * 14;
-    let density = (0..mesh.hexes.len())
+    let density = (0..mesh.elements.len())
         .map(|e| if e < plates { 0.5 + 0.499 * (e as f64 * 0.37).sin() * (e as f64 * 0.011).cos() } else { 1.0 })
         .collect();
     (mesh, density)

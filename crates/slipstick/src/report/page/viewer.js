@@ -1,4 +1,4 @@
-// Hexahedra as their skin, drawn with WebGL: colours by a value per corner, flat light, edges of elements.
+// Elements as their skin, drawn with WebGL: colours by a value per corner, flat light, edges of elements.
 function bytesOf(text) {
   const raw = atob(text), bytes = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
@@ -10,6 +10,7 @@ function unpacked(packed) {
   return Float32Array.from(codes, code => packed.low + packed.step * code);
 }
 // Faces of hexahedra with the elements on both sides: { nodes: 4 per face, sides: 2 per face, -1 outside }.
+// Tetrahedra are hexahedra that repeat corners: faces with three of them are triangles, with fewer none.
 const HEX_FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 function facesOf(hexes, points) {
   const known = new Map(), nodes = [], sides = [];
@@ -17,7 +18,13 @@ function facesOf(hexes, points) {
     for (const face of HEX_FACES) {
       const n = face.map(k => hexes[8 * e + k]), least = n.indexOf(Math.min(...n));
       // Two faces of a mesh do not share a diagonal: the least corner and the one opposite tell faces apart.
-      const key = n[least] * points + n[(least + 2) % 4], found = known.get(key);
+      let key = n[least] * points + n[(least + 2) % 4];
+      if (hexes[8 * e + 2] === hexes[8 * e + 3]) {
+        const corners = [...new Set(n)].sort((a, b) => a - b);
+        if (corners.length < 3) continue;
+        key = corners.join();
+      }
+      const found = known.get(key);
       if (found === undefined) { known.set(key, sides.length / 2); nodes.push(...n); sides.push(e, -1); } else sides[2 * found + 1] = e;
     }
   }

@@ -1,0 +1,176 @@
+//! The auxiliary plane of a slave facet: projection on it, its derivative, and which master facets couple.
+
+use super::cell_rule::CellPoint;
+use super::clip::{PLANE_COORDINATES, Point, clip};
+use super::coupling::MultiplierShape;
+use super::facet_pair::reversed;
+use super::inverse_map::folded;
+use nalgebra::Vector3;
+
+pub(super) fn position(x: &[f64], node: u32) -> Vector3<f64> {
+    let at = 3 * node as usize;
+    Vector3::new(x[at], x[at + 1], x[at + 2])
+}
+
+fn mean<const N: usize>(corners: &[Vector3<f64>; N]) -> Vector3<f64> {
+    corners[1..].iter().fold(corners[0], |sum, p| sum + p) * (1.0 / N as f64)
+}
+
+/// The two vectors whose cross product is the normal at a facet's centre, as numbers of their starts and ends: the
+/// diagonals of a quadrilateral, two edges of a triangle.
+const fn spans<const N: usize>() -> [[usize; 2]; 2] {
+    if N == 3 { [[0, 1], [0, 2]] } else { [[0, 2], [1, 3]] }
+}
+
+/// Both of them.
+fn spanning<const N: usize>(corners: &[Vector3<f64>; N]) -> [Vector3<f64>; 2] {
+    spans::<N>().map(|[start, end]| corners[end] - corners[start])
+}
+
+/// Centre of a facet and the distance of its farthest corner.
+fn ball<const N: usize>(corners: &[Vector3<f64>; N]) -> (Vector3<f64>, f64) {
+    let centre = mean(corners);
+    (centre, corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max))
+}
+
+/// Cosine of the angle from opposite (84°) beyond which a master facet is seen edge-on: its projection means nothing.
+const EDGE_ON: f64 = 0.1;
+
+/// What all pairs of a facet share.
+#[derive(Clone, Copy)]
+pub(super) struct Settings<'a> {
+    pub x: &'a [f64],
+    pub rule: &'a [CellPoint],
+    pub shape: MultiplierShape,
+    pub reach: f64,
+    pub with_gradient: bool,
+}
+
+/// Whether a master facet takes part.
+pub(super) enum Coupled {
+    No,
+    Yes,
+    FoldedMaster,
+    FoldedSlave,
+}
+
+/// The auxiliary plane of a slave facet of S corners.
+pub(super) struct Plane<const S: usize> {
+    origin: Vector3<f64>,
+    normal: Vector3<f64>,
+    axes: [Vector3<f64>; 2],
+    /// `tilt[a][i]` = ∂(e_a · n₀)/∂x_i at fixed e_a, for the corners i. \[1/L\]
+    tilt: [[Vector3<f64>; S]; 2],
+    radius: f64,
+}
+
+impl<const S: usize> Plane<S> {
+    /// The normal at the centre of a bilinear facet is that of its diagonals' cross product; a triangle has one normal.
+    pub fn of(corners: &[Vector3<f64>; S]) -> Option<Self> {
+        let [a, b] = spanning(corners);
+        let cross = a.cross(&b);
+        let length = cross.norm();
+        if !(length > 0.0) {
+            return None;
+        }
+        let normal = cross / length;
+        let first = (a - normal * normal.dot(&a)).normalize();
+        let axes = [first, normal.cross(&first)];
+        let tilt = axes.map(|e| {
+            let mut tilt = [Vector3::zeros(); S];
+            for ([start, end], slope) in spans::<S>().into_iter().zip([b.cross(&e) / length, e.cross(&a) / length]) {
+                tilt[start] -= slope;
+                tilt[end] += slope;
+            }
+            tilt
+        });
+        let (origin, radius) = ball(corners);
+        Some(Self { origin, normal, axes, tilt, radius })
+    }
+
+    pub fn project(&self, p: &Vector3<f64>) -> Point {
+        let d = p - self.origin;
+        [self.axes[0].dot(&d), self.axes[1].dot(&d)]
+    }
+
+    fn height(&self, p: &Vector3<f64>) -> f64 {
+        self.normal.dot(&(p - self.origin))
+    }
+
+    /// From a gradient in the plane coordinates of a pair to one in positions: calls `add` with corner (the master's from
+    /// 4 on), component and value.
+    #[inline]
+    pub fn chain<const M: usize>(
+        &self,
+        slope: &[f64; PLANE_COORDINATES],
+        corners: &[Vector3<f64>; S],
+        points: &[Vector3<f64>; M],
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        let mut tilt = [0.0; 2];
+        let masters = points.iter().enumerate().map(|(i, point)| (4 + i, point));
+        for (i, point) in corners.iter().enumerate().chain(masters) {
+            let slope = [slope[2 * i], slope[2 * i + 1]];
+            let height = self.height(point);
+            for a in 0..2 {
+                tilt[a] -= height * slope[a];
+            }
+            for c in 0..3 {
+                add(i, c, slope[0] * self.axes[0][c] + slope[1] * self.axes[1][c]);
+            }
+        }
+        for i in 0..S {
+            for c in 0..3 {
+                add(i, c, tilt[0] * self.tilt[0][i][c] + tilt[1] * self.tilt[1][i][c]);
+            }
+        }
+    }
+
+    /// Whether a master facet is coupled with the slave facet, which is `projected` on the plane.
+    pub fn overlaps<const M: usize>(
+        &self,
+        projected: &[Point; S],
+        master: &[u32; M],
+        Settings { x, reach, .. }: Settings<'_>,
+    ) -> Coupled {
+        let points = master.map(|n| position(x, n));
+        if !self.may_couple(&points, reach) {
+            return Coupled::No;
+        }
+        let flat = points.map(|p| self.project(&p));
+        let order = reversed::<M>();
+        let turned = order.map(|i| flat[i]);
+        if clip(projected, &turned, &order).is_none() {
+            return Coupled::No;
+        }
+        let near = self.is_near(&points);
+        match (folded(&turned), near) {
+            (true, true) => Coupled::FoldedMaster,
+            (true, false) => Coupled::No,
+            (false, true) if folded(projected) => Coupled::FoldedSlave,
+            (false, _) => Coupled::Yes,
+        }
+    }
+
+    /// Whether a master facet faces the slave facet, is within reach along the normal and near in the plane.
+    ///
+    /// The decision is invariant under rigid motion of the pair.
+    fn may_couple<const M: usize>(&self, master: &[Vector3<f64>; M], reach: f64) -> bool {
+        let (centre, radius) = ball(master);
+        let offset = centre - self.origin;
+        let height = self.normal.dot(&offset);
+        let sideways = (offset - self.normal * height).norm();
+        if height.abs() > reach + radius || sideways > self.radius + radius {
+            return false;
+        }
+        let [a, b] = spanning(master);
+        let facing = a.cross(&b);
+        self.normal.dot(&facing) < -EDGE_ON * facing.norm()
+    }
+
+    /// Whether the balls around the two facets meet.
+    fn is_near<const M: usize>(&self, master: &[Vector3<f64>; M]) -> bool {
+        let (centre, radius) = ball(master);
+        (centre - self.origin).norm() <= self.radius + radius
+    }
+}

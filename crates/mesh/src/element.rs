@@ -1,0 +1,197 @@
+//! Elements and facets by their nodes: tetrahedra and hexahedra, triangles and quadrilaterals.
+
+use std::fmt;
+use std::ops::{Deref, DerefMut};
+
+/// Local node numbers of the six faces of a hex8, each counter-clockwise seen from outside.
+///
+/// Hex8 numbering: 0–3 counter-clockwise on the face ζ = −1 seen from inside (ζ > −1), 4–7 above them.
+pub const HEX_FACES: [[usize; 4]; 6] =
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+
+/// Local node numbers of the four faces of a tet4, each counter-clockwise seen from outside.
+///
+/// Tet4 numbering: 0–2 counter-clockwise seen from node 3. The order of the faces is that of Abaqus.
+pub const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+
+/// An element by its global node numbers, numbered as in VTK.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Element {
+    /// Linear tetrahedron, see [`TET_FACES`].
+    Tet4([u32; 4]),
+    /// Trilinear hexahedron, see [`HEX_FACES`].
+    Hex8([u32; 8]),
+}
+
+impl Element {
+    /// Global node numbers.
+    pub fn nodes(&self) -> &[u32] {
+        match self {
+            Self::Tet4(nodes) => nodes,
+            Self::Hex8(nodes) => nodes,
+        }
+    }
+
+    /// The same element with other node numbers.
+    pub fn map(self, number: impl FnMut(u32) -> u32) -> Self {
+        match self {
+            Self::Tet4(nodes) => Self::Tet4(nodes.map(number)),
+            Self::Hex8(nodes) => Self::Hex8(nodes.map(number)),
+        }
+    }
+
+    /// Number of faces.
+    pub fn sides(&self) -> usize {
+        match self {
+            Self::Tet4(_) => TET_FACES.len(),
+            Self::Hex8(_) => HEX_FACES.len(),
+        }
+    }
+
+    /// Nodes of one face, counter-clockwise seen from outside.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    pub fn side(&self, side: usize) -> FacetNodes {
+        match self {
+            Self::Tet4(nodes) => TET_FACES[side].map(|corner| nodes[corner]).into(),
+            Self::Hex8(nodes) => HEX_FACES[side].map(|corner| nodes[corner]).into(),
+        }
+    }
+}
+
+impl From<[u32; 4]> for Element {
+    fn from(nodes: [u32; 4]) -> Self {
+        Self::Tet4(nodes)
+    }
+}
+
+impl From<[u32; 8]> for Element {
+    fn from(nodes: [u32; 8]) -> Self {
+        Self::Hex8(nodes)
+    }
+}
+
+/// The three or four global node numbers of a triangle or quadrilateral, in its winding; reads as a slice of them.
+///
+/// Ordered by the nodes, then by their number.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FacetNodes {
+    /// The fourth of a triangle is `u32::MAX`.
+    nodes: [u32; 4],
+    count: u8,
+}
+
+impl FacetNodes {
+    /// The nodes of a triangle (three) or quadrilateral (four); `None` of any other number.
+    pub fn new(nodes: &[u32]) -> Option<Self> {
+        match *nodes {
+            [a, b, c] => Some([a, b, c].into()),
+            [a, b, c, d] => Some([a, b, c, d].into()),
+            _ => None,
+        }
+    }
+
+    /// The same facet with other node numbers.
+    #[must_use]
+    pub fn map(mut self, mut number: impl FnMut(u32) -> u32) -> Self {
+        self.iter_mut().for_each(|node| *node = number(*node));
+        self
+    }
+
+    /// The nodes in ascending order: the same for all windings of one face.
+    #[must_use]
+    pub fn sorted(mut self) -> Self {
+        self.sort_unstable();
+        self
+    }
+
+    /// The same winding from another node on.
+    pub(crate) fn starting_at(mut self, node: u32) -> Option<Self> {
+        let start = self.iter().position(|&n| n == node)?;
+        self.rotate_left(start);
+        Some(self)
+    }
+
+    /// The opposite winding, from the same node on.
+    #[must_use]
+    pub fn reversed(mut self) -> Self {
+        self[1..].reverse();
+        self
+    }
+
+    /// Coordinates of the nodes. \[L\]
+    ///
+    /// # Panics
+    /// If a node has no coordinates.
+    pub fn corners(&self, coordinates: &[[f64; 3]]) -> FacetCorners {
+        let at = |node: u32| coordinates[node as usize];
+        match **self {
+            [a, b, c] => FacetCorners::Triangle([a, b, c].map(at)),
+            _ => FacetCorners::Quadrilateral(self.nodes.map(at)),
+        }
+    }
+}
+
+/// Corner coordinates of a facet. \[L\]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FacetCorners {
+    /// Three corners.
+    Triangle([[f64; 3]; 3]),
+    /// Four corners, of a bilinear facet.
+    Quadrilateral([[f64; 3]; 4]),
+}
+
+impl From<[[f64; 3]; 3]> for FacetCorners {
+    fn from(corners: [[f64; 3]; 3]) -> Self {
+        Self::Triangle(corners)
+    }
+}
+
+impl From<[[f64; 3]; 4]> for FacetCorners {
+    fn from(corners: [[f64; 3]; 4]) -> Self {
+        Self::Quadrilateral(corners)
+    }
+}
+
+impl From<[u32; 3]> for FacetNodes {
+    fn from([a, b, c]: [u32; 3]) -> Self {
+        Self { nodes: [a, b, c, u32::MAX], count: 3 }
+    }
+}
+
+impl From<[u32; 4]> for FacetNodes {
+    fn from(nodes: [u32; 4]) -> Self {
+        Self { nodes, count: 4 }
+    }
+}
+
+impl Deref for FacetNodes {
+    type Target = [u32];
+
+    #[inline]
+    fn deref(&self) -> &[u32] {
+        &self.nodes[..usize::from(self.count)]
+    }
+}
+
+impl DerefMut for FacetNodes {
+    fn deref_mut(&mut self) -> &mut [u32] {
+        &mut self.nodes[..usize::from(self.count)]
+    }
+}
+
+impl<'a> IntoIterator for &'a FacetNodes {
+    type Item = &'a u32;
+    type IntoIter = std::slice::Iter<'a, u32>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl fmt::Debug for FacetNodes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (**self).fmt(f)
+    }
+}

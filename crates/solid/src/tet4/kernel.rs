@@ -1,0 +1,384 @@
+//! The integrals over a batch, generic over the instruction set: a register holds a few elements.
+
+use super::{Batch, LANES};
+use crate::hex8::geometry::AtPoints;
+use crate::hex8::law::{Law, Local};
+use crate::hex8::registers::{
+    Matrices, Matrix, array, contract, invert, load, load_matrix, product, store, store_matrix,
+};
+use crate::interpolation::ElementScaling;
+use crate::material::Material;
+use pulp::Simd;
+
+const ZERO: Matrices = [[[0.0; LANES]; 3]; 3];
+const ONES: AtPoints = [1.0; LANES];
+const IDENTITY: Matrices =
+    [[ONES, [0.0; LANES], [0.0; LANES]], [[0.0; LANES], ONES, [0.0; LANES]], [[0.0; LANES], [0.0; LANES], ONES]];
+
+/// State of a batch and intermediate results; its memory serves for the next batch again.
+pub(crate) struct Work {
+    /// ∂u/∂X.
+    displacement: Matrices,
+    /// F at γ u, F⁻¹ as `[B][a]`, and J.
+    gradient: Matrices,
+    inverse: Matrices,
+    determinant: AtPoints,
+    gamma: AtPoints,
+    /// V s μ.
+    modulus: AtPoints,
+    /// Some γ is not 1.
+    interpolated: bool,
+    /// V P (∂ξ/∂X)ᵀ as `[a][β]`: the forces of the corners but the first.
+    forces: Matrices,
+    /// Changes of these under a displacement b of corner β + 1, as `[b][β]`.
+    moduli: [[Matrices; 3]; 3],
+}
+
+/// Weights of the finite-strain part and of linear elasticity, at one element.
+type Weights = fn(f64) -> [f64; 2];
+
+/// In the force, and in its derivatives.
+const OF_FORCE: Weights = |gamma| [gamma, 1.0 - gamma * gamma];
+const OF_TANGENT: Weights = |gamma| [gamma * gamma, 1.0 - gamma * gamma];
+
+impl Work {
+    pub fn new() -> Self {
+        Self {
+            displacement: ZERO,
+            gradient: ZERO,
+            inverse: ZERO,
+            determinant: ONES,
+            gamma: ONES,
+            modulus: [0.0; LANES],
+            interpolated: false,
+            forces: ZERO,
+            moduli: [[ZERO; 3]; 3],
+        }
+    }
+
+    /// Evaluates the deformation at displacements `d`. Which elements are admissible is up to the caller.
+    #[inline(always)]
+    fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, scalings: &[ElementScaling], d: &[f64], shear_modulus: f64) {
+        self.modulus = [0.0; LANES];
+        self.gamma = ONES;
+        for (lane, &number) in batch.numbers().iter().enumerate() {
+            let ElementScaling { factor, gamma } = scalings[number as usize];
+            self.modulus[lane] = factor * batch.volumes[lane] * shear_modulus;
+            self.gamma[lane] = gamma;
+        }
+        self.interpolated = self.gamma != ONES;
+        self.displacement = field_gradient(simd, batch, d);
+        for v in 0..LANES / S::F64_LANES {
+            let gamma = load::<S>(&self.gamma, v);
+            let mut f = array(|a, b| simd.mul_f64s(gamma, load::<S>(&self.displacement[a][b], v)));
+            for a in 0..3 {
+                f[a][a] = simd.add_f64s(f[a][a], simd.splat_f64s(1.0));
+            }
+            let (inverse, j) = invert(simd, &f);
+            store_matrix::<S>(&mut self.gradient, v, &f);
+            store_matrix::<S>(&mut self.inverse, v, &inverse);
+            store::<S>(&mut self.determinant, v, j);
+        }
+    }
+
+    /// Whether J of an element is positive and finite.
+    #[inline(always)]
+    pub fn is_admissible(&self, lane: usize) -> bool {
+        let j = self.determinant[lane];
+        j >= f64::MIN_POSITIVE && j.is_finite()
+    }
+
+    /// Forces of the corners of an element, that are no numbers where it is inverted.
+    #[inline(always)]
+    pub fn forces(&self, lane: usize) -> [[f64; 3]; 4] {
+        let mut out = [[0.0; 3]; 4];
+        for beta in 0..3 {
+            for a in 0..3 {
+                let force = if self.is_admissible(lane) { self.forces[a][beta][lane] } else { f64::NAN };
+                out[beta + 1][a] = force;
+                out[0][a] -= force;
+            }
+        }
+        out
+    }
+
+    /// Tangent of an element: block (i, k) at `[4 i + k]`, row-major 3×3.
+    #[inline(always)]
+    pub fn tangent(&self, lane: usize) -> [[f64; 9]; 16] {
+        let mut out = [[0.0; 9]; 16];
+        for k in 1..4 {
+            for i in 1..4 {
+                for a in 0..3 {
+                    for b in 0..3 {
+                        // of a symmetric tangent, one half is there
+                        let entry = match a <= b {
+                            true => self.moduli[b][k - 1][a][i - 1][lane],
+                            false => self.moduli[a][i - 1][b][k - 1][lane],
+                        };
+                        out[4 * i + k][3 * a + b] = entry;
+                        out[k][3 * a + b] -= entry;
+                    }
+                }
+            }
+            for a in 0..3 {
+                for b in 0..3 {
+                    out[4 * k][3 * b + a] = out[k][3 * a + b];
+                    out[0][3 * a + b] -= out[k][3 * a + b];
+                }
+            }
+        }
+        out
+    }
+
+    /// Internal forces at displacements `d`.
+    #[inline(always)]
+    pub fn internal_force<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        material: &Material,
+        scalings: &[ElementScaling],
+        d: &[f64],
+    ) {
+        match material {
+            Material::NeoHooke(law) => self.force_of(simd, law, batch, scalings, d),
+            Material::StVenantKirchhoff(law) => self.force_of(simd, law, batch, scalings, d),
+        }
+    }
+
+    #[inline(always)]
+    fn force_of<S: Simd>(&mut self, simd: S, law: &impl Law, batch: &Batch, scalings: &[ElementScaling], d: &[f64]) {
+        self.deform(simd, batch, scalings, d, law.shear_modulus());
+        let volumetric = law.volumetric(simd, &self.determinant);
+        let rest = if self.interpolated { law.volumetric(simd, &ONES) } else { ONES };
+        let [finite, linear] = self.weights(OF_FORCE);
+        for v in 0..LANES / S::F64_LANES {
+            let mut p = scaled(simd, load::<S>(&finite, v), law.stress(simd, &self.local(&volumetric, v)));
+            if self.interpolated {
+                let change = load_matrix::<S>(&self.displacement, v);
+                let q = law.stress_change(simd, &at_rest(&rest, v), &change);
+                p = sum(simd, &p, &scaled(simd, load::<S>(&linear, v), q));
+            }
+            store_matrix::<S>(&mut self.forces, v, &to_parent(simd, batch, &p, v));
+        }
+    }
+
+    /// Product of the tangent at displacements `d` with `direction`, in the place of the forces.
+    #[inline(always)]
+    pub fn tangent_product<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        material: &Material,
+        scalings: &[ElementScaling],
+        d: &[f64],
+        direction: &[f64],
+    ) {
+        match material {
+            Material::NeoHooke(law) => self.product_of(simd, law, batch, scalings, d, direction),
+            Material::StVenantKirchhoff(law) => self.product_of(simd, law, batch, scalings, d, direction),
+        }
+    }
+
+    #[inline(always)]
+    fn product_of<S: Simd>(
+        &mut self,
+        simd: S,
+        law: &impl Law,
+        batch: &Batch,
+        scalings: &[ElementScaling],
+        d: &[f64],
+        direction: &[f64],
+    ) {
+        self.deform(simd, batch, scalings, d, law.shear_modulus());
+        let change = field_gradient(simd, batch, direction);
+        let moduli = Moduli::new(simd, law, self);
+        for v in 0..LANES / S::F64_LANES {
+            let p = moduli.stress_change(simd, law, self, &load_matrix::<S>(&change, v), v);
+            let q = to_parent(simd, batch, &p, v);
+            store_matrix::<S>(&mut self.forces, v, &q);
+        }
+    }
+
+    /// Tangents at displacements `d`.
+    #[inline(always)]
+    pub fn tangents<S: Simd>(
+        &mut self,
+        simd: S,
+        batch: &Batch,
+        material: &Material,
+        scalings: &[ElementScaling],
+        d: &[f64],
+    ) {
+        match material {
+            Material::NeoHooke(law) => self.tangents_of(simd, law, batch, scalings, d),
+            Material::StVenantKirchhoff(law) => self.tangents_of(simd, law, batch, scalings, d),
+        }
+    }
+
+    #[inline(always)]
+    fn tangents_of<S: Simd>(&mut self, simd: S, law: &impl Law, batch: &Batch, scalings: &[ElementScaling], d: &[f64]) {
+        self.deform(simd, batch, scalings, d, law.shear_modulus());
+        let moduli = Moduli::new(simd, law, self);
+        for v in 0..LANES / S::F64_LANES {
+            for b in 0..3 {
+                for beta in 0..3 {
+                    let mut change = [[simd.splat_f64s(0.0); 3]; 3];
+                    for d in 0..3 {
+                        change[b][d] = load::<S>(&batch.inverse[beta][d], v);
+                    }
+                    let p = moduli.stress_change(simd, law, self, &change, v);
+                    let q = to_parent(simd, batch, &p, v);
+                    store_matrix::<S>(&mut self.moduli[b][beta], v, &q);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn local<'a>(&'a self, volumetric: &'a AtPoints, v: usize) -> Local<'a> {
+        Local { gradient: &self.gradient, inverse: &self.inverse, volumetric, v }
+    }
+
+    /// V s μ times the two weights.
+    #[inline(always)]
+    fn weights(&self, weights: Weights) -> [AtPoints; 2] {
+        let mut out = [[0.0; LANES]; 2];
+        for lane in 0..LANES {
+            let [finite, linear] = weights(self.gamma[lane]);
+            out[0][lane] = self.modulus[lane] * finite;
+            out[1][lane] = self.modulus[lane] * linear;
+        }
+        out
+    }
+}
+
+/// What the derivative of the stresses needs beside the deformation.
+struct Moduli {
+    volumetric: AtPoints,
+    volumetric_at_rest: AtPoints,
+    weights: [AtPoints; 2],
+}
+
+impl Moduli {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, law: &impl Law, work: &Work) -> Self {
+        Self {
+            volumetric: law.volumetric(simd, &work.determinant),
+            volumetric_at_rest: if work.interpolated { law.volumetric(simd, &ONES) } else { ONES },
+            weights: work.weights(OF_TANGENT),
+        }
+    }
+
+    /// Change of V P under the change of ∂u/∂X, of the elements of register `v`.
+    #[inline(always)]
+    fn stress_change<S: Simd>(&self, simd: S, law: &impl Law, work: &Work, change: &Matrix<S>, v: usize) -> Matrix<S> {
+        let [finite, linear] = &self.weights;
+        let p = law.stress_change(simd, &work.local(&self.volumetric, v), change);
+        let p = scaled(simd, load::<S>(finite, v), p);
+        if !work.interpolated {
+            return p;
+        }
+        let q = law.stress_change(simd, &at_rest(&self.volumetric_at_rest, v), change);
+        sum(simd, &p, &scaled(simd, load::<S>(linear, v), q))
+    }
+}
+
+/// λ · ∂f/∂φ of the elements, where `slopes` holds the derivatives of the scalings with respect to the densities; see
+/// [`crate::hex8::interpolated::pull_back`]. NaN of inverted elements.
+///
+/// Test: `interpolated_pull_back_matches_differences` (tests/reference.rs).
+#[inline(always)]
+pub(crate) fn pull_back<S: Simd>(
+    simd: S,
+    work: &mut Work,
+    batch: &Batch,
+    material: &Material,
+    [scalings, slopes]: [&[ElementScaling]; 2],
+    d: &[f64],
+    adjoint: &[f64],
+) -> AtPoints {
+    match material {
+        Material::NeoHooke(law) => pull_back_of(simd, work, law, batch, [scalings, slopes], d, adjoint),
+        Material::StVenantKirchhoff(law) => pull_back_of(simd, work, law, batch, [scalings, slopes], d, adjoint),
+    }
+}
+
+#[inline(always)]
+fn pull_back_of<S: Simd>(
+    simd: S,
+    work: &mut Work,
+    law: &impl Law,
+    batch: &Batch,
+    [scalings, slopes]: [&[ElementScaling]; 2],
+    d: &[f64],
+    adjoint: &[f64],
+) -> AtPoints {
+    work.deform(simd, batch, scalings, d, law.shear_modulus());
+    let lambda = field_gradient(simd, batch, adjoint);
+    let volumetric = law.volumetric(simd, &work.determinant);
+    let rest = law.volumetric(simd, &ONES);
+    // λ times the force at γ d, K(γ d) d and K(0) d, over V μ
+    let [mut force, mut finite, mut linear] = [[0.0; LANES]; 3];
+    for v in 0..LANES / S::F64_LANES {
+        let (lambda, change) = (load_matrix::<S>(&lambda, v), load_matrix::<S>(&work.displacement, v));
+        let local = work.local(&volumetric, v);
+        store::<S>(&mut force, v, contract(simd, &law.stress(simd, &local), &lambda));
+        store::<S>(&mut finite, v, contract(simd, &law.stress_change(simd, &local, &change), &lambda));
+        let q = law.stress_change(simd, &at_rest(&rest, v), &change);
+        store::<S>(&mut linear, v, contract(simd, &q, &lambda));
+    }
+    let mut out = [0.0; LANES];
+    for (lane, &number) in batch.numbers().iter().enumerate() {
+        let (ElementScaling { factor, gamma }, slope) = (scalings[number as usize], slopes[number as usize]);
+        let by_factor = gamma * force[lane] + (1.0 - gamma * gamma) * linear[lane];
+        let by_gamma = factor * (force[lane] + gamma * (finite[lane] - 2.0 * linear[lane]));
+        let modulus = batch.volumes[lane] * law.shear_modulus();
+        let product = modulus * (slope.factor * by_factor + slope.gamma * by_gamma);
+        out[lane] = if work.is_admissible(lane) { product } else { f64::NAN };
+    }
+    out
+}
+
+/// ∂v_a/∂X_B of a nodal field; its value at the first corner is subtracted, so that a translation leaves no round-off.
+#[inline(always)]
+fn field_gradient<S: Simd>(simd: S, batch: &Batch, field: &[f64]) -> Matrices {
+    let mut parent = ZERO;
+    for lane in 0..batch.numbers().len() {
+        let corner = |i: usize| -> &[f64] { &field[3 * batch.nodes[lane][i] as usize..][..3] };
+        let first = corner(0);
+        for beta in 0..3 {
+            let other = corner(beta + 1);
+            for a in 0..3 {
+                parent[a][beta][lane] = other[a] - first[a];
+            }
+        }
+    }
+    let mut out = ZERO;
+    for v in 0..LANES / S::F64_LANES {
+        let gradient = product(simd, &load_matrix::<S>(&parent, v), &load_matrix::<S>(&batch.inverse, v));
+        store_matrix::<S>(&mut out, v, &gradient);
+    }
+    out
+}
+
+#[inline(always)]
+fn at_rest(volumetric: &AtPoints, v: usize) -> Local<'_> {
+    Local { gradient: &IDENTITY, inverse: &IDENTITY, volumetric, v }
+}
+
+/// P (∂ξ/∂X)ᵀ, as `[a][β]`.
+#[inline(always)]
+fn to_parent<S: Simd>(simd: S, batch: &Batch, p: &Matrix<S>, v: usize) -> Matrix<S> {
+    product(simd, p, &array(|b, beta| load::<S>(&batch.inverse[beta][b], v)))
+}
+
+#[inline(always)]
+fn scaled<S: Simd>(simd: S, factor: S::f64s, p: Matrix<S>) -> Matrix<S> {
+    array(|a, b| simd.mul_f64s(factor, p[a][b]))
+}
+
+#[inline(always)]
+fn sum<S: Simd>(simd: S, p: &Matrix<S>, q: &Matrix<S>) -> Matrix<S> {
+    array(|a, b| simd.add_f64s(p[a][b], q[a][b]))
+}

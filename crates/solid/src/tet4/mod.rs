@@ -1,0 +1,123 @@
+//! Tet4 elements, eight at a time: internal force, tangent, energy, of any material.
+//!
+//! The deformation gradient of a tetrahedron is constant, so one point integrates exactly, and every
+//! [formulation](crate::Formulation) is the same. The laws of [`crate::hex8`] work on eight points at once; here each
+//! point is an element of a [`Batch`]. With parent coordinates ξ, N_0 = 1 − Σ ξ_β and N_β+1 = ξ_β:
+//!
+//! ```text
+//! F = 1 + Σ_β (d_β+1 − d_0) ⊗ ∂ξ_β/∂X,     f_β+1 = V P ∂ξ_β/∂X,     f_0 = −Σ_β f_β+1
+//! ```
+//!
+//! Energy interpolation as in the hexahedra, f = s [γ f(γd) + (1 − γ²) K(0) d], with s and γ of each element.
+
+mod kernel;
+
+pub(crate) use kernel::{Work, pull_back};
+
+use crate::hex8::geometry::{AtPoints, POINTS};
+use crate::interpolation::ElementScaling;
+use crate::material::Material;
+use slipstick_mesh::{Mesh, tet_volume};
+
+/// Elements of a batch.
+pub(crate) const LANES: usize = POINTS;
+
+/// Up to eight elements of one section.
+#[derive(Debug, Clone)]
+#[repr(C, align(32))]
+pub(crate) struct Batch {
+    /// ∂ξ_β/∂X_B of each element, as `[β][B][element]`. \[1/L\]
+    pub inverse: [[AtPoints; 3]; 3],
+    /// Volumes; 0 beyond the last element. \[L³\]
+    pub volumes: AtPoints,
+    pub nodes: [[u32; 4]; LANES],
+    /// The mesh's numbers of the elements; their count is that of the batch.
+    numbers: [u32; LANES],
+    count: usize,
+    pub section: usize,
+}
+
+impl Batch {
+    /// A batch of elements by their numbers and nodes; the numbers of those without a positive volume are the error.
+    ///
+    /// # Panics
+    /// With no element, or more than [`LANES`].
+    pub fn new(mesh: &Mesh, elements: &[(u32, [u32; 4])], section: usize) -> Result<Self, Vec<u32>> {
+        let mut out = Self {
+            inverse: [[[0.0; LANES]; 3]; 3],
+            volumes: [0.0; LANES],
+            nodes: [elements[0].1; LANES],
+            numbers: [elements[0].0; LANES],
+            count: elements.len(),
+            section,
+        };
+        let mut flat = Vec::new();
+        for (lane, &(number, nodes)) in elements.iter().enumerate() {
+            let corners = mesh.coordinates(&nodes);
+            let volume = tet_volume(&corners);
+            if !(volume > 0.0 && volume.is_finite()) {
+                flat.push(number);
+            }
+            (out.nodes[lane], out.numbers[lane], out.volumes[lane]) = (nodes, number, volume);
+            let edges: [[f64; 3]; 3] =
+                std::array::from_fn(|i| std::array::from_fn(|c| corners[i + 1][c] - corners[0][c]));
+            for beta in 0..3 {
+                let (u, v) = (edges[(beta + 1) % 3], edges[(beta + 2) % 3]);
+                for b in 0..3 {
+                    let (b1, b2) = ((b + 1) % 3, (b + 2) % 3);
+                    out.inverse[beta][b][lane] = (u[b1] * v[b2] - u[b2] * v[b1]) / (6.0 * volume);
+                }
+            }
+        }
+        if flat.is_empty() { Ok(out) } else { Err(flat) }
+    }
+
+    /// The mesh's numbers of the elements.
+    #[inline(always)]
+    pub fn numbers(&self) -> &[u32] {
+        &self.numbers[..self.count]
+    }
+
+    /// Displacement gradient of one element, relative to its first corner: a translation leaves no round-off.
+    fn displacement_gradient(&self, lane: usize, d: &[f64]) -> [[f64; 3]; 3] {
+        let at = |corner: usize, a: usize| d[3 * self.nodes[lane][corner] as usize + a];
+        std::array::from_fn(|a| {
+            std::array::from_fn(|b| (0..3).map(|beta| (at(beta + 1, a) - at(0, a)) * self.inverse[beta][b][lane]).sum())
+        })
+    }
+
+    /// Energy of one element; `None` if J ≤ 0, at γ d where the energy is interpolated. \[F L\]
+    pub fn energy(&self, lane: usize, material: &Material, scaling: ElementScaling, d: &[f64]) -> Option<f64> {
+        let ElementScaling { factor, gamma } = scaling;
+        let h = self.displacement_gradient(lane, d);
+        let f = plus_identity(&h, gamma);
+        if !(determinant(&f) > 0.0) {
+            return None;
+        }
+        let mut energy = material.energy(&f);
+        if gamma != 1.0 {
+            let (e, nu) = (material.youngs_modulus(), material.poisson_ratio());
+            let (mu, lambda) = (e / (2.0 * (1.0 + nu)), e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
+            let trace = h[0][0] + h[1][1] + h[2][2];
+            let squares: f64 = (0..9).map(|n| (0.5 * (h[n / 3][n % 3] + h[n % 3][n / 3])).powi(2)).sum();
+            energy += (1.0 - gamma * gamma) * (0.5 * lambda * trace * trace + mu * squares);
+        }
+        Some(factor * self.volumes[lane] * energy)
+    }
+
+    /// J of one element; −∞ where it is no number.
+    pub fn determinant(&self, lane: usize, d: &[f64]) -> f64 {
+        let j = determinant(&plus_identity(&self.displacement_gradient(lane, d), 1.0));
+        if j.is_nan() { f64::NEG_INFINITY } else { j }
+    }
+}
+
+/// 1 + γ H.
+fn plus_identity(h: &[[f64; 3]; 3], gamma: f64) -> [[f64; 3]; 3] {
+    std::array::from_fn(|a| std::array::from_fn(|b| f64::from(a == b) + gamma * h[a][b]))
+}
+
+fn determinant(f: &[[f64; 3]; 3]) -> f64 {
+    let minor = |a: usize, b: usize| f[1][a] * f[2][b] - f[1][b] * f[2][a];
+    f[0][0] * minor(1, 2) - f[0][1] * minor(0, 2) + f[0][2] * minor(0, 1)
+}
