@@ -14,6 +14,9 @@ const LOWER: (f64, f64) = (1000.0, 0.3);
 const UPPER: (f64, f64) = (300.0, 0.2);
 const PRESSED: f64 = 0.3;
 
+/// Which elements of a body are divided into tetrahedra.
+type WhichElements = fn(usize) -> bool;
+
 /// Two boxes 1 × 1 × 1 on top of each other, the upper one pressed down by [`PRESSED`]. `confined`: frictionless walls on all
 /// four sides, else symmetry planes at x = 0 and z = 0 only; `clamped`: no walls, but ends held in all components.
 struct Stack {
@@ -27,7 +30,7 @@ struct Stack {
     moduli: [(f64, f64); 2],
     friction: f64,
     /// Which hexahedra of the lower and the upper box are divided into tetrahedra, if any.
-    divided: [Option<fn(usize) -> bool>; 2],
+    divided: [Option<WhichElements>; 2],
 }
 
 impl Default for Stack {
