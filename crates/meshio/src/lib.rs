@@ -7,7 +7,7 @@
 //! | `.vtu` | ParaView, VTK, meshio, slipstick | ASCII, inline base64, appended raw or base64; zlib or no compression |
 //!
 //! [`FileMesh::parse`] tells the format by the first character and keeps what the file says, with its own numbers for
-//! messages. [`FileMesh::body`] takes one body out of it as a [`slipstick_mesh::Mesh`]: the hexahedra of one set, their
+//! messages. [`FileMesh::body`] takes one body out of it as a [`slipstick_mesh::Mesh`]: the elements of one set, their
 //! nodes, and the sets of faces and nodes that lie on them as surfaces and node sets.
 //!
 //! The crate reads bytes, not files, and needs memory in proportion to their number, whatever they say.
@@ -18,7 +18,7 @@
 //!             *SURFACE, NAME=top\ncube, S2\n";
 //! let file = slipstick_meshio::FileMesh::parse(text.as_bytes()).unwrap();
 //! let read = file.body("die", Some("cube"), 0.001).unwrap();
-//! assert_eq!(read.mesh.surfaces["die_top"].facets[0].nodes, [4, 5, 6, 7]);
+//! assert_eq!(read.mesh.surfaces["die_top"].facets[0].nodes, [4, 5, 6, 7].into());
 //! ```
 
 mod abaqus;

@@ -9,7 +9,7 @@
 //! # std::fs::create_dir_all(&folder)?;
 //! let points = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.],
 //!               [0., 0., 1.], [1., 0., 1.], [1., 1., 1.], [0., 1., 1.]];
-//! let mut vtu = Vtu::new(&points, &[[0, 1, 2, 3, 4, 5, 6, 7]])?;
+//! let mut vtu = Vtu::new(&points, &[slipstick_mesh::Element::Hex8([0, 1, 2, 3, 4, 5, 6, 7])])?;
 //! vtu.point_field("displacement", 3, Values::F64(&[0.0; 24]))?;
 //! vtu.cell_field("density", 1, Values::F64(&[0.5]))?;
 //! vtu.save(&folder.join("step_1.vtu"))?;
