@@ -20,6 +20,8 @@ pub struct LinearSystem {
     /// The one in use last.
     now: Slot,
     other: Slot,
+    /// Iterations that earlier factors are given, instead of what counts of operations foresee.
+    budget: Option<usize>,
     counts: SolveCounts,
     timings: Timings,
 }
@@ -111,7 +113,13 @@ impl LinearSystem {
     /// With the given direct solver.
     pub fn new(choice: SolverChoice) -> Self {
         let (now, other) = (Slot::new(choice), Slot::new(choice));
-        Self { choice, now, other, counts: SolveCounts::default(), timings: Timings::default() }
+        Self { choice, now, other, budget: None, counts: SolveCounts::default(), timings: Timings::default() }
+    }
+
+    /// Gives earlier factors so many iterations, whether they are foreseen to pay or not; `None` for what is foreseen.
+    /// Results agree to the tolerance of the solves.
+    pub fn set_budget(&mut self, iterations: Option<usize>) {
+        self.budget = iterations;
     }
 
     /// What was solved how.
@@ -288,7 +296,7 @@ impl LinearSystem {
         tolerance: f64,
     ) -> Option<Vec<f64>> {
         let at_hand = at_hand.filter(|f| f.fixed == fixed)?;
-        let budget = budget(&system.matrix, at_hand.factors.as_ref());
+        let budget = self.budget.unwrap_or_else(|| budget(&system.matrix, at_hand.factors.as_ref()));
         if budget < LEAST_BUDGET {
             return None;
         }

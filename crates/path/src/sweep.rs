@@ -37,11 +37,13 @@ pub struct PathGradient {
 pub struct SweepOptions {
     /// Relative residual of the transposed solves.
     pub linear_tolerance: f64,
+    /// Whether derivatives by the problem's parameters beside the design are asked for; they are left at 0 otherwise.
+    pub parameters: bool,
 }
 
 impl Default for SweepOptions {
     fn default() -> Self {
-        Self { linear_tolerance: 1e-10 }
+        Self { linear_tolerance: 1e-10, parameters: false }
     }
 }
 
@@ -176,7 +178,7 @@ fn step_back(
             (lambda, Some(new))
         }
     };
-    if !gradient.parameters.is_empty() {
+    if options.parameters {
         // dθ/dŷ at the prescribed unknowns, whose rows the solve left out
         let mut by_prescribed = vec![0.0; lambda.len()];
         matrix.mul_transpose(&lambda, &mut by_prescribed);

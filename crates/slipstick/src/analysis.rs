@@ -51,8 +51,8 @@ pub struct Forward {
 pub struct Gradients {
     /// dθ/dφ of every element, zero outside of the design.
     pub density: Vec<f64>,
-    /// dθ/dp of every other parameter of the model but coefficients of friction that are 0, at the contact stiffnesses as
-    /// they are: defaults that follow from moduli and densities are not differentiated.
+    /// dθ/dp of every other parameter of the model but coefficients of friction that are 0. Stiffnesses of contact that are
+    /// multiples of the bodies' own at the start design follow the moduli.
     pub parameters: Vec<(Parameter, f64)>,
 }
 
@@ -170,7 +170,7 @@ impl Analysis {
     /// # Panics
     /// Without an objective.
     pub fn gradient(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
-        self.gradients(forward).map(|gradients| gradients.density)
+        self.sweep_back(forward, false).map(|gradient| gradient.design)
     }
 
     /// Derivatives of θ at the densities of a forward analysis by this model, with the friction that it had then.
@@ -181,6 +181,16 @@ impl Analysis {
     /// # Panics
     /// Without an objective.
     pub fn gradients(&mut self, forward: &Forward) -> Result<Gradients, AnalysisError> {
+        let PathGradient { design, parameters } = self.sweep_back(forward, true)?;
+        // without friction, θ has a kink: a coefficient cannot become negative
+        let interfaces = self.model.interfaces();
+        let smooth =
+            |p: &Parameter| !matches!(p, Parameter::Friction { interface } if interfaces[*interface].friction == 0.0);
+        let parameters = self.model.parameter_names().into_iter().zip(parameters).filter(|(p, _)| smooth(p)).collect();
+        Ok(Gradients { density: design, parameters })
+    }
+
+    fn sweep_back(&mut self, forward: &Forward, parameters: bool) -> Result<PathGradient, AnalysisError> {
         let (steps, all) = (forward.path.steps, self.times.len());
         if steps < all {
             return Err(AnalysisError::Unfinished { steps, all });
@@ -188,19 +198,14 @@ impl Analysis {
         if self.model.density() != forward.density {
             self.model.set_density(&forward.density);
         }
+        let options = SweepOptions { parameters, ..self.sweep };
         let objective = self.objective.take().expect("a gradient needs an objective");
         let mut adapter = Adapter { objective: objective.as_ref(), steps: self.times.len(), partials: Vec::new() };
         let result = adapter.prepare(&self.model, &forward.path).map_err(AnalysisError::from).and_then(|()| {
-            sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &self.sweep).map_err(Into::into)
+            sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &options).map_err(Into::into)
         });
         self.objective = Some(objective);
-        let PathGradient { design, parameters } = result?;
-        // without friction, θ has a kink: a coefficient cannot become negative
-        let interfaces = self.model.interfaces();
-        let smooth =
-            |p: &Parameter| !matches!(p, Parameter::Friction { interface } if interfaces[*interface].friction == 0.0);
-        let parameters = self.model.parameter_names().into_iter().zip(parameters).filter(|(p, _)| smooth(p)).collect();
-        Ok(Gradients { density: design, parameters })
+        result
     }
 }
 

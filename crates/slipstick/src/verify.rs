@@ -333,7 +333,7 @@ fn along(
     if quotients.get(1).is_some_and(|second| second.kinked) {
         quotients[0].kinked = true;
     }
-    let best = quotients.iter().filter(|q| q.is_smooth()).map(|q| q.relative_error).reduce(f64::min);
+    let best = verdict::best(&quotients);
     let verdict = verdict(&quotients, best, options.tolerance);
     Ok(DirectionCheck { name, adjoint, quotients, best, verdict })
 }

@@ -347,6 +347,40 @@ fn the_gradient_is_the_same_with_any_memory_for_factors() {
     }
 }
 
+/// Small problems are factorized anew in every solve, as that is cheaper. Made to follow earlier factors, the march's, the
+/// sweep's own or both, the sweep has the same result.
+#[test]
+fn the_gradient_is_the_same_with_earlier_factors() {
+    for (method, enforcement) in methods() {
+        let mut problem = problem(&Scene { enforcement, ..Scene::default() }.text());
+        let density = random_density(&problem, 6);
+        let mut gradients = Vec::new();
+        for (budget, memory) in [(None, 0), (Some(60), 0), (Some(60), usize::MAX)] {
+            problem.analysis.march.factor_memory = memory;
+            problem.analysis.linear.set_budget(None);
+            let base = forward(&mut problem, &density);
+            problem.analysis.linear.set_budget(budget);
+            let before = problem.analysis.linear.counts();
+            gradients.push(problem.analysis.gradients(&base).unwrap());
+            let after = problem.analysis.linear.counts();
+            let (new, earlier) = (after.factorizations - before.factorizations, after.lagged - before.lagged);
+            println!("{method}: {new} factorizations, {earlier} solves with earlier factors");
+            match (budget, memory) {
+                (None, _) => assert!(new > 5 && earlier == 0, "{method}: {new}, {earlier}"),
+                (_, 0) => assert!(new > 0 && earlier > 3, "{method}: {new}, {earlier}"),
+                _ => assert!(new < 3 && earlier > 5, "{method}: {new}, {earlier}"),
+            }
+        }
+        for gradient in &gradients[1..] {
+            let error = deviation(&gradient.density, &gradients[0].density);
+            assert!(error < 1e-8, "{method}: {error:e}");
+            for ((_, found), (name, expected)) in gradient.parameters.iter().zip(&gradients[0].parameters) {
+                assert!((found - expected).abs() <= 1e-8 * expected.abs(), "{method}, {name:?}: {found}, {expected}");
+            }
+        }
+    }
+}
+
 /// θ(φ + h v) − θ(φ) − h g·v falls with h².
 #[test]
 fn taylor_remainder_is_of_second_order() {

@@ -8,7 +8,7 @@ use common::*;
 use slipstick::model::Parameter;
 use slipstick_path::Silent;
 
-/// Relative to the largest derivative of its kind times the parameter.
+/// Relative error.
 const BOUND: f64 = 1e-7;
 
 /// Factors on the numbers that derivatives are asked for.
@@ -112,6 +112,17 @@ fn derivatives_by_parameters_match_finite_differences() {
 fn moduli_of_interpolated_elements_match_finite_differences() {
     let design = "energy_interpolation = { threshold = 0.1, sharpness = 20 }".into();
     check("interpolated", &Scene { design, ..Scene::default() }, 3);
+}
+
+/// Contact on slivers, and the penalty method by default, have stiffnesses that follow the moduli: at the edge of the slab,
+/// with bodies of one modulus and another.
+#[test]
+fn stiffnesses_that_follow_the_moduli_are_differentiated() {
+    let methods = [("Lagrange", LAGRANGE.to_string()), ("penalty", "{ penalty = {} }".into())];
+    for (method, enforcement) in methods {
+        let scene = Scene { enforcement, corner: [-0.55, 1.0, 0.1], block: [2, 1, 2], ..Scene::default() };
+        check(&format!("{method} over the edge"), &scene, 7);
+    }
 }
 
 /// A frictionless contact has no derivative by its coefficient: it cannot become negative.

@@ -63,7 +63,13 @@ fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, de
     tell_phases(context, "solution", &marched);
     tell_phases(context, "gradient", &spent);
     context.console.text(&format!("objective {}, norm of its gradient {}", digits(forward.value), digits(norm)));
-    for &(parameter, derivative) in &gradients.parameters {
+    let moves = |p: &Parameter| match p {
+        Parameter::Amplitude { motion } => {
+            case.dirichlet[*motion].motion.iter().any(|w| w.u != [0.0; 3] || w.angle != 0.0)
+        }
+        _ => true,
+    };
+    for &(parameter, derivative) in gradients.parameters.iter().filter(|(parameter, _)| moves(parameter)) {
         let (kind, of) = name(case, parameter);
         context.console.text(&format!("  by {kind} of {of}: {}", digits(derivative)));
     }
@@ -79,6 +85,8 @@ fn name(case: &Case, parameter: Parameter) -> (&'static str, String) {
             ("friction", format!("{} on {}", contact.slave, contact.master))
         }
         Parameter::YoungsModulus { body } => ("youngs_modulus", case.bodies[body].name.clone()),
-        Parameter::Amplitude { motion } => ("amplitude", case.dirichlet[motion].set.clone()),
+        Parameter::Amplitude { motion } => {
+            ("amplitude", format!("dirichlet[{motion}] ({})", case.dirichlet[motion].set))
+        }
     }
 }

@@ -28,6 +28,8 @@ pub struct Complementarity {
     pub by_area: Vector3<f64>,
     /// ∂C/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
+    /// ∂C/∂ln s with the stiffness s of a sliver; zero elsewhere. \[F/L²\]
+    pub by_edge_stiffness: Vector3<f64>,
 }
 
 /// Evaluates C for one node.
@@ -51,6 +53,7 @@ pub fn complementarity(
         by_slip: Matrix3x2::zeros(),
         by_area: Vector3::zeros(),
         by_friction: Vector3::zeros(),
+        by_edge_stiffness: Vector3::zeros(),
     };
     if !at.covered() {
         return inactive;
@@ -72,11 +75,14 @@ pub fn complementarity(
     out.by_multiplier[(0, 0)] = normal * compliance;
     out.by_gap[0] = normal;
     out.by_area[0] = normal * compliance_slope * multiplier[0];
+    // k ∝ 1/s
+    out.by_edge_stiffness[0] = -normal * compliance * multiplier[0];
     for a in 0..2 {
         out.value[1 + a] = tangential[a] - returned.traction[a];
         out.by_friction[1 + a] = -returned.by_friction[a];
         out.by_multiplier[(1 + a, 0)] = -returned.by_pressure[a] * (1.0 - normal * compliance);
         out.by_area[1 + a] = returned.by_pressure[a] * out.by_area[0];
+        out.by_edge_stiffness[1 + a] = returned.by_pressure[a] * out.by_edge_stiffness[0];
         out.by_gap[1 + a] = normal * returned.by_pressure[a];
         for b in 0..2 {
             out.by_multiplier[(1 + a, 1 + b)] -= returned.by_trial[(a, b)];
@@ -125,6 +131,8 @@ mod tests {
             assert!(((gap(h) - gap(-h)) / (2.0 * h) - base.by_gap).norm() < 1e-6);
             let area = |d: f64| c(z, NodeMeasures { area: at.area + d, ..at }).value;
             assert!(((area(h) - area(-h)) / (2.0 * h) - base.by_area).norm() < 1e-6);
+            let edge = |d: f64| c(z, NodeMeasures { edge_stiffness: at.edge_stiffness * d.exp(), ..at }).value;
+            assert!(((edge(h) - edge(-h)) / (2.0 * h) - base.by_edge_stiffness).norm() < 1e-6);
             let mu = |d: f64| complementarity(z, &at, 0.3 + d, &C).value;
             assert!(((mu(h) - mu(-h)) / (2.0 * h) - base.by_friction).norm() < 1e-6);
             for a in 0..2 {

@@ -26,6 +26,8 @@ pub struct Traction {
     pub by_area: Vector3<f64>,
     /// ∂ζ/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
+    /// ∂ζ/∂ln ε, of ε_n and ε_τ together. \[F/L²\]
+    pub by_stiffness: Vector3<f64>,
     /// ∂ζ/∂ẑ; its last two columns are ∂ζ/∂h for the penalty method.
     pub by_multiplier: Matrix3<f64>,
 }
@@ -41,6 +43,7 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
         by_slip: Matrix3x2::zeros(),
         by_area: Vector3::zeros(),
         by_friction: Vector3::zeros(),
+        by_stiffness: Vector3::zeros(),
         by_multiplier: Matrix3::zeros(),
     };
     if !at.covered() {
@@ -71,11 +74,16 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
     let pressure_by_area = normal * share * softening;
     let trial_by_area = -at.slip * tangential * area_slope;
     out.by_area[0] = pressure_by_area;
+    let pressure_by_stiffness = -normal * share * (at.gap + compliance * pressure);
+    let tangential_by_stiffness =
+        returned.by_trial * (at.slip * tangential) + returned.by_pressure * pressure_by_stiffness;
+    out.by_stiffness[0] = pressure_by_stiffness;
     let tangential_by_area = returned.by_trial * trial_by_area + returned.by_pressure * pressure_by_area;
     for a in 0..2 {
         out.by_gap[1 + a] = out.by_gap[0] * returned.by_pressure[a];
         out.by_area[1 + a] = tangential_by_area[a];
         out.by_friction[1 + a] = returned.by_friction[a];
+        out.by_stiffness[1 + a] = tangential_by_stiffness[a];
         out.by_multiplier[(1 + a, 0)] = share * returned.by_pressure[a];
         for b in 0..2 {
             out.by_slip[(1 + a, b)] = tangential * returned.by_trial[(a, b)];
@@ -128,6 +136,8 @@ mod tests {
                 check(area(h), area(-h), base.by_area);
                 let mu = |d: f64| traction(z, &m, 0.4 + d, &stiffness).value;
                 check(mu(h), mu(-h), base.by_friction);
+                let epsilon = |d: f64| traction(z, &m, 0.4, &stiffness.times(d.exp())).value;
+                check(epsilon(h), epsilon(-h), base.by_stiffness);
                 for a in 0..2 {
                     let slip = |d: f64| {
                         let mut slip = m.slip;

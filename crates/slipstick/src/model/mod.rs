@@ -76,6 +76,9 @@ pub enum GivenStiffness {
 /// Default of ε h/E of the penalty and augmented Lagrangian methods; also the stiffness of contact on slivers.
 pub const DEFAULT_STIFFNESS: f64 = 10.0;
 
+/// Part of the stiffer side that the bodies' own stiffness at an interface is at least.
+const LEAST_SHARE: f64 = 1e-6;
+
 /// Default of c h A/E of the Lagrange method.
 pub const DEFAULT_COMPLEMENTARITY: f64 = 5.0;
 
@@ -129,6 +132,8 @@ pub struct ContactModel {
     hardness: Vec<f64>,
     /// The same at the start design.
     start_hardness: Vec<f64>,
+    /// ∂ln/∂ln E of that for each body: one list per slave node.
+    start_shares: Vec<Vec<f64>>,
     /// ε or c of each slave node.
     stiffness: Vec<Stiffness>,
     /// Stiffness of the contact condition of each slave node while it is hardly covered; it belongs to the model, so it
@@ -240,6 +245,7 @@ impl ContactModel {
             master_elements,
             hardness: vec![1.0; count],
             start_hardness: Vec::new(),
+            start_shares: Vec::new(),
             stiffness: Vec::new(),
             edge_stiffness: Vec::new(),
             variation: 1.0,
@@ -270,6 +276,7 @@ impl ContactModel {
         };
         model.set_density(start);
         model.start_hardness.clone_from(&model.hardness);
+        model.start_shares = model.hardness_shares();
         model.stiffness = model.node_stiffness();
         model.edge_stiffness = match model.method {
             Method::Penalty { .. } => vec![f64::INFINITY; count],
@@ -298,7 +305,7 @@ impl ContactModel {
             .map(|j| {
                 let (s, m) = (stiffness(&self.slave_elements[j]), master[self.slaves[j].interface as usize]);
                 // the two sides give way one after the other; φ_min = 0 and φ = 0 would leave nothing
-                (s * m / (s + m)).max(1e-6 * s.max(m)) / self.slaves[j].size
+                (s * m / (s + m)).max(LEAST_SHARE * s.max(m)) / self.slaves[j].size
             })
             .collect();
         if !matches!(self.method, Method::Penalty { .. }) {

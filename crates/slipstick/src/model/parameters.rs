@@ -1,9 +1,10 @@
 //! Derivatives with respect to what is no density: friction, moduli, amplitudes of the prescribed motion.
 
-use super::{ContactModel, inverted};
+use super::{ContactModel, GivenStiffness, LEAST_SHARE, Method, SlaveData, inverted};
 use slipstick_contact::enforcement::friction_share;
 use slipstick_path::StateError;
 use slipstick_solid::ElementScaling;
+use std::ops::Range;
 
 /// A number of the model that a path can be differentiated by, beside the densities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -18,7 +19,8 @@ pub enum Parameter {
         /// Number of the body, from 0.
         body: usize,
     },
-    /// A factor on a prescribed motion, translation and angle, that is 1.
+    /// A factor on a prescribed motion, translation and angle, that is 1. Nodes that two equal motions share count for the
+    /// first.
     Amplitude {
         /// Number of the motion, from 0.
         motion: usize,
@@ -40,6 +42,54 @@ impl ContactModel {
             let share = friction_share(self.previous_kinematics[j].area, slave.area).0;
             out[slave.interface as usize] += share * self.law_weights(j, y, lambda, eta).by_friction;
         }
+    }
+
+    /// Adds ∂(λᵀF + ηᵀG)/∂E of every body through stiffnesses that are multiples of the bodies' own at the start design: of
+    /// contact on slivers, and of the penalty method where it is not given in units. At an evaluated state.
+    pub(super) fn pull_back_stiffness(&self, y: &[f64], lambda: &[f64], eta: &[f64], out: &mut [f64]) {
+        let first = self.interfaces.len();
+        for (j, slave) in self.slaves.iter().enumerate() {
+            let absolute = match &self.method {
+                Method::Penalty { stiffness } => {
+                    matches!(stiffness[slave.interface as usize], GivenStiffness::Absolute(_))
+                }
+                _ => false,
+            };
+            let by_stiffness = self.law_weights(j, y, lambda, eta).by_stiffness;
+            if absolute || by_stiffness == 0.0 {
+                continue;
+            }
+            for (body, share) in self.start_shares[j].iter().enumerate().filter(|(_, share)| **share != 0.0) {
+                let modulus = self.solid.material(self.bodies[body].start).youngs_modulus();
+                out[first + body] += by_stiffness * share / modulus;
+            }
+        }
+    }
+
+    /// ∂ln k/∂ln E of every body for the bodies' own stiffness k at each slave node, k = s m/(s + m)/h with the mean moduli s
+    /// and m of both sides, densities included.
+    pub(super) fn hardness_shares(&self) -> Vec<Vec<f64>> {
+        let moduli = |elements: &[u32]| -> Vec<f64> {
+            let of = |e: u32| self.scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus();
+            let within = |body: &Range<usize>| {
+                elements.iter().filter(|&&e| body.contains(&(e as usize))).map(|&e| of(e)).sum::<f64>()
+            };
+            self.bodies.iter().map(|body| within(body) / elements.len() as f64).collect()
+        };
+        let master: Vec<Vec<f64>> = self.master_elements.iter().map(|elements| moduli(elements)).collect();
+        let shares = |(slave, elements): (&SlaveData, &Vec<u32>)| {
+            let (slaves, masters) = (moduli(elements), &master[slave.interface as usize]);
+            let (s, m) = (slaves.iter().sum::<f64>(), masters.iter().sum::<f64>());
+            // where one side is next to nothing, the stiffness is a part of the other's
+            let (of_s, of_m) = match s * m / (s + m) {
+                series if series >= LEAST_SHARE * s.max(m) => (m / (s + m), s / (s + m)),
+                _ if s > m => (1.0, 0.0),
+                _ => (0.0, 1.0),
+            };
+            let part = |of: f64, value: f64, sum: f64| if of == 0.0 { 0.0 } else { of * value / sum };
+            slaves.iter().zip(masters).map(|(a, b)| part(of_s, *a, s) + part(of_m, *b, m)).collect()
+        };
+        self.slaves.iter().zip(&self.slave_elements).map(shares).collect()
     }
 
     /// Adds λᵀ ∂f_int/∂E of every body: its elements' λᵀ f_int over E.

@@ -123,7 +123,8 @@ impl ContactModel {
             let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
             let c = self.complementarity_of(j, self.multiplier(y, j));
             let by_slip = c.by_slip.tr_mul(&mu);
-            return LawWeights { by_slip, by_friction: c.by_friction.dot(&mu), by_history: None };
+            let by_stiffness = c.by_edge_stiffness.dot(&mu);
+            return LawWeights { by_slip, by_friction: c.by_friction.dot(&mu), by_stiffness, by_history: None };
         }
         let h = Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1]);
         let t = self.regularised_of(j, h);
@@ -134,6 +135,7 @@ impl ContactModel {
         LawWeights {
             by_slip: t.by_slip.tr_mul(&weight),
             by_friction: t.by_friction.dot(&weight),
+            by_stiffness: t.by_stiffness.dot(&weight),
             by_history: Some(by_history),
         }
     }
@@ -190,6 +192,8 @@ pub(super) struct LawWeights {
     by_slip: Vector2<f64>,
     /// By the coefficient of friction that acts.
     pub by_friction: f64,
+    /// By the logarithm of the stiffness that belongs to the model: of a sliver, or the penalty method's.
+    pub by_stiffness: f64,
     /// By the tangential history, where the method has one.
     by_history: Option<Vector2<f64>>,
 }
@@ -417,7 +421,7 @@ impl StepProblem for ContactModel {
         let x = self.positions(y);
         for j in 0..self.slaves.len() {
             let now = &self.kinematics[j];
-            let LawWeights { by_slip, by_friction, by_history } = self.law_weights(j, y, lambda, eta);
+            let LawWeights { by_slip, by_friction, by_history, .. } = self.law_weights(j, y, lambda, eta);
             if let Some(by_history) = by_history {
                 out.history[2 * j..][..2].copy_from_slice(by_history.as_slice());
             }
@@ -460,9 +464,12 @@ impl StepProblem for ContactModel {
         out: &mut [f64],
     ) -> Result<(), StateError> {
         self.evaluate(y, true)?;
+        let begin = self.timings.begin();
         self.pull_back_friction(y, lambda, eta, out);
+        self.pull_back_stiffness(y, lambda, eta, out);
         self.pull_back_moduli(&y[..self.displacement_count()], lambda, out)?;
         self.pull_back_amplitudes(time, by_prescribed, out);
+        self.timings.end(Phase::PullBack, begin);
         Ok(())
     }
 

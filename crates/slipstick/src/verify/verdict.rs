@@ -51,14 +51,25 @@ pub enum Verdict {
     CutBack,
 }
 
+/// Whether θ is smooth there, and the difference more than round-off.
+fn tells(quotient: &Quotient) -> bool {
+    quotient.is_smooth() && quotient.round_off < 1.0
+}
+
+/// Smallest error among the differences that tell something; among all smooth ones if none does.
+pub(super) fn best(quotients: &[Quotient]) -> Option<f64> {
+    let least = |counts: fn(&Quotient) -> bool| {
+        quotients.iter().filter(|q| counts(q)).map(|q| q.relative_error).reduce(f64::min)
+    };
+    least(tells).or_else(|| least(Quotient::is_smooth))
+}
+
 /// What the quotients of a direction say.
 pub(super) fn verdict(quotients: &[Quotient], best: Option<f64>, tolerance: f64) -> Verdict {
     match best {
         None if quotients.iter().any(|q| q.cut_back) => Verdict::CutBack,
         None => Verdict::Kink,
-        Some(_) if quotients.iter().any(|q| q.is_smooth() && q.relative_error <= tolerance && q.round_off < 1.0) => {
-            Verdict::Right
-        }
+        Some(best) if best <= tolerance && quotients.iter().any(tells) => Verdict::Right,
         // A wrong gradient is off where the round-off is small, whatever the smallest steps seem to say.
         Some(_) if agree_to_round_off(quotients) => Verdict::NotResolvable,
         Some(_) => Verdict::Off,
@@ -102,8 +113,7 @@ mod tests {
     }
 
     fn of(quotients: &[Quotient]) -> Verdict {
-        let best = quotients.iter().filter(|q| q.is_smooth()).map(|q| q.relative_error).reduce(f64::min);
-        verdict(quotients, best, 1e-5)
+        verdict(quotients, best(quotients), 1e-5)
     }
 
     /// What a direction must say, from how errors behave: truncation falls by 4, round-off doubles, a wrong gradient
@@ -114,6 +124,8 @@ mod tests {
         assert_eq!(of(&quotients(&[1.6e-2, 4e-3, 1e-3, 2.5e-4], 1e-8)), Verdict::Off, "truncation only");
         assert_eq!(of(&quotients(&[5e-5, 3e-5, 9e-5, 4e-4], 1e-4)), Verdict::NotResolvable, "round-off only");
         assert_eq!(of(&quotients(&[1.6e-2, 4e-3, 1.05e-3, 2.2e-4], 1e-4)), Verdict::NotResolvable, "down to round-off");
+        assert_eq!(of(&quotients(&[0.5, 0.5, 1e-7], 0.25)), Verdict::NotResolvable, "right within round-off: no proof");
+        assert_eq!(of(&quotients(&[1e-9, 1e-9], 1.0)), Verdict::NotResolvable, "nothing but round-off");
         assert_eq!(of(&quotients(&[0.5, 0.5, 0.5, 0.5], 1e-4)), Verdict::Off, "wrong");
         // The last difference agrees by chance, and to a round-off larger than itself.
         assert_eq!(of(&quotients(&[0.5, 0.5, 0.51, 0.1], 0.05)), Verdict::Off, "wrong, as the large steps say");
