@@ -20,7 +20,7 @@ pub struct SolveReport {
     pub relative_residual: f64,
     /// ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞): the relative change of A and b for which x is exact.
     pub backward_error: f64,
-    /// Solves with the factors beyond the first one.
+    /// Solves with the factors beyond the first one, or from the first on where a start is given.
     pub iterations: usize,
 }
 

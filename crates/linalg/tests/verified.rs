@@ -5,7 +5,7 @@ mod common;
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
     CsrMatrix, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolveError, SolveOptions, SolverChoice,
-    SupernodalSolver, solve_verified, solve_with,
+    SupernodalSolver, Transposed, solve_from, solve_verified, solve_with,
 };
 
 const BRICK: Brick =
@@ -61,6 +61,38 @@ fn factors_of_a_nearby_matrix_precondition() {
         assert!(report.relative_residual <= 1e-10 && report.iterations > 2);
         assert!(relative_residual(&nearby, transpose, &x, &b) <= 1e-10);
     }
+}
+
+/// From the solution no iteration is needed, from near it fewer than from nothing, from any other start it is reached as
+/// well; the factors of A serve Aᵀ.
+#[test]
+fn a_given_start_is_used_and_does_no_harm() {
+    let (a, _) = BRICK.reduced(5);
+    let factors = MultifrontalSolver::new(Precision::F32).factorize(&a).unwrap();
+    let mut nearby = a.clone();
+    let mut random = Random(6);
+    nearby.values.iter_mut().for_each(|v| *v *= 1.0 + 0.01 * random.next());
+    let b = random.vector(a.n());
+    let mut exact = vec![0.0; a.n()];
+    let options = SolveOptions::new(1e-10);
+    let from_nothing = solve_with(&nearby, &factors, true, &b, &mut exact, &SolveOptions::new(1e-13)).unwrap();
+    let mut x = exact.clone();
+    assert_eq!(solve_from(&nearby, &factors, true, &b, &mut x, &options).unwrap().iterations, 0);
+    x.iter_mut().zip(random.vector(a.n())).for_each(|(x, r)| *x *= 1.0 + 1e-6 * r);
+    let from_near = solve_from(&nearby, &factors, true, &b, &mut x, &options).unwrap();
+    assert!(from_near.iterations < from_nothing.iterations, "{from_near:?}, {from_nothing:?}");
+    let mut far: Vec<f64> = random.vector(a.n()).iter().map(|r| 1e3 * r).collect();
+    solve_from(&nearby, &factors, true, &b, &mut far, &options).unwrap();
+    assert!(relative_residual(&nearby, true, &far, &b) <= 1e-10);
+    // a start is no solution of zero, and NaN is no start
+    solve_from(&nearby, &factors, true, &vec![0.0; a.n()], &mut far, &options).unwrap();
+    assert!(far.iter().all(|x| *x == 0.0));
+    far[3] = f64::NAN;
+    assert_eq!(solve_from(&nearby, &factors, true, &b, &mut far, &options), Err(SolveError::NonFinite));
+    // the transposed view of the factors of A, on A itself: those of Aᵀ would be asked for Aᵀ
+    let mut y = vec![0.0; a.n()];
+    let swapped = solve_with(&a, &Transposed(&Transposed(&factors)), false, &b, &mut y, &options).unwrap();
+    assert!(swapped.relative_residual <= 1e-10 && swapped.iterations <= 8);
 }
 
 /// Factors of an unrelated matrix: no convergence, reported with the best iterate.
