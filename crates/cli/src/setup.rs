@@ -273,10 +273,12 @@ impl Run {
         let path = setup.directory(out, command);
         let directory = RunDirectory::create(&path, out.force)?;
         let text = setup.resolved.source_map.text();
-        slipstick::output::write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
         let part = RunPart::starting(context.line.clone(), setup.threads);
         let file = setup.file.display().to_string();
         let mut record = RunRecord::starting(part, &setup.resolved.case, &file, text);
+        // First of all files: it marks the directory as a run's, should this process be killed before the others are there.
+        record.write(&directory)?;
+        slipstick::output::write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
         record.inputs = keep_mesh_files(&directory, &setup.resolved.case, &setup.file)?;
         record.write(&directory)?;
         let started = serde_json::json!({

@@ -64,7 +64,7 @@ pub fn drive(
 ) -> Outcome {
     let directory = &run.directory;
     let steps = optimization.problem.analysis.times.len();
-    let mut history = History::open(directory, checkpoint.state.history.len())?;
+    let mut history = History::open(directory, &checkpoint.state.history)?;
     let table = NewtonTable::open(directory, checkpoint.newton_rows.last().copied().unwrap_or(0))?;
     let mut watch = Watch::new(context).with_table(table);
     // From here on a run that is stopped or killed can be resumed.

@@ -4,6 +4,10 @@ mod bad_input;
 mod bench;
 mod commands;
 mod export;
+#[cfg(unix)]
+mod faults;
+#[cfg(unix)]
+mod killed;
 mod manners;
 mod meshes;
 mod render;
