@@ -1,6 +1,7 @@
 //! What can be said about a case before it runs: sizes, supports, initial gaps, memory.
 
 mod connection;
+mod memory;
 
 use crate::build::Problem;
 use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice};
@@ -96,6 +97,8 @@ pub struct Inspection {
     pub steps_with_factors: usize,
     /// Predicted peak memory of a run. \[bytes\]
     pub peak_bytes: f64,
+    /// How much of it are factors that are kept for the gradient. \[bytes\]
+    pub kept_bytes: f64,
     /// Floating-point operations of one factorization.
     pub factor_operations: f64,
     /// Warnings.
@@ -109,9 +112,13 @@ const BYTES_TO_BUILD: [f64; 2] = [4500.0, 4000.0];
 
 /// Memory without which a case cannot even be built, from its element counts alone. \[bytes\]
 pub fn bytes_to_build(case: &Case) -> f64 {
-    let [element, node] = BYTES_TO_BUILD;
     let elements = |body: &Body| body.shape.element_count().map_or(f64::INFINITY, |count| count as f64);
-    case.bodies.iter().map(|body| element * elements(body) + node * body.shape.node_count()).sum()
+    case.bodies.iter().map(|body| bytes_of_building(elements(body), body.shape.node_count())).sum()
+}
+
+fn bytes_of_building(elements: f64, nodes: f64) -> f64 {
+    let [element, node] = BYTES_TO_BUILD;
+    element * elements + node * nodes
 }
 
 /// Penetrations above this fraction of the facet size are worth a warning.
@@ -141,16 +148,9 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model.prescribed().fixed()));
     let contacts = contacts(case, problem, &mut notices)?;
     let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
-    let elements = problem.mesh.hexes.len() as f64;
-    let unknowns_all = 3.0 * problem.mesh.nodes.len() as f64;
-    let states = unknowns_all * 8.0 * (case.load_path.steps + 1) as f64;
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
-    // reference geometry, element forces and scatter map; frontal stack of about half of the factors
-    let peak_bytes = 1.5 * factor_bytes
-        + 3.0 * matrix_bytes
-        + elements * (1700.0 + 192.0 + 256.0)
-        + states
-        + steps_with_factors.saturating_sub(1) as f64 * factor_bytes;
+    let systems = memory::Systems { factors: factor_bytes, matrix: matrix_bytes, kept: steps_with_factors };
+    let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
     let sets = problem
         .mesh
         .names()
@@ -167,6 +167,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         factor_bytes,
         steps_with_factors,
         peak_bytes,
+        kept_bytes,
         factor_operations,
         notices,
     })

@@ -9,6 +9,8 @@ mod faults;
 #[cfg(unix)]
 mod killed;
 mod manners;
+#[cfg(target_os = "linux")]
+mod memory;
 mod meshes;
 mod render;
 mod report;
