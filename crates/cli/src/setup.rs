@@ -61,13 +61,8 @@ pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome
     let resolved = read(file)?;
     resolved.require(sections)?;
     let (setup, problem) = look(context, &file.case, resolved)?;
-    let (needed, available) = (setup.inspection.factor_bytes, memory::available());
-    match available.filter(|&available| needed > available) {
-        Some(available) => {
-            let message = format!("the factors alone need {}; {} are available", bytes(needed), bytes(available));
-            let path = largest_body(&setup.resolved);
-            Err(setup.resolved.source_map.error(&path, CaseCode::TooLarge, message, FEWER).into())
-        }
+    match setup.too_large(Severity::Error, sections.contains(&"objective")) {
+        Some(diagnostic) => Err(Failure::Case(vec![diagnostic])),
         None => Ok((setup, problem)),
     }
 }
@@ -157,12 +152,26 @@ impl Setup {
             warnings.retain(|other| other.code() != code || other.span() != name);
             if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
         }
-        let needed = self.inspection.peak_bytes;
-        if let Some(available) = memory::available().filter(|&available| needed > available) {
-            let message = format!("a run needs about {}; {} are available", bytes(needed), bytes(available));
-            warnings.push(map.warning(&largest_body(&self.resolved), CaseCode::TooLarge, message, FEWER));
-        }
         (errors, warnings)
+    }
+
+    /// What is wrong with a case whose run, with or without a gradient, needs more memory than there is; `None` if it fits,
+    /// or nobody knows.
+    pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
+        let Inspection { peak_bytes, kept_bytes, .. } = self.inspection;
+        let kept = if gradient { kept_bytes } else { 0.0 };
+        let needed = peak_bytes - kept_bytes + kept;
+        let available = memory::available().filter(|&available| needed > available)?;
+        let message = format!("a run needs about {}; {} are available", bytes(needed), bytes(available));
+        let map = &self.resolved.source_map;
+        let told = |path: &str, help: &str| map.diagnostic(severity, path, CaseCode::TooLarge, message, help);
+        // Kept factors save time, no more.
+        if needed - kept > available {
+            return Some(told(&largest_body(&self.resolved), FEWER));
+        }
+        let room = (self.resolved.case.adjoint.memory.0 as f64).min(kept) - (needed - available);
+        let room = (room / 1e6).floor().max(0.0);
+        Some(told("adjoint.memory", &format!("give less to kept factors: `[adjoint]` `memory = \"{room} MB\"`")))
     }
 
     /// Whether no contact pair has a surface of the body that `path` (`body[1]`) names.
@@ -274,10 +283,12 @@ impl Run {
         let path = setup.directory(out, command);
         let directory = RunDirectory::create(&path, out.force)?;
         let text = setup.resolved.source_map.text();
-        slipstick::output::write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
         let part = RunPart::starting(context.line.clone(), setup.threads);
         let file = setup.file.display().to_string();
         let mut record = RunRecord::starting(part, &setup.resolved.case, &file, text);
+        // First of all files: it marks the directory as a run's, should this process be killed before the others are there.
+        record.write(&directory)?;
+        slipstick::output::write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
         record.inputs = keep_mesh_files(&directory, &setup.resolved.case, &setup.file)?;
         record.write(&directory)?;
         let started = serde_json::json!({

@@ -68,7 +68,7 @@ fn factors_of_a_nearby_matrix_precondition() {
 #[test]
 fn a_given_start_is_used_and_does_no_harm() {
     let (a, _) = BRICK.reduced(5);
-    let factors = MultifrontalSolver::new(Precision::F32).factorize(&a).unwrap();
+    let factors = MultifrontalSolver::new(Precision::F32).factorize_matrix(&a).unwrap();
     let mut nearby = a.clone();
     let mut random = Random(6);
     nearby.values.iter_mut().for_each(|v| *v *= 1.0 + 0.01 * random.next());

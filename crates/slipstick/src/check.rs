@@ -1,6 +1,7 @@
 //! What can be said about a case before it runs: sizes, supports, initial gaps, memory.
 
 mod connection;
+mod memory;
 
 use crate::build::Problem;
 use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
@@ -98,6 +99,8 @@ pub struct Inspection {
     pub steps_with_factors: usize,
     /// Predicted peak memory of a run. \[bytes\]
     pub peak_bytes: f64,
+    /// How much of it are factors that are kept for the gradient. \[bytes\]
+    pub kept_bytes: f64,
     /// Floating-point operations of one factorization.
     pub factor_operations: f64,
     /// Warnings.
@@ -115,15 +118,11 @@ const BYTES_PER_TETRAHEDRON: f64 = 400.0;
 
 /// Memory without which a case cannot even be built, from its element counts alone. \[bytes\]
 pub fn bytes_to_build(case: &Case) -> f64 {
-    let [element, node] = BYTES_TO_BUILD;
     let of_body = |body: &Body| match &body.shape {
-        Shape::Mesh(file) => {
-            let (tetrahedra, hexahedra) = counts(&file.mesh);
-            let node = if hexahedra == 0.0 { 0.5 * node } else { node };
-            BYTES_PER_TETRAHEDRON * tetrahedra + element * hexahedra + node * body.shape.node_count()
-        }
+        Shape::Mesh(file) => bytes_of_building(counts(&file.mesh), body.shape.node_count()),
         shape => {
-            element * shape.element_count().map_or(f64::INFINITY, |count| count as f64) + node * shape.node_count()
+            let hexahedra = shape.element_count().map_or(f64::INFINITY, |count| count as f64);
+            bytes_of_building((0.0, hexahedra), shape.node_count())
         }
     };
     case.bodies.iter().map(of_body).sum()
@@ -133,6 +132,12 @@ pub fn bytes_to_build(case: &Case) -> f64 {
 fn counts(mesh: &Mesh) -> (f64, f64) {
     let tetrahedra = mesh.elements.iter().filter(|element| matches!(element, Element::Tet4(_))).count();
     (tetrahedra as f64, (mesh.elements.len() - tetrahedra) as f64)
+}
+
+fn bytes_of_building((tetrahedra, hexahedra): (f64, f64), nodes: f64) -> f64 {
+    let [element, node] = BYTES_TO_BUILD;
+    let node = if hexahedra == 0.0 { 0.5 * node } else { node };
+    BYTES_PER_TETRAHEDRON * tetrahedra + element * hexahedra + node * nodes
 }
 
 /// Penetrations above this fraction of the facet size are worth a warning.
@@ -162,17 +167,9 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model.prescribed().fixed()));
     let contacts = contacts(case, problem, &mut notices)?;
     let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
-    let (tetrahedra, hexahedra) = counts(&problem.mesh);
-    let unknowns_all = 3.0 * problem.mesh.nodes.len() as f64;
-    let states = unknowns_all * 8.0 * (case.load_path.steps + 1) as f64;
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
-    // reference geometry, element forces and scatter map; frontal stack of about half of the factors
-    let peak_bytes = 1.5 * factor_bytes
-        + 3.0 * matrix_bytes
-        + hexahedra * (1700.0 + 192.0 + 256.0)
-        + tetrahedra * (130.0 + 96.0 + 64.0)
-        + states
-        + steps_with_factors.saturating_sub(1) as f64 * factor_bytes;
+    let systems = memory::Systems { factors: factor_bytes, matrix: matrix_bytes, kept: steps_with_factors };
+    let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
     let sets = problem
         .mesh
         .names()
@@ -189,6 +186,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         factor_bytes,
         steps_with_factors,
         peak_bytes,
+        kept_bytes,
         factor_operations,
         notices,
     })

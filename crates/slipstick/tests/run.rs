@@ -161,13 +161,13 @@ fn tables_and_fields_of_a_path() {
     for step in 0..=3 {
         assert!(run.file(&RunDirectory::numbered("path", step)).exists());
     }
-    let mut history = History::open(&run, 0).unwrap();
+    let mut history = History::open(&run, &[]).unwrap();
     let record = slipstick::optimize::IterationRecord { objective: -2.5, status: [1, 2, 3], ..Default::default() };
     history.record(&record, 1.23456).unwrap();
     drop(history);
     let text = fs::read_to_string(run.file("history.csv")).unwrap();
     assert_eq!(text.lines().nth(1), Some("0,-2.5,0.0,,,0,0,0,1,2,3,0,1.235"));
-    History::open(&run, 0).unwrap();
+    History::open(&run, &[]).unwrap();
     assert_eq!(fs::read_to_string(run.file("history.csv")).unwrap().lines().count(), 1, "from row 0 again");
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use slipstick::build::Problem;
-use slipstick::case::{Component, Dimension, Units};
+use slipstick::case::{Component, Dimension, Severity, Units};
 use slipstick::check::Inspection;
 
 use super::{bytes, digits};
@@ -35,7 +35,11 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
         }
         return Ok(());
     }
-    let (setup, problem) = look(context, &args.case.case, resolved)?;
+    let (mut setup, problem) = look(context, &args.case.case, resolved)?;
+    if let Some(warning) = setup.too_large(Severity::Warning, true) {
+        setup.warnings += 1;
+        context.console.warnings(&[warning]);
+    }
     let seconds = setup.inspection.factor_operations / OPERATIONS_PER_SECOND;
     context
         .console
@@ -139,7 +143,8 @@ fn size(inspection: &Inspection, seconds: f64) -> Vec<String> {
         row("designed elements", inspection.designed.to_string()),
         row("factors, predicted", bytes(inspection.factor_bytes)),
         row("steps that keep them for the gradient", inspection.steps_with_factors.to_string()),
-        row("memory of a run, predicted", bytes(inspection.peak_bytes)),
+        row("memory of a run, predicted", bytes(inspection.peak_bytes - inspection.kept_bytes)),
+        row("and for kept factors, at most", bytes(inspection.kept_bytes)),
         row("a factorization, roughly", format!("{seconds:.2} s on one core")),
     ];
     lines(&["", ""], &rows).split_off(1)

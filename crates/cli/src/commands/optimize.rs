@@ -13,6 +13,7 @@ use slipstick::run::{Checkpoint, History, NewtonTable, RunDirectory, StartValues
 use super::digits;
 use crate::args::Optimize;
 use crate::failure::Failure;
+use crate::memory;
 use crate::setup::{Run, prepare, stopped};
 use crate::watch::Watch;
 use crate::{Context, Outcome};
@@ -64,7 +65,7 @@ pub fn drive(
 ) -> Outcome {
     let directory = &run.directory;
     let steps = optimization.problem.analysis.times.len();
-    let mut history = History::open(directory, checkpoint.state.history.len())?;
+    let mut history = History::open(directory, &checkpoint.state.history)?;
     let table = NewtonTable::open(directory, checkpoint.newton_rows.last().copied().unwrap_or(0))?;
     let mut watch = Watch::new(context).with_table(table);
     // From here on a run that is stopped or killed can be resumed.
@@ -74,6 +75,8 @@ pub fn drive(
     let mut last: Option<Forward> = None;
     while !optimization.finished() {
         let iteration = optimization.state.iteration;
+        // The path before goes first: it may be large.
+        let before = last.take().and_then(|last| last.notice);
         watch.begin(iteration, steps * iteration);
         let clock = Instant::now();
         let forward = match optimization.advance(&mut watch) {
@@ -82,7 +85,6 @@ pub fn drive(
         };
         watch.check()?;
         // Told again only after it was otherwise.
-        let before = last.as_ref().and_then(|last| last.notice);
         context.console.notice(forward.notice.filter(|notice| Some(*notice) != before));
         let seconds = clock.elapsed().as_secs_f64();
         if let Some(record) = optimization.state.history.last() {
@@ -152,7 +154,7 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &RunDirector
         "result",
         json!({
             "command": "optimize", "directory": path, "iterations": optimization.state.iteration,
-            "objective": record.objective, "volume_fraction": record.volume_fraction,
+            "objective": record.objective, "volume_fraction": record.volume_fraction, "peak_bytes": memory::peak(),
         }),
     );
     context.console.text(&format!(

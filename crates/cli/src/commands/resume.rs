@@ -1,6 +1,6 @@
 //! `slipstick resume`: goes on with an optimization, bit for bit.
 
-use slipstick::run::{Checkpoint, RunDirectory, RunError, RunRecord, sha256};
+use slipstick::run::{Checkpoint, ExitState, RunDirectory, RunError, RunRecord, sha256};
 
 use super::optimize::{SECTIONS, drive, start};
 use crate::args::Resume;
@@ -29,7 +29,8 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     checkpoint.restore(&directory, &mut optimization)?;
     let iterations = args.iterations.map_or(checkpoint.iterations, usize::from);
     optimization.set_iterations(iterations);
-    if optimization.finished() {
+    // One that was stopped while it wrote its last files evaluates its last design again, and writes them.
+    if optimization.finished() && record.latest.exit == ExitState::Finished {
         let made = optimization.state.iteration;
         context.console.text(&format!(
             "nothing is left to do after {made} iterations; --iterations asks for more, unless `optimizer.tolerance` is met"

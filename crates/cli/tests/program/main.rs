@@ -4,7 +4,13 @@ mod bad_input;
 mod bench;
 mod commands;
 mod export;
+#[cfg(unix)]
+mod faults;
+#[cfg(unix)]
+mod killed;
 mod manners;
+#[cfg(target_os = "linux")]
+mod memory;
 mod meshes;
 mod render;
 mod report;

@@ -94,7 +94,11 @@ fn a_history_with_other_rows_is_not_gone_on_with() {
     };
     for row in [1, 2, 3] {
         place.write("case/history.csv", &without(row));
-        place.bad("resume case --iterations 4", 2, &["history.csv: line", "rows were added or removed", "help: "]);
+        place.bad(
+            "resume case --iterations 4",
+            2,
+            &["history.csv: line", "rows were changed, added or removed", "help: "],
+        );
         assert_eq!(place.read("case/history.csv"), without(row), "it is left as it is");
     }
     place.write("case/history.csv", &whole);

@@ -3,7 +3,7 @@
 use super::*;
 
 /// The case with both bodies from `folder/pair.msh`.
-fn meshed() -> Place {
+pub fn meshed() -> Place {
     let place = Place::new();
     let mesh = |part: &str| format!("mesh = {{ file = \"meshes/pair.msh\", part = \"{part}\" }}");
     let text = CASE
@@ -18,7 +18,7 @@ fn meshed() -> Place {
     place
 }
 
-fn copy(place: &Place, from: &str, to: &str) {
+pub fn copy(place: &Place, from: &str, to: &str) {
     let from = format!("{}/../meshio/tests/data/{from}", env!("CARGO_MANIFEST_DIR"));
     std::fs::copy(&from, place.path(to)).unwrap_or_else(|error| panic!("{from}: {error}"));
 }

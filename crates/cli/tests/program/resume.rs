@@ -110,7 +110,7 @@ fn damaged_checkpoints_are_refused() {
     }
     assert!(damages.len() > 80);
     for (pointer, damage) in damages {
-        place.write("case/checkpoint.json", &damage.to_string());
+        place.write("case/checkpoint.json", &sealed(&damage));
         let ran = place.run("resume case --iterations 5");
         let said = (ran.code, ran.err.contains("panicked"), ran.err.contains("help: "), ran.err.contains("case/"));
         assert_eq!(said, (Some(2), false, true, true), "{pointer}\n{}", ran.err);
@@ -119,7 +119,20 @@ fn damaged_checkpoints_are_refused() {
     place.bad("resume case", 2, &["case/checkpoint.json", "is not a checkpoint", "start anew"]);
 
     place.write("case/checkpoint.json", &whole.to_string());
+    place.bad("resume case --iterations 5", 2, &["changed or damaged after it was written"]);
+    place.write("case/checkpoint.json", &sealed(&whole));
     place.good("resume case --iterations 5");
+}
+
+/// The text of a checkpoint with the hash of what stands before it, as the program would have written it.
+fn sealed(checkpoint: &Value) -> String {
+    let mut checkpoint = checkpoint.clone();
+    let object = checkpoint.as_object_mut().map(|object| object.remove("sha256")).is_some();
+    let text = checkpoint.to_string();
+    match text.strip_suffix('}').filter(|_| object) {
+        Some(text) => format!("{text},\"sha256\":\"{}\"}}", slipstick::run::sha256(text)),
+        None => text,
+    }
 }
 
 /// A run that was killed between its files goes on from its checkpoint: rows behind it are replaced.

@@ -35,15 +35,21 @@ impl Neighbours {
             return Err(FilterError::Centroid { element });
         }
         let grid = CellGrid::new(centroids, radius);
-        let rows: Vec<Vec<(u32, f64)>> =
-            centroids.par_iter().map(|centroid| grid.within(centroids, centroid, radius)).collect();
-        let mut neighbours = Self { starts: vec![0], elements: Vec::new(), weights: Vec::new() };
-        for row in &rows {
-            neighbours.elements.extend(row.iter().map(|entry| entry.0));
-            neighbours.weights.extend(row.iter().map(|entry| entry.1));
-            neighbours.starts.push(neighbours.elements.len());
-        }
-        Ok(neighbours)
+        // Twice, first for the lengths only: the lists may be the largest thing of a run, and need no copies.
+        let lengths = centroids.par_iter().map(|centroid| grid.within(centroids, centroid, radius).len());
+        let mut starts = vec![0];
+        starts.extend(lengths.collect::<Vec<_>>().iter().scan(0, |end, length| {
+            *end += length;
+            Some(*end)
+        }));
+        let entries = starts[centroids.len()];
+        let (mut elements, mut weights) = (vec![0; entries], vec![0.0; entries]);
+        let rows = split(&mut elements, &starts).into_par_iter().zip(split(&mut weights, &starts));
+        rows.zip(centroids).for_each(|((elements, weights), centroid)| {
+            let row = grid.within(centroids, centroid, radius);
+            elements.iter_mut().zip(weights).zip(row).for_each(|(at, entry)| (*at.0, *at.1) = entry);
+        });
+        Ok(Self { starts, elements, weights })
     }
 
     /// Number of elements.
@@ -72,6 +78,16 @@ impl Neighbours {
         let sum = |element| self.of(element).map(|(neighbour, weight)| weight * a[neighbour]).sum();
         (0..self.len()).into_par_iter().map(sum).collect()
     }
+}
+
+/// The rows of a list, from where each starts.
+fn split<'a, T>(mut list: &'a mut [T], starts: &[usize]) -> Vec<&'a mut [T]> {
+    let rows = starts.windows(2).map(|row| {
+        let (first, rest) = std::mem::take(&mut list).split_at_mut(row[1] - row[0]);
+        list = rest;
+        first
+    });
+    rows.collect()
 }
 
 /// Elements sorted by cubic cells.

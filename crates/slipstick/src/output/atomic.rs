@@ -30,6 +30,12 @@ fn write_and_sync(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<
     writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
 }
 
+/// The name of the file that a temporary one was to become, if it is one: a process that was killed leaves it behind.
+pub(crate) fn whole_name(temporary: &str) -> Option<&str> {
+    let (name, process) = temporary.strip_suffix(".tmp")?.rsplit_once('.')?;
+    (!name.is_empty() && !process.is_empty() && process.bytes().all(|byte| byte.is_ascii_digit())).then_some(name)
+}
+
 fn temporary_name(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.tmp", std::process::id()));

@@ -78,8 +78,12 @@ impl Csv {
         if rows == 0 && !path.exists() {
             return Self::create(path, columns);
         }
-        let text = fs::read_to_string(path).map_err(OutputError::io("read", path))?;
         let other = |reason: String| OutputError::OtherTable { path: path.to_owned(), reason };
+        if !path.exists() {
+            return Err(other(format!("is missing, with its {rows} rows")));
+        }
+        let bytes = fs::read(path).map_err(OutputError::io("read", path))?;
+        let text = String::from_utf8(bytes).map_err(|_| other("is no text".to_owned()))?;
         let header = header(columns);
         let Some(body) = text.strip_prefix(&header) else {
             return Err(other("has other columns".to_owned()));
@@ -115,6 +119,16 @@ impl Csv {
     /// [`OutputError::Columns`], [`OutputError::NotFinite`] (its entry is the column), [`OutputError::Io`]; nothing
     /// is written then but for the last.
     pub fn row(&mut self, cells: &[Cell]) -> Result<(), OutputError> {
+        let line = self.line(cells)?;
+        self.file.write_all(line.as_bytes()).map_err(OutputError::io("write", &self.path))
+    }
+
+    /// A row as it stands in the file, with its line feed.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Columns`], [`OutputError::NotFinite`].
+    pub(crate) fn line(&self, cells: &[Cell]) -> Result<String, OutputError> {
         if cells.len() != self.columns.len() {
             let (expected, found) = (self.columns.len(), cells.len());
             return Err(OutputError::Columns { path: self.path.clone(), expected, found });
@@ -138,7 +152,7 @@ impl Csv {
             }
         }
         line.push('\n');
-        self.file.write_all(line.as_bytes()).map_err(OutputError::io("write", &self.path))
+        Ok(line)
     }
 }
 

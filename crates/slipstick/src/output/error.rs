@@ -77,7 +77,7 @@ pub enum OutputError {
         found: usize,
     },
     /// An existing table that is not the one to go on with.
-    #[error("{} {reason}: remove the file or write to another directory", .path.display())]
+    #[error("{} {reason}", .path.display())]
     OtherTable {
         /// The table.
         path: PathBuf,

@@ -32,6 +32,7 @@ mod pvd;
 mod read;
 mod vtu;
 
+pub(crate) use atomic::whole_name;
 pub use atomic::write_atomically;
 pub use csv::{Cell, Csv};
 pub use error::OutputError;

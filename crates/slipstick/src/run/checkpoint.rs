@@ -5,17 +5,17 @@ use std::fs;
 use serde::{Deserialize, Serialize};
 use slipstick_design::Scaling;
 
-use super::{RunDirectory, RunError, StartValuesFile};
+use super::{RunDirectory, RunError, StartValuesFile, seal};
 use crate::optimize::{Optimization, OptimizationState};
 use crate::output::write_atomically;
 
 /// Version of the file's layout; another one is refused.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// The state of an optimization after a finished iteration, `checkpoint.json`.
 ///
 /// Numbers are written with as many digits as give the same number back, so that a run that goes on from here gives the
-/// same results as one that was never stopped, bit for bit.
+/// same results as one that was never stopped, bit for bit. The file ends with the hash of what stands before it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
     format: u32,
@@ -51,7 +51,7 @@ impl Checkpoint {
     pub fn write(&self, run: &RunDirectory) -> Result<(), RunError> {
         // Compact: a design of a million elements is ten vectors of that length.
         let path = run.file("checkpoint.json");
-        Ok(write_atomically(&path, |writer| Ok(serde_json::to_writer(writer, self)?))?)
+        Ok(write_atomically(&path, |writer| seal::write(writer, |writer| Ok(serde_json::to_writer(writer, self)?)))?)
     }
 
     /// Reads `checkpoint.json`. Whether it fits a case is checked by [`Checkpoint::restore`].
@@ -71,6 +71,9 @@ impl Checkpoint {
         };
         if found.format != FORMAT {
             return damaged(format!("has layout {}; this version reads {FORMAT}", found.format));
+        }
+        if !seal::is_whole(&bytes) {
+            return damaged("was changed or damaged after it was written: its SHA-256 is another".into());
         }
         Ok(found)
     }

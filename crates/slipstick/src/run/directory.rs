@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::RunError;
-use super::lock::Lock;
+use super::lock::{self, Lock};
+use crate::output::whole_name;
 
 /// A directory that belongs to one run, and the names of its files.
 #[derive(Debug, Clone)]
@@ -39,6 +40,12 @@ const FILES: &[&str] = &[
     super::start_values::FILES[1],
 ];
 
+/// The file that marks a directory as a run's: the first to be written, the last to be removed.
+const MARK: &str = "run.json";
+
+/// Files that whoever only looks at a run writes beside it, without its lock.
+const OF_READERS: &[&str] = &["design.stl", "picture.png", "report.html"];
+
 /// Files of a run that are numbered: `{stem}_XXXX.vtu`.
 const NUMBERED: &[&str] = &["design", "path"];
 
@@ -56,11 +63,13 @@ impl RunDirectory {
     pub fn create(path: &Path, force: bool) -> Result<Self, RunError> {
         refuse_place(path)?;
         let refused = |error: io::Error| RunError::cannot_write(path, &error);
-        if !path.is_dir() {
-            fs::create_dir(path).map_err(refused)?;
+        match fs::create_dir(path) {
+            Err(_) if path.is_dir() => {}
+            made => made.map_err(refused)?,
         }
         let mut run = Self { path: path.to_owned(), lock: None };
-        if !run.holds_run() {
+        // What is of nobody's run is not touched, not even by a lock.
+        if !run.holds_run() && !run.file(lock::NAME).exists() {
             run.refuse_names_of_results()?;
         }
         let lock = Lock::take(path);
@@ -71,7 +80,10 @@ impl RunDirectory {
         run.lock = Some(Arc::new(lock?));
         if run.holds_run() {
             run.clear().map_err(refused)?;
+        } else {
+            run.refuse_names_of_results()?;
         }
+        run.remove_parts().map_err(refused)?;
         // Better to learn now than after the first iteration that nothing can be written.
         let probe = run.file(".slipstick-probe");
         fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(refused)?;
@@ -84,7 +96,7 @@ impl RunDirectory {
     /// [`RunError::NoRun`] where it holds none.
     pub fn open(path: &Path) -> Result<Self, RunError> {
         let run = Self { path: path.to_owned(), lock: None };
-        if run.holds_run() { Ok(run) } else { Err(RunError::NoRun { directory: path.to_owned(), file: "run.json" }) }
+        if run.holds_run() { Ok(run) } else { Err(RunError::NoRun { directory: path.to_owned(), file: MARK }) }
     }
 
     /// The directory of an earlier run, to go on with: locked against other processes while it is held.
@@ -95,11 +107,12 @@ impl RunDirectory {
     pub fn take_up(path: &Path) -> Result<Self, RunError> {
         let mut run = Self::open(path)?;
         run.lock = Some(Arc::new(Lock::take(path)?));
+        run.remove_parts().map_err(|error| RunError::cannot_write(path, &error))?;
         Ok(run)
     }
 
     fn holds_run(&self) -> bool {
-        self.file("run.json").is_file()
+        self.file(MARK).is_file()
     }
 
     /// The directory.
@@ -157,10 +170,22 @@ impl RunDirectory {
                 fs::remove_file(entry.path())?;
             }
         }
-        for name in FILES {
+        for name in FILES.iter().filter(|name| **name != MARK).chain([&MARK]) {
             match fs::remove_file(self.file(name)) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                 _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the parts of files that a process was killed over; whoever calls has the lock.
+    fn remove_parts(&self) -> io::Result<()> {
+        for entry in fs::read_dir(&self.path)? {
+            let name = entry?.file_name();
+            let whole = name.to_str().and_then(|name| whole_name(name));
+            if whole.is_some_and(|whole| is_numbered(whole) || FILES.contains(&whole) && !OF_READERS.contains(&whole)) {
+                fs::remove_file(self.path.join(name))?;
             }
         }
         Ok(())

@@ -93,12 +93,21 @@ impl RunError {
             }
             Self::Locked { .. } => "wait until it ends, stop it, or name another directory with --out".into(),
             Self::Directory { cure, .. } | Self::Damaged { cure, .. } | Self::Densities { cure, .. } => cure.clone(),
+            Self::NoRun { file: "checkpoint.json", .. } => {
+                "name the directory that an optimization has written; one that was stopped before its first iteration \
+                 has nothing to go on with: start it again with --force"
+                    .into()
+            }
             Self::NoRun { .. } => "name the directory that an optimization has written".into(),
             Self::OtherCase { .. } => {
                 "put the old text back, or start a new run with `slipstick optimize CASE --design RESULTS`".into()
             }
             Self::Read { .. } => "check the name and the permission to read it".into(),
             Self::Output(OutputError::NotRead { .. }) => "run the analysis again, or choose another result".into(),
+            Self::Output(OutputError::OtherTable { .. }) => {
+                "put the table back as the run left it, or start anew with `slipstick optimize CASE --design RESULTS`"
+                    .into()
+            }
             Self::Output(_) => "check the permission to write there and the free space".into(),
         }
     }

@@ -40,7 +40,10 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
         .collect();
     move |name| {
         let Some((copy, expected)) = copies.get(name) else { return fs::read(folder.join(name)) };
-        let bytes = fs::read(copy)?;
+        let bytes = fs::read(copy).map_err(|error| {
+            let message = format!("the run's copy {}: {error}; put it back, or start a new run", copy.display());
+            io::Error::new(error.kind(), message)
+        })?;
         let found = sha256(&bytes);
         if found == *expected {
             return Ok(bytes);

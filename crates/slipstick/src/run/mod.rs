@@ -35,6 +35,7 @@ mod inputs;
 mod lock;
 mod picture;
 mod record;
+mod seal;
 mod start_values;
 mod symmetry;
 mod tables;

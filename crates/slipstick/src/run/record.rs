@@ -157,5 +157,9 @@ impl RunRecord {
 
 /// SHA-256 of a text or file, in hexadecimal. FIPS 180-4.
 pub fn sha256<T: AsRef<[u8]> + ?Sized>(bytes: &T) -> String {
-    Sha256::digest(bytes.as_ref()).iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes.as_ref()))
+}
+
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -50,6 +50,9 @@ impl StartValuesFile {
             return Err(damaged("is no file of start values"));
         }
         let path = run.file(&self.file);
+        if !path.exists() {
+            return Err(damaged("is missing, which the checkpoint needs"));
+        }
         let bytes = fs::read(&path).map_err(RunError::read(&path))?;
         if sha256(&bytes) != self.sha256 {
             return Err(damaged("is not the file that the checkpoint names"));

@@ -31,25 +31,28 @@ pub struct History {
 }
 
 impl History {
-    /// A table that keeps its first `rows` rows, 0 for a new one.
+    /// A table that keeps the rows of these designs, none for a new one.
     ///
     /// # Errors
     /// [`RunError::Output`]; of it [`OutputError::OtherTable`] if the file has fewer rows. [`RunError::Damaged`] if rows
-    /// are not those of the iterations 0, 1, ….
-    pub fn open(run: &RunDirectory, rows: usize) -> Result<Self, RunError> {
+    /// are not those of the designs, but for the seconds.
+    pub fn open(run: &RunDirectory, designs: &[IterationRecord]) -> Result<Self, RunError> {
         let path = run.file("history.csv");
-        let csv = Csv::resume(&path, HISTORY, rows)?;
-        // A row more or less than there were: going on would write an iteration twice, or leave one out.
+        let csv = Csv::resume(&path, HISTORY, designs.len())?;
         let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
-        let number = |line: &str| line.split(',').next().and_then(|cell| cell.parse::<usize>().ok());
-        match text.lines().skip(1).enumerate().find(|(row, line)| number(line) != Some(*row)) {
-            None => Ok(Self { csv }),
-            Some((row, _)) => Err(RunError::Damaged {
-                reason: format!("line {} should be of iteration {row}: rows were added or removed", row + 2),
-                path,
-                cure: "put the rows back, or start anew with `slipstick optimize CASE --design RESULTS`".into(),
-            }),
+        for (row, (line, record)) in text.lines().skip(1).zip(designs).enumerate() {
+            let expected = csv.line(&cells(record, 0.0))?;
+            let without_seconds = |line: &str| line.rsplit_once(',').map(|(cells, _)| cells.to_owned());
+            if without_seconds(line) != without_seconds(&expected) {
+                let reason = format!(
+                    "line {} is not what this run wrote of iteration {row}: rows were changed, added or removed",
+                    row + 2
+                );
+                let cure = "put the table back, or start anew with `slipstick optimize CASE --design RESULTS`".into();
+                return Err(RunError::Damaged { path, reason, cure });
+            }
         }
+        Ok(Self { csv })
     }
 
     /// Adds an evaluated design and the seconds that it took.
@@ -57,24 +60,27 @@ impl History {
     /// # Errors
     /// [`RunError::Output`].
     pub fn record(&mut self, record: &IterationRecord, seconds: f64) -> Result<(), RunError> {
-        let [open, stick, slip] = record.status;
-        let cells: [Cell; 13] = [
-            record.iteration.into(),
-            record.objective.into(),
-            record.volume_fraction.into(),
-            record.change.into(),
-            record.optimality.into(),
-            record.newton_iterations.into(),
-            record.uzawa_iterations.into(),
-            record.increments.into(),
-            open.into(),
-            stick.into(),
-            slip.into(),
-            record.halvings.into(),
-            ((seconds * 1e3).round() / 1e3).into(),
-        ];
-        Ok(self.csv.row(&cells)?)
+        Ok(self.csv.row(&cells(record, seconds))?)
     }
+}
+
+fn cells(record: &IterationRecord, seconds: f64) -> [Cell; 13] {
+    let [open, stick, slip] = record.status;
+    [
+        record.iteration.into(),
+        record.objective.into(),
+        record.volume_fraction.into(),
+        record.change.into(),
+        record.optimality.into(),
+        record.newton_iterations.into(),
+        record.uzawa_iterations.into(),
+        record.increments.into(),
+        open.into(),
+        stick.into(),
+        slip.into(),
+        record.halvings.into(),
+        ((seconds * 1e3).round() / 1e3).into(),
+    ]
 }
 
 const NEWTON: &[&str] = &[

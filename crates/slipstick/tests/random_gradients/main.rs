@@ -1,0 +1,170 @@
+//! The adjoint gradient of random small contact problems against central differences, with the kinks that `slipstick verify
+//! gradient` detects. The first few run with all tests; all of them with
+//!
+//!     cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture
+
+#[path = "../common/mod.rs"]
+mod common;
+mod problem;
+
+use std::collections::BTreeMap;
+use std::panic::catch_unwind;
+
+use problem::{RandomProblem, random_problem};
+use rayon::prelude::*;
+use slipstick::analysis::AnalysisError;
+use slipstick::verify::{
+    DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient,
+};
+use slipstick_path::Silent;
+
+/// Largest relative error of a directional derivative.
+const BOUND: f64 = 1e-6;
+
+/// Along a random direction over the whole design and along one element.
+const OPTIONS: VerifyOptions =
+    VerifyOptions { directions: 1, elements: 1, step: 1e-3, halvings: 5, forward_tolerance: 1e-12, tolerance: BOUND };
+
+/// What became of one problem.
+enum Outcome {
+    Checked(GradientCheck),
+    /// Its path cannot be marched, for this reason.
+    Failed(String),
+    /// It panicked.
+    Panicked,
+}
+
+struct Row {
+    seed: u64,
+    method: &'static str,
+    objective: &'static str,
+    text: String,
+    outcome: Outcome,
+}
+
+fn check(seed: u64) -> Row {
+    let RandomProblem { text, method, objective, density, designed, mut problem } = random_problem(seed);
+    let analysis = &mut problem.analysis;
+    let run = std::panic::AssertUnwindSafe(|| verify_gradient(analysis, &density, &designed, &OPTIONS, &mut Silent));
+    let outcome = match catch_unwind(run) {
+        Ok(Ok(check)) => Outcome::Checked(check),
+        Ok(Err(VerifyError::Analysis(AnalysisError::March(failure)))) => {
+            let last = failure.attempts.last().map_or("no attempt".into(), |(_, kind)| kind.to_string());
+            Outcome::Failed(last)
+        }
+        Ok(Err(error)) => Outcome::Failed(error.to_string()),
+        Err(_) => Outcome::Panicked,
+    };
+    Row { seed, method, objective, text, outcome }
+}
+
+/// The smallest relative error of a direction among its smooth central differences and, two step lengths at a time, their
+/// extrapolation (4 D(h/2) − D(h))/3 to order 4.
+fn best(direction: &DirectionCheck) -> Option<f64> {
+    let smooth = |q: &&Quotient| q.kink.is_empty() && !q.kinked && !q.cut_back;
+    let quotients: Vec<&Quotient> = direction.quotients.iter().filter(smooth).collect();
+    let scale = |q: &Quotient| (q.difference - direction.adjoint).abs() / q.relative_error;
+    let extrapolated = quotients.windows(2).filter(|q| q[0].step == 2.0 * q[1].step).map(|q| {
+        let difference = (4.0 * q[1].difference - q[0].difference) / 3.0;
+        (difference - direction.adjoint).abs() / scale(q[0]).max(scale(q[1]))
+    });
+    quotients.iter().map(|q| q.relative_error).chain(extrapolated).filter(|error| error.is_finite()).reduce(f64::min)
+}
+
+/// What a direction says; truncation, which extrapolation takes away, does not count against it.
+fn verdict(direction: &DirectionCheck) -> Verdict {
+    if best(direction).is_some_and(|error| error <= BOUND) { Verdict::Right } else { direction.verdict }
+}
+
+/// Counts of a suite, and its largest error.
+#[derive(Default)]
+struct Tally {
+    problems: usize,
+    directions: usize,
+    right: usize,
+    kinks: usize,
+    cut_back: usize,
+    round_off: usize,
+    off: usize,
+    failed: usize,
+    worst: f64,
+}
+
+impl Tally {
+    fn add(&mut self, row: &Row) {
+        self.problems += 1;
+        let Outcome::Checked(check) = &row.outcome else {
+            self.failed += 1;
+            return;
+        };
+        self.directions += check.directions.len();
+        for direction in &check.directions {
+            match verdict(direction) {
+                Verdict::Right => {
+                    self.right += 1;
+                    self.worst = self.worst.max(best(direction).unwrap_or(f64::INFINITY));
+                }
+                Verdict::Kink => self.kinks += 1,
+                Verdict::CutBack => self.cut_back += 1,
+                Verdict::NotResolvable => self.round_off += 1,
+                Verdict::Off => self.off += 1,
+            }
+        }
+    }
+
+    fn line(&self, name: &str) -> String {
+        let Self { problems, directions, right, kinks, cut_back, round_off, off, failed, worst } = self;
+        format!(
+            "| {name} | {problems} | {failed} | {directions} | {right} | {kinks} | {cut_back} | {round_off} | {off} | {worst:.1e} |"
+        )
+    }
+}
+
+const HEADER: &str = "| | problems | not marched | directions | right | kink | other cut-backs | below round-off | wrong | largest error |\n\
+                      |---|---|---|---|---|---|---|---|---|---|";
+
+/// Checks the problems of these seeds, prints what came out, and asserts that no derivative is wrong.
+fn suite(seeds: std::ops::Range<u64>) {
+    let rows: Vec<Row> = seeds.into_par_iter().map(check).collect();
+    let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
+    let mut reasons: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    for row in &rows {
+        for name in [row.method, row.objective, "together"] {
+            tallies.entry(name.to_owned()).or_default().add(row);
+        }
+        match &row.outcome {
+            Outcome::Failed(reason) => {
+                let kind: String = reason.chars().filter(|c| !c.is_ascii_digit()).take(40).collect();
+                reasons.entry(kind).or_default().push(row.seed);
+            }
+            Outcome::Panicked => wrong.push(format!("seed {}: panicked\n{}", row.seed, row.text)),
+            Outcome::Checked(check) => {
+                for direction in check.directions.iter().filter(|direction| verdict(direction) == Verdict::Off) {
+                    wrong.push(format!("seed {} ({}): {direction:#?}\n{}", row.seed, row.method, row.text));
+                }
+            }
+        }
+    }
+    println!("{HEADER}");
+    tallies.iter().for_each(|(name, tally)| println!("{}", tally.line(name)));
+    reasons.iter().for_each(|(reason, seeds)| println!("{} not marched: {reason}… (seeds {seeds:?})", seeds.len()));
+    assert!(wrong.is_empty(), "{} derivatives are wrong\n{}", wrong.len(), wrong.join("\n"));
+    let all = &tallies["together"];
+    assert!(all.worst <= BOUND, "{:e}", all.worst);
+    // A suite that compares little proves little.
+    assert!(all.failed * 20 <= all.problems, "{} of {} cannot be marched", all.failed, all.problems);
+    assert!(all.right * 10 >= all.directions * 8, "{} of {} directions are compared", all.right, all.directions);
+}
+
+#[test]
+fn gradients_of_the_first_random_problems() {
+    suite(0..30);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
+fn gradients_of_a_thousand_random_problems() {
+    let count = std::env::var("SLIPSTICK_RANDOM_PROBLEMS").ok().and_then(|count| count.parse().ok());
+    suite(0..count.unwrap_or(1200));
+}

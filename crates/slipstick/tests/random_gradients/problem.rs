@@ -1,0 +1,164 @@
+//! Random small contact problems: a block of 2 to 16 elements over a slab of as many, at any place in space.
+
+use std::fmt::Write as _;
+
+use nalgebra::{Rotation3, Unit, Vector3};
+use slipstick::build::Problem;
+use slipstick_design::objective::{ObservedSteps, ReactionForce};
+
+use crate::common::{Random, designed, problem};
+
+/// A problem to differentiate, as its seed makes it.
+pub struct RandomProblem {
+    /// The case's text, for whoever wants to repeat it.
+    pub text: String,
+    /// Enforcement method.
+    pub method: &'static str,
+    /// Objective.
+    pub objective: &'static str,
+    /// Densities of all elements.
+    pub density: Vec<f64>,
+    /// Elements that may vary.
+    pub designed: Vec<u32>,
+    /// The built case.
+    pub problem: Problem,
+}
+
+fn one_of<T: Copy>(random: &mut Random, all: &[T]) -> T {
+    all[((random.unit() * all.len() as f64) as usize).min(all.len() - 1)]
+}
+
+fn chance(random: &mut Random, probability: f64) -> bool {
+    random.unit() < probability
+}
+
+/// Numbers of elements with a product of 2 to 16.
+fn elements(random: &mut Random) -> [usize; 3] {
+    loop {
+        let [x, y, z] = [1, 2, 4].map(|_| 1 + (random.unit() * 4.0) as usize);
+        if (2..=16).contains(&(x * y * z)) {
+            return [x, y, z];
+        }
+    }
+}
+
+fn direction(random: &mut Random) -> Unit<Vector3<f64>> {
+    loop {
+        let v = Vector3::from_iterator(random.vector(3, 1.0));
+        if (0.1..1.0).contains(&v.norm()) {
+            return Unit::new_normalize(v);
+        }
+    }
+}
+
+fn place(rotation: &Rotation3<f64>, translate: Vector3<f64>) -> String {
+    let (axis, angle) =
+        rotation.axis_angle().map_or(([0.0, 1.0, 0.0], 0.0), |(axis, angle)| (axis.into_inner().into(), angle));
+    let translate: [f64; 3] = translate.into();
+    format!("{{ rotate = {{ axis = {axis:?}, degrees = {:?} }}, translate = {translate:?} }}", angle.to_degrees())
+}
+
+fn body(random: &mut Random, name: &str, size: [f64; 3], place: &str) -> String {
+    let law = if chance(random, 0.6) { "neo_hooke" } else { "st_venant_kirchhoff" };
+    let f_bar = chance(random, 0.3);
+    let poisson = random.within(0.0, if f_bar { 0.48 } else { 0.4 });
+    let grading = [1.0, 1.0, 1.0].map(|one: f64| if chance(random, 0.3) { random.within(0.5, 2.0) } else { one });
+    let max = size;
+    format!(
+        "[[body]]\nname = \"{name}\"\nbox = {{ min = [0, 0, 0], max = {max:?}, elements = {:?}, grading = {grading:?} }}\n\
+         place = {place}\nmaterial = {{ {law} = {{ youngs_modulus = {:?}, poisson_ratio = {poisson:?} }} }}\n\
+         element = \"{}\"\n",
+        elements(random),
+        random.within(500.0, 2000.0),
+        if f_bar { "f_bar" } else { "full" },
+    )
+}
+
+fn enforcement(random: &mut Random) -> (&'static str, String) {
+    let method = one_of(random, &["Lagrange", "penalty", "augmented"]);
+    let own = chance(random, 0.5);
+    let stiffness = random.within(5e3, 4e4);
+    let given = if own { format!("stiffness = {stiffness:?}") } else { String::new() };
+    let text = match method {
+        "Lagrange" => "{ lagrange = {} }".to_owned(),
+        "penalty" => format!("{{ penalty = {{ {given} }} }}"),
+        _ => format!("{{ augmented = {{ {given}{} max_uzawa = 400 }} }}", if own { "," } else { "" }),
+    };
+    (method, text)
+}
+
+/// Way points of the block's top in the frame of the slab: pressed down, moved along, perhaps lifted or turned.
+fn motion(random: &mut Random, turn: &Rotation3<f64>, gap: f64) -> String {
+    let depth = gap + random.within(0.02, 0.1);
+    let along = one_of(random, &[0.0, 0.05, 0.3]);
+    let mut points = vec![(0.4, Vector3::new(0.0, -depth, 0.0))];
+    let end =
+        Vector3::new(random.within(-along, along), -depth * random.within(0.7, 1.3), random.within(-along, along));
+    if chance(random, 0.15) {
+        points.push((0.6, Vector3::new(0.3 * end.x, random.within(0.0, 0.05), 0.3 * end.z)));
+    }
+    points.push((1.0, end));
+    let degrees = if chance(random, 0.3) { random.within(-6.0, 6.0) } else { 0.0 };
+    let mut text = String::from("[");
+    for (t, u) in points {
+        let u: [f64; 3] = (turn * u).into();
+        let _ = write!(text, "{{ t = {t}, u = {u:?}, angle = {:?} }}, ", degrees * t);
+    }
+    text + "]"
+}
+
+/// The problem of a seed.
+pub fn random_problem(seed: u64) -> RandomProblem {
+    let mut random = Random::new(seed);
+    let r = &mut random;
+    let slab = [r.within(1.5, 4.0), r.within(0.5, 1.2), r.within(0.8, 2.0)];
+    let block = [r.within(0.5, 1.2), r.within(0.4, 1.0), r.within(0.5, 1.2)];
+    let gap = if chance(r, 0.5) { 0.0 } else { r.within(0.0, 0.02) };
+    // The block stands somewhere over the slab's top, perhaps partly beyond its edge, turned about the vertical.
+    let spin = Rotation3::from_axis_angle(&Vector3::y_axis(), if chance(r, 0.5) { 0.0 } else { r.within(-3.0, 3.0) });
+    let centre = Vector3::new(slab[0] * r.within(0.15, 0.85), slab[1] + gap, slab[2] * r.within(0.2, 0.8));
+    let corner = centre - spin * Vector3::new(0.5 * block[0], 0.0, 0.5 * block[2]);
+    let turn = Rotation3::from_axis_angle(&direction(r), r.within(0.0, 3.0));
+    let shift = Vector3::from_iterator(r.vector(3, 5.0));
+    let places = [place(&turn, shift), place(&(turn * spin), turn * corner + shift)];
+    let (method, enforcement) = enforcement(r);
+    let slaves = if chance(r, 0.6) { ["block_ymin", "slab_ymax"] } else { ["slab_ymax", "block_ymin"] };
+    let axis: [f64; 3] = (turn * direction(r).into_inner()).into();
+    let pivot: [f64; 3] = (turn * (centre + Vector3::new(0.0, block[1], 0.0)) + shift).into();
+    let bodies = [body(r, "slab", slab, &places[0]), body(r, "block", block, &places[1])].concat();
+    let friction = if chance(r, 0.12) { 0.0 } else { r.within(0.0, 2.0) };
+    let text = format!(
+        "{bodies}[[contact]]\nslave = \"{}\"\nmaster = \"{}\"\nfriction = {friction:?}\n\
+         multiplier_shape = \"{}\"\nenforcement = {enforcement}\n\
+         [[dirichlet]]\nset = \"slab_ymin\"\n\
+         [[dirichlet]]\nset = \"block_ymax\"\nmotion = {}\nrotation = {{ point = {pivot:?}, direction = {axis:?} }}\n\
+         [load_path]\nsteps = {}\nstart_values = \"{}\"\n\
+         [design]\nbodies = {}\ninitial = 0.5\nsimp = {{ p = {:?}, min = {:?} }}\n{}\
+         [objective]\ncontact_force = {{ steps = \"{}\" }}\n",
+        slaves[0],
+        slaves[1],
+        one_of(r, &["standard", "dual"]),
+        motion(r, &turn, gap),
+        one_of(r, &[3, 4, 5, 6]),
+        one_of(r, &["extrapolated", "last_state"]),
+        one_of(r, &["[\"slab\"]", "[\"block\"]", "[\"slab\", \"block\"]"]),
+        r.within(1.0, 4.0),
+        one_of(r, &[1e-3, 1e-2]),
+        if chance(r, 0.15) { "energy_interpolation = {}\n" } else { "" },
+        one_of(r, &["last", "all"]),
+    );
+    let mut problem = problem(&text);
+    let elements = designed(&problem);
+    let lowest = one_of(r, &[0.1, 0.4]);
+    let mut density = vec![1.0; problem.initial_density.len()];
+    elements.iter().for_each(|&e| density[e] = r.within(lowest, 0.95));
+    let objective = if chance(r, 0.7) { "contact force" } else { "reaction force" };
+    if objective == "reaction force" {
+        let nodes = problem.mesh.set_nodes("block_ymax").expect("the block's top").to_vec();
+        let along: [f64; 3] = direction(r).into_inner().into();
+        let force = ReactionForce::new(nodes, problem.mesh.nodes.len(), along, ObservedSteps::Last);
+        problem.analysis.objective = Some(Box::new(force.expect("an objective")));
+    }
+    let designed = elements.iter().map(|&e| e as u32).collect();
+    RandomProblem { text, method, objective, density, designed, problem }
+}
