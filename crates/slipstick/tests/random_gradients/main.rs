@@ -9,6 +9,7 @@ mod problem;
 
 use std::collections::BTreeMap;
 use std::panic::catch_unwind;
+use std::time::Instant;
 
 use problem::{RandomProblem, random_problem};
 use rayon::prelude::*;
@@ -23,7 +24,10 @@ const BOUND: f64 = 1e-6;
 
 /// Along a random direction over the whole design and along one element.
 const OPTIONS: VerifyOptions =
-    VerifyOptions { directions: 1, elements: 1, step: 1e-3, halvings: 5, forward_tolerance: 1e-12, tolerance: BOUND };
+    VerifyOptions { directions: 1, elements: 1, step: 1e-3, halvings: 5, forward_tolerance: 1e-11, tolerance: BOUND };
+
+/// Problems that take longer are named. \[s\]
+const SLOW: f64 = 20.0;
 
 /// What became of one problem.
 enum Outcome {
@@ -40,9 +44,11 @@ struct Row {
     objective: &'static str,
     text: String,
     outcome: Outcome,
+    seconds: f64,
 }
 
 fn check(seed: u64) -> Row {
+    let clock = Instant::now();
     let RandomProblem { text, method, objective, density, designed, mut problem } = random_problem(seed);
     let analysis = &mut problem.analysis;
     let run = std::panic::AssertUnwindSafe(|| verify_gradient(analysis, &density, &designed, &OPTIONS, &mut Silent));
@@ -55,7 +61,14 @@ fn check(seed: u64) -> Row {
         Ok(Err(error)) => Outcome::Failed(error.to_string()),
         Err(_) => Outcome::Panicked,
     };
-    Row { seed, method, objective, text, outcome }
+    let seconds = clock.elapsed().as_secs_f64();
+    if seconds > SLOW {
+        println!("seed {seed} ({method}) takes {seconds:.1} s");
+    }
+    if let Outcome::Failed(reason) = &outcome {
+        println!("seed {seed} ({method}) is not marched: {reason}");
+    }
+    Row { seed, method, objective, text, outcome, seconds }
 }
 
 /// The smallest relative error of a direction among its smooth central differences and, two step lengths at a time, their
@@ -135,7 +148,8 @@ fn suite(seeds: std::ops::Range<u64>) {
         }
         match &row.outcome {
             Outcome::Failed(reason) => {
-                let kind: String = reason.chars().filter(|c| !c.is_ascii_digit()).take(40).collect();
+                let kind = reason.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default().trim().to_owned();
+                let kind = if kind.is_empty() { "Uzawa's iteration".into() } else { kind };
                 reasons.entry(kind).or_default().push(row.seed);
             }
             Outcome::Panicked => wrong.push(format!("seed {}: panicked\n{}", row.seed, row.text)),
@@ -146,6 +160,12 @@ fn suite(seeds: std::ops::Range<u64>) {
             }
         }
     }
+    let seconds: Vec<f64> = rows.iter().map(|row| row.seconds).collect();
+    println!(
+        "{:.0} s of one core; the slowest problem {:.1} s",
+        seconds.iter().sum::<f64>(),
+        seconds.iter().copied().fold(0.0, f64::max)
+    );
     println!("{HEADER}");
     tallies.iter().for_each(|(name, tally)| println!("{}", tally.line(name)));
     reasons.iter().for_each(|(reason, seeds)| println!("{} not marched: {reason}… (seeds {seeds:?})", seeds.len()));
@@ -165,6 +185,6 @@ fn gradients_of_the_first_random_problems() {
 #[test]
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_a_thousand_random_problems() {
-    let count = std::env::var("SLIPSTICK_RANDOM_PROBLEMS").ok().and_then(|count| count.parse().ok());
-    suite(0..count.unwrap_or(1200));
+    let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
+    suite(bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 1200));
 }

@@ -82,7 +82,7 @@ fn enforcement(random: &mut Random) -> (&'static str, String) {
     let text = match method {
         "Lagrange" => "{ lagrange = {} }".to_owned(),
         "penalty" => format!("{{ penalty = {{ {given} }} }}"),
-        _ => format!("{{ augmented = {{ {given}{} max_uzawa = 400 }} }}", if own { "," } else { "" }),
+        _ => format!("{{ augmented = {{ {given}{} max_uzawa = 100 }} }}", if own { "," } else { "" }),
     };
     (method, text)
 }
@@ -132,7 +132,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
          multiplier_shape = \"{}\"\nenforcement = {enforcement}\n\
          [[dirichlet]]\nset = \"slab_ymin\"\n\
          [[dirichlet]]\nset = \"block_ymax\"\nmotion = {}\nrotation = {{ point = {pivot:?}, direction = {axis:?} }}\n\
-         [load_path]\nsteps = {}\nstart_values = \"{}\"\n\
+         [load_path]\nsteps = {}\nstart_values = \"{}\"\nmax_cutbacks = 4\n\
          [design]\nbodies = {}\ninitial = 0.5\nsimp = {{ p = {:?}, min = {:?} }}\n{}\
          [objective]\ncontact_force = {{ steps = \"{}\" }}\n",
         slaves[0],
