@@ -1,6 +1,7 @@
 //! From a resolved case to a problem that can be analysed.
 
 mod mesh;
+mod symmetry;
 
 pub use mesh::build_mesh;
 
@@ -72,6 +73,11 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
             "let one table move these nodes, or give both the same motion",
         )
     })?;
+    let mirrored = symmetry::mirrored(case, &mesh)?;
+    let prescribed = prescribed.with_symmetry(&mirrored).map_err(|e| {
+        let help = "move them within the plane only, or leave the plane out";
+        BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
+    })?;
     let steps = case.load_path.steps;
     let times: Vec<f64> = (1..=steps).map(|n| n as f64 / steps as f64).collect();
     let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
@@ -80,7 +86,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64;
-    let interfaces = build_interfaces(case, &mesh, &coordinates, approach)?;
+    let interfaces = build_interfaces(case, &mesh, &coordinates, &mirrored, approach)?;
     let method = build_method(case)?;
     let variables = build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -213,6 +219,7 @@ fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
     coordinates: &[f64],
+    mirrored: &[[bool; 3]],
     approach: f64,
 ) -> Result<Vec<ModelInterface>, BuildError> {
     let mut interfaces = Vec::with_capacity(case.contacts.len());
@@ -240,7 +247,8 @@ fn build_interfaces(
             BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
         })?;
         let interface = ContactInterface::new(slave, master, coordinates, shape, rule, reach)
-            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?;
+            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?
+            .with_symmetry(|node| mirrored[node as usize]);
         for slave in interface.slave_nodes() {
             if let Some(first) = slaves_so_far.insert(slave.node, i) {
                 let message = format!("node {} is a slave of contact[{first}] too", slave.node);

@@ -53,6 +53,10 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     console.text("\nsets and surfaces");
     let sets = setup.inspection.sets.iter().map(|(name, nodes)| vec![name.clone(), nodes.to_string()]);
     console.lines(&lines(&["name", "nodes"], &sets.collect::<Vec<_>>()));
+    for plane in &setup.resolved.case.symmetries {
+        let letter = ["x", "y", "z"][plane.normal.index()];
+        console.text(&format!("\nsymmetry plane {letter} = {}", plane.at));
+    }
     console.text("\nsupports and motions");
     console.lines(&supports(&setup, &problem));
     if !setup.resolved.case.loads.is_empty() {

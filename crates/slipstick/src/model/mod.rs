@@ -108,6 +108,8 @@ struct SlaveData {
     area: f64,
     /// Facet size around the node. \[L\]
     size: f64,
+    /// How many times the area counts with its mirror images.
+    images: f64,
 }
 
 /// The discrete problem of a load step; see the module's description.
@@ -218,7 +220,12 @@ impl ContactModel {
         let mut fixed_held = fixed.clone();
         if multipliers > 0 {
             groups.extend(interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node));
-            fixed.resize(3 * (nodes + multipliers), false);
+            // no traction acts across a symmetry plane
+            let slaves = interfaces.iter().flat_map(|i| i.interface.slave_nodes());
+            fixed.extend(slaves.flat_map(|slave| {
+                let planes = slave.mirrored.iter().filter(|&&across| across).count();
+                [false, planes > 0, planes > 1]
+            }));
             fixed_held.resize(3 * (nodes + multipliers), true);
         }
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
@@ -333,6 +340,14 @@ impl ContactModel {
         let (Method::Lagrange { stiffness } | Method::Penalty { stiffness } | Method::Augmented { stiffness, .. }) =
             &self.method;
         let of = |(slave, hardness): (&SlaveData, &f64)| match stiffness[slave.interface as usize] {
+            // weighted measures of the half are half of the whole's
+            GivenStiffness::Absolute(Stiffness { normal, tangential, scaling: StiffnessScaling::Weighted }) => {
+                Stiffness {
+                    normal: normal * slave.images,
+                    tangential: tangential * slave.images,
+                    scaling: StiffnessScaling::Weighted,
+                }
+            }
             GivenStiffness::Absolute(stiffness) => stiffness,
             GivenStiffness::Relative { factor, scaling } => {
                 let both = match scaling {
@@ -517,6 +532,7 @@ fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
                 interface: i as u32,
                 area: slave.facets.iter().map(|&(f, _)| share(f)).sum(),
                 size: (around / slave.facets.len() as f64).sqrt(),
+                images: f64::from(1 << slave.mirrored.iter().filter(|&&across| across).count()),
             });
             slave_elements.push(elements_at(&mut std::iter::once(slave.node)));
         }

@@ -10,6 +10,20 @@ pub struct Prescribed {
     /// Displacement unknown, its node's reference position, component, number of its motion.
     entries: Vec<(u32, [f64; 3], u8, u32)>,
     fixed: Vec<bool>,
+    /// Displacement unknowns across symmetry planes, which no motion prescribes: zero.
+    mirrored: Vec<u32>,
+}
+
+/// A motion takes a node off its symmetry plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("node {node} is moved off its symmetry plane in component {}", ["x", "y", "z"][*component as usize])]
+pub struct OffThePlane {
+    /// Global node number.
+    pub node: u32,
+    /// 0, 1, 2.
+    pub component: u8,
+    /// Number of the table that moves it.
+    pub motion: usize,
 }
 
 /// Two motions claim the same displacement.
@@ -51,7 +65,33 @@ impl Prescribed {
                 }
             }
         }
-        Ok(Self { motions, entries, fixed: owner.iter().map(Option::is_some).collect() })
+        Ok(Self { motions, entries, fixed: owner.iter().map(Option::is_some).collect(), mirrored: Vec::new() })
+    }
+
+    /// The same with the components held that stand across symmetry planes: three per node in `mirrored`.
+    ///
+    /// # Errors
+    /// [`OffThePlane`] where a motion moves such a component.
+    pub fn with_symmetry(mut self, mirrored: &[[bool; 3]]) -> Result<Self, OffThePlane> {
+        let mut d = vec![0.0; self.fixed.len()];
+        let way_points: Vec<f64> = self.motions.iter().flat_map(|m| m.motion.iter().map(|point| point.t)).collect();
+        // a turn may come back to the plane at its way points
+        let times = way_points.iter().flat_map(|t| [*t, 0.618 * t]);
+        for time in times {
+            self.apply(time, &mut d);
+            let moved = |entry: &&(u32, [f64; 3], u8, u32)| {
+                mirrored[entry.0 as usize / 3][usize::from(entry.2)] && d[entry.0 as usize] != 0.0
+            };
+            if let Some(&(dof, _, component, motion)) = self.entries.iter().find(moved) {
+                return Err(OffThePlane { node: dof / 3, component, motion: motion as usize });
+            }
+        }
+        for (dof, across) in mirrored.iter().flatten().enumerate() {
+            if *across && !std::mem::replace(&mut self.fixed[dof], true) {
+                self.mirrored.push(dof as u32);
+            }
+        }
+        Ok(self)
     }
 
     /// Which displacement unknowns are prescribed.
@@ -61,6 +101,9 @@ impl Prescribed {
 
     /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis, then translation.
     pub fn apply(&self, time: f64, d: &mut [f64]) {
+        for &dof in &self.mirrored {
+            d[dof as usize] = 0.0;
+        }
         let poses: Vec<_> = self.motions.iter().map(|m| (m.at(time), m.rotation)).collect();
         for &(dof, x, c, motion) in &self.entries {
             let ((u, degrees), axis) = &poses[motion as usize];

@@ -8,6 +8,7 @@ mod mesh_file;
 mod motion;
 mod run;
 mod sets;
+mod symmetry;
 
 use super::names::Names;
 use super::resolved::Case;
@@ -23,6 +24,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let bodies = bodies::bodies(&root, &mut names, &mesh_file::MeshFiles::new(files));
     let surfaces = sets::surfaces(&root, &mut names);
     let sets = sets::sets(&root, &mut names);
+    let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names);
     let dirichlet = motion::dirichlet(&root, &names, load_path.steps);
@@ -41,6 +43,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         bodies,
         surfaces,
         sets,
+        symmetries,
         contacts,
         dirichlet,
         loads,

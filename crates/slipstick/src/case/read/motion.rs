@@ -7,7 +7,7 @@ use super::super::resolved::{
 use super::super::typed::Table;
 use super::{CaseCode, direction};
 
-const COMPONENTS: [(&str, Component); 3] = [("x", Component::X), ("y", Component::Y), ("z", Component::Z)];
+pub(super) const COMPONENTS: [(&str, Component); 3] = [("x", Component::X), ("y", Component::Y), ("z", Component::Z)];
 
 /// Goes on where the number of steps cannot be read: every step exists.
 const UNKNOWN_STEPS: usize = usize::MAX >> 1;

@@ -41,6 +41,9 @@ pub struct Case {
     /// Node sets that the user selects, besides the surfaces that come with the bodies.
     #[serde(rename = "set")]
     pub sets: Vec<NodeSet>,
+    /// Symmetry planes, each across another axis.
+    #[serde(rename = "symmetry", skip_serializing_if = "Vec::is_empty")]
+    pub symmetries: Vec<Symmetry>,
     /// Contact pairs.
     #[serde(rename = "contact")]
     pub contacts: Vec<Contact>,

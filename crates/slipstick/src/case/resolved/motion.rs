@@ -1,4 +1,4 @@
-//! Supports, motions and the load path.
+//! Symmetry planes, supports, motions, loads and the load path.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -20,6 +20,15 @@ impl Component {
     pub fn index(self) -> usize {
         self as usize
     }
+}
+
+/// A symmetry plane: the bodies are those on one side of it, and what is on the other side is their mirror image.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Symmetry {
+    /// The axis that it stands across.
+    pub normal: Component,
+    /// Its coordinate along that axis. \[L\]
+    pub at: f64,
 }
 
 /// A prescribed displacement of a set of nodes; without motion: held.
