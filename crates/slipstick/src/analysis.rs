@@ -2,7 +2,7 @@
 
 use crate::model::{ContactModel, Parameter};
 use slipstick_contact::friction::Status;
-use slipstick_design::objective::{Objective, StateDerivative, StateView};
+use slipstick_design::objective::{Objective, StateDerivative, StateView, WrongDerivative, check_derivatives};
 use slipstick_path::{
     Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathObjective, PathState,
     StateError, StepState, SweepError, SweepOptions, Timings, march, sweep,
@@ -90,13 +90,31 @@ pub enum AnalysisError {
     },
 }
 
+/// Why an objective is not taken.
+#[derive(Debug, thiserror::Error)]
+pub enum ObjectiveRefused {
+    /// Its derivative is not that of its value.
+    #[error(transparent)]
+    Derivative(#[from] WrongDerivative),
+    /// It observes no step of the load path: it would always be zero.
+    #[error(
+        "objective `{name}` observes none of the {steps} load steps; let Objective::observes be true for one of them"
+    )]
+    NoSteps {
+        /// The objective's name.
+        name: String,
+        /// Steps of the load path.
+        steps: usize,
+    },
+}
+
 /// A model with load steps, objective and solver: everything that a density determines.
 pub struct Analysis {
     /// The discrete problem.
     pub model: ContactModel,
     /// Ends of the user's steps in pseudo-time, ascending.
     pub times: Vec<f64>,
-    /// What is minimised, if anything.
+    /// What is minimised, if anything; [`set_objective`](Self::set_objective) sets one of your own.
     pub objective: Option<Box<dyn Objective>>,
     /// March settings.
     pub march: MarchOptions,
@@ -118,6 +136,56 @@ impl Analysis {
     /// Where the time went since [`measure`](Self::measure).
     pub fn timings(&self) -> Timings {
         self.model.timings() + self.linear.timings()
+    }
+
+    /// Takes an objective in the place of the one that is there. Debug builds check its derivatives before
+    /// ([`check_objective`](Self::check_objective)).
+    ///
+    /// # Errors
+    /// [`ObjectiveRefused`]; the objective that was there stays.
+    pub fn set_objective(&mut self, objective: Box<dyn Objective>) -> Result<(), ObjectiveRefused> {
+        let steps = self.times.len();
+        if !(1..=steps).any(|step| objective.observes(step, steps)) {
+            return Err(ObjectiveRefused::NoSteps { name: objective.name().into(), steps });
+        }
+        if cfg!(debug_assertions) {
+            self.check_objective(objective.as_ref())?;
+        }
+        self.objective = Some(objective);
+        Ok(())
+    }
+
+    /// Compares an objective's derivatives with differences of its values, at small random displacements of all nodes and
+    /// the internal forces of the bodies there (density as set), for every step that it observes.
+    ///
+    /// # Errors
+    /// The first derivative that is wrong.
+    pub fn check_objective(&self, objective: &dyn Objective) -> Result<(), WrongDerivative> {
+        let (displacement, internal_force) = self.some_state();
+        let steps = self.times.len();
+        for (step, &time) in (1..=steps).zip(&self.times).filter(|(step, _)| objective.observes(*step, steps)) {
+            let (displacement, internal_force) = (&displacement, &internal_force);
+            check_derivatives(objective, &StateView { step, steps, time, displacement, internal_force })?;
+        }
+        Ok(())
+    }
+
+    /// Displacements of all nodes that are small beside the elements, and the internal forces there.
+    fn some_state(&self) -> (Vec<f64>, Vec<f64>) {
+        let n = self.model.prescribed().fixed().len();
+        let size = self.model.solid().element_volumes().into_iter().fold(f64::INFINITY, f64::min).cbrt();
+        let mut force = vec![0.0; n];
+        let mut amplitude = 1e-2 * size;
+        loop {
+            // spread by the golden ratio, so that no two entries are alike
+            let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() - 0.5;
+            let displacement: Vec<f64> = (0..n).map(|i| amplitude * spread(i)).collect();
+            // at rest no element is inverted, so this ends
+            if self.model.internal_force(&displacement, &mut force).is_ok() {
+                return (displacement, force);
+            }
+            amplitude *= 0.1;
+        }
     }
 
     /// Marches the whole path with the given element densities and evaluates the objective.

@@ -4,9 +4,11 @@
 //! displacements and the internal forces of the whole model and gives explicit partial derivatives with respect to both.
 //! The chain rule, (92)–(98) of the paper, is the caller's: it multiplies by `∂f_int/∂d` and `∂f_int/∂φ`.
 
+mod check;
 mod contact_force;
 mod reaction_force;
 
+pub use check::{WrongDerivative, check_derivatives};
 pub use contact_force::ContactForce;
 pub use reaction_force::ReactionForce;
 
