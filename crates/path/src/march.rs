@@ -235,7 +235,7 @@ fn attempt(
     let mut starts = start::candidates(problem, path, time, options.start, guide).into_iter().peekable();
     let mut setting = 0;
     loop {
-        problem.begin_step(previous, false).map_err(as_failure)?;
+        problem.begin_step(previous, time, false).map_err(as_failure)?;
         problem.vary_iteration(setting);
         let start = starts.next().unwrap_or_else(|| previous.unknowns.clone());
         let solved = solve_increment(problem, linear, start, time, &options.newton);

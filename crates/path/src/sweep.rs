@@ -160,7 +160,7 @@ fn step_back(
         carry.history = eta;
         return Ok(());
     }
-    problem.begin_step(previous, true)?;
+    problem.begin_step(previous, here.time, true)?;
     if !quiet_history {
         problem.pull_back_current(y, &eta, &mut rhs)?;
     }

@@ -137,7 +137,7 @@ impl Analysis {
         if let Some(objective) = &self.objective {
             for (step, state) in path.completed() {
                 if objective.observes(step, steps) {
-                    let force = internal_force(&self.model, &state.state)?;
+                    let force = unbalanced_force(&self.model, state.time, &state.state)?;
                     step_values[step - 1] =
                         objective.value(&view(&self.model, step, steps, state.time, &state.state, &force));
                 }
@@ -209,10 +209,10 @@ impl Analysis {
     }
 }
 
-fn internal_force(model: &ContactModel, state: &StepState) -> Result<Vec<f64>, StateError> {
+fn unbalanced_force(model: &ContactModel, time: f64, state: &StepState) -> Result<Vec<f64>, StateError> {
     let n = model.prescribed().fixed().len();
     let mut force = vec![0.0; n];
-    model.internal_force(&state.unknowns[..n], &mut force)?;
+    model.unbalanced_force(&state.unknowns[..n], time, &mut force)?;
     Ok(force)
 }
 
@@ -228,7 +228,8 @@ fn view<'a>(
     StateView { step, steps, time, displacement: &state.unknowns[..n], internal_force: force }
 }
 
-/// Chains an objective on internal forces to unknowns, design and moduli: ∂θ/∂d += K_int ∂θ/∂f, ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
+/// Chains an objective on internal minus external forces f to unknowns, design, moduli and loads: ∂θ/∂d += (∂f/∂d)ᵀ ∂θ/∂f,
+/// ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
 ///
 /// Nothing depends on the multipliers. Paper: (92)–(99).
 struct Adapter<'a> {
@@ -244,7 +245,7 @@ impl Adapter<'_> {
             if !self.objective.observes(step, self.steps) {
                 continue;
             }
-            let force = internal_force(model, &at.state)?;
+            let force = unbalanced_force(model, at.time, &at.state)?;
             let n = force.len();
             let d = &at.state.unknowns[..n];
             let (mut by_displacement, mut by_force) = (vec![0.0; n], vec![0.0; n]);
@@ -254,11 +255,12 @@ impl Adapter<'_> {
             );
             let inverted = crate::model::inverted;
             let (solid, scalings, slopes) = (model.solid(), model.scalings(), model.scaling_slopes());
-            solid.add_tangent_product(d, scalings, &by_force, &mut by_displacement).map_err(inverted)?;
+            model.pull_back_unbalanced_force(d, at.time, &by_force, &mut by_displacement)?;
             let mut by_design = vec![0.0; solid.elements()];
             solid.pull_back_density(d, scalings, slopes, &by_force, &mut by_design).map_err(inverted)?;
             let mut parameters = vec![0.0; model.parameter_names().len()];
             model.pull_back_moduli(d, &by_force, &mut parameters)?;
+            model.pull_back_loads(d, at.time, &by_force, &mut parameters);
             self.partials.push((step, by_displacement, PathGradient { design: by_design, parameters }));
         }
         Ok(())

@@ -8,7 +8,9 @@ use crate::analysis::Analysis;
 use crate::case::{self, Case};
 use crate::machine::Machine;
 use crate::model::prescribed::Prescribed;
-use crate::model::{ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Method, ModelInterface};
+use crate::model::{
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface,
+};
 use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
@@ -104,12 +106,14 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         _ => vec![1.0; mesh.elements.len()],
     };
     let largest = prescribed.largest(&times);
+    let loads = build_loads(case, &mesh, &coordinates)?;
     let model = ContactModel::new(
         &mesh,
         solid,
         interfaces,
         method,
         prescribed,
+        loads,
         interpolation,
         designed,
         &initial_density,
@@ -187,6 +191,26 @@ fn march_options(case: &Case) -> MarchOptions {
     }
 }
 
+fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64]) -> Result<Loads, BuildError> {
+    let facets: Result<Vec<_>, BuildError> = case
+        .loads
+        .iter()
+        .enumerate()
+        .map(|(i, load)| facets_of(mesh, &load.surface, &format!("load[{i}].surface")))
+        .collect();
+    Ok(Loads::new(case.loads.clone(), facets?, coordinates))
+}
+
+/// Facets of a surface that `path` names.
+fn facets_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<FacetNodes>, BuildError> {
+    let surface = mesh.surfaces.get(name).ok_or_else(|| {
+        let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
+        let help = format!("facets are needed here; known surfaces: {}", known.join(", "));
+        BuildError::new(path, format!("there is no surface `{name}`"), help)
+    })?;
+    Ok(surface.facets.iter().map(|f| f.nodes).collect())
+}
+
 fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
@@ -196,14 +220,7 @@ fn build_interfaces(
     let mut interfaces = Vec::with_capacity(case.contacts.len());
     let mut slaves_so_far: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
     for (i, contact) in case.contacts.iter().enumerate() {
-        let surface = |name: &str, key: &str| -> Result<Vec<FacetNodes>, BuildError> {
-            let surface = mesh.surfaces.get(name).ok_or_else(|| {
-                let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
-                let help = format!("contact needs facets; known surfaces: {}", known.join(", "));
-                BuildError::new(format!("contact[{i}].{key}"), format!("there is no surface `{name}`"), help)
-            })?;
-            Ok(surface.facets.iter().map(|f| f.nodes).collect())
-        };
+        let surface = |name: &str, key: &str| facets_of(mesh, name, &format!("contact[{i}].{key}"));
         let (slave, master) = (surface(&contact.slave, "slave")?, surface(&contact.master, "master")?);
         let size = |facets: &[FacetNodes]| {
             facets.iter().map(|f| facet_area(&f.corners(&mesh.nodes)).sqrt()).fold(0.0, f64::max)

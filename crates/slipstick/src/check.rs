@@ -302,7 +302,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
 fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64, f64), StateError> {
     let model = &mut problem.analysis.model;
     let rest = model.rest();
-    model.begin_step(&rest, false)?;
+    model.begin_step(&rest, 0.0, false)?;
     let (fixed, groups) = (model.fixed().to_vec(), model.groups().to_vec());
     let matrix = model.tangent(&rest.unknowns)?;
     let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), &fixed, &groups);

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use slipstick::build::Problem;
-use slipstick::case::{Component, Dimension, Severity, Units};
+use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
 use slipstick::check::Inspection;
 
 use super::{bytes, digits};
@@ -55,6 +55,10 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     console.lines(&lines(&["name", "nodes"], &sets.collect::<Vec<_>>()));
     console.text("\nsupports and motions");
     console.lines(&supports(&setup, &problem));
+    if !setup.resolved.case.loads.is_empty() {
+        console.text("\nloads");
+        console.lines(&loads(&setup, &setup.resolved.case.units));
+    }
     if !setup.inspection.contacts.is_empty() {
         console.text("\ncontact, at the start");
         console.lines(&contacts(&setup));
@@ -105,6 +109,25 @@ fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
         })
         .collect();
     lines(&["set", "nodes", "components", "at the end"], &rows)
+}
+
+fn loads(setup: &Setup, units: &Units) -> Vec<String> {
+    let rows: Vec<_> = setup
+        .resolved
+        .case
+        .loads
+        .iter()
+        .map(|load| {
+            let factor = load.factor(1.0);
+            let (kind, value, dimension) = match load.kind {
+                LoadKind::Pressure(p) => ("pressure", digits(factor * p), Dimension::STRESS),
+                LoadKind::Traction(t) => ("traction", format!("{:?}", t.map(|t| factor * t + 0.0)), Dimension::STRESS),
+                LoadKind::Force(f) => ("force", format!("{:?}", f.map(|f| factor * f + 0.0)), Dimension::FORCE),
+            };
+            vec![load.surface.clone(), format!("{kind}{}", units.bracket(dimension)), value]
+        })
+        .collect();
+    lines(&["surface", "load", "at the end"], &rows)
 }
 
 fn contacts(setup: &Setup) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion.
+//! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion, loads.
 //!
 //! [`ContactModel`] puts the crates together: it implements [`StepProblem`](slipstick_path::StepProblem), which the march and the adjoint sweep work
 //! on. Unknowns are the displacements d of all nodes and, for the Lagrange and augmented Lagrangian methods, the
@@ -10,12 +10,14 @@
 //! | penalty | d | ζ_τ | R |
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
+mod loads;
 pub mod node;
 mod parameters;
 pub mod pattern;
 pub mod prescribed;
 mod step;
 
+pub use loads::Loads;
 use nalgebra::Vector3;
 use node::NodeStep;
 pub use parameters::Parameter;
@@ -124,6 +126,9 @@ pub struct ContactModel {
     interfaces: Vec<ModelInterface>,
     method: Method,
     prescribed: Prescribed,
+    loads: Loads,
+    /// Pseudo-time at the end of the step.
+    time: f64,
     slaves: Vec<SlaveData>,
     /// Elements at each slave node's facets, and at each interface's master facets: for E_eff.
     slave_elements: Vec<Vec<u32>>,
@@ -190,13 +195,15 @@ impl ContactModel {
     /// Assembles a model.
     ///
     /// `start` is the density of every element at the start design; it sizes the penalty method's default stiffness.
-    /// `largest_motion` is the largest prescribed displacement on the path; it sizes the tolerances of a start at rest.
+    /// `largest_motion` is the largest prescribed displacement on the path; with the loads, it sizes the tolerances of a start
+    /// at rest.
     pub fn new(
         mesh: &Mesh,
         solid: SolidModel,
         interfaces: Vec<ModelInterface>,
         method: Method,
         prescribed: Prescribed,
+        loads: Loads,
         interpolation: Interpolation,
         designed: Vec<bool>,
         start: &[f64],
@@ -219,7 +226,9 @@ impl ContactModel {
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.elements.len() as f64).cbrt();
-        let motion = if largest_motion > 0.0 { largest_motion } else { size };
+        // what a load would press an element by
+        let driven = largest_motion.max(loads.largest(&coordinates) / (modulus * size));
+        let motion = if driven > 0.0 { driven } else { size };
         let floors = Floors {
             force: FLOOR * modulus * size * motion,
             displacement: FLOOR * motion,
@@ -240,6 +249,8 @@ impl ContactModel {
             interfaces,
             method,
             prescribed,
+            loads,
+            time: 0.0,
             slaves,
             slave_elements,
             master_elements,

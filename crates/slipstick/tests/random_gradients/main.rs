@@ -149,7 +149,7 @@ fn suite(seeds: std::ops::Range<u64>) {
         match &row.outcome {
             Outcome::Failed(reason) => {
                 let kind = reason.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default().trim().to_owned();
-                let kind = if kind.is_empty() { "Uzawa's iteration".into() } else { kind };
+                let kind = if kind.is_empty() { "Uzawa, or inverted elements".into() } else { kind };
                 reasons.entry(kind).or_default().push(row.seed);
             }
             Outcome::Panicked => wrong.push(format!("seed {}: panicked\n{}", row.seed, row.text)),
@@ -182,9 +182,20 @@ fn gradients_of_the_first_random_problems() {
     suite(0..30);
 }
 
+/// Problems with a kink nearer than the smallest step, or small beside the curvature: one-sided differences agree with the
+/// adjoint to second order, central ones do not. They are told as kinks, not as errors.
+#[test]
+fn kinks_next_to_the_design_are_no_errors() {
+    for seed in [163, 182, 750] {
+        let Outcome::Checked(check) = check(seed).outcome else { panic!("seed {seed} cannot be marched") };
+        assert!(check.count(Verdict::Kink) >= 1, "seed {seed}: {check:#?}");
+        assert_eq!(check.count(Verdict::Off), 0, "seed {seed}: {check:#?}");
+    }
+}
+
 #[test]
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_a_thousand_random_problems() {
     let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
-    suite(bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 1200));
+    suite(bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 1000));
 }

@@ -3,6 +3,7 @@
 mod bodies;
 mod contact;
 mod design;
+mod load;
 mod mesh_file;
 mod motion;
 mod run;
@@ -25,6 +26,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names);
     let dirichlet = motion::dirichlet(&root, &names, load_path.steps);
+    let loads = load::loads(&root, &names, load_path.steps);
     let design = design::design(&root, &names, &bodies);
     let objective = design::objective(&root, &contacts, load_path.steps);
     let optimizer = design::optimizer(&root, design.as_ref());
@@ -41,6 +43,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         sets,
         contacts,
         dirichlet,
+        loads,
         load_path,
         design,
         objective,

@@ -139,28 +139,7 @@ fn motion(table: &Table<'_>, components: &[Component], has_axis: bool, steps: us
 }
 
 fn waypoint(table: Table<'_>, last: &Waypoint, components: &[Component], has_axis: bool, steps: usize) -> Waypoint {
-    let earliest = last.t;
-    let t = table
-        .number("t")
-        .check(
-            CaseCode::MotionTime,
-            |&t| t > 0.0 && t <= 1.0,
-            "must lie in (0, 1]",
-            "pseudo-time runs from 0, where everything is at rest, to 1",
-        )
-        .check(
-            CaseCode::MotionTime,
-            |&t| t > earliest,
-            "must be later than at the way point before",
-            "list the way points in the order of time",
-        )
-        .optional();
-    if !table.has("t") {
-        table.note_missing("t", "pseudo-time of the way point, in (0, 1]");
-    }
-    if let Some(t) = t {
-        warn_corner(&table, t, steps);
-    }
+    let t = time(&table, last.t, steps);
     if !table.has("u") && !table.has("angle") {
         table.reader.error(
             table.path(),
@@ -189,7 +168,33 @@ fn waypoint(table: Table<'_>, last: &Waypoint, components: &[Component], has_axi
         )
         .or(last.angle);
     table.finish();
-    Waypoint { t: t.unwrap_or(earliest), u, angle }
+    Waypoint { t, u, angle }
+}
+
+/// Pseudo-time of a way point, later than the one before.
+pub(super) fn time(table: &Table<'_>, earliest: f64, steps: usize) -> f64 {
+    let t = table
+        .number("t")
+        .check(
+            CaseCode::MotionTime,
+            |&t| t > 0.0 && t <= 1.0,
+            "must lie in (0, 1]",
+            "pseudo-time runs from 0, where everything is at rest, to 1",
+        )
+        .check(
+            CaseCode::MotionTime,
+            |&t| t > earliest,
+            "must be later than at the way point before",
+            "list the way points in the order of time",
+        )
+        .optional();
+    if !table.has("t") {
+        table.note_missing("t", "pseudo-time of the way point, in (0, 1]");
+    }
+    if let Some(t) = t {
+        warn_corner(table, t, steps);
+    }
+    t.unwrap_or(earliest)
 }
 
 /// The path of a load step is straight, so that a way point between two of them is passed by.

@@ -46,6 +46,9 @@ pub struct Case {
     pub contacts: Vec<Contact>,
     /// Supports and prescribed motions.
     pub dirichlet: Vec<Dirichlet>,
+    /// Loads on surfaces.
+    #[serde(rename = "load", skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<Load>,
     /// Pseudo-time steps and Newton's tolerances.
     pub load_path: LoadPath,
     /// The design; `None` where the case is for a forward analysis only.

@@ -67,6 +67,53 @@ pub struct Waypoint {
     pub angle: f64,
 }
 
+/// A load on a surface, along the path `amplitude` times the value.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Load {
+    /// The surface.
+    pub surface: String,
+    /// What acts.
+    #[serde(flatten)]
+    pub kind: LoadKind,
+    /// Way points, piecewise linear in time from 0 at t = 0; constant after the last one.
+    pub amplitude: Vec<AmplitudePoint>,
+}
+
+impl Load {
+    /// The factor at pseudo-time `t`: piecewise linear through (0, 0) and the way points.
+    pub fn factor(&self, t: f64) -> f64 {
+        let mut last = AmplitudePoint { t: 0.0, factor: 0.0 };
+        for &next in &self.amplitude {
+            if t < next.t {
+                return last.factor + (t - last.t) / (next.t - last.t) * (next.factor - last.factor);
+            }
+            last = next;
+        }
+        last.factor
+    }
+}
+
+/// What acts on a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoadKind {
+    /// On the deformed surface, against its outward normal, per deformed area. \[F/L²\]
+    Pressure(f64),
+    /// Dead load of fixed direction, per reference area. \[F/L²\]
+    Traction([f64; 3]),
+    /// Resultant of a dead load that is spread evenly over the reference area. \[F\]
+    Force([f64; 3]),
+}
+
+/// A point of a load's course.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct AmplitudePoint {
+    /// Pseudo-time, 0 < t ≤ 1, increasing.
+    pub t: f64,
+    /// What multiplies the load's value.
+    pub factor: f64,
+}
+
 /// The axis of a prescribed rotation, in the reference configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct RotationAxis {
