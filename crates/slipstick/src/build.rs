@@ -7,6 +7,7 @@ pub use mesh::build_mesh;
 
 use crate::analysis::Analysis;
 use crate::case::{self, Case};
+use crate::machine::Machine;
 use crate::model::prescribed::Prescribed;
 use crate::model::{
     ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface,
@@ -16,10 +17,9 @@ use slipstick_contact::ContactInterface;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
-use slipstick_linalg::SolverChoice;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_path::{
-    LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
+    MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
 };
 use slipstick_solid::{
     EnergyInterpolation, Formulation, Interpolation, Material, NeoHooke, Section, Simp, SolidModel, StVenantKirchhoff,
@@ -55,11 +55,19 @@ pub struct Problem {
     pub initial_density: Vec<f64>,
 }
 
-/// Builds mesh, model, load path, design and objective.
+/// Builds mesh, model, load path, design and objective, for this process alone.
 ///
 /// # Errors
 /// [`BuildError`] at the place in the case that cannot be built.
 pub fn build(case: &Case) -> Result<Problem, BuildError> {
+    build_on(case, &Machine::default())
+}
+
+/// As [`build`], for the ranks of a machine, which all do so.
+///
+/// # Errors
+/// [`BuildError`].
+pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let mesh = build_mesh(case)?;
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
@@ -124,13 +132,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         objective,
         march: march_options(case),
         sweep: SweepOptions::default(),
-        linear: LinearSystem::new(match case.solver.linear {
-            case::LinearSolverChoice::Auto => SolverChoice::Auto,
-            case::LinearSolverChoice::Multifrontal => {
-                SolverChoice::Multifrontal { precision: slipstick_linalg::Precision::F64 }
-            }
-            case::LinearSolverChoice::Faer => SolverChoice::Faer,
-        }),
+        linear: machine.linear(&case.solver, &[])?,
         guide: None,
     };
     Ok(Problem { mesh, analysis, variables, initial_density })

@@ -311,7 +311,7 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64,
     let (entries, operations) = size.unwrap_or((0.0, 0.0));
     let entry_bytes = match case.solver.linear {
         LinearSolverChoice::Auto => 4.0,
-        LinearSolverChoice::Multifrontal | LinearSolverChoice::Faer => 8.0,
+        LinearSolverChoice::Multifrontal | LinearSolverChoice::Faer | LinearSolverChoice::Petsc => 8.0,
     };
     Ok((reduction.free(), entry_bytes * entries, operations, matrix_bytes))
 }

@@ -82,10 +82,13 @@ pub struct Output {
 }
 
 /// Linear solver and threads. Results do not depend on the number of threads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Solver {
     /// The factorization.
     pub linear: LinearSolverChoice,
+    /// Options of PETSc's solver, as PETSc writes them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub petsc_options: Option<String>,
     /// Threads; `None`: as many as the machine has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<usize>,
@@ -95,12 +98,14 @@ pub struct Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinearSolverChoice {
-    /// Multifrontal, falling back on faer's.
+    /// Multifrontal, falling back on faer's; PETSc on several ranks.
     Auto,
     /// Multifrontal LU.
     Multifrontal,
     /// faer's supernodal sparse LU.
     Faer,
+    /// PETSc, with MUMPS unless options say otherwise, in a build with the feature `petsc`.
+    Petsc,
 }
 
 /// How the gradient is computed.
