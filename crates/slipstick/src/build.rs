@@ -16,11 +16,9 @@ use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
-use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
+use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
-use slipstick_path::{
-    MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
-};
+use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
 use slipstick_solid::{
     EnergyInterpolation, Formulation, Interpolation, Material, NeoHooke, Section, Simp, SolidModel, StVenantKirchhoff,
 };
@@ -352,18 +350,22 @@ fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, 
 }
 
 fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Option<Box<dyn Objective>>, BuildError> {
-    let Some(case::Objective::ContactForce { steps }) = &case.objective else {
+    let Some(objective) = &case.objective else {
         return Ok(None);
     };
+    let (case::Objective::ContactForce { steps } | case::Objective::Compliance { steps }) = objective;
     let steps = match steps {
         case::ObservedSteps::Last => ObservedSteps::Last,
         case::ObservedSteps::All => ObservedSteps::All,
         case::ObservedSteps::Only(list) => ObservedSteps::Only(list.clone()),
     };
     let fail = |e: slipstick_design::ObjectiveError| {
-        BuildError::new("objective.contact_force", e, "observe steps of the load path, and have a contact pair")
+        BuildError::new("objective", e, "observe steps of the load path, and have a contact pair")
     };
     steps.check(case.load_path.steps).map_err(fail)?;
+    if matches!(objective, case::Objective::Compliance { .. }) {
+        return Ok(Some(Box::new(Compliance::new(steps))));
+    }
     Ok(Some(Box::new(
         ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
             .map_err(fail)?

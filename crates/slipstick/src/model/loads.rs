@@ -91,13 +91,13 @@ impl Loads {
         });
     }
 
-    /// Adds λᵀ ∂R/∂a of every load, where a = 1 multiplies it.
-    pub fn pull_back_amplitudes(&self, time: f64, x: &[f64], lambda: &[f64], out: &mut [f64]) {
+    /// Adds weightsᵀ ∂f_ext/∂a of every load, where a = 1 multiplies it.
+    pub fn pull_back_amplitudes(&self, time: f64, x: &[f64], weights: &[f64], out: &mut [f64]) {
         let mut residual = vec![0.0; x.len()];
         for (applied, out) in self.loads.iter().zip(out) {
             residual.fill(0.0);
             applied.action.add(applied.load.factor(time), x, &mut residual);
-            *out += residual.iter().zip(lambda).map(|(r, l)| r * l).sum::<f64>();
+            *out -= residual.iter().zip(weights).map(|(r, w)| r * w).sum::<f64>();
         }
     }
 
