@@ -28,7 +28,7 @@ pub use filter::{DensityFilter, FilterError, Neighbours, Projection, Sensitivity
 pub use map::{Chain, DesignMap, Identity, OnElements};
 pub use objective::{
     Compliance, ContactForce, Objective, ObjectiveError, ObservedSteps, ReactionForce, StateDerivative, StateView,
-    WrongDerivative, check_derivatives,
+    Weighted, WrongDerivative, check_derivatives,
 };
 pub use optimizer::{KktResidual, Mma, MmaError, MmaParameters, MmaStep, Scaling, kkt_residual};
 pub use variables::{DesignError, DesignVariables, Passives, Role};

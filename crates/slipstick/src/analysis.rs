@@ -117,6 +117,8 @@ pub struct Analysis {
     pub model: ContactModel,
     /// Ends of the user's steps in pseudo-time, ascending.
     pub times: Vec<f64>,
+    /// Pseudo-times, between two of the steps, at which another load case begins at rest.
+    pub anew: Vec<f64>,
     /// What is minimised, if anything; [`set_objective`](Self::set_objective) sets one of your own.
     pub objective: Option<Box<dyn Objective>>,
     /// March settings.
@@ -208,7 +210,7 @@ impl Analysis {
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
         let options = MarchOptions { factor_memory, ..self.march };
         let guide = self.guide.as_ref();
-        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &options, guide, observer)?;
+        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &self.anew, &options, guide, observer)?;
         let mut step_values = vec![0.0; self.times.len()];
         let steps = self.times.len();
         if let Some(objective) = &self.objective {

@@ -8,6 +8,7 @@ pub use mesh::build_mesh;
 use crate::analysis::Analysis;
 use crate::case::{self, Case};
 use crate::machine::Machine;
+use crate::model::course;
 use crate::model::prescribed::Prescribed;
 use crate::model::{
     ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface,
@@ -16,7 +17,7 @@ use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
-use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, ObservedSteps};
+use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, ObservedSteps, Weighted};
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
 use slipstick_solid::{
@@ -72,7 +73,8 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
         sets.push(nodes_of(&mesh, &dirichlet.set, &format!("dirichlet[{i}].set"))?);
     }
-    let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates).map_err(|e| {
+    let load_cases: Vec<&str> = case.load_cases.iter().map(|load_case| load_case.name.as_str()).collect();
+    let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates, &load_cases).map_err(|e| {
         BuildError::new(
             format!("dirichlet[{}].set", e.motion),
             e,
@@ -84,8 +86,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         let help = "move them within the plane only, or leave the plane out";
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
-    let steps = case.load_path.steps;
-    let times: Vec<f64> = (1..=steps).map(|n| n as f64 / steps as f64).collect();
+    let times = course::times(load_cases.len().max(1), case.load_path.steps);
     let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
     let solid = SolidModel::new(&mesh, sections?)
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
@@ -110,7 +111,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         _ => vec![1.0; mesh.elements.len()],
     };
     let largest = prescribed.largest(&times);
-    let loads = build_loads(case, &mesh, &coordinates)?;
+    let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let model = ContactModel::new(
         &mesh,
         solid,
@@ -127,6 +128,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let analysis = Analysis {
         model,
         times,
+        anew: (1..load_cases.len()).map(course::start).collect(),
         objective,
         march: march_options(case),
         sweep: SweepOptions::default(),
@@ -195,14 +197,14 @@ fn march_options(case: &Case) -> MarchOptions {
     }
 }
 
-fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64]) -> Result<Loads, BuildError> {
+fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str]) -> Result<Loads, BuildError> {
     let facets: Result<Vec<_>, BuildError> = case
         .loads
         .iter()
         .enumerate()
         .map(|(i, load)| facets_of(mesh, &load.surface, &format!("load[{i}].surface")))
         .collect();
-    Ok(Loads::new(case.loads.clone(), facets?, coordinates))
+    Ok(Loads::new(case.loads.clone(), facets?, coordinates, load_cases))
 }
 
 /// Facets of a surface that `path` names.
@@ -363,12 +365,17 @@ fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Op
         BuildError::new("objective", e, "observe steps of the load path, and have a contact pair")
     };
     steps.check(case.load_path.steps).map_err(fail)?;
-    if matches!(objective, case::Objective::Compliance { .. }) {
-        return Ok(Some(Box::new(Compliance::new(steps))));
+    let objective: Box<dyn Objective> = match objective {
+        case::Objective::Compliance { .. } => Box::new(Compliance::new(steps)),
+        case::Objective::ContactForce { .. } => Box::new(
+            ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
+                .map_err(fail)?
+                .without_reactions(model.prescribed().fixed()),
+        ),
+    };
+    if case.load_cases.is_empty() {
+        return Ok(Some(objective));
     }
-    Ok(Some(Box::new(
-        ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
-            .map_err(fail)?
-            .without_reactions(model.prescribed().fixed()),
-    )))
+    let weights = case.load_cases.iter().map(|load_case| load_case.weight).collect();
+    Ok(Some(Box::new(Weighted::new(objective, weights))))
 }

@@ -182,7 +182,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         sets,
         unknowns,
         designed: problem.variables.as_ref().map_or(0, slipstick_design::DesignVariables::count),
-        steps: case.load_path.steps,
+        steps: case.steps(),
         factor_bytes,
         steps_with_factors,
         peak_bytes,
@@ -322,5 +322,5 @@ fn steps_with_factors(case: &Case, problem: &Problem, factor_bytes: f64) -> usiz
     if problem.analysis.objective.is_none() || case.contacts.iter().any(plain) || factor_bytes <= 0.0 {
         return 0;
     }
-    ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.load_path.steps)
+    ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.steps())
 }

@@ -147,7 +147,7 @@ mod tests {
             external_force: &mut external_force,
         };
         objective.derivative(&view(force), &mut derivative);
-        assert!(internal_force.iter().zip(&external_force).all(|(i, e)| *i == -e));
+        assert!(internal_force.iter().zip(&external_force).all(|(i, e)| *i == -e || i.is_nan() && e.is_nan()));
         internal_force
     }
 

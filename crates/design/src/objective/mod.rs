@@ -8,11 +8,13 @@ mod check;
 mod compliance;
 mod contact_force;
 mod reaction_force;
+mod weighted;
 
 pub use check::{WrongDerivative, check_derivatives};
 pub use compliance::Compliance;
 pub use contact_force::ContactForce;
 pub use reaction_force::ReactionForce;
+pub use weighted::Weighted;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

@@ -10,6 +10,7 @@
 //! | penalty | d | ζ_τ | R |
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
+pub mod course;
 mod loads;
 pub mod node;
 mod parameters;

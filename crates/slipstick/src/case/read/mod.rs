@@ -4,6 +4,7 @@ mod bodies;
 mod contact;
 mod design;
 mod load;
+mod load_case;
 mod mesh_file;
 mod motion;
 mod run;
@@ -27,8 +28,12 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names);
-    let dirichlet = motion::dirichlet(&root, &names, load_path.steps);
-    let loads = load::loads(&root, &names, load_path.steps);
+    let load_cases = load_case::load_cases(&root);
+    let dirichlet = motion::dirichlet(&root, &names, &load_cases, load_path.steps);
+    let loads = load::loads(&root, &names, &load_cases, load_path.steps);
+    let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| d.load_case.clone());
+    let driven: Vec<Option<String>> = moving.chain(loads.iter().map(|load| load.load_case.clone())).collect();
+    load_case::warn_idle(&root, &load_cases, &driven);
     let design = design::design(&root, &names, &bodies);
     let objective = design::objective(&root, &contacts, load_path.steps);
     let optimizer = design::optimizer(&root, design.as_ref());
@@ -45,6 +50,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         sets,
         symmetries,
         contacts,
+        load_cases,
         dirichlet,
         loads,
         load_path,

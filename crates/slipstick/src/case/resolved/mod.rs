@@ -47,6 +47,9 @@ pub struct Case {
     /// Contact pairs.
     #[serde(rename = "contact")]
     pub contacts: Vec<Contact>,
+    /// Load cases; empty: one, of weight 1.
+    #[serde(rename = "load_case", skip_serializing_if = "Vec::is_empty")]
+    pub load_cases: Vec<LoadCase>,
     /// Supports and prescribed motions.
     pub dirichlet: Vec<Dirichlet>,
     /// Loads on surfaces.
@@ -69,6 +72,13 @@ pub struct Case {
     pub solver: Solver,
     /// How the gradient is computed.
     pub adjoint: Adjoint,
+}
+
+impl Case {
+    /// Load steps of all load cases together.
+    pub fn steps(&self) -> usize {
+        self.load_cases.len().max(1) * self.load_path.steps
+    }
 }
 
 /// What a run writes.
