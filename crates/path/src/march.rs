@@ -201,6 +201,7 @@ pub fn march(
                             increment: (now, target),
                             attempts,
                             iterate: failure.iterate,
+                            iterations: failure.iterations,
                             path,
                         }));
                     }
