@@ -209,6 +209,7 @@ pub fn march(
                             increment: (now, target),
                             attempts,
                             iterate: failure.iterate,
+                            iterations: failure.iterations,
                             path,
                         }));
                     }

@@ -225,6 +225,7 @@ const DOCUMENTS: &[&str] = &[
     "docs/notation.md",
     "docs/case_file.md",
     "docs/examples.md",
+    "docs/robustness.md",
     "cases/half_ball_on_plate/README.md",
     "cases/cube_on_cuboid/README.md",
     "cases/ironing/README.md",
