@@ -54,9 +54,16 @@ pub fn assert_same_runs(place: &Place, one: &str, other: &str) {
 
 const ITERATIONS: &str = "iterations = 12";
 
-/// Where in the work of an optimization of four load steps a kill has hit, from what was told and what lies there.
-fn place_of_kill(told: &str, left: &BTreeSet<String>) -> &'static str {
-    if left.iter().any(|name| name.ends_with(".tmp")) {
+/// Parts of files that a killed process has left.
+fn parts(folder: &Path) -> BTreeSet<String> {
+    let all = if folder.exists() { files(folder) } else { BTreeSet::new() };
+    all.into_iter().filter(|name| name.ends_with(".tmp")).collect()
+}
+
+/// Where in the work of an optimization of four load steps a kill has hit, from what was told and whether it has left a
+/// part of a file.
+fn place_of_kill(told: &str, part: bool) -> &'static str {
+    if part {
         return "within the writing of a file";
     }
     // The last line may be cut off.
@@ -81,6 +88,7 @@ fn drive_with_kills(place: &Place, run: &str, longest: Duration, random: &mut Ra
         let begun = place.path(run).join("checkpoint.json").exists();
         let line = if begun { format!("resume {run}") } else { format!("optimize case.toml --out {run} --force") };
         let line = format!("{line} --json --threads {}", 1 + random.below(3));
+        let before = parts(&place.path(run));
         let mut command = place.command(&line);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program runs");
         sleep(longest.mul_f64(random.unit()));
@@ -91,8 +99,8 @@ fn drive_with_kills(place: &Place, run: &str, longest: Duration, random: &mut Ra
             assert!(ended.status.success(), "{line} after {kills:?}\n{said}");
             return kills;
         }
-        let left = if place.path(run).exists() { files(&place.path(run)) } else { BTreeSet::new() };
-        *kills.entry(place_of_kill(&String::from_utf8_lossy(&ended.stdout), &left)).or_default() += 1;
+        let part = !parts(&place.path(run)).is_subset(&before);
+        *kills.entry(place_of_kill(&String::from_utf8_lossy(&ended.stdout), part)).or_default() += 1;
         assert!(kills.values().sum::<usize>() < 200, "no progress");
     }
 }
@@ -158,8 +166,8 @@ fn a_run_killed_within_the_writing_of_a_checkpoint_resumes() {
     assert!(largest + 3000 < blocks * 512, "{largest} of {}", before.len());
     let killed = with_short_files(&place, "resume cut --iterations 4 -q", blocks, false).status().expect("sh");
     assert_eq!(killed.signal(), Some(SIGXFSZ), "{killed}");
-    let parts: Vec<String> = files(&place.path("cut")).into_iter().filter(|name| name.ends_with(".tmp")).collect();
-    assert!(matches!(&parts[..], [part] if part.starts_with("checkpoint.json.")), "{parts:?}");
+    let left: Vec<String> = parts(&place.path("cut")).into_iter().collect();
+    assert!(matches!(&left[..], [part] if part.starts_with("checkpoint.json.")), "{left:?}");
     assert_eq!(place.read("cut/checkpoint.json"), before, "the last one is whole");
     place.good("resume cut --iterations 4 -q");
     assert_same_runs(&place, "whole", "cut");
