@@ -42,6 +42,19 @@ pub struct Record {
     pub findings: Vec<Finding>,
 }
 
+impl Record {
+    /// How many numbers have a bound.
+    fn bounded(&self) -> usize {
+        let free = |finding: &&Finding| matches!(finding.expected, Expected::Compare(_) | Expected::Shown);
+        self.findings.iter().filter(|finding| !free(finding)).count()
+    }
+
+    /// How many lie outside of it.
+    fn outside(&self) -> usize {
+        self.findings.iter().filter(|finding| !finding.holds()).count()
+    }
+}
+
 /// What all chapters found last, by key.
 pub type Records = BTreeMap<String, Record>;
 
@@ -79,8 +92,8 @@ verified elsewhere, against finite differences ([theory](theory.md), `slipstick 
 
 The columns: *expected* is the source's value with the relative bound that the suite asserts, a band, or *at most* for what should be
 zero; *compared with* has no bound, where the deviation itself is the finding, as in the steps of a convergence study; numbers
-without an expectation explain others. The bounds are not fitted to the results: what lies outside is marked so, and the text
-says why.
+without an expectation explain others; *seconds* are those of the clock. The bounds are not fitted to the results: what lies
+outside is marked so, and the text says why.
 ";
 
 /// The page of these results.
@@ -96,20 +109,28 @@ pub fn page(records: &Records) -> String {
             .filter_map(|c| if c == ' ' { Some('-') } else { (c.is_alphanumeric() || c == '-').then_some(c) })
             .collect();
         let _ = match records.get(chapter.key) {
-            Some(Record { seconds, findings }) => {
-                let bounded =
-                    findings.iter().filter(|f| !matches!(f.expected, Expected::Compare(_) | Expected::Shown)).count();
-                let outside = findings.iter().filter(|f| !f.holds()).count();
-                writeln!(
-                    page,
-                    "| [{}](#{anchor}) | {} | {bounded} | {outside} | {seconds} |",
-                    chapter.title,
-                    findings.len()
-                )
-            }
+            Some(record) => writeln!(
+                page,
+                "| [{}](#{anchor}) | {} | {} | {} | {} |",
+                chapter.title,
+                record.findings.len(),
+                record.bounded(),
+                record.outside(),
+                record.seconds
+            ),
             None => writeln!(page, "| {} | not run | | | |", chapter.title),
         };
     }
+    let all: Vec<&Record> = chapters.iter().filter_map(|chapter| records.get(chapter.key)).collect();
+    let sum = |of: &dyn Fn(&Record) -> usize| all.iter().map(|record| of(record)).sum::<usize>();
+    let _ = writeln!(
+        page,
+        "| together | {} | {} | {} | {} |",
+        sum(&|record| record.findings.len()),
+        sum(&Record::bounded),
+        sum(&Record::outside),
+        all.iter().map(|record| record.seconds).sum::<u64>()
+    );
     for chapter in &chapters {
         let _ = writeln!(page, "\n## {}\n\n{}", chapter.title, chapter.about.trim());
         if let Some(record) = records.get(chapter.key) {
