@@ -282,24 +282,27 @@ pub struct Render {
     /// Directory of a run
     #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
     pub results: PathBuf,
-    /// What gives the colours: density, pressure, gap, displacement, …; an unknown name lists all
-    #[arg(long, value_name = "NAME", default_value = "density")]
-    pub field: String,
+    /// What gives the colours: pressure, gap, displacement, …; an unknown name lists all [default: density]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
     /// The state at the end of a load step [default: the newest design, at the last step where that is there]
     #[arg(long, value_name = "NUMBER", conflicts_with = "iteration")]
     pub step: Option<usize>,
     /// The design of an iteration, undeformed
     #[arg(long, value_name = "NUMBER")]
     pub iteration: Option<usize>,
+    /// The iterate at which a load step failed for good, by default with the smallest determinant of each element
+    #[arg(long, conflicts_with_all = ["step", "iteration"])]
+    pub failure: bool,
     /// From where: iso, front, side, top, …; an unknown name lists all [default: iso; contact from its side]
     #[arg(long, value_name = "NAME")]
     pub view: Option<String>,
     /// Factor on displacements, 0 for the undeformed shape [default: 1]
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
-    /// Elements with no more density are left out
-    #[arg(long, value_name = "DENSITY", default_value = "0.5", value_parser = fraction)]
-    pub threshold: f64,
+    /// Elements with no more density are left out [default: 0.5; with --failure 0]
+    #[arg(long, value_name = "DENSITY", value_parser = fraction)]
+    pub threshold: Option<f64>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
     pub size: (u32, u32),

@@ -1,5 +1,6 @@
 //! Scalar sparse matrices by rows.
 
+use crate::operator::Operator;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -91,18 +92,6 @@ impl CsrMatrix {
         }
     }
 
-    /// `r = b − A x`, or `r = b − Aᵀ x` where `transpose` is set.
-    pub fn residual(&self, transpose: bool, x: &[f64], b: &[f64], r: &mut [f64]) {
-        if transpose {
-            self.mul_transpose(x, r);
-        } else {
-            self.mul(x, r);
-        }
-        for (r, b) in r.iter_mut().zip(b) {
-            *r = b - *r;
-        }
-    }
-
     /// ‖b − A x‖₂ (with `transpose`: of Aᵀ). NaN if anything is not finite.
     pub fn residual_norm(&self, transpose: bool, x: &[f64], b: &[f64]) -> f64 {
         let mut r = vec![0.0; self.n()];
@@ -112,15 +101,25 @@ impl CsrMatrix {
 
     /// ‖A‖∞, the largest absolute row sum; with `transpose` the largest absolute column sum.
     pub fn infinity_norm(&self, transpose: bool) -> f64 {
+        self.absolute_sums(transpose).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Σ|aᵢⱼ| of every row; with `transpose` of every column.
+    pub(crate) fn absolute_sums(&self, transpose: bool) -> Vec<f64> {
         if transpose {
             let mut sums = vec![0.0; self.n()];
             for (&j, a) in self.pattern.columns.iter().zip(&self.values) {
                 sums[j as usize] += a.abs();
             }
-            sums.into_iter().fold(0.0, f64::max)
+            sums
         } else {
-            (0..self.n()).map(|i| self.row(i).1.iter().map(|a| a.abs()).sum()).fold(0.0, f64::max)
+            (0..self.n()).map(|i| self.row(i).1.iter().map(|a| a.abs()).sum()).collect()
         }
+    }
+
+    /// max |aᵢⱼ| of every row.
+    pub fn largest_in_rows(&self) -> Vec<f64> {
+        (0..self.n()).map(|i| self.row(i).1.iter().fold(0.0, |m: f64, x| m.max(x.abs()))).collect()
     }
 
     /// Row and column of the first entry that is not finite.

@@ -2,7 +2,9 @@
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::multifrontal::MultifrontalSolver;
-use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision};
+use crate::operator::Operator;
+use crate::ranks::{Alone, Ranks};
+use crate::solver::{Backend, Factorization, FactorizationError, LinearSolver, Precision};
 use crate::supernodal::SupernodalSolver;
 use crate::verified::{SolveError, SolveOptions, solve_with};
 use std::sync::Arc;
@@ -81,17 +83,6 @@ impl RobustSolver {
         self.used.map(Method::name)
     }
 
-    /// Prepares for matrices on `pattern`; otherwise the first factorization does.
-    ///
-    /// # Errors
-    /// If the pattern is inconsistent or too large for the ordering.
-    pub fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
-        match self.choice {
-            SolverChoice::Faer => Ok(()),
-            _ => self.multifrontal.analyse(pattern),
-        }
-    }
-
     /// Drops what is kept of earlier patterns, so that what follows does not depend on them.
     pub fn forget(&mut self) {
         self.multifrontal.forget();
@@ -167,21 +158,49 @@ impl LinearSolver for RobustSolver {
             reason: "no method is available".to_owned(),
         }))
     }
+
+    fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
+        match self.choice {
+            SolverChoice::Faer => Ok(()),
+            _ => self.multifrontal.analyse(pattern),
+        }
+    }
+}
+
+impl Backend for SolverChoice {
+    fn solver(&self) -> Box<dyn LinearSolver> {
+        Box::new(RobustSolver::new(*self))
+    }
+
+    fn ranks(&self) -> &dyn Ranks {
+        &Alone
+    }
 }
 
 /// Solves for a fixed vector without structure and looks at the true residual.
 fn test_factors(a: &CsrMatrix, factors: &dyn Factorization, solver: &'static str) -> Result<(), FactorizationError> {
-    // In proportion to the rows, as real right-hand sides are.
-    let rhs: Vec<f64> = (0..a.n())
-        .map(|i| {
-            let row = a.row(i).1.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            row * (i as f64 * i as f64 * 0.618_034).sin()
-        })
-        .collect();
+    test_on(a, &a.largest_in_rows(), factors, false, solver)
+}
+
+/// Solves with `a`, or its transpose, for a fixed vector without structure, and looks at the true residual.
+///
+/// `sizes` has the size of every row (column, of the transpose): right-hand sides are in proportion to them.
+///
+/// # Errors
+/// [`FactorizationError::Inaccurate`] if the factors are of no use, even as a preconditioner.
+pub fn test_on(
+    a: &dyn Operator,
+    sizes: &[f64],
+    factors: &dyn Factorization,
+    transpose: bool,
+    solver: &'static str,
+) -> Result<(), FactorizationError> {
+    let rhs: Vec<f64> =
+        sizes.iter().enumerate().map(|(i, size)| size * (i as f64 * i as f64 * 0.618_034).sin()).collect();
     let mut x = vec![0.0; a.n()];
     let (tolerance, most) = (TEST_TOLERANCE, TEST_ITERATIONS);
     let options = SolveOptions { tolerance, max_iterations: most, restart: most, give_up_early: false };
-    let residual = match solve_with(a, factors, false, &rhs, &mut x, &options) {
+    let residual = match solve_with(a, factors, transpose, &rhs, &mut x, &options) {
         Ok(report) => report.relative_residual,
         Err(SolveError::NotConverged { report, .. }) => report.relative_residual,
         Err(_) => f64::NAN,

@@ -1,6 +1,9 @@
 //! The interface of direct solvers.
 
-use crate::csr::CsrMatrix;
+use crate::csr::{CsrMatrix, CsrPattern};
+use crate::ranks::Ranks;
+use std::fmt::Debug;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// Number format of the factors. Solutions are always in double precision.
@@ -25,6 +28,27 @@ pub trait LinearSolver: Send {
     /// # Errors
     /// A [`FactorizationError`] that names the unknown where the matrix is singular or not finite.
     fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError>;
+
+    /// Prepares for matrices on `pattern`; otherwise the first factorization does.
+    ///
+    /// # Errors
+    /// If the pattern is inconsistent or too large for the solver.
+    fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
+        let _ = pattern;
+        Ok(())
+    }
+}
+
+/// Makes solvers, and says which ranks share the matrices that they are given.
+///
+/// With several ranks, each hands its part to [`LinearSolver::factorize`]: the matrix is their sum. Right-hand sides and
+/// solutions are whole on every rank.
+pub trait Backend: Send + Sync + Debug {
+    /// A new solver, without an analysis yet.
+    fn solver(&self) -> Box<dyn LinearSolver>;
+
+    /// The ranks whose parts are summed.
+    fn ranks(&self) -> &dyn Ranks;
 }
 
 /// A factorized matrix, for solves with the matrix and with its transpose.
@@ -172,7 +196,10 @@ pub enum FactorizationError {
 }
 
 /// Refuses patterns and values that would make a solver go astray.
-pub(crate) fn check_matrix(a: &CsrMatrix, known_pattern: bool) -> Result<(), FactorizationError> {
+///
+/// # Errors
+/// [`FactorizationError::Pattern`], unless the pattern is known; [`FactorizationError::NonFinite`].
+pub fn check_matrix(a: &CsrMatrix, known_pattern: bool) -> Result<(), FactorizationError> {
     let consistent = known_pattern || a.pattern.is_consistent();
     if !consistent || a.values.len() != a.pattern.columns.len() {
         return Err(FactorizationError::Pattern { n: a.pattern.n });

@@ -1,6 +1,7 @@
 //! Start of an iteration from the solutions of similar systems.
 
-use crate::csr::{CsrMatrix, norm};
+use crate::csr::norm;
+use crate::operator::Operator;
 
 /// Part of a product that must be new, not a combination of the others', for its vector to count.
 const NEW: f64 = 1e-6;
@@ -12,7 +13,7 @@ const NEW: f64 = 1e-6;
 ///
 /// # Panics
 /// If a length differs from the number of rows.
-pub fn best_in_span<'a>(a: &CsrMatrix, rhs: &[f64], vectors: impl IntoIterator<Item = &'a [f64]>) -> Vec<f64> {
+pub fn best_in_span<'a>(a: &dyn Operator, rhs: &[f64], vectors: impl IntoIterator<Item = &'a [f64]>) -> Vec<f64> {
     let mut residual = rhs.to_vec();
     let mut best = vec![0.0; rhs.len()];
     let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
@@ -52,7 +53,7 @@ fn add(factor: f64, from: &[f64], to: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::csr::CsrPattern;
+    use crate::csr::{CsrMatrix, CsrPattern};
     use std::sync::Arc;
 
     /// [ 2 1 0 ; 0 3 0 ; 0 0 4 ]

@@ -1,6 +1,7 @@
 //! Solves verified by their true residual.
 
-use crate::csr::{CsrMatrix, largest, norm};
+use crate::csr::{largest, norm};
+use crate::operator::Operator;
 use crate::solver::Factorization;
 use thiserror::Error;
 
@@ -98,7 +99,7 @@ pub enum SolveError {
 /// # Errors
 /// See [`SolveError`]; after `NotConverged`, `x` holds the best iterate.
 pub fn solve_verified(
-    a: &CsrMatrix,
+    a: &dyn Operator,
     f: &dyn Factorization,
     transpose: bool,
     rhs: &[f64],
@@ -113,7 +114,7 @@ pub fn solve_verified(
 /// # Errors
 /// See [`SolveError`].
 pub fn solve_with(
-    a: &CsrMatrix,
+    a: &dyn Operator,
     f: &dyn Factorization,
     transpose: bool,
     rhs: &[f64],
@@ -129,7 +130,7 @@ pub fn solve_with(
 /// # Errors
 /// See [`SolveError`].
 pub fn solve_from(
-    a: &CsrMatrix,
+    a: &dyn Operator,
     f: &dyn Factorization,
     transpose: bool,
     rhs: &[f64],
@@ -186,7 +187,7 @@ pub fn solve_from(
 }
 
 struct System<'a> {
-    a: &'a CsrMatrix,
+    a: &'a dyn Operator,
     f: &'a dyn Factorization,
     transpose: bool,
     rhs: &'a [f64],

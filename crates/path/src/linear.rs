@@ -7,8 +7,8 @@
 use crate::failure::StepFailureKind;
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
-    BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, LinearSolver, Precision, Reduction,
-    RobustSolver, SolveOptions, SolverChoice, Transposed, best_in_span, solve_from, solve_verified,
+    Backend, BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, LinearSolver, Precision, Ranks,
+    Reduction, SolveOptions, Summed, Transposed, best_in_span, solve_from, solve_verified,
 };
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use std::sync::Arc;
 ///
 /// Uzawa's iteration alternates between two systems, with multipliers held and free: each has its own order and factors.
 pub struct LinearSystem {
-    choice: SolverChoice,
+    backend: Arc<dyn Backend>,
     /// The one in use last.
     now: Slot,
     other: Slot,
@@ -28,14 +28,14 @@ pub struct LinearSystem {
 
 /// What is kept of the systems with one set of prescribed unknowns.
 struct Slot {
-    solver: RobustSolver,
+    solver: Box<dyn LinearSolver>,
     cached: Option<Cached>,
     lagged: Option<Arc<KeptFactors>>,
 }
 
 impl Slot {
-    fn new(choice: SolverChoice) -> Self {
-        Self { solver: RobustSolver::new(choice), cached: None, lagged: None }
+    fn new(backend: &dyn Backend) -> Self {
+        Self { solver: backend.solver(), cached: None, lagged: None }
     }
 
     fn is_of(&self, fixed: &[bool]) -> bool {
@@ -110,10 +110,11 @@ const MOST_CHANGED: usize = 4;
 const LEAST_BUDGET: usize = 3;
 
 impl LinearSystem {
-    /// With the given direct solver.
-    pub fn new(choice: SolverChoice) -> Self {
-        let (now, other) = (Slot::new(choice), Slot::new(choice));
-        Self { choice, now, other, budget: None, counts: SolveCounts::default(), timings: Timings::default() }
+    /// With solvers of the given kind, like a [`SolverChoice`](slipstick_linalg::SolverChoice).
+    pub fn new(backend: impl Backend + 'static) -> Self {
+        let backend: Arc<dyn Backend> = Arc::new(backend);
+        let (now, other) = (Slot::new(&*backend), Slot::new(&*backend));
+        Self { backend, now, other, budget: None, counts: SolveCounts::default(), timings: Timings::default() }
     }
 
     /// Gives earlier factors so many iterations, whether they are foreseen to pay or not; `None` for what is foreseen.
@@ -139,8 +140,8 @@ impl LinearSystem {
 
     /// Drops all that is kept of earlier systems, so that what follows does not depend on them.
     pub fn forget(&mut self) {
-        self.now = Slot::new(self.choice);
-        self.other = Slot::new(self.choice);
+        self.now = Slot::new(&*self.backend);
+        self.other = Slot::new(&*self.backend);
     }
 
     /// Drops factors of earlier tangents, but not the elimination order.
@@ -248,7 +249,8 @@ impl LinearSystem {
         let begin = self.timings.begin();
         let rhs = system.reduction.restrict(rhs);
         let similar: Vec<Vec<f64>> = similar.into_iter().map(|x| system.reduction.restrict(x)).collect();
-        let start = best_in_span(&system.matrix, &rhs, similar.iter().map(Vec::as_slice));
+        let matrix = Summed { part: &system.matrix, ranks: self.backend.ranks() };
+        let start = best_in_span(&matrix, &rhs, similar.iter().map(Vec::as_slice));
         self.timings.end(Phase::Solve, begin);
         self.solve_nearby(system, at_hand, fixed, start, &rhs, tolerance).map(|x| system.prolong(&x))
     }
@@ -280,7 +282,8 @@ impl LinearSystem {
     ) -> Result<Vec<f64>, StepFailureKind> {
         let mut x = vec![0.0; rhs.len()];
         let begin = self.timings.begin();
-        let result = solve_verified(&system.matrix, factors.factors.as_ref(), false, rhs, &mut x, tolerance);
+        let matrix = Summed { part: &system.matrix, ranks: self.backend.ranks() };
+        let result = solve_verified(&matrix, factors.factors.as_ref(), false, rhs, &mut x, tolerance);
         self.timings.end(Phase::Solve, begin);
         result.map(|_| x).map_err(|e| StepFailureKind::Linear(e.to_string()))
     }
@@ -296,13 +299,15 @@ impl LinearSystem {
         tolerance: f64,
     ) -> Option<Vec<f64>> {
         let at_hand = at_hand.filter(|f| f.fixed == fixed)?;
-        let budget = self.budget.unwrap_or_else(|| budget(&system.matrix, at_hand.factors.as_ref()));
+        let ranks = self.backend.ranks();
+        let budget = self.budget.unwrap_or_else(|| budget(&system.matrix, at_hand.factors.as_ref(), ranks));
         if budget < LEAST_BUDGET {
             return None;
         }
         let options = SolveOptions { tolerance, max_iterations: budget, restart: budget, give_up_early: true };
         let begin = self.timings.begin();
-        let (matrix, factors) = (&system.matrix, at_hand.factors.as_ref());
+        let matrix = &Summed { part: &system.matrix, ranks };
+        let factors = at_hand.factors.as_ref();
         let result = if at_hand.transposed == system.transposed {
             solve_from(matrix, factors, false, rhs, &mut x, &options)
         } else {
@@ -323,12 +328,14 @@ impl LinearSystem {
     }
 }
 
-/// How many iterations with given factors are cheaper than new factors.
-fn budget(matrix: &CsrMatrix, factors: &dyn Factorization) -> usize {
+/// How many iterations with given factors are cheaper than new factors: the same on all ranks.
+fn budget(matrix: &CsrMatrix, factors: &dyn Factorization, ranks: &dyn Ranks) -> usize {
+    let mut entries = [matrix.values.len() as f64];
+    ranks.sum(&mut entries);
     let single = factors.precision() == Precision::F32;
     let factor_time = factors.operations() / if single { 2.0 * FACTOR_RATE } else { FACTOR_RATE };
     // one pass over both factors and over the matrix
-    let iteration_time = (factors.bytes() as f64 + 12.0 * matrix.values.len() as f64) / MEMORY_RATE;
+    let iteration_time = (factors.bytes() as f64 + 12.0 * entries[0]) / MEMORY_RATE;
     (PATIENCE * factor_time / iteration_time).min(60.0) as usize
 }
 

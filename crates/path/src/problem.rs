@@ -72,11 +72,18 @@ pub trait StepProblem {
     /// Writes the prescribed displacements of pseudo-time `time` into `y`.
     fn prescribe(&self, time: f64, y: &mut [f64]);
 
-    /// Sets the previous state (and what follows from it); `for_adjoint` prepares the pull-backs too.
+    /// Factors of the external forces at pseudo-time `time`; none where there are no such forces.
+    fn load_factors(&self, time: f64) -> Vec<f64> {
+        let _ = time;
+        Vec::new()
+    }
+
+    /// Sets the previous state (and what follows from it) and the pseudo-time at the end of the step; `for_adjoint` prepares
+    /// the pull-backs too.
     ///
     /// # Errors
     /// If the previous state cannot be evaluated.
-    fn begin_step(&mut self, previous: &StepState, for_adjoint: bool) -> Result<(), StateError>;
+    fn begin_step(&mut self, previous: &StepState, time: f64, for_adjoint: bool) -> Result<(), StateError>;
 
     /// F(y).
     ///

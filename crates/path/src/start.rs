@@ -144,9 +144,12 @@ pub(crate) fn candidates(
 }
 
 /// The line through the last two states at `time`; `None` where there are no two states, or where the prescribed motion
-/// takes another course than before.
+/// or a load takes another course than before.
 fn extrapolated(problem: &dyn StepProblem, path: &Path, time: f64, target: &[f64]) -> Option<Vec<f64>> {
     let [.., before, last] = path.states.as_slice() else { return None };
+    if last.rest {
+        return None;
+    }
     let (from, to) = (&before.state.unknowns, &last.state.unknowns);
     let ratio = (time - last.time) / (last.time - before.time);
     let ahead: Vec<f64> = from.iter().zip(to).map(|(a, b)| b + ratio * (b - a)).collect();
@@ -157,5 +160,10 @@ fn extrapolated(problem: &dyn StepProblem, path: &Path, time: f64, target: &[f64
             difference += (target[i] - ahead[i]).powi(2);
         }
     }
-    (difference <= STEADY * STEADY * increment).then_some(ahead)
+    let factors = [before.time, last.time, time].map(|time| problem.load_factors(time));
+    let steady = (0..factors[2].len()).all(|i| {
+        let [from, to, target] = [0, 1, 2].map(|k: usize| factors[k][i]);
+        (target - (to + ratio * (to - from))).abs() <= STEADY * (target - to).abs()
+    });
+    (steady && difference <= STEADY * STEADY * increment).then_some(ahead)
 }

@@ -116,7 +116,7 @@ fn converged_tangent(problem: &mut Problem) -> Result<CsrMatrix, Box<dyn Error>>
         return Err("the path is empty".into());
     };
     let model = &mut problem.analysis.model;
-    model.begin_step(&previous.state, false)?;
+    model.begin_step(&previous.state, last.time, false)?;
     let (fixed, groups) = (model.fixed().to_vec(), model.groups().to_vec());
     let tangent = model.tangent(&last.state.unknowns)?;
     Ok(Reduction::new(tangent.pattern(), &fixed, &groups).reduce(tangent))

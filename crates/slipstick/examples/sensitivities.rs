@@ -90,6 +90,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             Parameter::Friction { .. } => "friction".into(),
             Parameter::YoungsModulus { body } => format!("modulus of {}", problem.mesh.bodies[*body].name),
             Parameter::Amplitude { motion } => format!("amplitude of motion {motion}"),
+            Parameter::Load { load } => format!("amplitude of load {load}"),
         };
         println!("derivative of θ by the {name}: {derivative:.6e}");
     }

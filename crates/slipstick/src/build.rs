@@ -1,23 +1,25 @@
 //! From a resolved case to a problem that can be analysed.
 
 mod mesh;
+mod symmetry;
 
 pub use mesh::build_mesh;
 
 use crate::analysis::Analysis;
 use crate::case::{self, Case};
+use crate::machine::Machine;
+use crate::model::course;
 use crate::model::prescribed::Prescribed;
-use crate::model::{ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Method, ModelInterface};
+use crate::model::{
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface,
+};
 use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
-use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
-use slipstick_linalg::SolverChoice;
+use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, ObservedSteps, Weighted};
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
-use slipstick_path::{
-    LinearSystem, MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
-};
+use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
 use slipstick_solid::{
     EnergyInterpolation, Formulation, Interpolation, Material, NeoHooke, Section, Simp, SolidModel, StVenantKirchhoff,
 };
@@ -52,33 +54,46 @@ pub struct Problem {
     pub initial_density: Vec<f64>,
 }
 
-/// Builds mesh, model, load path, design and objective.
+/// Builds mesh, model, load path, design and objective, for this process alone.
 ///
 /// # Errors
 /// [`BuildError`] at the place in the case that cannot be built.
 pub fn build(case: &Case) -> Result<Problem, BuildError> {
+    build_on(case, &Machine::default())
+}
+
+/// As [`build`], for the ranks of a machine, which all do so.
+///
+/// # Errors
+/// [`BuildError`].
+pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let mesh = build_mesh(case)?;
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
         sets.push(nodes_of(&mesh, &dirichlet.set, &format!("dirichlet[{i}].set"))?);
     }
-    let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates).map_err(|e| {
+    let load_cases: Vec<&str> = case.load_cases.iter().map(|load_case| load_case.name.as_str()).collect();
+    let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates, &load_cases).map_err(|e| {
         BuildError::new(
             format!("dirichlet[{}].set", e.motion),
             e,
             "let one table move these nodes, or give both the same motion",
         )
     })?;
-    let steps = case.load_path.steps;
-    let times: Vec<f64> = (1..=steps).map(|n| n as f64 / steps as f64).collect();
+    let mirrored = symmetry::mirrored(case, &mesh)?;
+    let prescribed = prescribed.with_symmetry(&mirrored).map_err(|e| {
+        let help = "move them within the plane only, or leave the plane out";
+        BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
+    })?;
+    let times = course::times(load_cases.len().max(1), case.load_path.steps);
     let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
     let solid = SolidModel::new(&mesh, sections?)
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64;
-    let interfaces = build_interfaces(case, &mesh, &coordinates, approach)?;
+    let interfaces = build_interfaces(case, &mesh, &coordinates, &mirrored, approach)?;
     let method = build_method(case)?;
     let variables = build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -96,12 +111,14 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
         _ => vec![1.0; mesh.elements.len()],
     };
     let largest = prescribed.largest(&times);
+    let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let model = ContactModel::new(
         &mesh,
         solid,
         interfaces,
         method,
         prescribed,
+        loads,
         interpolation,
         designed,
         &initial_density,
@@ -111,16 +128,11 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
     let analysis = Analysis {
         model,
         times,
+        anew: (1..load_cases.len()).map(course::start).collect(),
         objective,
         march: march_options(case),
         sweep: SweepOptions::default(),
-        linear: LinearSystem::new(match case.solver.linear {
-            case::LinearSolverChoice::Auto => SolverChoice::Auto,
-            case::LinearSolverChoice::Multifrontal => {
-                SolverChoice::Multifrontal { precision: slipstick_linalg::Precision::F64 }
-            }
-            case::LinearSolverChoice::Faer => SolverChoice::Faer,
-        }),
+        linear: machine.linear(&case.solver, &[])?,
         guide: None,
     };
     Ok(Problem { mesh, analysis, variables, initial_density })
@@ -185,23 +197,37 @@ fn march_options(case: &Case) -> MarchOptions {
     }
 }
 
+fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str]) -> Result<Loads, BuildError> {
+    let facets: Result<Vec<_>, BuildError> = case
+        .loads
+        .iter()
+        .enumerate()
+        .map(|(i, load)| facets_of(mesh, &load.surface, &format!("load[{i}].surface")))
+        .collect();
+    Ok(Loads::new(case.loads.clone(), facets?, coordinates, load_cases))
+}
+
+/// Facets of a surface that `path` names.
+fn facets_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<FacetNodes>, BuildError> {
+    let surface = mesh.surfaces.get(name).ok_or_else(|| {
+        let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
+        let help = format!("facets are needed here; known surfaces: {}", known.join(", "));
+        BuildError::new(path, format!("there is no surface `{name}`"), help)
+    })?;
+    Ok(surface.facets.iter().map(|f| f.nodes).collect())
+}
+
 fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
     coordinates: &[f64],
+    mirrored: &[[bool; 3]],
     approach: f64,
 ) -> Result<Vec<ModelInterface>, BuildError> {
     let mut interfaces = Vec::with_capacity(case.contacts.len());
     let mut slaves_so_far: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
     for (i, contact) in case.contacts.iter().enumerate() {
-        let surface = |name: &str, key: &str| -> Result<Vec<FacetNodes>, BuildError> {
-            let surface = mesh.surfaces.get(name).ok_or_else(|| {
-                let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
-                let help = format!("contact needs facets; known surfaces: {}", known.join(", "));
-                BuildError::new(format!("contact[{i}].{key}"), format!("there is no surface `{name}`"), help)
-            })?;
-            Ok(surface.facets.iter().map(|f| f.nodes).collect())
-        };
+        let surface = |name: &str, key: &str| facets_of(mesh, name, &format!("contact[{i}].{key}"));
         let (slave, master) = (surface(&contact.slave, "slave")?, surface(&contact.master, "master")?);
         let size = |facets: &[FacetNodes]| {
             facets.iter().map(|f| facet_area(&f.corners(&mesh.nodes)).sqrt()).fold(0.0, f64::max)
@@ -223,7 +249,8 @@ fn build_interfaces(
             BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
         })?;
         let interface = ContactInterface::new(slave, master, coordinates, shape, rule, reach)
-            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?;
+            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?
+            .with_symmetry(|node| mirrored[node as usize]);
         for slave in interface.slave_nodes() {
             if let Some(first) = slaves_so_far.insert(slave.node, i) {
                 let message = format!("node {} is a slave of contact[{first}] too", slave.node);
@@ -325,21 +352,30 @@ fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, 
 }
 
 fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Option<Box<dyn Objective>>, BuildError> {
-    let Some(case::Objective::ContactForce { steps }) = &case.objective else {
+    let Some(objective) = &case.objective else {
         return Ok(None);
     };
+    let (case::Objective::ContactForce { steps } | case::Objective::Compliance { steps }) = objective;
     let steps = match steps {
         case::ObservedSteps::Last => ObservedSteps::Last,
         case::ObservedSteps::All => ObservedSteps::All,
         case::ObservedSteps::Only(list) => ObservedSteps::Only(list.clone()),
     };
     let fail = |e: slipstick_design::ObjectiveError| {
-        BuildError::new("objective.contact_force", e, "observe steps of the load path, and have a contact pair")
+        BuildError::new("objective", e, "observe steps of the load path, and have a contact pair")
     };
     steps.check(case.load_path.steps).map_err(fail)?;
-    Ok(Some(Box::new(
-        ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
-            .map_err(fail)?
-            .without_reactions(model.prescribed().fixed()),
-    )))
+    let objective: Box<dyn Objective> = match objective {
+        case::Objective::Compliance { .. } => Box::new(Compliance::new(steps)),
+        case::Objective::ContactForce { .. } => Box::new(
+            ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
+                .map_err(fail)?
+                .without_reactions(model.prescribed().fixed()),
+        ),
+    };
+    if case.load_cases.is_empty() {
+        return Ok(Some(objective));
+    }
+    let weights = case.load_cases.iter().map(|load_case| load_case.weight).collect();
+    Ok(Some(Box::new(Weighted::new(objective, weights))))
 }

@@ -11,6 +11,7 @@ pub mod build;
 pub mod case;
 pub mod check;
 pub mod export;
+pub mod machine;
 pub mod model;
 pub mod optimize;
 pub mod output;

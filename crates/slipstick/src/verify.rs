@@ -294,6 +294,7 @@ fn along(
     let value = base.forward.value;
     let mut quotients: Vec<Quotient> = Vec::new();
     let mut last_apart = None;
+    let mut last_remainders = [0.0; 2];
     for k in 0..=options.halvings {
         let h = options.step * 0.5f64.powi(k as i32);
         let mut at = |sign: f64| {
@@ -304,7 +305,8 @@ fn along(
         // beside round-off, a derivative that is smaller is zero
         let scale = scale.max(base.round_off / h);
         let difference = (plus.value - minus.value) / (2.0 * h);
-        let remainder = (plus.value - value - h * adjoint).abs();
+        let remainders = [(&plus, h), (&minus, -h)].map(|(other, h)| (other.value - value - h * adjoint).abs());
+        let remainder = remainders[0];
         let order = quotients.last().map(|q| (q.remainder / remainder.max(f64::MIN_POSITIVE)).log2());
         // On the friction cone at rest both branches have the same derivative, and rounding chooses one. A true kink
         // shows as one-sided differences that stay apart while the step is halved.
@@ -316,11 +318,19 @@ fn along(
         last_apart = Some(apart);
         let others = [&plus, &minus];
         let cut_back = others.iter().any(|other| !same_steps(base.forward, other));
-        let kink = if smooth || cut_back { Vec::new() } else { changes(base.forward, others, analysis) };
+        // A kink may be small beside θ's curvature, or as near as the step is long, and then looks smooth. But where one side
+        // agrees to second order, as it does only with the derivative of its own branch, the other side is another branch.
+        let relative_error = (difference - adjoint).abs() / scale;
+        let sides = others.map(|other| changes(base.forward, [other, other], analysis));
+        let second_order = |side: usize| sides[side].is_empty() && remainders[side] < last_remainders[side] / 3.0;
+        let other_branch = (0..2).any(|side| second_order(side) && !sides[1 - side].is_empty());
+        let spans_kink = other_branch && relative_error > options.tolerance;
+        last_remainders = remainders;
+        let kink = if cut_back || smooth && !spans_kink { Vec::new() } else { changes(base.forward, others, analysis) };
         quotients.push(Quotient {
             step: h,
             difference,
-            relative_error: (difference - adjoint).abs() / scale,
+            relative_error,
             round_off: base.round_off / h / scale,
             remainder,
             order,

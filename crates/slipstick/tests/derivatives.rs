@@ -12,6 +12,8 @@ use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling, 
 use slipstick_path::{PreviousPullBack, StateError, StepProblem, StepState};
 
 const FRICTION: f64 = 0.4;
+/// Pseudo-time of the state: there is no load that depends on it.
+const TIME: f64 = 1.0;
 /// Relative to the largest entry of the derivative.
 const BOUND: f64 = 1e-8;
 /// c_t/c_n where a case gives them.
@@ -78,7 +80,7 @@ fn generic_at(corner: [f64; 3], enforcement: &str, shape: &'static str, held: bo
         };
         let (previous, y) = (state(), state());
         let previous = StepState { unknowns: previous, history: random.vector(model.history_length(), 5.0) };
-        model.begin_step(&previous, true).unwrap();
+        model.begin_step(&previous, TIME, true).unwrap();
         let mut out = vec![0.0; n];
         model.residual(&y, &mut out).unwrap();
         let statuses = model.active_set().to_vec();
@@ -130,7 +132,7 @@ impl Generic {
     }
 
     fn begin(&mut self, previous: &StepState) {
-        self.problem.analysis.model.begin_step(previous, true).unwrap();
+        self.problem.analysis.model.begin_step(previous, TIME, true).unwrap();
     }
 
     /// The measures of all slave nodes at `y`.
@@ -401,7 +403,7 @@ fn a_step_beyond_the_search_radius_is_refused() {
     let block = problem.mesh.bodies[1].nodes.clone();
     let model = &mut problem.analysis.model;
     let reach = model.interfaces()[0].interface.reach();
-    model.begin_step(&model.rest(), false).unwrap();
+    model.begin_step(&model.rest(), TIME, false).unwrap();
     let mut after = |u: [f64; 3]| {
         let mut y = model.rest().unknowns;
         block.clone().for_each(|n| y[3 * n..3 * n + 3].copy_from_slice(&u));

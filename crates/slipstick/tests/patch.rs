@@ -6,7 +6,7 @@ use common::*;
 use nalgebra::{Matrix3, Vector3};
 use slipstick::build::{Problem, build_mesh};
 use slipstick::case::parse_case;
-use slipstick::model::ContactModel;
+use slipstick::model::{ContactModel, Loads};
 use slipstick_contact::friction::Status;
 use slipstick_mesh::{BoxShape, Element, Mesh, box_mesh};
 
@@ -260,6 +260,7 @@ fn inclined(stack: &Stack) -> Problem {
         model.interfaces().to_vec(),
         model.method().clone(),
         model.prescribed().clone(),
+        Loads::default(),
         slipstick_solid::Simp { penalization: 1.0, minimum: 0.0 }.into(),
         vec![false; mesh.elements.len()],
         &vec![1.0; mesh.elements.len()],

@@ -7,6 +7,7 @@ mod assembly;
 mod clusters;
 pub mod hex8;
 pub mod interpolation;
+pub mod load;
 pub mod material;
 pub mod model;
 pub mod section;

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use slipstick::build::Problem;
-use slipstick::case::{Component, Dimension, Severity, Units};
+use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
 use slipstick::check::Inspection;
 
 use super::{bytes, digits};
@@ -53,8 +53,21 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     console.text("\nsets and surfaces");
     let sets = setup.inspection.sets.iter().map(|(name, nodes)| vec![name.clone(), nodes.to_string()]);
     console.lines(&lines(&["name", "nodes"], &sets.collect::<Vec<_>>()));
+    for plane in &setup.resolved.case.symmetries {
+        let letter = ["x", "y", "z"][plane.normal.index()];
+        console.text(&format!("\nsymmetry plane {letter} = {}", plane.at));
+    }
+    if !setup.resolved.case.load_cases.is_empty() {
+        console.text("\nload cases");
+        let rows = setup.resolved.case.load_cases.iter().map(|case| vec![case.name.clone(), digits(case.weight)]);
+        console.lines(&lines(&["name", "weight"], &rows.collect::<Vec<_>>()));
+    }
     console.text("\nsupports and motions");
     console.lines(&supports(&setup, &problem));
+    if !setup.resolved.case.loads.is_empty() {
+        console.text("\nloads");
+        console.lines(&loads(&setup, &setup.resolved.case.units));
+    }
     if !setup.inspection.contacts.is_empty() {
         console.text("\ncontact, at the start");
         console.lines(&contacts(&setup));
@@ -101,10 +114,36 @@ fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
                 (false, true) => format!("{u:?}"),
                 (false, false) => format!("{u:?}, {angle}°"),
             };
-            vec![condition.set.clone(), nodes.to_string(), components, motion]
+            let case = condition.load_case.clone().unwrap_or_else(|| "all".into());
+            vec![condition.set.clone(), nodes.to_string(), components, motion, case]
         })
         .collect();
-    lines(&["set", "nodes", "components", "at the end"], &rows)
+    lines(columns(setup, &["set", "nodes", "components", "at the end", "load case"]), &rows)
+}
+
+fn loads(setup: &Setup, units: &Units) -> Vec<String> {
+    let rows: Vec<_> = setup
+        .resolved
+        .case
+        .loads
+        .iter()
+        .map(|load| {
+            let factor = load.factor(1.0);
+            let (kind, value, dimension) = match load.kind {
+                LoadKind::Pressure(p) => ("pressure", digits(factor * p), Dimension::STRESS),
+                LoadKind::Traction(t) => ("traction", format!("{:?}", t.map(|t| factor * t + 0.0)), Dimension::STRESS),
+                LoadKind::Force(f) => ("force", format!("{:?}", f.map(|f| factor * f + 0.0)), Dimension::FORCE),
+            };
+            let case = load.load_case.clone().unwrap_or_else(|| "all".into());
+            vec![load.surface.clone(), format!("{kind}{}", units.bracket(dimension)), value, case]
+        })
+        .collect();
+    lines(columns(setup, &["surface", "load", "at the end", "load case"]), &rows)
+}
+
+/// The columns of a table whose last one tells load cases: it is left out where there are none.
+fn columns<'a>(setup: &Setup, all: &'a [&'a str]) -> &'a [&'a str] {
+    &all[..all.len() - usize::from(setup.resolved.case.load_cases.is_empty())]
 }
 
 fn contacts(setup: &Setup) -> Vec<String> {

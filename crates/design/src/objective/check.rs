@@ -15,7 +15,7 @@ const DIRECTIONS: u64 = 3;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "objective `{name}` at step {step}: its derivative by the {argument} is {derivative:e} in a direction in which \
-     differences of its value give {difference:e}; mend Objective::derivative, which adds ∂θ/∂d at fixed internal forces \
+     differences of its value give {difference:e}; mend Objective::derivative, which adds ∂θ/∂d at fixed forces \
      and ∂θ/∂f at fixed displacements"
 )]
 pub struct WrongDerivative {
@@ -23,7 +23,7 @@ pub struct WrongDerivative {
     pub name: String,
     /// User load step, from 1.
     pub step: usize,
-    /// What was varied: "displacements" or "internal forces".
+    /// What was varied: "displacements", "internal forces" or "external forces".
     pub argument: &'static str,
     /// Along the direction, from [`Objective::derivative`].
     pub derivative: f64,
@@ -32,7 +32,7 @@ pub struct WrongDerivative {
 }
 
 /// Compares [`Objective::derivative`] at a state with central differences (of order 4) of [`Objective::value`], by
-/// displacements and by internal forces along a few random directions.
+/// displacements, by internal and, where there are any, by external forces along a few random directions.
 ///
 /// The state should be a general one: where all displacements or forces are zero, an objective may have a kink, and nothing
 /// tells how far to go.
@@ -41,9 +41,15 @@ pub struct WrongDerivative {
 /// [`WrongDerivative`] for the first direction that no step size makes agree to 1e-6.
 pub fn check_derivatives(objective: &dyn Objective, state: &StateView) -> Result<(), WrongDerivative> {
     let n = state.displacement.len();
-    let (mut by_displacement, mut by_force) = (vec![0.0; n], vec![0.0; n]);
-    objective
-        .derivative(state, &mut StateDerivative { displacement: &mut by_displacement, internal_force: &mut by_force });
+    let [mut by_displacement, mut by_internal, mut by_external] = std::array::from_fn(|_| vec![0.0; n]);
+    objective.derivative(
+        state,
+        &mut StateDerivative {
+            displacement: &mut by_displacement,
+            internal_force: &mut by_internal,
+            external_force: &mut by_external,
+        },
+    );
     let wrong = |argument| {
         move |(derivative, difference)| WrongDerivative {
             name: objective.name().into(),
@@ -56,7 +62,12 @@ pub fn check_derivatives(objective: &dyn Objective, state: &StateView) -> Result
     let by = |d: &[f64]| objective.value(&StateView { displacement: d, ..*state });
     compare(state.displacement, &by_displacement, by).map_err(wrong("displacements"))?;
     let by = |f: &[f64]| objective.value(&StateView { internal_force: f, ..*state });
-    compare(state.internal_force, &by_force, by).map_err(wrong("internal forces"))
+    compare(state.internal_force, &by_internal, by).map_err(wrong("internal forces"))?;
+    if state.external_force.iter().all(|&f| f == 0.0) {
+        return Ok(());
+    }
+    let by = |f: &[f64]| objective.value(&StateView { external_force: f, ..*state });
+    compare(state.external_force, &by_external, by).map_err(wrong("external forces"))
 }
 
 /// Derivative and nearest difference of the first direction that disagrees.
@@ -134,7 +145,9 @@ mod tests {
 
     const D: [f64; 6] = [1e-3, -2e-3, 5e-4, 0.0, 1e-3, -1e-4];
     const F: [f64; 6] = [30.0, -20.0, 7.0, 1.0, 11.0, -4.0];
-    const STATE: StateView = StateView { step: 2, steps: 3, time: 0.6, displacement: &D, internal_force: &F };
+    const LOADS: [f64; 6] = [0.0, 4.0, 1.0, 0.0, -2.0, 0.0];
+    const STATE: StateView =
+        StateView { step: 2, steps: 3, time: 0.6, displacement: &D, internal_force: &F, external_force: &LOADS };
 
     #[test]
     fn right_derivatives_pass() {
@@ -143,6 +156,7 @@ mod tests {
         check_derivatives(&contact, &STATE).unwrap();
         let reaction = ReactionForce::new(vec![1], 2, [1.0, 2.0, -3.0], ObservedSteps::Last).unwrap();
         check_derivatives(&reaction, &STATE).unwrap();
+        check_derivatives(&crate::Compliance::new(ObservedSteps::All), &STATE).unwrap();
     }
 
     /// A sign, a forgotten part, and a part in 10⁵.

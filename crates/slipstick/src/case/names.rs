@@ -116,7 +116,7 @@ impl Names {
             Some((Kind::Set, _)) => reader.error(
                 path,
                 CaseCode::NotASurface,
-                format!("`{name}` is a node set; contact needs a surface"),
+                format!("`{name}` is a node set; a surface is needed here"),
                 format!("surfaces: {}", surfaces.join(", ")),
             ),
             None if self.excusable(name) => {}

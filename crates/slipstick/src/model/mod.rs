@@ -1,4 +1,4 @@
-//! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion.
+//! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion, loads.
 //!
 //! [`ContactModel`] puts the crates together: it implements [`StepProblem`](slipstick_path::StepProblem), which the march and the adjoint sweep work
 //! on. Unknowns are the displacements d of all nodes and, for the Lagrange and augmented Lagrangian methods, the
@@ -10,12 +10,15 @@
 //! | penalty | d | ζ_τ | R |
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
+pub mod course;
+mod loads;
 pub mod node;
 mod parameters;
 pub mod pattern;
 pub mod prescribed;
 mod step;
 
+pub use loads::Loads;
 use nalgebra::Vector3;
 use node::NodeStep;
 pub use parameters::Parameter;
@@ -106,6 +109,8 @@ struct SlaveData {
     area: f64,
     /// Facet size around the node. \[L\]
     size: f64,
+    /// How many times the area counts with its mirror images.
+    images: f64,
 }
 
 /// The discrete problem of a load step; see the module's description.
@@ -124,6 +129,9 @@ pub struct ContactModel {
     interfaces: Vec<ModelInterface>,
     method: Method,
     prescribed: Prescribed,
+    loads: Loads,
+    /// Pseudo-time at the end of the step.
+    time: f64,
     slaves: Vec<SlaveData>,
     /// Elements at each slave node's facets, and at each interface's master facets: for E_eff.
     slave_elements: Vec<Vec<u32>>,
@@ -190,13 +198,15 @@ impl ContactModel {
     /// Assembles a model.
     ///
     /// `start` is the density of every element at the start design; it sizes the penalty method's default stiffness.
-    /// `largest_motion` is the largest prescribed displacement on the path; it sizes the tolerances of a start at rest.
+    /// `largest_motion` is the largest prescribed displacement on the path; with the loads, it sizes the tolerances of a start
+    /// at rest.
     pub fn new(
         mesh: &Mesh,
         solid: SolidModel,
         interfaces: Vec<ModelInterface>,
         method: Method,
         prescribed: Prescribed,
+        loads: Loads,
         interpolation: Interpolation,
         designed: Vec<bool>,
         start: &[f64],
@@ -211,7 +221,12 @@ impl ContactModel {
         let mut fixed_held = fixed.clone();
         if multipliers > 0 {
             groups.extend(interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node));
-            fixed.resize(3 * (nodes + multipliers), false);
+            // no traction acts across a symmetry plane
+            let slaves = interfaces.iter().flat_map(|i| i.interface.slave_nodes());
+            fixed.extend(slaves.flat_map(|slave| {
+                let planes = slave.mirrored.iter().filter(|&&across| across).count();
+                [false, planes > 0, planes > 1]
+            }));
             fixed_held.resize(3 * (nodes + multipliers), true);
         }
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
@@ -219,7 +234,9 @@ impl ContactModel {
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.elements.len() as f64).cbrt();
-        let motion = if largest_motion > 0.0 { largest_motion } else { size };
+        // what a load would press an element by
+        let driven = largest_motion.max(loads.largest(&coordinates) / (modulus * size));
+        let motion = if driven > 0.0 { driven } else { size };
         let floors = Floors {
             force: FLOOR * modulus * size * motion,
             displacement: FLOOR * motion,
@@ -240,6 +257,8 @@ impl ContactModel {
             interfaces,
             method,
             prescribed,
+            loads,
+            time: 0.0,
             slaves,
             slave_elements,
             master_elements,
@@ -322,6 +341,14 @@ impl ContactModel {
         let (Method::Lagrange { stiffness } | Method::Penalty { stiffness } | Method::Augmented { stiffness, .. }) =
             &self.method;
         let of = |(slave, hardness): (&SlaveData, &f64)| match stiffness[slave.interface as usize] {
+            // weighted measures of the half are half of the whole's
+            GivenStiffness::Absolute(Stiffness { normal, tangential, scaling: StiffnessScaling::Weighted }) => {
+                Stiffness {
+                    normal: normal * slave.images,
+                    tangential: tangential * slave.images,
+                    scaling: StiffnessScaling::Weighted,
+                }
+            }
             GivenStiffness::Absolute(stiffness) => stiffness,
             GivenStiffness::Relative { factor, scaling } => {
                 let both = match scaling {
@@ -506,6 +533,7 @@ fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
                 interface: i as u32,
                 area: slave.facets.iter().map(|&(f, _)| share(f)).sum(),
                 size: (around / slave.facets.len() as f64).sqrt(),
+                images: f64::from(1 << slave.mirrored.iter().filter(|&&across| across).count()),
             });
             slave_elements.push(elements_at(&mut std::iter::once(slave.node)));
         }

@@ -1,4 +1,4 @@
-//! Derivatives with respect to what is no density: friction, moduli, amplitudes of the prescribed motion.
+//! Derivatives with respect to what is no density: friction, moduli, amplitudes of motions and loads.
 
 use super::{ContactModel, GivenStiffness, LEAST_SHARE, Method, SlaveData, inverted};
 use slipstick_contact::enforcement::friction_share;
@@ -25,6 +25,11 @@ pub enum Parameter {
         /// Number of the motion, from 0.
         motion: usize,
     },
+    /// A factor on a load that is 1.
+    Load {
+        /// Number of the load, from 0.
+        load: usize,
+    },
 }
 
 impl ContactModel {
@@ -33,7 +38,8 @@ impl ContactModel {
         let interfaces = (0..self.interfaces.len()).map(|interface| Parameter::Friction { interface });
         let bodies = (0..self.bodies.len()).map(|body| Parameter::YoungsModulus { body });
         let motions = (0..self.prescribed.motions()).map(|motion| Parameter::Amplitude { motion });
-        interfaces.chain(bodies).chain(motions).collect()
+        let loads = (0..self.loads.len()).map(|load| Parameter::Load { load });
+        interfaces.chain(bodies).chain(motions).chain(loads).collect()
     }
 
     /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface, at an evaluated state.
@@ -110,9 +116,25 @@ impl ContactModel {
         Ok(())
     }
 
-    /// Adds (∂ŷ/∂a)ᵀ μ of every motion.
-    pub(super) fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
+    /// Adds (∂ŷ/∂a)ᵀ μ of every motion and λᵀ ∂F/∂a of every load.
+    pub(super) fn pull_back_amplitudes(
+        &self,
+        y: &[f64],
+        time: f64,
+        lambda: &[f64],
+        by_prescribed: &[f64],
+        out: &mut [f64],
+    ) {
         let first = self.interfaces.len() + self.bodies.len();
         self.prescribed.pull_back_amplitudes(time, by_prescribed, &mut out[first..]);
+        // R has minus the external force
+        let weights: Vec<f64> = lambda[..self.displacement_count()].iter().map(|l| -l).collect();
+        self.pull_back_loads(&y[..self.displacement_count()], time, &weights, out);
+    }
+
+    /// Adds weightsᵀ ∂f_ext/∂a of every load.
+    pub(crate) fn pull_back_loads(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
+        let first = out.len() - self.loads.len();
+        self.loads.pull_back_amplitudes(time, &self.positions(d), weights, &mut out[first..]);
     }
 }

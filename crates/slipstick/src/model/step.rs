@@ -154,7 +154,8 @@ impl ContactModel {
         previous: &StepState,
         state: &StepState,
     ) -> Result<Vec<crate::analysis::NodalContact>, StateError> {
-        self.begin_step(previous, false)?;
+        // they do not depend on the loads, nor on when
+        self.begin_step(previous, self.time, false)?;
         self.at_start = false;
         self.evaluate(&state.unknowns, false)?;
         Ok((0..self.slaves.len())
@@ -183,6 +184,24 @@ impl ContactModel {
     /// If elements are inverted.
     pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         self.solid.internal_force(d, &self.scalings, out).map_err(inverted)
+    }
+
+    /// External force at displacements `d` and pseudo-time `time`.
+    pub fn external_force(&self, d: &[f64], time: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        if !self.loads.is_empty() {
+            self.loads.add_residual(time, &self.positions(d), out);
+            out.iter_mut().for_each(|f| *f = -*f);
+        }
+    }
+
+    /// Adds the transposed derivative of [`external_force`](Self::external_force) with respect to the displacements, times
+    /// `weights`.
+    pub fn pull_back_external_force(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
+        if !self.loads.is_empty() {
+            let weights: Vec<f64> = weights.iter().map(|w| -w).collect();
+            self.loads.add_transposed_product(time, &self.positions(d), &weights, out);
+        }
     }
 }
 
@@ -232,7 +251,12 @@ impl StepProblem for ContactModel {
         self.prescribed.apply(time, y);
     }
 
-    fn begin_step(&mut self, previous: &StepState, for_adjoint: bool) -> Result<(), StateError> {
+    fn load_factors(&self, time: f64) -> Vec<f64> {
+        self.loads.factors(time)
+    }
+
+    fn begin_step(&mut self, previous: &StepState, time: f64, for_adjoint: bool) -> Result<(), StateError> {
+        self.time = time;
         let begin = self.timings.begin();
         let d = &previous.unknowns[..self.displacement_count()];
         // the march was at this state last; the sweep comes to the state that it left to, and keeps it for `evaluate`
@@ -256,7 +280,7 @@ impl StepProblem for ContactModel {
         Ok(())
     }
 
-    /// R, and below it C where the method has multipliers; without external forces. Paper: (18), (27), (35), (44).
+    /// R, and below it C where the method has multipliers. Paper: (18), (27), (35), (44).
     fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.displacement_count();
         let begin = self.timings.begin();
@@ -264,6 +288,9 @@ impl StepProblem for ContactModel {
         self.timings.end(Phase::Solid, begin);
         self.evaluate(y, self.foresee)?;
         out[..split].copy_from_slice(&self.internal);
+        if !self.loads.is_empty() {
+            self.loads.add_residual(self.time, &self.positions(y), &mut out[..split]);
+        }
         out[split..].fill(0.0);
         let mut squares = 0.0;
         for j in 0..self.slaves.len() {
@@ -304,6 +331,9 @@ impl StepProblem for ContactModel {
         matrix.set_zero();
         let scatter = self.scatter.as_ref().expect("made with the matrix");
         let result = self.solid.add_tangent(&y[..split], &self.scalings, scatter, &mut matrix).map_err(inverted);
+        if !self.loads.is_empty() {
+            self.loads.add_tangent(self.time, &self.positions(y), &mut matrix);
+        }
         self.timings.end(Phase::Solid, begin);
         let begin = self.timings.begin();
         if result.is_ok() {
@@ -468,7 +498,7 @@ impl StepProblem for ContactModel {
         self.pull_back_friction(y, lambda, eta, out);
         self.pull_back_stiffness(y, lambda, eta, out);
         self.pull_back_moduli(&y[..self.displacement_count()], lambda, out)?;
-        self.pull_back_amplitudes(time, by_prescribed, out);
+        self.pull_back_amplitudes(y, time, lambda, by_prescribed, out);
         self.timings.end(Phase::PullBack, begin);
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! Wrong case files: each with the code and the place of what is wrong, all errors at once.
 
+mod loads;
 mod sections;
 
 use slipstick::case::{CaseCode, CaseErrors, Severity, parse_case};

@@ -6,6 +6,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod problem;
+#[path = "../common/table.rs"]
+mod table;
 
 use std::collections::BTreeMap;
 use std::panic::catch_unwind;
@@ -136,8 +138,8 @@ impl Tally {
 const HEADER: &str = "| | problems | not marched | directions | right | kink | other cut-backs | below round-off | wrong | largest error |\n\
                       |---|---|---|---|---|---|---|---|---|---|";
 
-/// Checks the problems of these seeds, prints what came out, and asserts that no derivative is wrong.
-fn suite(seeds: std::ops::Range<u64>) {
+/// Checks the problems of these seeds, prints what came out, and asserts that no derivative is wrong; returns the table.
+fn suite(seeds: std::ops::Range<u64>) -> String {
     let rows: Vec<Row> = seeds.into_par_iter().map(check).collect();
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
     let mut reasons: BTreeMap<String, Vec<u64>> = BTreeMap::new();
@@ -149,7 +151,7 @@ fn suite(seeds: std::ops::Range<u64>) {
         match &row.outcome {
             Outcome::Failed(reason) => {
                 let kind = reason.split(|c: char| c.is_ascii_digit()).next().unwrap_or_default().trim().to_owned();
-                let kind = if kind.is_empty() { "Uzawa's iteration".into() } else { kind };
+                let kind = if kind.is_empty() { "Uzawa, or inverted elements".into() } else { kind };
                 reasons.entry(kind).or_default().push(row.seed);
             }
             Outcome::Panicked => wrong.push(format!("seed {}: panicked\n{}", row.seed, row.text)),
@@ -166,8 +168,9 @@ fn suite(seeds: std::ops::Range<u64>) {
         seconds.iter().sum::<f64>(),
         seconds.iter().copied().fold(0.0, f64::max)
     );
-    println!("{HEADER}");
-    tallies.iter().for_each(|(name, tally)| println!("{}", tally.line(name)));
+    let lines: Vec<String> = tallies.iter().map(|(name, tally)| tally.line(name)).collect();
+    let table = format!("{HEADER}\n{}\n", lines.join("\n"));
+    println!("{table}");
     reasons.iter().for_each(|(reason, seeds)| println!("{} not marched: {reason}… (seeds {seeds:?})", seeds.len()));
     assert!(wrong.is_empty(), "{} derivatives are wrong\n{}", wrong.len(), wrong.join("\n"));
     let all = &tallies["together"];
@@ -175,6 +178,7 @@ fn suite(seeds: std::ops::Range<u64>) {
     // A suite that compares little proves little.
     assert!(all.failed * 20 <= all.problems, "{} of {} cannot be marched", all.failed, all.problems);
     assert!(all.right * 10 >= all.directions * 8, "{} of {} directions are compared", all.right, all.directions);
+    table
 }
 
 #[test]
@@ -182,9 +186,25 @@ fn gradients_of_the_first_random_problems() {
     suite(0..30);
 }
 
+/// Problems with a kink nearer than the smallest step, or small beside the curvature: one-sided differences agree with the
+/// adjoint to second order, central ones do not. They are told as kinks, not as errors.
+#[test]
+fn kinks_next_to_the_design_are_no_errors() {
+    for seed in [163, 182, 750] {
+        let Outcome::Checked(check) = check(seed).outcome else { panic!("seed {seed} cannot be marched") };
+        assert!(check.count(Verdict::Kink) >= 1, "seed {seed}: {check:#?}");
+        assert_eq!(check.count(Verdict::Off), 0, "seed {seed}: {check:#?}");
+    }
+}
+
 #[test]
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_a_thousand_random_problems() {
     let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
-    suite(bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 1200));
+    let seeds = bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 1050);
+    if seeds.end - seeds.start == 1 {
+        println!("{}", random_problem(seeds.start).text);
+    }
+    let table = suite(seeds);
+    table::publish("random_gradients", &table);
 }

@@ -75,11 +75,15 @@ impl Solved {
         Vector3::from(self.problem.mesh.nodes[node as usize]) + self.displacement(node, step)
     }
 
-    /// Internal forces of all nodes after a load step: reactions where displacements are prescribed.
+    /// Internal minus external forces of all nodes after a load step: reactions where displacements are prescribed.
     fn forces(&self, step: usize) -> Vec<f64> {
         let d = self.displacements(step);
         let mut force = vec![0.0; d.len()];
+        let time = self.problem.analysis.times[step - 1];
+        let mut loads = force.clone();
+        self.problem.analysis.model.external_force(d, time, &mut loads);
         self.problem.analysis.model.internal_force(d, &mut force).expect("a converged state");
+        force.iter_mut().zip(loads).for_each(|(f, load)| *f -= load);
         force
     }
 

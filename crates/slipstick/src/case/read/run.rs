@@ -32,17 +32,34 @@ pub(super) fn output(root: &Table<'_>) -> Output {
 }
 
 pub(super) fn solver(root: &Table<'_>) -> Solver {
-    let default = Solver { linear: LinearSolverChoice::Auto, threads: None };
+    let default = Solver { linear: LinearSolverChoice::Auto, petsc_options: None, threads: None };
     root.table("solver").map_or(default, |table| {
         let words = [
             ("auto", LinearSolverChoice::Auto),
             ("multifrontal", LinearSolverChoice::Multifrontal),
             ("faer", LinearSolverChoice::Faer),
+            ("petsc", LinearSolverChoice::Petsc),
         ];
         let linear = table.word("linear", &words).or(LinearSolverChoice::Auto);
+        let petsc = matches!(linear, LinearSolverChoice::Auto | LinearSolverChoice::Petsc);
+        let petsc_options = table
+            .string("petsc_options")
+            .check(
+                CaseCode::OutOfRange,
+                |text| text.trim_start().starts_with('-') && !text.contains('\0'),
+                "holds no options of PETSc",
+                "for instance \"-mat_mumps_icntl_14 60\"",
+            )
+            .check(
+                CaseCode::Unsupported,
+                |_| petsc,
+                "goes with another solver",
+                "leave it out, or choose `linear = \"petsc\"`",
+            )
+            .optional();
         let threads = table.integer("threads").count(CaseCode::OutOfRange, 1).optional();
         table.finish();
-        Solver { linear, threads }
+        Solver { linear, petsc_options, threads }
     })
 }
 

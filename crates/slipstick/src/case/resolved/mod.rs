@@ -41,11 +41,20 @@ pub struct Case {
     /// Node sets that the user selects, besides the surfaces that come with the bodies.
     #[serde(rename = "set")]
     pub sets: Vec<NodeSet>,
+    /// Symmetry planes, each across another axis.
+    #[serde(rename = "symmetry", skip_serializing_if = "Vec::is_empty")]
+    pub symmetries: Vec<Symmetry>,
     /// Contact pairs.
     #[serde(rename = "contact")]
     pub contacts: Vec<Contact>,
+    /// Load cases; empty: one, of weight 1.
+    #[serde(rename = "load_case", skip_serializing_if = "Vec::is_empty")]
+    pub load_cases: Vec<LoadCase>,
     /// Supports and prescribed motions.
     pub dirichlet: Vec<Dirichlet>,
+    /// Loads on surfaces.
+    #[serde(rename = "load", skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<Load>,
     /// Pseudo-time steps and Newton's tolerances.
     pub load_path: LoadPath,
     /// The design; `None` where the case is for a forward analysis only.
@@ -65,6 +74,13 @@ pub struct Case {
     pub adjoint: Adjoint,
 }
 
+impl Case {
+    /// Load steps of all load cases together.
+    pub fn steps(&self) -> usize {
+        self.load_cases.len().max(1) * self.load_path.steps
+    }
+}
+
 /// What a run writes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Output {
@@ -76,10 +92,13 @@ pub struct Output {
 }
 
 /// Linear solver and threads. Results do not depend on the number of threads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Solver {
     /// The factorization.
     pub linear: LinearSolverChoice,
+    /// Options of PETSc's solver, as PETSc writes them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub petsc_options: Option<String>,
     /// Threads; `None`: as many as the machine has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<usize>,
@@ -89,12 +108,14 @@ pub struct Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinearSolverChoice {
-    /// Multifrontal, falling back on faer's.
+    /// Multifrontal, falling back on faer's; PETSc on several ranks.
     Auto,
     /// Multifrontal LU.
     Multifrontal,
     /// faer's supernodal sparse LU.
     Faer,
+    /// PETSc, with MUMPS unless options say otherwise, in a build with the feature `petsc`.
+    Petsc,
 }
 
 /// How the gradient is computed.

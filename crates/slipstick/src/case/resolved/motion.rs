@@ -1,4 +1,4 @@
-//! Supports, motions and the load path.
+//! Symmetry planes, supports, motions, loads and the load path.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -22,11 +22,32 @@ impl Component {
     }
 }
 
+/// A symmetry plane: the bodies are those on one side of it, and what is on the other side is their mirror image.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Symmetry {
+    /// The axis that it stands across.
+    pub normal: Component,
+    /// Its coordinate along that axis. \[L\]
+    pub at: f64,
+}
+
+/// A load case: from rest, along a load path of its own, of the same bodies and design.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LoadCase {
+    /// Unique name.
+    pub name: String,
+    /// What its part of the objective is multiplied by, > 0.
+    pub weight: f64,
+}
+
 /// A prescribed displacement of a set of nodes; without motion: held.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Dirichlet {
     /// Surface or node set.
     pub set: String,
+    /// The load case in which it acts; `None`: in all. In the others, the nodes are held if nothing else moves them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<String>,
     /// The components prescribed, ascending and unique; the others are free.
     pub components: Vec<Component>,
     /// Way points, piecewise linear in time from rest at t = 0; empty: held. After the last one, as there.
@@ -65,6 +86,56 @@ pub struct Waypoint {
     pub u: [f64; 3],
     /// Angle from the reference configuration, in degrees, right-handed about the axis.
     pub angle: f64,
+}
+
+/// A load on a surface, along the path `amplitude` times the value.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Load {
+    /// The surface.
+    pub surface: String,
+    /// The load case in which it acts; `None`: in all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<String>,
+    /// What acts.
+    #[serde(flatten)]
+    pub kind: LoadKind,
+    /// Way points, piecewise linear in time from 0 at t = 0; constant after the last one.
+    pub amplitude: Vec<AmplitudePoint>,
+}
+
+impl Load {
+    /// The factor at pseudo-time `t`: piecewise linear through (0, 0) and the way points.
+    pub fn factor(&self, t: f64) -> f64 {
+        let mut last = AmplitudePoint { t: 0.0, factor: 0.0 };
+        for &next in &self.amplitude {
+            if t < next.t {
+                return last.factor + (t - last.t) / (next.t - last.t) * (next.factor - last.factor);
+            }
+            last = next;
+        }
+        last.factor
+    }
+}
+
+/// What acts on a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoadKind {
+    /// On the deformed surface, against its outward normal, per deformed area. \[F/L²\]
+    Pressure(f64),
+    /// Dead load of fixed direction, per reference area. \[F/L²\]
+    Traction([f64; 3]),
+    /// Resultant of a dead load that is spread evenly over the reference area. \[F\]
+    Force([f64; 3]),
+}
+
+/// A point of a load's course.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct AmplitudePoint {
+    /// Pseudo-time, 0 < t ≤ 1, increasing.
+    pub t: f64,
+    /// What multiplies the load's value.
+    pub factor: f64,
 }
 
 /// The axis of a prescribed rotation, in the reference configuration.

@@ -1,0 +1,88 @@
+//! What a verified solve asks of a matrix, which may be the sum of parts on several ranks.
+
+use crate::csr::CsrMatrix;
+use crate::ranks::Ranks;
+
+/// A square matrix that can be multiplied, as it is and transposed.
+pub trait Operator {
+    /// Number of rows and columns.
+    fn n(&self) -> usize;
+
+    /// `y = A x`.
+    ///
+    /// # Panics
+    /// If a length differs from the number of rows.
+    fn mul(&self, x: &[f64], y: &mut [f64]);
+
+    /// `y = Aᵀ x`.
+    ///
+    /// # Panics
+    /// If a length differs from the number of rows.
+    fn mul_transpose(&self, x: &[f64], y: &mut [f64]);
+
+    /// ‖A‖∞ (with `transpose`: of Aᵀ), or a bound on it of the same size.
+    fn infinity_norm(&self, transpose: bool) -> f64;
+
+    /// `r = b − A x`, or `r = b − Aᵀ x` where `transpose` is set.
+    fn residual(&self, transpose: bool, x: &[f64], b: &[f64], r: &mut [f64]) {
+        if transpose {
+            self.mul_transpose(x, r);
+        } else {
+            self.mul(x, r);
+        }
+        for (r, b) in r.iter_mut().zip(b) {
+            *r = b - *r;
+        }
+    }
+}
+
+impl Operator for CsrMatrix {
+    fn n(&self) -> usize {
+        self.pattern.n
+    }
+
+    fn mul(&self, x: &[f64], y: &mut [f64]) {
+        CsrMatrix::mul(self, x, y);
+    }
+
+    fn mul_transpose(&self, x: &[f64], y: &mut [f64]) {
+        CsrMatrix::mul_transpose(self, x, y);
+    }
+
+    fn infinity_norm(&self, transpose: bool) -> f64 {
+        CsrMatrix::infinity_norm(self, transpose)
+    }
+}
+
+/// The sum of the matrices that the ranks hold, all with the same number of rows. Vectors are whole on every rank, and
+/// results the same on all of them.
+#[derive(Debug, Clone, Copy)]
+pub struct Summed<'a> {
+    /// The part of this rank.
+    pub part: &'a CsrMatrix,
+    /// Who has the others.
+    pub ranks: &'a dyn Ranks,
+}
+
+impl Operator for Summed<'_> {
+    fn n(&self) -> usize {
+        self.part.n()
+    }
+
+    fn mul(&self, x: &[f64], y: &mut [f64]) {
+        self.part.mul(x, y);
+        self.ranks.sum(y);
+    }
+
+    fn mul_transpose(&self, x: &[f64], y: &mut [f64]) {
+        self.part.mul_transpose(x, y);
+        self.ranks.sum(y);
+    }
+
+    /// A bound: the largest sum of the parts' absolute row sums. It is the norm itself on one rank.
+    fn infinity_norm(&self, transpose: bool) -> f64 {
+        let mut sums = self.part.absolute_sums(transpose);
+        self.ranks.sum(&mut sums);
+        sums.into_iter().fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,51 @@
+//! Ranks of a parallel run: what they tell each other.
+//!
+//! All ranks march the same path with the same vectors; each assembles a part of every residual and tangent. What is
+//! put together is the same on all of them, bit for bit, so that decisions that rest on it need no further talk.
+
+use std::fmt::Debug;
+
+/// The ranks of a run. All of them must make the same calls in the same order.
+///
+/// Results are the same on all ranks, bit for bit, and the same whenever the same numbers come from as many ranks. A
+/// message that is lost ends the program on all ranks; none of these calls fails.
+pub trait Ranks: Send + Sync + Debug {
+    /// Number of this rank, from 0.
+    fn rank(&self) -> usize;
+
+    /// How many there are, at least 1.
+    fn size(&self) -> usize;
+
+    /// Replaces every entry by its sum over the ranks, which all have as many.
+    fn sum(&self, values: &mut [f64]);
+
+    /// Whether it holds on any rank.
+    fn any(&self, here: bool) -> bool;
+
+    /// What each rank tells, in their order. The lengths may differ.
+    fn gather(&self, message: &[u8]) -> Vec<Vec<u8>>;
+}
+
+/// The only rank of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Alone;
+
+impl Ranks for Alone {
+    fn rank(&self) -> usize {
+        0
+    }
+
+    fn size(&self) -> usize {
+        1
+    }
+
+    fn sum(&self, _values: &mut [f64]) {}
+
+    fn any(&self, here: bool) -> bool {
+        here
+    }
+
+    fn gather(&self, message: &[u8]) -> Vec<Vec<u8>> {
+        vec![message.to_vec()]
+    }
+}

@@ -1,0 +1,156 @@
+//! MPI and PETSc in this process.
+
+use crate::error::PetscError;
+use crate::ffi::{self, RawSession};
+use slipstick_linalg::Ranks;
+use std::ffi::{CStr, CString, c_char, c_int};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+
+/// MPI and PETSc, from their start to their end, which comes with the last copy of this value and of all that was made
+/// with it.
+///
+/// A process can have one in its life. It is the [`Ranks`] of a parallel run; without `mpirun` there is one.
+#[derive(Debug, Clone)]
+pub struct Session(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    raw: Raw,
+    rank: usize,
+    size: usize,
+    size_here: usize,
+}
+
+/// The pointer of the shim; whoever holds the lock may call it.
+#[derive(Debug)]
+struct Raw(Mutex<*mut RawSession>);
+
+// SAFETY: MPI was asked for MPI_THREAD_SERIALIZED: any thread may call it, one at a time, which the lock sees to. PETSc
+// keeps no state of threads.
+unsafe impl Send for Raw {}
+// SAFETY: as above.
+unsafe impl Sync for Raw {}
+
+/// The right to call the shim.
+pub(crate) type Calls<'a> = MutexGuard<'a, *mut RawSession>;
+
+impl Session {
+    /// Starts MPI, unless the process has done so, and PETSc. PETSc reads no file and handles no signal.
+    ///
+    /// # Errors
+    /// [`PetscError::Start`], of a second start too.
+    pub fn start() -> Result<Self, PetscError> {
+        let mut raw = std::ptr::null_mut();
+        // SAFETY: `raw` outlives the call; on success it is a session that `Drop` ends.
+        let code = unsafe { ffi::ss_start(&mut raw) };
+        if code != 0 || raw.is_null() {
+            return Err(PetscError::Start { code });
+        }
+        // SAFETY: the session was just made.
+        let (rank, size, here) = unsafe { (ffi::ss_rank(raw), ffi::ss_size(raw), ffi::ss_size_here(raw)) };
+        let number = |value: i32| usize::try_from(value).unwrap_or(0);
+        let (rank, size, size_here) = (number(rank), number(size).max(1), number(here).max(1));
+        Ok(Self(Arc::new(Inner { raw: Raw(Mutex::new(raw)), rank, size, size_here })))
+    }
+
+    /// How many ranks are on the machine of this one.
+    pub fn size_here(&self) -> usize {
+        self.0.size_here
+    }
+
+    /// Sets options of the linear solver as PETSc writes them, without the solver's prefix: `-mat_mumps_icntl_14 60`.
+    ///
+    /// # Errors
+    /// [`PetscError`] where they cannot be read.
+    pub fn set_options(&self, options: &str) -> Result<(), PetscError> {
+        let options = CString::new(options).map_err(|_| PetscError::Options)?;
+        let calls = self.calls();
+        // SAFETY: a live session and a string that outlives the call.
+        let code = unsafe { ffi::ss_options(*calls, options.as_ptr()) };
+        check(&calls, "reading options", code)
+    }
+
+    /// Whether all ranks call this within `patience`: at the end of a program, whether they all come to it.
+    pub fn meet(&self, patience: Duration) -> bool {
+        let calls = self.calls();
+        // SAFETY: a live session.
+        self.0.size == 1 || unsafe { ffi::ss_meet(*calls, patience.as_secs_f64()) != 0 }
+    }
+
+    /// Ends the program on all ranks at once, wherever they are, with this exit code.
+    pub fn abort(&self, code: i32) -> ! {
+        let calls = self.calls();
+        // SAFETY: a live session.
+        unsafe { ffi::ss_abort(*calls, code) };
+        std::process::exit(code)
+    }
+
+    /// The right to call the shim.
+    pub(crate) fn calls(&self) -> Calls<'_> {
+        self.0.raw.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+/// What a code of the shim means.
+pub(crate) fn check(calls: &Calls<'_>, call: &'static str, code: c_int) -> Result<(), PetscError> {
+    if code == 0 {
+        return Ok(());
+    }
+    let mut text = [0 as c_char; 1024];
+    // SAFETY: a live session; the shim writes a string of at most so many characters with its end.
+    let message = unsafe {
+        ffi::ss_message(**calls, text.as_mut_ptr(), text.len() as i64);
+        CStr::from_ptr(text.as_ptr()).to_string_lossy().into_owned()
+    };
+    Err(PetscError::Call { call, code, message })
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        let raw = self.raw.0.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
+        // SAFETY: the last owner; nothing that the session made is left.
+        unsafe { ffi::ss_end(*raw) };
+    }
+}
+
+impl Ranks for Session {
+    fn rank(&self) -> usize {
+        self.0.rank
+    }
+
+    fn size(&self) -> usize {
+        self.0.size
+    }
+
+    fn sum(&self, values: &mut [f64]) {
+        let calls = self.calls();
+        // SAFETY: a live session; the shim reads and writes so many numbers.
+        unsafe { ffi::ss_sum(*calls, values.as_mut_ptr(), values.len() as i64) };
+    }
+
+    fn any(&self, here: bool) -> bool {
+        let calls = self.calls();
+        // SAFETY: a live session.
+        unsafe { ffi::ss_any(*calls, i32::from(here)) != 0 }
+    }
+
+    fn gather(&self, message: &[u8]) -> Vec<Vec<u8>> {
+        let mut lengths = vec![0_i64; self.0.size];
+        let calls = self.calls();
+        // SAFETY: a live session; there is a place for the length of every rank.
+        unsafe { ffi::ss_gather_lengths(*calls, message.len() as i64, lengths.as_mut_ptr()) };
+        let mut all = vec![0_u8; lengths.iter().sum::<i64>() as usize];
+        // SAFETY: a live session; `message` has the length that was told, `all` room for all of them.
+        unsafe { ffi::ss_gather(*calls, message.as_ptr().cast(), lengths.as_ptr(), all.as_mut_ptr().cast()) };
+        let mut rest = all.as_slice();
+        lengths
+            .iter()
+            .map(|&length| {
+                let (here, tail) = rest.split_at(length as usize);
+                rest = tail;
+                here.to_vec()
+            })
+            .collect()
+    }
+}

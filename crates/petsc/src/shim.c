@@ -1,0 +1,349 @@
+#include "shim.h"
+
+#include <petscksp.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#if defined(PETSC_USE_COMPLEX)
+#error "slipstick needs PETSc for real numbers (on Debian: libpetsc-real-dev)"
+#endif
+#if !defined(PETSC_USE_REAL_DOUBLE)
+#error "slipstick needs PETSc in double precision"
+#endif
+
+/* Sums of fewer numbers go through the first rank. */
+#define FEW 4096
+
+#define PREFIX "slipstick_"
+
+struct ss_session {
+    MPI_Comm all;     /* for results */
+    MPI_Comm end;     /* for ss_meet, which must not meet a result half-way */
+    int rank, size, here;
+    int owns_mpi, owns_petsc;
+    int *counts, *begins;
+    char message[1024];
+};
+
+struct ss_matrix {
+    Mat mat;
+};
+
+struct ss_factors {
+    KSP ksp;
+    Vec rhs, x;
+};
+
+/* Keeps the first message of an error instead of printing it. */
+static PetscErrorCode keep_message(MPI_Comm comm, int line, const char *function, const char *file, PetscErrorCode code,
+                                   PetscErrorType type, const char *text, void *context)
+{
+    ss_session *session = (ss_session *)context;
+    (void)comm, (void)line, (void)file;
+    if (type == PETSC_ERROR_INITIAL && session->message[0] == 0) {
+        const char *general = NULL;
+        PetscErrorMessage(code, &general, NULL);
+        snprintf(session->message, sizeof session->message, "%s in %s: %s", general ? general : "error",
+                 function ? function : "PETSc", text ? text : "no further message");
+    }
+    return code;
+}
+
+/* Undoes what ss_start has done so far. */
+static void close_all(ss_session *session)
+{
+    if (session->owns_petsc) {
+        PetscPopErrorHandler();
+        PetscFinalize();
+    }
+    if (session->all != MPI_COMM_NULL) MPI_Comm_free(&session->all);
+    if (session->end != MPI_COMM_NULL) MPI_Comm_free(&session->end);
+    if (session->owns_mpi) MPI_Finalize();
+    free(session->counts);
+    free(session->begins);
+    free(session);
+}
+
+int ss_start(ss_session **out)
+{
+    int initialized = 0, finalized = 0, level = 0;
+    PetscBool started = PETSC_FALSE;
+    MPI_Comm near = MPI_COMM_NULL;
+    ss_session *session = (ss_session *)calloc(1, sizeof *session);
+    *out = NULL;
+    if (!session) return PETSC_ERR_MEM;
+    session->all = session->end = MPI_COMM_NULL;
+    MPI_Initialized(&initialized);
+    MPI_Finalized(&finalized);
+    PetscInitialized(&started);
+    if (finalized || started) {
+        free(session);
+        return PETSC_ERR_ORDER;
+    }
+    if (!initialized) {
+        if (MPI_Init_thread(NULL, NULL, MPI_THREAD_SERIALIZED, &level)) {
+            free(session);
+            return PETSC_ERR_LIB;
+        }
+        session->owns_mpi = 1;
+    }
+    MPI_Comm_dup(MPI_COMM_WORLD, &session->all);
+    MPI_Comm_dup(MPI_COMM_WORLD, &session->end);
+    MPI_Comm_rank(session->all, &session->rank);
+    MPI_Comm_size(session->all, &session->size);
+    MPI_Comm_split_type(session->all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &near);
+    MPI_Comm_size(near, &session->here);
+    MPI_Comm_free(&near);
+    session->counts = (int *)calloc((size_t)session->size, sizeof(int));
+    session->begins = (int *)calloc((size_t)session->size, sizeof(int));
+    PetscErrorCode code = session->counts && session->begins ? 0 : PETSC_ERR_MEM;
+    if (!code) code = PetscOptionsSetValue(NULL, "-skip_petscrc", "1");
+    if (!code) code = PetscOptionsSetValue(NULL, "-no_signal_handler", "1");
+    if (!code) code = PetscInitializeNoArguments();
+    if (code) {
+        close_all(session);
+        return code;
+    }
+    session->owns_petsc = 1;
+    PetscPushErrorHandler(keep_message, session);
+    *out = session;
+    return 0;
+}
+
+void ss_end(ss_session *session) { close_all(session); }
+
+int ss_message(ss_session *session, char *text, int64_t capacity)
+{
+    snprintf(text, (size_t)capacity, "%s", session->message);
+    session->message[0] = 0;
+    return 0;
+}
+
+int32_t ss_rank(const ss_session *session) { return session->rank; }
+int32_t ss_size(const ss_session *session) { return session->size; }
+int32_t ss_size_here(const ss_session *session) { return session->here; }
+
+int ss_options(ss_session *session, const char *options)
+{
+    (void)session;
+    PetscErrorCode code = PetscOptionsPrefixPush(NULL, PREFIX);
+    if (code) return code;
+    code = PetscOptionsInsertString(NULL, options);
+    PetscErrorCode popped = PetscOptionsPrefixPop(NULL);
+    return code ? code : popped;
+}
+
+/* Every sum is formed in one place and copied from there, so that all ranks have the same bits. */
+void ss_sum(ss_session *session, double *values, int64_t count)
+{
+    const int size = session->size;
+    if (size == 1 || count == 0) return;
+    if (count < FEW) {
+        if (session->rank == 0) MPI_Reduce(MPI_IN_PLACE, values, (int)count, MPI_DOUBLE, MPI_SUM, 0, session->all);
+        else MPI_Reduce(values, NULL, (int)count, MPI_DOUBLE, MPI_SUM, 0, session->all);
+        (void)MPI_Bcast(values, (int)count, MPI_DOUBLE, 0, session->all);
+        return;
+    }
+    /* counts of MPI are ints: long vectors go in pieces */
+    const int64_t piece = (int64_t)1 << 30;
+    for (int64_t begin = 0; begin < count; begin += piece) {
+        const int64_t length = count - begin < piece ? count - begin : piece;
+        for (int r = 0; r < size; r++) {
+            session->begins[r] = (int)(length * r / size);
+            session->counts[r] = (int)(length * (r + 1) / size) - session->begins[r];
+        }
+        const int own = session->begins[session->rank];
+        double *sums = (double *)malloc((size_t)(session->counts[session->rank] + 1) * sizeof(double));
+        if (!sums) MPI_Abort(session->all, 1);
+        MPI_Reduce_scatter(values + begin, sums, session->counts, MPI_DOUBLE, MPI_SUM, session->all);
+        memcpy(values + begin + own, sums, (size_t)session->counts[session->rank] * sizeof(double));
+        free(sums);
+        (void)MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, values + begin, session->counts, session->begins, MPI_DOUBLE,
+                       session->all);
+    }
+}
+
+int32_t ss_any(ss_session *session, int32_t here)
+{
+    int all = here;
+    if (session->size > 1) MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_LOR, session->all);
+    return all;
+}
+
+void ss_gather_lengths(ss_session *session, int64_t length, int64_t *lengths)
+{
+    (void)MPI_Allgather(&length, 1, MPI_INT64_T, lengths, 1, MPI_INT64_T, session->all);
+}
+
+/* One broadcast a rank: no sum of lengths has to fit into an int. */
+void ss_gather(ss_session *session, const char *here, const int64_t *lengths, char *all)
+{
+    const int64_t piece = (int64_t)1 << 30;
+    for (int r = 0; r < session->size; r++) {
+        if (r == session->rank) memcpy(all, here, (size_t)lengths[r]);
+        for (int64_t begin = 0; begin < lengths[r]; begin += piece) {
+            const int64_t length = lengths[r] - begin < piece ? lengths[r] - begin : piece;
+            (void)MPI_Bcast(all + begin, (int)length, MPI_CHAR, r, session->all);
+        }
+        all += lengths[r];
+    }
+}
+
+/* Whether all ranks come here within so many seconds. */
+int32_t ss_meet(ss_session *session, double seconds)
+{
+    MPI_Request request;
+    int done = 0;
+    const double end = MPI_Wtime() + seconds;
+    const struct timespec pause = {0, 1000000};
+    MPI_Ibarrier(session->end, &request);
+    for (;;) {
+        MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+        if (done) return 1;
+        if (MPI_Wtime() > end) return 0;
+        nanosleep(&pause, NULL);
+    }
+}
+
+void ss_abort(ss_session *session, int32_t code) { MPI_Abort(session->all, code); }
+
+int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int64_t count, const int32_t *rows,
+                  const int32_t *columns, ss_matrix **out)
+{
+    PetscInt *i = NULL, *j = NULL;
+    ss_matrix *matrix = (ss_matrix *)calloc(1, sizeof *matrix);
+    *out = matrix;
+    if (!matrix) return PETSC_ERR_MEM;
+    PetscErrorCode code = PetscMalloc2(count, &i, count, &j);
+    if (code) return code;
+    for (int64_t k = 0; k < count; k++) {
+        i[k] = rows[k];
+        j[k] = columns[k];
+    }
+    code = MatCreate(session->all, &matrix->mat);
+    if (!code) code = MatSetSizes(matrix->mat, (PetscInt)own, (PetscInt)own, (PetscInt)n, (PetscInt)n);
+    if (!code) code = MatSetType(matrix->mat, MATAIJ);
+    if (!code) code = MatSetPreallocationCOO(matrix->mat, count, i, j);
+    PetscErrorCode freed = PetscFree2(i, j);
+    return code ? code : freed;
+}
+
+int ss_matrix_set(ss_session *session, ss_matrix *matrix, const double *values)
+{
+    (void)session;
+    return MatSetValuesCOO(matrix->mat, values, INSERT_VALUES);
+}
+
+void ss_matrix_free(ss_matrix *matrix)
+{
+    if (!matrix) return;
+    if (matrix->mat) MatDestroy(&matrix->mat);
+    free(matrix);
+}
+
+int ss_factors_new(ss_session *session, ss_matrix *matrix, ss_factors **out)
+{
+    PC pc;
+    ss_factors *factors = (ss_factors *)calloc(1, sizeof *factors);
+    *out = factors;
+    if (!factors) return PETSC_ERR_MEM;
+    PetscErrorCode code = KSPCreate(session->all, &factors->ksp);
+    if (!code) code = KSPSetOptionsPrefix(factors->ksp, PREFIX);
+    if (!code) code = KSPSetOperators(factors->ksp, matrix->mat, matrix->mat);
+    if (!code) code = KSPSetType(factors->ksp, KSPPREONLY);
+    if (!code) code = KSPGetPC(factors->ksp, &pc);
+    if (!code) code = PCSetType(pc, PCLU);
+    if (!code) code = PCFactorSetMatSolverType(pc, MATSOLVERMUMPS);
+    if (!code) code = KSPSetFromOptions(factors->ksp);
+    if (!code) code = MatCreateVecs(matrix->mat, &factors->x, &factors->rhs);
+    return code;
+}
+
+/* What KSP, PC and package are, and whether they can solve with the transpose. */
+static PetscErrorCode describe(KSP ksp, PC pc, ss_facts *facts)
+{
+    KSPType iteration = NULL;
+    PCType method = NULL;
+    MatSolverType package = NULL;
+    PetscBool factors = PETSC_FALSE, transposes = PETSC_FALSE, preonly = PETSC_FALSE, mumps = PETSC_FALSE;
+    PetscErrorCode code = KSPGetType(ksp, &iteration);
+    if (!code) code = PCGetType(pc, &method);
+    if (!code) code = PetscStrcmp(iteration, KSPPREONLY, &preonly);
+    if (!code) code = PetscObjectTypeCompareAny((PetscObject)pc, &factors, PCLU, PCCHOLESKY, PCILU, PCICC, "");
+    if (!code && factors) code = PCFactorGetMatSolverType(pc, &package);
+    if (!code && package) code = PetscStrcmp(package, MATSOLVERMUMPS, &mumps);
+    if (!code) code = PCApplyTransposeExists(pc, &transposes);
+    if (code) return code;
+    facts->direct = preonly;
+    facts->is_mumps = mumps;
+    facts->transposes = transposes;
+    snprintf(facts->name, sizeof facts->name, "%s, %s%s%s", iteration ? iteration : "?", method ? method : "?",
+             package ? ", " : "", package ? package : "");
+    return 0;
+}
+
+/* The numbers that MUMPS tells; the manual of MUMPS, section 8. */
+static PetscErrorCode ask_mumps(PC pc, ss_facts *facts)
+{
+    Mat inside;
+    PetscInt value = 0;
+    PetscErrorCode code = PCFactorGetMatrix(pc, &inside);
+    if (!code) code = MatMumpsGetInfog(inside, 1, &value);
+    facts->mumps_error = (int32_t)value;
+    if (!code) code = MatMumpsGetInfog(inside, 2, &value);
+    facts->mumps_detail = value;
+    if (!code) code = MatMumpsGetInfog(inside, 18, &value);
+    facts->megabytes = value;
+    if (!code) code = MatMumpsGetRinfog(inside, 3, &facts->operations);
+    return code;
+}
+
+/* Factorizes; the analysis is kept where the pattern is that of before. `workspace` is the percentage by which MUMPS may
+ * exceed its estimate of memory, 0 for its default. */
+int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix, int32_t workspace, ss_facts *facts)
+{
+    PC pc;
+    Mat inside;
+    (void)session;
+    memset(facts, 0, sizeof *facts);
+    PetscErrorCode code = KSPSetReusePreconditioner(factors->ksp, PETSC_FALSE);
+    if (!code) code = KSPSetOperators(factors->ksp, matrix->mat, matrix->mat);
+    if (!code) code = KSPGetPC(factors->ksp, &pc);
+    if (!code) code = describe(factors->ksp, pc, facts);
+    if (!code && workspace > 0 && facts->is_mumps) {
+        code = PCFactorSetUpMatSolverType(pc);
+        if (!code) code = PCFactorGetMatrix(pc, &inside);
+        if (!code) code = MatMumpsSetIcntl(inside, 14, workspace);
+    }
+    if (!code) code = KSPSetUp(factors->ksp);
+    if (!code) code = describe(factors->ksp, pc, facts);
+    if (!code && facts->is_mumps) code = ask_mumps(pc, facts);
+    if (!code) code = KSPSetReusePreconditioner(factors->ksp, PETSC_TRUE);
+    return code;
+}
+
+int ss_factors_solve(ss_session *session, ss_factors *factors, int32_t transpose, const double *rhs, double *x)
+{
+    (void)session;
+    PetscErrorCode code = VecPlaceArray(factors->rhs, rhs);
+    if (code) return code;
+    code = VecPlaceArray(factors->x, x);
+    if (!code) {
+        code = transpose ? KSPSolveTranspose(factors->ksp, factors->rhs, factors->x)
+                         : KSPSolve(factors->ksp, factors->rhs, factors->x);
+        PetscErrorCode reset = VecResetArray(factors->x);
+        if (!code) code = reset;
+    }
+    PetscErrorCode reset = VecResetArray(factors->rhs);
+    return code ? code : reset;
+}
+
+void ss_factors_free(ss_factors *factors)
+{
+    if (!factors) return;
+    if (factors->ksp) KSPDestroy(&factors->ksp);
+    if (factors->rhs) VecDestroy(&factors->rhs);
+    if (factors->x) VecDestroy(&factors->x);
+    free(factors);
+}

@@ -1,0 +1,54 @@
+/* What Rust calls. Types of fixed width stand in the place of those that depend on how PETSc and MPI were built.
+ *
+ * Functions return 0, or PETSc's error code; ss_message then tells why. */
+#ifndef SLIPSTICK_SHIM_H
+#define SLIPSTICK_SHIM_H
+
+#include <stdint.h>
+
+typedef struct ss_session ss_session;
+typedef struct ss_matrix ss_matrix;
+typedef struct ss_factors ss_factors;
+
+/* MPI and PETSc, once in the life of a process. */
+int ss_start(ss_session **out);
+void ss_end(ss_session *session);
+int ss_message(ss_session *session, char *text, int64_t capacity);
+int32_t ss_rank(const ss_session *session);
+int32_t ss_size(const ss_session *session);
+int32_t ss_size_here(const ss_session *session);
+int ss_options(ss_session *session, const char *options);
+
+/* Messages; an error of MPI ends the program on all ranks. */
+void ss_sum(ss_session *session, double *values, int64_t count);
+int32_t ss_any(ss_session *session, int32_t here);
+void ss_gather_lengths(ss_session *session, int64_t length, int64_t *lengths);
+void ss_gather(ss_session *session, const char *here, const int64_t *lengths, char *all);
+int32_t ss_meet(ss_session *session, double seconds);
+void ss_abort(ss_session *session, int32_t code);
+
+/* A square matrix of `n` rows of which this rank owns the next `own`; its entries come as a list, in which places may
+ * repeat: their values are added. */
+int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int64_t count, const int32_t *rows,
+                  const int32_t *columns, ss_matrix **out);
+int ss_matrix_set(ss_session *session, ss_matrix *matrix, const double *values);
+void ss_matrix_free(ss_matrix *matrix);
+
+/* What a factorization tells of itself. */
+typedef struct {
+    int32_t direct;        /* the solver applies factors once, without an iteration */
+    int32_t transposes;    /* it says that it can solve with the transpose */
+    int32_t is_mumps;      /* the numbers below are known */
+    int32_t mumps_error;   /* INFOG(1): 0 or, of a failed factorization, negative */
+    int64_t mumps_detail;  /* INFOG(2) */
+    double megabytes;      /* of the rank that has most */
+    double operations;     /* of all ranks */
+    char name[64];         /* KSP, PC and package */
+} ss_facts;
+
+int ss_factors_new(ss_session *session, ss_matrix *matrix, ss_factors **out);
+int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix, int32_t workspace, ss_facts *facts);
+int ss_factors_solve(ss_session *session, ss_factors *factors, int32_t transpose, const double *rhs, double *x);
+void ss_factors_free(ss_factors *factors);
+
+#endif

@@ -1,0 +1,393 @@
+//! The linear solver: a matrix in parts, its factors, and proof that they serve.
+
+use crate::error::PetscError;
+use crate::ffi::{self, RawFactors, RawFacts, RawMatrix};
+use crate::ownership::Ownership;
+use crate::session::{Session, check};
+use slipstick_linalg::{
+    Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Precision, Ranks, Summed,
+    check_matrix, test_on,
+};
+use std::ffi::CStr;
+use std::sync::Arc;
+
+/// Percentages by which MUMPS may exceed its estimate of memory, one after the other: its default first.
+const WORKSPACE: [i32; 5] = [0, 50, 100, 300, 1000];
+
+/// Errors of MUMPS (INFOG(1)) that more workspace mends.
+const TOO_LITTLE_WORKSPACE: [i32; 6] = [-8, -9, -11, -14, -15, -20];
+
+/// The error of MUMPS (INFOG(1)) that tells of a singular matrix.
+const SINGULAR: i32 = -10;
+
+/// Methods that PETSc believes to solve with the transpose: BoomerAMG returns without having done anything, SuperLU_DIST is
+/// wrong where it scales rows and columns, which depends on the matrix.
+const KNOWN_TO_FAIL: [&str; 2] = ["hypre", "superlu_dist"];
+
+/// Solvers by PETSc on the ranks of a session. Without other options it is a direct solver, MUMPS.
+#[derive(Debug, Clone)]
+pub struct PetscBackend {
+    session: Session,
+    owners: Arc<[u32]>,
+}
+
+impl PetscBackend {
+    /// On the ranks of `session`; `owners` has, for every elimination group ([`CsrPattern::groups`]), the rank that owns
+    /// its rows. Groups beyond are the first rank's.
+    pub fn new(session: Session, owners: impl Into<Arc<[u32]>>) -> Self {
+        Self { session, owners: owners.into() }
+    }
+}
+
+impl Backend for PetscBackend {
+    fn solver(&self) -> Box<dyn LinearSolver> {
+        Box::new(PetscSolver::new(self))
+    }
+
+    fn ranks(&self) -> &dyn Ranks {
+        &self.session
+    }
+}
+
+/// Factorizes matrices whose parts are on the ranks.
+///
+/// Solutions are whole on every rank and the same on all of them. Before its first factors are used, a solver proves
+/// that they solve with the transpose too; later ones only with the matrix.
+#[derive(Debug)]
+pub struct PetscSolver {
+    session: Session,
+    owners: Arc<[u32]>,
+    system: Option<System>,
+    proved: bool,
+}
+
+/// What serves all matrices on one pattern.
+#[derive(Debug)]
+struct System {
+    pattern: Arc<CsrPattern>,
+    ownership: Arc<Ownership>,
+    /// Entries of all ranks.
+    entries: f64,
+    matrix: Arc<DistributedMatrix>,
+    factors: Option<Arc<Factors>>,
+    /// Whether the matrix belongs to factors that go on with it.
+    spent: bool,
+}
+
+impl PetscSolver {
+    /// A solver without a matrix yet.
+    pub fn new(backend: &PetscBackend) -> Self {
+        Self { session: backend.session.clone(), owners: backend.owners.clone(), system: None, proved: false }
+    }
+
+    fn fail(n: usize, reason: impl Into<String>) -> FactorizationError {
+        FactorizationError::Backend { solver: "PETSc", n, reason: reason.into() }
+    }
+
+    /// The first error of a rank, on all of them.
+    fn agree(&self, here: Result<(), FactorizationError>, n: usize) -> Result<(), FactorizationError> {
+        if !self.session.any(here.is_err()) {
+            return Ok(());
+        }
+        let message = match &here {
+            Ok(()) => Vec::new(),
+            Err(FactorizationError::NonFinite { row, column }) => {
+                [*row as u64, *column as u64].iter().flat_map(|v| v.to_le_bytes()).collect()
+            }
+            Err(_) => vec![0],
+        };
+        let first = self.session.gather(&message).into_iter().find(|m| !m.is_empty()).unwrap_or_default();
+        let number = |at: usize| first.get(at..at + 8).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
+        Err(match (number(0), number(8)) {
+            (Some(row), Some(column)) => FactorizationError::NonFinite { row: row as usize, column: column as usize },
+            _ => FactorizationError::Pattern { n },
+        })
+    }
+
+    /// The system of this pattern, made where any rank has a new one.
+    fn system(&mut self, a: &CsrMatrix) -> Result<&mut System, PetscError> {
+        let known = self.system.as_ref().is_some_and(|s| Arc::ptr_eq(&s.pattern, &a.pattern));
+        if self.session.any(!known) || self.system.is_none() {
+            self.system = None;
+            let pattern = a.pattern.clone();
+            let ownership = Arc::new(Ownership::new(&pattern, &self.owners, &self.session));
+            let mut entries = [pattern.entries() as f64];
+            self.session.sum(&mut entries);
+            let matrix = Arc::new(DistributedMatrix::new(&self.session, &pattern, &ownership)?);
+            self.system = Some(System { pattern, ownership, entries: entries[0], matrix, factors: None, spent: false });
+        }
+        Ok(self.system.as_mut().expect("made above"))
+    }
+
+    /// New factors of `a`, not yet tested.
+    fn factors(&mut self, a: &CsrMatrix) -> Result<(Arc<Factors>, Facts), PetscError> {
+        let session = self.session.clone();
+        let system = self.system(a)?;
+        if std::mem::take(&mut system.spent) {
+            system.matrix = Arc::new(DistributedMatrix::new(&session, &system.pattern, &system.ownership)?);
+        }
+        system.matrix.set(&a.values)?;
+        // factors that are still in use stay
+        let kept = system.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
+        let factors = match kept {
+            Some(factors) => factors,
+            None => Arc::new(Factors::new(&session, &system.matrix, &system.ownership)?),
+        };
+        let mut facts = factors.renew(WORKSPACE[0])?;
+        for workspace in &WORKSPACE[1..] {
+            if !TOO_LITTLE_WORKSPACE.contains(&facts.mumps_error) {
+                break;
+            }
+            facts = factors.renew(*workspace)?;
+        }
+        if facts.bytes == 0 {
+            facts.bytes = (12.0 * system.entries / session.size() as f64) as usize;
+        }
+        // an iteration goes on with its matrix, which must then stay as it is
+        system.spent = !facts.direct;
+        if facts.direct {
+            system.factors = Some(factors.clone());
+        }
+        Ok((factors, facts))
+    }
+
+    /// Whether the factors serve, for the transpose too if that was not seen before.
+    fn prove(&mut self, a: &CsrMatrix, factors: &PetscFactorization) -> Result<(), FactorizationError> {
+        let matrix = Summed { part: a, ranks: &self.session };
+        let mut sizes = a.largest_in_rows();
+        self.session.sum(&mut sizes);
+        test_on(&matrix, &sizes, factors, false, "PETSc")?;
+        if self.proved {
+            return Ok(());
+        }
+        let name = &factors.facts.name;
+        let known = KNOWN_TO_FAIL.iter().any(|method| name.contains(method));
+        let cure = "the gradient needs it; leave `petsc_options` out for MUMPS, or choose a method that has it";
+        if known || !factors.facts.transposes {
+            return Err(Self::fail(a.n(), format!("{name} has no solve with the transpose: {cure}")));
+        }
+        test_on(&matrix, &sizes, factors, true, "PETSc").map_err(|error| match error {
+            FactorizationError::Inaccurate { residual, .. } => {
+                let found = format!("it left a relative residual of {residual:.1e}");
+                Self::fail(a.n(), format!("{name} solves, but not with the transpose ({found}): {cure}"))
+            }
+            other => other,
+        })?;
+        self.proved = true;
+        Ok(())
+    }
+}
+
+impl LinearSolver for PetscSolver {
+    fn name(&self) -> &'static str {
+        "PETSc"
+    }
+
+    fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        let n = a.n();
+        let known = self.system.as_ref().is_some_and(|s| Arc::ptr_eq(&s.pattern, &a.pattern));
+        let here = if n > i32::MAX as usize { Err(FactorizationError::Pattern { n }) } else { check_matrix(a, known) };
+        self.agree(here, n)?;
+        let made = self.factors(a);
+        if self.session.any(made.is_err()) {
+            self.system = None;
+        }
+        let (factors, facts) = made.map_err(|error| Self::fail(n, error.to_string()))?;
+        if facts.mumps_error < 0 {
+            let (error, detail) = (facts.mumps_error, facts.mumps_detail);
+            let reason = if error == SINGULAR {
+                format!(
+                    "the matrix is singular after {detail} pivots; a body may be free to move, or a contact \
+                         constraint may repeat a prescribed displacement"
+                )
+            } else {
+                format!("MUMPS ended with INFOG(1) = {error}, INFOG(2) = {detail}; its manual tells what that means")
+            };
+            return Err(Self::fail(n, reason));
+        }
+        let ownership = self.system.as_ref().expect("made with the factors").ownership.clone();
+        let factors = PetscFactorization { session: self.session.clone(), factors, ownership, n, facts };
+        self.prove(a, &factors)?;
+        Ok(Box::new(factors))
+    }
+}
+
+/// A matrix of PETSc whose entries come as those of the ranks' parts.
+#[derive(Debug)]
+struct DistributedMatrix {
+    session: Session,
+    raw: *mut RawMatrix,
+}
+
+// SAFETY: the pointer is used under the session's lock only.
+unsafe impl Send for DistributedMatrix {}
+// SAFETY: as above.
+unsafe impl Sync for DistributedMatrix {}
+
+impl DistributedMatrix {
+    fn new(session: &Session, pattern: &CsrPattern, ownership: &Ownership) -> Result<Self, PetscError> {
+        let (rows, columns) = ownership.places(pattern);
+        let (own, n, count) = (ownership.own().len() as i64, pattern.n as i64, rows.len() as i64);
+        let mut matrix = Self { session: session.clone(), raw: std::ptr::null_mut() };
+        let calls = session.calls();
+        // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. What was made is freed by `Drop`.
+        let code =
+            unsafe { ffi::ss_matrix_new(*calls, own, n, count, rows.as_ptr(), columns.as_ptr(), &mut matrix.raw) };
+        let result = check(&calls, "making the matrix", code);
+        drop(calls);
+        result.map(|()| matrix)
+    }
+
+    /// Sets the entries; `values` are those of this rank's part.
+    fn set(&self, values: &[f64]) -> Result<(), PetscError> {
+        let calls = self.session.calls();
+        // SAFETY: a live session and matrix, made for so many values.
+        let code = unsafe { ffi::ss_matrix_set(*calls, self.raw, values.as_ptr()) };
+        check(&calls, "assembling the matrix", code)
+    }
+}
+
+impl Drop for DistributedMatrix {
+    fn drop(&mut self) {
+        let _calls = self.session.calls();
+        // SAFETY: made by the shim, or null, and freed once.
+        unsafe { ffi::ss_matrix_free(self.raw) };
+    }
+}
+
+/// What a factorization tells of itself.
+#[derive(Debug, Clone)]
+struct Facts {
+    name: String,
+    direct: bool,
+    transposes: bool,
+    mumps_error: i32,
+    mumps_detail: i64,
+    bytes: usize,
+    operations: f64,
+}
+
+/// A KSP with its factors.
+#[derive(Debug)]
+struct Factors {
+    session: Session,
+    raw: *mut RawFactors,
+    /// The matrix that they are of.
+    matrix: Arc<DistributedMatrix>,
+    /// Unknowns of this rank.
+    own: usize,
+}
+
+// SAFETY: the pointer is used under the session's lock only.
+unsafe impl Send for Factors {}
+// SAFETY: as above.
+unsafe impl Sync for Factors {}
+
+impl Factors {
+    fn new(session: &Session, matrix: &Arc<DistributedMatrix>, ownership: &Ownership) -> Result<Self, PetscError> {
+        let own = ownership.own().len();
+        let mut factors = Self { session: session.clone(), raw: std::ptr::null_mut(), matrix: matrix.clone(), own };
+        let calls = session.calls();
+        // SAFETY: a live session and matrix. What was made is freed by `Drop`.
+        let code = unsafe { ffi::ss_factors_new(*calls, matrix.raw, &mut factors.raw) };
+        let result = check(&calls, "making the solver", code);
+        drop(calls);
+        result.map(|()| factors)
+    }
+
+    /// Factorizes the present matrix, with the analysis of before if there is one.
+    fn renew(&self, workspace: i32) -> Result<Facts, PetscError> {
+        let mut raw = RawFacts {
+            direct: 0,
+            transposes: 0,
+            is_mumps: 0,
+            mumps_error: 0,
+            mumps_detail: 0,
+            megabytes: 0.0,
+            operations: 0.0,
+            name: [0; 64],
+        };
+        let calls = self.session.calls();
+        // SAFETY: live objects of the shim, and a place for the facts.
+        let code = unsafe { ffi::ss_factors_renew(*calls, self.raw, self.matrix.raw, workspace, &mut raw) };
+        check(&calls, "factorizing", code)?;
+        // SAFETY: the shim ends the name with a zero, within its length.
+        let name = unsafe { CStr::from_ptr(raw.name.as_ptr()) }.to_string_lossy().into_owned();
+        Ok(Facts {
+            name,
+            direct: raw.direct != 0,
+            transposes: raw.transposes != 0,
+            mumps_error: raw.mumps_error,
+            mumps_detail: raw.mumps_detail,
+            bytes: (1e6 * raw.megabytes) as usize,
+            operations: raw.operations,
+        })
+    }
+
+    /// A⁻¹ `rhs` or A⁻ᵀ `rhs`, of which this rank has its part.
+    fn solve(&self, transpose: bool, rhs: &[f64]) -> Result<Vec<f64>, PetscError> {
+        assert_eq!(rhs.len(), self.own, "a right-hand side has an entry per unknown of the rank");
+        let mut x = vec![0.0; rhs.len()];
+        let calls = self.session.calls();
+        // SAFETY: live objects of the shim; both arrays have an entry per row of this rank.
+        let code =
+            unsafe { ffi::ss_factors_solve(*calls, self.raw, i32::from(transpose), rhs.as_ptr(), x.as_mut_ptr()) };
+        check(&calls, "solving", code)?;
+        Ok(x)
+    }
+}
+
+impl Drop for Factors {
+    fn drop(&mut self) {
+        let _calls = self.session.calls();
+        // SAFETY: made by the shim, or null, and freed once.
+        unsafe { ffi::ss_factors_free(self.raw) };
+    }
+}
+
+/// Factors on all ranks.
+#[derive(Debug)]
+struct PetscFactorization {
+    session: Session,
+    factors: Arc<Factors>,
+    ownership: Arc<Ownership>,
+    n: usize,
+    facts: Facts,
+}
+
+impl PetscFactorization {
+    /// A failed solve leaves NaN, which no verified solve takes for a solution.
+    fn apply(&self, transpose: bool, rhs: &mut [f64]) {
+        assert_eq!(rhs.len(), self.n, "a right-hand side has an entry per unknown");
+        let own = self.ownership.restrict(rhs);
+        let own = self.factors.solve(transpose, &own).unwrap_or_else(|_| vec![f64::NAN; own.len()]);
+        self.ownership.join(&own, rhs, &self.session);
+    }
+}
+
+impl Factorization for PetscFactorization {
+    fn solve(&self, rhs: &mut [f64]) {
+        self.apply(false, rhs);
+    }
+
+    fn solve_transpose(&self, rhs: &mut [f64]) {
+        self.apply(true, rhs);
+    }
+
+    fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Of the rank that has most.
+    fn bytes(&self) -> usize {
+        self.facts.bytes
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::F64
+    }
+
+    fn operations(&self) -> f64 {
+        self.facts.operations
+    }
+}

@@ -1,0 +1,157 @@
+//! Messages between ranks, and solves of matrices that are in parts. The test starts itself by `mpirun` on one to four
+//! ranks; without `mpirun` it says that it is skipped.
+
+#[path = "../../linalg/tests/common/mod.rs"]
+mod common;
+
+use common::{Brick, Random, difference, relative_residual};
+use slipstick_linalg::{
+    Backend, CsrMatrix, CsrPattern, LinearSolver, MultifrontalSolver, Precision, Ranks, Summed, solve_verified,
+};
+use slipstick_petsc::{PetscBackend, Session};
+use std::process::{Command, ExitCode};
+use std::sync::Arc;
+use std::time::Duration;
+
+const BRICK: Brick = Brick { nodes: [7, 6, 5], multipliers: true, contrast: 3.0, nonsymmetry: 0.2, fixed_bottom: true };
+
+fn main() -> ExitCode {
+    if std::env::var_os("SLIPSTICK_TEST_RANK").is_some() {
+        return rank();
+    }
+    let program = std::env::current_exe().expect("a path");
+    for ranks in ["1", "2", "3", "4"] {
+        let mut run = Command::new("mpirun");
+        run.args(["--oversubscribe", "-n", ranks]).arg(&program);
+        run.env("SLIPSTICK_TEST_RANK", "1").env("OMP_NUM_THREADS", "1").env("OPENBLAS_NUM_THREADS", "1");
+        // OpenMPI refuses the superuser, whom containers have, unless told twice
+        run.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+        match run.status() {
+            Err(error) => {
+                println!("skipped: mpirun cannot be started: {error}");
+                return ExitCode::SUCCESS;
+            }
+            Ok(status) if status.success() => println!("{ranks} ranks: ok"),
+            Ok(status) => {
+                println!("{ranks} ranks: {status}");
+                return ExitCode::FAILURE;
+            }
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+fn rank() -> ExitCode {
+    let session = Session::start().expect("PETSc starts");
+    assert!(Session::start().is_err(), "a second session");
+    sums_are_exact_and_the_same(&session);
+    messages_arrive(&session);
+    matrices_in_parts_are_solved(&session);
+    bad_matrices_are_refused_everywhere(&session);
+    assert!(session.meet(Duration::from_secs(30)));
+    ExitCode::SUCCESS
+}
+
+/// Sums of small integers are exact in any order; those of other numbers must have the same bits everywhere.
+fn sums_are_exact_and_the_same(session: &Session) {
+    let (rank, size) = (session.rank(), session.size());
+    for length in [0, 1, 7, 4095, 4096, 100_003] {
+        let mut whole: Vec<f64> = (0..length).map(|i| ((i % 100) * (rank + 1)) as f64).collect();
+        session.sum(&mut whole);
+        let ranks = size * (size + 1) / 2;
+        assert!(whole.iter().enumerate().all(|(i, &v)| v == ((i % 100) * ranks) as f64), "{length}");
+        let mut rough = Random(rank as u64 + 5).vector(length);
+        session.sum(&mut rough);
+        assert_same(session, &rough);
+    }
+    assert!(session.any(rank + 1 == size) && !session.any(false));
+}
+
+fn assert_same(session: &Session, values: &[f64]) {
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_bits().to_le_bytes()).collect();
+    let all = session.gather(&bytes);
+    assert!(all.iter().all(|other| *other == bytes), "ranks disagree");
+}
+
+fn messages_arrive(session: &Session) {
+    let rank = session.rank();
+    let all = session.gather(&vec![rank as u8; 3 * (rank % 2)]);
+    assert_eq!(all.len(), session.size());
+    assert!(all.iter().enumerate().all(|(r, m)| *m == vec![r as u8; 3 * (r % 2)]));
+}
+
+/// The part of a rank: some entries are one rank's, others all ranks' in equal shares.
+fn part(a: &CsrMatrix, session: &Session) -> CsrMatrix {
+    let (rank, size) = (session.rank(), session.size());
+    let mut pattern =
+        CsrPattern { n: a.n(), row_offsets: vec![0], columns: Vec::new(), groups: a.pattern.groups.clone() };
+    let mut values = Vec::new();
+    for i in 0..a.n() {
+        let (columns, entries) = a.row(i);
+        for (&j, &v) in columns.iter().zip(entries) {
+            let shared = (7 * i + j as usize).is_multiple_of(5);
+            if shared || (i / 40 + j as usize / 50) % size == rank {
+                pattern.columns.push(j);
+                values.push(if shared { v / size as f64 } else { v });
+            }
+        }
+        pattern.row_offsets.push(values.len());
+    }
+    CsrMatrix { pattern: Arc::new(pattern), values }
+}
+
+/// Against the multifrontal solver on the whole matrix: new values on the pattern of before, factors that outlive the
+/// next ones, another pattern.
+fn matrices_in_parts_are_solved(session: &Session) {
+    let whole = BRICK.reduced(3).0;
+    let mut changed = whole.clone();
+    changed.values.iter_mut().enumerate().for_each(|(k, v)| *v *= 1.0 + 0.05 * (k as f64).sin());
+    let owners: Vec<u32> = (0..300).map(|node: u32| node / 60).collect();
+    let backend = PetscBackend::new(session.clone(), owners);
+    let mut solver = backend.solver();
+    let first_part = part(&whole, session);
+    let mut second_part = part(&changed, session);
+    second_part.pattern = first_part.pattern.clone();
+    let other = Brick { nodes: [5, 6, 5], ..BRICK }.reduced(4).0;
+    let other_part = part(&other, session);
+    let first = solver.factorize(&first_part).expect("factors");
+    for (a, mine) in [(&changed, &second_part), (&other, &other_part), (&whole, &first_part)] {
+        let factors = solver.factorize(mine).expect("factors");
+        assert!(factors.operations() > 0.0);
+        check(session, a, mine, factors.as_ref());
+    }
+    check(session, &whole, &first_part, first.as_ref());
+}
+
+fn check(session: &Session, a: &CsrMatrix, mine: &CsrMatrix, factors: &dyn slipstick_linalg::Factorization) {
+    let b = Random(8).vector(a.n());
+    let exact = MultifrontalSolver::new(Precision::F64).factorize(a).expect("factors");
+    for transpose in [false, true] {
+        let (mut x, mut y) = (vec![0.0; a.n()], vec![0.0; a.n()]);
+        let summed = Summed { part: mine, ranks: session };
+        let report = solve_verified(&summed, factors, transpose, &b, &mut x, 1e-11).expect("a solution");
+        assert!(report.iterations <= 3, "{report:?}");
+        solve_verified(a, exact.as_ref(), transpose, &b, &mut y, 1e-12).expect("a solution");
+        assert!(relative_residual(a, transpose, &x, &b) < 1e-10);
+        assert!(difference(&x, &y) < 1e-8, "{}", difference(&x, &y));
+        assert_same(session, &x);
+    }
+}
+
+/// An entry that is no number on one rank, and a matrix that is singular, end with the same error on all ranks.
+fn bad_matrices_are_refused_everywhere(session: &Session) {
+    let whole = BRICK.reduced(3).0;
+    let backend = PetscBackend::new(session.clone(), vec![0, 1]);
+    let mut solver = backend.solver();
+    let mut mine = part(&whole, session);
+    if session.rank() + 1 == session.size() {
+        mine.values[11] = f64::NAN;
+    }
+    let error = solver.factorize(&mine).err().expect("NaN is refused").to_string();
+    assert!(error.contains("is not finite"), "{error}");
+    let loose = Brick { fixed_bottom: false, multipliers: false, nonsymmetry: 0.0, ..BRICK }.reduced(3).0;
+    let error = solver.factorize(&part(&loose, session)).err().expect("a loose body is refused").to_string();
+    assert!(error.contains("singular"), "{error}");
+    let all = session.gather(error.as_bytes());
+    assert!(all.iter().all(|other| other == error.as_bytes()));
+}

@@ -1,0 +1,41 @@
+//! Options for PETSc: methods that cannot solve with the transpose are refused, others are verified.
+
+#[path = "../../linalg/tests/common/mod.rs"]
+mod common;
+
+use common::{Brick, Random};
+use slipstick_linalg::{Backend, solve_verified};
+use slipstick_petsc::{PetscBackend, Session};
+
+const BRICK: Brick =
+    Brick { nodes: [7, 6, 5], multipliers: false, contrast: 1.0, nonsymmetry: 0.05, fixed_bottom: true };
+
+/// One test, for a process has one session and PETSc one set of options.
+#[test]
+fn methods_without_transposed_solves_are_refused() {
+    let session = Session::start().unwrap();
+    let backend = PetscBackend::new(session.clone(), vec![0]);
+    let (a, _) = BRICK.reduced(1);
+    let b = Random(2).vector(a.n());
+    let solve = |options: &str| -> Result<(), String> {
+        session.set_options(options).map_err(|e| e.to_string())?;
+        let factors = backend.solver().factorize(&a).map_err(|e| e.to_string())?;
+        for transpose in [false, true] {
+            let mut x = vec![0.0; a.n()];
+            solve_verified(&a, factors.as_ref(), transpose, &b, &mut x, 1e-10).map_err(|e| e.to_string())?;
+        }
+        Ok(())
+    };
+    assert_eq!(solve(""), Ok(()));
+    assert_eq!(solve("-pc_factor_mat_solver_type petsc"), Ok(()));
+    assert_eq!(solve("-ksp_type gmres -ksp_rtol 1e-8 -pc_type ilu"), Ok(()));
+    // its transposed solve returns without having done anything
+    let hypre = solve("-ksp_type gmres -pc_type hypre").unwrap_err();
+    assert!(hypre.contains("transpose"), "{hypre}");
+    // and that of SuperLU_DIST is wrong for some matrices
+    let distributed = solve("-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type superlu_dist").unwrap_err();
+    assert!(distributed.contains("transpose"), "{distributed}");
+    let unknown = solve("-pc_type lu -pc_factor_mat_solver_type nonesuch").unwrap_err();
+    assert!(unknown.contains("nonesuch"), "{unknown}");
+    assert!(session.set_options("a\0b").is_err());
+}

@@ -1,0 +1,64 @@
+//! Loads on surfaces (`[[load]]`).
+
+use super::super::CaseCode;
+use super::super::names::Names;
+use super::super::resolved::{AmplitudePoint, Load, LoadCase, LoadKind};
+use super::super::typed::Table;
+use super::{load_case, motion};
+
+pub(super) fn loads(root: &Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Vec<Load> {
+    root.tables("load").into_iter().map(|table| load(table, names, cases, steps)).collect()
+}
+
+fn load(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Load {
+    let surface = table.string("surface").required(String::new(), "a surface, as \"plate_ymax\"");
+    names.check_surface(table.reader, &table.path_of("surface"), &surface);
+    let not_zero = "gives no load";
+    let vector = |key| {
+        table
+            .vector(key)
+            .check(
+                CaseCode::OutOfRange,
+                |v| v.iter().any(|&v| v != 0.0),
+                not_zero,
+                "give it a size, or remove the load",
+            )
+            .or([0.0; 3])
+    };
+    let kind = match table.choose("the size of the load", &["pressure", "traction", "force"]) {
+        Some("traction") => LoadKind::Traction(vector("traction")),
+        Some("force") => LoadKind::Force(vector("force")),
+        Some(_) => {
+            let pressure = table.number("pressure");
+            LoadKind::Pressure(
+                pressure
+                    .check(CaseCode::OutOfRange, |&p| p != 0.0, not_zero, "above 0 it presses, below 0 it pulls")
+                    .or(0.0),
+            )
+        }
+        None => LoadKind::Pressure(0.0),
+    };
+    let amplitude = if table.has("amplitude") {
+        let mut points: Vec<AmplitudePoint> = Vec::new();
+        for point in table.tables("amplitude") {
+            let t = motion::time(&point, points.last().map_or(0.0, |last| last.t), steps);
+            let factor = point.number("factor").required(1.0, "what multiplies the load at this time");
+            point.finish();
+            points.push(AmplitudePoint { t, factor });
+        }
+        if points.iter().all(|point| point.factor == 0.0) {
+            table.reader.error(
+                &table.path_of("amplitude"),
+                CaseCode::Empty,
+                "the load is zero throughout",
+                "leave `amplitude` out for a load that grows evenly to its value at t = 1",
+            );
+        }
+        points
+    } else {
+        vec![AmplitudePoint { t: 1.0, factor: 1.0 }]
+    };
+    let load_case = load_case::of(&table, cases);
+    table.finish();
+    Load { surface, load_case, kind, amplitude }
+}

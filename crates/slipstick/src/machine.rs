@@ -1,0 +1,78 @@
+//! On what a problem is computed: this process alone, or the ranks of a parallel run.
+
+use crate::build::BuildError;
+use crate::case::{self, LinearSolverChoice};
+use slipstick_linalg::{Alone, Precision, Ranks, SolverChoice};
+use slipstick_path::LinearSystem;
+use std::sync::Arc;
+
+/// On what a problem is computed: this process alone, or, with the feature `petsc`, the ranks of a session.
+#[derive(Debug, Clone, Default)]
+pub struct Machine {
+    #[cfg(feature = "petsc")]
+    session: Option<slipstick_petsc::Session>,
+}
+
+impl Machine {
+    /// The ranks of a session of PETSc, of which there may be one.
+    #[cfg(feature = "petsc")]
+    pub fn of(session: slipstick_petsc::Session) -> Self {
+        Self { session: Some(session) }
+    }
+
+    /// Who computes.
+    pub fn ranks(&self) -> Arc<dyn Ranks> {
+        #[cfg(feature = "petsc")]
+        if let Some(session) = &self.session {
+            return Arc::new(session.clone());
+        }
+        Arc::new(Alone)
+    }
+
+    /// The linear solver that a case asks for; `owners` has the rank of each node.
+    pub(crate) fn linear(&self, solver: &case::Solver, owners: &[u32]) -> Result<LinearSystem, BuildError> {
+        let several = self.ranks().size() > 1;
+        let one = |choice: SolverChoice| match several {
+            false => Ok(LinearSystem::new(choice)),
+            true => Err(BuildError {
+                path: "solver.linear".into(),
+                message: "this solver works on one rank only".into(),
+                help: "choose \"petsc\", or leave the key out".into(),
+            }),
+        };
+        match solver.linear {
+            LinearSolverChoice::Auto if !several => one(SolverChoice::Auto),
+            LinearSolverChoice::Multifrontal => one(SolverChoice::Multifrontal { precision: Precision::F64 }),
+            LinearSolverChoice::Faer => one(SolverChoice::Faer),
+            LinearSolverChoice::Auto | LinearSolverChoice::Petsc => self.petsc(solver, owners),
+        }
+    }
+
+    #[cfg(feature = "petsc")]
+    fn petsc(&self, solver: &case::Solver, owners: &[u32]) -> Result<LinearSystem, BuildError> {
+        let Some(session) = &self.session else {
+            return Err(BuildError {
+                path: "solver.linear".into(),
+                message: "PETSc is not started".into(),
+                help: "build the problem on a machine that is made of a session".into(),
+            });
+        };
+        if let Some(options) = &solver.petsc_options {
+            session.set_options(options).map_err(|error| BuildError {
+                path: "solver.petsc_options".into(),
+                message: error.to_string(),
+                help: "give them as PETSc's manual writes them".into(),
+            })?;
+        }
+        Ok(LinearSystem::new(slipstick_petsc::PetscBackend::new(session.clone(), owners)))
+    }
+
+    #[cfg(not(feature = "petsc"))]
+    fn petsc(&self, _: &case::Solver, _: &[u32]) -> Result<LinearSystem, BuildError> {
+        Err(BuildError {
+            path: "solver.linear".into(),
+            message: "this program was built without PETSc".into(),
+            help: "choose \"auto\", or build it with `--features petsc` (docs/cluster.md)".into(),
+        })
+    }
+}

@@ -1,0 +1,48 @@
+//! Wrong loads and symmetry planes.
+
+use super::*;
+
+fn with(load: &str) -> String {
+    GOOD.replacen("[load_path]", &format!("{load}\n[load_path]"), 1)
+}
+
+/// Line of the first load in the spoilt case.
+const LINE: usize = 25;
+
+#[test]
+fn wrong_loads() {
+    use CaseCode::*;
+    for (load, code, at, says) in [
+        ("[[load]]\nsurface = 'ball_flat'", ChooseOne, (LINE, 1), "the size of the load"),
+        ("[[load]]\npressure = 1.0", MissingKey, (LINE, 1), "`surface`"),
+        ("[[load]]\nsurface = 'feet'\npressure = 1.0", NotASurface, (LINE + 1, 11), "`feet` is a node set"),
+        ("[[load]]\nsurface = 'ball_dom'\npressure = 1.0", UnknownSet, (LINE + 1, 11), "no surface called `ball_dom`"),
+        ("[[load]]\nsurface = 'ball_flat'\npressure = 0.0", OutOfRange, (LINE + 2, 12), "gives no load"),
+        ("[[load]]\nsurface = 'ball_flat'\ntraction = 3.0", WrongType, (LINE + 2, 12), "traction"),
+        ("[[load]]\nsurface = 'ball_flat'\nforce = [0, 0, 0]", OutOfRange, (LINE + 2, 9), "gives no load"),
+        ("[[load]]\nsurface = 'ball_flat'\nforce = [0, 1, 0]\npressure = 2.0", ChooseOne, (LINE + 2, 9), "2 times"),
+        (
+            "[[load]]\nsurface = 'ball_flat'\npressure = 2.0\namplitude = [{ t = 1.5, factor = 1 }]",
+            MotionTime,
+            (LINE + 3, 20),
+            "(0, 1]",
+        ),
+        (
+            "[[load]]\nsurface = 'ball_flat'\npressure = 2.0\namplitude = [{ t = 1.0, factor = 0 }]",
+            Empty,
+            (LINE + 3, 13),
+            "zero throughout",
+        ),
+        ("[[load]]\nsurface = 'ball_flat'\npressure = nan", NotFinite, (LINE + 2, 12), "pressure"),
+        ("[[symmetry]]\nat = 1.0", MissingKey, (LINE, 1), "`normal`"),
+        ("[[symmetry]]\nnormal = 'w'", UnknownWord, (LINE + 1, 10), "`w`"),
+        ("[[symmetry]]\nnormal = 'x'\n[[symmetry]]\nnormal = 'x'", DuplicateName, (LINE + 3, 10), "already"),
+    ] {
+        let text = with(load);
+        let help = only_error(&text, code, at);
+        // what is no number says itself what is right
+        assert!(!help.is_empty() || [WrongType, NotFinite].contains(&code), "{load}");
+        let told = errors(&text).to_string();
+        assert!(told.contains(says), "{load}: {told}");
+    }
+}

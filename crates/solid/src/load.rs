@@ -1,0 +1,195 @@
+//! Loads on surfaces: dead tractions per reference area, and pressure that follows the surface.
+
+use slipstick_mesh::FacetNodes;
+
+/// Positions ξ, η and weights of the integration points of a quadrilateral, exact for N_i x,ξ × x,η.
+const QUADRILATERAL: [(f64, f64, f64); 4] = {
+    const G: f64 = 0.577_350_269_189_625_8;
+    [(-G, -G, 1.0), (G, -G, 1.0), (G, G, 1.0), (-G, G, 1.0)]
+};
+
+/// The same of a triangle, whose x,ξ × x,η is constant.
+const TRIANGLE: [(f64, f64, f64); 1] = [(1.0 / 3.0, 1.0 / 3.0, 0.5)];
+
+/// Shape functions of a facet and their slopes at an integration point.
+struct Point {
+    weight: f64,
+    value: [f64; 4],
+    by_xi: [f64; 4],
+    by_eta: [f64; 4],
+}
+
+/// Integration points of a facet of three or four nodes.
+fn points(nodes: usize) -> impl Iterator<Item = Point> {
+    let rule: &[(f64, f64, f64)] = if nodes == 3 { &TRIANGLE } else { &QUADRILATERAL };
+    rule.iter().map(move |&(xi, eta, weight)| {
+        if nodes == 3 {
+            let value = [1.0 - xi - eta, xi, eta, 0.0];
+            return Point { weight, value, by_xi: [-1.0, 1.0, 0.0, 0.0], by_eta: [-1.0, 0.0, 1.0, 0.0] };
+        }
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        Point {
+            weight,
+            value: corners.map(|(a, b)| 0.25 * (1.0 + a * xi) * (1.0 + b * eta)),
+            by_xi: corners.map(|(a, b)| 0.25 * a * (1.0 + b * eta)),
+            by_eta: corners.map(|(a, b)| 0.25 * (1.0 + a * xi) * b),
+        }
+    })
+}
+
+/// Σ w_k x_k of a facet's nodes.
+fn combine(facet: &FacetNodes, x: &[f64], weights: &[f64; 4]) -> [f64; 3] {
+    let at = |c: usize| facet.iter().zip(weights).map(|(&n, w)| w * x[3 * n as usize + c]).sum();
+    std::array::from_fn(at)
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// ∫ N_i dA of every node of the facets, ascending: the nodal forces of a unit traction on them. `x` has three coordinates
+/// per node of the mesh. \[L²\]
+pub fn nodal_areas(facets: &[FacetNodes], x: &[f64]) -> Vec<(u32, f64)> {
+    let mut areas = std::collections::BTreeMap::new();
+    for facet in facets {
+        for point in points(facet.len()) {
+            let normal = cross(combine(facet, x, &point.by_xi), combine(facet, x, &point.by_eta));
+            let size = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+            for (&node, value) in facet.iter().zip(point.value) {
+                *areas.entry(node).or_insert(0.0) += point.weight * value * size;
+            }
+        }
+    }
+    areas.into_iter().collect()
+}
+
+/// Adds `factor` ∫ N_i n da, n the facets' normal to the side from which their nodes run counter-clockwise: the residual of
+/// the pressure `factor`, minus the force it exerts. `x`: positions, `out`: three entries per node. \[F/L²\] to \[F\]
+pub fn add_pressure(facets: &[FacetNodes], x: &[f64], factor: f64, out: &mut [f64]) {
+    for facet in facets {
+        for point in points(facet.len()) {
+            let normal = cross(combine(facet, x, &point.by_xi), combine(facet, x, &point.by_eta));
+            for (&node, value) in facet.iter().zip(point.value) {
+                for c in 0..3 {
+                    out[3 * node as usize + c] += factor * point.weight * value * normal[c];
+                }
+            }
+        }
+    }
+}
+
+/// Hands the blocks of the derivative of [`add_pressure`] with respect to the positions to `add`: row node, column node, and
+/// the block by rows. Not symmetric at the edge of a surface.
+///
+/// Test: `pressure_tangent_matches_finite_differences`.
+pub fn pressure_tangent(facets: &[FacetNodes], x: &[f64], factor: f64, mut add: impl FnMut(u32, u32, &[f64; 9])) {
+    for facet in facets {
+        for point in points(facet.len()) {
+            let (a, b) = (combine(facet, x, &point.by_xi), combine(facet, x, &point.by_eta));
+            for (k, &column) in facet.iter().enumerate() {
+                // ∂(a × b) = ∂a × b + a × ∂b
+                let v: [f64; 3] = std::array::from_fn(|c| point.by_eta[k] * a[c] - point.by_xi[k] * b[c]);
+                for (&row, value) in facet.iter().zip(point.value) {
+                    let f = factor * point.weight * value;
+                    let v = v.map(|v| f * v);
+                    add(row, column, &[0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0]);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A warped quadrilateral and two triangles that close it to a body together with nothing else.
+    fn open() -> (Vec<FacetNodes>, Vec<f64>) {
+        let facets = vec![[0u32, 1, 2, 3].into(), [0, 4, 1].into(), [1, 4, 2].into()];
+        let x = vec![0.0, 0.1, 0.0, 1.2, 0.0, 0.1, 1.0, 0.9, -0.2, -0.1, 1.0, 0.3, 0.4, 0.5, -1.0];
+        (facets, x)
+    }
+
+    fn force(facets: &[FacetNodes], x: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; x.len()];
+        add_pressure(facets, x, 1.7, &mut out);
+        out
+    }
+
+    #[test]
+    fn pressure_tangent_matches_finite_differences() {
+        let (facets, x) = open();
+        let n = x.len();
+        let mut exact = vec![0.0; n * n];
+        pressure_tangent(&facets, &x, 1.7, |row, column, block| {
+            for (at, value) in block.iter().enumerate() {
+                exact[(3 * row as usize + at / 3) * n + 3 * column as usize + at % 3] += value;
+            }
+        });
+        for j in 0..n {
+            let moved = |h: f64| {
+                let mut x = x.clone();
+                x[j] += h;
+                force(&facets, &x)
+            };
+            let (plus, minus) = (moved(1e-5), moved(-1e-5));
+            for i in 0..n {
+                let found = (plus[i] - minus[i]) / 2e-5;
+                assert!((found - exact[i * n + j]).abs() < 1e-9, "entry {i}, {j}: {found} for {}", exact[i * n + j]);
+            }
+        }
+    }
+
+    /// On a closed surface, constant pressure has no resultant and no moment (Gauss' theorem), and its work is that on the
+    /// volume; so on a tetrahedron, and on the skin of a hexahedron with warped faces.
+    #[test]
+    fn pressure_on_a_closed_surface_balances_itself() {
+        let tetrahedron: Vec<FacetNodes> =
+            vec![[0u32, 2, 1].into(), [0, 1, 3].into(), [1, 2, 3].into(), [0, 3, 2].into()];
+        let corners = vec![0.0, 0.0, 0.0, 2.0, 0.1, 0.0, 0.3, 1.5, 0.2, 0.4, 0.3, 1.0];
+        let sides: Vec<FacetNodes> =
+            [[0u32, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+                .map(FacetNodes::from)
+                .to_vec();
+        let warped = vec![
+            0.0, 0.1, 0.0, 1.1, 0.0, 0.2, 1.0, 1.0, 0.0, 0.0, 1.2, 0.1, 0.1, 0.0, 1.0, 1.0, 0.2, 1.1, 1.3, 1.0, 1.0,
+            0.0, 1.0, 0.9,
+        ];
+        for (facets, x) in [(tetrahedron, corners), (sides, warped)] {
+            let f = force(&facets, &x);
+            let (mut resultant, mut moment) = ([0.0; 3], [0.0; 3]);
+            for (f, x) in f.chunks_exact(3).zip(x.chunks_exact(3)) {
+                let m = cross([x[0], x[1], x[2]], [f[0], f[1], f[2]]);
+                for c in 0..3 {
+                    resultant[c] += f[c];
+                    moment[c] += m[c];
+                }
+            }
+            assert!(resultant.iter().chain(&moment).all(|v| v.abs() < 1e-14), "{resultant:?}, {moment:?}");
+            // Σ f·x = p ∮ x·n da = 3 p V
+            let volume = |x: &[f64]| {
+                let mut out = vec![0.0; x.len()];
+                add_pressure(&facets, x, 1.0, &mut out);
+                out.iter().zip(x).map(|(f, x)| f * x).sum::<f64>() / 3.0
+            };
+            let velocity: Vec<f64> = (0..x.len()).map(|i| (i as f64 * 1.3).sin()).collect();
+            let at = |h: f64| volume(&x.iter().zip(&velocity).map(|(x, v)| x + h * v).collect::<Vec<_>>());
+            let rate = (at(1e-5) - at(-1e-5)) / 2e-5;
+            let power: f64 = f.iter().zip(&velocity).map(|(f, v)| f * v).sum();
+            assert!((power - 1.7 * rate).abs() < 1e-8, "{power} for {}", 1.7 * rate);
+        }
+    }
+
+    /// A rectangle of 2 × 3, and a triangle that is half of it.
+    #[test]
+    fn nodal_areas_by_hand() {
+        let x = [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 0.0, 3.0];
+        let quarter = nodal_areas(&[[0u32, 1, 2, 3].into()], &x);
+        assert!(
+            quarter.iter().zip(0..).all(|(&(node, area), n)| node == n && (area - 1.5).abs() < 1e-15),
+            "{quarter:?}"
+        );
+        let third = nodal_areas(&[[0u32, 1, 2].into()], &x);
+        assert!(third.iter().all(|(_, area)| (area - 1.0).abs() < 1e-15), "{third:?}");
+    }
+}
