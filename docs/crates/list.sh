@@ -11,7 +11,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 direct=($(grep -h 'workspace = true' crates/*/Cargo.toml | sed -n 's/^\([a-z0-9_-]*\)\(\.workspace\| = {\).*/\1/p' |
     grep -v -E '^(slipstick|version|edition|rust-version|license|lints)' | sort -u |
-    grep -v -E '^(criterion|num-dual|proptest|tempfile)$'))
+    grep -v -E '^(cc|pkg-config|criterion|num-dual|proptest|tempfile)$'))
 for crate in "${direct[@]}"; do
     # one version where the tree has several: the newest
     said=$(cargo pkgid --offline -p "$crate" 2>&1 || true)

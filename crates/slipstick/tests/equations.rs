@@ -225,7 +225,6 @@ const DOCUMENTS: &[&str] = &[
     "docs/notation.md",
     "docs/case_file.md",
     "docs/examples.md",
-    "docs/robustness.md",
     "docs/SUMMARY.md",
     "docs/introduction.md",
     "docs/how_to.md",
@@ -236,11 +235,32 @@ const DOCUMENTS: &[&str] = &[
     "docs/tutorials/report.md",
     "docs/tutorials/verify_gradient.md",
     "cases/bracket/README.md",
+    "docs/cluster.md",
+    "docs/robustness.md",
     "cases/half_ball_on_plate/README.md",
     "cases/cube_on_cuboid/README.md",
     "cases/ironing/README.md",
     "cases/clutch/README.md",
 ];
+
+/// `docs/crates.md` says of every direct dependency of the default build why it is there.
+#[test]
+fn every_crate_of_the_build_is_explained() {
+    let text = document("docs/crates.md");
+    let mut counted = 0;
+    for folder in fs::read_dir(root().join("crates")).expect("readable") {
+        let manifest = fs::read_to_string(folder.expect("readable").path().join("Cargo.toml")).expect("a manifest");
+        let manifest: toml::Table = manifest.parse().expect("TOML");
+        for (name, value) in manifest["dependencies"].as_table().into_iter().flatten() {
+            let optional = value.get("optional").is_some() && name != "metis-sys";
+            if !optional && !name.starts_with("slipstick") {
+                assert!(text.contains(&format!("| `{name}` |")), "docs/crates.md does not say why `{name}` is there");
+                counted += 1;
+            }
+        }
+    }
+    assert!(counted > 20, "{counted}");
+}
 
 /// Relative links of the documents lead to files.
 #[test]

@@ -14,6 +14,8 @@ mod manners;
 #[cfg(target_os = "linux")]
 mod memory;
 mod meshes;
+#[cfg(unix)]
+mod messages;
 mod render;
 mod report;
 mod resume;

@@ -1,0 +1,157 @@
+//! What the program says to wrong input, as it stands in `messages.txt` beside this file: where, what, and what mends it.
+//!
+//! After a change of messages, `UPDATE_MESSAGES=1 cargo test -p slipstick-cli --test program messages` writes the file anew,
+//! to be read before it is committed.
+
+use super::*;
+
+/// One line of the case changed: what is wrong, what stands there, and what in its place.
+const CHANGES: &[(&str, &str, &str)] = &[
+    ("a string without quotes", "title = \"Block on slab\"", "title = Block on slab"),
+    ("a bracket is missing", "elements = [4, 2, 2] }", "elements = [4, 2, 2 }"),
+    ("a key twice", "friction = 0.3", "friction = 0.3\nfriction = 0.2"),
+    ("a misspelt key", "friction = 0.3", "fricton = 0.3"),
+    ("a misspelt section", "[optimizer]", "[optimiser]"),
+    ("a key of another table", "steps = 4", "steps = 4\niterations = 4"),
+    ("a key is missing", "friction = 0.3\n", ""),
+    ("two shapes", "name = \"slab\"", "name = \"slab\"\nhalf_ball = { radius = 1.0, elements = [2, 1, 1] }"),
+    ("an unknown material", "material = { neo_hooke", "material = { rubber"),
+    ("a word for a number", "friction = 0.3", "friction = \"rough\""),
+    ("a fraction for a count", "steps = 4", "steps = 4.5"),
+    ("a number of components", "max = [4, 1, 2]", "max = [4, 1]"),
+    ("not a number", "friction = 0.3", "friction = nan"),
+    ("an infinite number", "youngs_modulus = 1000.0", "youngs_modulus = inf"),
+    ("a modulus below zero", "youngs_modulus = 1000.0", "youngs_modulus = -1000.0"),
+    ("an incompressible material", "poisson_ratio = 0.3", "poisson_ratio = 0.5"),
+    ("a box inside out", "max = [4, 1, 2]", "max = [4, -1, 2]"),
+    ("no elements", "elements = [4, 2, 2]", "elements = [4, 0, 2]"),
+    ("a friction below zero", "friction = 0.3", "friction = -0.1"),
+    ("no steps", "steps = 4", "steps = 0"),
+    ("two bodies of one name", "name = \"block\"", "name = \"slab\""),
+    ("a name with a blank", "name = \"block\"", "name = \"the block\""),
+    ("an unknown surface", "slave = \"block_ymin\"", "slave = \"block_bottom\""),
+    ("a body for a surface", "slave = \"block_ymin\"", "slave = \"block\""),
+    ("one surface twice", "slave = \"block_ymin\"", "slave = \"slab_ymax\""),
+    ("surfaces of one body", "slave = \"block_ymin\"", "slave = \"slab_ymin\""),
+    ("an unknown enforcement", "friction = 0.3", "friction = 0.3\nenforcement = { nitsche = {} }"),
+    ("a stiffness of zero", "friction = 0.3", "friction = 0.3\nenforcement = { penalty = { stiffness = 0 } }"),
+    ("a rule that is not there", "friction = 0.3", "friction = 0.3\ncell_rule = 5"),
+    ("a search radius too small", "friction = 0.3", "friction = 0.3\nsearch_radius = 1e-4"),
+    ("an unknown multiplier shape", "friction = 0.3", "friction = 0.3\nmultiplier_shape = \"quadratic\""),
+    ("an unknown set", "set = \"slab_ymin\"", "set = \"slab_bottom\""),
+    ("an unknown component", "set = \"slab_ymin\"", "set = \"slab_ymin\"\ncomponents = [\"u\"]"),
+    ("way points out of order", "{ t = 1.0, u", "{ t = 0.4, u"),
+    ("a way point after the end", "{ t = 1.0, u", "{ t = 2.0, u"),
+    ("an angle without an axis", "u = [0.2, -0.1, 0.05] }", "u = [0.2, -0.1, 0.05], angle = 10 }"),
+    ("one node moved twice", "set = \"slab_ymin\"", "set = \"block_ymax\""),
+    ("a tolerance of one", "relative = 1e-11", "relative = 1.0"),
+    ("an unknown design body", "bodies = [\"slab\"]", "bodies = [\"plate\"]"),
+    ("no design body", "bodies = [\"slab\"]", "bodies = []"),
+    ("a start without material", "initial = 0.5", "initial = 0.0"),
+    ("a volume above one", "volume_fraction = 0.5", "volume_fraction = 1.5"),
+    ("a penalization below one", "p = 3.0", "p = 0.5"),
+    ("a filter without size", "radius = 1.2", "radius = 0"),
+    (
+        "all of the design passive",
+        "initial = 0.5",
+        "initial = 0.5\npassive_solid = [{ min = [-1, -1, -1], max = [9, 9, 9] }]",
+    ),
+    ("a step that is not there", "steps = \"last\"", "steps = [2, 5]"),
+    ("an unknown objective", "contact_force = {", "stiffness = {"),
+    ("no iterations", "iterations = 4", "iterations = 0"),
+    ("an asymptote that does not turn", "iterations = 4", "iterations = 4\nmma = { asydecr = 1.5 }"),
+    ("an unknown solver", "every = 2", "every = 2\n[solver]\nlinear = \"pardiso\""),
+    ("memory without a unit", "every = 2", "every = 2\n[adjoint]\nmemory = \"8\""),
+    (
+        "a mesh file that is not there",
+        "box = { min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }",
+        "mesh = { file = \"slab.msh\" }",
+    ),
+    (
+        "a mesh file of no known format",
+        "box = { min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }",
+        "mesh = { file = \"notes.txt\" }",
+    ),
+    (
+        "a set without nodes",
+        "[[contact]]",
+        "[[set]]\nname = \"far\"\nboxes = [{ min = [9, 9, 9], max = [10, 10, 10] }]\n[[contact]]",
+    ),
+    ("a load on an unknown surface", "[load_path]", "[[load]]\nsurface = \"slab_top\"\npressure = 1.0\n[load_path]"),
+    (
+        "a load of two kinds",
+        "[load_path]",
+        "[[load]]\nsurface = \"slab_ymax\"\npressure = 1.0\nforce = [0, -1, 0]\n[load_path]",
+    ),
+    ("a load of no kind", "[load_path]", "[[load]]\nsurface = \"slab_ymax\"\n[load_path]"),
+    ("a plane of symmetry across no axis", "[[contact]]", "[[symmetry]]\nnormal = \"w\"\n[[contact]]"),
+    ("a load case that is not there", "set = \"slab_ymin\"", "set = \"slab_ymin\"\nload_case = \"second\""),
+    ("a load case without weight", "[load_path]", "[[load_case]]\nname = \"first\"\nweight = 0.0\n[load_path]"),
+    ("a set without conditions", "[[contact]]", "[[set]]\nname = \"far\"\n[[contact]]"),
+    (
+        "a body that nothing holds",
+        "[[contact]]",
+        "[[body]]\nname = \"stray\"\nbox = { min = [8, 0, 0], max = [9, 1, 1], elements = [1, 1, 1] }\n\
+         material = { neo_hooke = { youngs_modulus = 1.0, poisson_ratio = 0.3 } }\n[[contact]]",
+    ),
+];
+
+/// Commands on the right case.
+const COMMANDS: &[&str] = &[
+    "optimise case.toml",
+    "check nothing.toml",
+    "check case.toml --set friction",
+    "check case.toml --set contact[3].friction=0.1",
+    "check case.toml --threads 0",
+    "solve case.toml --out no/such/place",
+    "solve case.toml --design notes.txt",
+    "evaluate case.toml --design nothing",
+    "verify gradient case.toml --elements 0 --directions 0",
+    "resume nothing",
+    "render nothing",
+    "export nothing",
+    "study nothing.toml",
+    "new billiards",
+    "explain slipstick::case::nothing",
+];
+
+/// What wrong input looks like, and what is said.
+fn said() -> Vec<(String, String)> {
+    let mut said = Vec::new();
+    for &(what, from, to) in CHANGES {
+        let place = Place::with(from, to);
+        place.write("case.toml", &CASE.replacen(from, to, 1));
+        place.write("notes.txt", "This is no mesh.\n");
+        let err = place.bad("check case.toml", 2, &[]).err;
+        said.push((what.to_owned(), err));
+    }
+    for &line in COMMANDS {
+        let place = Place::new();
+        place.write("notes.txt", "These are no densities.\n");
+        said.push((format!("slipstick {line}"), place.bad(line, 2, &[]).err));
+    }
+    said
+}
+
+#[test]
+fn messages_say_where_what_and_what_mends_it() {
+    let said = said();
+    assert!(said.len() >= 70, "{}", said.len());
+    for (what, message) in &said {
+        let place = message.lines().any(|line| line.starts_with("case.toml:") || line.starts_with("error: "));
+        assert!(place, "{what}: no place\n{message}");
+        let cure = ["help: ", "tip: ", "For more information", " must "].iter().any(|word| message.contains(word));
+        assert!(cure, "{what}: nothing mends it\n{message}");
+        assert!(!message.contains("panicked"), "{what}\n{message}");
+    }
+    let text: String = said.iter().map(|(what, message)| format!("== {what}\n{}\n", message.trim_end())).collect();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/messages.txt");
+    if std::env::var_os("UPDATE_MESSAGES").is_some() {
+        std::fs::write(&file, &text).expect("written");
+    }
+    let kept = std::fs::read_to_string(&file).expect("messages.txt");
+    for (kept, now) in kept.split("== ").zip(text.split("== ")) {
+        assert_eq!(now, kept, "another message: if it is better, UPDATE_MESSAGES=1 keeps it");
+    }
+    assert_eq!(kept.len(), text.len());
+}
