@@ -253,11 +253,9 @@ impl Adapter<'_> {
                 &view(model, step, self.steps, at.time, &at.state, &force),
                 &mut StateDerivative { displacement: &mut by_displacement, internal_force: &mut by_force },
             );
-            let inverted = crate::model::inverted;
-            let (solid, scalings, slopes) = (model.solid(), model.scalings(), model.scaling_slopes());
             model.pull_back_unbalanced_force(d, at.time, &by_force, &mut by_displacement)?;
-            let mut by_design = vec![0.0; solid.elements()];
-            solid.pull_back_density(d, scalings, slopes, &by_force, &mut by_design).map_err(inverted)?;
+            let mut by_design = vec![0.0; model.solid().elements()];
+            model.pull_back_density(d, &by_force, &mut by_design)?;
             let mut parameters = vec![0.0; model.parameter_names().len()];
             model.pull_back_moduli(d, &by_force, &mut parameters)?;
             model.pull_back_loads(d, at.time, &by_force, &mut parameters);

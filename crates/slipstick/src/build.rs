@@ -9,7 +9,7 @@ use crate::case::{self, Case};
 use crate::machine::Machine;
 use crate::model::prescribed::Prescribed;
 use crate::model::{
-    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface,
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface, Share,
 };
 use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
@@ -17,9 +17,7 @@ use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
-use slipstick_path::{
-    MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions,
-};
+use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
 use slipstick_solid::{
     EnergyInterpolation, Formulation, Interpolation, Material, NeoHooke, Section, Simp, SolidModel, StVenantKirchhoff,
 };
@@ -83,7 +81,10 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let steps = case.load_path.steps;
     let times: Vec<f64> = (1..=steps).map(|n| n as f64 / steps as f64).collect();
     let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
-    let solid = SolidModel::new(&mesh, sections?)
+    let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
+    let share = Share::of(&mesh, &pairs, machine.ranks());
+    let linear = machine.linear(&case.solver, share.owners())?;
+    let solid = SolidModel::part(&mesh, sections?, |element| share.has_element(element))
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
@@ -109,6 +110,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let loads = build_loads(case, &mesh, &coordinates)?;
     let model = ContactModel::new(
         &mesh,
+        share,
         solid,
         interfaces,
         method,
@@ -126,7 +128,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         objective,
         march: march_options(case),
         sweep: SweepOptions::default(),
-        linear: machine.linear(&case.solver, &[])?,
+        linear,
         guide: None,
     };
     Ok(Problem { mesh, analysis, variables, initial_density })
