@@ -245,7 +245,11 @@ mod tests {
         assert!(share.has_element(7) && share.has_node(7) && share.has_rest() && !share.is_part());
         let mut values = [1.0, 2.0];
         let failed = StateError::FoldedSurface { node: 1 };
-        assert_eq!(share.add(&mut values, |v| Ok(v[0] += 1.0)), Ok(()));
+        let one_more = |values: &mut [f64]| {
+            values[0] += 1.0;
+            Ok(())
+        };
+        assert_eq!(share.add(&mut values, one_more), Ok(()));
         assert_eq!(share.add(&mut values, |_| Err(failed.clone())), Err(failed));
         share.sum(&mut [&mut values]);
         assert_eq!((values, share.largest(-3.0)), ([2.0, 2.0], -3.0));
