@@ -47,8 +47,29 @@ methods() {
     done
 }
 
+# Operations on 30 x 30 x 30 hexahedra and on 6 tetrahedra in the place of each: the same unknowns.
+elements() {
+    cargo bench -p slipstick-solid --bench assembly -- --noplot "threads: 1" 2> "$work/bench.log" | awk '
+        function milliseconds(value, unit) { return value * (unit == "s" ? 1e3 : unit == "ms" ? 1 : unit == "ns" ? 1e-6 : 1e-3) }
+        /threads: 1\// { split($0, part, "/"); split(part[1], kind, ","); name = part[2]; sub(/ +time:.*/, "", name) }
+        /time:/ {
+            sub(/.*\[/, ""); split($0, cell, " ")
+            time[kind[1], name] = milliseconds(cell[3], cell[4])
+            if (!(name in seen)) { seen[name] = 1; order[++count] = name }
+        }
+        END {
+            printf "%-24s %14s %15s %7s\n", "one thread [ms]", "hexahedra", "tetrahedra", "ratio"
+            for (i = 1; i <= count; i++) {
+                hex = time["hexahedra", order[i]]; tet = time["tetrahedra", order[i]]
+                printf "%-24s %14.2f %15.2f %7.2f\n", order[i], hex, tet, tet / hex
+            }
+        }'
+    echo
+    echo "27,000 hexahedra, 162,000 tetrahedra, 89,373 unknowns"
+}
+
 large() { "$program" bench --sizes 90000 --steps 1 --threads 2; }
 
-for name in ${*:-sizes settled ironing_block methods large}; do
+for name in ${*:-sizes settled ironing_block methods elements large}; do
     put "$name" "$name"
 done

@@ -9,9 +9,11 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueHint};
 
 mod help;
 mod results;
+mod values;
 
 pub use help::{Completions, Explain, Man, SchemaOf};
 pub use results::{Export, Report, Threshold};
+use values::{count, fraction, memory, not_negative, override_of, positive, size, step};
 
 /// Topology optimization of bodies in three-dimensional finite-deformation frictional contact.
 #[derive(Debug, Clone, Parser)]
@@ -97,7 +99,10 @@ pub struct New {
     /// Which template; without it, all are listed
     #[arg(value_name = "TEMPLATE")]
     pub template: Option<String>,
-    /// File to write; `-` is standard output [default: the template's name with `.toml`]
+    /// Write a case for this mesh (.msh, .inp, .vtu), with its bodies and surfaces by name: the template `my-mesh`
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub mesh: Option<PathBuf>,
+    /// File to write; `-` is standard output [default: the template's name, or the mesh file's, with `.toml`]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Replace the file where it exists
@@ -224,8 +229,8 @@ pub struct VerifyGradient {
     #[command(flatten)]
     pub design: DesignFrom,
     /// Elements to differentiate by one at a time, spread over the design; costs two analyses each and step
-    #[arg(long, value_name = "NUMBER", default_value = "5", value_parser = count)]
-    pub elements: NonZeroUsize,
+    #[arg(long, value_name = "NUMBER", default_value_t = 5)]
+    pub elements: usize,
     /// Random directions over the whole design; cost as much as an element
     #[arg(long, value_name = "NUMBER", default_value_t = 2)]
     pub directions: usize,
@@ -277,24 +282,27 @@ pub struct Render {
     /// Directory of a run
     #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
     pub results: PathBuf,
-    /// What gives the colours: density, pressure, gap, displacement, …; an unknown name lists all
-    #[arg(long, value_name = "NAME", default_value = "density")]
-    pub field: String,
+    /// What gives the colours: pressure, gap, displacement, …; an unknown name lists all [default: density]
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
     /// The state at the end of a load step [default: the newest design, at the last step where that is there]
     #[arg(long, value_name = "NUMBER", conflicts_with = "iteration")]
     pub step: Option<usize>,
     /// The design of an iteration, undeformed
     #[arg(long, value_name = "NUMBER")]
     pub iteration: Option<usize>,
+    /// The iterate at which a load step failed for good, by default with the smallest determinant of each element
+    #[arg(long, conflicts_with_all = ["step", "iteration"])]
+    pub failure: bool,
     /// From where: iso, front, side, top, …; an unknown name lists all [default: iso; contact from its side]
     #[arg(long, value_name = "NAME")]
     pub view: Option<String>,
     /// Factor on displacements, 0 for the undeformed shape [default: 1]
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
-    /// Elements with no more density are left out
-    #[arg(long, value_name = "DENSITY", default_value = "0.5", value_parser = fraction)]
-    pub threshold: f64,
+    /// Elements with no more density are left out [default: 0.5; with --failure 0]
+    #[arg(long, value_name = "DENSITY", value_parser = fraction)]
+    pub threshold: Option<f64>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
     pub size: (u32, u32),
@@ -353,122 +361,5 @@ pub struct Bench {
     pub worker: bool,
 }
 
-fn memory(text: &str) -> Result<Memory, String> {
-    Memory::parse(text).ok_or_else(|| "an amount like \"8 GiB\" is expected".into())
-}
-
-fn override_of(text: &str) -> Result<Override, String> {
-    text.parse().map_err(|error: slipstick::case::OverrideError| format!("{error}; {}", error.cure()))
-}
-
-/// Width and height of pictures whose text can be read. \[pixels\]
-const LEAST_SIZE: (u32, u32) = (160, 120);
-
-fn size(text: &str) -> Result<(u32, u32), String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    match sides {
-        Some((width, height)) if width < LEAST_SIZE.0 || height < LEAST_SIZE.1 => {
-            Err(format!("at least {}x{} is expected: nothing could be read in less", LEAST_SIZE.0, LEAST_SIZE.1))
-        }
-        _ => sides.ok_or_else(|| "width and height as in 900x720 are expected".into()),
-    }
-}
-
-fn count(text: &str) -> Result<NonZeroUsize, String> {
-    text.trim().parse().map_err(|_| "a whole number greater than zero is expected".into())
-}
-
-fn fraction(text: &str) -> Result<f64, String> {
-    number(text, |value| (0.0..=1.0).contains(&value), "a number from 0 to 1")
-}
-
-fn number(text: &str, range: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
-    let value = text.parse().map_err(|_| format!("{expected} is expected"))?;
-    // Infinity and NaN parse as numbers too.
-    if f64::is_finite(value) && range(value) { Ok(value) } else { Err(format!("{expected} is expected")) }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    number(text, |value| value > 0.0, "a number greater than zero")
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    number(text, |value| value >= 0.0, "a number not less than zero")
-}
-
-fn step(text: &str) -> Result<f64, String> {
-    number(text, |value| value > 0.0 && value < 1.0, "a number between 0 and 1")
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-
-    fn parse(line: &str) -> Result<Cli, clap::Error> {
-        Cli::try_parse_from(line.split_whitespace())
-    }
-
-    #[test]
-    fn definitions_are_consistent() {
-        Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn commands_are_read() {
-        let cli = parse("slipstick optimize case.toml --out o --threads 2 -vv").expect("right");
-        assert_eq!((cli.common.threads.map(NonZeroUsize::get), cli.common.verbose), (Some(2), 2));
-        let Command::Optimize(optimize) = cli.command else { panic!("optimize") };
-        assert_eq!(optimize.case.case, PathBuf::from("case.toml"));
-        assert_eq!(optimize.out.out, Some(PathBuf::from("o")));
-
-        let cli = parse("slipstick --json verify gradient case.toml --step 1e-3").expect("right");
-        assert!(cli.common.json);
-        let Command::Verify(Verify { what: VerifyWhat::Gradient(gradient) }) = cli.command else {
-            panic!("verify gradient")
-        };
-        assert_eq!((gradient.step, gradient.elements.get(), gradient.halvings), (1e-3, 5, 3));
-        assert_eq!(gradient.directions, 2);
-
-        let cli = parse("slipstick evaluate c.toml --design o --friction 0,0.1,0.25").expect("right");
-        let Command::Evaluate(evaluate) = cli.command else { panic!("evaluate") };
-        assert_eq!(evaluate.friction, [0.0, 0.1, 0.25]);
-        let Command::Bench(bench) =
-            parse("slipstick bench --sizes 100,900 --threads 1,2 --memory 2GiB").expect("right").command
-        else {
-            panic!("bench")
-        };
-        assert_eq!((bench.sizes.len(), bench.threads.len(), bench.memory), (2, 2, Some(Memory(2 << 30))));
-        let Command::Study(study) = parse("slipstick study s.toml --only a,b --plan").expect("right").command else {
-            panic!("study")
-        };
-        assert_eq!((study.only.len(), study.plan), (2, true));
-        let line = "slipstick solve c.toml --set contact[0].friction=0.1 --set objective.contact_force.steps=all";
-        let Command::Solve(solve) = parse(line).expect("right").command else { panic!("solve") };
-        assert_eq!(solve.case.set[1].to_string(), "objective.contact_force.steps=all");
-        for line in ["new", "new ironing --force", "check c.toml --resolved", "solve c.toml", "resume o"] {
-            parse(&format!("slipstick {line}")).expect("right");
-        }
-    }
-
-    /// Wrong command lines end with exit code 2, as wrong case files do; help does not.
-    #[test]
-    fn wrong_command_lines_exit_with_2() {
-        for line in [
-            "optimise c.toml",
-            "solve",
-            "solve c.toml --threads 0",
-            "evaluate c.toml",
-            "evaluate c.toml --design o --friction -0.1",
-            "evaluate c.toml --design o --friction nan",
-            "verify gradient c.toml --step 2",
-            "check c.toml -q -v",
-            "check c.toml --set friction",
-            "check c.toml --set contact[x].friction=1",
-        ] {
-            let error = parse(&format!("slipstick {line}")).expect_err(line);
-            assert_eq!(error.exit_code(), 2, "{line}");
-        }
-        assert_eq!(parse("slipstick --help").expect_err("help").exit_code(), 0);
-    }
-}
+mod tests;

@@ -253,7 +253,10 @@ pub fn failed(problem: &mut Problem, error: &AnalysisError, run: Option<&RunDire
     let directory = run.path().display();
     let kept = match error {
         AnalysisError::March(failure) => match write_failure(run, &problem.mesh, model, failure) {
-            Ok(true) => format!("{directory}: the states that converged (path.pvd) and the failing one (failure.vtu)"),
+            Ok(true) => format!(
+                "{directory}: the states that converged (path.pvd) and the failing one (failure.vtu); \
+                 `slipstick render {directory} --failure` draws it"
+            ),
             Ok(false) => format!("{directory}: the states that converged (path.pvd)"),
             Err(error) => format!("nothing more: {error}"),
         },

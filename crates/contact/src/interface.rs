@@ -55,6 +55,8 @@ pub struct SlaveNode {
     pub edge: usize,
     /// The facets around it: number of the slave facet, and which of its corners the node is.
     pub facets: Vec<(u32, u8)>,
+    /// Coordinate axes that stand across a symmetry plane through the node.
+    pub mirrored: [bool; 3],
 }
 
 /// Slave and master surface with what the mortar integrals need; geometry is passed at evaluation.
@@ -125,6 +127,13 @@ impl ContactInterface {
         self.evaluated_facets = self.slave_facets.iter().map(around).collect();
         let left = self.couplings.iter_mut().zip(&self.evaluated_facets).filter(|(_, evaluated)| !**evaluated);
         left.for_each(|(coupling, _)| *coupling = FacetCoupling::default());
+    }
+
+    /// The same interface with symmetry planes: `mirrored` gives for a node the coordinate axes that stand across one through
+    /// it.
+    pub fn with_symmetry(mut self, mirrored: impl Fn(u32) -> [bool; 3]) -> Self {
+        self.slave_nodes.iter_mut().for_each(|slave| slave.mirrored = mirrored(slave.node));
+        self
     }
 
     /// The slave nodes, ascending by global number: the order of all nodal contact quantities.
@@ -236,7 +245,7 @@ fn slave_topology(facets: &[FacetNodes]) -> Vec<SlaveNode> {
                 .collect();
             // an edge along a quadrilateral's own ξ direction: leaving corners 0 and 2, arriving at 1 and 3
             let edge = if touching[0].1 % 2 == 0 { corners[0].next } else { corners[0].previous };
-            SlaveNode { node, ring, corners, edge, facets: touching }
+            SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3] }
         })
         .collect()
 }

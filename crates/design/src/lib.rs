@@ -27,7 +27,8 @@ pub mod volume;
 pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter};
 pub use map::{Chain, DesignMap, Identity, OnElements};
 pub use objective::{
-    ContactForce, Objective, ObjectiveError, ObservedSteps, ReactionForce, StateDerivative, StateView,
+    Compliance, ContactForce, Objective, ObjectiveError, ObservedSteps, ReactionForce, StateDerivative, StateView,
+    Weighted, WrongDerivative, check_derivatives,
 };
 pub use optimizer::{KktResidual, Mma, MmaError, MmaParameters, MmaStep, Scaling, kkt_residual};
 pub use variables::{DesignError, DesignVariables, Passives, Role};

@@ -56,8 +56,13 @@ pub enum StepFailureKind {
     #[error("linear solver: {0}")]
     Linear(String),
     /// Residual or increments above tolerance after the last allowed iteration.
-    #[error("no convergence in {0} Newton iterations")]
-    TooManyIterations(usize),
+    #[error("no convergence in {iterations} Newton iterations{}", changing_nodes(changing.len()))]
+    TooManyIterations {
+        /// Iterations made.
+        iterations: usize,
+        /// Positions (in the order of the slave nodes) whose status still changed in the last ones.
+        changing: Vec<u32>,
+    },
     /// The residual grows without bound.
     #[error("the residual diverges")]
     Diverged,
@@ -77,6 +82,14 @@ pub enum StepFailureKind {
         /// What was asked for.
         tolerance: f64,
     },
+}
+
+fn changing_nodes(count: usize) -> String {
+    match count {
+        0 => String::new(),
+        1 => ": 1 slave node still changes between stick, slip and open".into(),
+        _ => format!(": {count} slave nodes still change between stick, slip and open"),
+    }
 }
 
 /// A failed attempt at a (sub-)step, with its iterations.
@@ -101,6 +114,8 @@ pub struct MarchFailure {
     pub attempts: Vec<(f64, StepFailureKind)>,
     /// The last failing iterate, for a picture of it.
     pub iterate: Vec<f64>,
+    /// The iterations that led there.
+    pub iterations: Vec<IterationRecord>,
     /// Everything that converged before.
     pub path: crate::Path,
 }

@@ -36,6 +36,8 @@ pub struct PathState {
     pub report: StepReport,
     /// Status of every contact node at this state (0 open, 1 stick, 2 slip).
     pub active_set: Vec<u8>,
+    /// Whether this is rest, where the path begins (anew): it does not depend on the states before.
+    pub rest: bool,
     pub(crate) factors: Option<Arc<KeptFactors>>,
 }
 
@@ -50,7 +52,7 @@ impl std::fmt::Debug for PathState {
     }
 }
 
-/// All accepted states; the first is the start at time 0.
+/// All accepted states; the first is the start at time 0. A path of several load cases comes back to the start in between.
 #[derive(Debug, Clone, Default)]
 pub struct Path {
     /// In the order of time.
@@ -134,7 +136,8 @@ pub struct Silent;
 
 impl MarchObserver for Silent {}
 
-/// Marches to each of the `times` (ascending, > 0) from `start`, which lies at time 0.
+/// Marches to each of the `times` (ascending, > 0) from `start`, which lies at time 0, and again at each of the times `anew`
+/// (ascending, between two of `times`), where another load case begins.
 ///
 /// A step starts where `guide` leads, if there is one, and has its sub-steps if it holds them. A failing step is tried again from the last state, with the
 /// problem's other settings, then with half the increment, at most `max_cutbacks` halvings deep. Accepted sub-steps are
@@ -147,22 +150,26 @@ pub fn march(
     linear: &mut LinearSystem,
     start: StepState,
     times: &[f64],
+    anew: &[f64],
     options: &MarchOptions,
     guide: Option<&Guide>,
     observer: &mut dyn MarchObserver,
 ) -> Result<Path, Box<MarchFailure>> {
-    let first = PathState {
-        time: 0.0,
-        state: start,
+    let rest = |time: f64| PathState {
+        time,
+        state: start.clone(),
         completes: None,
         report: StepReport::default(),
         active_set: Vec::new(),
+        rest: true,
         factors: None,
     };
-    let mut path = Path { states: vec![first], steps: 0, factor_bytes: 0 };
+    let mut path = Path { states: vec![rest(0.0)], steps: 0, factor_bytes: 0 };
     linear.forget();
     for (index, &end) in times.iter().enumerate() {
         let step = index + 1;
+        let before = path.states.last().expect("holds the start").time;
+        path.states.extend(anew.iter().filter(|&&time| before < time && time < end).map(|&time| rest(time)));
         let begin = path.states.last().expect("holds the start").time;
         let whole = end - begin;
         let smallest = whole * 0.5f64.powi(options.max_cutbacks as i32) * 0.999;
@@ -182,7 +189,8 @@ pub fn march(
                     let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
                     let completes = last.then_some(step);
                     let active_set = problem.active_set().to_vec();
-                    path.states.push(PathState { time: target, state, completes, report, active_set, factors });
+                    let next = PathState { time: target, state, completes, report, active_set, rest: false, factors };
+                    path.states.push(next);
                     observer.on_event(&MarchEvent::Accepted(path.states.last().expect("pushed")));
                     if last {
                         path.steps = step;
@@ -201,6 +209,7 @@ pub fn march(
                             increment: (now, target),
                             attempts,
                             iterate: failure.iterate,
+                            iterations: failure.iterations,
                             path,
                         }));
                     }

@@ -235,7 +235,8 @@ fn iterate(
             return Err(StepFailureKind::Cycling { nodes });
         }
     }
-    Err(StepFailureKind::TooManyIterations(options.max_iterations))
+    let changing = sets.changing(problem.active_set());
+    Err(StepFailureKind::TooManyIterations { iterations: options.max_iterations, changing })
 }
 
 /// y ← y + α Δ with the first α of 1, 1/2, … 1/16 whose residual exists and is small enough, the best of them if none is;
@@ -391,6 +392,9 @@ fn converged(record: &IterationRecord, next: (f64, f64), scales: &Scales, tolera
         && tolerances.multiplier.allows_increment(record.multiplier, next.1, scales.multiplier)
 }
 
+/// Iterations that show which statuses change.
+const RECENT: usize = 8;
+
 /// Recognises an active set that comes back again and again.
 #[derive(Default)]
 struct ActiveSets {
@@ -403,13 +407,15 @@ impl ActiveSets {
         let changed = self.history.last().is_some_and(|last| last != now);
         let entered = |i: usize| self.history[i] == now && (i == 0 || self.history[i - 1] != now);
         let cycle = changed && (0..self.history.len()).filter(|&i| entered(i)).count() >= 3;
-        let nodes = cycle.then(|| {
-            (0..now.len() as u32)
-                .filter(|&i| self.history.iter().rev().take(8).any(|set| set[i as usize] != now[i as usize]))
-                .collect()
-        });
+        let nodes = cycle.then(|| self.changing(now));
         self.history.push(now.to_vec());
         nodes
+    }
+
+    /// Positions whose status was another one in the last iterations.
+    fn changing(&self, now: &[u8]) -> Vec<u32> {
+        let changes = |&i: &u32| self.history.iter().rev().take(RECENT).any(|set| set[i as usize] != now[i as usize]);
+        (0..now.len() as u32).filter(changes).collect()
     }
 }
 

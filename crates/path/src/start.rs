@@ -147,6 +147,9 @@ pub(crate) fn candidates(
 /// or a load takes another course than before.
 fn extrapolated(problem: &dyn StepProblem, path: &Path, time: f64, target: &[f64]) -> Option<Vec<f64>> {
     let [.., before, last] = path.states.as_slice() else { return None };
+    if last.rest {
+        return None;
+    }
     let (from, to) = (&before.state.unknowns, &last.state.unknowns);
     let ratio = (time - last.time) / (last.time - before.time);
     let ahead: Vec<f64> = from.iter().zip(to).map(|(a, b)| b + ratio * (b - a)).collect();

@@ -80,6 +80,12 @@ pub fn sweep(
     let mut earlier = Earlier::default();
     for index in (1..path.states.len()).rev() {
         let here = &path.states[index];
+        if here.rest {
+            // nothing before it matters to what comes after
+            carry.unknowns.fill(0.0);
+            carry.history.fill(0.0);
+            continue;
+        }
         step_back(problem, linear, path, index, objective, options, &mut gradient, &mut carry, &mut earlier)
             .map_err(|kind| SweepError { time: here.time, kind })?;
     }

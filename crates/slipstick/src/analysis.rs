@@ -1,11 +1,14 @@
 //! Forward analysis and gradient of a built problem.
 
+mod chain;
+
 use crate::model::{ContactModel, Parameter};
+use chain::{Adapter, Forces};
 use slipstick_contact::friction::Status;
-use slipstick_design::objective::{Objective, StateDerivative, StateView};
+use slipstick_design::objective::{Objective, StateView, WrongDerivative, check_derivatives};
 use slipstick_path::{
-    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathObjective, PathState,
-    StateError, StepState, SweepError, SweepOptions, Timings, march, sweep,
+    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, StateError,
+    SweepError, SweepOptions, Timings, march, sweep,
 };
 
 /// Contact results of a slave node.
@@ -90,13 +93,33 @@ pub enum AnalysisError {
     },
 }
 
+/// Why an objective is not taken.
+#[derive(Debug, thiserror::Error)]
+pub enum ObjectiveRefused {
+    /// Its derivative is not that of its value.
+    #[error(transparent)]
+    Derivative(#[from] WrongDerivative),
+    /// It observes no step of the load path: it would always be zero.
+    #[error(
+        "objective `{name}` observes none of the {steps} load steps; let Objective::observes be true for one of them"
+    )]
+    NoSteps {
+        /// The objective's name.
+        name: String,
+        /// Steps of the load path.
+        steps: usize,
+    },
+}
+
 /// A model with load steps, objective and solver: everything that a density determines.
 pub struct Analysis {
     /// The discrete problem.
     pub model: ContactModel,
     /// Ends of the user's steps in pseudo-time, ascending.
     pub times: Vec<f64>,
-    /// What is minimised, if anything.
+    /// Pseudo-times, between two of the steps, at which another load case begins at rest.
+    pub anew: Vec<f64>,
+    /// What is minimised, if anything; [`set_objective`](Self::set_objective) sets one of your own.
     pub objective: Option<Box<dyn Objective>>,
     /// March settings.
     pub march: MarchOptions,
@@ -120,6 +143,62 @@ impl Analysis {
         self.model.timings() + self.linear.timings()
     }
 
+    /// Takes an objective in the place of the one that is there. Debug builds check its derivatives before
+    /// ([`check_objective`](Self::check_objective)).
+    ///
+    /// # Errors
+    /// [`ObjectiveRefused`]; the objective that was there stays.
+    pub fn set_objective(&mut self, objective: Box<dyn Objective>) -> Result<(), ObjectiveRefused> {
+        let steps = self.times.len();
+        if !(1..=steps).any(|step| objective.observes(step, steps)) {
+            return Err(ObjectiveRefused::NoSteps { name: objective.name().into(), steps });
+        }
+        if cfg!(debug_assertions) {
+            self.check_objective(objective.as_ref())?;
+        }
+        self.objective = Some(objective);
+        Ok(())
+    }
+
+    /// Compares an objective's derivatives with differences of its values, at small random displacements of all nodes and
+    /// the internal forces of the bodies there (density as set), for every step that it observes.
+    ///
+    /// # Errors
+    /// The first derivative that is wrong.
+    pub fn check_objective(&self, objective: &dyn Objective) -> Result<(), WrongDerivative> {
+        let (displacement, internal_force) = self.some_state();
+        let steps = self.times.len();
+        for (step, &time) in (1..=steps).zip(&self.times).filter(|(step, _)| objective.observes(*step, steps)) {
+            let mut external_force = vec![0.0; displacement.len()];
+            self.model.external_force(&displacement, time, &mut external_force);
+            let (displacement, internal_force) = (&displacement[..], &internal_force[..]);
+            let external_force = &external_force[..];
+            check_derivatives(
+                objective,
+                &StateView { step, steps, time, displacement, internal_force, external_force },
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Displacements of all nodes that are small beside the elements, and the internal forces there.
+    fn some_state(&self) -> (Vec<f64>, Vec<f64>) {
+        let n = self.model.prescribed().fixed().len();
+        let size = self.model.smallest_element().cbrt();
+        let mut force = vec![0.0; n];
+        let mut amplitude = 1e-2 * size;
+        loop {
+            // spread by the golden ratio, so that no two entries are alike
+            let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() - 0.5;
+            let displacement: Vec<f64> = (0..n).map(|i| amplitude * spread(i)).collect();
+            // at rest no element is inverted, so this ends
+            if self.model.internal_force(&displacement, &mut force).is_ok() {
+                return (displacement, force);
+            }
+            amplitude *= 0.1;
+        }
+    }
+
     /// Marches the whole path with the given element densities and evaluates the objective.
     ///
     /// # Errors
@@ -131,15 +210,14 @@ impl Analysis {
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
         let options = MarchOptions { factor_memory, ..self.march };
         let guide = self.guide.as_ref();
-        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &options, guide, observer)?;
+        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &self.anew, &options, guide, observer)?;
         let mut step_values = vec![0.0; self.times.len()];
         let steps = self.times.len();
         if let Some(objective) = &self.objective {
             for (step, state) in path.completed() {
                 if objective.observes(step, steps) {
-                    let force = unbalanced_force(&self.model, state.time, &state.state)?;
-                    step_values[step - 1] =
-                        objective.value(&view(&self.model, step, steps, state.time, &state.state, &force));
+                    let forces = Forces::at(&self.model, state.time, &state.state)?;
+                    step_values[step - 1] = objective.value(&forces.view(step, steps, state.time, &state.state));
                 }
             }
         }
@@ -200,86 +278,11 @@ impl Analysis {
         }
         let options = SweepOptions { parameters, ..self.sweep };
         let objective = self.objective.take().expect("a gradient needs an objective");
-        let mut adapter = Adapter { objective: objective.as_ref(), steps: self.times.len(), partials: Vec::new() };
+        let mut adapter = Adapter::new(objective.as_ref(), self.times.len());
         let result = adapter.prepare(&self.model, &forward.path).map_err(AnalysisError::from).and_then(|()| {
             sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &options).map_err(Into::into)
         });
         self.objective = Some(objective);
         result
-    }
-}
-
-fn unbalanced_force(model: &ContactModel, time: f64, state: &StepState) -> Result<Vec<f64>, StateError> {
-    let n = model.prescribed().fixed().len();
-    let mut force = vec![0.0; n];
-    model.unbalanced_force(&state.unknowns[..n], time, &mut force)?;
-    Ok(force)
-}
-
-fn view<'a>(
-    model: &ContactModel,
-    step: usize,
-    steps: usize,
-    time: f64,
-    state: &'a StepState,
-    force: &'a [f64],
-) -> StateView<'a> {
-    let n = model.prescribed().fixed().len();
-    StateView { step, steps, time, displacement: &state.unknowns[..n], internal_force: force }
-}
-
-/// Chains an objective on internal minus external forces f to unknowns, design, moduli and loads: ∂θ/∂d += (∂f/∂d)ᵀ ∂θ/∂f,
-/// ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
-///
-/// Nothing depends on the multipliers. Paper: (92)–(99).
-struct Adapter<'a> {
-    objective: &'a dyn Objective,
-    steps: usize,
-    /// Per observed step: its number, ∂θ/∂y, and ∂θ/∂φ and ∂θ/∂p.
-    partials: Vec<(usize, Vec<f64>, PathGradient)>,
-}
-
-impl Adapter<'_> {
-    fn prepare(&mut self, model: &ContactModel, path: &Path) -> Result<(), StateError> {
-        for (step, at) in path.completed() {
-            if !self.objective.observes(step, self.steps) {
-                continue;
-            }
-            let force = unbalanced_force(model, at.time, &at.state)?;
-            let n = force.len();
-            let d = &at.state.unknowns[..n];
-            let (mut by_displacement, mut by_force) = (vec![0.0; n], vec![0.0; n]);
-            self.objective.derivative(
-                &view(model, step, self.steps, at.time, &at.state, &force),
-                &mut StateDerivative { displacement: &mut by_displacement, internal_force: &mut by_force },
-            );
-            model.pull_back_unbalanced_force(d, at.time, &by_force, &mut by_displacement)?;
-            let mut by_design = vec![0.0; model.solid().elements()];
-            model.pull_back_density(d, &by_force, &mut by_design)?;
-            let mut parameters = vec![0.0; model.parameter_names().len()];
-            model.pull_back_moduli(d, &by_force, &mut parameters)?;
-            model.pull_back_loads(d, at.time, &by_force, &mut parameters);
-            self.partials.push((step, by_displacement, PathGradient { design: by_design, parameters }));
-        }
-        Ok(())
-    }
-}
-
-impl PathObjective for Adapter<'_> {
-    fn add_derivative(
-        &mut self,
-        step: usize,
-        _time: f64,
-        _state: &StepState,
-        by_unknowns: &mut [f64],
-        to: &mut PathGradient,
-    ) -> Result<(), StateError> {
-        let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
-        if let Some((_, d, gradient)) = self.partials.iter().find(|p| p.0 == step) {
-            add(by_unknowns, d);
-            add(&mut to.design, &gradient.design);
-            add(&mut to.parameters, &gradient.parameters);
-        }
-        Ok(())
     }
 }

@@ -1,12 +1,14 @@
 //! From a resolved case to a problem that can be analysed.
 
 mod mesh;
+mod symmetry;
 
 pub use mesh::build_mesh;
 
 use crate::analysis::Analysis;
 use crate::case::{self, Case};
 use crate::machine::Machine;
+use crate::model::course;
 use crate::model::prescribed::Prescribed;
 use crate::model::{
     ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface, Share,
@@ -15,7 +17,7 @@ use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
-use slipstick_design::{ContactForce, DesignVariables, Objective, ObservedSteps};
+use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, ObservedSteps, Weighted};
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
 use slipstick_solid::{
@@ -71,15 +73,20 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     for (i, dirichlet) in case.dirichlet.iter().enumerate() {
         sets.push(nodes_of(&mesh, &dirichlet.set, &format!("dirichlet[{i}].set"))?);
     }
-    let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates).map_err(|e| {
+    let load_cases: Vec<&str> = case.load_cases.iter().map(|load_case| load_case.name.as_str()).collect();
+    let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates, &load_cases).map_err(|e| {
         BuildError::new(
             format!("dirichlet[{}].set", e.motion),
             e,
             "let one table move these nodes, or give both the same motion",
         )
     })?;
-    let steps = case.load_path.steps;
-    let times: Vec<f64> = (1..=steps).map(|n| n as f64 / steps as f64).collect();
+    let mirrored = symmetry::mirrored(case, &mesh)?;
+    let prescribed = prescribed.with_symmetry(&mirrored).map_err(|e| {
+        let help = "move them within the plane only, or leave the plane out";
+        BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
+    })?;
+    let times = course::times(load_cases.len().max(1), case.load_path.steps);
     let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, machine.ranks());
@@ -89,7 +96,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64;
-    let interfaces = build_interfaces(case, &mesh, &coordinates, approach)?;
+    let interfaces = build_interfaces(case, &mesh, &coordinates, &mirrored, approach)?;
     let method = build_method(case)?;
     let variables = build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
@@ -107,7 +114,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         _ => vec![1.0; mesh.elements.len()],
     };
     let largest = prescribed.largest(&times);
-    let loads = build_loads(case, &mesh, &coordinates)?;
+    let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let model = ContactModel::new(
         &mesh,
         share,
@@ -125,6 +132,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let analysis = Analysis {
         model,
         times,
+        anew: (1..load_cases.len()).map(course::start).collect(),
         objective,
         march: march_options(case),
         sweep: SweepOptions::default(),
@@ -193,14 +201,14 @@ fn march_options(case: &Case) -> MarchOptions {
     }
 }
 
-fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64]) -> Result<Loads, BuildError> {
+fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str]) -> Result<Loads, BuildError> {
     let facets: Result<Vec<_>, BuildError> = case
         .loads
         .iter()
         .enumerate()
         .map(|(i, load)| facets_of(mesh, &load.surface, &format!("load[{i}].surface")))
         .collect();
-    Ok(Loads::new(case.loads.clone(), facets?, coordinates))
+    Ok(Loads::new(case.loads.clone(), facets?, coordinates, load_cases))
 }
 
 /// Facets of a surface that `path` names.
@@ -217,6 +225,7 @@ fn build_interfaces(
     case: &Case,
     mesh: &Mesh,
     coordinates: &[f64],
+    mirrored: &[[bool; 3]],
     approach: f64,
 ) -> Result<Vec<ModelInterface>, BuildError> {
     let mut interfaces = Vec::with_capacity(case.contacts.len());
@@ -244,7 +253,8 @@ fn build_interfaces(
             BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
         })?;
         let interface = ContactInterface::new(slave, master, coordinates, shape, rule, reach)
-            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?;
+            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?
+            .with_symmetry(|node| mirrored[node as usize]);
         for slave in interface.slave_nodes() {
             if let Some(first) = slaves_so_far.insert(slave.node, i) {
                 let message = format!("node {} is a slave of contact[{first}] too", slave.node);
@@ -346,21 +356,30 @@ fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, 
 }
 
 fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Option<Box<dyn Objective>>, BuildError> {
-    let Some(case::Objective::ContactForce { steps }) = &case.objective else {
+    let Some(objective) = &case.objective else {
         return Ok(None);
     };
+    let (case::Objective::ContactForce { steps } | case::Objective::Compliance { steps }) = objective;
     let steps = match steps {
         case::ObservedSteps::Last => ObservedSteps::Last,
         case::ObservedSteps::All => ObservedSteps::All,
         case::ObservedSteps::Only(list) => ObservedSteps::Only(list.clone()),
     };
     let fail = |e: slipstick_design::ObjectiveError| {
-        BuildError::new("objective.contact_force", e, "observe steps of the load path, and have a contact pair")
+        BuildError::new("objective", e, "observe steps of the load path, and have a contact pair")
     };
     steps.check(case.load_path.steps).map_err(fail)?;
-    Ok(Some(Box::new(
-        ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
-            .map_err(fail)?
-            .without_reactions(model.prescribed().fixed()),
-    )))
+    let objective: Box<dyn Objective> = match objective {
+        case::Objective::Compliance { .. } => Box::new(Compliance::new(steps)),
+        case::Objective::ContactForce { .. } => Box::new(
+            ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
+                .map_err(fail)?
+                .without_reactions(model.prescribed().fixed()),
+        ),
+    };
+    if case.load_cases.is_empty() {
+        return Ok(Some(objective));
+    }
+    let weights = case.load_cases.iter().map(|load_case| load_case.weight).collect();
+    Ok(Some(Box::new(Weighted::new(objective, weights))))
 }

@@ -112,9 +112,9 @@ pub struct Inspection {
 /// together they are met within a tenth; rounded down. \[bytes\]
 const BYTES_TO_BUILD: [f64; 2] = [4500.0, 4000.0];
 
-/// The same for each tetrahedron: the sizes of what is stored for it. Its nodes have some 15 neighbours in the place of 27.
-/// \[bytes\]
-const BYTES_PER_TETRAHEDRON: f64 = 400.0;
+/// The same for each tetrahedron; a node has some 15 neighbours there in the place of 27. Measured on meshes of 73 000 to
+/// 570 000 tetrahedra from files, where tetrahedra and nodes together take a sixth more. \[bytes\]
+const BYTES_PER_TETRAHEDRON: f64 = 700.0;
 
 /// Memory without which a case cannot even be built, from its element counts alone. \[bytes\]
 pub fn bytes_to_build(case: &Case) -> f64 {
@@ -182,7 +182,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         sets,
         unknowns,
         designed: problem.variables.as_ref().map_or(0, slipstick_design::DesignVariables::count),
-        steps: case.load_path.steps,
+        steps: case.steps(),
         factor_bytes,
         steps_with_factors,
         peak_bytes,
@@ -322,5 +322,5 @@ fn steps_with_factors(case: &Case, problem: &Problem, factor_bytes: f64) -> usiz
     if problem.analysis.objective.is_none() || case.contacts.iter().any(plain) || factor_bytes <= 0.0 {
         return 0;
     }
-    ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.load_path.steps)
+    ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.steps())
 }

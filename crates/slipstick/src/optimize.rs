@@ -146,8 +146,9 @@ impl Optimization {
             Some(filter) => {
                 let centroids = problem.mesh.centroids();
                 let centroids: Vec<[f64; 3]> = domain.iter().map(|&e| centroids[e]).collect();
+                let planes: Vec<_> = case.symmetries.iter().map(|s| (s.normal.index(), s.at)).collect();
                 Some(
-                    SensitivityFilter::new(&centroids, &domain_volumes, filter.radius)
+                    SensitivityFilter::mirrored(&centroids, &domain_volumes, filter.radius, &planes)
                         .map_err(|e| fail("design.sensitivity_filter.radius")(&e))?,
                 )
             }

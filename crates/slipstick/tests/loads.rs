@@ -144,6 +144,8 @@ fn derivatives_under_loads_match_finite_differences() {
     {
         check(method, &scene(&enforcement).text());
         check(&format!("{method}, held by contact"), &held_by_contact(&enforcement));
+        let compliance = scene(&enforcement).text().replace("contact_force = {", "compliance = {");
+        check(&format!("{method}, compliance"), &compliance);
     }
 }
 

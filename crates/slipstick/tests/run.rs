@@ -175,7 +175,8 @@ fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchF
     let mut iterate = path.states[path.states.len() - 1].state.unknowns.clone();
     iterate[3 * (problem.mesh.nodes.len() - 1)] += 0.01;
     let attempts = kinds.into_iter().enumerate().map(|(n, kind)| (0.5f64.powi(n as i32), kind)).collect();
-    MarchFailure { step: 3, increment: (0.66, 0.7), attempts, iterate, path }
+    let iterations = path.states.last().map_or(vec![], |state| state.report.iterations.clone());
+    MarchFailure { step: 3, increment: (0.66, 0.7), attempts, iterate, iterations, path }
 }
 
 /// What a failure names is found again in the mesh: element 2 of the slab (4 × 1 × 1 unit cubes) has its centroid at
@@ -190,7 +191,8 @@ fn failures_name_places_attempts_and_cures() {
     path.steps = 2;
     let slaves = problem.analysis.model.slave_nodes();
     let inverted = StepFailureKind::State(StateError::InvertedElements { elements: vec![2, 4] });
-    let kinds = vec![inverted.clone(), inverted.clone(), StepFailureKind::TooManyIterations(25), inverted];
+    let slow = StepFailureKind::TooManyIterations { iterations: 25, changing: vec![] };
+    let kinds = vec![inverted.clone(), inverted.clone(), slow.clone(), inverted];
     let failed = failure(&problem, path.clone(), kinds);
     let report = FailureReport::of_march(&failed, &problem.mesh, &slaves);
     assert_eq!(report.places[0].to_string(), "element 2 of body `slab` at (2.5000, 0.5000, 0.5000)");

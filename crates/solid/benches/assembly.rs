@@ -1,10 +1,11 @@
-//! Assembly of 30 × 30 × 30 elements on one and two threads: `cargo bench -p slipstick-solid`.
+//! Assembly on one and two threads of 30 × 30 × 30 hexahedra, and of six tetrahedra in the place of each, with the same
+//! unknowns: `cargo bench -p slipstick-solid`.
 //!
-//! Throughput counts elements: 1 Melem/s is 1 µs per element.
+//! Throughput counts unknowns: 1 Melem/s is 1 µs per unknown.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use slipstick_linalg::{BlockMatrix, BlockPattern};
-use slipstick_mesh::{BoxShape, box_mesh};
+use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_solid::{ElementScaling, NeoHooke, SolidModel};
 use std::sync::Arc;
 
@@ -12,8 +13,15 @@ const ELEMENTS: usize = 30;
 
 fn assembly(criterion: &mut Criterion) {
     let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.0, 1.0], elements: [ELEMENTS; 3], grading: [1.2, 1.0, 1.0] };
-    let mesh = box_mesh("block", &shape).expect("a box");
-    let model = SolidModel::new(&mesh, vec![NeoHooke::new(1000.0, 0.3).expect("a law")]).expect("a model");
+    let hexahedra = box_mesh("block", &shape).expect("a box");
+    let tetrahedra = hexahedra.divided(|_| true);
+    for (name, mesh) in [("hexahedra", hexahedra), ("tetrahedra", tetrahedra)] {
+        measure(criterion, name, &mesh);
+    }
+}
+
+fn measure(criterion: &mut Criterion, name: &str, mesh: &Mesh) {
+    let model = SolidModel::new(mesh, vec![NeoHooke::new(1000.0, 0.3).expect("a law")]).expect("a model");
     let unknowns = 3 * mesh.nodes.len();
     let amplitude = 0.05 / ELEMENTS as f64;
     let d: Vec<f64> = (0..unknowns).map(|i| amplitude * (i as f64 * 1.31).sin()).collect();
@@ -28,8 +36,8 @@ fn assembly(criterion: &mut Criterion) {
 
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let mut group = criterion.benchmark_group(format!("{threads} threads"));
-        group.throughput(Throughput::Elements(model.elements() as u64));
+        let mut group = criterion.benchmark_group(format!("{name}, threads: {threads}"));
+        group.throughput(Throughput::Elements(unknowns as u64));
         group.bench_function("internal force", |b| {
             b.iter(|| pool.install(|| model.internal_force(&d, &scalings, &mut nodal)).expect("a state"));
         });

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgAction, Args, ValueHint};
 
-use super::number;
+use super::values::number;
 
 /// Arguments of `report`.
 #[derive(Debug, Clone, Args)]
@@ -32,6 +32,9 @@ pub struct Export {
     /// Wavefront OBJ file to write: shared points, full precision, an object per body
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub obj: Option<PathBuf>,
+    /// 3MF file to write, for printing: an object per body, in the unit that the case names (mm without one)
+    #[arg(long = "3mf", value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub threemf: Option<PathBuf>,
     /// VTU file to write, for ParaView
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub vtu: Option<PathBuf>,

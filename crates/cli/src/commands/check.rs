@@ -53,6 +53,15 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     console.text("\nsets and surfaces");
     let sets = setup.inspection.sets.iter().map(|(name, nodes)| vec![name.clone(), nodes.to_string()]);
     console.lines(&lines(&["name", "nodes"], &sets.collect::<Vec<_>>()));
+    for plane in &setup.resolved.case.symmetries {
+        let letter = ["x", "y", "z"][plane.normal.index()];
+        console.text(&format!("\nsymmetry plane {letter} = {}", plane.at));
+    }
+    if !setup.resolved.case.load_cases.is_empty() {
+        console.text("\nload cases");
+        let rows = setup.resolved.case.load_cases.iter().map(|case| vec![case.name.clone(), digits(case.weight)]);
+        console.lines(&lines(&["name", "weight"], &rows.collect::<Vec<_>>()));
+    }
     console.text("\nsupports and motions");
     console.lines(&supports(&setup, &problem));
     if !setup.resolved.case.loads.is_empty() {
@@ -105,10 +114,11 @@ fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
                 (false, true) => format!("{u:?}"),
                 (false, false) => format!("{u:?}, {angle}°"),
             };
-            vec![condition.set.clone(), nodes.to_string(), components, motion]
+            let case = condition.load_case.clone().unwrap_or_else(|| "all".into());
+            vec![condition.set.clone(), nodes.to_string(), components, motion, case]
         })
         .collect();
-    lines(&["set", "nodes", "components", "at the end"], &rows)
+    lines(columns(setup, &["set", "nodes", "components", "at the end", "load case"]), &rows)
 }
 
 fn loads(setup: &Setup, units: &Units) -> Vec<String> {
@@ -124,10 +134,16 @@ fn loads(setup: &Setup, units: &Units) -> Vec<String> {
                 LoadKind::Traction(t) => ("traction", format!("{:?}", t.map(|t| factor * t + 0.0)), Dimension::STRESS),
                 LoadKind::Force(f) => ("force", format!("{:?}", f.map(|f| factor * f + 0.0)), Dimension::FORCE),
             };
-            vec![load.surface.clone(), format!("{kind}{}", units.bracket(dimension)), value]
+            let case = load.load_case.clone().unwrap_or_else(|| "all".into());
+            vec![load.surface.clone(), format!("{kind}{}", units.bracket(dimension)), value, case]
         })
         .collect();
-    lines(&["surface", "load", "at the end"], &rows)
+    lines(columns(setup, &["surface", "load", "at the end", "load case"]), &rows)
+}
+
+/// The columns of a table whose last one tells load cases: it is left out where there are none.
+fn columns<'a>(setup: &Setup, all: &'a [&'a str]) -> &'a [&'a str] {
+    &all[..all.len() - usize::from(setup.resolved.case.load_cases.is_empty())]
 }
 
 fn contacts(setup: &Setup) -> Vec<String> {

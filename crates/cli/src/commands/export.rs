@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use slipstick::build::build_mesh;
-use slipstick::export::{ExportError, ExportOptions, TriangleSurface, design_surface, write_obj, write_stl, write_vtu};
+use slipstick::export::{
+    ExportError, ExportOptions, TriangleSurface, design_surface, unit_of_3mf, write_3mf, write_obj, write_stl,
+    write_vtu,
+};
 use slipstick::run::{RunDirectory, design_density};
 
 use super::digits;
@@ -29,10 +32,14 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         keep_surfaces: args.keep_surfaces,
         bodies: args.body.clone(),
     };
+    let length = resolved.case.units.length.as_deref();
+    if args.threemf.is_some() {
+        unit_of_3mf(length)?;
+    }
     let export = design_surface(&mesh, &density, &options)?;
     let names: Vec<&str> = mesh.bodies.iter().map(|body| body.name.as_str()).collect();
     for (format, file) in &files {
-        format.write(file, &export.surface, &names)?;
+        format.write(file, &export.surface, &names, length)?;
     }
     let (surface, volume) = (&export.surface, export.surface.volume());
     let pieces = surface.pieces();
@@ -67,6 +74,7 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
 enum Format {
     Stl,
     Obj,
+    ThreeMf,
     Vtu,
 }
 
@@ -75,14 +83,23 @@ impl Format {
         match self {
             Self::Stl => "stl",
             Self::Obj => "obj",
+            Self::ThreeMf => "3mf",
             Self::Vtu => "vtu",
         }
     }
 
-    fn write(self, file: &Path, surface: &TriangleSurface, names: &[&str]) -> Result<(), ExportError> {
+    /// Writes a file; `names` are those of the bodies, `length` is what the case calls its unit.
+    fn write(
+        self,
+        file: &Path,
+        surface: &TriangleSurface,
+        names: &[&str],
+        length: Option<&str>,
+    ) -> Result<(), ExportError> {
         match self {
             Self::Stl => write_stl(file, surface),
             Self::Obj => write_obj(file, surface, names),
+            Self::ThreeMf => write_3mf(file, surface, names, length),
             Self::Vtu => write_vtu(file, surface),
         }
     }
@@ -90,7 +107,12 @@ impl Format {
 
 /// What is written where; `design.stl` in the run's directory where nothing is asked for.
 fn files(args: &Export, directory: &RunDirectory) -> Outcome<Vec<(Format, PathBuf)>> {
-    let asked = [(Format::Stl, &args.stl), (Format::Obj, &args.obj), (Format::Vtu, &args.vtu)];
+    let asked = [
+        (Format::Stl, &args.stl),
+        (Format::Obj, &args.obj),
+        (Format::ThreeMf, &args.threemf),
+        (Format::Vtu, &args.vtu),
+    ];
     let files: Vec<(Format, PathBuf)> =
         asked.into_iter().filter_map(|(format, file)| Some((format, file.clone()?))).collect();
     for (format, file) in &files {

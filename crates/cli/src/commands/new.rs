@@ -1,46 +1,106 @@
 //! `slipstick new`: a commented case file to start from.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use slipstick::case::{TEMPLATES, template};
+use slipstick::case::{TEMPLATES, case_of_mesh, template};
 use slipstick::output::write_atomically;
 
 use crate::args::New;
 use crate::failure::Failure;
 use crate::{Context, Outcome};
 
+/// The template that is written for a mesh file.
+const MY_MESH: &str = "my-mesh";
+
+/// What it is.
+const ABOUT_MY_MESH: &str = "a mesh of your own, its bodies and surfaces by name: `slipstick new my-mesh --mesh FILE`";
+
 /// Writes a template, or lists all.
 ///
 /// # Errors
-/// [`Failure::Input`] for an unknown template, an existing file, or one that cannot be written.
+/// [`Failure::Input`] for an unknown template, a mesh that cannot be used, an existing file, or one that cannot be written.
 pub fn run(context: &Context, args: &New) -> Outcome {
-    let console = &context.console;
-    let Some(name) = &args.template else {
-        let width = TEMPLATES.iter().map(|template| template.name.len()).max().unwrap_or(0);
-        for found in TEMPLATES {
-            console.text(&format!("  {:width$}   {}", found.name, found.about));
-            console.event("result", json!({ "command": "new", "template": found.name, "about": found.about }));
+    let name = args.template.as_deref().map(|name| name.replace('_', "-"));
+    match (name.as_deref(), &args.mesh) {
+        (None, None) => list(context),
+        (None | Some(MY_MESH), Some(mesh)) => of_mesh(context, args, mesh),
+        (Some(MY_MESH), None) => {
+            let cure = "name a .msh, .inp or .vtu file with --mesh";
+            Err(Failure::input("the template `my-mesh` needs a mesh", cure))
         }
-        return Ok(());
+        (Some(name), Some(_)) => {
+            let message = format!("the template `{name}` has shapes of its own and takes no mesh");
+            Err(Failure::input(message, "leave out --mesh, or take the template `my-mesh`"))
+        }
+        (Some(name), None) => {
+            let Some(found) = template(name) else {
+                let known: Vec<&str> = names().map(|(name, _)| name).collect();
+                let message = format!("there is no template `{name}`");
+                return Err(Failure::input(message, format!("known: {}", known.join(", "))));
+            };
+            let file = args.out.clone().unwrap_or_else(|| PathBuf::from(found.name.replace('-', "_") + ".toml"));
+            write(context, args, &file, found.text, found.name, found.about)
+        }
+    }
+}
+
+/// All templates and what they are.
+fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
+    TEMPLATES.iter().map(|template| (template.name, template.about)).chain([(MY_MESH, ABOUT_MY_MESH)])
+}
+
+fn list(context: &Context) -> Outcome {
+    let console = &context.console;
+    let width = names().map(|(name, _)| name.len()).max().unwrap_or(0);
+    for (name, about) in names() {
+        console.text(&format!("  {name:width$}   {about}"));
+        console.event("result", json!({ "command": "new", "template": name, "about": about }));
+    }
+    Ok(())
+}
+
+/// Writes a case for a mesh file.
+fn of_mesh(context: &Context, args: &New, mesh: &Path) -> Outcome {
+    let bytes = std::fs::read(mesh).map_err(|error| {
+        Failure::input(format!("cannot read the mesh file {}: {error}", mesh.display()), "check its name")
+    })?;
+    let stem = mesh.file_stem().unwrap_or(mesh.as_os_str());
+    let file = args.out.clone().unwrap_or_else(|| Path::new(stem).with_extension("toml"));
+    let text = case_of_mesh(&bytes, &seen_from(&file, mesh)).map_err(|error| {
+        Failure::input(format!("{}: {}: {}", mesh.display(), error.place, error.message), error.cure)
+    })?;
+    write(context, args, &file, &text, MY_MESH, "what touches, is held and moves is a guess: correct it")
+}
+
+/// The mesh file's name from the folder of the case file: relative where it lies there or below, else absolute.
+fn seen_from(case: &Path, mesh: &Path) -> String {
+    let folder = match case.parent() {
+        Some(parent) if parent != Path::new("") && case.as_os_str() != "-" => parent,
+        // beside each other, as far as anyone knows
+        _ => return mesh.display().to_string(),
     };
-    let Some(found) = template(name) else {
-        let known: Vec<&str> = TEMPLATES.iter().map(|template| template.name).collect();
-        return Err(Failure::input(format!("there is no template `{name}`"), format!("known: {}", known.join(", "))));
+    let seen = match (folder.canonicalize(), mesh.canonicalize()) {
+        (Ok(folder), Ok(mesh)) => mesh.strip_prefix(folder).map(Path::to_path_buf).unwrap_or(mesh),
+        _ => mesh.to_path_buf(),
     };
-    let file = args.out.clone().unwrap_or_else(|| PathBuf::from(found.name.replace('-', "_") + ".toml"));
+    seen.display().to_string()
+}
+
+fn write(context: &Context, args: &New, file: &Path, text: &str, name: &str, about: &str) -> Outcome {
+    let console = &context.console;
     if file.as_os_str() == "-" {
-        console.raw(found.text);
+        console.raw(text);
         return Ok(());
     }
     if file.exists() && !args.force {
         let cure = "name another file with --out, or give --force to replace it";
         return Err(Failure::input(format!("{} exists already", file.display()), cure));
     }
-    write_atomically(&file, |writer| writer.write_all(found.text.as_bytes()))?;
+    write_atomically(file, |writer| writer.write_all(text.as_bytes()))?;
     let shown = file.display();
-    console.text(&format!("wrote {shown}: {}", found.about));
+    console.text(&format!("wrote {shown}: {about}"));
     console.text(&format!("next: slipstick check {shown}"));
-    console.event("result", json!({ "command": "new", "template": found.name, "file": file }));
+    console.event("result", json!({ "command": "new", "template": name, "file": file }));
     Ok(())
 }

@@ -28,15 +28,18 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
     let shown = match (args.step, args.iteration) {
         (Some(step), _) => Shown::Step(step),
         (None, Some(iteration)) => Shown::Iteration(iteration),
+        (None, None) if args.failure => Shown::Failure,
         (None, None) => Shown::Newest,
     };
+    let (field, threshold) = if args.failure { ("smallest_determinant", 0.0) } else { ("density", 0.5) };
+    let field = args.field.as_deref().unwrap_or(field);
     let (width, height) = args.size;
     let request = PictureRequest {
-        field: args.field.clone(),
+        field: field.to_owned(),
         shown,
         view: args.view.clone(),
         displacement_factor: args.deformed,
-        threshold: args.threshold,
+        threshold: args.threshold.unwrap_or(threshold),
         canvas: Canvas { width, height, ..Canvas::default() },
     };
     let picture = picture(&directory, &resolved.case, &mesh, &request)?;
@@ -44,9 +47,9 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         RenderError::Output(error) => Failure::from(error),
         other => PictureError::from(other).into(),
     })?;
-    let told = json!({ "command": "render", "file": file, "field": args.field, "width": width, "height": height });
+    let told = json!({ "command": "render", "file": file, "field": field, "width": width, "height": height });
     context.console.event("result", told);
-    context.console.text(&format!("{} in {}", args.field, file.display()));
+    context.console.text(&format!("{field} in {}", file.display()));
     Ok(())
 }
 

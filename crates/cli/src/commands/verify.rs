@@ -35,6 +35,10 @@ const COLUMNS: &[&str] = &[
 /// As [`Failure`] lists them; of those [`Failure::Check`] if a direction is off by more than the tolerance and all that
 /// spoils a difference, or if nothing could be compared.
 pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
+    if args.elements == 0 && args.directions == 0 {
+        let cure = "let --elements or --directions be at least 1";
+        return Err(Failure::input("nothing is left to compare", cure));
+    }
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(&problem, &args.design)?;
     let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "verify"))? else {
@@ -57,7 +61,7 @@ fn designed(problem: &Problem) -> Vec<u32> {
 fn options(args: &VerifyGradient) -> VerifyOptions {
     VerifyOptions {
         directions: args.directions,
-        elements: args.elements.get(),
+        elements: args.elements,
         step: args.step,
         halvings: args.halvings,
         tolerance: args.tolerance,

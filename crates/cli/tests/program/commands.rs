@@ -31,7 +31,12 @@ fn units_are_shown() {
 fn new_writes_templates_that_check_accepts() {
     let place = Place::new();
     let listed = place.good("new");
-    for (name, file) in [("half-ball", "half_ball.toml"), ("ironing", "ironing.toml"), ("cube-on-cuboid", "c.toml")] {
+    for (name, file) in [
+        ("half-ball", "half_ball.toml"),
+        ("ironing", "ironing.toml"),
+        ("clutch", "clutch.toml"),
+        ("cube-on-cuboid", "c.toml"),
+    ] {
         assert!(listed.out.contains(name));
         place.good(&format!("new {name} --out {file}"));
         assert!(place.good(&format!("check {file}")).out.contains("nothing to complain about"), "{name}");
@@ -40,6 +45,22 @@ fn new_writes_templates_that_check_accepts() {
     place.good("new ironing --force");
     place.bad("new billiards", 2, &["no template `billiards`", "half-ball"]);
     assert!(place.good("new ironing --out -").out.starts_with("# A stiff curved die"));
+    place.bad("new my-mesh", 2, &["needs a mesh", "--mesh"]);
+    place.bad("new ironing --mesh a.msh", 2, &["takes no mesh", "my-mesh"]);
+    place.bad("new my-mesh --mesh a.msh", 2, &["cannot read the mesh file a.msh"]);
+}
+
+/// One of elements and random directions is enough for a comparison; none is not.
+#[test]
+fn verify_takes_no_elements_but_not_nothing() {
+    let place = Place::new();
+    let ran = place.good("verify gradient case.toml --elements 0 --directions 1 --halvings 1 --json");
+    assert_eq!(ran.event("result")["check"]["directions"].as_array().map(Vec::len), Some(1));
+    place.bad(
+        "verify gradient case.toml --elements 0 --directions 0",
+        2,
+        &["nothing is left to compare", "--elements"],
+    );
 }
 
 #[test]

@@ -41,6 +41,9 @@ fn the_design_as_a_closed_surface() {
     // A new run takes its own surface away; other files are not touched without being told.
     place.good("export case --obj a.obj --vtu a.vtu --threshold 0.3 --smooth 0 --iteration 0 --body slab");
     assert!(place.read("a.obj").starts_with("# slipstick") && place.path("a.vtu").exists());
+    place.good("export case --3mf a.3mf");
+    let archive = std::fs::read(place.path("a.3mf")).expect("written");
+    assert!(archive.starts_with(b"PK\x03\x04") && archive.len() > 1000);
     place.good("export case");
     place.bad("export case --obj a.obj", 2, &["a.obj exists already", "--force"]);
     place.good("export case --obj a.obj --force --keep-surfaces false");
@@ -58,6 +61,10 @@ fn what_cannot_be_exported() {
     place.bad("export case --body plate", 2, &["no body `plate`", "slab, block"]);
     place.bad("export case --threshold 2", 2, &["auto or a number from 0 to 1"]);
     place.bad("export case --stl design.obj", 2, &["design.obj does not end in .stl"]);
+    let case = place.read("case/case.toml").replacen("[[body]]", "[units]\nlength = \"furlong\"\n[[body]]", 1);
+    place.write("miles.toml", &case);
+    place.good("optimize miles.toml --iterations 1 -q");
+    place.bad("export miles --threshold 0.4 --3mf a.3mf", 2, &["3MF has no unit `furlong`", "[units] length"]);
     place.bad("export nowhere", 2, &["nowhere holds no run.json"]);
     std::fs::remove_file(place.path("case/design.csv")).expect("there");
     place.bad("export case", 2, &["case holds no design.csv"]);

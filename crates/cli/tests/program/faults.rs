@@ -1,26 +1,57 @@
 //! Disks that are full, places that cannot be written, files that are damaged, foreign or gone: each ends with the
 //! documented exit code and a message with place and cure, and loses nothing. The messages stand in `messages.txt`.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::process::Stdio;
 
 use super::killed::{Random, assert_same_runs, with_short_files};
 use super::meshes::{copy, meshed};
 use super::*;
+use crate::table::publish;
 
 /// Messages as users see them, by what was done; kept in a file that a reader can judge.
-struct Messages(String);
+#[derive(Default)]
+struct Messages {
+    text: String,
+    tally: Tally,
+}
+
+/// Tries of one kind of fault, for the table of `docs/robustness.md`. Whatever a test adds here has been asserted.
+#[derive(Default)]
+struct Tally {
+    tries: usize,
+    codes: BTreeSet<Option<i32>>,
+    resumed: usize,
+}
+
+impl Tally {
+    fn add(&mut self, ran: &Ran) {
+        self.tries += 1;
+        self.codes.insert(ran.code);
+    }
+
+    /// Publishes the row of a fault.
+    fn publish(&self, number: usize, fault: &str) {
+        let codes: Vec<String> =
+            self.codes.iter().map(|code| code.map_or("killed".into(), |code| code.to_string())).collect();
+        let Self { tries, resumed, .. } = self;
+        let row = format!("| {fault} | {tries} | {} | {resumed} |\n", codes.join(", "));
+        publish(&format!("faults_{number}"), &row);
+    }
+}
 
 impl Messages {
     fn new() -> Self {
-        Self(String::new())
+        Self::default()
     }
 
     fn add(&mut self, what: &str, ran: &Ran) {
         assert!(!ran.err.contains("panicked"), "{what}\n{}", ran.err);
         assert!(ran.err.contains("help: "), "{what}: no cure in\n{}", ran.err);
+        self.tally.add(ran);
         let indented: String = ran.err.lines().map(|line| format!("    {line}\n")).collect();
-        self.0.push_str(&format!(
+        self.text.push_str(&format!(
             "{what} [{}]\n{}\n",
             ran.code.map_or("killed".into(), |c| c.to_string()),
             anonymous(&indented)
@@ -32,10 +63,10 @@ impl Messages {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/messages").join(name);
         if std::env::var_os("SLIPSTICK_WRITE_MESSAGES").is_some() {
             fs::create_dir_all(path.parent().expect("a folder")).expect("made");
-            fs::write(&path, &self.0).expect("written");
+            fs::write(&path, &self.text).expect("written");
         }
         let kept = fs::read_to_string(&path).expect("the messages");
-        assert_eq!(kept, self.0, "{}: SLIPSTICK_WRITE_MESSAGES=1 writes it anew", path.display());
+        assert_eq!(kept, self.text, "{}: SLIPSTICK_WRITE_MESSAGES=1 writes it anew", path.display());
     }
 }
 
@@ -90,21 +121,23 @@ fn on_a_small_disk(place: &Place, line: &str, kilobytes: usize) -> Option<Ran> {
 fn a_full_disk_ends_a_run_that_resumes() {
     let place = Place::new();
     place.good("optimize case.toml --out whole -q");
-    let mut resumed = 0;
+    let mut tally = Tally::default();
     for kilobytes in [4, 24, 48, 72, 96, 120] {
         let Some(ran) = on_a_small_disk(&place, "optimize case.toml --out disk/run -q", kilobytes) else { return };
         assert_eq!(ran.code, Some(2), "{kilobytes} kB\n{}", ran.err);
         assert!(ran.err.contains("No space left on device"), "{}", ran.err);
         assert!(ran.err.contains("disk/run"), "no place in {}", ran.err);
         assert!(ran.err.contains("the free space"), "no cure in {}", ran.err);
+        tally.add(&ran);
         if place.path("copy/run/checkpoint.json").exists() {
             place.good("resume copy/run -q");
             assert_same_runs(&place, "whole", "copy/run");
-            resumed += 1;
+            tally.resumed += 1;
         }
         fs::remove_dir_all(place.path("copy")).expect("removed");
     }
-    assert!(resumed >= 3, "{resumed}");
+    assert!(tally.resumed >= 3, "{}", tally.resumed);
+    tally.publish(1, "disk full at one moment or another");
 }
 
 /// The same with a limit of file sizes, which every Unix has: what is too long by then cannot be written.
@@ -123,6 +156,8 @@ fn files_that_cannot_grow_end_a_run_that_resumes() {
     messages.compare("full_disk.txt");
     place.good("resume run -q");
     assert_same_runs(&place, "whole", "run");
+    messages.tally.resumed += 1;
+    messages.tally.publish(2, "files that may not grow (`ulimit -f`)");
 }
 
 /// Folders in the place of files cannot be written, whoever asks (modes do not bind the superuser).
@@ -150,6 +185,8 @@ fn places_that_cannot_be_written() {
     place.good("optimize case.toml --out whole -q");
     assert_same_runs(&place, "whole", "run");
     messages.compare("places.txt");
+    messages.tally.resumed += 1;
+    messages.tally.publish(3, "places that cannot be written");
 }
 
 /// A run's files cut at several lengths and with bits flipped: `resume` refuses those that it reads, and writes nothing.
@@ -159,7 +196,7 @@ fn damaged_files_of_a_run() {
     place.good("optimize case.toml --out whole -q");
     place.good("optimize case.toml --out run -q --iterations 2");
     let mut messages = Messages::new();
-    let mut random = Random(7);
+    let (mut tally, mut random) = (Tally::default(), Random(7));
     for name in ["checkpoint.json", "start_values_0.bin", "case.toml", "run.json", "history.csv", "newton.csv"] {
         let path = place.path("run").join(name);
         let whole = fs::read(&path).expect(name);
@@ -189,6 +226,7 @@ fn damaged_files_of_a_run() {
             let mut others = Contents::of(&place, "run", name);
             let ran = place.run("resume run --iterations 4 -q");
             assert_eq!(ran.code, Some(2), "{name} {what}: {}", ran.err);
+            tally.add(&ran);
             assert!(ran.err.contains("run/") || what == "gone", "{name} {what}: no place in {}", ran.err);
             if ["history.csv", "newton.csv"].contains(&name) {
                 // The record says how the attempt ended; rows of a design that is evaluated again are taken back.
@@ -207,6 +245,8 @@ fn damaged_files_of_a_run() {
     messages.compare("damaged.txt");
     place.good("resume run --iterations 4 -q");
     assert_same_runs(&place, "whole", "run");
+    tally.resumed += 1;
+    tally.publish(4, "files of a run emptied, cut, with a bit flipped, gone");
 }
 
 /// The bytes of all files of a run but one.
@@ -254,6 +294,8 @@ fn files_of_another_run() {
     place.good("resume run --iterations 4 -q");
     place.good("optimize case.toml --out whole -q");
     assert_same_runs(&place, "whole", "run");
+    messages.tally.resumed += 1;
+    messages.tally.publish(5, "files or folder of another run");
 }
 
 /// Mesh files that are gone, damaged or changed, before a run and in it.
@@ -291,6 +333,8 @@ fn mesh_files_that_are_not_what_they_were() {
     place.good("resume run --iterations 4 -q");
     assert_same_runs(&place, "whole", "run");
     messages.compare("meshes.txt");
+    messages.tally.resumed += 1;
+    messages.tally.publish(6, "mesh files gone, cut, changed");
 }
 
 /// What a second start on a running optimization says; the first one does not notice.
@@ -315,4 +359,6 @@ fn two_runs_in_one_folder() {
     place.good(&format!("resume case -q --iterations {}", made + 1));
     place.good(&format!("optimize case.toml --out whole -q --iterations {}", made + 1));
     assert_same_runs(&place, "whole", "case");
+    messages.tally.resumed += 1;
+    messages.tally.publish(7, "a second run in the folder of a running one");
 }

@@ -1,7 +1,7 @@
 //! Optimizations that are killed (SIGKILL), at random moments and within the writing of a checkpoint, and resumed: what they
 //! leave in the end is what an uninterrupted run leaves, bit for bit.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::Stdio;
@@ -9,6 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::*;
+use crate::table::publish;
 
 /// The sequence of a linear congruential generator (Knuth's MMIX constants).
 pub struct Random(pub u64);
@@ -53,45 +54,85 @@ pub fn assert_same_runs(place: &Place, one: &str, other: &str) {
 
 const ITERATIONS: &str = "iterations = 12";
 
-/// Kills and resumes a run, on another number of threads each time, until it ends by itself; how often it was killed.
-fn drive_with_kills(place: &Place, run: &str, longest: Duration, random: &mut Random) -> usize {
-    let mut kills = 0;
+/// Parts of files that a killed process has left.
+fn parts(folder: &Path) -> BTreeSet<String> {
+    let all = if folder.exists() { files(folder) } else { BTreeSet::new() };
+    all.into_iter().filter(|name| name.ends_with(".tmp")).collect()
+}
+
+/// Where in the work of an optimization of four load steps a kill has hit, from what was told and whether it has left a
+/// part of a file.
+fn place_of_kill(told: &str, part: bool) -> &'static str {
+    if part {
+        return "within the writing of a file";
+    }
+    // The last line may be cut off.
+    let last = told.lines().rev().find_map(|line| serde_json::from_str::<Value>(line).ok());
+    match last.as_ref().map(|event| (event["event"].as_str().unwrap_or_default(), &event["step"])) {
+        None | Some(("start", _)) => "before the first load step of a process",
+        Some(("step", step)) if *step == 4 => "gradient and update of the design",
+        Some(("step", _)) => "load step",
+        Some(("iteration", _)) => "files of an iteration, or the first load step after it",
+        _ => "files of the last path, or the end",
+    }
+}
+
+/// How often a kill hit which place.
+type Kills = BTreeMap<&'static str, usize>;
+
+/// Kills and resumes a run, on another number of threads each time, until it ends by itself.
+fn drive_with_kills(place: &Place, run: &str, longest: Duration, random: &mut Random) -> Kills {
+    let mut kills = Kills::new();
     loop {
         // A run that is killed before its first checkpoint is started again, as the message of `resume` says.
         let begun = place.path(run).join("checkpoint.json").exists();
         let line = if begun { format!("resume {run}") } else { format!("optimize case.toml --out {run} --force") };
-        let line = format!("{line} -q --threads {}", 1 + random.below(3));
-        let mut child = place.command(&line).stderr(Stdio::piped()).spawn().expect("the program runs");
+        let line = format!("{line} --json --threads {}", 1 + random.below(3));
+        let before = parts(&place.path(run));
+        let mut command = place.command(&line);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program runs");
         sleep(longest.mul_f64(random.unit()));
         child.kill().expect("killed, or ended before");
         let ended = child.wait_with_output().expect("ends");
-        match ended.status.signal() {
-            Some(_) => kills += 1,
-            None => {
-                let said = String::from_utf8_lossy(&ended.stderr).into_owned();
-                assert!(ended.status.success(), "{line} after {kills} kills\n{said}");
-                return kills;
-            }
+        if ended.status.signal().is_none() {
+            let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+            assert!(ended.status.success(), "{line} after {kills:?}\n{said}");
+            return kills;
         }
-        assert!(kills < 200, "no progress");
+        let part = !parts(&place.path(run)).is_subset(&before);
+        *kills.entry(place_of_kill(&String::from_utf8_lossy(&ended.stdout), part)).or_default() += 1;
+        assert!(kills.values().sum::<usize>() < 200, "no progress");
     }
 }
 
+/// `SLIPSTICK_KILLS` kills at least, 24 without it.
 #[test]
 fn runs_that_are_killed_again_and_again_end_as_if_nothing_had_been() {
+    let wanted = std::env::var("SLIPSTICK_KILLS").map_or(24, |text| text.parse().expect("SLIPSTICK_KILLS"));
     let place = Place::with("iterations = 4", ITERATIONS);
     let clock = Instant::now();
     place.good("optimize case.toml --out whole -q");
     let whole = clock.elapsed();
-    let (mut random, mut kills, mut runs) = (Random(20_261_121), 0, 0);
-    while kills < 24 {
+    let (mut random, mut kills, mut runs) = (Random(20_261_121), Kills::new(), 0);
+    while kills.values().sum::<usize>() < wanted {
         runs += 1;
         let run = format!("killed_{runs}");
-        kills += drive_with_kills(&place, &run, whole.mul_f64(0.4), &mut random);
+        for (at, count) in drive_with_kills(&place, &run, whole.mul_f64(0.4), &mut random) {
+            *kills.entry(at).or_default() += count;
+        }
+        // Bit for bit, or the test ends here.
         assert_same_runs(&place, "whole", &run);
-        assert!(runs < 100, "{kills} kills only");
+        fs::remove_dir_all(place.path(&run)).expect("removed");
+        assert!(runs < 4 * wanted, "{kills:?} only");
     }
-    println!("{runs} runs, {kills} kills");
+    let rows: String = kills.iter().map(|(at, count)| format!("| {at} | {count} | yes |\n")).collect();
+    let all: usize = kills.values().sum();
+    publish(
+        "kills",
+        &format!(
+            "| where a kill hit | kills | resumed bit for bit |\n|---|---|---|\n{rows}| together, in {runs} runs | {all} | yes |\n"
+        ),
+    );
 }
 
 /// A command that is killed (SIGXFSZ) as soon as one of its files grows beyond so many blocks of 512 bytes; with `told`
@@ -125,8 +166,8 @@ fn a_run_killed_within_the_writing_of_a_checkpoint_resumes() {
     assert!(largest + 3000 < blocks * 512, "{largest} of {}", before.len());
     let killed = with_short_files(&place, "resume cut --iterations 4 -q", blocks, false).status().expect("sh");
     assert_eq!(killed.signal(), Some(SIGXFSZ), "{killed}");
-    let parts: Vec<String> = files(&place.path("cut")).into_iter().filter(|name| name.ends_with(".tmp")).collect();
-    assert!(matches!(&parts[..], [part] if part.starts_with("checkpoint.json.")), "{parts:?}");
+    let left: Vec<String> = parts(&place.path("cut")).into_iter().collect();
+    assert!(matches!(&left[..], [part] if part.starts_with("checkpoint.json.")), "{left:?}");
     assert_eq!(place.read("cut/checkpoint.json"), before, "the last one is whole");
     place.good("resume cut --iterations 4 -q");
     assert_same_runs(&place, "whole", "cut");

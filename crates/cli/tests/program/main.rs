@@ -1,5 +1,7 @@
 //! The real program on tiny cases, end to end.
 
+#[path = "../../../slipstick/tests/common/abaqus.rs"]
+mod abaqus;
 mod bad_input;
 mod bench;
 mod commands;
@@ -17,6 +19,8 @@ mod report;
 mod resume;
 mod stop;
 mod study;
+#[path = "../../../slipstick/tests/common/table.rs"]
+mod table;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -55,7 +55,6 @@ fn counts_are_greater_than_zero() {
         place.bad(line, 2, &[]);
     }
     place.bad("optimize case.toml --iterations 0", 2, &["a whole number greater than zero is expected"]);
-    place.bad("verify gradient case.toml --elements 0", 2, &["a whole number greater than zero is expected"]);
 }
 
 /// Steps that the objective does not look at have no value, not the value 0.

@@ -100,3 +100,66 @@ fn tetrahedra_go_through_all_commands() {
     place.good("export run");
     assert!(std::fs::metadata(place.path("run/design.stl")).expect("a surface").len() > 10_000);
 }
+
+/// `new my-mesh` names bodies and surfaces of files of all formats, with and without names, and `check` takes what it writes.
+#[test]
+fn a_case_for_a_mesh_of_ones_own_is_accepted() {
+    let place = Place::new();
+    for (mesh, expected) in [
+        ("gmsh_41_binary.msh", ["slave = \"block_bottom\"", "master = \"slab_top\"", "set = \"slab_bottom\""]),
+        // triangles are smaller than the block's quadrilaterals
+        ("gmsh_tetrahedra.msh", ["slave = \"slab_top\"", "master = \"block_bottom\"", "set = \"slab_bottom\""]),
+        // Gmsh's volumes are element sets, its physical groups node sets
+        ("gmsh.inp", ["slave = \"Volume2_", "master = \"Volume1_", "set = \"Volume1_slab_bottom\""]),
+        // parts and surfaces by values of a field
+        ("meshio_ascii.vtu", ["slave = \"group_6_group=7\"", "master = \"group_1_group=3\"", "part = \"group=6\""]),
+    ] {
+        copy(&place, mesh, mesh);
+        place.good(&format!("new my-mesh --mesh {mesh} --out mine.toml --force"));
+        let text = place.read("mine.toml");
+        for expected in expected {
+            assert!(text.contains(expected), "{mesh}: {expected}\n{text}");
+        }
+        let checked = place.good("check mine.toml").out;
+        assert!(checked.contains("nothing to complain about"), "{mesh}\n{checked}\n{text}");
+    }
+    // the path goes on: closed, and along
+    let text = place.read("mine.toml").replace("steps = 10", "steps = 2").replace("iterations = 30", "iterations = 1");
+    place.write("mine.toml", &text);
+    let history = place.good("optimize mine.toml --json").event("result");
+    assert!(history["objective"].as_f64().expect("a number") < -1.0, "{history}");
+}
+
+/// A file with one body gets a block; its mesh lies in another folder than the case.
+#[test]
+fn a_body_alone_gets_a_block() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("cases")).expect("a folder");
+    let both = include_str!("../../../meshio/tests/data/gmsh_22_ascii.msh");
+    // elements of the physical groups 1 to 5 are the slab's; the third word after an element's number is its group
+    let keep = |surfaces: bool| {
+        let of_slab = |line: &&str| match line.split(' ').collect::<Vec<_>>()[..] {
+            [_, kind, "2", group, ..] => {
+                group.parse::<u32>().is_ok_and(|group| group <= 5) && (surfaces || kind == "5")
+            }
+            _ => true,
+        };
+        let lines: Vec<&str> = both.lines().filter(of_slab).collect();
+        let elements = lines.iter().position(|line| *line == "$Elements").expect("elements");
+        let count = (lines.len() - elements - 3).to_string();
+        let line = |(i, line)| if i == elements + 1 { count.as_str() } else { line };
+        lines.iter().copied().enumerate().map(line).collect::<Vec<&str>>().join("\n") + "\n"
+    };
+    for (surfaces, expected) in [(true, "set = \"slab_bottom\""), (false, "set = \"slab_far\"")] {
+        place.write("one.msh", &keep(surfaces));
+        place.good("new --mesh one.msh --out cases/one.toml --force");
+        let text = place.read("cases/one.toml");
+        let master = if surfaces { "master = \"slab_top\"" } else { "master = \"slab_ymax\"" };
+        for expected in ["name = \"block\"", master, expected] {
+            assert!(text.contains(expected), "{expected}\n{text}");
+        }
+        assert!(text.contains("/one.msh\""), "an absolute path: the mesh does not lie below the case\n{text}");
+        let checked = place.good("check cases/one.toml").out;
+        assert!(checked.contains("nothing to complain about"), "{checked}\n{text}");
+    }
+}

@@ -159,3 +159,47 @@ fn a_browser_shows_the_page() {
     assert!(pixels("threshold") < pixels("first"), "fewer elements: {told}");
     assert!(told["charts"].as_u64() >= Some(7), "{told}");
 }
+
+/// The page shows the design in Firefox, too: in the view that turns, or where there is no WebGL (headless as a rule) by the picture
+/// in its place. The colours of a screenshot tell, which the page without both has not.
+#[test]
+#[ignore = "needs Firefox"]
+fn firefox_shows_the_page() {
+    let there = |name: &&&str| Command::new(name).arg("--version").output().is_ok();
+    let found = ["firefox-esr", "firefox"].iter().find(|name| there(name));
+    let browser = found.expect("neither firefox-esr nor firefox is installed");
+    let place = Place::new();
+    place.good("optimize case.toml -q");
+    place.good("report case");
+    let html = place.read("case/report.html");
+    place.write("hidden.html", &html.replace("</body>", "<style>canvas, img { visibility: hidden }</style></body>"));
+    let colours = |page: &str| {
+        let picture = place.path("screenshot.png");
+        let output = Command::new(browser)
+            .args(["--headless", "--no-remote", "--window-size=900,900", "--profile"])
+            .arg(profile(&place, page))
+            .arg("--screenshot")
+            .arg(&picture)
+            .arg(format!("file://{}", place.path(page).display()))
+            .output()
+            .expect("the browser runs");
+        let file = std::fs::File::open(&picture);
+        let file = file.unwrap_or_else(|e| panic!("no screenshot: {e}\n{}", String::from_utf8_lossy(&output.stderr)));
+        let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a picture");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+        let info = reader.next_frame(&mut pixels).expect("a picture");
+        let samples = info.color_type.samples();
+        let saturated =
+            |pixel: &&[u8]| pixel[..3].iter().max().unwrap_or(&0) - pixel[..3].iter().min().unwrap_or(&0) > 60;
+        pixels.chunks_exact(samples).filter(saturated).count()
+    };
+    let (with, without) = (colours("case/report.html"), colours("hidden.html"));
+    assert!(with > 10_000 && without < 100, "{with} coloured pixels with the view, {without} without");
+}
+
+/// A profile for each page, which is made by the browser.
+fn profile(place: &Place, page: &str) -> PathBuf {
+    let folder = place.path(&format!("profile_{}", page.replace(['/', '.'], "_")));
+    std::fs::create_dir_all(&folder).expect("made");
+    folder
+}

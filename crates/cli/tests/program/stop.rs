@@ -1,5 +1,9 @@
 //! Runs that stop short: by Ctrl-C, by failure.
 
+use std::collections::BTreeSet;
+
+use slipstick::output::read_fields;
+
 use super::*;
 
 #[cfg(unix)]
@@ -113,8 +117,12 @@ fn a_failed_march_says_why_and_keeps_what_it_has() {
         "load step 1 failed",
         "no convergence in 3 Newton iterations",
         "reached: t = 0",
+        "last Newton iterations:",
+        "      3: residual ",
         "tried:",
+        "help: more Newton iterations (`load_path.max_newton_iterations`): the residual still fell",
         "help: more load steps",
+        "`slipstick render case_solve --failure` draws it",
     ];
     place.bad("solve case.toml", 3, &expected);
     assert!(place.path("case_solve/failure.vtu").exists() && place.path("case_solve/path_0000.vtu").exists());
@@ -127,7 +135,8 @@ fn a_failed_march_says_why_and_keeps_what_it_has() {
     assert_eq!(failed[0].last().map(String::as_str), Some("failure"));
 }
 
-/// The block driven through the slab's support: elements are turned inside out, and are named with body and place.
+/// The block driven through the slab's support: elements are turned inside out, and are named with body and place. The
+/// failing iterate shows them, in its file and in a picture.
 #[test]
 fn inverted_elements_are_named() {
     let place = Place::with("t = 0.5, u = [0, -0.1, 0]", "t = 0.5, u = [0, -2.2, 0]");
@@ -135,4 +144,48 @@ fn inverted_elements_are_named() {
     place.bad("solve case.toml", 3, &expected);
     // What converged before is kept.
     assert!(place.path("case_solve/path_0001.vtu").exists() && place.path("case_solve/path.pvd").exists());
+
+    let failure = place.run("solve case.toml --json --force").event("error")["failure"].clone();
+    let fields = read_fields(&place.path("case_solve/failure.vtu")).expect("the failing iterate");
+    let determinants = &fields.iter().find(|field| field.name == "smallest_determinant").expect("its field").values;
+    let places = failure["places"].as_array().expect("places");
+    assert!(!places.is_empty());
+    for at in places {
+        let element = at["number"].as_u64().expect("a number") as usize;
+        assert!(at["kind"] == "element" && determinants[element] <= 0.0, "{at}: {}", determinants[element]);
+    }
+    place.good("render case_solve --failure -o failure.png");
+    assert!(std::fs::read(place.path("failure.png")).expect("a picture").starts_with(b"\x89PNG"));
+    place.good("solve case.toml --out whole --set dirichlet[1].motion=[{t=1,u=[0,-0.1,0]}]");
+    place.bad("render whole --failure", 2, &["whole has no failure.vtu", "help: leave --failure out"]);
+}
+
+/// Friction of 20 in one long step: two nodes go on changing between stick and slip, and are named.
+#[test]
+fn nodes_that_go_on_changing_their_status_are_named() {
+    let place = Place::with("friction = 0.3", "friction = 20.0");
+    let case = place.read("case.toml").replace("steps = 4", "steps = 1\nmax_cutbacks = 0");
+    let motion = case.lines().find(|line| line.starts_with("motion")).expect("the motion").to_owned();
+    place.write("case.toml", &case.replace(&motion, "motion = [{ t = 1.0, u = [-0.036, -0.041, 0.391] }]"));
+    let expected = [
+        "load step 1 failed: no convergence in 25 Newton iterations: 2 slave nodes still change between stick",
+        "    at node ",
+        "of body `block` at (",
+        "    last Newton iterations:",
+        "help: more load steps",
+        "help: another `complementarity_parameter`",
+    ];
+    let ran = place.bad("solve case.toml", 3, &expected);
+    assert!(!ran.err.contains("max_newton_iterations"), "more of the same would not help\n{}", ran.err);
+    let failure = place.run("solve case.toml --json --force").event("error")["failure"].clone();
+    let iterations = failure["iterations"].as_array().expect("iterations");
+    let statuses: BTreeSet<String> = iterations.iter().map(|iteration| iteration["status"].to_string()).collect();
+    assert!(iterations.len() == 5 && statuses.len() == 2, "{iterations:?}");
+    let places = failure["places"].as_array().expect("places");
+    assert_eq!(places.len(), 2);
+    for at in places {
+        // on the block's lower face
+        assert!(at["kind"] == "node" && at["position"][1] == 1.0, "{at}");
+    }
+    place.good("render case_solve --failure --field status");
 }

@@ -7,6 +7,9 @@
 //!
 //! Because the edge is a material line, components in (τ^ξ, τ^η) are objective history: a rigid rotation, also one
 //! about the normal, leaves them unchanged.
+//!
+//! On a symmetry plane, the frame is that of the whole body: s without its component across the plane, which the facets on
+//! the other side cancel, and τ^ξ across the plane.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -30,6 +33,8 @@ pub struct NodalFrame {
     /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect to the ring's
     /// 3·|ring| coordinates. \[1/L\]. Empty if no gradient was asked for.
     pub gradient: Vec<f64>,
+    /// Which tangents stand across a symmetry plane: nothing slides along them, and no traction acts along them.
+    pub across: [bool; 2],
 }
 
 impl NodalFrame {
@@ -61,14 +66,17 @@ fn normalisation_slope(unit: &Vector3<f64>, length: f64) -> Matrix3<f64> {
 
 /// Evaluates the frame at a node whose ring has the current positions `ring`.
 ///
-/// `edge` is the ring position of the neighbour that fixes the tangent's material direction. Degenerate corners
-/// (collinear edges) contribute nothing; `None` if no direction is left.
+/// `edge` is the ring position of the neighbour that fixes the tangent's material direction; `mirrored` are the coordinate
+/// axes that stand across a symmetry plane through the node. Degenerate corners (collinear edges) contribute nothing;
+/// `None` if no direction is left.
 ///
-/// Paper: (19), (20) and §2.2. Tests: `frame_gradient_matches_finite_differences`, `frame_turns_with_the_body`.
+/// Paper: (19), (20) and §2.2; symmetry planes are ours. Tests: `frame_gradient_matches_finite_differences`,
+/// `frame_turns_with_the_body`, `a_mirrored_frame_is_that_of_the_whole_body`.
 pub fn nodal_frame(
     ring: &[Vector3<f64>],
     corners: &[RingCorner],
     edge: usize,
+    mirrored: [bool; 3],
     with_gradient: bool,
     out: &mut NodalFrame,
 ) -> Option<()> {
@@ -82,12 +90,18 @@ pub fn nodal_frame(
             sum += normal / length;
         }
     }
+    let within = Matrix3::from_diagonal(&Vector3::from(mirrored.map(|across| if across { 0.0 } else { 1.0 })));
+    let sum = within * sum;
     let length = sum.norm();
     if !(length > 1e-8) {
         return None;
     }
     let n = sum / length;
-    let e = ring[edge] - ring[own];
+    let axis = mirrored.iter().position(|&across| across);
+    let e = match axis {
+        Some(axis) => Vector3::ith(axis, 1.0),
+        None => ring[edge] - ring[own],
+    };
     let projected = e - n * n.dot(&e);
     let tangent_length = projected.norm();
     if !(tangent_length > 1e-8 * e.norm()) {
@@ -95,6 +109,7 @@ pub fn nodal_frame(
     }
     let xi = projected / tangent_length;
     let eta = n.cross(&xi);
+    out.across = [axis.is_some(), mirrored.iter().filter(|&&across| across).count() > 1];
     out.basis = Matrix3::from_rows(&[n.transpose(), xi.transpose(), eta.transpose()]);
     out.gradient.clear();
     if !with_gradient {
@@ -103,7 +118,7 @@ pub fn nodal_frame(
     out.gradient.resize(9 * columns, 0.0);
     let gradient = &mut out.gradient;
     // normal
-    let outer = normalisation_slope(&n, length);
+    let outer = normalisation_slope(&n, length) * within;
     for corner in corners {
         let (a, b, normal) = corner_normal(ring, corner);
         let size = normal.norm();
@@ -127,9 +142,9 @@ pub fn nodal_frame(
     for t in 0..columns {
         let dn = Vector3::new(gradient[t], gradient[columns + t], gradient[2 * columns + t]);
         let mut de = Vector3::zeros();
-        if t / 3 == edge {
+        if axis.is_none() && t / 3 == edge {
             de[t % 3] = 1.0;
-        } else if t / 3 == own {
+        } else if axis.is_none() && t / 3 == own {
             de[t % 3] = -1.0;
         }
         let d_projected = de - n * n.dot(&de) - dn * n.dot(&e) - n * dn.dot(&e);
@@ -171,15 +186,23 @@ mod tests {
 
     #[test]
     fn frame_gradient_matches_finite_differences() {
-        let (ring, corners) = patch();
+        for mirrored in [[false; 3], [true, false, false], [false, false, true], [true, true, false]] {
+            gradient_matches(mirrored);
+        }
+    }
+
+    fn gradient_matches(mirrored: [bool; 3]) {
+        let (mut ring, corners) = patch();
+        // a slope, so that a normal is left in every plane
+        ring.iter_mut().for_each(|x| x[2] += 0.5 * x[0] - 0.7 * x[1]);
         let mut frame = NodalFrame::default();
-        nodal_frame(&ring, &corners, 5, true, &mut frame).unwrap();
+        nodal_frame(&ring, &corners, 5, mirrored, true, &mut frame).unwrap();
         assert!((frame.basis * frame.basis.transpose() - Matrix3::identity()).norm() < 1e-14);
         let at = |t: usize, h: f64| {
             let mut moved = ring.clone();
             moved[t / 3][t % 3] += h;
             let mut frame = NodalFrame::default();
-            nodal_frame(&moved, &corners, 5, false, &mut frame).unwrap();
+            nodal_frame(&moved, &corners, 5, mirrored, false, &mut frame).unwrap();
             frame.basis
         };
         for t in 0..27 {
@@ -188,7 +211,7 @@ mod tests {
                 for c in 0..3 {
                     assert!(
                         (fd[(b, c)] - frame.slope(b, c, t)).abs() < 1e-9,
-                        "vector {b} component {c} coordinate {t}"
+                        "vector {b} component {c} coordinate {t}, {mirrored:?}"
                     );
                 }
             }
@@ -201,10 +224,29 @@ mod tests {
         let rotation = Rotation3::from_euler_angles(0.4, -1.1, 2.3);
         let turned: Vec<_> = ring.iter().map(|x| rotation * x + Vector3::new(3.0, -1.0, 7.0)).collect();
         let (mut a, mut b) = (NodalFrame::default(), NodalFrame::default());
-        nodal_frame(&ring, &corners, 5, false, &mut a).unwrap();
-        nodal_frame(&turned, &corners, 5, false, &mut b).unwrap();
+        nodal_frame(&ring, &corners, 5, [false; 3], false, &mut a).unwrap();
+        nodal_frame(&turned, &corners, 5, [false; 3], false, &mut b).unwrap();
         for v in 0..3 {
             assert!((rotation * a.vector(v) - b.vector(v)).norm() < 1e-14);
         }
+    }
+
+    /// A node with two facets at x = 0, and the same with their mirror images beside them.
+    #[test]
+    fn a_mirrored_frame_is_that_of_the_whole_body() {
+        let half =
+            [[0.0, 0.0, 0.1], [0.0, 1.0, 0.4], [1.1, 0.9, 0.2], [1.0, 0.1, -0.3], [0.9, -1.1, 0.2], [0.0, -0.8, 0.0]];
+        let mut ring: Vec<Vector3<f64>> = half.map(Vector3::from).to_vec();
+        let corner = |next, previous| RingCorner { own: 0, next, previous };
+        let mut frame = NodalFrame::default();
+        nodal_frame(&ring, &[corner(3, 1), corner(5, 3)], 1, [true, false, false], false, &mut frame).unwrap();
+        // 6, 7, 8 are the images of 2, 3, 4; only 7 is a corner's neighbour
+        ring.extend([2, 3, 4].map(|i| Vector3::new(-half[i][0], half[i][1], half[i][2])));
+        let mut whole = NodalFrame::default();
+        let corners = [corner(3, 1), corner(5, 3), corner(1, 7), corner(7, 5)];
+        nodal_frame(&ring, &corners, 1, [false; 3], false, &mut whole).unwrap();
+        assert!((frame.vector(0) - whole.vector(0)).norm() < 1e-15);
+        assert_eq!((frame.vector(1), frame.across), (Vector3::x(), [true, false]));
+        assert_eq!(whole.across, [false; 2]);
     }
 }

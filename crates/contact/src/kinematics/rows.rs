@@ -103,7 +103,7 @@ impl NodeKinematics {
             }
         }
         let ring: Vec<Vector3<f64>> = slave.ring.iter().map(|&m| position(x, m)).collect();
-        if nodal_frame(&ring, &slave.corners, slave.edge, with_gradient, &mut self.frame).is_none() {
+        if nodal_frame(&ring, &slave.corners, slave.edge, slave.mirrored, with_gradient, &mut self.frame).is_none() {
             return false;
         }
         self.form_relative(x, with_gradient);
@@ -197,7 +197,8 @@ impl NodeKinematics {
 
     /// Objective nodal slip increment ũ_τ over the step, in the node's tangent basis. \[L³\], 2 components.
     ///
-    /// Positive along the slave's sliding. Depends on the previous step through D and M only.
+    /// Positive along the slave's sliding; zero along tangents across a symmetry plane, where the other half takes it back.
+    /// Depends on the previous step through D and M only.
     /// Paper: (24) with the full row of D; previous-step linearisation (66) in [`Self::add_previous_slip_gradient`].
     /// Tests: `gap_and_slip_gradients`, `slip_increment_is_objective`.
     pub fn slip(&self, previous: &PreviousRow, x: &[f64], with_gradient: bool, out: &mut SlipIncrement) {
@@ -208,7 +209,9 @@ impl NodeKinematics {
         }
         // the previous row sums to zero only up to round-off; the node's own position carries the rest
         let change = self.relative - before;
-        out.value = -Vector2::new(self.frame.vector(1).dot(&change), self.frame.vector(2).dot(&change));
+        let across = self.frame.across;
+        let along = |a: usize| if across[a] { 0.0 } else { -self.frame.vector(1 + a).dot(&change) };
+        out.value = Vector2::new(along(0), along(1));
         out.gradient.clear();
         out.previous_gradient.clear();
         if !with_gradient {
@@ -217,8 +220,12 @@ impl NodeKinematics {
         let mut row = Vec::new();
         for a in 0..2 {
             self.project_gradient(1 + a, &change, &mut row);
+            let mut tangent = self.frame.vector(1 + a);
+            if across[a] {
+                row.fill(0.0);
+                tangent = Vector3::zeros();
+            }
             out.gradient.extend_from_slice(&row);
-            let tangent = self.frame.vector(1 + a);
             for b in &previous.coefficient {
                 out.previous_gradient.extend(tangent.iter().map(|c| c * b));
             }
@@ -231,7 +238,8 @@ impl NodeKinematics {
     /// `∂ũ_a = τ_a · Σ_s ∂b_js,n−1 x_s`. Paper: (66) with full rows. Test: `gap_and_slip_gradients`.
     pub fn add_previous_slip_gradient(&self, frame: &NodalFrame, x: &[f64], weight: Vector2<f64>, out: &mut [f64]) {
         let columns = 3 * self.support.len();
-        let direction = frame.vector(1) * weight[0] + frame.vector(2) * weight[1];
+        let along = |a: usize| if frame.across[a] { 0.0 } else { weight[a] };
+        let direction = frame.vector(1) * along(0) + frame.vector(2) * along(1);
         let own = position(x, self.node);
         for (s, &node) in self.support.iter().enumerate() {
             let factor = direction.dot(&(position(x, node) - own));

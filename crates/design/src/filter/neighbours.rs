@@ -25,6 +25,17 @@ impl Neighbours {
     ///
     /// A radius that is not positive and finite, a centroid that is not finite, more than 2³² elements.
     pub fn new(centroids: &[[f64; 3]], radius: f64) -> Result<Self, FilterError> {
+        Self::mirrored(centroids, radius, &[])
+    }
+
+    /// The same with the mirror images of elements in symmetry planes, each given by the axis that it stands across and its
+    /// coordinate there \[L\]: an element counts once for itself and once for each image within the radius. Weights of
+    /// images are symmetric up to rounding.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn mirrored(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> Result<Self, FilterError> {
         if !(radius.is_finite() && radius > 0.0) {
             return Err(FilterError::Radius { radius });
         }
@@ -34,9 +45,10 @@ impl Neighbours {
         if let Some(element) = centroids.iter().position(|centroid| !centroid.iter().all(|x| x.abs() < FARTHEST)) {
             return Err(FilterError::Centroid { element });
         }
-        let grid = CellGrid::new(centroids, radius);
+        let (places, owners) = with_images(centroids, radius, planes);
+        let grid = CellGrid::new(&places, radius);
         // Twice, first for the lengths only: the lists may be the largest thing of a run, and need no copies.
-        let lengths = centroids.par_iter().map(|centroid| grid.within(centroids, centroid, radius).len());
+        let lengths = centroids.par_iter().map(|centroid| grid.within(&places, centroid, radius).len());
         let mut starts = vec![0];
         starts.extend(lengths.collect::<Vec<_>>().iter().scan(0, |end, length| {
             *end += length;
@@ -46,7 +58,11 @@ impl Neighbours {
         let (mut elements, mut weights) = (vec![0; entries], vec![0.0; entries]);
         let rows = split(&mut elements, &starts).into_par_iter().zip(split(&mut weights, &starts));
         rows.zip(centroids).for_each(|((elements, weights), centroid)| {
-            let row = grid.within(centroids, centroid, radius);
+            let mut row = grid.within(&places, centroid, radius);
+            if !owners.is_empty() {
+                row.iter_mut().for_each(|entry| entry.0 = owners[entry.0 as usize]);
+                row.sort_by_key(|entry| entry.0);
+            }
             elements.iter_mut().zip(weights).zip(row).for_each(|(at, entry)| (*at.0, *at.1) = entry);
         });
         Ok(Self { starts, elements, weights })
@@ -78,6 +94,27 @@ impl Neighbours {
         let sum = |element| self.of(element).map(|(neighbour, weight)| weight * a[neighbour]).sum();
         (0..self.len()).into_par_iter().map(sum).collect()
     }
+}
+
+/// Centroids, then those mirror images that may be within the radius of one; of each the element, if there are images.
+fn with_images(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> (Vec<[f64; 3]>, Vec<u32>) {
+    let mut places = centroids.to_vec();
+    if planes.is_empty() {
+        return (places, Vec::new());
+    }
+    let mut owners: Vec<u32> = (0..centroids.len() as u32).collect();
+    for &(axis, at) in planes {
+        for i in 0..places.len() {
+            // elements lie on one side, so that an image is at least as far from them as from the plane
+            if (places[i][axis] - at).abs() < radius {
+                let mut image = places[i];
+                image[axis] = 2.0 * at - image[axis];
+                places.push(image);
+                owners.push(owners[i]);
+            }
+        }
+    }
+    (places, owners)
 }
 
 /// The rows of a list, from where each starts.
@@ -200,6 +237,37 @@ mod tests {
                 prop_assert_eq!(found, brute_force(&centroids, radius, element));
             }
         }
+    }
+
+    /// A quarter with its images in two planes, against the whole: what an element and its images weigh.
+    #[test]
+    fn images_are_those_of_the_whole() {
+        let quarter: Vec<[f64; 3]> =
+            (0..40).map(|i| [1.3, 2.1, 0.7].map(|f| 1.0 + (f * f64::from(i) + f).sin().abs())).collect();
+        let planes = [(0, 1.0), (2, 0.9)];
+        let mut whole = quarter.clone();
+        for (axis, at) in planes {
+            let images: Vec<_> = whole
+                .iter()
+                .map(|x| {
+                    let mut x = *x;
+                    x[axis] = 2.0 * at - x[axis];
+                    x
+                })
+                .collect();
+            whole.extend(images);
+        }
+        let (mirrored, all) =
+            (Neighbours::mirrored(&quarter, 0.6, &planes).unwrap(), Neighbours::new(&whole, 0.6).unwrap());
+        let mut images = 0;
+        for element in 0..quarter.len() {
+            let (mut found, mut expected) = (vec![0.0; quarter.len()], vec![0.0; quarter.len()]);
+            mirrored.of(element).for_each(|(i, weight)| found[i] += weight);
+            all.of(element).for_each(|(i, weight)| expected[i % quarter.len()] += weight);
+            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-14), "{element}");
+            images += mirrored.of(element).count() - mirrored.of(element).filter(|(i, _)| *i == element).count();
+        }
+        assert!(images > 0);
     }
 
     #[test]

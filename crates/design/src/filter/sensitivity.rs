@@ -34,8 +34,22 @@ impl SensitivityFilter {
     ///
     /// A radius or volume that is not positive and finite, a centroid that is not finite, lists of different length.
     pub fn new(centroids: &[[f64; 3]], volumes: &[f64], radius: f64) -> Result<Self, FilterError> {
+        Self::mirrored(centroids, volumes, radius, &[])
+    }
+
+    /// The same for elements on one side of symmetry planes, as in [`Neighbours::mirrored`]: as if the images were there.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    pub fn mirrored(
+        centroids: &[[f64; 3]],
+        volumes: &[f64],
+        radius: f64,
+        planes: &[(usize, f64)],
+    ) -> Result<Self, FilterError> {
         check_volumes(centroids.len(), volumes)?;
-        let neighbours = Neighbours::new(centroids, radius)?;
+        let neighbours = Neighbours::mirrored(centroids, radius, planes)?;
         let weight_sums = neighbours.weighted_sums(&vec![1.0; volumes.len()]);
         Ok(Self { neighbours, weight_sums, volumes: volumes.to_vec() })
     }

@@ -7,10 +7,10 @@ use super::{Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView
 /// Counting such a node as zero moves the objective by less than the equilibrium tolerance can see.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Negative sum of the force norms of the slave nodes: `θ_s = −Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int,s^(j)`. \[F\]
+/// Negative sum of the force norms of the slave nodes: `θ_s = −Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int,s^(j) − f_ext,s^(j)`. \[F\]
 ///
-/// Minimising it maximises the contact force. Slave nodes carry no external force but reactions where they are supported
-/// or driven; without those components ([`ContactForce::without_reactions`]) their internal force is the negative contact
+/// Minimising it maximises the contact force. Besides loads, slave nodes carry reactions where they are supported
+/// or driven; without those components ([`ContactForce::without_reactions`]) this difference is the negative contact
 /// force. With `ε = 0` this is the norm itself, which has no derivative at `f_j = 0`: a node whose force
 /// is below 1e-12 of the largest nodal force of the model counts as zero, with zero derivative. With `ε > 0` the
 /// function is smooth everywhere; choose ε far below the forces that matter.
@@ -54,8 +54,8 @@ impl ContactForce {
     }
 
     /// Force of a node without reactions.
-    fn force(&self, internal_force: &[f64], node: u32) -> [f64; 3] {
-        let mut force = nodal_force(internal_force, node);
+    fn force(&self, state: &StateView, node: u32) -> [f64; 3] {
+        let mut force = nodal_force(state, node);
         for (c, f) in force.iter_mut().enumerate() {
             if self.reactions.get(3 * node as usize + c) == Some(&true) {
                 *f = 0.0;
@@ -102,7 +102,7 @@ impl Objective for ContactForce {
         let threshold = self.threshold(state.internal_force);
         let mut sum = 0.0;
         for &node in &self.nodes {
-            let size = norm(self.force(state.internal_force, node));
+            let size = norm(self.force(state, node));
             if size <= threshold {
                 continue; // false for NaN, which therefore reaches the sum
             }
@@ -115,14 +115,16 @@ impl Objective for ContactForce {
     fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
         let threshold = self.threshold(state.internal_force);
         for &node in &self.nodes {
-            let force = self.force(state.internal_force, node);
+            let force = self.force(state, node);
             let size = norm(force);
             if size <= threshold {
                 continue;
             }
             let regularised = size.hypot(self.regularisation);
             for component in 0..3 {
-                derivative.internal_force[3 * node as usize + component] -= force[component] / regularised;
+                let at = 3 * node as usize + component;
+                derivative.internal_force[at] -= force[component] / regularised;
+                derivative.external_force[at] += force[component] / regularised;
             }
         }
     }
@@ -133,15 +135,24 @@ mod tests {
     use super::*;
 
     fn view(internal_force: &[f64]) -> StateView<'_> {
-        StateView { step: 1, steps: 1, time: 1.0, displacement: &[], internal_force }
+        StateView { step: 1, steps: 1, time: 1.0, displacement: &[], internal_force, external_force: &NONE }
     }
 
     fn gradient(objective: &impl Objective, force: &[f64]) -> Vec<f64> {
         let mut internal_force = vec![0.0; force.len()];
-        let mut derivative = StateDerivative { displacement: &mut [], internal_force: &mut internal_force };
+        let mut external_force = vec![0.0; force.len()];
+        let mut derivative = StateDerivative {
+            displacement: &mut [],
+            internal_force: &mut internal_force,
+            external_force: &mut external_force,
+        };
         objective.derivative(&view(force), &mut derivative);
+        assert!(internal_force.iter().zip(&external_force).all(|(i, e)| *i == -e || i.is_nan() && e.is_nan()));
         internal_force
     }
+
+    /// No load.
+    const NONE: [f64; 12] = [0.0; 12];
 
     /// Node 0 is not observed and carries the largest force; node 3 carries noise.
     const FORCE: [f64; 12] = [50.0, 0.0, 1.0, 3.0, -4.0, 0.0, 2.0, -1.0, 2.0, 1e-13, -2e-13, 1e-13];
@@ -210,7 +221,11 @@ mod tests {
     fn derivatives_accumulate() {
         let objective = ContactForce::new(vec![0], 1, ObservedSteps::Last, 0.0).unwrap();
         let mut internal_force = [10.0, 20.0, 30.0];
-        let mut derivative = StateDerivative { displacement: &mut [], internal_force: &mut internal_force };
+        let mut derivative = StateDerivative {
+            displacement: &mut [],
+            internal_force: &mut internal_force,
+            external_force: &mut [0.0; 3],
+        };
         objective.derivative(&view(&[0.0, 2.0, 0.0]), &mut derivative);
         assert_eq!(internal_force, [10.0, 19.0, 30.0]);
     }

@@ -4,11 +4,17 @@
 //! displacements and the internal forces of the whole model and gives explicit partial derivatives with respect to both.
 //! The chain rule, (92)–(98) of the paper, is the caller's: it multiplies by `∂f_int/∂d` and `∂f_int/∂φ`.
 
+mod check;
+mod compliance;
 mod contact_force;
 mod reaction_force;
+mod weighted;
 
+pub use check::{WrongDerivative, check_derivatives};
+pub use compliance::Compliance;
 pub use contact_force::ContactForce;
 pub use reaction_force::ReactionForce;
+pub use weighted::Weighted;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -77,15 +83,19 @@ pub struct StateView<'a> {
     pub displacement: &'a [f64],
     /// Nodal internal forces `f_int(d, φ)`, entry `3·node + component`. \[F\]
     pub internal_force: &'a [f64],
+    /// Nodal forces of the loads `f_ext(d, t)`, entry `3·node + component`. \[F\]
+    pub external_force: &'a [f64],
 }
 
 /// Explicit partial derivatives of an objective; implementations add to what is there.
 #[derive(Debug)]
 pub struct StateDerivative<'a> {
-    /// `∂θ_s/∂d` at fixed internal force, entry `3·node + component`.
+    /// `∂θ_s/∂d` at fixed forces, entry `3·node + component`.
     pub displacement: &'a mut [f64],
     /// `∂θ_s/∂f_int` at fixed displacement, entry `3·node + component`.
     pub internal_force: &'a mut [f64],
+    /// `∂θ_s/∂f_ext` at fixed displacement, entry `3·node + component`.
+    pub external_force: &'a mut [f64],
 }
 
 /// A function of the states of the load path, to be minimised: `θ = Σ_s θ_s` over the observed steps `s`.
@@ -167,9 +177,12 @@ fn check_nodes(nodes: &[u32], node_count: usize) -> Result<(), ObjectiveError> {
     }
 }
 
-fn nodal_force(internal_force: &[f64], node: u32) -> [f64; 3] {
-    let first = 3 * node as usize;
-    [internal_force[first], internal_force[first + 1], internal_force[first + 2]]
+/// What contact and supports put on a node, with the opposite sign: internal minus external force.
+fn nodal_force(state: &StateView, node: u32) -> [f64; 3] {
+    std::array::from_fn(|c| {
+        let at = 3 * node as usize + c;
+        state.internal_force[at] - state.external_force[at]
+    })
 }
 
 #[cfg(test)]

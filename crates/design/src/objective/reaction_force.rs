@@ -54,7 +54,7 @@ impl Objective for ReactionForce {
     fn value(&self, state: &StateView) -> f64 {
         let [x, y, z] = self.direction;
         let along = |&node: &u32| {
-            let force = nodal_force(state.internal_force, node);
+            let force = nodal_force(state, node);
             x * force[0] + y * force[1] + z * force[2]
         };
         -self.nodes.iter().map(along).sum::<f64>()
@@ -63,7 +63,9 @@ impl Objective for ReactionForce {
     fn derivative(&self, _state: &StateView, derivative: &mut StateDerivative) {
         for &node in &self.nodes {
             for component in 0..3 {
-                derivative.internal_force[3 * node as usize + component] -= self.direction[component];
+                let at = 3 * node as usize + component;
+                derivative.internal_force[at] -= self.direction[component];
+                derivative.external_force[at] += self.direction[component];
             }
         }
     }
@@ -78,13 +80,26 @@ mod tests {
         let objective = ReactionForce::new(vec![0, 2], 3, [0.0, -5.0, 0.0], ObservedSteps::All).unwrap();
         assert_eq!(objective.direction(), [0.0, -1.0, 0.0]);
         let force = [1.0, -2.0, 3.0, 7.0, 7.0, 7.0, 0.5, -0.25, 9.0];
-        let state = StateView { step: 2, steps: 3, time: 0.5, displacement: &[0.0; 9], internal_force: &force };
+        let state = StateView {
+            step: 2,
+            steps: 3,
+            time: 0.5,
+            displacement: &[0.0; 9],
+            internal_force: &force,
+            external_force: &[0.0; 9],
+        };
         // −e·Σf = −(2 + 0.25): the supports push the body down.
         assert_eq!(objective.value(&state), -2.25);
-        let mut displacement = [0.0; 9];
-        let mut internal_force = [0.0; 9];
-        let mut derivative = StateDerivative { displacement: &mut displacement, internal_force: &mut internal_force };
+        let [mut displacement, mut internal_force, mut external_force] = [[0.0; 9]; 3];
+        let mut derivative = StateDerivative {
+            displacement: &mut displacement,
+            internal_force: &mut internal_force,
+            external_force: &mut external_force,
+        };
         objective.derivative(&state, &mut derivative);
+        assert_eq!(external_force, internal_force.map(|f| -f));
+        // a load on the nodes takes its part of what the supports carry
+        assert_eq!(objective.value(&StateView { external_force: &force, ..state }), 0.0);
         // A linear function is its derivative applied to its argument.
         let linear: f64 = internal_force.iter().zip(force).map(|(d, f)| d * f).sum();
         assert_eq!(linear, -2.25);

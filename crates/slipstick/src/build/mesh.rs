@@ -146,6 +146,6 @@ fn select_nodes(mesh: &Mesh, set: &case::NodeSet, path: &str) -> Result<Vec<u32>
 }
 
 /// A millionth of the size of all bodies: above the round-off of mesh files, below any element. \[L\]
-fn default_tolerance(mesh: &Mesh) -> f64 {
+pub(super) fn default_tolerance(mesh: &Mesh) -> f64 {
     mesh.bounding_box().map_or(0.0, |(min, max)| 1e-6 * (0..3).map(|c| (max[c] - min[c]).powi(2)).sum::<f64>().sqrt())
 }

@@ -18,6 +18,7 @@ mod diagnostics;
 mod encoding;
 mod explain;
 mod field;
+mod from_mesh;
 mod names;
 mod overrides;
 mod read;
@@ -31,6 +32,7 @@ mod typed;
 
 pub use diagnostics::{CaseCode, CaseDiagnostic, CaseErrors, Severity};
 pub use encoding::{NotUtf8, utf8};
+pub use from_mesh::case_of_mesh;
 pub use overrides::{Override, OverrideError, override_case};
 pub use resolved::*;
 pub use schema::schema;

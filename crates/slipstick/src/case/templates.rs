@@ -24,6 +24,11 @@ pub const TEMPLATES: &[Template] = &[
         text: include_str!("templates/ironing.toml"),
     },
     Template {
+        name: "clutch",
+        about: "a hollow cylinder pressed and turned on another one; both are designed",
+        text: include_str!("templates/clutch.toml"),
+    },
+    Template {
         name: "cube-on-cuboid",
         about: "five elements, to look at forces and gradients",
         text: include_str!("templates/cube_on_cuboid.toml"),

@@ -48,7 +48,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
 
 /// States of the path, of start values, and derivatives of the objective at observed steps.
 fn states(case: &Case, problem: &Problem) -> f64 {
-    let steps = case.load_path.steps;
+    let steps = case.steps();
     let (mesh, model) = (&problem.mesh, &problem.analysis.model);
     let displacements = 3.0 * mesh.nodes.len() as f64;
     // Multipliers, and as much again for history and statuses.

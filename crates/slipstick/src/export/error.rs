@@ -54,6 +54,12 @@ pub enum ExportError {
     /// Points that 32 bits cannot tell apart.
     #[error("the body is so far from the origin that 32-bit coordinates, as STL has them, merge points of its surface")]
     TooFar,
+    /// A unit that 3MF has no name for.
+    #[error("3MF has no unit `{unit}`")]
+    Unit {
+        /// As the case calls it.
+        unit: String,
+    },
     /// The file.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -73,6 +79,9 @@ impl ExportError {
                     .into()
             }
             Self::TooFar => "write OBJ or VTU files, or move the body with its `place.translate`".into(),
+            Self::Unit { .. } => {
+                "3MF has µm, mm, cm, m, in and ft: name one of them in `[units] length`, or write STL or OBJ".into()
+            }
             Self::Output(_) => "check the permission to write there and the free space".into(),
         }
     }

@@ -1,7 +1,7 @@
 //! Designs as closed triangle surfaces, for CAD, meshing and printing.
 //!
 //! ```text
-//! densities ──means──▶ values on tetrahedra ──threshold──▶ closed surface ──Taubin──▶ TriangleSurface ──▶ STL, OBJ, VTU
+//! densities ──means──▶ values on tetrahedra ──threshold──▶ closed surface ──Taubin──▶ TriangleSurface ──▶ STL, 3MF, OBJ, VTU
 //! ```
 //!
 //! Each element is divided into tetrahedra between its centre, the centres of its faces and its corners, 24 of a
@@ -34,10 +34,12 @@ mod smooth;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod threemf;
 
 pub use error::ExportError;
 pub use files::{write_obj, write_stl, write_vtu};
 pub use surface::TriangleSurface;
+pub use threemf::{unit_of_3mf, write_3mf};
 
 use slipstick_mesh::Mesh;
 

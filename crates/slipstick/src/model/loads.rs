@@ -1,6 +1,6 @@
 //! External forces along the load path.
 
-use super::Share;
+use super::{Share, course};
 use crate::case::{Load, LoadKind};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::FacetNodes;
@@ -15,7 +15,17 @@ pub struct Loads {
 #[derive(Debug, Clone)]
 struct Applied {
     load: Load,
+    /// Number of its load case; `None`: it acts in all.
+    case: Option<usize>,
     action: Action,
+}
+
+impl Applied {
+    /// What multiplies it at a pseudo-time.
+    fn factor(&self, time: f64) -> f64 {
+        let (case, time) = course::place(time);
+        if self.case.is_none_or(|own| own == case) { self.load.factor(time) } else { 0.0 }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -27,8 +37,9 @@ enum Action {
 }
 
 impl Loads {
-    /// `facets[i]` are those that `loads[i]` acts on; `coordinates` has three entries per node.
-    pub fn new(loads: Vec<Load>, facets: Vec<Vec<FacetNodes>>, coordinates: &[f64]) -> Self {
+    /// `facets[i]` are those that `loads[i]` acts on; `coordinates` has three entries per node; `cases` are the names of the
+    /// load cases.
+    pub fn new(loads: Vec<Load>, facets: Vec<Vec<FacetNodes>>, coordinates: &[f64], cases: &[&str]) -> Self {
         let dead = |facets: &[FacetNodes], traction: [f64; 3]| {
             let areas = nodal_areas(facets, coordinates);
             Action::Dead(areas.into_iter().map(|(node, area)| (node, traction.map(|t| t * area))).collect())
@@ -42,7 +53,8 @@ impl Loads {
                     dead(&facets, force.map(|f| f / area))
                 }
             };
-            Applied { load, action }
+            let case = load.load_case.as_ref().and_then(|name| cases.iter().position(|case| case == name));
+            Applied { load, case, action }
         };
         Self { loads: loads.into_iter().zip(facets).map(apply).collect() }
     }
@@ -59,13 +71,13 @@ impl Loads {
 
     /// Factors of all loads at pseudo-time `time`.
     pub fn factors(&self, time: f64) -> Vec<f64> {
-        self.loads.iter().map(|applied| applied.load.factor(time)).collect()
+        self.loads.iter().map(|applied| applied.factor(time)).collect()
     }
 
     /// Adds minus the external force at pseudo-time `time` and positions `x`: its part of R. \[F\]
     pub fn add_residual(&self, time: f64, x: &[f64], out: &mut [f64]) {
         for applied in &self.loads {
-            applied.action.add(applied.load.factor(time), x, out);
+            applied.action.add(applied.factor(time), x, out);
         }
     }
 
@@ -73,7 +85,7 @@ impl Loads {
     fn tangent(&self, time: f64, x: &[f64], mut add: impl FnMut(u32, u32, &[f64; 9])) {
         for applied in &self.loads {
             if let Action::Pressure(facets, pressure) = &applied.action {
-                pressure_tangent(facets, x, pressure * applied.load.factor(time), &mut add);
+                pressure_tangent(facets, x, pressure * applied.factor(time), &mut add);
             }
         }
     }
@@ -104,13 +116,13 @@ impl Loads {
         });
     }
 
-    /// Adds λᵀ ∂R/∂a of every load, where a = 1 multiplies it.
-    pub fn pull_back_amplitudes(&self, time: f64, x: &[f64], lambda: &[f64], out: &mut [f64]) {
+    /// Adds weightsᵀ ∂f_ext/∂a of every load, where a = 1 multiplies it.
+    pub fn pull_back_amplitudes(&self, time: f64, x: &[f64], weights: &[f64], out: &mut [f64]) {
         let mut residual = vec![0.0; x.len()];
         for (applied, out) in self.loads.iter().zip(out) {
             residual.fill(0.0);
-            applied.action.add(applied.load.factor(time), x, &mut residual);
-            *out += residual.iter().zip(lambda).map(|(r, l)| r * l).sum::<f64>();
+            applied.action.add(applied.factor(time), x, &mut residual);
+            *out -= residual.iter().zip(weights).map(|(r, w)| r * w).sum::<f64>();
         }
     }
 
@@ -121,7 +133,10 @@ impl Loads {
             self.add_residual(time, coordinates, &mut force);
             force.iter().map(|f| f * f).sum::<f64>().sqrt()
         };
-        let times = self.loads.iter().flat_map(|applied| applied.load.amplitude.iter().map(|point| point.t));
+        let times = self.loads.iter().flat_map(|applied| {
+            let start = course::start(applied.case.unwrap_or(0));
+            applied.load.amplitude.iter().map(move |point| start + point.t)
+        });
         times.map(norm).fold(0.0, f64::max)
     }
 }

@@ -10,6 +10,7 @@
 //! | penalty | d | ζ_τ | R |
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
+pub mod course;
 mod loads;
 pub mod node;
 mod parameters;
@@ -112,6 +113,8 @@ struct SlaveData {
     area: f64,
     /// Facet size around the node. \[L\]
     size: f64,
+    /// How many times the area counts with its mirror images.
+    images: f64,
 }
 
 /// The discrete problem of a load step; see the module's description.
@@ -226,7 +229,12 @@ impl ContactModel {
         let mut fixed_held = fixed.clone();
         if multipliers > 0 {
             groups.extend(interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node));
-            fixed.resize(3 * (nodes + multipliers), false);
+            // no traction acts across a symmetry plane
+            let slaves = interfaces.iter().flat_map(|i| i.interface.slave_nodes());
+            fixed.extend(slaves.flat_map(|slave| {
+                let planes = slave.mirrored.iter().filter(|&&across| across).count();
+                [false, planes > 0, planes > 1]
+            }));
             fixed_held.resize(3 * (nodes + multipliers), true);
         }
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
@@ -352,6 +360,14 @@ impl ContactModel {
         let (Method::Lagrange { stiffness } | Method::Penalty { stiffness } | Method::Augmented { stiffness, .. }) =
             &self.method;
         let of = |(slave, hardness): (&SlaveData, &f64)| match stiffness[slave.interface as usize] {
+            // weighted measures of the half are half of the whole's
+            GivenStiffness::Absolute(Stiffness { normal, tangential, scaling: StiffnessScaling::Weighted }) => {
+                Stiffness {
+                    normal: normal * slave.images,
+                    tangential: tangential * slave.images,
+                    scaling: StiffnessScaling::Weighted,
+                }
+            }
             GivenStiffness::Absolute(stiffness) => stiffness,
             GivenStiffness::Relative { factor, scaling } => {
                 let both = match scaling {
@@ -399,6 +415,13 @@ impl ContactModel {
             return whole.map_or_else(|_| Vec::new(), |whole| whole.smallest_determinants(d));
         }
         self.solid.smallest_determinants(d)
+    }
+
+    /// Volume of the smallest element. \[L³\]
+    pub fn smallest_element(&self) -> f64 {
+        // those of other ranks are 0 here
+        let volumes = self.solid.element_volumes().into_iter().filter(|volume| *volume > 0.0);
+        -self.share.largest(-volumes.fold(f64::INFINITY, f64::min))
     }
 
     /// The part of this rank.
@@ -550,6 +573,7 @@ fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
                 interface: i as u32,
                 area: slave.facets.iter().map(|&(f, _)| share(f)).sum(),
                 size: (around / slave.facets.len() as f64).sqrt(),
+                images: f64::from(1 << slave.mirrored.iter().filter(|&&across| across).count()),
             });
             slave_elements.push(elements_at(&mut std::iter::once(slave.node)));
         }

@@ -132,10 +132,12 @@ impl ContactModel {
     ) {
         let first = self.interfaces.len() + self.bodies.len();
         self.prescribed.pull_back_amplitudes(time, by_prescribed, &mut out[first..]);
-        self.pull_back_loads(&y[..self.displacement_count()], time, lambda, out);
+        // R has minus the external force
+        let weights: Vec<f64> = lambda[..self.displacement_count()].iter().map(|l| -l).collect();
+        self.pull_back_loads(&y[..self.displacement_count()], time, &weights, out);
     }
 
-    /// Adds weightsᵀ ∂R/∂a of every load.
+    /// Adds weightsᵀ ∂f_ext/∂a of every load.
     pub(crate) fn pull_back_loads(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
         let first = out.len() - self.loads.len();
         self.loads.pull_back_amplitudes(time, &self.positions(d), weights, &mut out[first..]);

@@ -1,5 +1,6 @@
 //! Prescribed displacements along the load path.
 
+use super::course;
 use crate::case::Dirichlet;
 use nalgebra::{Rotation3, Unit, Vector3};
 
@@ -7,9 +8,25 @@ use nalgebra::{Rotation3, Unit, Vector3};
 #[derive(Debug, Clone, Default)]
 pub struct Prescribed {
     motions: Vec<Dirichlet>,
+    /// Number of each motion's load case; `None`: it acts in all.
+    cases: Vec<Option<usize>>,
     /// Displacement unknown, its node's reference position, component, number of its motion.
     entries: Vec<(u32, [f64; 3], u8, u32)>,
     fixed: Vec<bool>,
+    /// Displacement unknowns across symmetry planes, which no motion prescribes: zero.
+    mirrored: Vec<u32>,
+}
+
+/// A motion takes a node off its symmetry plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("node {node} is moved off its symmetry plane in component {}", ["x", "y", "z"][*component as usize])]
+pub struct OffThePlane {
+    /// Global node number.
+    pub node: u32,
+    /// 0, 1, 2.
+    pub component: u8,
+    /// Number of the table that moves it.
+    pub motion: usize,
 }
 
 /// Two motions claim the same displacement.
@@ -25,12 +42,21 @@ pub struct ConflictingMotion {
 }
 
 impl Prescribed {
-    /// `sets[i]` are the nodes that `motions[i]` moves; `coordinates` has three entries per node.
+    /// `sets[i]` are the nodes that `motions[i]` moves; `coordinates` has three entries per node; `cases` are the names of the
+    /// load cases. What one of them moves is held in the others, unless something moves it there.
     ///
     /// # Errors
     /// [`ConflictingMotion`] where two tables that do not say the same meet in one unknown.
-    pub fn new(motions: Vec<Dirichlet>, sets: &[Vec<u32>], coordinates: &[f64]) -> Result<Self, ConflictingMotion> {
-        let mut owner: Vec<Option<u32>> = vec![None; coordinates.len()];
+    pub fn new(
+        motions: Vec<Dirichlet>,
+        sets: &[Vec<u32>],
+        coordinates: &[f64],
+        cases: &[&str],
+    ) -> Result<Self, ConflictingMotion> {
+        let number =
+            |motion: &Dirichlet| motion.load_case.as_ref().and_then(|name| cases.iter().position(|case| case == name));
+        let cases: Vec<Option<usize>> = motions.iter().map(number).collect();
+        let mut owners: Vec<Vec<u32>> = vec![Vec::new(); coordinates.len()];
         let mut entries = Vec::new();
         for (m, (motion, nodes)) in motions.iter().zip(sets).enumerate() {
             for &node in nodes {
@@ -38,20 +64,56 @@ impl Prescribed {
                 for component in &motion.components {
                     let c = component.index();
                     let dof = 3 * node as usize + c;
-                    match owner[dof] {
-                        None => {
-                            owner[dof] = Some(m as u32);
-                            entries.push((dof as u32, x, c as u8, m as u32));
-                        }
-                        Some(first) if same(&motions[first as usize], motion) => {}
-                        Some(_) => {
+                    let together = |&&other: &&u32| match (cases[other as usize], cases[m]) {
+                        (Some(a), Some(b)) => a == b,
+                        _ => true,
+                    };
+                    match owners[dof].iter().find(together) {
+                        Some(&first) if !same(&motions[first as usize], motion) => {
                             return Err(ConflictingMotion { node, component: c as u8, motion: m });
+                        }
+                        // the same in all of this one's cases
+                        Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {}
+                        _ => {
+                            owners[dof].push(m as u32);
+                            entries.push((dof as u32, x, c as u8, m as u32));
                         }
                     }
                 }
             }
         }
-        Ok(Self { motions, entries, fixed: owner.iter().map(Option::is_some).collect() })
+        let fixed = owners.iter().map(|owners| !owners.is_empty()).collect();
+        Ok(Self { motions, cases, entries, fixed, mirrored: Vec::new() })
+    }
+
+    /// The same with the components held that stand across symmetry planes: three per node in `mirrored`.
+    ///
+    /// # Errors
+    /// [`OffThePlane`] where a motion moves such a component.
+    pub fn with_symmetry(mut self, mirrored: &[[bool; 3]]) -> Result<Self, OffThePlane> {
+        let mut d = vec![0.0; self.fixed.len()];
+        // a turn may come back to the plane at its way points
+        let of = |(motion, case): (&Dirichlet, &Option<usize>)| {
+            let start = course::start(case.unwrap_or(0));
+            let times = motion.motion.iter().flat_map(|point| [point.t, 0.618 * point.t]);
+            times.map(|t| start + t).collect::<Vec<f64>>()
+        };
+        let times: Vec<f64> = self.motions.iter().zip(&self.cases).flat_map(of).collect();
+        for time in times {
+            self.apply(time, &mut d);
+            let moved = |entry: &&(u32, [f64; 3], u8, u32)| {
+                mirrored[entry.0 as usize / 3][usize::from(entry.2)] && d[entry.0 as usize] != 0.0
+            };
+            if let Some(&(dof, _, component, motion)) = self.entries.iter().find(moved) {
+                return Err(OffThePlane { node: dof / 3, component, motion: motion as usize });
+            }
+        }
+        for (dof, across) in mirrored.iter().flatten().enumerate() {
+            if *across && !std::mem::replace(&mut self.fixed[dof], true) {
+                self.mirrored.push(dof as u32);
+            }
+        }
+        Ok(self)
     }
 
     /// Which displacement unknowns are prescribed.
@@ -61,9 +123,21 @@ impl Prescribed {
 
     /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis, then translation.
     pub fn apply(&self, time: f64, d: &mut [f64]) {
-        let poses: Vec<_> = self.motions.iter().map(|m| (m.at(time), m.rotation)).collect();
+        for &dof in &self.mirrored {
+            d[dof as usize] = 0.0;
+        }
+        let (case, time) = course::place(time);
+        let pose = |(motion, own): (&Dirichlet, &Option<usize>)| {
+            own.is_none_or(|own| own == case).then(|| (motion.at(time), motion.rotation))
+        };
+        let poses: Vec<_> = self.motions.iter().zip(&self.cases).map(pose).collect();
+        for &(dof, _, _, motion) in &self.entries {
+            if poses[motion as usize].is_none() {
+                d[dof as usize] = 0.0;
+            }
+        }
         for &(dof, x, c, motion) in &self.entries {
-            let ((u, degrees), axis) = &poses[motion as usize];
+            let Some(((u, degrees), axis)) = &poses[motion as usize] else { continue };
             let mut value = u[c as usize];
             if let (Some(axis), true) = (axis, *degrees != 0.0) {
                 let direction = Unit::new_normalize(Vector3::from(axis.direction));
@@ -85,7 +159,11 @@ impl Prescribed {
     ///
     /// Test: `amplitudes_match_finite_differences`.
     pub fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
+        let (case, time) = course::place(time);
         for &(dof, x, c, motion) in &self.entries {
+            if self.cases[motion as usize].is_some_and(|own| own != case) {
+                continue;
+            }
             let moved = &self.motions[motion as usize];
             let (u, degrees) = moved.at(time);
             let mut slope = u[c as usize];
@@ -102,13 +180,14 @@ impl Prescribed {
 
     /// Largest prescribed displacement at any of the `times`. \[L\]
     pub fn largest(&self, times: &[f64]) -> f64 {
-        self.largest_of(times.iter().map(|&t| (0.0, t)))
+        self.largest_of(times.iter().map(|&t| (course::start(course::place(t).0), t)))
     }
 
-    /// Largest change of a prescribed displacement between consecutive `times`, starting at 0. \[L\]
+    /// Largest change of a prescribed displacement between consecutive `times`, each load case starting at rest. \[L\]
     pub fn largest_step(&self, times: &[f64]) -> f64 {
         let starts = std::iter::once(0.0).chain(times.iter().copied());
-        self.largest_of(starts.zip(times.iter().copied()))
+        let within = |(from, to): (f64, f64)| (from.max(course::start(course::place(to).0)), to);
+        self.largest_of(starts.zip(times.iter().copied()).map(within))
     }
 
     fn largest_of(&self, spans: impl Iterator<Item = (f64, f64)>) -> f64 {
@@ -139,6 +218,7 @@ mod tests {
     fn driven() -> Dirichlet {
         Dirichlet {
             set: "top".into(),
+            load_case: None,
             components: vec![Component::X, Component::Y, Component::Z],
             motion: vec![
                 Waypoint { t: 0.5, u: [0.0, -1.0, 0.0], angle: 0.0 },
@@ -150,7 +230,7 @@ mod tests {
 
     #[test]
     fn motion_is_piecewise_linear_and_rotates_about_its_axis() {
-        let prescribed = Prescribed::new(vec![driven()], &[vec![0]], &[2.0, 5.0, 0.0]).unwrap();
+        let prescribed = Prescribed::new(vec![driven()], &[vec![0]], &[2.0, 5.0, 0.0], &[]).unwrap();
         let mut d = vec![0.0; 3];
         prescribed.apply(0.25, &mut d);
         assert_eq!(d, [0.0, -0.5, 0.0]);
@@ -176,6 +256,7 @@ mod tests {
                 vec![Dirichlet { set: "rest".into(), ..driven() }, motion],
                 &[vec![1], vec![0]],
                 &coordinates,
+                &[],
             )
             .unwrap()
         };
@@ -197,7 +278,32 @@ mod tests {
     fn contradicting_tables_are_refused() {
         let mut other = driven();
         other.motion.pop();
-        let result = Prescribed::new(vec![driven(), driven(), other], &[vec![0], vec![0], vec![0]], &[0.0; 3]);
+        let result = Prescribed::new(vec![driven(), driven(), other], &[vec![0], vec![0], vec![0]], &[0.0; 3], &[]);
         assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, motion: 2 });
+    }
+
+    /// Two cases move one node differently, and another node only in the second.
+    #[test]
+    fn each_load_case_has_its_motions() {
+        let of = |case: &str, y: f64| Dirichlet {
+            load_case: Some(case.into()),
+            motion: vec![Waypoint { t: 1.0, u: [0.0, y, 0.0], angle: 0.0 }],
+            rotation: None,
+            ..driven()
+        };
+        let motions = vec![of("a", -1.0), of("b", 2.0), of("b", 3.0)];
+        let prescribed = Prescribed::new(motions, &[vec![0], vec![0], vec![1]], &[0.0; 6], &["a", "b"]).unwrap();
+        let at = |time: f64| {
+            let mut d = [9.0; 6];
+            prescribed.apply(time, &mut d);
+            (d[1], d[4])
+        };
+        assert_eq!([at(0.5), at(1.0), at(2.0), at(3.0)], [(-0.5, 0.0), (-1.0, 0.0), (0.0, 0.0), (2.0, 3.0)]);
+        assert_eq!(prescribed.largest_step(&course::times(2, 2)), 1.5);
+        let mut slopes = [0.0; 3];
+        prescribed.pull_back_amplitudes(2.5, &[1.0; 6], &mut slopes);
+        assert_eq!(slopes, [0.0, 1.0, 1.5]);
+        let twice = Prescribed::new(vec![of("a", 1.0), driven()], &[vec![0], vec![0]], &[0.0; 3], &["a"]);
+        assert_eq!(twice.unwrap_err(), ConflictingMotion { node: 0, component: 0, motion: 1 });
     }
 }

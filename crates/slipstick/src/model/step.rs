@@ -178,19 +178,23 @@ impl ContactModel {
             .collect())
     }
 
-    /// Internal minus external force at displacements `d`, pseudo-time `time` and current density: what contact and supports
-    /// put on the nodes, with the opposite sign of contact's part of R.
+    /// Internal force at displacements `d` and current density.
     ///
     /// # Errors
     /// If elements are inverted.
-    pub fn unbalanced_force(&self, d: &[f64], time: f64, out: &mut [f64]) -> Result<(), StateError> {
+    pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let result = self.solid.internal_force(d, &self.scalings, out).map_err(inverted);
         self.share.agree(result)?;
-        self.share.sum(&mut [&mut *out]);
-        if !self.loads.is_empty() {
-            self.loads.add_residual(time, &self.positions(d), out);
-        }
+        self.share.sum(&mut [out]);
         Ok(())
+    }
+
+    /// Adds K v with K = ∂f_int/∂d, which is symmetric.
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn add_internal_tangent_product(&self, d: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        self.share.add(out, |out| self.solid.add_tangent_product(d, &self.scalings, v, out).map_err(inverted))
     }
 
     /// Adds λᵀ ∂f_int/∂φ of every element.
@@ -219,24 +223,22 @@ impl ContactModel {
         Ok(())
     }
 
-    /// Adds the transposed derivative of [`unbalanced_force`](Self::unbalanced_force) times `weights`.
-    ///
-    /// # Errors
-    /// If elements are inverted.
-    pub fn pull_back_unbalanced_force(
-        &self,
-        d: &[f64],
-        time: f64,
-        weights: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), StateError> {
-        // that of the internal force is symmetric
-        let add = |out: &mut [f64]| self.solid.add_tangent_product(d, &self.scalings, weights, out).map_err(inverted);
-        self.share.add(out, add)?;
+    /// External force at displacements `d` and pseudo-time `time`.
+    pub fn external_force(&self, d: &[f64], time: f64, out: &mut [f64]) {
+        out.fill(0.0);
         if !self.loads.is_empty() {
-            self.loads.add_transposed_product(time, &self.positions(d), weights, out);
+            self.loads.add_residual(time, &self.positions(d), out);
+            out.iter_mut().for_each(|f| *f = -*f);
         }
-        Ok(())
+    }
+
+    /// Adds the transposed derivative of [`external_force`](Self::external_force) with respect to the displacements, times
+    /// `weights`.
+    pub fn pull_back_external_force(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
+        if !self.loads.is_empty() {
+            let weights: Vec<f64> = weights.iter().map(|w| -w).collect();
+            self.loads.add_transposed_product(time, &self.positions(d), &weights, out);
+        }
     }
 }
 

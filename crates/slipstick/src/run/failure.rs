@@ -5,7 +5,7 @@ use std::mem::discriminant;
 
 use serde::Serialize;
 use slipstick_mesh::Mesh;
-use slipstick_path::{MarchFailure, StateError, StepFailureKind};
+use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind};
 
 use crate::analysis::AnalysisError;
 
@@ -40,6 +40,33 @@ fn coordinate(value: f64, size: f64) -> String {
     }
 }
 
+/// One Newton iteration that led to a failure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Iteration {
+    /// Its number in the attempt.
+    pub number: usize,
+    /// Norm of the balance of forces after it. \[F\]
+    pub residual: f64,
+    /// Norm of the contact conditions; 0 in methods without multipliers. \[F/L²\]
+    pub contact: f64,
+    /// Nodes of contact that are open, sticking, slipping.
+    pub status: [usize; 3],
+}
+
+impl Iteration {
+    fn of(record: &IterationRecord) -> Self {
+        let IterationRecord { iteration, residual, contact, status, .. } = *record;
+        Self { number: iteration, residual, contact, status }
+    }
+}
+
+impl fmt::Display for Iteration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { number, residual, contact, status: [open, stick, slip] } = self;
+        write!(f, "{number}: residual {residual:.1e}, contact {contact:.1e}; open {open}, stick {stick}, slip {slip}")
+    }
+}
+
 /// Why an analysis failed, for people and programs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct FailureReport {
@@ -51,6 +78,8 @@ pub struct FailureReport {
     pub cause: String,
     /// Where, the first few.
     pub places: Vec<Place>,
+    /// How the last iterations of the last attempt went.
+    pub iterations: Vec<Iteration>,
     /// What was tried in that step, failures of one kind in a row counted together.
     pub attempts: Vec<String>,
     /// What the user may change.
@@ -88,10 +117,16 @@ impl FailureReport {
         };
         report.step = Some(failure.step);
         report.reached = failure.path.states.last().map(|state| state.time);
+        let shown = failure.iterations.len().saturating_sub(LISTED);
+        report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();
         report.attempts = attempts(failure, mesh, slaves);
+        let falls = failure.iterations.rchunks(LISTED).next().is_some_and(falls);
+        if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) = (falls, failure.attempts.last()) {
+            report.cures.insert(0, format!("{MORE_ITERATIONS}: the residual still fell"));
+        }
         // The last attempt need not be the telling one: other reasons on the way have their cures too.
         for cure in failure.attempts.iter().rev().flat_map(|(_, kind)| cures(kind)) {
-            if !report.cures.contains(&cure) {
+            if !report.cures.iter().any(|own| own.starts_with(&cure)) {
                 report.cures.push(cure);
             }
         }
@@ -99,7 +134,7 @@ impl FailureReport {
     }
 
     fn empty(cause: String) -> Self {
-        Self { step: None, reached: None, cause, places: Vec::new(), attempts: Vec::new(), cures: Vec::new() }
+        Self { cause, ..Self::default() }
     }
 
     fn of_kind(kind: &StepFailureKind, mesh: &Mesh, slaves: &[u32]) -> Self {
@@ -118,6 +153,12 @@ impl fmt::Display for FailureReport {
         }
         if let Some(reached) = self.reached {
             write!(f, "\n    reached: t = {reached:.6}")?;
+        }
+        if !self.iterations.is_empty() {
+            write!(f, "\n    last Newton iterations:")?;
+        }
+        for iteration in &self.iterations {
+            write!(f, "\n      {iteration}")?;
         }
         if !self.attempts.is_empty() {
             write!(f, "\n    tried:")?;
@@ -154,7 +195,7 @@ fn places(kind: &StepFailureKind, mesh: &Mesh, slaves: &[u32]) -> Vec<Place> {
             };
             number.and_then(node).into_iter().collect()
         }
-        StepFailureKind::Cycling { nodes } => {
+        StepFailureKind::Cycling { nodes } | StepFailureKind::TooManyIterations { changing: nodes, .. } => {
             let number = |position: &u32| slaves.get(*position as usize).copied();
             nodes.iter().filter_map(number).take(LISTED).filter_map(node).collect()
         }
@@ -199,11 +240,21 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, slaves: &[u32]) -> Vec<String> 
     lines
 }
 
+const MORE_ITERATIONS: &str = "more Newton iterations (`load_path.max_newton_iterations`)";
+
+/// Whether the balance of forces came to less than half over these iterations, and the contact conditions no farther off.
+fn falls(iterations: &[IterationRecord]) -> bool {
+    let [first, .., last] = iterations else { return false };
+    last.residual < 0.5 * first.residual && last.contact <= first.contact
+}
+
 /// What the user may change, most promising first; names of the case file's keys in backquotes.
 fn cures(kind: &StepFailureKind) -> Vec<String> {
     let steps = "more load steps (`load_path.steps`), so that each moves the bodies less";
     let cuts = "more halvings of a failing step (`load_path.max_cutbacks`)";
     let void = "a stiffer void (`design.simp.min`), if the place is in material of low density";
+    let active_set =
+        "another `complementarity_parameter` (of `lagrange`) or a slightly different mesh of one contact surface";
     let support = "bodies held from the start: `slipstick check` lists rigid motions that nothing prevents";
     let list: &[&str] = match kind {
         StepFailureKind::State(StateError::InvertedElements { .. }) => {
@@ -218,12 +269,12 @@ fn cures(kind: &StepFailureKind) -> Vec<String> {
         StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
         StepFailureKind::State(StateError::RanksDisagree) => &["the same program and libraries on all machines"],
         StepFailureKind::Linear(_) => &[support, "φ_min above 0 (`design.simp.min`), if the design has void elements"],
-        StepFailureKind::TooManyIterations(_) | StepFailureKind::Diverged => {
-            &[steps, cuts, "more Newton iterations (`load_path.max_newton_iterations`)", support]
+        StepFailureKind::TooManyIterations { changing, .. } if changing.is_empty() => {
+            &[steps, cuts, MORE_ITERATIONS, support]
         }
-        StepFailureKind::Cycling { .. } => {
-            &[steps, cuts, "another `complementarity_parameter` or a slightly different mesh of one contact surface"]
-        }
+        StepFailureKind::TooManyIterations { .. } => &[steps, cuts, active_set],
+        StepFailureKind::Diverged => &[steps, cuts, support],
+        StepFailureKind::Cycling { .. } => &[steps, cuts, active_set],
         StepFailureKind::Uzawa { .. } => &[
             "a higher stiffness, or more iterations (`enforcement.augmented`: `stiffness`, `max_uzawa`)",
             "Lagrange multipliers (`enforcement = { lagrange = {} }`), which need no such iteration",

@@ -78,7 +78,7 @@ fn add_state(
 
 /// Contact results of a state of the path; the start is its own previous state.
 fn contact(model: &mut ContactModel, path: &Path, index: usize) -> Vec<NodalContact> {
-    let previous = &path.states[index.saturating_sub(1)].state;
+    let previous = &path.states[if path.states[index].rest { index } else { index - 1 }].state;
     model.contact_results(previous, &path.states[index].state).unwrap_or_default()
 }
 

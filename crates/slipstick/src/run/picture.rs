@@ -22,6 +22,8 @@ pub enum Shown {
     Iteration(usize),
     /// The state at the end of a load step; 0 is the start.
     Step(usize),
+    /// The iterate at which a march failed for good.
+    Failure,
 }
 
 /// What is drawn, and how.
@@ -86,6 +88,12 @@ pub enum PictureError {
         /// The numbers there are.
         known: String,
     },
+    /// The failing iterate is asked for where no march has failed.
+    #[error("{} has no failure.vtu", .directory.display())]
+    NoFailure {
+        /// The directory.
+        directory: PathBuf,
+    },
     /// Displacements are asked for where there are none.
     #[error("{} has no displacements of this design", .directory.display())]
     NoDisplacement {
@@ -102,6 +110,7 @@ impl PictureError {
             Self::Render(_) => "change the options of the picture".into(),
             Self::UnknownField { known, .. } => format!("fields there are: {known}"),
             Self::NotWritten { known, .. } => format!("there are: {known}"),
+            Self::NoFailure { .. } => "leave --failure out: no load step of this run has failed for good".into(),
             Self::NoDisplacement { .. } => "leave --deformed out, or analyse the design with `slipstick solve`".into(),
         }
     }
@@ -117,8 +126,11 @@ struct Source {
 }
 
 impl Source {
-    fn file(run: &RunDirectory, stem: &str, number: usize, what: String) -> Result<Self, PictureError> {
-        let place = run.file(&RunDirectory::numbered(stem, number));
+    fn numbered(run: &RunDirectory, stem: &str, number: usize, what: String) -> Result<Self, PictureError> {
+        Self::file(run.file(&RunDirectory::numbered(stem, number)), what)
+    }
+
+    fn file(place: PathBuf, what: String) -> Result<Self, PictureError> {
         let fields = read_fields(&place).map_err(RunError::from)?;
         Ok(Self { place, what, fields })
     }
@@ -188,7 +200,7 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
     let (steps, iterations) = (run.numbers("path")?, run.numbers("design")?);
     let pick = |stem, what, number, known: &[usize]| {
         if known.contains(&number) {
-            return Ok(vec![Source::file(run, stem, number, format!("{what} {number}"))?]);
+            return Ok(vec![Source::numbered(run, stem, number, format!("{what} {number}"))?]);
         }
         let known = if known.is_empty() { "none".into() } else { list(known) };
         Err(PictureError::NotWritten { directory: run.path().to_owned(), what, number, known })
@@ -196,6 +208,13 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
     match request.shown {
         Shown::Iteration(number) => return pick("design", "iteration", number, &iterations),
         Shown::Step(number) => return pick("path", "load step", number, &steps),
+        Shown::Failure => {
+            let place = run.file("failure.vtu");
+            if !place.is_file() {
+                return Err(PictureError::NoFailure { directory: run.path().to_owned() });
+            }
+            return Ok(vec![Source::file(place, "failing iterate".into())?]);
+        }
         Shown::Newest => {}
     }
     let table = run.file("design.csv");
@@ -204,7 +223,7 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
     }
     let mut all = Vec::new();
     if let Some(&last) = steps.last() {
-        all.push(Source::file(run, "path", last, format!("load step {last}"))?);
+        all.push(Source::numbered(run, "path", last, format!("load step {last}"))?);
     }
     if table.is_file() {
         let values = read_density(&table, mesh)?;
@@ -217,12 +236,11 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
     }
     let gradient = run.file("gradient.vtu");
     if gradient.is_file() {
-        let fields = read_fields(&gradient).map_err(RunError::from)?;
-        all.push(Source { place: gradient, what: "gradient".into(), fields });
+        all.push(Source::file(gradient, "gradient".into())?);
     }
     // The last design has no derivative, which only an update needs; the one before it has.
     for &number in iterations.iter().rev().take(2) {
-        all.push(Source::file(run, "design", number, format!("iteration {number}"))?);
+        all.push(Source::numbered(run, "design", number, format!("iteration {number}"))?);
     }
     Ok(all)
 }

@@ -1,4 +1,4 @@
-//! Wrong loads.
+//! Wrong loads and symmetry planes.
 
 use super::*;
 
@@ -34,6 +34,9 @@ fn wrong_loads() {
             "zero throughout",
         ),
         ("[[load]]\nsurface = 'ball_flat'\npressure = nan", NotFinite, (LINE + 2, 12), "pressure"),
+        ("[[symmetry]]\nat = 1.0", MissingKey, (LINE, 1), "`normal`"),
+        ("[[symmetry]]\nnormal = 'w'", UnknownWord, (LINE + 1, 10), "`w`"),
+        ("[[symmetry]]\nnormal = 'x'\n[[symmetry]]\nnormal = 'x'", DuplicateName, (LINE + 3, 10), "already"),
     ] {
         let text = with(load);
         let help = only_error(&text, code, at);

@@ -199,15 +199,18 @@ fn an_objective_of_contact_needs_contact() {
     let errors = errors(&text);
     let found: Vec<_> = errors.diagnostics().iter().map(|d| (d.code(), d.line(), d.column())).collect();
     assert_eq!(found, [(CaseCode::UnknownKey, 15, 2), (CaseCode::NoContact, 34, 17)]);
+    let compliance = GOOD.replace("contact_force", "compliance");
+    let help = only_error(&compliance, CaseCode::ChooseOne, (34, 14));
+    assert!(help.contains("[[load]]"), "{help}");
 }
 
 #[test]
 fn options_of_petsc() {
     use CaseCode::*;
     let with = |linear: &str, options: &str| format!("linear = \"{linear}\"\npetsc_options = {options}");
-    one(48, "linear = \"auto\"", &with("petsc", "\"mat_mumps_icntl_14 60\""), OutOfRange, "\"mat_mumps");
-    one(48, "linear = \"auto\"", &with("petsc", "\"\""), OutOfRange, "\"\"");
-    one(48, "linear = \"auto\"", &with("petsc", "14"), WrongType, "14");
-    one(48, "linear = \"auto\"", &with("faer", "\"-ksp_type gmres\""), Unsupported, "\"-ksp_type");
-    one(48, "linear = \"auto\"", "linear = \"pets\"", UnknownWord, "\"pets\"");
+    one(41, "linear = \"auto\"", &with("petsc", "\"mat_mumps_icntl_14 60\""), OutOfRange, "\"mat_mumps");
+    one(41, "linear = \"auto\"", &with("petsc", "\"\""), OutOfRange, "\"\"");
+    one(41, "linear = \"auto\"", &with("petsc", "14"), WrongType, "14");
+    one(41, "linear = \"auto\"", &with("faer", "\"-ksp_type gmres\""), Unsupported, "\"-ksp_type");
+    one(41, "linear = \"auto\"", "linear = \"pets\"", UnknownWord, "\"pets\"");
 }

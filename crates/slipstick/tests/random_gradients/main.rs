@@ -6,6 +6,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod problem;
+#[path = "../common/table.rs"]
+mod table;
 
 use std::collections::BTreeMap;
 use std::panic::catch_unwind;
@@ -136,8 +138,8 @@ impl Tally {
 const HEADER: &str = "| | problems | not marched | directions | right | kink | other cut-backs | below round-off | wrong | largest error |\n\
                       |---|---|---|---|---|---|---|---|---|---|";
 
-/// Checks the problems of these seeds, prints what came out, and asserts that no derivative is wrong.
-fn suite(seeds: std::ops::Range<u64>) {
+/// Checks the problems of these seeds, prints what came out, and asserts that no derivative is wrong; returns the table.
+fn suite(seeds: std::ops::Range<u64>) -> String {
     let rows: Vec<Row> = seeds.into_par_iter().map(check).collect();
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
     let mut reasons: BTreeMap<String, Vec<u64>> = BTreeMap::new();
@@ -166,8 +168,9 @@ fn suite(seeds: std::ops::Range<u64>) {
         seconds.iter().sum::<f64>(),
         seconds.iter().copied().fold(0.0, f64::max)
     );
-    println!("{HEADER}");
-    tallies.iter().for_each(|(name, tally)| println!("{}", tally.line(name)));
+    let lines: Vec<String> = tallies.iter().map(|(name, tally)| tally.line(name)).collect();
+    let table = format!("{HEADER}\n{}\n", lines.join("\n"));
+    println!("{table}");
     reasons.iter().for_each(|(reason, seeds)| println!("{} not marched: {reason}… (seeds {seeds:?})", seeds.len()));
     assert!(wrong.is_empty(), "{} derivatives are wrong\n{}", wrong.len(), wrong.join("\n"));
     let all = &tallies["together"];
@@ -175,6 +178,7 @@ fn suite(seeds: std::ops::Range<u64>) {
     // A suite that compares little proves little.
     assert!(all.failed * 20 <= all.problems, "{} of {} cannot be marched", all.failed, all.problems);
     assert!(all.right * 10 >= all.directions * 8, "{} of {} directions are compared", all.right, all.directions);
+    table
 }
 
 #[test]
@@ -197,5 +201,10 @@ fn kinks_next_to_the_design_are_no_errors() {
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_a_thousand_random_problems() {
     let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
-    suite(bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 1000));
+    let seeds = bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 1050);
+    if seeds.end - seeds.start == 1 {
+        println!("{}", random_problem(seeds.start).text);
+    }
+    let table = suite(seeds);
+    table::publish("random_gradients", &table);
 }

@@ -80,7 +80,10 @@ impl Solved {
         let d = self.displacements(step);
         let mut force = vec![0.0; d.len()];
         let time = self.problem.analysis.times[step - 1];
-        self.problem.analysis.model.unbalanced_force(d, time, &mut force).expect("a converged state");
+        let mut loads = force.clone();
+        self.problem.analysis.model.external_force(d, time, &mut loads);
+        self.problem.analysis.model.internal_force(d, &mut force).expect("a converged state");
+        force.iter_mut().zip(loads).for_each(|(f, load)| *f -= load);
         force
     }
 

@@ -185,13 +185,21 @@ fn warn_initial(reader: &Reader, design: &Design) {
 
 pub(super) fn objective(root: &Table<'_>, contacts: &[Contact], steps: usize) -> Option<Objective> {
     let table = root.table("objective")?;
-    let chosen = table.choose("the objective", &["contact_force"]);
+    let chosen = table.choose("the objective", &["contact_force", "compliance"]);
     let objective = chosen.and_then(|key| table.table(key)).map(|inner| {
         let steps = observed_steps(&inner, steps);
         inner.finish();
-        Objective::ContactForce { steps }
+        if chosen == Some("compliance") { Objective::Compliance { steps } } else { Objective::ContactForce { steps } }
     });
-    if contacts.is_empty() && !root.has("contact") {
+    if chosen == Some("compliance") && !root.has("load") {
+        table.reader.error(
+            "objective.compliance",
+            CaseCode::ChooseOne,
+            "the objective is the work of loads, but the case has none",
+            "add [[load]], or choose contact_force where displacements are prescribed",
+        );
+    }
+    if chosen == Some("contact_force") && contacts.is_empty() && !root.has("contact") {
         table.reader.error(
             "objective.contact_force",
             CaseCode::NoContact,

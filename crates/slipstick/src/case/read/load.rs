@@ -2,15 +2,15 @@
 
 use super::super::CaseCode;
 use super::super::names::Names;
-use super::super::resolved::{AmplitudePoint, Load, LoadKind};
+use super::super::resolved::{AmplitudePoint, Load, LoadCase, LoadKind};
 use super::super::typed::Table;
-use super::motion;
+use super::{load_case, motion};
 
-pub(super) fn loads(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Load> {
-    root.tables("load").into_iter().map(|table| load(table, names, steps)).collect()
+pub(super) fn loads(root: &Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Vec<Load> {
+    root.tables("load").into_iter().map(|table| load(table, names, cases, steps)).collect()
 }
 
-fn load(table: Table<'_>, names: &Names, steps: usize) -> Load {
+fn load(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Load {
     let surface = table.string("surface").required(String::new(), "a surface, as \"plate_ymax\"");
     names.check_surface(table.reader, &table.path_of("surface"), &surface);
     let not_zero = "gives no load";
@@ -58,6 +58,7 @@ fn load(table: Table<'_>, names: &Names, steps: usize) -> Load {
     } else {
         vec![AmplitudePoint { t: 1.0, factor: 1.0 }]
     };
+    let load_case = load_case::of(&table, cases);
     table.finish();
-    Load { surface, kind, amplitude }
+    Load { surface, load_case, kind, amplitude }
 }

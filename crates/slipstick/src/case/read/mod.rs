@@ -4,10 +4,12 @@ mod bodies;
 mod contact;
 mod design;
 mod load;
+mod load_case;
 mod mesh_file;
 mod motion;
 mod run;
 mod sets;
+mod symmetry;
 
 use super::names::Names;
 use super::resolved::Case;
@@ -23,10 +25,15 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let bodies = bodies::bodies(&root, &mut names, &mesh_file::MeshFiles::new(files));
     let surfaces = sets::surfaces(&root, &mut names);
     let sets = sets::sets(&root, &mut names);
+    let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names);
-    let dirichlet = motion::dirichlet(&root, &names, load_path.steps);
-    let loads = load::loads(&root, &names, load_path.steps);
+    let load_cases = load_case::load_cases(&root);
+    let dirichlet = motion::dirichlet(&root, &names, &load_cases, load_path.steps);
+    let loads = load::loads(&root, &names, &load_cases, load_path.steps);
+    let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| d.load_case.clone());
+    let driven: Vec<Option<String>> = moving.chain(loads.iter().map(|load| load.load_case.clone())).collect();
+    load_case::warn_idle(&root, &load_cases, &driven);
     let design = design::design(&root, &names, &bodies);
     let objective = design::objective(&root, &contacts, load_path.steps);
     let optimizer = design::optimizer(&root, design.as_ref());
@@ -41,7 +48,9 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         bodies,
         surfaces,
         sets,
+        symmetries,
         contacts,
+        load_cases,
         dirichlet,
         loads,
         load_path,

@@ -2,12 +2,12 @@
 
 use super::super::names::Names;
 use super::super::resolved::{
-    Body, Component, Contact, Dirichlet, LoadPath, RotationAxis, StartValues, Tolerance, Waypoint,
+    Body, Component, Contact, Dirichlet, LoadCase, LoadPath, RotationAxis, StartValues, Tolerance, Waypoint,
 };
 use super::super::typed::Table;
-use super::{CaseCode, direction};
+use super::{CaseCode, direction, load_case};
 
-const COMPONENTS: [(&str, Component); 3] = [("x", Component::X), ("y", Component::Y), ("z", Component::Z)];
+pub(super) const COMPONENTS: [(&str, Component); 3] = [("x", Component::X), ("y", Component::Y), ("z", Component::Z)];
 
 /// Goes on where the number of steps cannot be read: every step exists.
 const UNKNOWN_STEPS: usize = usize::MAX >> 1;
@@ -55,14 +55,20 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
     LoadPath { steps, tolerance, max_newton_iterations, max_cutbacks, start_values }
 }
 
-pub(super) fn dirichlet(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Dirichlet> {
+pub(super) fn dirichlet(root: &Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Vec<Dirichlet> {
     let mut conditions: Vec<Dirichlet> = Vec::new();
     for table in root.tables("dirichlet") {
         let reader = table.reader;
         let path = table.path_of("set");
-        let condition = condition(table, names, steps);
+        let condition = condition(table, names, cases, steps);
+        let together = |other: &Dirichlet| match (&other.load_case, &condition.load_case) {
+            (Some(a), Some(b)) => a == b,
+            _ => true,
+        };
         let conflict = conditions.iter().any(|other| {
-            other.set == condition.set && other.components.iter().any(|c| condition.components.contains(c))
+            together(other)
+                && other.set == condition.set
+                && other.components.iter().any(|c| condition.components.contains(c))
         });
         if conflict && !condition.set.is_empty() {
             reader.error(
@@ -77,7 +83,7 @@ pub(super) fn dirichlet(root: &Table<'_>, names: &Names, steps: usize) -> Vec<Di
     conditions
 }
 
-fn condition(table: Table<'_>, names: &Names, steps: usize) -> Dirichlet {
+fn condition(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Dirichlet {
     let help = "a surface, as \"plate_ymin\", or the name of a [[set]]";
     let set = table.string("set").required(String::new(), help);
     names.check_set(table.reader, &table.path_of("set"), &set);
@@ -90,8 +96,9 @@ fn condition(table: Table<'_>, names: &Names, steps: usize) -> Dirichlet {
         RotationAxis { point, direction }
     });
     let motion = motion(&table, &components, rotation.is_some(), steps);
+    let load_case = load_case::of(&table, cases);
     table.finish();
-    Dirichlet { set, components, motion, rotation }
+    Dirichlet { set, load_case, components, motion, rotation }
 }
 
 fn components(table: &Table<'_>) -> Vec<Component> {

@@ -63,6 +63,11 @@ pub enum Objective {
         /// The load steps that count.
         steps: ObservedSteps,
     },
+    /// Work of the loads on the displacements, f_ext · d.
+    Compliance {
+        /// The load steps that count.
+        steps: ObservedSteps,
+    },
 }
 
 /// Load steps that an objective looks at.

@@ -41,9 +41,15 @@ pub struct Case {
     /// Node sets that the user selects, besides the surfaces that come with the bodies.
     #[serde(rename = "set")]
     pub sets: Vec<NodeSet>,
+    /// Symmetry planes, each across another axis.
+    #[serde(rename = "symmetry", skip_serializing_if = "Vec::is_empty")]
+    pub symmetries: Vec<Symmetry>,
     /// Contact pairs.
     #[serde(rename = "contact")]
     pub contacts: Vec<Contact>,
+    /// Load cases; empty: one, of weight 1.
+    #[serde(rename = "load_case", skip_serializing_if = "Vec::is_empty")]
+    pub load_cases: Vec<LoadCase>,
     /// Supports and prescribed motions.
     pub dirichlet: Vec<Dirichlet>,
     /// Loads on surfaces.
@@ -66,6 +72,13 @@ pub struct Case {
     pub solver: Solver,
     /// How the gradient is computed.
     pub adjoint: Adjoint,
+}
+
+impl Case {
+    /// Load steps of all load cases together.
+    pub fn steps(&self) -> usize {
+        self.load_cases.len().max(1) * self.load_path.steps
+    }
 }
 
 /// What a run writes.

@@ -1,4 +1,4 @@
-//! Supports, motions and the load path.
+//! Symmetry planes, supports, motions, loads and the load path.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -22,11 +22,32 @@ impl Component {
     }
 }
 
+/// A symmetry plane: the bodies are those on one side of it, and what is on the other side is their mirror image.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Symmetry {
+    /// The axis that it stands across.
+    pub normal: Component,
+    /// Its coordinate along that axis. \[L\]
+    pub at: f64,
+}
+
+/// A load case: from rest, along a load path of its own, of the same bodies and design.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LoadCase {
+    /// Unique name.
+    pub name: String,
+    /// What its part of the objective is multiplied by, > 0.
+    pub weight: f64,
+}
+
 /// A prescribed displacement of a set of nodes; without motion: held.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Dirichlet {
     /// Surface or node set.
     pub set: String,
+    /// The load case in which it acts; `None`: in all. In the others, the nodes are held if nothing else moves them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<String>,
     /// The components prescribed, ascending and unique; the others are free.
     pub components: Vec<Component>,
     /// Way points, piecewise linear in time from rest at t = 0; empty: held. After the last one, as there.
@@ -72,6 +93,9 @@ pub struct Waypoint {
 pub struct Load {
     /// The surface.
     pub surface: String,
+    /// The load case in which it acts; `None`: in all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<String>,
     /// What acts.
     #[serde(flatten)]
     pub kind: LoadKind,

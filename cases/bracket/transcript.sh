@@ -1,0 +1,91 @@
+#!/usr/bin/env bash
+# Writes docs/bracket.md and its pictures by doing what the page tells: mesh, check, optimize, report, pictures, surface.
+#
+#   PATH=$PWD/target/release:$PATH cases/bracket/transcript.sh
+#
+# It needs slipstick, Gmsh, and Python with trimesh and PyVista (pip install gmsh trimesh scipy lxml networkx
+# pyvista).
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+figures=../../docs/figures
+page=$(mktemp)
+start=$(date +%s)
+
+# A command as it is typed and what it prints; with a second argument, only lines that match it.
+show() {
+    local from to
+    from=$(date +%s)
+    printf '```console\n$ %s\n' "$1"
+    bash -o pipefail -c "$1" 2>&1 | tr '\r' '\n' | sed 's/[[:space:]]*$//' | grep -E -- "${2:-}" | cat -s
+    to=$(date +%s)
+    printf '```\n'
+    echo "$1: $((to - from)) s" >> "$page.times"
+}
+seconds() { sed -n "s/^$1.*: \([0-9]*\) s$/\1/p" "$page.times"; }
+
+rm -rf case
+: > "$page.times"
+{
+    cat <<'TEXT'
+# A bracket, from geometry to a printed part
+
+A wall bracket hangs on two pins. A pad is pressed on its shelf and drawn towards the tip, with friction. 45 % of the
+bracket's material may stay; the design is to carry as much as possible where the pad ends. This page is written by
+[a script](../cases/bracket/transcript.sh) that runs each command below and keeps what it prints.
+
+## The mesh
+
+[bracket.geo](../cases/bracket/bracket.geo) draws the side view, leaves squares around the pins that stay solid, and
+extrudes all of it to hexahedra. Its physical groups name what the case needs: the volumes `bracket` and `pad`, the surfaces
+`shelf`, `pins`, `sole` and `grip`. The pad's sole is crowned, so that it does not run on its edges.
+
+TEXT
+    show "gmsh -3 bracket.geo -o bracket.msh" "nodes|Writing"
+    cat <<'TEXT'
+
+`slipstick new my-mesh --mesh bracket.msh` writes a case with these names to correct. [case.toml](../cases/bracket/case.toml)
+is what became of it:
+
+TEXT
+    printf '```toml\n'
+    cat case.toml
+    printf '```\n\n## Before it runs\n\n'
+    show "slipstick check case.toml"
+    cat <<'TEXT'
+
+The bodies cannot move freely, the sole sees the shelf, and a run needs little memory.
+
+## The design
+
+TEXT
+    show "slipstick optimize case.toml" "^ +[0-9]*[05]  objective|^objective"
+    printf '\nEvery fifth of the iterations is shown.\n\n'
+    show "slipstick render case --view front --out $figures/bracket_end.png"
+    show "slipstick render case --iteration \$(tail -1 case/history.csv | cut -d, -f1) --out $figures/bracket_design.png"
+    cat <<'TEXT'
+
+![The bracket at the end of the path, from the side](figures/bracket_end.png)
+![The design](figures/bracket_design.png)
+
+## To show and to print
+
+TEXT
+    show "slipstick report case"
+    show "slipstick export case --threshold 0.5 --stl case/bracket.stl --3mf case/bracket.3mf"
+    cat <<'TEXT'
+
+`report.html` is one file that any browser opens. The surface, looked at by another program:
+
+TEXT
+    show "python3 surface.py case/bracket.stl case/bracket.3mf"
+    python3 picture.py case/bracket.stl $figures/bracket_part.png 2> /dev/null
+    printf '\n![The part as it is printed](figures/bracket_part.png)\n'
+    printf '\n## Time\n\n'
+    printf '| | s |\n|---|--:|\n| mesh | %s |\n| `check` | %s |\n| `optimize` | %s |\n| `report` | %s |\n| `export` | %s |\n| all of this page | %s |\n' \
+        "$(seconds gmsh)" "$(seconds 'slipstick check')" "$(seconds 'slipstick optimize')" "$(seconds 'slipstick report')" \
+        "$(seconds 'slipstick export')" "$(($(date +%s) - start))"
+    printf '\nMeasured on %s cores with %s; the load average at the end was %s, which other work caused.\n' \
+        "$(nproc)" "$(slipstick --version)" "$(cut -d' ' -f1 /proc/loadavg)"
+} > "$page"
+mv "$page" ../../docs/bracket.md
+rm -f "$page.times"

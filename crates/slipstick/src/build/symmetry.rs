@@ -1,0 +1,43 @@
+//! Symmetry planes of a case: which nodes lie on them, and that everything else lies on one side.
+
+use super::BuildError;
+use super::mesh::default_tolerance;
+use crate::case::Case;
+use slipstick_mesh::Mesh;
+
+/// Which components of every node stand across a symmetry plane that it lies on.
+///
+/// # Errors
+/// [`BuildError`] where a plane meets no node, or bodies lie on both sides of it.
+pub(super) fn mirrored(case: &Case, mesh: &Mesh) -> Result<Vec<[bool; 3]>, BuildError> {
+    let mut mirrored = vec![[false; 3]; mesh.nodes.len()];
+    let tolerance = default_tolerance(mesh);
+    for (s, symmetry) in case.symmetries.iter().enumerate() {
+        let axis = symmetry.normal.index();
+        let letter = ["x", "y", "z"][axis];
+        let fail = |message: String, help: &str| Err(BuildError::new(format!("symmetry[{s}].at"), message, help));
+        let mut sides = [None; 2];
+        let mut count = 0;
+        for (node, x) in mesh.nodes.iter().enumerate() {
+            let distance = x[axis] - symmetry.at;
+            if distance.abs() <= tolerance {
+                mirrored[node][axis] = true;
+                count += 1;
+            } else {
+                sides[usize::from(distance > 0.0)].get_or_insert((node, x[axis]));
+            }
+        }
+        if count == 0 {
+            let message = format!("no node lies within {tolerance:.3e} of the plane {letter} = {}", symmetry.at);
+            return fail(message, "give the coordinate at which the bodies were cut");
+        }
+        if let [Some((below, low)), Some((above, high))] = sides {
+            let message = format!(
+                "bodies lie on both sides of the plane {letter} = {}: node {below} at {letter} = {low}, node {above} at {high}",
+                symmetry.at
+            );
+            return fail(message, "mesh one half of the bodies only");
+        }
+    }
+    Ok(mirrored)
+}

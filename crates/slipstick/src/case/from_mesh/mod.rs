@@ -1,0 +1,21 @@
+//! A case for a mesh of one's own: the file's bodies and surfaces by name, with a contact, supports and a motion to correct.
+//!
+//! What is chosen is a guess from geometry, and the case says so: the pair of surfaces of two bodies that face each other with
+//! the largest area; the larger body held and the other one pressed on, each at its side away from the contact. A body alone
+//! gets a block to be pressed on it. What the file does not name is selected by direction or place.
+
+mod survey;
+mod text;
+
+use slipstick_meshio::{FileMesh, MeshFileError};
+
+use survey::Survey;
+
+/// Writes a case for the mesh in `bytes`; `file` is how the case names its file.
+///
+/// # Errors
+/// What cannot be read or used of the file: place, message and cure.
+pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<String, MeshFileError> {
+    let mesh = FileMesh::parse(bytes)?;
+    Ok(text::case(&Survey::new(&mesh)?, file))
+}

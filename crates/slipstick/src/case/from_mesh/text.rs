@@ -1,0 +1,350 @@
+//! The case file of a survey.
+
+use std::fmt::Write as _;
+
+use nalgebra::Vector3;
+
+use super::survey::{Face, Pair, Part, Survey};
+
+/// Part of the bodies' extent along the contact's normal that they are pressed together by.
+const PRESS: f64 = 0.01;
+
+/// Part of the smaller body's extent across that it slides.
+const SLIDE: f64 = 0.05;
+
+/// Side of the block that is pressed on a body alone, over the body's extent.
+const BLOCK: f64 = 0.4;
+
+const MATERIAL: &str = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }   # yours";
+
+/// What the case is to do with the bodies.
+struct Plan<'a> {
+    survey: &'a Survey,
+    /// The body that is held and designed.
+    held: usize,
+    /// The body that is moved; `None`: a block of the case's own.
+    driven: Option<usize>,
+    /// From the driven body into the held one.
+    normal: Vector3<f64>,
+    /// Tables `[[surface]]` and `[[set]]` that the rest refers to.
+    selections: String,
+}
+
+/// The text of the case.
+pub fn case(survey: &Survey, file: &str) -> String {
+    let mut plan = Plan::new(survey);
+    let rest = plan.meeting();
+    let mut text = head(file);
+    for part in &survey.parts {
+        body(&mut text, part, file);
+    }
+    if plan.driven.is_none() {
+        plan.block(&mut text);
+    }
+    text + &plan.selections + &rest + &plan.design()
+}
+
+fn head(file: &str) -> String {
+    let name = file.replace(['"', '\\', '\n'], "_");
+    format!(
+        "# A case for the mesh {name}. What is contact, held and moved is a guess from its geometry: correct it.\n#\n\
+         #   slipstick check CASE       looks at the set-up; `check CASE --resolved` shows all defaults\n\
+         #   slipstick optimize CASE    runs it\n#\n\
+         # Units are yours, only consistent. y is up. All keys: docs/case_file.md, or `slipstick schema` for editors.\n\
+         title = {:?}\n\n\
+         # [units]                         # names for people\n# length = \"mm\"\n# force = \"N\"\n",
+        file.rsplit('/').next().unwrap_or(file)
+    )
+}
+
+fn body(text: &mut String, part: &Part, file: &str) {
+    let of = part.part.as_ref().map_or(String::new(), |part| format!(", part = {}", quoted(part)));
+    let [low, high] = part.bounds;
+    let elements = part.mesh.elements.len();
+    let _ = write!(
+        text,
+        "\n# {elements} elements from ({}, {}, {}) to ({}, {}, {})\n",
+        rounded(low.x),
+        rounded(low.y),
+        rounded(low.z),
+        rounded(high.x),
+        rounded(high.y),
+        rounded(high.z)
+    );
+    for face in part.faces.iter().filter(|face| face.selected.is_none()) {
+        let direction = face.direction().map(|x| (100.0 * x).round() / 100.0 + 0.0);
+        let [x, y, z] = [direction.x, direction.y, direction.z];
+        let towards = if direction.norm() > 0.5 { format!(", outwards ({x}, {y}, {z})") } else { String::new() };
+        let _ = writeln!(
+            text,
+            "#   surface {}: {} facets, area {}{towards}",
+            face.name,
+            face.facets(),
+            rounded(face.area())
+        );
+    }
+    for (name, nodes) in &part.mesh.node_sets {
+        let _ = writeln!(text, "#   node set {name}: {} nodes", nodes.len());
+    }
+    let _ =
+        write!(text, "[[body]]\nname = {}\nmesh = {{ file = {}{of} }}\n{MATERIAL}\n", quoted(&part.name), quoted(file));
+}
+
+impl<'a> Plan<'a> {
+    fn new(survey: &'a Survey) -> Self {
+        let mut plan = Self { survey, held: 0, driven: None, normal: -Vector3::y(), selections: String::new() };
+        let centre = |body: usize| (survey.parts[body].bounds[0] + survey.parts[body].bounds[1]) / 2.0;
+        if let Some(pair) = &survey.pair {
+            let bodies = [pair.slave[0], pair.master[0]];
+            // the largest body comes first
+            plan.held = bodies[0].min(bodies[1]);
+            plan.driven = Some(bodies[0].max(bodies[1]));
+            let face = |[body, face]: [usize; 2]| survey.parts[body].faces[face].direction();
+            let outwards = face(pair.master) - face(pair.slave);
+            let sign = if pair.master[0] == plan.held { -1.0 } else { 1.0 };
+            plan.normal = (sign * outwards).try_normalize(0.1).unwrap_or(plan.normal);
+        } else if survey.parts.len() > 1 {
+            plan.driven = Some(1);
+            plan.normal = main_axis(centre(0) - centre(1));
+        }
+        // round-off of a mesh is no direction
+        let axis = main_axis(plan.normal);
+        if plan.normal.dot(&axis) > 0.999 {
+            plan.normal = axis;
+        }
+        plan
+    }
+
+    /// The name of the block that is pressed on a body alone.
+    fn tool(&self) -> &'static str {
+        if self.survey.parts[self.held].name == "block" { "tool" } else { "block" }
+    }
+
+    /// The block that is pressed on a body alone, from above.
+    fn block(&self, text: &mut String) {
+        let part = &self.survey.parts[self.held];
+        let [low, high] = part.bounds;
+        let (centre, extent) = ((low + high) / 2.0, high - low);
+        let half = BLOCK / 2.0 * extent;
+        let height = 0.5 * (half.x + half.z);
+        let count = |length: f64| (length / part.element_size()).ceil().clamp(2.0, 12.0) as usize;
+        let _ = write!(
+            text,
+            "\n# The file has one body: a block to press on it, in the place of your tool.\n[[body]]\nname = \"{}\"\n\
+             box = {{ min = [{:?}, {:?}, {:?}], max = [{:?}, {:?}, {:?}], elements = [{}, {}, {}] }}\n{MATERIAL}\n",
+            self.tool(),
+            centre.x - half.x,
+            high.y,
+            centre.z - half.z,
+            centre.x + half.x,
+            high.y + height,
+            centre.z + half.z,
+            count(2.0 * half.x),
+            count(height),
+            count(2.0 * half.z),
+        );
+    }
+
+    /// Contact, supports, motion and load path.
+    fn meeting(&mut self) -> String {
+        let (slave, master, why) = self.surfaces();
+        let mut text = format!(
+            "\n# {why}\n[[contact]]\nslave = {}          # carries the multipliers: the finer or the more curved side\n\
+             master = {}\nfriction = 0.2\n",
+            quoted(&slave),
+            quoted(&master)
+        );
+        let far = self.far_side(self.held, self.normal);
+        let _ = write!(text, "\n[[dirichlet]]                     # without a motion: held\nset = {}\n", quoted(&far));
+        let (held, driven) = (self.held, self.driven);
+        for further in (0..self.survey.parts.len()).filter(|&body| body != held && Some(body) != driven) {
+            let set = self.far_side(further, self.normal);
+            let _ = write!(
+                text,
+                "\n[[dirichlet]]                     # a further body, which may need a [[contact]]\nset = {}\n",
+                quoted(&set)
+            );
+        }
+        let driven = match self.driven {
+            Some(body) => self.far_side(body, -self.normal),
+            None => format!("{}_ymax", self.tool()),
+        };
+        let [press, slide] = self.motion();
+        let shown = |u: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", u.x, u.y, u.z);
+        let _ = write!(
+            text,
+            "\n[[dirichlet]]                     # way points in pseudo-time 0 … 1\nset = {}\nmotion = [\n    \
+             {{ t = 0.5, u = {} }},   # pressed on,\n    {{ t = 1.0, u = {} }},   # and along\n]\n\n[load_path]\nsteps = 10\n",
+            quoted(&driven),
+            shown(press),
+            shown(press + slide),
+        );
+        text
+    }
+
+    /// Slave, master, and how they were found.
+    fn surfaces(&mut self) -> (String, String, String) {
+        let parts = &self.survey.parts;
+        if let Some(Pair { slave, master, gap, .. }) = self.survey.pair {
+            let why =
+                format!("The surfaces of two bodies that face each other, about {} apart.", rounded(gap.max(0.0)));
+            return (self.use_face(slave), self.use_face(master), why);
+        }
+        let Some(driven) = self.driven else {
+            let top = best(parts[self.held].faces.iter(), |face| face.centre().y + face.direction().y * self.extent());
+            let master = match top {
+                Some(face) if face.direction().y > 0.5 => {
+                    self.use_face([self.held, face_index(&parts[self.held], face)])
+                }
+                _ => self.skin(self.held, Vector3::y()),
+            };
+            return (format!("{}_ymin", self.tool()), master, "The block on the top of the body.".into());
+        };
+        let (slave, master) = (self.skin(driven, self.normal), self.skin(self.held, -self.normal));
+        (slave, master, "No surfaces of two bodies face each other: these are their skins towards one another.".into())
+    }
+
+    fn extent(&self) -> f64 {
+        let [low, high] = self.survey.parts[self.held].bounds;
+        (high - low).norm()
+    }
+
+    /// The name of a surface, selected by the case where the file has none.
+    fn use_face(&mut self, [body, face]: [usize; 2]) -> String {
+        let part = &self.survey.parts[body];
+        let face = &part.faces[face];
+        match face.selected {
+            Some(direction) => self.skin(body, direction.into()),
+            None => face.name.clone(),
+        }
+    }
+
+    /// A `[[surface]]`: the skin of a body towards a direction.
+    fn skin(&mut self, body: usize, direction: Vector3<f64>) -> String {
+        let part = &self.survey.parts[body];
+        let towards = ["x", "y", "z"][direction.iamax()];
+        let end = if direction[direction.iamax()] > 0.0 { "max" } else { "min" };
+        let mut name = format!("{}_{towards}{end}", part.name);
+        while part.mesh.surfaces.contains_key(&name) || part.mesh.node_sets.contains_key(&name) {
+            name.push_str("_skin");
+        }
+        let table = format!("name = {}\n", quoted(&name));
+        if !self.selections.contains(&table) {
+            let [x, y, z] = [direction.x, direction.y, direction.z].map(rounded);
+            let _ = write!(
+                self.selections,
+                "\n[[surface]]\n{table}body = {}\nnormal = {{ direction = [{x:?}, {y:?}, {z:?}], degrees = 45.0 }}\n",
+                quoted(&part.name)
+            );
+        }
+        name
+    }
+
+    /// The surface of a body that lies furthest along a direction and looks that way, or the nodes there.
+    fn far_side(&mut self, body: usize, direction: Vector3<f64>) -> String {
+        let part = &self.survey.parts[body];
+        let [low, high] = part.range(&direction);
+        let contact: Vec<&Face> = match &self.survey.pair {
+            Some(pair) => {
+                [pair.slave, pair.master].into_iter().filter(|s| s[0] == body).map(|s| &part.faces[s[1]]).collect()
+            }
+            None => Vec::new(),
+        };
+        let apart = |face: &&Face| {
+            let shares = |other: &&Face| other.nodes.iter().any(|node| face.nodes.binary_search(node).is_ok());
+            let far = face.centre().dot(&direction) > 0.25 * low + 0.75 * high;
+            far && face.selected.is_none() && !contact.iter().any(shares)
+        };
+        let along = |face: &Face| face.centre().dot(&direction);
+        if let Some(face) = best(part.faces.iter().filter(apart), along) {
+            return face.name.clone();
+        }
+        let mut name = format!("{}_far", part.name);
+        while part.mesh.surfaces.contains_key(&name) || part.mesh.node_sets.contains_key(&name) {
+            name.push_str("_side");
+        }
+        let [x, y, z] = [direction.x, direction.y, direction.z].map(rounded);
+        let point = (direction * high).map(|x| if x == 0.0 { 0.0 } else { x });
+        let tolerance = rounded((0.1 * (high - low)).min(0.6 * part.element_size()));
+        let [min, max] = part.bounds;
+        let (min, max) = (min.map(|x| x - tolerance), max.map(|x| x + tolerance));
+        let shown = |p: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", p.x, p.y, p.z);
+        let _ = write!(
+            self.selections,
+            "\n# the nodes at the far side of {}\n[[set]]\nname = {}\nboxes = [{{ min = {}, max = {} }}]\n\
+             plane = {{ point = {}, normal = [{x:?}, {y:?}, {z:?}], tolerance = {tolerance:?} }}\n",
+            part.name,
+            quoted(&name),
+            shown(min),
+            shown(max),
+            shown(point)
+        );
+        name
+    }
+
+    /// Displacements: closed and pressed on, and along.
+    fn motion(&self) -> [Vector3<f64>; 2] {
+        let parts = &self.survey.parts;
+        let extent = |body: usize, direction: &Vector3<f64>| {
+            let [low, high] = parts[body].range(direction);
+            high - low
+        };
+        let gap = match (&self.survey.pair, self.driven) {
+            (Some(pair), _) => pair.gap.max(0.0),
+            (None, Some(driven)) => {
+                let [near, far] = [parts[self.held].range(&self.normal)[0], parts[driven].range(&self.normal)[1]];
+                (near - far).max(0.0)
+            }
+            (None, None) => 0.0,
+        };
+        // along the longest direction of the held body across the normal
+        let across = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| axis - axis.dot(&self.normal) * self.normal);
+        let lengths = across.map(|direction| direction.norm() * extent(self.held, &direction));
+        let longest = (0..3).fold(0, |best, c| if lengths[c] > 1.000_001 * lengths[best] { c } else { best });
+        let along = across[longest].try_normalize(1e-9).unwrap_or_else(Vector3::x);
+        let (thickness, width) = match self.driven {
+            Some(driven) => (extent(driven, &self.normal).min(extent(self.held, &self.normal)), extent(driven, &along)),
+            None => (extent(self.held, &self.normal), BLOCK * extent(self.held, &along)),
+        };
+        let round = |u: Vector3<f64>| u.map(rounded);
+        [round((gap + PRESS * thickness) * self.normal), round(SLIDE * width * along)]
+    }
+
+    fn design(&self) -> String {
+        let part = &self.survey.parts[self.held];
+        format!(
+            "\n[design]\nbodies = [{}]\nvolume_fraction = 0.4\nsensitivity_filter = {{ radius = {:?} }}     # about 1.5 elements\n\
+             # passive_solid = [{{ min = [0, 0, 0], max = [1, 1, 1] }}]   # elements with their centroid in here stay\n\n\
+             [objective]\ncontact_force = {{ steps = \"last\" }}     # or \"all\", or a list of steps\n\n[optimizer]\niterations = 30\n",
+            quoted(&part.name),
+            rounded(1.5 * part.element_size())
+        )
+    }
+}
+
+fn face_index(part: &Part, face: &Face) -> usize {
+    part.faces.iter().position(|other| std::ptr::eq(other, face)).unwrap_or(0)
+}
+
+fn best<'f>(faces: impl Iterator<Item = &'f Face>, worth: impl Fn(&Face) -> f64) -> Option<&'f Face> {
+    faces.max_by(|a, b| worth(a).total_cmp(&worth(b)))
+}
+
+/// The axis that a direction is nearest to.
+fn main_axis(direction: Vector3<f64>) -> Vector3<f64> {
+    let c = direction.iamax();
+    let mut axis = Vector3::zeros();
+    axis[c] = if direction[c] < 0.0 { -1.0 } else { 1.0 };
+    axis
+}
+
+/// Three digits.
+fn rounded(x: f64) -> f64 {
+    let rounded = format!("{x:.2e}").parse().unwrap_or(x);
+    if rounded == 0.0 { 0.0 } else { rounded }
+}
+
+/// A string of TOML.
+fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}

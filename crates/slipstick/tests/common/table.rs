@@ -1,0 +1,12 @@
+//! Tables of `docs/robustness.md`, which `docs/robustness/measure.sh` puts there.
+
+use std::path::Path;
+
+/// Prints a table and, where `SLIPSTICK_TABLES` names a folder, leaves it there as `{name}.md`.
+pub fn publish(name: &str, table: &str) {
+    println!("{table}");
+    if let Some(folder) = std::env::var_os("SLIPSTICK_TABLES") {
+        let path = Path::new(&folder).join(format!("{name}.md"));
+        std::fs::write(&path, table).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    }
+}

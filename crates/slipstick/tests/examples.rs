@@ -1,0 +1,126 @@
+//! The library's examples run, and their derivatives are those that finite differences give.
+
+#[path = "../examples/own_objective.rs"]
+mod own_objective;
+#[path = "../examples/sensitivities.rs"]
+mod sensitivities;
+
+use sensitivities::{NUMBERS, Numbers, Watch};
+use slipstick::analysis::{Analysis, ObjectiveRefused};
+use slipstick::build::build;
+use slipstick::model::Parameter;
+use slipstick_design::{ContactForce, Objective, ObservedSteps, StateDerivative, StateView};
+use slipstick_path::{Silent, Tolerance, Tolerances};
+
+#[test]
+fn examples_run() {
+    own_objective::main().expect("runs");
+    sensitivities::main().expect("runs");
+}
+
+fn tighten(analysis: &mut Analysis) {
+    let bound = Tolerance::Relative(1e-12);
+    analysis.march.newton.tolerances =
+        Tolerances { residual: bound, displacement: bound, contact: bound, multiplier: bound };
+}
+
+/// Central difference of order 4.
+fn difference(h: f64, mut value: impl FnMut(f64) -> f64) -> f64 {
+    (8.0 * (value(h) - value(-h)) - (value(2.0 * h) - value(-2.0 * h))) / (12.0 * h)
+}
+
+/// The gradient of an objective that the library does not know, by single densities.
+#[test]
+fn an_objective_of_ones_own_has_an_exact_gradient() {
+    let mut problem = own_objective::problem().expect("builds");
+    tighten(&mut problem.analysis);
+    let density = problem.initial_density.clone();
+    let forward = problem.analysis.forward(&density, &mut Silent).expect("converges");
+    let gradient = problem.analysis.gradient(&forward).expect("differentiable");
+    let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+    for element in [3, 10, 37, 50] {
+        let expected = difference(1e-3, |shift| {
+            let mut moved = density.clone();
+            moved[element] += shift;
+            problem.analysis.forward(&moved, &mut Silent).expect("converges").value
+        });
+        let error = (gradient[element] - expected).abs() / norm;
+        assert!(error < 1e-8, "element {element}: {:e} instead of {expected:e}", gradient[element]);
+    }
+}
+
+#[test]
+fn derivatives_by_numbers_of_the_model_match_finite_differences() {
+    let value = |numbers: Numbers| {
+        let mut problem = build(&sensitivities::case(numbers).expect("right")).expect("builds");
+        tighten(&mut problem.analysis);
+        let density = problem.initial_density.clone();
+        problem.analysis.forward(&density, &mut Watch::default()).expect("converges").value
+    };
+    let mut problem = build(&sensitivities::case(NUMBERS).expect("right")).expect("builds");
+    tighten(&mut problem.analysis);
+    let density = problem.initial_density.clone();
+    let forward = problem.analysis.forward(&density, &mut Silent).expect("converges");
+    let gradients = problem.analysis.gradients(&forward).expect("differentiable");
+    let found = |wanted: Parameter| gradients.parameters.iter().find(|(p, _)| *p == wanted).expect("there").1;
+    let h = 1e-4;
+    let Numbers { friction, modulus, amplitude } = NUMBERS;
+    let cases = [
+        (
+            Parameter::Friction { interface: 0 },
+            difference(h * friction, |x| value(Numbers { friction: friction + x, ..NUMBERS })),
+        ),
+        (
+            Parameter::YoungsModulus { body: 1 },
+            difference(h * modulus, |x| value(Numbers { modulus: modulus + x, ..NUMBERS })),
+        ),
+        (Parameter::Amplitude { motion: 1 }, difference(h, |x| value(Numbers { amplitude: amplitude + x, ..NUMBERS }))),
+    ];
+    for (parameter, expected) in cases {
+        let found = found(parameter);
+        assert!((found - expected).abs() < 1e-7 * expected.abs(), "{parameter:?}: {found:e} instead of {expected:e}");
+    }
+}
+
+/// θ = Σ u² over all nodes, with a derivative that is wrong by a factor.
+struct Wrong {
+    factor: f64,
+    step: usize,
+}
+
+impl Objective for Wrong {
+    fn name(&self) -> &str {
+        "wrong"
+    }
+
+    fn observes(&self, step: usize, _: usize) -> bool {
+        step == self.step
+    }
+
+    fn value(&self, state: &StateView) -> f64 {
+        state.displacement.iter().map(|u| u * u).sum()
+    }
+
+    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
+        for (to, u) in derivative.displacement.iter_mut().zip(state.displacement) {
+            *to += 2.0 * self.factor * u;
+        }
+    }
+}
+
+/// A wrong derivative, and an objective without steps, are refused with what mends them; debug builds look by themselves.
+#[test]
+fn wrong_objectives_are_refused() {
+    let mut problem = own_objective::problem().expect("builds");
+    let analysis = &mut problem.analysis;
+    let found = analysis.check_objective(&Wrong { factor: 0.5, step: 2 }).expect_err("wrong").to_string();
+    assert!(found.contains("objective `wrong` at step 2: its derivative by the displacements"), "{found}");
+    let refused = analysis.set_objective(Box::new(Wrong { factor: 0.5, step: 2 }));
+    assert_eq!(refused.is_err(), cfg!(debug_assertions));
+    let refused = analysis.set_objective(Box::new(Wrong { factor: 1.0, step: 5 }));
+    assert!(matches!(refused, Err(ObjectiveRefused::NoSteps { steps: 4, .. })), "{refused:?}");
+    // those that the library brings pass, by the slave nodes' forces
+    let nodes = analysis.model.slave_nodes();
+    let contact = ContactForce::new(nodes, problem.mesh.nodes.len(), ObservedSteps::All, 0.0).expect("right");
+    analysis.check_objective(&contact).expect("right");
+}

@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# Writes docs/crates.md: the crates of the default build, counted by `cargo tree`, and why each is there.
+#
+#   docs/crates/list.sh
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+# Names of all crates below a package, for building and running it on this kind of machine.
+names() { cargo tree --offline "$@" -e normal,build --prefix none --no-dedupe | sed 's/ (.*//' | sort -u; }
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+direct=($(grep -h 'workspace = true' crates/*/Cargo.toml | sed -n 's/^\([a-z0-9_-]*\)\(\.workspace\| = {\).*/\1/p' |
+    grep -v -E '^(slipstick|version|edition|rust-version|license|lints)' | sort -u |
+    grep -v -E '^(cc|criterion|num-dual|pkg-config|proptest|tempfile)$'))
+for crate in "${direct[@]}"; do
+    # one version where the tree has several: the newest
+    said=$(cargo pkgid --offline -p "$crate" 2>&1 || true)
+    spec=$(sed -n "s/^.*[ #]\($crate@.*\)$/\1/p" <<< "$said" | tail -1)
+    names -p "$spec" > "$folder/$crate"
+done
+
+# A crate, who uses it, what for; how many lie below it, and how many of those nothing else needs.
+row() {
+    local below alone
+    below=$(sed '/^'"$1"' /d' "$folder/$1" | wc -l)
+    alone=$(comm -23 "$folder/$1" <(find "$folder" -type f ! -name "$1" -exec sort -u {} +) | sed '/^'"$1"' /d' | wc -l)
+    printf '| `%s` | %s | %s | %s | %s |\n' "$1" "$2" "$below" "$alone" "$3"
+}
+
+all=$(names -p slipstick-cli | wc -l)
+own=$(names -p slipstick-cli | grep -c -E '^slipstick')
+lean=$(names -p slipstick-cli --no-default-features | wc -l)
+{
+    cat <<TEXT
+# The crates it is built from
+
+The program is built from $all crates, $own of them its own; \`--no-default-features\`, which leaves METIS and with it the C compiler out,
+from $lean. This page is written by \`docs/crates/list.sh\`; "below" counts what \`cargo tree\` shows below a crate, "alone" what of that no other
+crate of the table needs.
+
+| crate | used by | below | alone | for |
+|---|---|--:|--:|---|
+TEXT
+    row base64 "meshio, slipstick" "binary data in VTU files and in the page of a run"
+    row clap cli "the command line, its help and errors"
+    row clap_complete cli "completion of commands in shells"
+    row clap_mangen cli "the manual page"
+    row ctrlc cli "Ctrl-C ends a run after the iteration in progress"
+    row dyn-stack linalg "memory of faer's kernels"
+    row faer linalg "dense kernels of the fronts, and its sparse LU as a second solver"
+    row flate2 meshio "compressed VTU files"
+    row indicatif cli "the bar of progress"
+    row metis-sys linalg "nested dissection by METIS (a C library, Apache 2.0, built along); feature \`metis\`"
+    row miette "slipstick, cli" "errors with the line of the case file that they are about"
+    row nalgebra "contact, path, slipstick" "vectors and matrices of three entries"
+    row png slipstick "pictures"
+    row pulp "linalg" "SIMD by the instruction set found at run time"
+    row quick-xml "meshio, slipstick" "VTU and 3MF files"
+    row rayon "most" "all cores"
+    row schemars slipstick "the JSON schema of case files"
+    row serde "most" "case files, checkpoints, JSON"
+    row serde_json "slipstick, cli" "checkpoints, records of runs, \`--json\`"
+    row sha2 slipstick "hashes of meshes and checkpoints"
+    row strsim slipstick "“did you mean”"
+    row thiserror "all" "types of errors"
+    row toml "slipstick, cli" "case files, with the place of every value"
+    row toml_edit slipstick "\`--set\`"
+    row zip slipstick "3MF files"
+    cat <<'TEXT'
+
+For tests and benchmarks alone: `proptest` (random inputs), `num-dual` (derivatives by dual numbers, to compare), `criterion` (times), `tempfile`.
+TEXT
+    printf '\nTheir licences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
+        sed 's/.*|//' | sort -u | sed '/^$/d' | paste -sd';' | sed 's/;/; /g')"
+} > docs/crates.md.new
+mv docs/crates.md.new docs/crates.md

@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# Runs what docs/robustness.md tells and puts its tables between the marks of that page; under an hour on two idle cores.
+# `measure.sh NAME …` repeats single ones: kills, faults, memory, random_gradients; and `fuzz SECONDS`, which runs every
+# fuzz target for so long and adds its executions to docs/robustness/fuzz.csv.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+page=docs/robustness.md
+tables=$(mktemp -d)
+trap 'rm -rf "$tables"' EXIT
+
+# Puts a file between <!-- NAME --> and <!-- end -->.
+put() {
+    awk -v name="<!-- $1 -->" -v file="$2" '
+        $0 == name { print; while ((getline line < file) > 0) print line; skip = 1; next }
+        skip && $0 == "<!-- end -->" { skip = 0 }
+        !skip { print }
+    ' "$page" > "$tables/page" && cp "$tables/page" "$page"
+}
+
+tests() { SLIPSTICK_TABLES=$tables cargo test --release "$@"; }
+
+kills() {
+    SLIPSTICK_KILLS=${SLIPSTICK_KILLS:-120} tests -p slipstick-cli --test program killed
+    put kills "$tables/kills.md"
+}
+
+faults() {
+    tests -p slipstick-cli --test program faults
+    {
+        printf '| fault | tries | exit codes | runs that then went on bit for bit |\n|---|---|---|---|\n'
+        cat "$tables"/faults_*.md
+    } > "$tables/faults.md"
+    put faults "$tables/faults.md"
+}
+
+memory() {
+    tests -p slipstick-cli --test program table_of_memory -- --ignored
+    put memory "$tables/memory.md"
+}
+
+random_gradients() {
+    tests -p slipstick --test random_gradients -- --ignored
+    put random_gradients "$tables/random_gradients.md"
+}
+
+# One target after the other; libFuzzer tells its executions at the end.
+fuzz() {
+    local record=docs/robustness/fuzz.csv seeds target log
+    for target in case model gmsh abaqus vtu density checkpoint start_values; do
+        seeds=() words=()
+        case $target in
+        gmsh | abaqus | vtu) seeds=(crates/meshio/tests/data) ;;
+        case | model) words=(-dict=fuzz/case.dict) ;;
+        esac
+        log=$tables/$target.log
+        cargo fuzz run -s none "$target" "fuzz/corpus/$target" "${seeds[@]}" -- \
+            "${words[@]}" -max_total_time="$1" -timeout=5 -rss_limit_mb=1024 -print_final_stats=1 > "$log" 2>&1 \
+            || { tail -n 40 "$log"; echo "a finding of $target: see fuzz/artifacts/$target"; }
+        awk -F'[ :]+' -v target="$target" -v seconds="$1" -v version="$(git rev-parse --short HEAD)" '
+            /number_of_executed_units/ { n = $3 }
+            /SUMMARY: libFuzzer/ { findings = 1 }
+            END { printf "%s,%s,%s,%d,%d\n", version, target, seconds, n, findings }' "$log" >> "$record"
+    done
+    fuzz_table
+}
+
+# The sums of docs/robustness/fuzz.csv: version, target, seconds, executions, findings.
+fuzz_table() {
+    awk -F, '
+        NR > 1 { if (!($2 in s)) order[++n] = $2; s[$2] += $3; e[$2] += $4; f[$2] += $5; S += $3; E += $4; F += $5 }
+        END {
+            print "| target | minutes | executions | findings |\n|---|---|---|---|"
+            for (i = 1; i <= n; i++) printf "| `%s` | %.0f | %d | %d |\n", order[i], s[order[i]] / 60, e[order[i]], f[order[i]]
+            printf "| together | %.0f | %d | %d |\n", S / 60, E, F
+        }' docs/robustness/fuzz.csv > "$tables/fuzz.md"
+    put fuzz "$tables/fuzz.md"
+}
+
+if [ "${1:-}" = fuzz ]; then
+    fuzz "${2:-600}"
+else
+    for name in ${*:-kills faults memory random_gradients}; do
+        "$name"
+    done
+fi
