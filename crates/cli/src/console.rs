@@ -23,6 +23,8 @@ pub struct Console {
     json: bool,
     quiet: bool,
     verbose: u8,
+    /// Errors are not shown either.
+    silent: bool,
     bar: OnceCell<ProgressBar>,
     /// Why standard output could not be written, the first time.
     refused: OnceCell<io::Error>,
@@ -35,9 +37,15 @@ impl Console {
             json: common.json,
             quiet: common.quiet,
             verbose: common.verbose,
+            silent: false,
             bar: OnceCell::new(),
             refused: OnceCell::new(),
         }
+    }
+
+    /// Says nothing any more: another rank speaks.
+    pub fn silence(&mut self) {
+        (self.json, self.quiet, self.verbose, self.silent) = (false, true, 0, true);
     }
 
     /// Whether results are events.
@@ -135,6 +143,13 @@ impl Console {
 
     /// Why the command ends.
     pub fn failure(&self, failure: &Failure) {
+        if !self.silent {
+            self.speak(failure);
+        }
+    }
+
+    /// Why the command ends, of a silent rank too.
+    pub fn speak(&self, failure: &Failure) {
         self.end_bar();
         let exit = failure.exit() as u8;
         match failure {

@@ -13,13 +13,16 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens to Ctrl-C, and to the request to terminate where the system has one.
-    pub fn install() -> Self {
+    /// Listens to Ctrl-C, and to the request to terminate where the system has one; `speaks` tells that it was heard.
+    pub fn install(speaks: bool) -> Self {
         let interrupt = Self::default();
         let pressed = Arc::clone(&interrupt.pressed);
         let handler = move || {
             if pressed.fetch_add(1, Ordering::SeqCst) > 0 {
                 std::process::exit(Exit::Interrupted as i32);
+            }
+            if !speaks {
+                return;
             }
             complain("\nstopping after this attempt at a load step; once more stops at once\n");
         };

@@ -12,6 +12,7 @@ pub mod exit;
 pub mod failure;
 pub mod interrupt;
 pub mod memory;
+pub mod parallel;
 pub mod setup;
 pub mod table;
 pub mod watch;
@@ -21,6 +22,7 @@ use console::Console;
 use exit::Exit;
 use failure::Failure;
 use interrupt::Interrupt;
+use parallel::Parallel;
 
 /// What every command works with.
 pub struct Context {
@@ -28,6 +30,8 @@ pub struct Context {
     pub console: Console,
     /// Whether the user wants to stop.
     pub interrupt: Interrupt,
+    /// The other ranks, if there are some.
+    pub parallel: Parallel,
     /// Options of every command.
     pub common: args::Common,
     /// The command line, for the record of a run.
@@ -36,35 +40,55 @@ pub struct Context {
 
 /// Does what the command line asks for.
 pub fn run(cli: Cli, line: Vec<String>) -> Exit {
-    let console = Console::new(&cli.common);
-    let context = Context { console, interrupt: Interrupt::install(), common: cli.common, line };
-    let result = match &cli.command {
-        Command::New(args) => commands::new::run(&context, args),
-        Command::Check(args) => commands::check::run(&context, args),
-        Command::Solve(args) => commands::solve::run(&context, args),
-        Command::Gradient(args) => commands::gradient::run(&context, args),
-        Command::Optimize(args) => commands::optimize::run(&context, args),
-        Command::Resume(args) => commands::resume::run(&context, args),
-        Command::Evaluate(args) => commands::evaluate::run(&context, args),
-        Command::Render(args) => commands::render::run(&context, args),
-        Command::Study(args) => commands::study::run(&context, args),
-        Command::Report(args) => commands::report::run(&context, args),
-        Command::Export(args) => commands::export::run(&context, args),
-        Command::Explain(args) => commands::explain::run(&context, args),
-        Command::Schema(args) => commands::schema::run(&context, args),
-        Command::Completions(args) => commands::completions::run(&context, args),
-        Command::Man(args) => commands::completions::man(&context, args),
-        Command::Bench(args) => commands::bench::run(&context, args),
-        Command::Verify(args) => match &args.what {
-            VerifyWhat::Gradient(args) => commands::verify::run(&context, args),
-        },
-    };
-    match result.and_then(|()| context.console.check()) {
-        Ok(()) => Exit::Ok,
+    let mut console = Console::new(&cli.common);
+    let parallel = match Parallel::join() {
+        Ok(parallel) => parallel,
         Err(failure) => {
-            context.console.failure(&failure);
-            failure.exit()
+            console.failure(&failure);
+            return failure.exit();
         }
+    };
+    if !parallel.leads() {
+        console.silence();
+    }
+    let interrupt = Interrupt::install(parallel.leads());
+    let context = Context { console, interrupt, parallel, common: cli.common, line };
+    let result = context.parallel.guard(|| execute(&context, &cli.command).and_then(|()| context.console.check()));
+    if let Err(failure) = &result {
+        context.console.failure(failure);
+    }
+    context.parallel.leave(&context, &result);
+    result.map_or_else(|failure| failure.exit(), |()| Exit::Ok)
+}
+
+fn execute(context: &Context, command: &Command) -> Outcome {
+    let divided = matches!(
+        command,
+        Command::Solve(_) | Command::Gradient(_) | Command::Optimize(_) | Command::Resume(_) | Command::Verify(_)
+    );
+    if context.parallel.size() > 1 && !divided {
+        return Err(Failure::input("this command runs on one rank", "leave mpirun out"));
+    }
+    match command {
+        Command::New(args) => commands::new::run(context, args),
+        Command::Check(args) => commands::check::run(context, args),
+        Command::Solve(args) => commands::solve::run(context, args),
+        Command::Gradient(args) => commands::gradient::run(context, args),
+        Command::Optimize(args) => commands::optimize::run(context, args),
+        Command::Resume(args) => commands::resume::run(context, args),
+        Command::Evaluate(args) => commands::evaluate::run(context, args),
+        Command::Render(args) => commands::render::run(context, args),
+        Command::Study(args) => commands::study::run(context, args),
+        Command::Report(args) => commands::report::run(context, args),
+        Command::Export(args) => commands::export::run(context, args),
+        Command::Explain(args) => commands::explain::run(context, args),
+        Command::Schema(args) => commands::schema::run(context, args),
+        Command::Completions(args) => commands::completions::run(context, args),
+        Command::Man(args) => commands::completions::man(context, args),
+        Command::Bench(args) => commands::bench::run(context, args),
+        Command::Verify(args) => match &args.what {
+            VerifyWhat::Gradient(args) => commands::verify::run(context, args),
+        },
     }
 }
 

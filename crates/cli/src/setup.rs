@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use slipstick::analysis::AnalysisError;
-use slipstick::build::{Problem, build};
-use slipstick::case::{Body, CaseCode, CaseDiagnostic, Resolved, Severity};
+use slipstick::analysis::{Analysis, AnalysisError};
+use slipstick::build::{Problem, build_on};
+use slipstick::case::{Body, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
 use slipstick::check::{Inspection, NoticeKind, bytes_to_build, inspect};
 use slipstick::optimize::OptimizeError;
 use slipstick::run::{
@@ -16,6 +16,7 @@ use crate::case_file::{self, Unreadable};
 use crate::commands::bytes;
 use crate::failure::Failure;
 use crate::memory;
+use crate::watch::Watch;
 use crate::{Context, Outcome};
 
 /// A case that is read and looked at; the problem built from it goes its own way.
@@ -30,6 +31,8 @@ pub struct Setup {
     pub threads: usize,
     /// Number of warnings told.
     pub warnings: usize,
+    /// Whether several ranks share the problem.
+    problem_is_shared: bool,
 }
 
 /// Reads a case file, with values replaced as asked.
@@ -97,12 +100,14 @@ pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setu
     refuse_too_large(&resolved)?;
     let threads = set_threads(context, &resolved)?;
     let map = &resolved.source_map;
-    let mut problem = build(&resolved.case).map_err(|error| Failure::build(&error, map))?;
+    let machine = context.parallel.machine(resolved.case.solver.linear == LinearSolverChoice::Petsc)?;
+    let mut problem = build_on(&resolved.case, &machine).map_err(|error| Failure::build(&error, map))?;
     let inspection = inspect(&resolved.case, &mut problem).map_err(|error| {
         let message = format!("the reference configuration cannot be evaluated: {error}");
         Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))
     })?;
-    let mut setup = Setup { file: path.to_owned(), resolved, inspection, threads, warnings: 0 };
+    let problem_is_shared = context.parallel.size() > 1;
+    let mut setup = Setup { file: path.to_owned(), resolved, inspection, threads, warnings: 0, problem_is_shared };
     let (errors, warnings) = setup.diagnostics(&problem);
     setup.warnings = warnings.len();
     context.console.warnings(&warnings);
@@ -115,7 +120,7 @@ const MOST_THREADS: usize = 1024;
 fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
     let asked = context.common.threads.map(usize::from).or(resolved.case.solver.threads);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = asked.unwrap_or(cores);
+    let threads = asked.unwrap_or(context.parallel.threads(cores));
     let most = cores.max(MOST_THREADS);
     if threads > most {
         let cure = format!("there are {cores} cores; more threads than cores make nothing faster");
@@ -158,6 +163,10 @@ impl Setup {
     /// What is wrong with a case whose run, with or without a gradient, needs more memory than there is; `None` if it fits,
     /// or nobody knows.
     pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
+        // what one of several ranks needs is not known before
+        if self.problem_is_shared {
+            return None;
+        }
         let Inspection { peak_bytes, kept_bytes, .. } = self.inspection;
         let kept = if gradient { kept_bytes } else { 0.0 };
         let needed = peak_bytes - kept_bytes + kept;
@@ -236,10 +245,11 @@ pub fn volume_fraction(problem: &Problem, density: &[f64]) -> Option<f64> {
     Some(sum(&|e| volumes[e] * density[e]) / sum(&|e| volumes[e]))
 }
 
-/// A failed analysis in words, after what is left of it has been written to `run`.
-pub fn failed(problem: &mut Problem, error: &AnalysisError, run: &RunDirectory) -> Failure {
+/// A failed analysis in words, after what is left of it has been written to `run`, if this rank has one.
+pub fn failed(problem: &mut Problem, error: &AnalysisError, run: Option<&RunDirectory>) -> Failure {
     let model = &mut problem.analysis.model;
     let report = Box::new(FailureReport::new(error, &problem.mesh, &model.slave_nodes()));
+    let Some(run) = run else { return Failure::Analysis { report, kept: String::new() } };
     let directory = run.path().display();
     let kept = match error {
         AnalysisError::March(failure) => match write_failure(run, &problem.mesh, model, failure) {
@@ -256,7 +266,12 @@ pub fn failed(problem: &mut Problem, error: &AnalysisError, run: &RunDirectory) 
 }
 
 /// An optimization that stopped short, in words.
-pub fn stopped(problem: &mut Problem, resolved: &Resolved, error: &OptimizeError, run: &RunDirectory) -> Failure {
+pub fn stopped(
+    problem: &mut Problem,
+    resolved: &Resolved,
+    error: &OptimizeError,
+    run: Option<&RunDirectory>,
+) -> Failure {
     match error {
         OptimizeError::Build(error) => Failure::build(error, &resolved.source_map),
         OptimizeError::Analysis(error) => failed(problem, error, run),
@@ -264,10 +279,24 @@ pub fn stopped(problem: &mut Problem, resolved: &Resolved, error: &OptimizeError
             message: format!("the optimizer failed: {error}"),
             cure: "look at history.csv; a smaller `optimizer.mma.move_limit` may help".into(),
         },
-        OptimizeError::Interrupted => {
-            Failure::Interrupted { message: "finished iterations are kept".into(), resume: Some(run.path().to_owned()) }
-        }
+        OptimizeError::Interrupted => Failure::Interrupted {
+            message: "finished iterations are kept".into(),
+            resume: run.map(|run| run.path().to_owned()),
+        },
     }
+}
+
+/// The part of an analysis that a rank has which does not lead: the first one tells and writes what comes out.
+///
+/// # Errors
+/// That of the analysis.
+pub fn follow<T>(
+    context: &Context,
+    problem: &mut Problem,
+    analyse: impl FnOnce(&mut Analysis, &mut Watch<'_>) -> Result<T, AnalysisError>,
+) -> Outcome {
+    let result = analyse(&mut problem.analysis, &mut Watch::new(context));
+    result.map(drop).map_err(|error| failed(problem, &error, None))
 }
 
 /// A run in progress: its directory and record.

@@ -6,12 +6,14 @@ use slipstick_path::{MarchEvent, MarchObserver, PathState};
 
 use crate::console::Console;
 use crate::interrupt::Interrupt;
+use crate::parallel::Parallel;
 use crate::{Context, Outcome};
 
 /// The observer of all analyses of a command.
 pub struct Watch<'a> {
     console: &'a Console,
     interrupt: &'a Interrupt,
+    parallel: &'a Parallel,
     newton: Option<NewtonTable>,
     /// From which verbosity load steps are told.
     level: u8,
@@ -29,6 +31,7 @@ impl<'a> Watch<'a> {
         Self {
             console: &context.console,
             interrupt: &context.interrupt,
+            parallel: &context.parallel,
             newton: None,
             level: 1,
             iteration: 0,
@@ -144,6 +147,6 @@ impl MarchObserver for Watch<'_> {
     }
 
     fn cancelled(&self) -> bool {
-        self.interrupt.requested()
+        self.parallel.any(self.interrupt.requested())
     }
 }

@@ -70,6 +70,9 @@ pub struct ContactInterface {
     reach: f64,
     tree: FacetTree,
     couplings: Vec<FacetCoupling>,
+    /// Which slave nodes are evaluated, and which slave facets that takes.
+    evaluated_nodes: Vec<bool>,
+    evaluated_facets: Vec<bool>,
 }
 
 impl ContactInterface {
@@ -102,7 +105,28 @@ impl ContactInterface {
         }
         let tree = FacetTree::build(&master_facets, coordinates);
         let couplings = vec![FacetCoupling::default(); slave_facets.len()];
-        Ok(Self { slave_facets, master_facets, slave_nodes, shape, rule: rule.points(), reach, tree, couplings })
+        let (evaluated_nodes, evaluated_facets) = (vec![true; slave_nodes.len()], vec![true; slave_facets.len()]);
+        Ok(Self {
+            slave_facets,
+            master_facets,
+            slave_nodes,
+            shape,
+            rule: rule.points(),
+            reach,
+            tree,
+            couplings,
+            evaluated_nodes,
+            evaluated_facets,
+        })
+    }
+
+    /// Evaluates from now on the slave nodes only that `has` picks by their global numbers.
+    pub fn evaluate_only(&mut self, has: impl Fn(u32) -> bool) {
+        self.evaluated_nodes = self.slave_nodes.iter().map(|slave| has(slave.node)).collect();
+        let around = |facet: &FacetNodes| facet.iter().any(|&node| has(node));
+        self.evaluated_facets = self.slave_facets.iter().map(around).collect();
+        let left = self.couplings.iter_mut().zip(&self.evaluated_facets).filter(|(_, evaluated)| !**evaluated);
+        left.for_each(|(coupling, _)| *coupling = FacetCoupling::default());
     }
 
     /// The same interface with symmetry planes: `mirrored` gives for a node the coordinate axes that stand across one through
@@ -132,7 +156,8 @@ impl ContactInterface {
         self.reach
     }
 
-    /// Evaluates mortar rows and frames of all slave nodes at the current positions `x` (3 per node of the mesh).
+    /// Evaluates mortar rows and frames of all slave nodes at the current positions `x` (3 per node of the mesh); of those
+    /// that [`evaluate_only`](Self::evaluate_only) has picked, and leaves the others empty.
     ///
     /// The result depends on `x` alone, not on earlier evaluations nor on the number of threads.
     ///
@@ -146,9 +171,13 @@ impl ContactInterface {
     ) -> Result<(), InterfaceError> {
         self.tree.refit(x);
         let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
-        let Self { slave_facets, master_facets, shape, rule, reach, tree, couplings, .. } = self;
+        let Self { slave_facets, master_facets, shape, rule, reach, tree, couplings, evaluated_facets, .. } = self;
         let (tree, rule, masters) = (&*tree, &*rule, &*master_facets);
-        let folded = couplings.par_iter_mut().zip(&*slave_facets).map_init(Vec::new, |hits, (coupling, facet)| {
+        let facets = couplings.par_iter_mut().zip(&*slave_facets).zip(&*evaluated_facets);
+        let folded = facets.map_init(Vec::new, |hits, ((coupling, facet), &evaluated)| {
+            if !evaluated {
+                return Ok(());
+            }
             let (centre, radius) = sphere(facet, x);
             // encloses every master facet that FacetCoupling may accept
             let margin = *reach + radius + 2.0 * largest;
@@ -167,7 +196,11 @@ impl ContactInterface {
         let folded = out
             .par_iter_mut()
             .zip(&self.slave_nodes)
-            .filter_map(|(row, slave)| (!row.gather(slave, couplings, x, with_gradient)).then_some(slave.node))
+            .zip(&self.evaluated_nodes)
+            .filter_map(|((row, slave), &evaluated)| {
+                let folded = evaluated && !row.gather(slave, couplings, x, with_gradient);
+                folded.then_some(slave.node)
+            })
             .min();
         match folded {
             Some(node) => Err(InterfaceError::Folded { node }),

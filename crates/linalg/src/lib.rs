@@ -39,6 +39,8 @@
 
 pub mod block;
 pub mod csr;
+#[cfg(feature = "metis")]
+mod metis;
 pub mod multifrontal;
 pub mod operator;
 pub mod ranks;
@@ -52,6 +54,8 @@ pub mod verified;
 
 pub use block::{BlockMatrix, BlockPattern};
 pub use csr::{CsrMatrix, CsrPattern};
+#[cfg(feature = "metis")]
+pub use metis::partition_graph;
 pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};
 pub use operator::{Operator, Summed};
 pub use ranks::{Alone, Ranks};

@@ -227,14 +227,22 @@ impl Mesh {
 
     /// For each node itself and all nodes that share an element with it, ascending: the rows of a nodal sparsity.
     pub fn node_neighbours(&self) -> Vec<Vec<u32>> {
+        let mut rows = self.node_neighbours_in(|_| true);
+        // a node without elements has itself
+        rows.iter_mut().zip(0..).filter(|(row, _)| row.is_empty()).for_each(|(row, node)| row.push(node));
+        rows
+    }
+
+    /// The same of some elements: the rows of nodes without such elements are empty.
+    pub fn node_neighbours_in(&self, has: impl Fn(usize) -> bool) -> Vec<Vec<u32>> {
         let around = self.node_elements();
         let mut seen = vec![u32::MAX; self.nodes.len()];
         (0..self.nodes.len())
             .map(|node| {
                 let mark = node as u32;
-                seen[node] = mark;
-                let mut row = vec![mark];
-                for &neighbour in around.of(node).iter().flat_map(|&e| self.elements[e as usize].nodes()) {
+                let mut row = Vec::new();
+                let elements = around.of(node).iter().filter(|&&e| has(e as usize));
+                for &neighbour in elements.flat_map(|&e| self.elements[e as usize].nodes()) {
                     if seen[neighbour as usize] != mark {
                         seen[neighbour as usize] = mark;
                         row.push(neighbour);

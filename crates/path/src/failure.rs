@@ -41,6 +41,9 @@ pub enum StateError {
         /// First such unknown.
         index: usize,
     },
+    /// The ranks of a parallel run have different numbers where they must have the same.
+    #[error("the ranks have come to different states; their machines or libraries may not be the same")]
+    RanksDisagree,
 }
 
 /// Why the iteration of one (sub-)step failed.

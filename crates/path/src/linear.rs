@@ -150,6 +150,18 @@ impl LinearSystem {
         self.other.lagged = None;
     }
 
+    /// `y = A x` with the whole matrix, of which `part` is that of this rank.
+    pub(crate) fn product(&self, part: &BlockMatrix, x: &[f64], y: &mut [f64]) {
+        part.mul(x, y);
+        self.backend.ranks().sum(y);
+    }
+
+    /// `y = Aᵀ x`, likewise.
+    pub(crate) fn product_transpose(&self, part: &BlockMatrix, x: &[f64], y: &mut [f64]) {
+        part.mul_transpose(x, y);
+        self.backend.ranks().sum(y);
+    }
+
     /// Takes up what is kept of systems with these prescribed unknowns.
     fn take_up(&mut self, fixed: &[bool]) {
         if !self.now.is_of(fixed) && (self.other.is_of(fixed) || self.now.cached.is_some()) {

@@ -182,7 +182,7 @@ fn iterate(
                 }
             }
             let mut carried = vec![0.0; n];
-            matrix.mul(&prescribed, &mut carried);
+            linear.product(matrix, &prescribed, &mut carried);
             rhs.iter_mut().zip(&carried).for_each(|(r, c)| *r -= c);
         }
         let mut increment = linear.solve(matrix, &fixed, &groups, &active_set, &rhs, forcing)?;

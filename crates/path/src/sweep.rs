@@ -187,7 +187,7 @@ fn step_back(
     if options.parameters {
         // dθ/dŷ at the prescribed unknowns, whose rows the solve left out
         let mut by_prescribed = vec![0.0; lambda.len()];
-        matrix.mul_transpose(&lambda, &mut by_prescribed);
+        linear.product_transpose(matrix, &lambda, &mut by_prescribed);
         by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
         problem.pull_back_parameters(y, here.time, &lambda, &eta, &by_prescribed, &mut gradient.parameters)?;
     }

@@ -189,10 +189,15 @@ impl LinearSolver for PetscSolver {
         let here = if n > i32::MAX as usize { Err(FactorizationError::Pattern { n }) } else { check_matrix(a, known) };
         self.agree(here, n)?;
         let made = self.factors(a);
-        if self.session.any(made.is_err()) {
-            self.system = None;
-        }
-        let (factors, facts) = made.map_err(|error| Self::fail(n, error.to_string()))?;
+        let failed = self.session.any(made.is_err());
+        let (factors, facts) = match made {
+            Ok(made) if !failed => made,
+            other => {
+                self.system = None;
+                let reason = other.err().map_or("it failed on another rank".into(), |error| error.to_string());
+                return Err(Self::fail(n, reason));
+            }
+        };
         if facts.mumps_error < 0 {
             let (error, detail) = (facts.mumps_error, facts.mumps_detail);
             let reason = if error == SINGULAR {

@@ -184,7 +184,7 @@ impl Analysis {
     /// Displacements of all nodes that are small beside the elements, and the internal forces there.
     fn some_state(&self) -> (Vec<f64>, Vec<f64>) {
         let n = self.model.prescribed().fixed().len();
-        let size = self.model.solid().element_volumes().into_iter().fold(f64::INFINITY, f64::min).cbrt();
+        let size = self.model.smallest_element().cbrt();
         let mut force = vec![0.0; n];
         let mut amplitude = 1e-2 * size;
         loop {

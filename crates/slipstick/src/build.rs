@@ -11,7 +11,7 @@ use crate::machine::Machine;
 use crate::model::course;
 use crate::model::prescribed::Prescribed;
 use crate::model::{
-    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface,
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface, Share,
 };
 use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
@@ -88,7 +88,10 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     })?;
     let times = course::times(load_cases.len().max(1), case.load_path.steps);
     let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
-    let solid = SolidModel::new(&mesh, sections?)
+    let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
+    let share = Share::of(&mesh, &pairs, machine.ranks());
+    let linear = machine.linear(&case.solver, share.owners())?;
+    let solid = SolidModel::part(&mesh, sections?, |element| share.has_element(element))
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
@@ -114,6 +117,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let model = ContactModel::new(
         &mesh,
+        share,
         solid,
         interfaces,
         method,
@@ -132,7 +136,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         objective,
         march: march_options(case),
         sweep: SweepOptions::default(),
-        linear: machine.linear(&case.solver, &[])?,
+        linear,
         guide: None,
     };
     Ok(Problem { mesh, analysis, variables, initial_density })

@@ -19,3 +19,7 @@ pub mod render;
 pub mod report;
 pub mod run;
 pub mod verify;
+
+/// PETSc and MPI: sessions to build problems on.
+#[cfg(feature = "petsc")]
+pub use slipstick_petsc as petsc;

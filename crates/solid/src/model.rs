@@ -84,6 +84,22 @@ impl SolidModel {
     /// # Panics
     /// Without one section per body.
     pub fn new<S: Into<Section>>(mesh: &Mesh, sections: Vec<S>) -> Result<Self, InvertedElements> {
+        Self::part(mesh, sections, |_| true)
+    }
+
+    /// A model of those elements only that `has` picks by their numbers: what it assembles is their part of a sum, and what
+    /// it computes of elements is 0 for the others. Numbers of elements and nodes are still the mesh's.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), of the picked elements.
+    ///
+    /// # Panics
+    /// Without one section per body.
+    pub fn part<S: Into<Section>>(
+        mesh: &Mesh,
+        sections: Vec<S>,
+        has: impl Fn(usize) -> bool,
+    ) -> Result<Self, InvertedElements> {
         assert_eq!(mesh.bodies.len(), sections.len(), "one section per body");
         let sections = sections.into_iter().map(Into::into).collect();
         let mut section_of = vec![0; mesh.elements.len()];
@@ -91,7 +107,7 @@ impl SolidModel {
             section_of[body.elements.clone()].fill(b as u32);
         }
         let (mut hexes, mut tets) = (Vec::new(), Vec::new());
-        for (number, element) in (0_u32..).zip(&mesh.elements) {
+        for (number, element) in (0_u32..).zip(&mesh.elements).filter(|(number, _)| has(*number as usize)) {
             match element {
                 Element::Hex8(_) => hexes.push(number),
                 Element::Tet4(_) => tets.push(number),
@@ -130,6 +146,11 @@ impl SolidModel {
     /// Number of elements.
     pub fn elements(&self) -> usize {
         self.section_of.len()
+    }
+
+    /// What every body is made of.
+    pub fn sections(&self) -> &[Section] {
+        &self.sections
     }
 
     /// The material of an element.

@@ -55,7 +55,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
         }
         let forward = match problem.analysis.forward(density, &mut watch) {
             Ok(forward) => forward,
-            Err(error) => return Err(failed(problem, &error, directory)),
+            Err(error) => return Err(failed(problem, &error, Some(directory))),
         };
         watch.check()?;
         whole(context, &forward, steps)?;

@@ -9,7 +9,7 @@ use slipstick::run::{NewtonTable, write_densities};
 
 use super::{digits, phases, tell_phases, whole};
 use crate::args::Gradient;
-use crate::setup::{Run, failed, prepare, volume_fraction};
+use crate::setup::{Run, failed, follow, prepare, volume_fraction};
 use crate::watch::Watch;
 use crate::{Context, Outcome, clock};
 
@@ -20,7 +20,12 @@ use crate::{Context, Outcome, clock};
 pub fn run(context: &Context, args: &Gradient) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(&problem, &args.design)?;
-    let run = Run::start(context, &setup, &args.out, "gradient")?;
+    let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "gradient"))? else {
+        return follow(context, &mut problem, |analysis, watch| {
+            let forward = analysis.forward(&density, watch)?;
+            analysis.gradients(&forward)
+        });
+    };
     let outcome = gradient(context, &setup.resolved.case, &mut problem, &run, &density);
     run.end(outcome)
 }
@@ -32,7 +37,7 @@ fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, de
     analysis.measure(clock::wall);
     let forward = match analysis.forward(density, &mut watch) {
         Ok(forward) => forward,
-        Err(error) => return Err(failed(problem, &error, directory)),
+        Err(error) => return Err(failed(problem, &error, Some(directory))),
     };
     watch.check()?;
     whole(context, &forward, problem.analysis.times.len())?;
@@ -40,7 +45,7 @@ fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, de
     let marched = problem.analysis.timings();
     let gradients = match problem.analysis.gradients(&forward) {
         Ok(gradients) => gradients,
-        Err(error) => return Err(failed(problem, &error, directory)),
+        Err(error) => return Err(failed(problem, &error, Some(directory))),
     };
     let spent = problem.analysis.timings() - marched;
     let (mesh, gradient) = (&problem.mesh, &gradients.density);

@@ -32,7 +32,9 @@ pub fn run(context: &Context, args: &Optimize) -> Outcome {
     if let Some(iterations) = args.iterations {
         optimization.set_iterations(iterations.get());
     }
-    let run = Run::start(context, &setup, &args.out, "optimize")?;
+    let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "optimize"))? else {
+        return follow(context, &setup.resolved, &mut optimization);
+    };
     let state = optimization.state.clone();
     let hash = run.case_sha256().to_owned();
     let checkpoint = Checkpoint::new(hash, optimization.iterations(), Vec::new(), state);
@@ -50,6 +52,20 @@ pub fn start(resolved: &Resolved, problem: slipstick::build::Problem) -> Outcome
         Build(error) => Failure::build(&error, &resolved.source_map),
         other => Failure::input(other.to_string(), "check [design] and [optimizer]"),
     })
+}
+
+/// The part of an optimization that a rank has which does not lead: the first one tells and writes what comes out.
+///
+/// # Errors
+/// That of the analysis or the optimizer.
+pub fn follow(context: &Context, resolved: &Resolved, optimization: &mut Optimization) -> Outcome {
+    let mut watch = Watch::new(context);
+    while !optimization.finished() {
+        if let Err(error) = optimization.advance(&mut watch) {
+            return Err(stopped(&mut optimization.problem, resolved, &error, None));
+        }
+    }
+    Ok(())
 }
 
 /// Runs an optimization from its checkpoint to its end; everything is on disk after every iteration.
@@ -81,7 +97,7 @@ pub fn drive(
         let clock = Instant::now();
         let forward = match optimization.advance(&mut watch) {
             Ok(forward) => forward,
-            Err(error) => return Err(stopped(&mut optimization.problem, resolved, &error, directory)),
+            Err(error) => return Err(stopped(&mut optimization.problem, resolved, &error, Some(directory))),
         };
         watch.check()?;
         // Told again only after it was otherwise.

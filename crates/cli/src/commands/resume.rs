@@ -2,7 +2,7 @@
 
 use slipstick::run::{Checkpoint, ExitState, RunDirectory, RunError, RunRecord, sha256};
 
-use super::optimize::{SECTIONS, drive, start};
+use super::optimize::{SECTIONS, drive, follow, start};
 use crate::args::Resume;
 use crate::setup::{Run, prepare};
 use crate::{Context, Outcome};
@@ -13,7 +13,10 @@ use crate::{Context, Outcome};
 /// As [`crate::failure::Failure`] lists them; of those [`crate::failure::Failure::Input`] if the case's text is not the one that the run was started
 /// with.
 pub fn run(context: &Context, args: &Resume) -> Outcome {
-    let directory = RunDirectory::take_up(&args.results)?;
+    let parallel = &context.parallel;
+    // the first rank has the lock and tells when it is there
+    let taken = parallel.first(|| Ok(RunDirectory::take_up(&args.results)?))?;
+    let directory = taken.map_or_else(|| RunDirectory::open(&args.results), Ok)?;
     let mut checkpoint = Checkpoint::read(&directory)?;
     let record = RunRecord::read(&directory)?;
     let path = directory.file("case.toml");
@@ -42,7 +45,8 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     checkpoint.iterations = iterations;
     checkpoint.reopen();
     optimization.state = checkpoint.state.clone();
-    let run = Run::take_up(context, directory, record, setup.threads)?;
+    let begun = parallel.first(|| Run::take_up(context, directory, record, setup.threads))?;
+    let Some(run) = begun else { return follow(context, &setup.resolved, &mut optimization) };
     let outcome = drive(context, &setup.resolved, &mut optimization, &run, checkpoint);
     run.end(outcome)
 }

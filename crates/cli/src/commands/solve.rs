@@ -7,7 +7,7 @@ use slipstick::run::{NewtonTable, write_densities, write_path};
 
 use super::{digits, final_status, phases, tell_phases, whole};
 use crate::args::Solve;
-use crate::setup::{Run, failed, prepare, volume_fraction};
+use crate::setup::{Run, failed, follow, prepare, volume_fraction};
 use crate::watch::Watch;
 use crate::{Context, Outcome, clock};
 
@@ -25,7 +25,10 @@ fn observed(analysis: &Analysis, forward: &Forward) -> Vec<Option<f64>> {
 pub fn run(context: &Context, args: &Solve) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet"])?;
     let density = setup.density(&problem, &args.design)?;
-    let run = Run::start(context, &setup, &args.out, "solve")?;
+    problem.analysis.march.factor_memory = 0; // no gradient follows
+    let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "solve"))? else {
+        return follow(context, &mut problem, |analysis, watch| analysis.forward(&density, watch));
+    };
     let outcome = solve(context, &mut problem, &run, &density);
     run.end(outcome)
 }
@@ -34,11 +37,10 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
     let directory = &run.directory;
     let table = NewtonTable::open(directory, 0)?;
     let mut watch = Watch::new(context).with_table(table).telling_steps();
-    problem.analysis.march.factor_memory = 0; // no gradient follows
     problem.analysis.measure(clock::wall);
     let forward = match problem.analysis.forward(density, &mut watch) {
         Ok(forward) => forward,
-        Err(error) => return Err(failed(problem, &error, directory)),
+        Err(error) => return Err(failed(problem, &error, Some(directory))),
     };
     watch.check()?;
     write_densities(&directory.file("design.csv"), &problem.mesh, density, None)?;

@@ -41,26 +41,41 @@ pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
     }
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(&problem, &args.design)?;
-    let run = Run::start(context, &setup, &args.out, "verify")?;
+    let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "verify"))? else {
+        let options = options(args);
+        let designed = designed(&problem);
+        return match verify_gradient(&mut problem.analysis, &density, &designed, &options, &mut Watch::new(context)) {
+            Err(VerifyError::Analysis(error)) => Err(failed(&mut problem, &error, None)),
+            _ => Ok(()),
+        };
+    };
     let outcome = verify(context, &mut problem, &run, &density, args);
     run.end(outcome)
 }
 
-fn verify(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], args: &VerifyGradient) -> Outcome {
-    let designed = problem.variables.as_ref().map_or(Vec::new(), |variables| variables.designed().to_vec());
-    let options = VerifyOptions {
+/// The elements whose densities may vary.
+fn designed(problem: &Problem) -> Vec<u32> {
+    problem.variables.as_ref().map_or(Vec::new(), |variables| variables.designed().to_vec())
+}
+
+fn options(args: &VerifyGradient) -> VerifyOptions {
+    VerifyOptions {
         directions: args.directions,
         elements: args.elements,
         step: args.step,
         halvings: args.halvings,
         tolerance: args.tolerance,
         ..VerifyOptions::default()
-    };
+    }
+}
+
+fn verify(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], args: &VerifyGradient) -> Outcome {
+    let (designed, options) = (designed(problem), options(args));
     let mut watch = Watch::new(context);
     let analysis = &mut problem.analysis;
     let check = match verify_gradient(analysis, density, &designed, &options, &mut watch) {
         Ok(check) => check,
-        Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, &run.directory)),
+        Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, Some(&run.directory))),
         Err(VerifyError::Interrupted) => {
             return Err(Failure::Interrupted { message: "nothing was compared".into(), resume: None });
         }

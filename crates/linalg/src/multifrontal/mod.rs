@@ -23,8 +23,6 @@ mod buffers;
 mod dense;
 mod front;
 mod kernels;
-#[cfg(feature = "metis")]
-mod metis;
 mod numeric;
 mod ordering;
 mod pivoting;

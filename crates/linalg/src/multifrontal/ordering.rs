@@ -84,7 +84,7 @@ impl QuotientGraph {
             #[cfg(feature = "metis")]
             let reduced = {
                 let unknowns = |g: usize| self.groups[g].iter().map(|&v| self.members[v as usize].len() as i32).sum();
-                super::metis::nested_dissection(offsets, neighbours, connected.iter().map(|&g| unknowns(g)).collect())?
+                crate::metis::nested_dissection(offsets, neighbours, connected.iter().map(|&g| unknowns(g)).collect())?
             };
             #[cfg(not(feature = "metis"))]
             let reduced = minimum_degree(&offsets, &neighbours)?;

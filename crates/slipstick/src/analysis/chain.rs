@@ -1,6 +1,6 @@
 //! From an objective on displacements and forces to one on the unknowns, the design and the parameters.
 
-use crate::model::{ContactModel, inverted};
+use crate::model::ContactModel;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_path::{Path, PathGradient, PathObjective, StateError, StepState};
 
@@ -63,11 +63,10 @@ impl<'a> Adapter<'a> {
                     external_force: &mut by_external,
                 },
             );
-            let (solid, scalings, slopes) = (model.solid(), model.scalings(), model.scaling_slopes());
-            solid.add_tangent_product(d, scalings, &by_internal, &mut by_displacement).map_err(inverted)?;
+            model.add_internal_tangent_product(d, &by_internal, &mut by_displacement)?;
             model.pull_back_external_force(d, at.time, &by_external, &mut by_displacement);
-            let mut design = vec![0.0; solid.elements()];
-            solid.pull_back_density(d, scalings, slopes, &by_internal, &mut design).map_err(inverted)?;
+            let mut design = vec![0.0; model.solid().elements()];
+            model.pull_back_density(d, &by_internal, &mut design)?;
             let mut parameters = vec![0.0; model.parameter_names().len()];
             model.pull_back_moduli(d, &by_internal, &mut parameters)?;
             model.pull_back_loads(d, at.time, &by_external, &mut parameters);

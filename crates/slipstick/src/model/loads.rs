@@ -1,6 +1,6 @@
 //! External forces along the load path.
 
-use super::course;
+use super::{Share, course};
 use crate::case::{Load, LoadKind};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::FacetNodes;
@@ -88,6 +88,18 @@ impl Loads {
                 pressure_tangent(facets, x, pressure * applied.factor(time), &mut add);
             }
         }
+    }
+
+    /// Adds the couplings of that derivative to the rows of a part of the model, if it has the loads.
+    pub(super) fn couple(&self, mut rows: Vec<Vec<u32>>, share: &Share) -> Vec<Vec<u32>> {
+        for applied in self.loads.iter().filter(|_| share.has_rest()) {
+            if let Action::Pressure(facets, _) = &applied.action {
+                for facet in facets {
+                    facet.iter().for_each(|&node| rows[node as usize].extend(facet.iter()));
+                }
+            }
+        }
+        rows
     }
 
     /// Adds that derivative to a matrix over all nodes.

@@ -14,8 +14,11 @@ pub mod course;
 mod loads;
 pub mod node;
 mod parameters;
+mod partition;
+mod parts;
 pub mod pattern;
 pub mod prescribed;
+mod share;
 mod step;
 
 pub use loads::Loads;
@@ -24,6 +27,7 @@ use node::NodeStep;
 pub use parameters::Parameter;
 use pattern::ContactPattern;
 use prescribed::Prescribed;
+pub use share::Share;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceError};
@@ -115,6 +119,9 @@ struct SlaveData {
 
 /// The discrete problem of a load step; see the module's description.
 pub struct ContactModel {
+    /// The part of this rank, and which slave nodes are in it.
+    share: Share,
+    own: Vec<bool>,
     solid: SolidModel,
     interpolation: Interpolation,
     /// Design density of every element; elements outside of the design have density 1.
@@ -195,15 +202,16 @@ struct Floors {
 const FLOOR: f64 = 1e-6;
 
 impl ContactModel {
-    /// Assembles a model.
+    /// Puts a model together.
     ///
-    /// `start` is the density of every element at the start design; it sizes the penalty method's default stiffness.
+    /// Of `solid`, and of the interfaces, the model takes the elements and slave nodes of `share`. `start` is the density of every element at the start design; it sizes the penalty method's default stiffness.
     /// `largest_motion` is the largest prescribed displacement on the path; with the loads, it sizes the tolerances of a start
     /// at rest.
     pub fn new(
         mesh: &Mesh,
+        share: Share,
         solid: SolidModel,
-        interfaces: Vec<ModelInterface>,
+        mut interfaces: Vec<ModelInterface>,
         method: Method,
         prescribed: Prescribed,
         loads: Loads,
@@ -230,7 +238,16 @@ impl ContactModel {
             fixed_held.resize(3 * (nodes + multipliers), true);
         }
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
-        let pattern = ContactPattern::new(mesh.node_neighbours(), masters, slaves.len(), multipliers > 0);
+        let bulk = if share.is_part() {
+            loads.couple(mesh.node_neighbours_in(|e| share.has_element(e)), &share)
+        } else {
+            mesh.node_neighbours()
+        };
+        let pattern = ContactPattern::new(bulk, masters, slaves.len(), multipliers > 0);
+        let own = interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();
+        if share.is_part() {
+            interfaces.iter_mut().for_each(|i| i.interface.evaluate_only(|node| share.has_node(node)));
+        }
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.elements.len() as f64).cbrt();
@@ -245,6 +262,8 @@ impl ContactModel {
         let elements = solid.elements();
         let count = slaves.len();
         let mut model = Self {
+            share,
+            own,
             solid,
             interpolation,
             density: vec![1.0; elements],
@@ -387,6 +406,27 @@ impl ContactModel {
     /// The solid bodies.
     pub fn solid(&self) -> &SolidModel {
         &self.solid
+    }
+
+    /// Smallest J of each element at displacements `d`, whatever its scaling, of the whole mesh.
+    pub fn smallest_determinants(&self, mesh: &Mesh, d: &[f64]) -> Vec<f64> {
+        if self.share.is_part() {
+            let whole = SolidModel::new(mesh, self.solid.sections().to_vec());
+            return whole.map_or_else(|_| Vec::new(), |whole| whole.smallest_determinants(d));
+        }
+        self.solid.smallest_determinants(d)
+    }
+
+    /// Volume of the smallest element. \[L³\]
+    pub fn smallest_element(&self) -> f64 {
+        // those of other ranks are 0 here
+        let volumes = self.solid.element_volumes().into_iter().filter(|volume| *volume > 0.0);
+        -self.share.largest(-volumes.fold(f64::INFINITY, f64::min))
+    }
+
+    /// The part of this rank.
+    pub fn share(&self) -> &Share {
+        &self.share
     }
 
     /// The interfaces.

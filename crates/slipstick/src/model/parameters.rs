@@ -44,7 +44,7 @@ impl ContactModel {
 
     /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface, at an evaluated state.
     pub(super) fn pull_back_friction(&self, y: &[f64], lambda: &[f64], eta: &[f64], out: &mut [f64]) {
-        for (j, slave) in self.slaves.iter().enumerate() {
+        for (j, slave) in self.slaves.iter().enumerate().filter(|(j, _)| self.own[*j]) {
             let share = friction_share(self.previous_kinematics[j].area, slave.area).0;
             out[slave.interface as usize] += share * self.law_weights(j, y, lambda, eta).by_friction;
         }
@@ -54,7 +54,7 @@ impl ContactModel {
     /// contact on slivers, and of the penalty method where it is not given in units. At an evaluated state.
     pub(super) fn pull_back_stiffness(&self, y: &[f64], lambda: &[f64], eta: &[f64], out: &mut [f64]) {
         let first = self.interfaces.len();
-        for (j, slave) in self.slaves.iter().enumerate() {
+        for (j, slave) in self.slaves.iter().enumerate().filter(|(j, _)| self.own[*j]) {
             let absolute = match &self.method {
                 Method::Penalty { stiffness } => {
                     matches!(stiffness[slave.interface as usize], GivenStiffness::Absolute(_))
@@ -103,6 +103,11 @@ impl ContactModel {
     /// # Errors
     /// If elements are inverted.
     pub fn pull_back_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        self.share.add(out, |out| self.pull_back_own_moduli(d, lambda, out))
+    }
+
+    /// The part of this rank.
+    pub(super) fn pull_back_own_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let whole: Vec<ElementScaling> =
             self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma: 0.0 }).collect();
         let mut works = vec![0.0; self.solid.elements()];

@@ -3,6 +3,7 @@
 use super::node::{self, NodeTraction};
 use super::pattern::Coupling;
 use super::{ContactModel, Method, inverted};
+use crate::analysis::NodalContact;
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use rayon::prelude::*;
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
@@ -21,7 +22,7 @@ const NEAR: f64 = 0.1;
 
 impl ContactModel {
     /// Brings kinematics and slip to the displacements in `y`; nothing is done where they are there already.
-    fn evaluate(&mut self, y: &[f64], with_gradient: bool) -> Result<(), StateError> {
+    pub(super) fn evaluate(&mut self, y: &[f64], with_gradient: bool) -> Result<(), StateError> {
         let d = &y[..self.displacement_count()];
         if fits(&self.evaluated, d, with_gradient) {
             return Ok(());
@@ -38,7 +39,9 @@ impl ContactModel {
             .par_iter_mut()
             .zip(&self.kinematics)
             .zip(&self.previous_rows)
-            .for_each(|((step, now), previous)| step.evaluate(now, previous, &x, with_gradient));
+            .zip(&self.own)
+            .filter(|(_, own)| **own)
+            .for_each(|(((step, now), previous), _)| step.evaluate(now, previous, &x, with_gradient));
         self.timings.end(Phase::Contact, begin);
         self.evaluated = Some((d.to_vec(), with_gradient));
         self.starting = self.at_start && self.start.as_deref() == Some(d);
@@ -145,15 +148,12 @@ impl ContactModel {
         self.method.has_multipliers() && !self.held
     }
 
-    /// Contact results of every slave node at a state: traction ζ, status, gap and slip over area.
-    ///
-    /// # Errors
-    /// If the state cannot be evaluated.
-    pub fn contact_results(
+    /// Contact results of the slave nodes of the share.
+    pub(super) fn own_contact_results(
         &mut self,
         previous: &StepState,
         state: &StepState,
-    ) -> Result<Vec<crate::analysis::NodalContact>, StateError> {
+    ) -> Result<Vec<NodalContact>, StateError> {
         // they do not depend on the loads, nor on when
         self.begin_step(previous, self.time, false)?;
         self.at_start = false;
@@ -163,7 +163,7 @@ impl ContactModel {
                 let acting = self.acting(&state.unknowns, j);
                 let at = self.measures(j);
                 let per_area = |v: f64| if at.covered() { v / at.area } else { 0.0 };
-                crate::analysis::NodalContact {
+                NodalContact {
                     node: self.kinematics[j].node,
                     status: acting.status,
                     traction: acting.value.into(),
@@ -183,7 +183,44 @@ impl ContactModel {
     /// # Errors
     /// If elements are inverted.
     pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        self.solid.internal_force(d, &self.scalings, out).map_err(inverted)
+        let result = self.solid.internal_force(d, &self.scalings, out).map_err(inverted);
+        self.share.agree(result)?;
+        self.share.sum(&mut [out]);
+        Ok(())
+    }
+
+    /// Adds K v with K = ∂f_int/∂d, which is symmetric.
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn add_internal_tangent_product(&self, d: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        self.share.add(out, |out| self.solid.add_tangent_product(d, &self.scalings, v, out).map_err(inverted))
+    }
+
+    /// Adds λᵀ ∂f_int/∂φ of every element.
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn pull_back_density(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let (solid, scalings, slopes) = (&self.solid, &self.scalings, &self.scaling_slopes);
+        self.share.add(out, |out| solid.pull_back_density(d, scalings, slopes, lambda, out).map_err(inverted))
+    }
+
+    /// Previous rows and kinematics at displacements `d`.
+    fn evaluate_previous(&mut self, d: &[f64], for_adjoint: bool) -> Result<(), StateError> {
+        // the march was at this state last; the sweep comes to the state that it left to, and keeps it for `evaluate`
+        if !fits(&self.previous_at, d, for_adjoint) {
+            std::mem::swap(&mut self.kinematics, &mut self.previous_kinematics);
+            std::mem::swap(&mut self.kinematics_at, &mut self.previous_at);
+        }
+        if !fits(&self.previous_at, d, for_adjoint) {
+            self.previous_at = None;
+            let x = self.positions(d);
+            Self::kinematics_of(&mut self.interfaces, &x, for_adjoint, &mut self.previous_kinematics)?;
+            self.previous_at = Some((d.to_vec(), for_adjoint));
+        }
+        self.previous_rows = self.previous_kinematics.iter().map(PreviousRow::from).collect();
+        Ok(())
     }
 
     /// External force at displacements `d` and pseudo-time `time`.
@@ -259,19 +296,10 @@ impl StepProblem for ContactModel {
         self.time = time;
         let begin = self.timings.begin();
         let d = &previous.unknowns[..self.displacement_count()];
-        // the march was at this state last; the sweep comes to the state that it left to, and keeps it for `evaluate`
-        if !fits(&self.previous_at, d, for_adjoint) {
-            std::mem::swap(&mut self.kinematics, &mut self.previous_kinematics);
-            std::mem::swap(&mut self.kinematics_at, &mut self.previous_at);
-        }
-        if !fits(&self.previous_at, d, for_adjoint) {
-            self.previous_at = None;
-            let x = self.positions(d);
-            Self::kinematics_of(&mut self.interfaces, &x, for_adjoint, &mut self.previous_kinematics)?;
-            self.previous_at = Some((d.to_vec(), for_adjoint));
-        }
-        self.previous_rows = self.previous_kinematics.iter().map(PreviousRow::from).collect();
+        let result = self.evaluate_previous(d, for_adjoint);
         self.timings.end(Phase::Contact, begin);
+        self.agree(result)?;
+        self.share.check_same(&previous.unknowns)?;
         self.previous_history.clone_from(&previous.history);
         self.start = (!for_adjoint).then(|| previous.unknowns[..self.displacement_count()].to_vec());
         self.at_start = !for_adjoint;
@@ -284,16 +312,20 @@ impl StepProblem for ContactModel {
     fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.displacement_count();
         let begin = self.timings.begin();
-        self.solid.internal_force(&y[..split], &self.scalings, &mut self.internal).map_err(inverted)?;
+        let solid = self.solid.internal_force(&y[..split], &self.scalings, &mut self.internal).map_err(inverted);
         self.timings.end(Phase::Solid, begin);
-        self.evaluate(y, self.foresee)?;
+        let result = solid.and_then(|()| self.evaluate(y, self.foresee));
+        self.agree(result)?;
         out[..split].copy_from_slice(&self.internal);
-        if !self.loads.is_empty() {
+        if !self.loads.is_empty() && self.share.has_rest() {
             self.loads.add_residual(self.time, &self.positions(y), &mut out[..split]);
         }
         out[split..].fill(0.0);
         let mut squares = 0.0;
         for j in 0..self.slaves.len() {
+            if !self.own[j] {
+                continue;
+            }
             let acting = self.acting(y, j);
             self.status[j] = acting.status as u8;
             squares += acting.value.norm_squared();
@@ -303,6 +335,7 @@ impl StepProblem for ContactModel {
                 out[split + 3 * j..][..3].copy_from_slice(c.value.as_slice());
             }
         }
+        self.join_residual(out, &mut squares);
         self.traction_norm = squares.sqrt();
         Ok(())
     }
@@ -310,9 +343,12 @@ impl StepProblem for ContactModel {
     /// Paper: the matrix of (36), and of (45). Test: `tangent_matches_finite_differences` (tests/derivatives.rs).
     fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError> {
         let split = self.displacement_count();
-        self.evaluate(y, true)?;
+        self.evaluate_all(y, true)?;
         let wants: Vec<(bool, bool)> = (0..self.slaves.len())
             .map(|j| {
+                if !self.own[j] {
+                    return (false, false);
+                }
                 let at = self.measures(j);
                 (self.contributes(y, j), at.covered() && at.gap < NEAR * self.slaves[j].size * at.area)
             })
@@ -331,13 +367,13 @@ impl StepProblem for ContactModel {
         matrix.set_zero();
         let scatter = self.scatter.as_ref().expect("made with the matrix");
         let result = self.solid.add_tangent(&y[..split], &self.scalings, scatter, &mut matrix).map_err(inverted);
-        if !self.loads.is_empty() {
+        if !self.loads.is_empty() && self.share.has_rest() {
             self.loads.add_tangent(self.time, &self.positions(y), &mut matrix);
         }
         self.timings.end(Phase::Solid, begin);
         let begin = self.timings.begin();
         if result.is_ok() {
-            for j in 0..self.slaves.len() {
+            for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
                 let (now, step, row) = (&self.kinematics[j], &self.steps[j], split / 3 + j);
                 if !self.contributes(y, j) {
                     if self.method.has_multipliers() {
@@ -360,7 +396,7 @@ impl StepProblem for ContactModel {
             self.at_start = false;
             self.evaluated = None;
         }
-        result?;
+        self.agree(result)?;
         Ok(self.matrix.as_ref().expect("put back above"))
     }
 
@@ -384,10 +420,10 @@ impl StepProblem for ContactModel {
     /// A node that was opposite to the other surface and is no more must not lie deep behind where that surface was: it
     /// would have passed through unnoticed. The previous row at the current positions tells.
     fn accept(&mut self, y: &[f64]) -> Result<(), StateError> {
-        self.evaluate(y, false)?;
+        self.evaluate_all(y, false)?;
         let x = self.positions(y);
         let mut worst: Option<(f64, u32, f64)> = None;
-        for (j, before) in self.previous_kinematics.iter().enumerate() {
+        for (j, before) in self.previous_kinematics.iter().enumerate().filter(|(j, _)| self.own[*j]) {
             let reach = self.interfaces[self.slaves[j].interface as usize].interface.reach();
             if self.measures(j).covered() || !covered(before.area, self.slaves[j].area) {
                 continue;
@@ -397,10 +433,10 @@ impl StepProblem for ContactModel {
                 worst = Some((depth, before.node, reach));
             }
         }
-        match worst {
+        self.share.agree(match worst {
             Some((depth, node, reach)) => Err(StateError::PassedThrough { node, depth, reach }),
             None => Ok(()),
-        }
+        })
     }
 
     fn advance_history(&mut self, y: &[f64], out: &mut Vec<f64>) -> Result<(), StateError> {
@@ -408,22 +444,25 @@ impl StepProblem for ContactModel {
         if self.method.has_multipliers() {
             return Ok(());
         }
-        self.evaluate(y, false)?;
+        self.evaluate_all(y, false)?;
         for j in 0..self.slaves.len() {
-            let acting = self.acting(y, j).value;
-            out.extend([acting[1], acting[2]]);
+            let tangential = if self.own[j] { self.acting(y, j).value } else { Vector3::zeros() };
+            out.extend([tangential[1], tangential[2]]);
         }
+        self.share.sum(&mut [&mut *out]);
         Ok(())
     }
 
     fn pull_back_current(&mut self, y: &[f64], eta: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        self.evaluate(y, true)?;
-        for j in 0..self.slaves.len() {
-            let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
-            let acting = self.acting(y, j);
-            node::add_traction_pull_back(&self.kinematics[j], &self.steps[j], &acting, &weight, out);
-        }
-        Ok(())
+        self.evaluate_all(y, true)?;
+        self.share.add(out, |out| {
+            for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
+                let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
+                let acting = self.acting(y, j);
+                node::add_traction_pull_back(&self.kinematics[j], &self.steps[j], &acting, &weight, out);
+            }
+            Ok(())
+        })
     }
 
     /// The previous state enters through its mortar row in ũ_τ, (66), and its area in the share of friction, and through
@@ -442,14 +481,14 @@ impl StepProblem for ContactModel {
         eta: &[f64],
         out: &mut PreviousPullBack,
     ) -> Result<(), StateError> {
-        self.evaluate(y, true)?;
+        self.evaluate_all(y, true)?;
         let begin = self.timings.begin();
         out.unknowns.clear();
         out.unknowns.resize(self.unknowns(), 0.0);
         out.history.clear();
         out.history.resize(self.history_length(), 0.0);
         let x = self.positions(y);
-        for j in 0..self.slaves.len() {
+        for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
             let now = &self.kinematics[j];
             let LawWeights { by_slip, by_friction, by_history, .. } = self.law_weights(j, y, lambda, eta);
             if let Some(by_history) = by_history {
@@ -464,6 +503,7 @@ impl StepProblem for ContactModel {
                 previous.add_area_gradient(by_area, &mut out.unknowns);
             }
         }
+        self.share.sum(&mut [&mut out.unknowns, &mut out.history]);
         self.timings.end(Phase::PullBack, begin);
         Ok(())
     }
@@ -474,8 +514,7 @@ impl StepProblem for ContactModel {
     fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let begin = self.timings.begin();
         let split = self.displacement_count();
-        let (scalings, slopes) = (&self.scalings, &self.scaling_slopes);
-        self.solid.pull_back_density(&y[..split], scalings, slopes, &lambda[..split], out).map_err(inverted)?;
+        self.pull_back_density(&y[..split], &lambda[..split], out)?;
         self.timings.end(Phase::PullBack, begin);
         Ok(())
     }
@@ -493,11 +532,13 @@ impl StepProblem for ContactModel {
         by_prescribed: &[f64],
         out: &mut [f64],
     ) -> Result<(), StateError> {
-        self.evaluate(y, true)?;
+        self.evaluate_all(y, true)?;
         let begin = self.timings.begin();
-        self.pull_back_friction(y, lambda, eta, out);
-        self.pull_back_stiffness(y, lambda, eta, out);
-        self.pull_back_moduli(&y[..self.displacement_count()], lambda, out)?;
+        self.share.add(out, |out| {
+            self.pull_back_friction(y, lambda, eta, out);
+            self.pull_back_stiffness(y, lambda, eta, out);
+            self.pull_back_own_moduli(&y[..self.displacement_count()], lambda, out)
+        })?;
         self.pull_back_amplitudes(y, time, lambda, by_prescribed, out);
         self.timings.end(Phase::PullBack, begin);
         Ok(())
@@ -544,13 +585,17 @@ impl StepProblem for ContactModel {
     }
 
     fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
-        self.evaluate(y, false)?;
+        self.evaluate_all(y, false)?;
         let Method::Augmented { absolute, .. } = self.method else {
             return Ok(0.0);
         };
         let split = self.displacement_count();
         let (mut change, mut largest): (f64, f64) = (0.0, self.floors.multiplier / (self.slaves.len() as f64).sqrt());
         for j in 0..self.slaves.len() {
+            if !self.own[j] {
+                y[split + 3 * j..][..3].fill(0.0);
+                continue;
+            }
             let before = self.multiplier(y, j);
             let now = self.regularised_of(j, before).value;
             // normal and tangential conditions each for itself
@@ -564,6 +609,8 @@ impl StepProblem for ContactModel {
             largest = largest.max(now.norm());
             y[split + 3 * j..][..3].copy_from_slice(now.as_slice());
         }
+        self.share.sum(&mut [&mut y[split..]]);
+        let (change, largest) = (self.share.largest(change), self.share.largest(largest));
         Ok(if absolute { change } else { change / largest })
     }
 }

@@ -267,6 +267,7 @@ fn cures(kind: &StepFailureKind) -> Vec<String> {
             &[steps, cuts, "a larger `contact.search_radius`, or none, which lets the program choose it"]
         }
         StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
+        StepFailureKind::State(StateError::RanksDisagree) => &["the same program and libraries on all machines"],
         StepFailureKind::Linear(_) => &[support, "φ_min above 0 (`design.simp.min`), if the design has void elements"],
         StepFailureKind::TooManyIterations { changing, .. } if changing.is_empty() => {
             &[steps, cuts, MORE_ITERATIONS, support]

@@ -92,7 +92,7 @@ fn save(
     contact: &[NodalContact],
 ) -> Result<(), OutputError> {
     let displacement = &state.unknowns[..3 * mesh.nodes.len()];
-    let mut determinants = model.solid().smallest_determinants(displacement);
+    let mut determinants = model.smallest_determinants(mesh, displacement);
     // a failed iterate may be far out, and a file holds finite numbers
     determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
     // Where nothing lies opposite, the gap is at least the distance that was searched.

@@ -1,0 +1,146 @@
+//! Runs on several ranks: who speaks and writes, and how all of them end.
+//!
+//! All ranks do the same, but the first alone speaks and writes files. A failure of the analysis is one on all ranks, and
+//! the first tells it; one of a single rank, such as a full disk, ends the others after a while.
+
+use std::time::Duration;
+
+use slipstick::machine::Machine;
+
+use crate::failure::Failure;
+use crate::{Context, Outcome};
+
+/// How long a rank that failed for itself waits for the others to come to their end, too.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// How long one waits that knows that the others will come: the first may have files to write.
+const LONG: Duration = Duration::from_secs(24 * 3600);
+
+/// Variables in which launchers of MPI tell a process how many ranks there are: OpenMPI, MPICH and Slurm's PMI, PMIx.
+const LAUNCHED: &[&str] = &["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"];
+
+/// The ranks of this program; there is one unless it was launched by MPI.
+#[derive(Debug, Default)]
+pub struct Parallel {
+    #[cfg(feature = "petsc")]
+    session: std::cell::OnceCell<slipstick::petsc::Session>,
+}
+
+impl Parallel {
+    /// Joins the other ranks, if the program was launched with some.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if PETSc cannot be started, or is not built in.
+    pub fn join() -> Outcome<Self> {
+        let parallel = Self::default();
+        if LAUNCHED.iter().any(|variable| std::env::var_os(variable).is_some()) {
+            parallel.start()?;
+        }
+        Ok(parallel)
+    }
+
+    /// What problems are computed on; `petsc` starts PETSc if that is not done.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if PETSc cannot be started.
+    pub fn machine(&self, petsc: bool) -> Outcome<Machine> {
+        if petsc && cfg!(feature = "petsc") {
+            self.start()?;
+        }
+        Ok(self.present())
+    }
+
+    /// Those that are there now.
+    fn present(&self) -> Machine {
+        #[cfg(feature = "petsc")]
+        if let Some(session) = self.session.get() {
+            return Machine::of(session.clone());
+        }
+        Machine::default()
+    }
+
+    #[cfg(feature = "petsc")]
+    fn start(&self) -> Outcome {
+        if self.session.get().is_none() {
+            let session = slipstick::petsc::Session::start()
+                .map_err(|error| Failure::input(error.to_string(), "see docs/cluster.md"))?;
+            let _ = self.session.set(session);
+        }
+        Ok(())
+    }
+
+    #[cfg(not(feature = "petsc"))]
+    fn start(&self) -> Outcome {
+        let several = std::env::var("OMPI_COMM_WORLD_SIZE").or(std::env::var("PMI_SIZE"));
+        if several.is_ok_and(|size| size.trim().parse().is_ok_and(|size: usize| size > 1)) {
+            let cure = "build it with `--features petsc` (docs/cluster.md), or run it without mpirun";
+            return Err(Failure::input("this program was built without PETSc: it runs on one rank", cure));
+        }
+        Ok(())
+    }
+
+    /// Number of ranks.
+    pub fn size(&self) -> usize {
+        self.present().ranks().size()
+    }
+
+    /// Whether this is the rank that speaks and writes.
+    pub fn leads(&self) -> bool {
+        self.present().ranks().rank() == 0
+    }
+
+    /// Whether it holds on any rank.
+    pub fn any(&self, here: bool) -> bool {
+        self.present().ranks().any(here)
+    }
+
+    /// Threads of this rank, of so many that the machine has.
+    pub fn threads(&self, cores: usize) -> usize {
+        #[cfg(feature = "petsc")]
+        let here = self.session.get().map_or(1, |session| session.size_here());
+        #[cfg(not(feature = "petsc"))]
+        let here = 1;
+        (cores / here).max(1)
+    }
+
+    /// Does its part of the program. If it panics, that ends the other ranks too, which would wait for ever.
+    pub fn guard(&self, part: impl FnOnce() -> Outcome) -> Outcome {
+        #[cfg(feature = "petsc")]
+        if let Some(session) = self.session.get().filter(|_| self.size() > 1) {
+            // nothing is looked at that the panic may have left half-done
+            let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(part));
+            return result.unwrap_or_else(|_| session.abort(101));
+        }
+        part()
+    }
+
+    /// What the first rank makes for all; `None` on the others.
+    ///
+    /// # Errors
+    /// Where it fails there, on all ranks.
+    pub fn first<T>(&self, make: impl FnOnce() -> Outcome<T>) -> Outcome<Option<T>> {
+        let made = if self.leads() { make().map(Some) } else { Ok(None) };
+        match (self.any(made.is_err()), made) {
+            (true, Ok(_)) => Err(Failure::input("the first rank could not begin", "see its message")),
+            (_, made) => made,
+        }
+    }
+
+    /// Ends the program together with the other ranks, or ends them if they do not come.
+    pub fn leave(&self, context: &Context, result: &Outcome) {
+        #[cfg(feature = "petsc")]
+        if let Some(session) = self.session.get().filter(|_| self.size() > 1) {
+            // an analysis fails on all ranks at once; what else fails may have failed here alone
+            let alone = matches!(result, Err(Failure::Input { .. } | Failure::Case(_)));
+            if session.meet(if alone { PATIENCE } else { LONG }) {
+                return;
+            }
+            // the first rank has told its failure
+            if let (false, Err(failure)) = (self.leads(), result) {
+                context.console.speak(failure);
+            }
+            session.abort(result.as_ref().err().map_or(1, |failure| failure.exit() as i32));
+        }
+        let _ = (context, result, PATIENCE, LONG);
+    }
+}

@@ -1,0 +1,189 @@
+//! The program on several ranks of MPI: the same designs as without, one message for a failure, and what is left where a
+//! rank is killed. Where there is no `mpirun`, the tests say that they are skipped.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_slipstick");
+
+/// A block is pressed on a slab and drawn along it.
+fn case(directory: &Path, enforcement: &str) -> PathBuf {
+    let text = format!(
+        r#"
+[[body]]
+name = "slab"
+box = {{ min = [0.0, 0.0, 0.0], max = [6.0, 1.5, 2.0], elements = [12, 3, 4] }}
+material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}
+[[body]]
+name = "block"
+box = {{ min = [1.0, 1.5, 0.25], max = [2.5, 2.25, 1.75], elements = [4, 2, 4] }}
+material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}
+[[contact]]
+slave = "block_ymin"
+master = "slab_ymax"
+friction = 0.3
+enforcement = {enforcement}
+[[dirichlet]]
+set = "slab_ymin"
+[[dirichlet]]
+set = "block_ymax"
+motion = [{{ t = 0.4, u = [0.0, -0.05, 0.0] }}, {{ t = 1.0, u = [0.4, -0.05, 0.0] }}]
+[load_path]
+steps = 5
+tolerance = {{ relative = 1e-12 }}
+[design]
+bodies = ["slab"]
+volume_fraction = 0.5
+sensitivity_filter = {{ radius = 0.75 }}
+[objective]
+contact_force = {{ steps = "all" }}
+[optimizer]
+iterations = 10
+"#
+    );
+    let path = directory.join("case.toml");
+    fs::write(&path, text).expect("a case");
+    path
+}
+
+/// The program on so many ranks, or without MPI; `None` where there is no `mpirun`.
+fn slipstick(ranks: Option<usize>) -> Option<Command> {
+    let Some(ranks) = ranks else {
+        return Some(Command::new(PROGRAM));
+    };
+    if Command::new("mpirun").arg("--version").stdout(Stdio::null()).status().is_err() {
+        println!("skipped: there is no mpirun");
+        return None;
+    }
+    let mut run = Command::new("mpirun");
+    run.args(["--oversubscribe", "-n", &ranks.to_string(), PROGRAM, "--threads", "1"]);
+    run.env("OMP_NUM_THREADS", "1").env("OPENBLAS_NUM_THREADS", "1");
+    // OpenMPI refuses the superuser, whom containers have, unless told twice
+    run.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    Some(run)
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn succeeded(output: &Output) -> String {
+    assert!(output.status.success(), "{}\n{}", text(&output.stdout), text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// A column of a table of numbers.
+fn column(path: &Path, name: &str) -> Vec<f64> {
+    let table = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut lines = table.lines();
+    let at = lines.next().and_then(|head| head.split(',').position(|cell| cell == name)).expect("the column");
+    lines.map(|line| line.split(',').nth(at).and_then(|cell| cell.parse().ok()).expect("a number")).collect()
+}
+
+fn assert_same_run(found: &Path, expected: &Path, bound: f64) {
+    let pairs = [("history.csv", "objective"), ("design.csv", "density")];
+    for (file, name) in pairs {
+        let (found, expected) = (column(&found.join(file), name), column(&expected.join(file), name));
+        assert_eq!(found.len(), expected.len(), "{file}");
+        let largest = expected.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+        let error = found.iter().zip(&expected).fold(0.0, |m: f64, (f, e)| m.max((f - e).abs())) / largest;
+        assert!(error < bound, "{file}: {error:e}");
+    }
+}
+
+/// Ten iterations of each method on 1, 2 and 4 ranks, against the default solver without MPI.
+#[test]
+fn designs_do_not_depend_on_the_ranks() {
+    let place = tempfile::tempdir().expect("a directory");
+    for (name, enforcement) in
+        [("lagrange", "{ lagrange = {} }"), ("penalty", "{ penalty = {} }"), ("augmented", "{ augmented = {} }")]
+    {
+        let directory = place.path().join(name);
+        fs::create_dir(&directory).expect("a directory");
+        let case = case(&directory, enforcement);
+        let optimize = |ranks: Option<usize>| {
+            let out = directory.join(ranks.map_or("alone".into(), |ranks| format!("ranks_{ranks}")));
+            let mut run = slipstick(ranks)?;
+            run.arg("optimize").arg(&case).arg("--out").arg(&out);
+            if ranks == Some(1) {
+                run.args(["--set", "solver.linear=petsc"]);
+            }
+            let told = succeeded(&run.output().expect("the program starts"));
+            // the first rank alone speaks
+            assert_eq!(told.matches("volume fraction").count(), 1, "{told}");
+            Some(out)
+        };
+        let alone = optimize(None).expect("no MPI is needed");
+        for ranks in [1, 2, 4] {
+            let Some(out) = optimize(Some(ranks)) else { return };
+            assert_same_run(&out, &alone, 1e-9);
+        }
+    }
+}
+
+/// A failure of the first rank alone, and one of the analysis: one message, the exit code of a run without MPI.
+#[test]
+fn failures_are_told_once() {
+    let place = tempfile::tempdir().expect("a directory");
+    let case = case(place.path(), "{ lagrange = {} }");
+    let out = place.path().join("out");
+    let run = |arguments: &[&str]| {
+        let mut run = slipstick(Some(2))?;
+        run.args(arguments).arg(&case).arg("--out").arg(&out);
+        Some(run.output().expect("the program starts"))
+    };
+    let Some(output) = run(&["solve", "--set", "load_path.max_newton_iterations=1"]) else { return };
+    let told = text(&output.stderr);
+    assert_eq!(told.matches("error: ").count(), 1, "{told}");
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    // the directory has a run now
+    let begin = Instant::now();
+    let output = run(&["solve"]).expect("mpirun is there");
+    let told = text(&output.stderr);
+    assert_eq!((told.matches("error: ").count(), output.status.code()), (1, Some(2)), "{told}");
+    assert!(begin.elapsed() < Duration::from_secs(60));
+    let output = run(&["evaluate", "--design", "nowhere"]).expect("mpirun is there");
+    assert!(text(&output.stderr).contains("runs on one rank"), "{}", text(&output.stderr));
+}
+
+/// Processes that a process has started.
+fn children(process: u32) -> Vec<u32> {
+    let parent = |id: u32| {
+        let stat = fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
+        stat.rsplit(')').next()?.split_whitespace().nth(1)?.parse::<u32>().ok()
+    };
+    let all = fs::read_dir("/proc").expect("Linux").filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    all.filter(|&id| parent(id) == Some(process)).collect()
+}
+
+/// A rank is killed in the middle: the run ends soon and says why; one rank goes on to the design of an undisturbed run.
+#[test]
+fn a_killed_rank_ends_the_run_and_another_number_goes_on() {
+    let place = tempfile::tempdir().expect("a directory");
+    let case = case(place.path(), "{ lagrange = {} }");
+    let (out, whole) = (place.path().join("out"), place.path().join("whole"));
+    let Some(mut run) = slipstick(Some(2)) else { return };
+    run.arg("optimize").arg(&case).arg("--out").arg(&out);
+    let mut running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
+    let begin = Instant::now();
+    let rows = || fs::read_to_string(out.join("history.csv")).map_or(0, |table| table.lines().count());
+    while rows() < 4 {
+        assert!(begin.elapsed() < Duration::from_secs(300) && running.try_wait().expect("a state").is_none());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let ranks = children(running.id());
+    assert_eq!(ranks.len(), 2, "{ranks:?}");
+    let last = ranks.iter().max().expect("two").to_string();
+    assert!(Command::new("kill").args(["-KILL", &last]).status().expect("kill").success());
+    let killed = Instant::now();
+    let output = running.wait_with_output().expect("an end");
+    assert!(killed.elapsed() < Duration::from_secs(60), "{:?}", killed.elapsed());
+    assert!(!output.status.success() && text(&output.stderr).contains("signal 9"), "{}", text(&output.stderr));
+    let mut resume = Command::new(PROGRAM);
+    succeeded(&resume.arg("resume").arg(&out).output().expect("the program starts"));
+    let mut undisturbed = Command::new(PROGRAM);
+    succeeded(&undisturbed.arg("optimize").arg(&case).arg("--out").arg(&whole).output().expect("the program starts"));
+    assert_same_run(&out, &whole, 1e-9);
+}
