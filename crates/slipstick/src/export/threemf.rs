@@ -142,7 +142,7 @@ mod tests {
         let bytes = std::fs::read(&path).expect("there");
         assert_eq!(bytes, std::fs::read(&again).expect("there"), "the same bytes");
         let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).expect("an archive");
-        let names: Vec<String> = archive.file_names().map(str::to_owned).collect();
+        let names: Vec<String> = archive.file_names().map(|name| name.expect("a name").into_owned()).collect();
         assert_eq!(names, ["[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model"]);
         let mut text = String::new();
         archive.by_name("3D/3dmodel.model").expect("there").read_to_string(&mut text).expect("text");
@@ -161,16 +161,16 @@ mod tests {
             let numbers = |keys: [&str; 3], of: &quick_xml::events::BytesStart| {
                 keys.map(|key| {
                     let value = of.try_get_attribute(key).expect("XML").expect("there");
-                    std::str::from_utf8(&value.value).expect("text").parse::<f64>().expect("a number")
+                    value.value.parse::<f64>().expect("a number")
                 })
             };
             match event {
-                Event::Start(of) if of.name().as_ref() == b"object" => {
+                Event::Start(of) if of.name().as_ref() == "object" => {
                     points.clear();
                     volumes.push(0.0);
                 }
-                Event::Empty(of) if of.name().as_ref() == b"vertex" => points.push(numbers(["x", "y", "z"], &of)),
-                Event::Empty(of) if of.name().as_ref() == b"triangle" => {
+                Event::Empty(of) if of.name().as_ref() == "vertex" => points.push(numbers(["x", "y", "z"], &of)),
+                Event::Empty(of) if of.name().as_ref() == "triangle" => {
                     let [a, b, c] = numbers(["v1", "v2", "v3"], &of).map(|n| points[n as usize]);
                     let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
                     *volumes.last_mut().expect("an object") += (0..3).map(|k| a[k] * cross[k]).sum::<f64>() / 6.0;

@@ -253,7 +253,7 @@ impl<'a> Plan<'a> {
         let apart = |face: &&Face| {
             let shares = |other: &&Face| other.nodes.iter().any(|node| face.nodes.binary_search(node).is_ok());
             let far = face.centre().dot(&direction) > 0.25 * low + 0.75 * high;
-            far && face.selected.is_none() && !contact.iter().any(|other| shares(other))
+            far && face.selected.is_none() && !contact.iter().any(shares)
         };
         let along = |face: &Face| face.centre().dot(&direction);
         if let Some(face) = best(part.faces.iter().filter(apart), along) {
