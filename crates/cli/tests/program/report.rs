@@ -166,7 +166,7 @@ fn a_browser_shows_the_page() {
 #[ignore = "needs Firefox"]
 fn firefox_shows_the_page() {
     let there = |name: &&&str| Command::new(name).arg("--version").output().is_ok();
-    let found = ["firefox-esr", "firefox"].iter().find(|name| there(name));
+    let found = ["firefox-esr", "firefox"].iter().find(there);
     let browser = found.expect("neither firefox-esr nor firefox is installed");
     let place = Place::new();
     place.good("optimize case.toml -q");
