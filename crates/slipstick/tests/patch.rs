@@ -6,7 +6,7 @@ use common::*;
 use nalgebra::{Matrix3, Vector3};
 use slipstick::build::{Problem, build_mesh};
 use slipstick::case::parse_case;
-use slipstick::model::{ContactModel, Loads};
+use slipstick::model::{ContactModel, Loads, Share};
 use slipstick_contact::friction::Status;
 use slipstick_mesh::{BoxShape, Element, Mesh, box_mesh};
 
@@ -256,6 +256,7 @@ fn inclined(stack: &Stack) -> Problem {
     let solid = slipstick_solid::SolidModel::new(&mesh, materials).unwrap();
     problem.analysis.model = ContactModel::new(
         &mesh,
+        Share::whole(),
         solid,
         model.interfaces().to_vec(),
         model.method().clone(),
