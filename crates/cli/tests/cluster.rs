@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_slipstick");
 
-/// A block is pressed on a slab and drawn along it.
+/// One half of a block that is pressed on a slab and drawn along it, pushed from behind in a second load case.
 fn case(directory: &Path, enforcement: &str) -> PathBuf {
     let text = format!(
         r#"
@@ -18,13 +18,24 @@ box = {{ min = [0.0, 0.0, 0.0], max = [6.0, 1.5, 2.0], elements = [12, 3, 4] }}
 material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}
 [[body]]
 name = "block"
-box = {{ min = [1.0, 1.5, 0.25], max = [2.5, 2.25, 1.75], elements = [4, 2, 4] }}
+box = {{ min = [1.0, 1.5, 0.0], max = [2.5, 2.25, 1.75], elements = [4, 2, 4] }}
 material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}
 [[contact]]
 slave = "block_ymin"
 master = "slab_ymax"
 friction = 0.3
 enforcement = {enforcement}
+[[symmetry]]
+normal = "z"
+[[load_case]]
+name = "drawn"
+[[load_case]]
+name = "pushed"
+weight = 0.5
+[[load]]
+surface = "block_xmin"
+pressure = 20.0
+load_case = "pushed"
 [[dirichlet]]
 set = "slab_ymin"
 [[dirichlet]]

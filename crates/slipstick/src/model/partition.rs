@@ -3,7 +3,7 @@
 use slipstick_mesh::{FacetTree, Mesh, Surface};
 use std::collections::BTreeMap;
 
-/// Work on a slave facet, in that on elements. Measured: `docs/cluster.md`.
+/// Work on a slave facet, in that on elements. Assumed; it moves the balance of work only.
 const CONTACT_WORK: i32 = 3;
 
 /// Ties between elements opposite each other in contact; those of neighbours are their common nodes, 3 or 4.
