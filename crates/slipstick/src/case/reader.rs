@@ -184,7 +184,9 @@ pub(super) fn suggestion_or_list(name: &str, candidates: &[impl AsRef<str>]) -> 
 
 /// The candidate nearest to `name`, where few letters differ.
 pub(super) fn nearest<'c>(name: &str, candidates: &'c [impl AsRef<str>]) -> Option<&'c str> {
-    let allowed = (name.chars().count() / 3).max(1);
+    let length = name.chars().count();
+    // of a single letter nothing would be left
+    let allowed = (length / 3).max(1).min(length.saturating_sub(1));
     candidates
         .iter()
         .map(|c| (strsim::damerau_levenshtein(&name.to_lowercase(), c.as_ref()), c.as_ref()))
