@@ -150,6 +150,7 @@ impl Setup {
                 NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
                 NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
                 NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
+                NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
             };
             let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
             // The reader of the case warns of bodies without any condition; what is known now says more.

@@ -24,6 +24,8 @@ pub enum NoticeKind {
     PenetratingStart,
     /// The surfaces of a contact pair do not see each other.
     NothingOpposite,
+    /// A load acts on prescribed displacements only.
+    IdleLoad,
 }
 
 /// Something that a run survives, but that is probably not meant.
@@ -165,6 +167,12 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         }
     }
     notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model.prescribed().fixed()));
+    notices.extend(problem.analysis.model.idle_loads().into_iter().map(|load| Notice {
+        kind: NoticeKind::IdleLoad,
+        path: format!("load[{load}].surface"),
+        message: format!("the load on `{}` does nothing: what it acts on is held or driven", case.loads[load].surface),
+        help: "load another surface, or prescribe fewer components there; nothing crosses a symmetry plane".into(),
+    }));
     let contacts = contacts(case, problem, &mut notices)?;
     let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);

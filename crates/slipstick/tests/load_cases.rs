@@ -112,6 +112,20 @@ fn designs_for_two_load_cases() {
     assert!(counts[3] < counts[0], "the path of the design before does not help: {counts:?}");
 }
 
+/// A step that fails in the second case tells so: the block is pushed through the slab there.
+#[test]
+fn failures_name_the_load_case() {
+    let text = both(LAGRANGE)
+        .replace("u = [-0.06, -0.12, 0.1]", "u = [0, -2.5, 0]")
+        .replace("tolerance =", "max_cutbacks = 1\ntolerance =");
+    let mut problem = problem(&text);
+    let density = random_density(&problem, 4);
+    let error = problem.analysis.forward(&density, &mut Silent).expect_err("too far");
+    let report = slipstick::run::FailureReport::new(&error, &problem.mesh, &problem.analysis.model.slave_nodes());
+    assert_eq!(report.load_case, Some(2));
+    assert!(report.to_string().contains(", in load case 2, failed"), "{report}");
+}
+
 #[test]
 fn wrong_load_cases() {
     let text = both(LAGRANGE);

@@ -237,3 +237,33 @@ fn planes_that_are_none_are_refused() {
     let off = told(&text.replace("u = [0.35, -0.22, 0]", "u = [0.35, -0.22, 0.1]"));
     assert!(off.contains("dirichlet[1].motion: node") && off.contains("off its symmetry plane"), "{off}");
 }
+
+/// An eighth of a cube under pressure, held by three symmetry planes and nothing else: uniaxial stress, whose stretches must give
+/// the stresses by (100). A load on a plane does nothing, which is told.
+#[test]
+fn planes_alone_hold_an_eighth_of_a_cube() {
+    let text = "[[body]]\nname = 'cube'\nbox = { min = [0, 0, 0], max = [1, 1, 1], elements = [2, 2, 2] }\n\
+                material = { neo_hooke = { youngs_modulus = 100.0, poisson_ratio = 0.3 } }\n\
+                [[symmetry]]\nnormal = 'x'\n[[symmetry]]\nnormal = 'y'\n[[symmetry]]\nnormal = 'z'\n\
+                [[load]]\nsurface = 'cube_ymax'\ntraction = [0, -20, 0]\n[[load]]\nsurface = 'cube_ymin'\npressure = 3\n\
+                [load_path]\nsteps = 2\ntolerance = { relative = 1e-13 }\n";
+    let resolved = slipstick::case::parse_case(text, "cube.toml").unwrap();
+    resolved.require(&["dirichlet"]).expect("planes hold it");
+    assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
+    let mut problem = slipstick::build::build(&resolved.case).unwrap();
+    let told = slipstick::check::inspect(&resolved.case, &mut problem).unwrap();
+    let notices: Vec<&str> = told.notices.iter().map(|notice| notice.path.as_str()).collect();
+    assert_eq!(notices, ["load[1].surface"]);
+    assert_eq!(told.bodies[0].free_motions, 0);
+    let density = problem.initial_density.clone();
+    let forward = forward(&mut problem, &density);
+    let d = &forward.path.states.last().unwrap().state.unknowns;
+    let corner = problem.mesh.nodes.iter().position(|x| *x == [1.0; 3]).unwrap();
+    // P_yy = −20, P_xx = 0: 2c (λ − J^(−2β)/λ) along each axis
+    let (c, beta) = (100.0 / 5.2, 0.3 / 0.4);
+    let [x, y, z] = [0, 1, 2].map(|axis| 1.0 + d[3 * corner + axis]);
+    let volume = x * y * z;
+    let stress = |l: f64| 2.0 * c * (l - volume.powf(-2.0 * beta) / l);
+    assert!((stress(y) + 20.0).abs() < 1e-9, "{}", stress(y));
+    assert!(stress(x).abs() < 1e-9 && stress(z).abs() < 1e-9, "{} {}", stress(x), stress(z));
+}

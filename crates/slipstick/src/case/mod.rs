@@ -62,7 +62,9 @@ impl Resolved {
     ///
     /// [`CaseCode::MissingSection`] for each that the file lacks, at the file's start.
     pub fn require(&self, sections: &[&str]) -> Result<(), CaseErrors> {
-        let missing = sections.iter().filter(|section| !self.source_map.contains(section));
+        // symmetry planes can hold bodies by themselves
+        let needless = |section: &str| section == "dirichlet" && !self.case.symmetries.is_empty();
+        let missing = sections.iter().filter(|section| !self.source_map.contains(section) && !needless(section));
         let error = |section: &&str| {
             self.source_map.diagnostic(
                 Severity::Error,

@@ -215,7 +215,14 @@ impl<'a> Table<'a> {
 
     /// Reports every key that was not asked for, and every needed one that is absent.
     pub(super) fn finish(self) {
-        let known = self.known.into_inner();
+        let mut known = self.known.into_inner();
+        let mut seen = Vec::new();
+        known.retain(|key| {
+            !seen.contains(key) && {
+                seen.push(*key);
+                true
+            }
+        });
         let names = self.table.keys().map(|key| (key.get_ref().as_ref(), key.span()));
         let unknown: Vec<(&str, _)> = names.filter(|(name, _)| !known.contains(name)).collect();
         for missing in self.missing.into_inner() {

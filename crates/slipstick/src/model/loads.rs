@@ -126,6 +126,17 @@ impl Loads {
         }
     }
 
+    /// Numbers of the loads that act on prescribed displacements only, marked in `fixed`.
+    pub fn idle(&self, fixed: &[bool], coordinates: &[f64]) -> Vec<usize> {
+        let moves_nothing = |applied: &Applied| {
+            let mut force = vec![0.0; coordinates.len()];
+            applied.action.add(1.0, coordinates, &mut force);
+            let largest = force.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+            force.iter().zip(fixed).all(|(f, fixed)| *fixed || f.abs() <= 1e-12 * largest)
+        };
+        (0..self.loads.len()).filter(|&load| moves_nothing(&self.loads[load])).collect()
+    }
+
     /// Largest norm of the external force at any way point, on the bodies as they were at the start. \[F\]
     pub fn largest(&self, coordinates: &[f64]) -> f64 {
         let norm = |time: f64| {

@@ -478,6 +478,11 @@ impl ContactModel {
         &self.prescribed
     }
 
+    /// Numbers of the loads that act on prescribed displacements only, and so do nothing.
+    pub fn idle_loads(&self) -> Vec<usize> {
+        self.loads.idle(self.prescribed.fixed(), &self.coordinates)
+    }
+
     /// Global numbers of all slave nodes, interface after interface: the order of nodal contact results.
     pub fn slave_nodes(&self) -> Vec<u32> {
         self.interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node).collect()

@@ -8,6 +8,7 @@ use slipstick_mesh::Mesh;
 use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind};
 
 use crate::analysis::AnalysisError;
+use crate::model::course;
 
 /// A place of the model that a failure names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -72,6 +73,9 @@ impl fmt::Display for Iteration {
 pub struct FailureReport {
     /// The user's load step (from 1) that failed; `None` if it was no load step.
     pub step: Option<usize>,
+    /// The load case (from 1) that the step belongs to, from the second on: load steps are counted through all of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<usize>,
     /// Pseudo-time that was reached.
     pub reached: Option<f64>,
     /// Why.
@@ -116,6 +120,7 @@ impl FailureReport {
             None => Self::empty("no attempt was made".into()),
         };
         report.step = Some(failure.step);
+        report.load_case = Some(1 + course::place(failure.increment.1).0).filter(|&case| case > 1);
         report.reached = failure.path.states.last().map(|state| state.time);
         let shown = failure.iterations.len().saturating_sub(LISTED);
         report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();
@@ -145,7 +150,10 @@ impl FailureReport {
 impl fmt::Display for FailureReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.step {
-            Some(step) => write!(f, "load step {step} failed: {}", self.cause)?,
+            Some(step) => match self.load_case {
+                Some(case) => write!(f, "load step {step}, in load case {case}, failed: {}", self.cause)?,
+                None => write!(f, "load step {step} failed: {}", self.cause)?,
+            },
             None => write!(f, "{}", self.cause)?,
         }
         for place in &self.places {

@@ -38,27 +38,32 @@ fn load(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Lo
         }
         None => LoadKind::Pressure(0.0),
     };
-    let amplitude = if table.has("amplitude") {
-        let mut points: Vec<AmplitudePoint> = Vec::new();
-        for point in table.tables("amplitude") {
-            let t = motion::time(&point, points.last().map_or(0.0, |last| last.t), steps);
-            let factor = point.number("factor").required(1.0, "what multiplies the load at this time");
-            point.finish();
-            points.push(AmplitudePoint { t, factor });
-        }
-        if points.iter().all(|point| point.factor == 0.0) {
-            table.reader.error(
-                &table.path_of("amplitude"),
-                CaseCode::Empty,
-                "the load is zero throughout",
-                "leave `amplitude` out for a load that grows evenly to its value at t = 1",
-            );
-        }
-        points
-    } else {
-        vec![AmplitudePoint { t: 1.0, factor: 1.0 }]
+    let way_points = table.list("amplitude", |value, path| table.reader.table(value, path));
+    let amplitude = match way_points.optional() {
+        Some(way_points) => amplitude(&table, way_points, steps),
+        None => vec![AmplitudePoint { t: 1.0, factor: 1.0 }],
     };
     let load_case = load_case::of(&table, cases);
     table.finish();
     Load { surface, load_case, kind, amplitude }
+}
+
+/// The way points; `factor` is needed in each.
+fn amplitude(table: &Table<'_>, way_points: Vec<Table<'_>>, steps: usize) -> Vec<AmplitudePoint> {
+    let mut points: Vec<AmplitudePoint> = Vec::new();
+    for point in way_points {
+        let t = motion::time(&point, points.last().map_or(0.0, |last| last.t), steps);
+        let factor = point.number("factor").required(1.0, "what multiplies the load at this time");
+        point.finish();
+        points.push(AmplitudePoint { t, factor });
+    }
+    if points.iter().all(|point| point.factor == 0.0) {
+        table.reader.error(
+            &table.path_of("amplitude"),
+            CaseCode::Empty,
+            "the load is zero throughout",
+            "leave `amplitude` out for a load that grows evenly to its value at t = 1",
+        );
+    }
+    points
 }

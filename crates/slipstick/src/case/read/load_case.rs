@@ -24,7 +24,9 @@ pub(super) fn load_cases(root: &Table<'_>) -> Vec<LoadCase> {
 pub(super) fn of(table: &Table<'_>, cases: &[LoadCase]) -> Option<String> {
     let name = table.string("load_case").optional()?;
     if !cases.iter().any(|case| case.name == name) {
-        let names: Vec<&str> = cases.iter().map(|case| case.name.as_str()).collect();
+        let mut names: Vec<&str> =
+            cases.iter().map(|case| case.name.as_str()).filter(|name| !name.is_empty()).collect();
+        names.dedup();
         let help = if names.is_empty() {
             "add a [[load_case]] of this name".into()
         } else {
