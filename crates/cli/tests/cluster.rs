@@ -1,6 +1,9 @@
 //! The program on several ranks of MPI: the same designs as without, one message for a failure, and what is left where a
 //! rank is killed. Where there is no `mpirun`, the tests say that they are skipped.
 
+#[path = "../../petsc/tests/mpirun/mod.rs"]
+mod mpirun;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -64,15 +67,8 @@ fn slipstick(ranks: Option<usize>) -> Option<Command> {
     let Some(ranks) = ranks else {
         return Some(Command::new(PROGRAM));
     };
-    if Command::new("mpirun").arg("--version").stdout(Stdio::null()).status().is_err() {
-        println!("skipped: there is no mpirun");
-        return None;
-    }
-    let mut run = Command::new("mpirun");
-    run.args(["--oversubscribe", "-n", &ranks.to_string(), PROGRAM, "--threads", "1"]);
-    run.env("OMP_NUM_THREADS", "1").env("OPENBLAS_NUM_THREADS", "1");
-    // OpenMPI refuses the superuser, whom containers have, unless told twice
-    run.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    let mut run = mpirun::mpirun(ranks, Path::new(PROGRAM))?;
+    run.args(["--threads", "1"]);
     Some(run)
 }
 

@@ -150,7 +150,7 @@ pub trait StepProblem {
     fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError>;
 
     /// Number of parameters p beside the design that the path can be differentiated by: coefficients of friction, moduli,
-    /// amplitudes of the prescribed motion.
+    /// amplitudes of prescribed motions and loads.
     fn parameters(&self) -> usize {
         0
     }

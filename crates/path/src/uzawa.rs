@@ -110,7 +110,11 @@ fn iterate(
             }
         }
         let mixed = mixing.mix(&before, &y[split..]);
-        y[split..].copy_from_slice(&mixed);
+        // others are unknowns of the inner solve
+        let held = &problem.fixed()[split..];
+        for ((y, mixed), held) in y[split..].iter_mut().zip(mixed).zip(held) {
+            *y = if *held { mixed } else { *y };
+        }
     }
     Err(StepFailure {
         kind: StepFailureKind::Uzawa { iterations: uzawa.max_iterations, violation, tolerance: uzawa.tolerance },

@@ -3,45 +3,24 @@
 
 #[path = "../../linalg/tests/common/mod.rs"]
 mod common;
+mod mpirun;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
     Backend, CsrMatrix, CsrPattern, LinearSolver, MultifrontalSolver, Precision, Ranks, Summed, solve_verified,
 };
 use slipstick_petsc::{PetscBackend, Session};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
 const BRICK: Brick = Brick { nodes: [7, 6, 5], multipliers: true, contrast: 3.0, nonsymmetry: 0.2, fixed_bottom: true };
 
 fn main() -> ExitCode {
-    if std::env::var_os("SLIPSTICK_TEST_RANK").is_some() {
-        return rank();
-    }
-    let program = std::env::current_exe().expect("a path");
-    for ranks in ["1", "2", "3", "4"] {
-        let mut run = Command::new("mpirun");
-        run.args(["--oversubscribe", "-n", ranks]).arg(&program);
-        run.env("SLIPSTICK_TEST_RANK", "1").env("OMP_NUM_THREADS", "1").env("OPENBLAS_NUM_THREADS", "1");
-        // OpenMPI refuses the superuser, whom containers have, unless told twice
-        run.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
-        match run.status() {
-            Err(error) => {
-                println!("skipped: mpirun cannot be started: {error}");
-                return ExitCode::SUCCESS;
-            }
-            Ok(status) if status.success() => println!("{ranks} ranks: ok"),
-            Ok(status) => {
-                println!("{ranks} ranks: {status}");
-                return ExitCode::FAILURE;
-            }
-        }
-    }
-    ExitCode::SUCCESS
+    mpirun::on_ranks(&[1, 2, 3, 4], rank)
 }
 
-fn rank() -> ExitCode {
+fn rank() {
     let session = Session::start().expect("PETSc starts");
     assert!(Session::start().is_err(), "a second session");
     sums_are_exact_and_the_same(&session);
@@ -49,7 +28,6 @@ fn rank() -> ExitCode {
     matrices_in_parts_are_solved(&session);
     bad_matrices_are_refused_everywhere(&session);
     assert!(session.meet(Duration::from_secs(30)));
-    ExitCode::SUCCESS
 }
 
 /// Sums of small integers are exact in any order; those of other numbers must have the same bits everywhere.

@@ -11,7 +11,8 @@ use crate::machine::Machine;
 use crate::model::course;
 use crate::model::prescribed::Prescribed;
 use crate::model::{
-    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, GivenStiffness, Loads, Method, ModelInterface, Share,
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Loads, Method,
+    ModelInterface, Share, Uzawa,
 };
 use mesh::nodes_of;
 use slipstick_contact::ContactInterface;
@@ -97,7 +98,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64;
     let interfaces = build_interfaces(case, &mesh, &coordinates, &mirrored, approach)?;
-    let method = build_method(case)?;
+    let uzawa = build_uzawa(case)?;
     let variables = build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
         Some(v) => v.roles().iter().map(|r| *r != slipstick_design::Role::Outside).collect(),
@@ -120,7 +121,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         share,
         solid,
         interfaces,
-        method,
+        uzawa,
         prescribed,
         loads,
         interpolation,
@@ -265,68 +266,58 @@ fn build_interfaces(
                 ));
             }
         }
-        interfaces.push(ModelInterface { interface, friction: contact.friction });
+        interfaces.push(ModelInterface {
+            interface,
+            friction: contact.friction,
+            enforcement: given(&contact.enforcement),
+        });
     }
     Ok(interfaces)
 }
 
-fn build_method(case: &Case) -> Result<Method, BuildError> {
-    let kind = |e: &case::Enforcement| std::mem::discriminant(e);
-    if let Some(i) =
-        (1..case.contacts.len()).find(|&i| kind(&case.contacts[i].enforcement) != kind(&case.contacts[0].enforcement))
-    {
-        let path = format!("contact[{i}].enforcement");
-        return Err(BuildError::new(
-            path,
-            "the contact pairs use different methods",
-            "give all pairs the same enforcement",
-        ));
-    }
-    // what iterates over all pairs at once cannot differ between them
-    let settings = |e: &case::Enforcement| match *e {
-        case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. } => {
-            Some((tolerance, tolerance_scaling, max_uzawa, acceleration))
-        }
-        _ => None,
+/// Uzawa's iteration, of all pairs with the augmented Lagrangian together.
+fn build_uzawa(case: &Case) -> Result<Option<Uzawa>, BuildError> {
+    let settings = |contact: &case::Contact| match contact.enforcement {
+        case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. } => Some(Uzawa {
+            options: UzawaOptions { tolerance, max_iterations: max_uzawa, memory: acceleration },
+            absolute: tolerance_scaling == case::ToleranceScaling::Absolute,
+        }),
+        case::Enforcement::Lagrange { .. } | case::Enforcement::Penalty { .. } => None,
     };
-    let first = case.contacts.first().and_then(|contact| settings(&contact.enforcement));
-    if let Some(i) = case.contacts.iter().position(|contact| settings(&contact.enforcement) != first) {
+    let mut all = case.contacts.iter().map(settings).enumerate().filter_map(|(i, uzawa)| Some((i, uzawa?)));
+    let Some((first, uzawa)) = all.next() else {
+        return Ok(None);
+    };
+    // it goes over all pairs at once
+    if let Some((i, _)) = all.find(|(_, other)| *other != uzawa) {
         let path = format!("contact[{i}].enforcement");
-        let message = "the settings of the iteration differ from those of the first contact pair";
-        return Err(BuildError::new(path, message, "give all pairs the same; stiffness and its scaling may differ"));
+        let message = format!("the settings of Uzawa's iteration differ from those of contact[{first}]");
+        return Err(BuildError::new(path, message, "give both the same; stiffness and its scaling may differ"));
     }
-    let stiffness: Vec<GivenStiffness> = case.contacts.iter().map(|contact| given(&contact.enforcement)).collect();
-    Ok(match case.contacts.first().map(|c| c.enforcement) {
-        None | Some(case::Enforcement::Lagrange { .. }) => Method::Lagrange { stiffness },
-        Some(case::Enforcement::Penalty { .. }) => Method::Penalty { stiffness },
-        Some(case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. }) => {
-            Method::Augmented {
-                stiffness,
-                uzawa: UzawaOptions { tolerance, max_iterations: max_uzawa, memory: acceleration },
-                absolute: tolerance_scaling == case::ToleranceScaling::Absolute,
-            }
-        }
-    })
+    Ok(Some(uzawa))
 }
 
-/// The stiffness of a contact pair, or the default of its method.
-fn given(enforcement: &case::Enforcement) -> GivenStiffness {
-    let (stiffness, scaling, factor) = match *enforcement {
+/// Method and stiffness of a contact pair, the default of its method where none is given.
+fn given(enforcement: &case::Enforcement) -> Enforcement {
+    let (method, stiffness, scaling, factor) = match *enforcement {
         case::Enforcement::Lagrange { stiffness, scaling, complementarity_parameter } => {
-            (stiffness, scaling, complementarity_parameter.unwrap_or(DEFAULT_COMPLEMENTARITY))
+            let factor = complementarity_parameter.unwrap_or(DEFAULT_COMPLEMENTARITY);
+            (Method::Lagrange, stiffness, scaling, factor)
         }
-        case::Enforcement::Penalty { stiffness, scaling } | case::Enforcement::Augmented { stiffness, scaling, .. } => {
-            (stiffness, scaling, DEFAULT_STIFFNESS)
+        case::Enforcement::Penalty { stiffness, scaling } => (Method::Penalty, stiffness, scaling, DEFAULT_STIFFNESS),
+        case::Enforcement::Augmented { stiffness, scaling, .. } => {
+            (Method::Augmented, stiffness, scaling, DEFAULT_STIFFNESS)
         }
     };
     let scaling = match scaling {
         case::PenaltyScaling::Area => StiffnessScaling::Area,
         case::PenaltyScaling::Weighted => StiffnessScaling::Weighted,
     };
-    match stiffness {
+    let stiffness = match stiffness {
         None => GivenStiffness::Relative { factor, scaling },
         Some(s) => GivenStiffness::Absolute(Stiffness { normal: s.normal, tangential: s.tangential, scaling }),
-    }
+    };
+    Enforcement { method, stiffness }
 }
 
 fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, BuildError> {

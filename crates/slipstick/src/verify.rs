@@ -118,13 +118,13 @@ pub fn verify_gradient(
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<GradientCheck, VerifyError> {
-    let saved = (analysis.march.newton, analysis.model.method().clone(), analysis.guide.take());
+    let saved = (analysis.march.newton, analysis.model.uzawa(), analysis.guide.take());
     analysis.march.newton.max_iterations += 5;
     analysis.march.newton.linear_tolerance = 1e-12;
     set_tolerance(analysis, options.forward_tolerance);
     let result = compare(analysis, density, designed, options, observer);
     analysis.march.newton = saved.0;
-    analysis.model.set_method(saved.1);
+    analysis.model.set_uzawa(saved.1);
     analysis.guide = saved.2;
     result
 }

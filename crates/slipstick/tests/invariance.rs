@@ -175,3 +175,46 @@ fn forces_balance() {
         }
     }
 }
+
+/// Pairs of bodies that do not touch each other have their own solutions, whatever method the others have: those of cases of
+/// their own.
+#[test]
+fn pairs_of_other_bodies_and_methods_change_nothing() {
+    let alone: Vec<String> = DEFAULTS
+        .iter()
+        .enumerate()
+        .map(|(i, (_, enforcement))| {
+            // steps far below the tolerance that both are solved to; each problem in a place of its own
+            let load_path = "tolerance = { relative = 1e-13 }".into();
+            let place = format!("{{ translate = [0.0, 0.0, {:?}] }}", 3.0 * i as f64);
+            let enforcement = enforcement.replace("augmented = {}", "augmented = { tolerance = 1e-12 }");
+            Scene { place, load_path, ..scene(&enforcement) }.text()
+        })
+        .collect();
+    // the bodies, pairs and motions of all in one case
+    let own = |i: usize| {
+        let (tables, _) = alone[i].split_once("[load_path]").unwrap();
+        tables.replace("slab", &format!("slab{i}")).replace("block", &format!("block{i}"))
+    };
+    let (_, rest) = alone[0].split_once("[load_path]").unwrap();
+    let bodies = r#"["slab0", "block0", "slab1", "block1", "slab2", "block2"]"#;
+    let rest = rest.replace(r#"["slab", "block"]"#, bodies);
+    let together = format!("{}{}{}[load_path]{rest}", own(0), own(1), own(2));
+    let tractions = |text: &str| -> Vec<f64> {
+        let mut problem = problem(text);
+        let density = problem.initial_density.clone();
+        let run = forward(&mut problem, &density);
+        contact_path(&mut problem, &run).iter().flatten().flat_map(|node| node.global_traction).collect()
+    };
+    let all = tractions(&together);
+    let separate: Vec<Vec<f64>> = alone.iter().map(|text| tractions(text)).collect();
+    let (steps, nodes) = (10, separate[0].len() / 30);
+    assert!(separate.iter().all(|own| own.len() == 3 * nodes * steps) && all.len() == 9 * nodes * steps);
+    for (i, own) in separate.iter().enumerate() {
+        let of_all: Vec<f64> =
+            (0..steps).flat_map(|step| all[9 * nodes * step + 3 * nodes * i..][..3 * nodes].to_vec()).collect();
+        let apart = deviation(&of_all, own);
+        println!("{}: {apart:.1e}", DEFAULTS[i].0);
+        assert!(apart < 1e-9, "{}: {apart:e}", DEFAULTS[i].0);
+    }
+}

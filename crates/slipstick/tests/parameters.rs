@@ -125,6 +125,45 @@ fn stiffnesses_that_follow_the_moduli_are_differentiated() {
     }
 }
 
+/// Two pairs with a method each, three bodies.
+#[test]
+fn derivatives_with_a_method_for_each_pair_match_finite_differences() {
+    let (friction, moduli) = ([0.25, 0.18], [1000.0, 700.0, 1500.0]);
+    let numbers: Vec<f64> = friction.into_iter().chain(moduli).collect();
+    let keys = ["friction", "friction", "youngs_modulus", "youngs_modulus", "youngs_modulus"];
+    for (below, above) in [(LAGRANGE.to_string(), penalty(2e4)), ("{ penalty = {} }".into(), augmented(1e4, 1e-11))] {
+        // so little above that nodes slip there, too
+        let text = three_bodies(&below, &above).replace("friction = 0.6", "friction = 0.18");
+        let at = |factors: &[f64; 5]| {
+            let mut text = text.clone();
+            for (k, key) in keys.iter().enumerate() {
+                let old = format!("{key} = {:?}", numbers[k]);
+                assert_eq!(text.matches(&old).count(), 1);
+                text = text.replace(&old, &format!("{key} = {:?}", numbers[k] * factors[k]));
+            }
+            problem(&text)
+        };
+        let mut base = at(&[1.0; 5]);
+        let density = random_density(&base, 2);
+        let forward = base.analysis.forward(&density, &mut Silent).expect("converges");
+        let gradients = base.analysis.gradients(&forward).expect("differentiable");
+        for k in 0..5 {
+            let h = 1e-5;
+            let value = |steps: f64| {
+                let mut factors = [1.0; 5];
+                factors[k] += steps * h;
+                at(&factors).analysis.forward(&density, &mut Silent).expect("converges").value
+            };
+            let expected = (8.0 * (value(1.0) - value(-1.0)) - (value(2.0) - value(-2.0))) / (12.0 * h);
+            let found = numbers[k] * gradients.parameters[k].1;
+            let error = (found - expected).abs() / expected.abs();
+            println!("{below}, {above}: parameter {k}: {found:e}, error {error:.1e}");
+            assert!(expected.abs() > 1e-3 * forward.value.abs(), "parameter {k} does not matter: {expected:e}");
+            assert!(error < BOUND, "{below}, {above}: parameter {k}: {found:e} instead of {expected:e}");
+        }
+    }
+}
+
 /// A frictionless contact has no derivative by its coefficient: it cannot become negative.
 #[test]
 fn a_coefficient_of_zero_has_no_derivative() {

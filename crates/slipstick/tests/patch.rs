@@ -259,7 +259,7 @@ fn inclined(stack: &Stack) -> Problem {
         Share::whole(),
         solid,
         model.interfaces().to_vec(),
-        model.method().clone(),
+        model.uzawa(),
         model.prescribed().clone(),
         Loads::default(),
         slipstick_solid::Simp { penalization: 1.0, minimum: 0.0 }.into(),

@@ -34,6 +34,12 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("one surface twice", "slave = \"block_ymin\"", "slave = \"slab_ymax\""),
     ("surfaces of one body", "slave = \"block_ymin\"", "slave = \"slab_ymin\""),
     ("an unknown enforcement", "friction = 0.3", "friction = 0.3\nenforcement = { nitsche = {} }"),
+    (
+        "settings of Uzawa's iteration that differ",
+        "friction = 0.3",
+        "friction = 0.3\nenforcement = { augmented = { max_uzawa = 50 } }\n[[contact]]\nfriction = 0\nslave = \"slab_xmax\"\n\
+         master = \"block_ymax\"\nenforcement = { augmented = {} }",
+    ),
     ("a stiffness of zero", "friction = 0.3", "friction = 0.3\nenforcement = { penalty = { stiffness = 0 } }"),
     ("a rule that is not there", "friction = 0.3", "friction = 0.3\ncell_rule = 5"),
     ("a search radius too small", "friction = 0.3", "friction = 0.3\nsearch_radius = 1e-4"),

@@ -1,8 +1,8 @@
 //! What is minimised, as a function of the states of the load path.
 //!
 //! An [`Objective`] is asked once per user load step that it observes; the caller sums over the steps. It sees the
-//! displacements and the internal forces of the whole model and gives explicit partial derivatives with respect to both.
-//! The chain rule, (92)–(98) of the paper, is the caller's: it multiplies by `∂f_int/∂d` and `∂f_int/∂φ`.
+//! displacements, the internal and the external forces of the whole model and gives explicit partial derivatives with respect
+//! to all three. The chain rule, (92)–(98) of the paper, is the caller's: it multiplies by the derivatives of the forces.
 
 mod check;
 mod compliance;

@@ -2,7 +2,7 @@
 //!
 //! [`ContactModel`] puts the crates together: it implements [`StepProblem`](slipstick_path::StepProblem), which the march and the adjoint sweep work
 //! on. Unknowns are the displacements d of all nodes and, for the Lagrange and augmented Lagrangian methods, the
-//! multiplier components ζ_j in the frame of each slave node.
+//! multiplier components ζ_j in the frame of each slave node. Each interface has a method of its own.
 //!
 //! | method | y | h | F |
 //! |---|---|---|---|
@@ -11,6 +11,7 @@
 //! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
 
 pub mod course;
+mod enforcement;
 mod loads;
 pub mod node;
 mod parameters;
@@ -21,6 +22,7 @@ pub mod prescribed;
 mod share;
 mod step;
 
+pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub use loads::Loads;
 use nalgebra::Vector3;
 use node::NodeStep;
@@ -28,73 +30,14 @@ pub use parameters::Parameter;
 use pattern::ContactPattern;
 use prescribed::Prescribed;
 pub use share::Share;
-use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling};
+use slipstick_contact::enforcement::{NodeMeasures, Stiffness};
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceError};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
-use slipstick_path::{StateError, StepState, Timings, UzawaOptions};
+use slipstick_path::{StateError, StepState, Timings};
 use slipstick_solid::{ElementScaling, Interpolation, InvertedElements, SolidModel, model::Scatter};
 use std::ops::Range;
-
-/// How the contact conditions of a model are enforced; one method for all interfaces.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Method {
-    /// Lagrange multipliers, with one stiffness per interface.
-    Lagrange {
-        /// c of each interface; the solution does not depend on it.
-        stiffness: Vec<GivenStiffness>,
-    },
-    /// Penalty, with one stiffness per interface.
-    Penalty {
-        /// ε of each interface.
-        stiffness: Vec<GivenStiffness>,
-    },
-    /// Augmented Lagrangian, with one stiffness per interface.
-    Augmented {
-        /// ε of each interface.
-        stiffness: Vec<GivenStiffness>,
-        /// When Uzawa's iteration stops.
-        uzawa: UzawaOptions,
-        /// Whether the tolerance bounds |ζ − ẑ|/ε (the paper's measure, a weighted gap) instead of the change of
-        /// traction relative to the largest traction.
-        absolute: bool,
-    },
-}
-
-/// ε or c of an interface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum GivenStiffness {
-    /// As multiple of the bodies' own stiffness E/h at the interface, with E the moduli of both sides in series and h the
-    /// facet size: ε h/E or c h A/E, unit-free.
-    ///
-    /// The penalty method takes E at the start design, because ε must not depend on the design; the others take the
-    /// current E, because their solution does not depend on it.
-    Relative {
-        /// The multiple.
-        factor: f64,
-        /// What the product is brought to multiply; for weighted measures, by the reference area of each node.
-        scaling: StiffnessScaling,
-    },
-    /// Values in units.
-    Absolute(Stiffness),
-}
-
-/// Default of ε h/E of the penalty and augmented Lagrangian methods; also the stiffness of contact on slivers.
-pub const DEFAULT_STIFFNESS: f64 = 10.0;
-
-/// Part of the stiffer side that the bodies' own stiffness at an interface is at least.
-const LEAST_SHARE: f64 = 1e-6;
-
-/// Default of c h A/E of the Lagrange method.
-pub const DEFAULT_COMPLEMENTARITY: f64 = 5.0;
-
-impl Method {
-    /// Whether the multipliers are unknowns.
-    pub fn has_multipliers(&self) -> bool {
-        !matches!(self, Self::Penalty { .. })
-    }
-}
 
 /// An interface with what the model adds to its geometry.
 #[derive(Debug, Clone)]
@@ -103,6 +46,8 @@ pub struct ModelInterface {
     pub interface: ContactInterface,
     /// Coefficient of friction μ.
     pub friction: f64,
+    /// How contact and friction are enforced.
+    pub enforcement: Enforcement,
 }
 
 /// Constant data of a slave node.
@@ -134,7 +79,8 @@ pub struct ContactModel {
     /// Elements of each body.
     bodies: Vec<Range<usize>>,
     interfaces: Vec<ModelInterface>,
-    method: Method,
+    /// Uzawa's iteration, where a pair has the augmented Lagrangian.
+    uzawa: Option<Uzawa>,
     prescribed: Prescribed,
     loads: Loads,
     /// Pseudo-time at the end of the step.
@@ -198,6 +144,9 @@ struct Floors {
     multiplier: f64,
 }
 
+/// Part of the stiffer side that the bodies' own stiffness at an interface is at least.
+const LEAST_SHARE: f64 = 1e-6;
+
 /// Smallest part of a characteristic size that a relative tolerance is measured against.
 const FLOOR: f64 = 1e-6;
 
@@ -212,7 +161,7 @@ impl ContactModel {
         share: Share,
         solid: SolidModel,
         mut interfaces: Vec<ModelInterface>,
-        method: Method,
+        uzawa: Option<Uzawa>,
         prescribed: Prescribed,
         loads: Loads,
         interpolation: Interpolation,
@@ -223,19 +172,25 @@ impl ContactModel {
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
         let nodes = mesh.nodes.len();
         let (slaves, slave_elements, master_elements) = slave_data(mesh, &interfaces);
-        let multipliers = if method.has_multipliers() { slaves.len() } else { 0 };
+        // a pair without multipliers has rows all the same where another pair has them, with nothing to solve for
+        let multipliers =
+            if interfaces.iter().any(|i| i.enforcement.method.has_multipliers()) { slaves.len() } else { 0 };
         let mut groups: Vec<u32> = (0..nodes as u32).collect();
         let mut fixed = prescribed.fixed().to_vec();
         let mut fixed_held = fixed.clone();
         if multipliers > 0 {
             groups.extend(interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node));
-            // no traction acts across a symmetry plane
-            let slaves = interfaces.iter().flat_map(|i| i.interface.slave_nodes());
-            fixed.extend(slaves.flat_map(|slave| {
-                let planes = slave.mirrored.iter().filter(|&&across| across).count();
-                [false, planes > 0, planes > 1]
-            }));
-            fixed_held.resize(3 * (nodes + multipliers), true);
+            for model in &interfaces {
+                let method = model.enforcement.method;
+                for slave in model.interface.slave_nodes() {
+                    // no traction acts across a symmetry plane
+                    let planes = slave.mirrored.iter().filter(|&&across| across).count();
+                    let none = !method.has_multipliers();
+                    let free = [none, none || planes > 0, none || planes > 1];
+                    fixed.extend(free);
+                    fixed_held.extend(if method == Method::Lagrange { free } else { [true; 3] });
+                }
+            }
         }
         let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
         let bulk = if share.is_part() {
@@ -274,7 +229,7 @@ impl ContactModel {
             coordinates,
             bodies: mesh.bodies.iter().map(|body| body.elements.clone()).collect(),
             interfaces,
-            method,
+            uzawa,
             prescribed,
             loads,
             time: 0.0,
@@ -316,10 +271,11 @@ impl ContactModel {
         model.start_hardness.clone_from(&model.hardness);
         model.start_shares = model.hardness_shares();
         model.stiffness = model.node_stiffness();
-        model.edge_stiffness = match model.method {
-            Method::Penalty { .. } => vec![f64::INFINITY; count],
-            _ => model.hardness.iter().map(|hardness| DEFAULT_STIFFNESS * hardness).collect(),
+        let edge = |j: usize| match model.method_of(j) {
+            Method::Penalty => f64::INFINITY,
+            Method::Lagrange | Method::Augmented => DEFAULT_STIFFNESS * model.hardness[j],
         };
+        model.edge_stiffness = (0..count).map(edge).collect();
         model
     }
 
@@ -346,46 +302,14 @@ impl ContactModel {
                 (s * m / (s + m)).max(LEAST_SHARE * s.max(m)) / self.slaves[j].size
             })
             .collect();
-        if !matches!(self.method, Method::Penalty { .. }) {
+        // while the model is put together, there is no start design yet
+        if !self.start_hardness.is_empty() {
             self.stiffness = self.node_stiffness();
         }
         self.evaluated = None;
         self.pattern.reset();
         self.matrix = None;
         self.scatter = None;
-    }
-
-    /// ε or c of every slave node, as given or from the present hardness; that of the start design for the penalty method.
-    fn node_stiffness(&self) -> Vec<Stiffness> {
-        let (Method::Lagrange { stiffness } | Method::Penalty { stiffness } | Method::Augmented { stiffness, .. }) =
-            &self.method;
-        let of = |(slave, hardness): (&SlaveData, &f64)| match stiffness[slave.interface as usize] {
-            // weighted measures of the half are half of the whole's
-            GivenStiffness::Absolute(Stiffness { normal, tangential, scaling: StiffnessScaling::Weighted }) => {
-                Stiffness {
-                    normal: normal * slave.images,
-                    tangential: tangential * slave.images,
-                    scaling: StiffnessScaling::Weighted,
-                }
-            }
-            GivenStiffness::Absolute(stiffness) => stiffness,
-            GivenStiffness::Relative { factor, scaling } => {
-                let both = match scaling {
-                    StiffnessScaling::Area => factor * hardness,
-                    StiffnessScaling::Weighted => factor * hardness / slave.area,
-                };
-                Stiffness { normal: both, tangential: both, scaling }
-            }
-        };
-        let hardness =
-            if matches!(self.method, Method::Penalty { .. }) { &self.start_hardness } else { &self.hardness };
-        self.slaves.iter().zip(hardness).map(of).collect()
-    }
-
-    /// c of slave node j as the Lagrange method chooses it.
-    fn own_stiffness(&self, j: usize) -> Stiffness {
-        let both = DEFAULT_COMPLEMENTARITY * self.hardness[j];
-        Stiffness { normal: both, tangential: both, scaling: StiffnessScaling::Area }
     }
 
     /// The density of every element.
@@ -434,30 +358,6 @@ impl ContactModel {
         &self.interfaces
     }
 
-    /// How contact is enforced.
-    pub fn method(&self) -> &Method {
-        &self.method
-    }
-
-    /// Replaces the method's settings by others of the same method.
-    ///
-    /// # Panics
-    /// If it is another method: that would change the unknowns.
-    pub fn set_method(&mut self, method: Method) {
-        assert_eq!(std::mem::discriminant(&self.method), std::mem::discriminant(&method), "another method");
-        self.method = method;
-        self.stiffness = self.node_stiffness();
-    }
-
-    /// Sets the tolerance of Uzawa's iteration, relative; nothing for the other methods.
-    pub fn set_uzawa_tolerance(&mut self, tolerance: f64) {
-        if let Method::Augmented { uzawa, absolute, .. } = &mut self.method {
-            *absolute = false;
-            uzawa.tolerance = tolerance;
-            uzawa.max_iterations = uzawa.max_iterations.max(10_000);
-        }
-    }
-
     /// Sets the coefficient of friction of all interfaces.
     pub fn set_friction(&mut self, friction: f64) {
         self.interfaces.iter_mut().for_each(|i| i.friction = friction);
@@ -490,8 +390,7 @@ impl ContactModel {
 
     /// The state at rest: no displacement, no multiplier, no history.
     pub fn rest(&self) -> StepState {
-        let history = if self.method.has_multipliers() { 0 } else { 2 * self.slaves.len() };
-        StepState { unknowns: vec![0.0; 3 * self.block_rows()], history: vec![0.0; history] }
+        StepState { unknowns: vec![0.0; 3 * self.block_rows()], history: vec![0.0; self.tangential_history()] }
     }
 
     /// Number of block rows: nodes, then multipliers.
@@ -545,7 +444,7 @@ impl std::fmt::Debug for ContactModel {
         f.debug_struct("ContactModel")
             .field("elements", &self.solid.elements())
             .field("slave_nodes", &self.slaves.len())
-            .field("method", &self.method)
+            .field("interfaces", &self.interfaces.len())
             .finish_non_exhaustive()
     }
 }

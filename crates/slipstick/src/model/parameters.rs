@@ -1,6 +1,6 @@
 //! Derivatives with respect to what is no density: friction, moduli, amplitudes of motions and loads.
 
-use super::{ContactModel, GivenStiffness, LEAST_SHARE, Method, SlaveData, inverted};
+use super::{ContactModel, Enforcement, GivenStiffness, LEAST_SHARE, Method, SlaveData, inverted};
 use slipstick_contact::enforcement::friction_share;
 use slipstick_path::StateError;
 use slipstick_solid::ElementScaling;
@@ -55,12 +55,8 @@ impl ContactModel {
     pub(super) fn pull_back_stiffness(&self, y: &[f64], lambda: &[f64], eta: &[f64], out: &mut [f64]) {
         let first = self.interfaces.len();
         for (j, slave) in self.slaves.iter().enumerate().filter(|(j, _)| self.own[*j]) {
-            let absolute = match &self.method {
-                Method::Penalty { stiffness } => {
-                    matches!(stiffness[slave.interface as usize], GivenStiffness::Absolute(_))
-                }
-                _ => false,
-            };
+            let Enforcement { method, stiffness } = self.interfaces[slave.interface as usize].enforcement;
+            let absolute = method == Method::Penalty && matches!(stiffness, GivenStiffness::Absolute(_));
             let by_stiffness = self.law_weights(j, y, lambda, eta).by_stiffness;
             if absolute || by_stiffness == 0.0 {
                 continue;

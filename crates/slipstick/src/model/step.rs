@@ -2,7 +2,7 @@
 
 use super::node::{self, NodeTraction};
 use super::pattern::Coupling;
-use super::{ContactModel, Method, inverted};
+use super::{ContactModel, Method, Uzawa, inverted};
 use crate::analysis::NodalContact;
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use rayon::prelude::*;
@@ -79,9 +79,9 @@ impl ContactModel {
     /// update and in the adjoint; its ε, which may be anything, would be a poor c there.
     fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
         let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
-        let c = match &self.method {
-            Method::Augmented { .. } => self.own_stiffness(j),
-            _ => self.stiffness[j].times(self.variation),
+        let c = match self.method_of(j) {
+            Method::Augmented => self.own_stiffness(j),
+            Method::Lagrange | Method::Penalty => self.stiffness[j].times(self.variation),
         };
         complementarity(zeta, &at, self.friction(j).0, &c)
     }
@@ -94,10 +94,10 @@ impl ContactModel {
 
     /// Traction that acts in R at node j, with its dependence on the displacements.
     fn acting(&self, y: &[f64], j: usize) -> NodeTraction {
-        let around = match self.method {
-            Method::Penalty { .. } => Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1]),
-            Method::Augmented { .. } if self.held => self.multiplier(y, j),
-            _ => {
+        let around = match self.method_of(j) {
+            Method::Penalty => self.previous_traction(j),
+            Method::Augmented if self.held => self.multiplier(y, j),
+            Method::Lagrange | Method::Augmented => {
                 let zeta = self.multiplier(y, j);
                 return NodeTraction {
                     status: self.complementarity_of(j, zeta).status,
@@ -119,9 +119,14 @@ impl ContactModel {
         acting.status != Status::Inactive || acting.value != Vector3::zeros()
     }
 
+    /// Tangential traction of node j at the end of the previous step, of the penalty method.
+    fn previous_traction(&self, j: usize) -> Vector3<f64> {
+        Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1])
+    }
+
     /// How λᵀF + ηᵀG depends on slip, friction and history of node j, whose state is evaluated.
     pub(super) fn law_weights(&self, j: usize, y: &[f64], lambda: &[f64], eta: &[f64]) -> LawWeights {
-        if self.method.has_multipliers() {
+        if self.method_of(j).has_multipliers() {
             let at = self.displacement_count() + 3 * j;
             let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
             let c = self.complementarity_of(j, self.multiplier(y, j));
@@ -129,8 +134,7 @@ impl ContactModel {
             let by_stiffness = c.by_edge_stiffness.dot(&mu);
             return LawWeights { by_slip, by_friction: c.by_friction.dot(&mu), by_stiffness, by_history: None };
         }
-        let h = Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1]);
-        let t = self.regularised_of(j, h);
+        let t = self.regularised_of(j, self.previous_traction(j));
         let mut weight = node::relative_adjoint(&self.kinematics[j], lambda);
         weight[1] += eta[2 * j];
         weight[2] += eta[2 * j + 1];
@@ -143,9 +147,13 @@ impl ContactModel {
         }
     }
 
-    /// Whether C is part of F: not for the penalty method, and not while multipliers are held.
-    fn has_complementarity(&self) -> bool {
-        self.method.has_multipliers() && !self.held
+    /// Whether C of node j is part of F: not for the penalty method, and not while its multiplier is held.
+    fn has_complementarity(&self, j: usize) -> bool {
+        match self.method_of(j) {
+            Method::Lagrange => true,
+            Method::Augmented => !self.held,
+            Method::Penalty => false,
+        }
     }
 
     /// Contact results of the slave nodes of the share.
@@ -269,7 +277,7 @@ impl StepProblem for ContactModel {
     }
 
     fn history_length(&self) -> usize {
-        if self.method.has_multipliers() { 0 } else { 2 * self.slaves.len() }
+        self.tangential_history()
     }
 
     fn designs(&self) -> usize {
@@ -330,7 +338,7 @@ impl StepProblem for ContactModel {
             self.status[j] = acting.status as u8;
             squares += acting.value.norm_squared();
             node::add_force(&self.kinematics[j], &acting.value, &mut out[..split]);
-            if self.has_complementarity() {
+            if self.has_complementarity(j) {
                 let c = self.complementarity_of(j, self.multiplier(y, j));
                 out[split + 3 * j..][..3].copy_from_slice(c.value.as_slice());
             }
@@ -376,13 +384,13 @@ impl StepProblem for ContactModel {
             for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
                 let (now, step, row) = (&self.kinematics[j], &self.steps[j], split / 3 + j);
                 if !self.contributes(y, j) {
-                    if self.method.has_multipliers() {
+                    if self.method_of(j).has_multipliers() {
                         matrix.add(row, row, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
                     }
                     continue;
                 }
                 node::add_force_tangent(now, step, &self.acting(y, j), &mut matrix);
-                if self.has_complementarity() {
+                if self.has_complementarity(j) {
                     let c = self.complementarity_of(j, self.multiplier(y, j));
                     node::add_multiplier_column(now, row, &mut matrix);
                     node::add_complementarity_row(now, step, &c, row, &mut matrix);
@@ -441,12 +449,13 @@ impl StepProblem for ContactModel {
 
     fn advance_history(&mut self, y: &[f64], out: &mut Vec<f64>) -> Result<(), StateError> {
         out.clear();
-        if self.method.has_multipliers() {
+        if !self.has(Method::Penalty) {
             return Ok(());
         }
         self.evaluate_all(y, false)?;
         for j in 0..self.slaves.len() {
-            let tangential = if self.own[j] { self.acting(y, j).value } else { Vector3::zeros() };
+            let own = self.own[j] && self.method_of(j) == Method::Penalty;
+            let tangential = if own { self.acting(y, j).value } else { Vector3::zeros() };
             out.extend([tangential[1], tangential[2]]);
         }
         self.share.sum(&mut [&mut *out]);
@@ -456,7 +465,7 @@ impl StepProblem for ContactModel {
     fn pull_back_current(&mut self, y: &[f64], eta: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         self.evaluate_all(y, true)?;
         self.share.add(out, |out| {
-            for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
+            for j in (0..self.slaves.len()).filter(|&j| self.own[j] && self.method_of(j) == Method::Penalty) {
                 let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
                 let acting = self.acting(y, j);
                 node::add_traction_pull_back(&self.kinematics[j], &self.steps[j], &acting, &weight, out);
@@ -551,29 +560,24 @@ impl StepProblem for ContactModel {
             self.at_start = self.start.is_some();
             self.evaluated = None;
         }
-        match (&self.method, attempt) {
-            (_, 0) => true,
-            (Method::Penalty { .. } | Method::Augmented { .. }, 1) => {
-                self.onward = -1.0;
-                true
+        let (lagrange, others) = (self.has(Method::Lagrange), self.has(Method::Penalty) || self.has(Method::Augmented));
+        match attempt {
+            0 => true,
+            1 => {
+                self.variation = if lagrange { 10.0 } else { 1.0 };
+                self.onward = if others { -1.0 } else { 1.0 };
+                lagrange || others
             }
-            (Method::Lagrange { .. }, 1) => {
-                self.variation = 10.0;
-                true
-            }
-            (Method::Lagrange { .. }, 2) => {
-                self.variation = 0.1;
-                true
+            2 => {
+                self.variation = if lagrange { 0.1 } else { 1.0 };
+                lagrange
             }
             _ => false,
         }
     }
 
     fn uzawa(&self) -> Option<UzawaOptions> {
-        match &self.method {
-            Method::Augmented { uzawa, .. } => Some(*uzawa),
-            _ => None,
-        }
+        self.uzawa.map(|uzawa| uzawa.options)
     }
 
     fn foresee_tangent(&mut self, likely: bool) {
@@ -586,7 +590,7 @@ impl StepProblem for ContactModel {
 
     fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
         self.evaluate_all(y, false)?;
-        let Method::Augmented { absolute, .. } = self.method else {
+        let Some(Uzawa { absolute, .. }) = self.uzawa else {
             return Ok(0.0);
         };
         let split = self.displacement_count();
@@ -594,6 +598,9 @@ impl StepProblem for ContactModel {
         for j in 0..self.slaves.len() {
             if !self.own[j] {
                 y[split + 3 * j..][..3].fill(0.0);
+                continue;
+            }
+            if self.method_of(j) != Method::Augmented {
                 continue;
             }
             let before = self.multiplier(y, j);

@@ -137,3 +137,49 @@ pub fn penalty(stiffness: f64) -> String {
 pub fn augmented(stiffness: f64, tolerance: f64) -> String {
     format!("{{ augmented = {{ stiffness = {stiffness:?}, tolerance = {tolerance:?}, max_uzawa = 400 }} }}")
 }
+
+/// Three bodies, two contact pairs: a cube that only contact holds, between a slab and a stamp;
+/// enforcement of the pairs below and above it.
+pub fn three_bodies(below: &str, above: &str) -> String {
+    format!(
+        r#"
+[[body]]
+name = "slab"
+box = {{ min = [0, 0, 0], max = [3, 1, 1], elements = [3, 1, 1] }}
+material = {{ neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }} }}
+[[body]]
+name = "cube"
+box = {{ min = [0.7, 0.998, 0.15], max = [1.4, 1.7, 0.85], elements = [1, 1, 1] }}
+material = {{ neo_hooke = {{ youngs_modulus = 700.0, poisson_ratio = 0.2 }} }}
+[[body]]
+name = "stamp"
+box = {{ min = [0.55, 1.698, 0.05], max = [1.6, 2.2, 1.0], elements = [1, 1, 1] }}
+material = {{ neo_hooke = {{ youngs_modulus = 1500.0, poisson_ratio = 0.3 }} }}
+[[contact]]
+slave = "cube_ymin"
+master = "slab_ymax"
+friction = 0.25
+enforcement = {below}
+[[contact]]
+slave = "cube_ymax"
+master = "stamp_ymin"
+friction = 0.6
+multiplier_shape = "dual"
+enforcement = {above}
+[[dirichlet]]
+set = "slab_ymin"
+[[dirichlet]]
+set = "stamp_ymax"
+motion = [{{ t = 0.4, u = [0, -0.1, 0] }}, {{ t = 1.0, u = [0.25, -0.1, 0.06] }}]
+[load_path]
+steps = 10
+tolerance = {{ relative = 1e-12 }}
+[design]
+bodies = ["slab", "cube", "stamp"]
+initial = 0.5
+simp = {{ p = 3, min = 1e-3 }}
+[objective]
+contact_force = {{ steps = [6, 10] }}
+"#
+    )
+}
