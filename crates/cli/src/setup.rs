@@ -296,7 +296,8 @@ pub fn follow<T>(
     problem: &mut Problem,
     analyse: impl FnOnce(&mut Analysis, &mut Watch<'_>) -> Result<T, AnalysisError>,
 ) -> Outcome {
-    let result = analyse(&mut problem.analysis, &mut Watch::new(context));
+    let mut watch = Watch::new(context, problem);
+    let result = analyse(&mut problem.analysis, &mut watch);
     result.map(drop).map_err(|error| failed(problem, &error, None))
 }
 

@@ -1,6 +1,8 @@
 //! Watches a march: shows load steps, keeps the table of Newton iterations, asks whether to stop.
 
 use serde_json::json;
+use slipstick::build::Problem;
+use slipstick::model::course;
 use slipstick::run::NewtonTable;
 use slipstick_path::{MarchEvent, MarchObserver, PathState};
 
@@ -23,11 +25,12 @@ pub struct Watch<'a> {
     steps_before: usize,
     newton_iterations: usize,
     headline: String,
+    load_cases: Vec<String>,
 }
 
 impl<'a> Watch<'a> {
-    /// Watches without a table.
-    pub fn new(context: &'a Context) -> Self {
+    /// Watches analyses of a problem, without a table.
+    pub fn new(context: &'a Context, problem: &Problem) -> Self {
         Self {
             console: &context.console,
             interrupt: &context.interrupt,
@@ -39,6 +42,7 @@ impl<'a> Watch<'a> {
             steps_before: 0,
             newton_iterations: 0,
             headline: String::new(),
+            load_cases: problem.load_cases.clone(),
         }
     }
 
@@ -80,6 +84,14 @@ impl<'a> Watch<'a> {
         Ok(self.newton.as_mut().map_or(Ok(()), NewtonTable::check)?)
     }
 
+    /// A pseudo-time, and before it the load case where it has a name.
+    fn place(&self, time: f64) -> String {
+        match course::named(&self.load_cases, time) {
+            (Some(name), own) => format!("{name} t = {own:.5}"),
+            (None, time) => format!("t = {time:.5}"),
+        }
+    }
+
     fn accepted(&mut self, state: &PathState) {
         let last = state.report.iterations.last();
         let [open, stick, slip] = last.map_or([0; 3], |record| record.status);
@@ -96,15 +108,15 @@ impl<'a> Watch<'a> {
             "step",
             json!({
                 "iteration": self.iteration, "step": state.completes, "time": state.time,
-                "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
+                "load_case": course::named(&self.load_cases, state.time).0, "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
                 "open": open, "stick": stick, "slip": slip,
             }),
         );
         if self.console.tells(self.level) && !self.console.has_bar() {
-            let time = state.time;
+            let at = self.place(state.time);
             let rounded = state.report.rounded.map_or(String::new(), |left| format!("; round-off left {left:.1e}"));
             self.console.text(&format!(
-                "  {step}  t = {time:.5}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}"
+                "  {step}  {at}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}"
             ));
         }
         if self.console.tells(2) {
@@ -136,11 +148,12 @@ impl MarchObserver for Watch<'_> {
                     "retry",
                     json!({
                         "iteration": self.iteration, "step": step, "time": time,
-                        "message": failure.to_string(), "next": next,
+                        "load_case": course::named(&self.load_cases, *time).0, "message": failure.to_string(), "next": next,
                     }),
                 );
                 if self.console.tells(self.level.max(1)) {
-                    self.console.text(&format!("  step {step:>3}  to t = {time:.5} failed: {failure}; next, {next}"));
+                    let to = self.place(*time);
+                    self.console.text(&format!("  step {step:>3}  to {to} failed: {failure}; next, {next}"));
                 }
             }
         }

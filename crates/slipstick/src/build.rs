@@ -53,6 +53,8 @@ pub struct Problem {
     pub variables: Option<DesignVariables>,
     /// Densities of all elements at the start (1 outside of the design).
     pub initial_density: Vec<f64>,
+    /// Names of the load cases; none where there is but the one load path.
+    pub load_cases: Vec<String>,
 }
 
 /// Builds mesh, model, load path, design and objective, for this process alone.
@@ -136,11 +138,11 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         anew: (1..load_cases.len()).map(course::start).collect(),
         objective,
         march: march_options(case),
-        sweep: SweepOptions::default(),
+        sweep: SweepOptions { linear_tolerance: linear_tolerance(case), ..SweepOptions::default() },
         linear,
         guide: None,
     };
-    Ok(Problem { mesh, analysis, variables, initial_density })
+    Ok(Problem { mesh, analysis, variables, initial_density, load_cases: case.load_case_names() })
 }
 
 /// What the elements of body `b` are made of.
@@ -176,6 +178,12 @@ fn interpolation(design: Option<&case::Design>) -> Interpolation {
     }
 }
 
+/// Residual of linear solves, forward and transposed: a part of the tolerance of the path, so that both the states and the
+/// gradient are as exact as asked for.
+fn linear_tolerance(case: &Case) -> f64 {
+    (0.1 * case.load_path.tolerance.relative).min(SweepOptions::default().linear_tolerance)
+}
+
 fn march_options(case: &Case) -> MarchOptions {
     let tolerance = &case.load_path.tolerance;
     let bound = |absolute: Option<f64>| match absolute {
@@ -191,7 +199,7 @@ fn march_options(case: &Case) -> MarchOptions {
                 multiplier: bound(tolerance.multiplier),
             },
             max_iterations: case.load_path.max_newton_iterations,
-            ..NewtonOptions::default()
+            linear_tolerance: linear_tolerance(case),
         },
         max_cutbacks: case.load_path.max_cutbacks as u32,
         start: match case.load_path.start_values {

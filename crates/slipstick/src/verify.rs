@@ -120,7 +120,7 @@ pub fn verify_gradient(
 ) -> Result<GradientCheck, VerifyError> {
     let saved = (analysis.march.newton, analysis.model.uzawa(), analysis.guide.take());
     analysis.march.newton.max_iterations += 5;
-    analysis.march.newton.linear_tolerance = 1e-12;
+    analysis.march.newton.linear_tolerance = saved.0.linear_tolerance.min(1e-12);
     set_tolerance(analysis, options.forward_tolerance);
     let result = compare(analysis, density, designed, options, observer);
     analysis.march.newton = saved.0;

@@ -45,7 +45,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
     let steps = problem.analysis.times.len();
     let fraction = volume_fraction(problem, density).unwrap_or(1.0);
     let mut csv = Csv::create(&directory.file("evaluate.csv"), COLUMNS)?;
-    let mut watch = Watch::new(context).with_table(NewtonTable::open(directory, 0)?);
+    let mut watch = Watch::new(context, problem).with_table(NewtonTable::open(directory, 0)?);
     context.console.start_bar(steps * asked.len(), 0);
     let mut rows = Vec::new();
     for (number, &coefficient) in asked.iter().enumerate() {

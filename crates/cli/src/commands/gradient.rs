@@ -32,7 +32,7 @@ pub fn run(context: &Context, args: &Gradient) -> Outcome {
 
 fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, density: &[f64]) -> Outcome {
     let directory = &run.directory;
-    let mut watch = Watch::new(context).with_table(NewtonTable::open(directory, 0)?);
+    let mut watch = Watch::new(context, problem).with_table(NewtonTable::open(directory, 0)?);
     let analysis = &mut problem.analysis;
     analysis.measure(clock::wall);
     let forward = match analysis.forward(density, &mut watch) {

@@ -59,7 +59,7 @@ pub fn start(resolved: &Resolved, problem: slipstick::build::Problem) -> Outcome
 /// # Errors
 /// That of the analysis or the optimizer.
 pub fn follow(context: &Context, resolved: &Resolved, optimization: &mut Optimization) -> Outcome {
-    let mut watch = Watch::new(context);
+    let mut watch = Watch::new(context, &optimization.problem);
     while !optimization.finished() {
         if let Err(error) = optimization.advance(&mut watch) {
             return Err(stopped(&mut optimization.problem, resolved, &error, None));
@@ -83,7 +83,7 @@ pub fn drive(
     let steps = optimization.problem.analysis.times.len();
     let mut history = History::open(directory, &checkpoint.state.history)?;
     let table = NewtonTable::open(directory, checkpoint.newton_rows.last().copied().unwrap_or(0))?;
-    let mut watch = Watch::new(context).with_table(table);
+    let mut watch = Watch::new(context, &optimization.problem).with_table(table);
     // From here on a run that is stopped or killed can be resumed.
     checkpoint.write(directory)?;
     let done = steps.saturating_mul(optimization.state.iteration);

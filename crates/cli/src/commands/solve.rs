@@ -33,10 +33,21 @@ pub fn run(context: &Context, args: &Solve) -> Outcome {
     run.end(outcome)
 }
 
+/// The weighted parts of load cases in the objective, in words; nothing where there is but the one load path.
+fn shares(problem: &Problem, forward: &Forward) -> String {
+    let names = &problem.load_cases;
+    if names.is_empty() {
+        return String::new();
+    }
+    let values = forward.step_values.chunks(forward.step_values.len() / names.len());
+    let share = |(name, values): (&String, &[f64])| format!("{name} {}", digits(values.iter().sum::<f64>()));
+    format!(": {}, with weights", names.iter().zip(values).map(share).collect::<Vec<_>>().join(", "))
+}
+
 fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -> Outcome {
     let directory = &run.directory;
     let table = NewtonTable::open(directory, 0)?;
-    let mut watch = Watch::new(context).with_table(table).telling_steps();
+    let mut watch = Watch::new(context, problem).with_table(table).telling_steps();
     problem.analysis.measure(clock::wall);
     let forward = match problem.analysis.forward(density, &mut watch) {
         Ok(forward) => forward,
@@ -61,7 +72,7 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
     );
     tell_phases(context, "solution", &problem.analysis.timings());
     if let Some(value) = objective {
-        context.console.text(&format!("objective {}", digits(value)));
+        context.console.text(&format!("objective {}{}", digits(value), shares(problem, &forward)));
     }
     context.console.text(&format!("{newton} Newton iterations; states in {}", path.join("path.pvd").display()));
     Ok(())

@@ -44,7 +44,8 @@ pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
     let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "verify"))? else {
         let options = options(args);
         let designed = designed(&problem);
-        return match verify_gradient(&mut problem.analysis, &density, &designed, &options, &mut Watch::new(context)) {
+        let mut watch = Watch::new(context, &problem);
+        return match verify_gradient(&mut problem.analysis, &density, &designed, &options, &mut watch) {
             Err(VerifyError::Analysis(error)) => Err(failed(&mut problem, &error, None)),
             _ => Ok(()),
         };
@@ -71,7 +72,7 @@ fn options(args: &VerifyGradient) -> VerifyOptions {
 
 fn verify(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], args: &VerifyGradient) -> Outcome {
     let (designed, options) = (designed(problem), options(args));
-    let mut watch = Watch::new(context);
+    let mut watch = Watch::new(context, problem);
     let analysis = &mut problem.analysis;
     let check = match verify_gradient(analysis, density, &designed, &options, &mut watch) {
         Ok(check) => check,

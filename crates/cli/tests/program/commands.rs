@@ -314,3 +314,41 @@ fn contact_that_never_closes_is_told() {
     place.write("case.toml", CASE);
     assert_eq!(place.good("solve case.toml --force").err, "");
 }
+
+/// Load cases are told by their names, their parts of the objective are those of runs of their own.
+#[test]
+fn load_cases_are_told_by_their_names() {
+    let place = Place::new();
+    let driven = CASE.find("[[dirichlet]]\nset = \"block_ymax\"").expect("the driven face");
+    let (bodies, rest) = (&CASE[..driven], &CASE[CASE.find("[load_path]").expect("a load path")..]);
+    let motion =
+        |name: &str, u: &str| format!("[[dirichlet]]\nset = \"block_ymax\"\n{name}motion = [{{ t = 1.0, u = {u} }}]\n");
+    let named = |name: &str, u: &str| motion(&format!("load_case = \"{name}\"\n"), u);
+    let (back, forth) = ("[-0.1, -0.08, 0]", "[0.2, -0.1, 0.05]");
+    place.write("back.toml", &format!("{bodies}{}{rest}", motion("", back)));
+    place.write("forth.toml", &format!("{bodies}{}{rest}", motion("", forth)));
+    let cases = "[[load_case]]\nname = \"back\"\n[[load_case]]\nname = \"forth\"\nweight = 0.5\n";
+    place.write("both.toml", &format!("{bodies}{}{}{cases}{rest}", named("back", back), named("forth", forth)));
+    let value = |case: &str| {
+        let event = place.good(&format!("solve {case}.toml --json --out {case}_json")).event("result");
+        event["objective"].as_f64().expect("a number")
+    };
+    let parts = [value("back"), 0.5 * value("forth")];
+    assert!((value("both") / (parts[0] + parts[1]) - 1.0).abs() < 1e-9);
+    let told = place.good("solve both.toml").out;
+    for line in ["step   4  back t = 1.00000", "step   5  forth t = 0.25000"] {
+        assert!(told.contains(line), "no `{line}` in\n{told}");
+    }
+    let (_, shares) = told.split_once("objective ").expect("the objective");
+    let shares = shares.lines().next().expect("a line");
+    for (name, part) in ["back", "forth"].iter().zip(parts) {
+        let (_, told) = shares.split_once(&format!("{name} ")).expect("a part");
+        let told = number(told.split([',', ' ']).next().expect("a number"));
+        assert!((told / part - 1.0).abs() < 1e-6, "{name}: {told} for {part}");
+    }
+    let steps = place.good("solve both.toml --json --force").events();
+    let names: Vec<&Value> = steps.iter().filter(|e| e["event"] == "step").map(|e| &e["load_case"]).collect();
+    assert!(names[..4].iter().all(|name| *name == "back") && names[4..].iter().all(|name| *name == "forth"));
+    place.good("report both_solve");
+    assert_eq!(place.read("both_solve/report.html").matches("\"load_case\":\"forth\",\"time\":").count(), 4);
+}

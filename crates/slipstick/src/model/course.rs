@@ -12,6 +12,12 @@ pub fn place(time: f64) -> (usize, f64) {
     (case, (time - start(case)).min(1.0))
 }
 
+/// The name of the load case at a pseudo-time, where load cases have names, and its own pseudo-time.
+pub fn named(names: &[String], time: f64) -> (Option<&str>, f64) {
+    let (case, own) = place(time);
+    names.get(case).map_or((None, time), |name| (Some(name), own))
+}
+
 /// Ends of `steps` equal steps of each of `cases` load cases.
 pub fn times(cases: usize, steps: usize) -> Vec<f64> {
     (0..cases).flat_map(|case| (1..=steps).map(move |n| start(case) + n as f64 / steps as f64)).collect()
@@ -32,5 +38,8 @@ mod tests {
             assert!((own - (i % 4 + 1) as f64 / 4.0).abs() < 1e-15);
         }
         assert_eq!([place(0.0), place(start(2))], [(0, 0.0), (2, 0.0)]);
+        let names = ["drawn".to_owned(), "pushed".to_owned()];
+        assert_eq!(named(&names, 2.25), (Some("pushed"), 0.25));
+        assert_eq!(named(&[], 0.25), (None, 0.25));
     }
 }

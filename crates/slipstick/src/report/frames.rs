@@ -5,6 +5,8 @@ use slipstick_mesh::Mesh;
 
 use super::model::Layout;
 use super::pack::{Packed, base64};
+use crate::case::Case;
+use crate::model::course;
 use crate::output::{StoredField, read_fields};
 use crate::run::{RunDirectory, RunError, load_density};
 
@@ -28,6 +30,9 @@ pub(super) struct Design {
 #[derive(Debug, Serialize)]
 pub(super) struct Step {
     number: usize,
+    /// The load case, where it has a name, and pseudo-time within it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    load_case: Option<String>,
     time: f64,
     /// 3 per point. \[L\]
     displacement: Packed,
@@ -59,6 +64,7 @@ impl Stored {
 /// Reads the frames, as many as `budget` bytes hold, and the density of the load path.
 pub(super) fn read(
     run: &RunDirectory,
+    case: &Case,
     mesh: &Mesh,
     layout: &Layout,
     budget: usize,
@@ -96,7 +102,7 @@ pub(super) fn read(
             path_density = Some(densities(density, layout));
         }
         let time = times.iter().find(|(file, _)| *file == name).map_or(f64::NAN, |(_, time)| *time);
-        frames.steps.extend(step(&stored, number, time, mesh, layout));
+        frames.steps.extend(step(&stored, number, (&case.load_case_names(), time), mesh, layout));
     }
     Ok((frames, path_density))
 }
@@ -122,7 +128,13 @@ fn design(stored: &Stored, number: usize, mesh: &Mesh, layout: &Layout) -> Optio
     Some(Design { number, density, derivative: derivative.map(|values| Packed::numbers(&on_page(values))) })
 }
 
-fn step(stored: &Stored, number: usize, time: f64, mesh: &Mesh, layout: &Layout) -> Option<Step> {
+fn step(
+    stored: &Stored,
+    number: usize,
+    (load_cases, time): (&[String], f64),
+    mesh: &Mesh,
+    layout: &Layout,
+) -> Option<Step> {
     let nodes = mesh.nodes.len();
     let displacement = stored.values("displacement", 3 * nodes)?;
     let displacement: Vec<f64> =
@@ -132,8 +144,10 @@ fn step(stored: &Stored, number: usize, time: f64, mesh: &Mesh, layout: &Layout)
         Some(layout.slaves.iter().map(|&n| values[n as usize]).collect())
     };
     let status = of_slaves("contact_status")?.into_iter().map(|status| status.clamp(0.0, 2.0) as u8);
+    let (load_case, time) = course::named(load_cases, time);
     Some(Step {
         number,
+        load_case: load_case.map(str::to_owned),
         time,
         displacement: Packed::numbers(&displacement),
         pressure: Packed::numbers(&of_slaves("contact_pressure")?),

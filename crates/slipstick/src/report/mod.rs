@@ -147,7 +147,7 @@ fn shown(
         ));
         return Ok((None, Frames::default()));
     }
-    let (frames, path_density) = frames::read(run, mesh, &layout, options.frame_bytes, notes)?;
+    let (frames, path_density) = frames::read(run, case, mesh, &layout, options.frame_bytes, notes)?;
     if frames.designs.is_empty() && frames.steps.is_empty() {
         return Ok((None, frames));
     }

@@ -79,6 +79,11 @@ impl Case {
     pub fn steps(&self) -> usize {
         self.load_cases.len().max(1) * self.load_path.steps
     }
+
+    /// Names of the load cases, in their order; none where there is but the one load path.
+    pub fn load_case_names(&self) -> Vec<String> {
+        self.load_cases.iter().map(|load_case| load_case.name.clone()).collect()
+    }
 }
 
 /// What a run writes.

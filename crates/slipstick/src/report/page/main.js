@@ -163,7 +163,7 @@ function controls({ m, state, designs, steps, available, names, refresh, viewer 
   if (designs.length && steps.length) select("Show", [["steps", "load path of the newest design"], ["designs", "designs, undeformed"]], state.mode, value => { state.mode = value; fitted(); });
   fields = select("Colour", available().map(f => [f, names[f]]), state.field, value => { state.field = value; });
   const design = designs.length > 1 ? slider("Design of iteration", 0, designs.length - 1, 1, state.design, i => String(designs[i].number), i => { state.design = i; fitted(); }) : null;
-  const step = steps.length > 1 ? slider("Load step", 0, steps.length - 1, 1, state.step, i => `${steps[i].number}, t = ${digits(steps[i].time)}`, i => { state.step = i; fitted(); }) : null;
+  const step = steps.length > 1 ? slider("Load step", 0, steps.length - 1, 1, state.step, i => `${steps[i].number}${steps[i].load_case ? `, ${steps[i].load_case}` : ""}, t = ${digits(steps[i].time)}`, i => { state.step = i; fitted(); }) : null;
   if (m.hexes.length) slider("Elements with density above", 0, 0.99, 0.01, state.threshold, v => v.toFixed(2), v => { state.threshold = v; });
   const scale = steps.length ? slider("Displacements times", 0, 5, 0.1, state.scale, v => v.toFixed(1), v => { state.scale = v; }) : null;
   const set = make("fieldset", {});
