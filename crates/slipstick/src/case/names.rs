@@ -19,7 +19,7 @@ pub(super) struct Names {
     sets: Vec<(String, Kind, Option<usize>)>,
     /// Bodies whose shape cannot be read: their surfaces are not known.
     shapeless: Vec<usize>,
-    /// A body or set without a readable name exists: any other name may be its.
+    /// A body or set without a readable name of its own exists: any other name may be meant for it.
     nameless: bool,
 }
 
@@ -35,6 +35,7 @@ impl Names {
                 format!("two bodies are called `{name}`"),
                 "give each body its own name",
             );
+            self.nameless = true;
         }
         let body = self.bodies.len();
         self.bodies.push(name.to_owned());
