@@ -12,6 +12,8 @@
 
 pub mod course;
 mod enforcement;
+mod forces;
+mod law;
 mod loads;
 pub mod node;
 mod parameters;

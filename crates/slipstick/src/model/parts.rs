@@ -3,7 +3,7 @@
 use super::node::NodeStep;
 use super::{ContactModel, Share};
 use crate::analysis::NodalContact;
-use slipstick_path::{StateError, StepState};
+use slipstick_path::{StateError, StepProblem, StepState};
 
 impl ContactModel {
     /// Contact results of every slave node at a state: traction ζ, status, gap and slip over area. Of all nodes on any
@@ -25,6 +25,36 @@ impl ContactModel {
         self.take_share(share);
         self.own = own;
         results
+    }
+
+    /// Contact results of the slave nodes of the share.
+    fn own_contact_results(
+        &mut self,
+        previous: &StepState,
+        state: &StepState,
+    ) -> Result<Vec<NodalContact>, StateError> {
+        // they do not depend on the loads, nor on when
+        self.begin_step(previous, self.time, false)?;
+        self.at_start = false;
+        self.evaluate(&state.unknowns, false)?;
+        Ok((0..self.slaves.len())
+            .map(|j| {
+                let acting = self.acting(&state.unknowns, j);
+                let at = self.measures(j);
+                let per_area = |v: f64| if at.covered() { v / at.area } else { 0.0 };
+                NodalContact {
+                    node: self.kinematics[j].node,
+                    status: acting.status,
+                    traction: acting.value.into(),
+                    global_traction: self.kinematics[j].frame.to_global(&acting.value).into(),
+                    gap: at.covered().then(|| at.gap / at.area),
+                    weighted_gap: at.gap,
+                    weighted_slip: at.slip.into(),
+                    slip: [per_area(at.slip[0]), per_area(at.slip[1])],
+                    area: at.area,
+                }
+            })
+            .collect())
     }
 
     /// Takes up another share, and forgets what was evaluated of the one before.

@@ -1,21 +1,14 @@
 //! The equations of a load step and their derivatives: [`StepProblem`] for the contact model.
 
-use super::node::{self, NodeTraction};
+use super::law::LawWeights;
 use super::pattern::Coupling;
-use super::{ContactModel, Method, Uzawa, inverted};
-use crate::analysis::NodalContact;
-use nalgebra::{Matrix3x2, Vector2, Vector3};
+use super::{ContactModel, Method, Uzawa, inverted, node};
+use nalgebra::Vector3;
 use rayon::prelude::*;
-use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
-use slipstick_contact::enforcement::regularised::{Traction, traction};
-use slipstick_contact::enforcement::{NodeMeasures, covered, friction_share};
-use slipstick_contact::friction::Status;
+use slipstick_contact::enforcement::covered;
 use slipstick_contact::kinematics::PreviousRow;
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
-
-/// Part of the facet size by which gap and slip are moved off the branch point where a step starts.
-const NUDGE: f64 = 1e-9;
 
 /// Nodes whose gap is below this fraction of their facet size have a place in the pattern before they touch.
 const NEAR: f64 = 0.1;
@@ -48,172 +41,6 @@ impl ContactModel {
         Ok(())
     }
 
-    /// The measures that decide about branches of the contact law for a node with the given tangential traction.
-    ///
-    /// Where a step starts, they are ambiguous: a node that slid before lies exactly on the friction cone, a touching one
-    /// has no gap, and rounding would choose the branch of Newton's first tangent. They are taken a little inside of
-    /// touching and of sliding on, which is what most nodes do, so that the iteration depends on no rounding; in a retry
-    /// inside of sticking, which suits a reversal.
-    fn deciding_measures(&self, j: usize, tangential: Vector2<f64>) -> NodeMeasures {
-        let mut at = self.measures(j);
-        if self.starting {
-            let nudge = NUDGE * self.slaves[j].size * at.area;
-            at.gap -= nudge;
-            let size = tangential.norm();
-            if size > 0.0 {
-                at.slip += tangential * (self.onward * nudge / size);
-            }
-        }
-        at
-    }
-
-    /// Coefficient of friction that acts at node j, and its slope in the tributary area of the node's previous row.
-    pub(super) fn friction(&self, j: usize) -> (f64, f64) {
-        let slave = &self.slaves[j];
-        let (share, slope) = friction_share(self.previous_kinematics[j].area, slave.area);
-        let friction = self.interfaces[slave.interface as usize].friction;
-        (friction * share, friction * slope)
-    }
-
-    /// C of node j for multiplier ζ. The augmented Lagrangian needs it where its multipliers are free, in the second-order
-    /// update and in the adjoint; its ε, which may be anything, would be a poor c there.
-    fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
-        let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
-        let c = match self.method_of(j) {
-            Method::Augmented => self.own_stiffness(j),
-            Method::Lagrange | Method::Penalty => self.stiffness[j].times(self.variation),
-        };
-        complementarity(zeta, &at, self.friction(j).0, &c)
-    }
-
-    /// Regularised traction of node j around the multiplier ẑ.
-    fn regularised_of(&self, j: usize, around: Vector3<f64>) -> Traction {
-        let at = self.deciding_measures(j, around.fixed_rows::<2>(1).into());
-        traction(around, &at, self.friction(j).0, &self.stiffness[j])
-    }
-
-    /// Traction that acts in R at node j, with its dependence on the displacements.
-    fn acting(&self, y: &[f64], j: usize) -> NodeTraction {
-        let around = match self.method_of(j) {
-            Method::Penalty => self.previous_traction(j),
-            Method::Augmented if self.held => self.multiplier(y, j),
-            Method::Lagrange | Method::Augmented => {
-                let zeta = self.multiplier(y, j);
-                return NodeTraction {
-                    status: self.complementarity_of(j, zeta).status,
-                    value: zeta,
-                    by_gap: Vector3::zeros(),
-                    by_slip: Matrix3x2::zeros(),
-                    by_area: Vector3::zeros(),
-                };
-            }
-        };
-        let t = self.regularised_of(j, around);
-        NodeTraction { status: t.status, value: t.value, by_gap: t.by_gap, by_slip: t.by_slip, by_area: t.by_area }
-    }
-
-    /// Whether node j has a part in the tangent. An open node without multiplier has none: its C = ζ = 0 stays, its force
-    /// stays zero, and its adjoint multiplies nothing.
-    fn contributes(&self, y: &[f64], j: usize) -> bool {
-        let acting = self.acting(y, j);
-        acting.status != Status::Inactive || acting.value != Vector3::zeros()
-    }
-
-    /// Tangential traction of node j at the end of the previous step, of the penalty method.
-    fn previous_traction(&self, j: usize) -> Vector3<f64> {
-        Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1])
-    }
-
-    /// How λᵀF + ηᵀG depends on slip, friction and history of node j, whose state is evaluated.
-    pub(super) fn law_weights(&self, j: usize, y: &[f64], lambda: &[f64], eta: &[f64]) -> LawWeights {
-        if self.method_of(j).has_multipliers() {
-            let at = self.displacement_count() + 3 * j;
-            let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
-            let c = self.complementarity_of(j, self.multiplier(y, j));
-            let by_slip = c.by_slip.tr_mul(&mu);
-            let by_stiffness = c.by_edge_stiffness.dot(&mu);
-            return LawWeights { by_slip, by_friction: c.by_friction.dot(&mu), by_stiffness, by_history: None };
-        }
-        let t = self.regularised_of(j, self.previous_traction(j));
-        let mut weight = node::relative_adjoint(&self.kinematics[j], lambda);
-        weight[1] += eta[2 * j];
-        weight[2] += eta[2 * j + 1];
-        let by_history = t.by_multiplier.tr_mul(&weight).fixed_rows::<2>(1).into();
-        LawWeights {
-            by_slip: t.by_slip.tr_mul(&weight),
-            by_friction: t.by_friction.dot(&weight),
-            by_stiffness: t.by_stiffness.dot(&weight),
-            by_history: Some(by_history),
-        }
-    }
-
-    /// Whether C of node j is part of F: not for the penalty method, and not while its multiplier is held.
-    fn has_complementarity(&self, j: usize) -> bool {
-        match self.method_of(j) {
-            Method::Lagrange => true,
-            Method::Augmented => !self.held,
-            Method::Penalty => false,
-        }
-    }
-
-    /// Contact results of the slave nodes of the share.
-    pub(super) fn own_contact_results(
-        &mut self,
-        previous: &StepState,
-        state: &StepState,
-    ) -> Result<Vec<NodalContact>, StateError> {
-        // they do not depend on the loads, nor on when
-        self.begin_step(previous, self.time, false)?;
-        self.at_start = false;
-        self.evaluate(&state.unknowns, false)?;
-        Ok((0..self.slaves.len())
-            .map(|j| {
-                let acting = self.acting(&state.unknowns, j);
-                let at = self.measures(j);
-                let per_area = |v: f64| if at.covered() { v / at.area } else { 0.0 };
-                NodalContact {
-                    node: self.kinematics[j].node,
-                    status: acting.status,
-                    traction: acting.value.into(),
-                    global_traction: self.kinematics[j].frame.to_global(&acting.value).into(),
-                    gap: at.covered().then(|| at.gap / at.area),
-                    weighted_gap: at.gap,
-                    weighted_slip: at.slip.into(),
-                    slip: [per_area(at.slip[0]), per_area(at.slip[1])],
-                    area: at.area,
-                }
-            })
-            .collect())
-    }
-
-    /// Internal force at displacements `d` and current density.
-    ///
-    /// # Errors
-    /// If elements are inverted.
-    pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let result = self.solid.internal_force(d, &self.scalings, out).map_err(inverted);
-        self.share.agree(result)?;
-        self.share.sum(&mut [out]);
-        Ok(())
-    }
-
-    /// Adds K v with K = ∂f_int/∂d, which is symmetric.
-    ///
-    /// # Errors
-    /// If elements are inverted.
-    pub fn add_internal_tangent_product(&self, d: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        self.share.add(out, |out| self.solid.add_tangent_product(d, &self.scalings, v, out).map_err(inverted))
-    }
-
-    /// Adds λᵀ ∂f_int/∂φ of every element.
-    ///
-    /// # Errors
-    /// If elements are inverted.
-    pub fn pull_back_density(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let (solid, scalings, slopes) = (&self.solid, &self.scalings, &self.scaling_slopes);
-        self.share.add(out, |out| solid.pull_back_density(d, scalings, slopes, lambda, out).map_err(inverted))
-    }
-
     /// Previous rows and kinematics at displacements `d`.
     fn evaluate_previous(&mut self, d: &[f64], for_adjoint: bool) -> Result<(), StateError> {
         // the march was at this state last; the sweep comes to the state that it left to, and keeps it for `evaluate`
@@ -230,36 +57,6 @@ impl ContactModel {
         self.previous_rows = self.previous_kinematics.iter().map(PreviousRow::from).collect();
         Ok(())
     }
-
-    /// External force at displacements `d` and pseudo-time `time`.
-    pub fn external_force(&self, d: &[f64], time: f64, out: &mut [f64]) {
-        out.fill(0.0);
-        if !self.loads.is_empty() {
-            self.loads.add_residual(time, &self.positions(d), out);
-            out.iter_mut().for_each(|f| *f = -*f);
-        }
-    }
-
-    /// Adds the transposed derivative of [`external_force`](Self::external_force) with respect to the displacements, times
-    /// `weights`.
-    pub fn pull_back_external_force(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
-        if !self.loads.is_empty() {
-            let weights: Vec<f64> = weights.iter().map(|w| -w).collect();
-            self.loads.add_transposed_product(time, &self.positions(d), &weights, out);
-        }
-    }
-}
-
-/// Derivatives of λᵀF + ηᵀG through the law of one node.
-pub(super) struct LawWeights {
-    /// By the slip increment ũ_τ.
-    by_slip: Vector2<f64>,
-    /// By the coefficient of friction that acts.
-    pub by_friction: f64,
-    /// By the logarithm of the stiffness that belongs to the model: of a sliver, or the penalty method's.
-    pub by_stiffness: f64,
-    /// By the tangential history, where the method has one.
-    by_history: Option<Vector2<f64>>,
 }
 
 /// Whether kinematics at a place serve for displacements `d`.
