@@ -300,22 +300,23 @@ static PetscErrorCode ask_mumps(PC pc, ss_facts *facts)
 }
 
 /* Factorizes; the analysis is kept where the pattern is that of before. `workspace` is the percentage by which MUMPS may
- * exceed its estimate of memory, 0 for its default. */
+ * exceed its estimate of memory from now on, 0 for that of before. */
 int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix, int32_t workspace, ss_facts *facts)
 {
     PC pc;
-    Mat inside;
     (void)session;
     memset(facts, 0, sizeof *facts);
-    PetscErrorCode code = KSPSetReusePreconditioner(factors->ksp, PETSC_FALSE);
+    PetscErrorCode code = 0;
+    if (workspace > 0) {
+        /* factors that failed stay so: others are made, with more, as are all after them */
+        char percentage[16];
+        snprintf(percentage, sizeof percentage, "%d", (int)workspace);
+        code = PetscOptionsSetValue(NULL, "-" PREFIX "mat_mumps_icntl_14", percentage);
+        if (!code) code = KSPReset(factors->ksp);
+    }
+    if (!code) code = KSPSetReusePreconditioner(factors->ksp, PETSC_FALSE);
     if (!code) code = KSPSetOperators(factors->ksp, matrix->mat, matrix->mat);
     if (!code) code = KSPGetPC(factors->ksp, &pc);
-    if (!code) code = describe(factors->ksp, pc, facts);
-    if (!code && workspace > 0 && facts->is_mumps) {
-        code = PCFactorSetUpMatSolverType(pc);
-        if (!code) code = PCFactorGetMatrix(pc, &inside);
-        if (!code) code = MatMumpsSetIcntl(inside, 14, workspace);
-    }
     if (!code) code = KSPSetUp(factors->ksp);
     if (!code) code = describe(factors->ksp, pc, facts);
     if (!code && facts->is_mumps) code = ask_mumps(pc, facts);

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Brick, Random};
-use slipstick_linalg::{Backend, solve_verified};
+use slipstick_linalg::{Backend, CsrMatrix, solve_verified};
 use slipstick_petsc::{PetscBackend, Session};
 
 const BRICK: Brick =
@@ -15,20 +15,27 @@ const BRICK: Brick =
 fn methods_without_transposed_solves_are_refused() {
     let session = Session::start().unwrap();
     let backend = PetscBackend::new(session.clone(), vec![0]);
-    let (a, _) = BRICK.reduced(1);
-    let b = Random(2).vector(a.n());
-    let solve = |options: &str| -> Result<(), String> {
+    let (small, _) = BRICK.reduced(1);
+    let solve_with = |a: &CsrMatrix, options: &str| -> Result<(), String> {
+        let b = Random(2).vector(a.n());
         session.set_options(options).map_err(|e| e.to_string())?;
-        let factors = backend.solver().factorize(&a).map_err(|e| e.to_string())?;
+        let factors = backend.solver().factorize(a).map_err(|e| e.to_string())?;
         for transpose in [false, true] {
             let mut x = vec![0.0; a.n()];
-            solve_verified(&a, factors.as_ref(), transpose, &b, &mut x, 1e-10).map_err(|e| e.to_string())?;
+            solve_verified(a, factors.as_ref(), transpose, &b, &mut x, 1e-10).map_err(|e| e.to_string())?;
         }
         Ok(())
     };
+    let solve = |options: &str| solve_with(&small, options);
     assert_eq!(solve(""), Ok(()));
     assert_eq!(solve("-pc_factor_mat_solver_type petsc"), Ok(()));
     assert_eq!(solve("-ksp_type gmres -ksp_rtol 1e-8 -pc_type ilu"), Ok(()));
+    // where MUMPS asks for more workspace than it foresaw, it gets it
+    let (large, _) = Brick { nodes: [16, 16, 16], ..BRICK }.reduced(1);
+    assert_eq!(
+        solve_with(&large, "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps -mat_mumps_icntl_14 -95"),
+        Ok(())
+    );
     // its transposed solve returns without having done anything
     let hypre = solve("-ksp_type gmres -pc_type hypre").unwrap_err();
     assert!(hypre.contains("transpose"), "{hypre}");
