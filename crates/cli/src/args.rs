@@ -300,7 +300,8 @@ pub struct Render {
     /// Factor on displacements, 0 for the undeformed shape [default: 1]
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
-    /// Elements with no more density are left out [default: 0.5; with --failure 0]
+    /// Elements with no more density are left out [default: 0.5; 0 where the design has none above, and with
+    /// --failure]
     #[arg(long, value_name = "DENSITY", value_parser = fraction)]
     pub threshold: Option<f64>,
     /// Width and height in pixels

@@ -31,7 +31,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         (None, None) if args.failure => Shown::Failure,
         (None, None) => Shown::Newest,
     };
-    let (field, threshold) = if args.failure { ("smallest_determinant", 0.0) } else { ("density", 0.5) };
+    let (field, threshold) = if args.failure { ("smallest_determinant", Some(0.0)) } else { ("density", None) };
     let field = args.field.as_deref().unwrap_or(field);
     let (width, height) = args.size;
     let request = PictureRequest {
@@ -39,7 +39,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         shown,
         view: args.view.clone(),
         displacement_factor: args.deformed,
-        threshold: args.threshold.unwrap_or(threshold),
+        threshold: args.threshold.or(threshold),
         canvas: Canvas { width, height, ..Canvas::default() },
     };
     let picture = picture(&directory, &resolved.case, &mesh, &request)?;

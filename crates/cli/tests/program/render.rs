@@ -54,6 +54,11 @@ fn fields_steps_and_views() {
     let first = drawn(&place, "render case --iteration 0 --threshold 0 --out a.png", "a.png");
     let second = drawn(&place, "render case --iteration 2 --threshold 0 --out b.png --view top", "b.png");
     assert!(first != second);
+    // A start design below the default threshold is shown whole.
+    place.good("solve case.toml -q --set design.initial=0.4");
+    let whole = drawn(&place, "render case_solve --threshold 0 --out whole.png", "whole.png");
+    assert!(whole == drawn(&place, "render case_solve --out grey.png", "grey.png"));
+    assert!(whole != drawn(&place, "render case_solve --threshold 0.5 --out none.png", "none.png"));
     let event = place.good("render case --json").event("result");
     assert_eq!(event["file"], "case/picture.png");
 }

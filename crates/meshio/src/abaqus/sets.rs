@@ -16,6 +16,9 @@ enum Member {
     NodesOfElements(String),
 }
 
+/// What the Python package meshio writes as a set of elements, but are signed numbers of Gmsh's entities.
+const MESHIO_ENTITIES: &str = "gmsh:bounding_entities";
+
 /// Members, each with its line, of sets in the order of the file; a name can come up again.
 #[derive(Default)]
 struct Definitions {
@@ -127,6 +130,9 @@ impl Sets {
         })?;
         let mut room = Room(64 * (mesh.points.len() + mesh.cells.len()) + 1000);
         for (name, members) in self.elements.members {
+            if name.eq_ignore_ascii_case(MESHIO_ENTITIES) {
+                continue;
+            }
             for (line, member) in members {
                 let found = members_of(&member, line, &elements, &mesh.cell_sets, "element")?;
                 extend(mesh.cell_sets.entry(name.clone()).or_default(), found, &mut room, line)?;

@@ -79,6 +79,17 @@ fn sets_and_surfaces_are_read() {
 }
 
 /// Of one of two cubes that share nodes, the shared face is an outer one.
+/// The package meshio writes entities of Gmsh as if they were a set of elements.
+#[test]
+fn entities_of_gmsh_are_no_elements() {
+    let with =
+        |set: &str| CUBES.replace("*Elset, elset=both", &format!("*ELSET, ELSET={set}\n0,-1,4,-3\n*Elset, elset=both"));
+    let mesh = parse(&with("gmsh:bounding_entities"));
+    assert!(mesh.cell_sets.keys().all(|name| !name.contains(':')), "{:?}", mesh.cell_sets.keys());
+    let error = refused(&with("mine"));
+    assert!(error.to_string().contains("there is no element 0"), "{error}");
+}
+
 #[test]
 fn a_part_is_a_body_of_its_own() {
     let mesh = sound(&parse(CUBES), "right", Some("RIGHT")).mesh;

@@ -103,7 +103,8 @@ case_codes! {
     UnsupportedBody => "unsupported_body",
     /// A corner of a motion lies between two load steps, which cut it off (warning).
     CornerBetweenSteps => "corner_between_steps",
-    /// The objective is a contact force and there is no contact.
+    /// There is no contact though the objective is its force; as a warning, nothing lies opposite of a slave surface
+    /// at the start.
     NoContact => "no_contact",
     /// The mesh generator refuses the shape.
     Mesh => "mesh",

@@ -37,8 +37,8 @@ pub struct PictureRequest {
     pub view: Option<String>,
     /// Factor on displacements; `None` for 1 where there are any.
     pub displacement_factor: Option<f64>,
-    /// Elements whose density is not above it are left out.
-    pub threshold: f64,
+    /// Elements whose density is not above it are left out; `None` for 0.5, or 0 where the design has nothing above 0.5.
+    pub threshold: Option<f64>,
     /// Size and smoothness.
     pub canvas: Canvas,
 }
@@ -51,7 +51,7 @@ impl Default for PictureRequest {
             shown: Shown::Newest,
             view: None,
             displacement_factor: None,
-            threshold: 0.5,
+            threshold: None,
             canvas: Canvas::default(),
         }
     }
@@ -116,6 +116,9 @@ impl PictureError {
     }
 }
 
+/// Density up to which elements are left out.
+const THRESHOLD: f64 = 0.5;
+
 /// A result that can be drawn.
 struct Source {
     /// Where it comes from.
@@ -175,9 +178,14 @@ pub fn picture(
     }
     let solid = vec![1.0; mesh.elements.len()];
     let density = source.values("density").unwrap_or(&solid);
-    let options = options(case, mesh, request, source, field)?;
+    let grey = case.design.as_ref().is_some_and(|design| {
+        let mut designed = mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name));
+        designed.all(|body| density[body.elements.clone()].iter().all(|&density| density <= THRESHOLD))
+    });
+    let threshold = request.threshold.unwrap_or(if grey { 0.0 } else { THRESHOLD });
+    let options = options(case, mesh, (request, threshold), source, field)?;
     if field.name == "density" && displacement.is_none() {
-        return Ok(design_picture(mesh, density, request.threshold, &options)?);
+        return Ok(design_picture(mesh, density, threshold, &options)?);
     }
     let lengths: Vec<f64>;
     let values = match field.components {
@@ -192,7 +200,7 @@ pub fn picture(
     let title = field.name.replace('_', " ") + &unit;
     let still = vec![0.0; 3 * mesh.nodes.len()];
     let field = Field { title: &title, values };
-    Ok(state_picture(mesh, displacement.unwrap_or(&still), density, request.threshold, &field, &options)?)
+    Ok(state_picture(mesh, displacement.unwrap_or(&still), density, threshold, &field, &options)?)
 }
 
 /// What may have the field, the first choice first.
@@ -248,7 +256,7 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
 fn options(
     case: &Case,
     mesh: &Mesh,
-    request: &PictureRequest,
+    (request, threshold): (&PictureRequest, f64),
     source: &Source,
     field: &StoredField,
 ) -> Result<RenderOptions, RenderError> {
@@ -275,7 +283,7 @@ fn options(
         others,
         domain: !contact,
         displacement_factor: factor,
-        caption: Some(format!("{}, density > {}{deformed}", source.what, request.threshold)),
+        caption: Some(format!("{}, density > {threshold}{deformed}", source.what)),
         ..RenderOptions::default()
     })
 }

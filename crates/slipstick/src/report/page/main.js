@@ -58,6 +58,8 @@ function view() {
   const cache = new Map(), open = packed => { if (!cache.has(packed)) cache.set(packed, unpacked(packed)); return cache.get(packed); };
   const frame = () => state.mode === "steps" ? steps[state.step] : designs[state.design];
   const density = () => state.mode === "steps" ? m.path_density : frame().density;
+  // A start design without anything above the threshold is shown whole.
+  if (density() && !open(density()).some(phi => phi > state.threshold)) state.threshold = 0;
   const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "" };
   const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "length of displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status" };
   const available = () => state.mode === "steps" ? ["density", "displacement", "pressure", "status", "gap", "slip"].filter(f => f === "density" || (f === "status" ? frame().status : frame()[f])) : ["density", "derivative"].filter(f => frame()[f]);

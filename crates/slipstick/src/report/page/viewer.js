@@ -62,7 +62,6 @@ class Viewer {
     this.program = program(gl);
     gl.useProgram(this.program);
     gl.enable(gl.DEPTH_TEST);
-    gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(1.5, 4);
     this.buffers = { faces: gl.createBuffer(), edges: gl.createBuffer() };
     this.counts = { faces: 0, edges: 0 };
     this.edges = true;
@@ -103,7 +102,7 @@ class Viewer {
     return [cy, 0, sy, sp * sy, cp, -sp * cy, -cp * sy, sp, cp * cy]; // rows
   }
   scale() {
-    const { clientWidth: w, clientHeight: h } = this.canvas, unit = this.zoom * 1.2 / this.radius;
+    const { clientWidth: w, clientHeight: h } = this.canvas, unit = this.zoom / this.radius;
     return w > h ? [unit * h / w, unit] : [unit, unit * w / h];
   }
   draw() {
