@@ -257,6 +257,9 @@ pub struct Resume {
     /// Most iterations in all [default: what was asked for before]
     #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub iterations: Option<NonZeroUsize>,
+    /// Refused, with what does it: a run keeps its case
+    #[arg(long, value_name = "KEY=VALUE", hide = true)]
+    pub set: Vec<String>,
 }
 
 /// Arguments of `evaluate`.

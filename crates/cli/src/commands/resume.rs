@@ -4,6 +4,7 @@ use slipstick::run::{Checkpoint, ExitState, RunDirectory, RunError, RunRecord, s
 
 use super::optimize::{SECTIONS, drive, follow, start};
 use crate::args::Resume;
+use crate::failure::Failure;
 use crate::setup::{Run, prepare};
 use crate::{Context, Outcome};
 
@@ -13,6 +14,13 @@ use crate::{Context, Outcome};
 /// As [`crate::failure::Failure`] lists them; of those [`crate::failure::Failure::Input`] if the case's text is not the one that the run was started
 /// with.
 pub fn run(context: &Context, args: &Resume) -> Outcome {
+    if !args.set.is_empty() {
+        let results = args.results.display();
+        return Err(Failure::input(
+            "a run goes on with the case that it was started with: --set is for a new one",
+            format!("`slipstick optimize CASE --design {results} --set …` starts one from the design of this run"),
+        ));
+    }
     let parallel = &context.parallel;
     // the first rank has the lock and tells when it is there
     let taken = parallel.first(|| Ok(RunDirectory::take_up(&args.results)?))?;

@@ -163,3 +163,32 @@ fn a_body_alone_gets_a_block() {
         assert!(checked.contains("nothing to complain about"), "{checked}\n{text}");
     }
 }
+
+/// On an L with a wall and a low seat, the block stands on the seat and not above the whole, and the wall is held.
+#[test]
+fn the_block_stands_on_the_surface_that_it_touches() {
+    let place = Place::new();
+    let corners = [[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1], [0, 2], [1, 2]];
+    let mut mesh = String::from("*NODE\n");
+    for z in 0..2 {
+        for (i, [x, y]) in corners.iter().enumerate() {
+            mesh += &format!("{}, {x}, {y}, {z}\n", 8 * z + i + 1);
+        }
+    }
+    mesh += "*ELEMENT, TYPE=C3D8, ELSET=bracket\n";
+    for (number, [a, b, c, d]) in [[1, 2, 5, 4], [2, 3, 6, 5], [4, 5, 8, 7]].into_iter().enumerate() {
+        let upper = [a + 8, b + 8, c + 8, d + 8].map(|node| node.to_string()).join(", ");
+        mesh += &format!("{}, {a}, {b}, {c}, {d}, {upper}\n", number + 1);
+    }
+    // S5 is an element's side towards y, S6 that towards −x
+    mesh += "*SURFACE, NAME=seat, TYPE=ELEMENT\n2, S5\n*SURFACE, NAME=wall, TYPE=ELEMENT\n1, S6\n3, S6\n";
+    place.write("l.inp", &mesh);
+    place.good("new --mesh l.inp --out l.toml");
+    let text = place.read("l.toml");
+    let block = "box = { min = [1.3, 1.0, 0.3], max = [1.7, 1.2, 0.7]";
+    for expected in ["set = \"bracket_wall\"", "master = \"bracket_seat\"", block] {
+        assert!(text.contains(expected), "no `{expected}` in\n{text}");
+    }
+    let checked = place.good("check l.toml").out;
+    assert!(checked.contains("nothing to complain about"), "{checked}\n{text}");
+}

@@ -37,6 +37,11 @@ fn a_finished_run_has_nothing_left() {
 #[test]
 fn what_cannot_be_resumed_is_refused() {
     let place = Place::new();
+    place.bad(
+        "resume case --set a=b",
+        2,
+        &["goes on with the case", "`slipstick optimize CASE --design case --set …`"],
+    );
     place.bad("resume nowhere", 2, &["nowhere holds no run.json", "directory that an optimization has written"]);
     place.good("solve case.toml");
     place.bad("resume case_solve", 2, &["holds no checkpoint.json"]);

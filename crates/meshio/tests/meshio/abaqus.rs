@@ -78,7 +78,6 @@ fn sets_and_surfaces_are_read() {
     assert_eq!(counted.elements.len(), 2, "elements 10 and 20 of 10, 20, 30, of which 30 is a shell");
 }
 
-/// Of one of two cubes that share nodes, the shared face is an outer one.
 /// The package meshio writes entities of Gmsh as if they were a set of elements.
 #[test]
 fn entities_of_gmsh_are_no_elements() {
@@ -90,6 +89,7 @@ fn entities_of_gmsh_are_no_elements() {
     assert!(error.to_string().contains("there is no element 0"), "{error}");
 }
 
+/// Of one of two cubes that share nodes, the shared face is an outer one.
 #[test]
 fn a_part_is_a_body_of_its_own() {
     let mesh = sound(&parse(CUBES), "right", Some("RIGHT")).mesh;

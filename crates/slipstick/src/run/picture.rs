@@ -107,7 +107,7 @@ impl PictureError {
     pub fn cure(&self) -> String {
         match self {
             Self::Run(error) => error.cure(),
-            Self::Render(_) => "change the options of the picture".into(),
+            Self::Render(_) => "`slipstick help render` lists the options of a picture".into(),
             Self::UnknownField { known, .. } => format!("fields there are: {known}"),
             Self::NotWritten { known, .. } => format!("there are: {known}"),
             Self::NoFailure { .. } => "leave --failure out: no load step of this run has failed for good".into(),

@@ -12,6 +12,9 @@ const SAMPLES: usize = 400;
 /// Cosine of the angle between the normals of facets that face each other, at most.
 const OPPOSED: f64 = -0.7;
 
+/// Part of its area that a plane surface has in projection, at least.
+const PLANE: f64 = 0.999;
+
 /// Bodies that are looked at for contact, at most: the largest ones.
 const MOST_BODIES: usize = 8;
 
@@ -37,6 +40,13 @@ impl Part {
     /// Edge of the cube with the volume of the mean element.
     pub fn element_size(&self) -> f64 {
         (self.volume / self.mesh.elements.len() as f64).cbrt()
+    }
+
+    /// Lowest and highest corner of a surface.
+    pub fn bounds_of(&self, face: &Face) -> [Point; 2] {
+        let nodes = face.nodes.iter().map(|&node| Point::from(self.mesh.nodes[node as usize]));
+        let (low, high) = (Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY));
+        nodes.fold([low, high], |[low, high], x| [low.inf(&x), high.sup(&x)])
     }
 
     /// How far it reaches along a direction: least and largest coordinate.
@@ -91,6 +101,11 @@ impl Face {
     /// Direction of the mean outward normal; zero for a closed surface.
     pub fn direction(&self) -> Point {
         self.areas.iter().sum::<Point>().try_normalize(1e-6 * self.area()).unwrap_or_else(Point::zeros)
+    }
+
+    /// Whether all of it looks one way.
+    pub fn is_plane(&self) -> bool {
+        self.areas.iter().sum::<Point>().norm() > PLANE * self.area()
     }
 
     /// Side of a facet of mean area.

@@ -12,6 +12,9 @@ const PRESS: f64 = 0.01;
 /// Part of the smaller body's extent across that it slides.
 const SLIDE: f64 = 0.05;
 
+/// Cosine of the angle to a direction that a surface which looks that way has, at least.
+const FACING: f64 = 0.5;
+
 /// Side of the block that is pressed on a body alone, over the body's extent.
 const BLOCK: f64 = 0.4;
 
@@ -120,10 +123,21 @@ impl<'a> Plan<'a> {
         if self.survey.parts[self.held].name == "block" { "tool" } else { "block" }
     }
 
-    /// The block that is pressed on a body alone, from above.
+    /// The named surface that looks up most, of a body alone.
+    fn top(&self) -> Option<&'a Face> {
+        let part = &self.survey.parts[self.held];
+        let upwards = |face: &Face| face.centre().y + face.direction().y * self.extent();
+        let top = best(part.faces.iter(), upwards);
+        top.filter(|face| self.driven.is_none() && face.direction().y > 0.5)
+    }
+
+    /// The block that is pressed on a body alone, from above: over its top, or over the surface that it touches.
     fn block(&self, text: &mut String) {
         let part = &self.survey.parts[self.held];
-        let [low, high] = part.bounds;
+        let [low, high] = match self.top().filter(|face| face.selected.is_none()) {
+            Some(face) => part.bounds_of(face),
+            None => part.bounds,
+        };
         let (centre, extent) = ((low + high) / 2.0, high - low);
         let half = BLOCK / 2.0 * extent;
         let height = 0.5 * (half.x + half.z);
@@ -133,12 +147,12 @@ impl<'a> Plan<'a> {
             "\n# The file has one body: a block to press on it, in the place of your tool.\n[[body]]\nname = \"{}\"\n\
              box = {{ min = [{:?}, {:?}, {:?}], max = [{:?}, {:?}, {:?}], elements = [{}, {}, {}] }}\n{MATERIAL}\n",
             self.tool(),
-            centre.x - half.x,
+            rounded(centre.x - half.x),
             high.y,
-            centre.z - half.z,
-            centre.x + half.x,
-            high.y + height,
-            centre.z + half.z,
+            rounded(centre.z - half.z),
+            rounded(centre.x + half.x),
+            high.y + rounded(height),
+            rounded(centre.z + half.z),
             count(2.0 * half.x),
             count(height),
             count(2.0 * half.z),
@@ -191,12 +205,9 @@ impl<'a> Plan<'a> {
             return (self.use_face(slave), self.use_face(master), why);
         }
         let Some(driven) = self.driven else {
-            let top = best(parts[self.held].faces.iter(), |face| face.centre().y + face.direction().y * self.extent());
-            let master = match top {
-                Some(face) if face.direction().y > 0.5 => {
-                    self.use_face([self.held, face_index(&parts[self.held], face)])
-                }
-                _ => self.skin(self.held, Vector3::y()),
+            let master = match self.top() {
+                Some(face) => self.use_face([self.held, face_index(&parts[self.held], face)]),
+                None => self.skin(self.held, Vector3::y()),
             };
             return (format!("{}_ymin", self.tool()), master, "The block on the top of the body.".into());
         };
@@ -240,7 +251,8 @@ impl<'a> Plan<'a> {
         name
     }
 
-    /// The surface of a body that lies furthest along a direction and looks that way, or the nodes there.
+    /// A named surface of a body by which it is probably held or moved: what lies furthest along a direction and looks that
+    /// way, else the largest plane one; where there is none, the nodes furthest along.
     fn far_side(&mut self, body: usize, direction: Vector3<f64>) -> String {
         let part = &self.survey.parts[body];
         let [low, high] = part.range(&direction);
@@ -248,15 +260,17 @@ impl<'a> Plan<'a> {
             Some(pair) => {
                 [pair.slave, pair.master].into_iter().filter(|s| s[0] == body).map(|s| &part.faces[s[1]]).collect()
             }
-            None => Vec::new(),
+            None => self.top().into_iter().filter(|_| body == self.held).collect(),
         };
         let apart = |face: &&Face| {
             let shares = |other: &&Face| other.nodes.iter().any(|node| face.nodes.binary_search(node).is_ok());
-            let far = face.centre().dot(&direction) > 0.25 * low + 0.75 * high;
-            far && face.selected.is_none() && !contact.iter().any(shares)
+            face.selected.is_none() && !contact.iter().any(shares)
         };
         let along = |face: &Face| face.centre().dot(&direction);
-        if let Some(face) = best(part.faces.iter().filter(apart), along) {
+        let far = |face: &&Face| along(face) > 0.25 * low + 0.75 * high && face.direction().dot(&direction) > FACING;
+        let named = || part.faces.iter().filter(apart);
+        let plane = named().filter(|face| face.is_plane());
+        if let Some(face) = best(named().filter(far), along).or_else(|| best(plane, Face::area)) {
             return face.name.clone();
         }
         let mut name = format!("{}_far", part.name);
