@@ -1,6 +1,7 @@
 //! From a case file to a problem that can run, with a directory for its results.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use slipstick::analysis::{Analysis, AnalysisError};
 use slipstick::build::{Problem, build_on};
@@ -33,6 +34,8 @@ pub struct Setup {
     pub warnings: usize,
     /// Whether several ranks share the problem.
     problem_is_shared: bool,
+    /// Where densities were taken from.
+    design_of: OnceLock<PathBuf>,
 }
 
 /// Reads a case file, with values replaced as asked.
@@ -107,7 +110,15 @@ pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setu
         Failure::from(map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces"))
     })?;
     let problem_is_shared = context.parallel.size() > 1;
-    let mut setup = Setup { file: path.to_owned(), resolved, inspection, threads, warnings: 0, problem_is_shared };
+    let mut setup = Setup {
+        file: path.to_owned(),
+        resolved,
+        inspection,
+        threads,
+        warnings: 0,
+        problem_is_shared,
+        design_of: OnceLock::new(),
+    };
     let (errors, warnings) = setup.diagnostics(&problem);
     setup.warnings = warnings.len();
     context.console.warnings(&warnings);
@@ -214,6 +225,7 @@ impl Setup {
     pub fn density_of(&self, problem: &Problem, results: &Path) -> Outcome<Vec<f64>> {
         self.resolved.require(&["design"])?;
         let found = load_density(results, &problem.mesh)?;
+        let _ = self.design_of.set(results.to_owned());
         let Some(variables) = &problem.variables else { return Ok(found) };
         // Passive elements and those outside of the design are the case's own.
         Ok(slipstick_design::DesignMap::apply(variables, &variables.restrict(&found)))
@@ -315,6 +327,18 @@ impl Run {
     /// [`Failure::Input`] if the directory holds a run or cannot be written.
     pub fn start(context: &Context, setup: &Setup, out: &Out, command: &str) -> Outcome<Self> {
         let path = setup.directory(out, command);
+        // a run that may overwrite must not take away what it starts from
+        let same = |results: &PathBuf| {
+            let from = if results.is_file() { results.parent().unwrap_or(Path::new("")) } else { results };
+            let from = if from.as_os_str().is_empty() { Path::new(".") } else { from };
+            matches!((from.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b)
+        };
+        if setup.design_of.get().is_some_and(same) {
+            return Err(Failure::input(
+                format!("{} holds the design that is asked for: results would take its place", path.display()),
+                "give results a directory of their own with --out",
+            ));
+        }
         let directory = RunDirectory::create(&path, out.force)?;
         let text = setup.resolved.source_map.text();
         let part = RunPart::starting(context.line.clone(), setup.threads);

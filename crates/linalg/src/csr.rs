@@ -117,11 +117,6 @@ impl CsrMatrix {
         }
     }
 
-    /// max |aᵢⱼ| of every row.
-    pub fn largest_in_rows(&self) -> Vec<f64> {
-        (0..self.n()).map(|i| self.row(i).1.iter().fold(0.0, |m: f64, x| m.max(x.abs()))).collect()
-    }
-
     /// Row and column of the first entry that is not finite.
     pub fn first_non_finite(&self) -> Option<(usize, usize)> {
         let k = self.values.iter().position(|a| !a.is_finite())?;

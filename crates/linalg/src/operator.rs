@@ -2,6 +2,7 @@
 
 use crate::csr::CsrMatrix;
 use crate::ranks::Ranks;
+use crate::scaling::Scaling;
 
 /// A square matrix that can be multiplied, as it is and transposed.
 pub trait Operator {
@@ -22,6 +23,13 @@ pub trait Operator {
 
     /// ‖A‖∞ (with `transpose`: of Aᵀ), or a bound on it of the same size.
     fn infinity_norm(&self, transpose: bool) -> f64;
+
+    /// `y = |A| |x|`, or `y = |Aᵀ| |x|` where `transpose` is set: what the rounding errors of the product are in proportion to.
+    fn absolute_product(&self, transpose: bool, x: &[f64], y: &mut [f64]);
+
+    /// Factors that bring rows of A (of Aᵀ with `transpose`) to one size, whatever the units of unknowns and equations and
+    /// however stiff what they belong to.
+    fn row_weights(&self, transpose: bool) -> Vec<f64>;
 
     /// `r = b − A x`, or `r = b − Aᵀ x` where `transpose` is set.
     fn residual(&self, transpose: bool, x: &[f64], b: &[f64], r: &mut [f64]) {
@@ -51,6 +59,24 @@ impl Operator for CsrMatrix {
 
     fn infinity_norm(&self, transpose: bool) -> f64 {
         CsrMatrix::infinity_norm(self, transpose)
+    }
+
+    fn absolute_product(&self, transpose: bool, x: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for (i, xi) in x.iter().enumerate() {
+            let (places, values) = self.row(i);
+            for (&j, value) in places.iter().zip(values) {
+                if transpose {
+                    y[j as usize] += (value * xi).abs();
+                } else {
+                    y[i] += (value * x[j as usize]).abs();
+                }
+            }
+        }
+    }
+
+    fn row_weights(&self, transpose: bool) -> Vec<f64> {
+        Scaling::equilibrate(self).of(transpose)
     }
 }
 
@@ -84,5 +110,15 @@ impl Operator for Summed<'_> {
         let mut sums = self.part.absolute_sums(transpose);
         self.ranks.sum(&mut sums);
         sums.into_iter().fold(0.0, f64::max)
+    }
+
+    /// A bound: the sum of the parts'.
+    fn absolute_product(&self, transpose: bool, x: &[f64], y: &mut [f64]) {
+        self.part.absolute_product(transpose, x, y);
+        self.ranks.sum(y);
+    }
+
+    fn row_weights(&self, transpose: bool) -> Vec<f64> {
+        Scaling::equilibrate_on(self.part, self.ranks).of(transpose)
     }
 }

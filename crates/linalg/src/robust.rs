@@ -6,7 +6,7 @@ use crate::operator::Operator;
 use crate::ranks::{Alone, Ranks};
 use crate::solver::{Backend, Factorization, FactorizationError, LinearSolver, Precision};
 use crate::supernodal::SupernodalSolver;
-use crate::verified::{SolveError, SolveOptions, solve_with};
+use crate::verified::{SolveOptions, solve_weighted};
 use std::sync::Arc;
 
 /// Relative residual that factors must reach on a test vector, with the help of GMRES. A singular
@@ -109,7 +109,7 @@ impl RobustSolver {
                 self.multifrontal.set_precision(precision);
                 let factors = self.multifrontal.factorize_matrix(a)?;
                 let facts = factors.statistics();
-                test_factors(a, &factors, method.name()).map_err(|error| {
+                test_on(a, factors.row_scaling(), &factors, false, method.name()).map_err(|error| {
                     if precision == Precision::F64 && facts.smallest_pivot < SINGULAR_PIVOT {
                         let (unknown, pivot) = (facts.weakest_unknown, facts.smallest_pivot);
                         FactorizationError::Singular { unknown, pivot }
@@ -121,7 +121,7 @@ impl RobustSolver {
             }
             Method::Supernodal => {
                 let factors = self.supernodal.factorize_matrix(a)?;
-                test_factors(a, &factors, method.name())?;
+                test_on(a, &a.row_weights(false), &factors, false, method.name())?;
                 Box::new(factors)
             }
         };
@@ -159,6 +159,15 @@ impl LinearSolver for RobustSolver {
         }))
     }
 
+    fn insist_on_double(&mut self) -> bool {
+        let single = SolverChoice::Multifrontal { precision: Precision::F32 };
+        let changes = self.choice == SolverChoice::Auto || self.choice == single;
+        if changes {
+            self.choice = SolverChoice::Multifrontal { precision: Precision::F64 };
+        }
+        changes
+    }
+
     fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
         match self.choice {
             SolverChoice::Faer => Ok(()),
@@ -177,32 +186,26 @@ impl Backend for SolverChoice {
     }
 }
 
-/// Solves for a fixed vector without structure and looks at the true residual.
-fn test_factors(a: &CsrMatrix, factors: &dyn Factorization, solver: &'static str) -> Result<(), FactorizationError> {
-    test_on(a, &a.largest_in_rows(), factors, false, solver)
-}
-
 /// Solves with `a`, or its transpose, for a fixed vector without structure, and looks at the true residual.
 ///
-/// `sizes` has the size of every row (column, of the transpose): right-hand sides are in proportion to them.
+/// `weights` brings all rows (columns, of the transpose) to one size: right-hand sides are in proportion to these sizes, and
+/// residuals are measured by them.
 ///
 /// # Errors
 /// [`FactorizationError::Inaccurate`] if the factors are of no use, even as a preconditioner.
 pub fn test_on(
     a: &dyn Operator,
-    sizes: &[f64],
+    weights: &[f64],
     factors: &dyn Factorization,
     transpose: bool,
     solver: &'static str,
 ) -> Result<(), FactorizationError> {
     let rhs: Vec<f64> =
-        sizes.iter().enumerate().map(|(i, size)| size * (i as f64 * i as f64 * 0.618_034).sin()).collect();
-    let mut x = vec![0.0; a.n()];
+        weights.iter().enumerate().map(|(i, weight)| (i as f64 * i as f64 * 0.618_034).sin() / weight).collect();
     let (tolerance, most) = (TEST_TOLERANCE, TEST_ITERATIONS);
     let options = SolveOptions { tolerance, max_iterations: most, restart: most, give_up_early: false };
-    let residual = match solve_with(a, factors, transpose, &rhs, &mut x, &options) {
+    let residual = match solve_weighted(a, factors, transpose, &rhs, weights, &options) {
         Ok(report) => report.relative_residual,
-        Err(SolveError::NotConverged { report, .. }) => report.relative_residual,
         Err(_) => f64::NAN,
     };
     if residual <= TEST_TOLERANCE { Ok(()) } else { Err(FactorizationError::Inaccurate { solver, residual }) }

@@ -1,6 +1,7 @@
 //! Equilibration of rows and columns by powers of two.
 
 use crate::csr::CsrMatrix;
+use crate::ranks::{Alone, Ranks};
 use rayon::prelude::*;
 
 /// Rows of a parallel task.
@@ -26,18 +27,34 @@ impl Scaling {
     /// Reference: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
     /// matrices, RAL-TR-2001-034. Empty rows and columns keep the factor one.
     pub fn equilibrate(a: &CsrMatrix) -> Self {
-        let n = a.n();
+        Self::equilibrate_on(a, &Alone)
+    }
+
+    /// The same for the sum of the matrices on the ranks, whose largest entries are taken for the sums of the parts' own.
+    pub fn equilibrate_on(part: &CsrMatrix, ranks: &dyn Ranks) -> Self {
+        let n = part.n();
         let mut scaling = Self { rows: vec![1.0; n], columns: vec![1.0; n] };
+        let largest = |scaling: &Self| {
+            let (mut rows, mut columns) = scaling.largest_entries(part);
+            ranks.sum(&mut rows);
+            ranks.sum(&mut columns);
+            (rows, columns)
+        };
         for _ in 0..SWEEPS {
-            let (rows, columns) = scaling.largest_entries(a);
+            let (rows, columns) = largest(&scaling);
             multiply(&mut scaling.rows, &rows, -0.5);
             multiply(&mut scaling.columns, &columns, -0.5);
         }
-        let (rows, _) = scaling.largest_entries(a);
+        let (rows, _) = largest(&scaling);
         multiply(&mut scaling.rows, &rows, -1.0);
-        let (_, columns) = scaling.largest_entries(a);
+        let (_, columns) = largest(&scaling);
         multiply(&mut scaling.columns, &columns, -1.0);
         scaling
+    }
+
+    /// The factors of the rows, or with `transpose` of the columns.
+    pub fn of(self, transpose: bool) -> Vec<f64> {
+        if transpose { self.columns } else { self.rows }
     }
 
     /// Brings the scaling of an earlier matrix to `a`: as it is where its rows and columns are still level, else anew.

@@ -37,6 +37,11 @@ pub trait LinearSolver: Send {
         let _ = pattern;
         Ok(())
     }
+
+    /// Makes factors of double precision only from now on; whether that changes anything.
+    fn insist_on_double(&mut self) -> bool {
+        false
+    }
 }
 
 /// Makes solvers, and says which ranks share the matrices that they are given.

@@ -90,8 +90,9 @@ pub enum SolveError {
 ///
 /// The factors may be of single precision or of a nearby matrix: they precondition a flexible GMRES
 /// on the double precision matrix `a`, and every convergence decision rests on the true residual. The
-/// previous content of `x` is ignored. Where rounding makes `tolerance` unreachable, a solution
-/// whose normwise backward error is at the level of rounding counts as converged; the report tells.
+/// previous content of `x` is ignored. Where rounding makes `tolerance` unreachable, a solution counts as converged whose
+/// residual is that of rounding after all equations have been brought to one size, so that soft bodies beside stiff ones, and
+/// equations in small units, are solved as well as the others; the report is then of these.
 ///
 /// References: Saad, A flexible inner-outer preconditioned GMRES algorithm, SIAM J. Sci. Comput. 14
 /// (1993); Rigal and Gaches, J. ACM 14 (1967) for the backward error.
@@ -148,42 +149,52 @@ pub fn solve_from(
         x.fill(0.0);
         return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
     }
-    let system = System { a, f, transpose, rhs, norm: a.infinity_norm(transpose) };
+    let plain = System { a, f, transpose, rhs, norm: a.infinity_norm(transpose), weights: None };
     let mut residual = vec![0.0; n];
     if x.iter().all(|x| *x == 0.0) {
         x.copy_from_slice(rhs);
-        system.precondition(x);
+        plain.precondition(x);
     }
-    let mut report = system.assess(x, &mut residual, 0)?;
-    while !system.accepts(&report, options.tolerance) {
-        let left = options.max_iterations.saturating_sub(report.iterations);
-        if left == 0 {
-            return Err(SolveError::NotConverged { report, tolerance: options.tolerance });
-        }
-        let target = options.tolerance * norm(rhs);
-        let mut candidate = x.to_vec();
-        let steps = left.min(options.restart.max(1));
-        let hopeless = |fallen: f64, taken: usize| {
-            let wanted = (0.5 * target / norm(&residual)).ln();
-            options.give_up_early && taken >= LEAST_SEEN && HOPE * fallen.ln() * left as f64 > wanted * taken as f64
-        };
-        let (taken, given_up) = system.cycle(&mut candidate, &residual, target, steps, &hopeless)?;
-        let improved = system.assess(&candidate, &mut residual, report.iterations + taken)?;
-        let stalled = improved.relative_residual > 0.5 * report.relative_residual;
-        if improved.relative_residual < report.relative_residual {
-            x.copy_from_slice(&candidate);
-            report = improved;
-        } else {
-            report.iterations = improved.iterations;
-        }
-        if (stalled || given_up) && !system.accepts(&report, options.tolerance) {
-            if report.backward_error <= ROUNDING {
-                return Ok(report);
-            }
-            return Err(SolveError::NotConverged { report, tolerance: options.tolerance });
-        }
+    let target = options.tolerance * norm(rhs);
+    let report = plain.assess(x, &mut residual, 0)?;
+    let reaches = |report: &SolveReport| report.relative_residual <= options.tolerance;
+    let enough = |report: &SolveReport| reaches(report) || report.backward_error <= f64::EPSILON;
+    let report = plain.iterate(x, &mut residual, report, target, options, &enough)?;
+    if reaches(&report) {
+        return Ok(report);
     }
-    Ok(report)
+    if report.backward_error > ROUNDING {
+        return Err(SolveError::NotConverged { report, tolerance: options.tolerance });
+    }
+    // Rounding in the stiffest rows hides the others, which must be as exact.
+    let level = System { weights: Some(a.row_weights(transpose)), ..plain };
+    let report = level.assess(x, &mut residual, report.iterations)?;
+    let target = ROUNDING * level.rounding(x);
+    let exact = |report: &SolveReport| report.backward_error <= ROUNDING;
+    let report = level.iterate(x, &mut residual, report, target, options, &exact)?;
+    if exact(&report) { Ok(report) } else { Err(SolveError::NotConverged { report, tolerance: options.tolerance }) }
+}
+
+/// How well the factors solve, with residuals measured after the equations have been multiplied by `weights`.
+pub(crate) fn solve_weighted(
+    a: &dyn Operator,
+    f: &dyn Factorization,
+    transpose: bool,
+    rhs: &[f64],
+    weights: &[f64],
+    options: &SolveOptions,
+) -> Result<SolveReport, SolveError> {
+    if norm(rhs) == 0.0 {
+        return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
+    }
+    let system = System { a, f, transpose, rhs, norm: 0.0, weights: Some(weights.to_vec()) };
+    let (mut x, mut residual) = (rhs.to_vec(), vec![0.0; rhs.len()]);
+    system.precondition(&mut x);
+    let report = system.assess(&x, &mut residual, 0)?;
+    let mut sizes = rhs.to_vec();
+    system.weigh(&mut sizes);
+    let enough = |report: &SolveReport| report.relative_residual <= options.tolerance;
+    system.iterate(&mut x, &mut residual, report, options.tolerance * norm(&sizes), options, &enough)
 }
 
 struct System<'a> {
@@ -193,6 +204,8 @@ struct System<'a> {
     rhs: &'a [f64],
     /// Infinity norm of the operator.
     norm: f64,
+    /// What the equations are multiplied by before they are measured.
+    weights: Option<Vec<f64>>,
 }
 
 impl System<'_> {
@@ -212,11 +225,39 @@ impl System<'_> {
         }
     }
 
-    /// True residual of `x`, left in `residual`.
+    fn weigh(&self, v: &mut [f64]) {
+        if let Some(weights) = &self.weights {
+            v.iter_mut().zip(weights).for_each(|(v, w)| *v *= w);
+        }
+    }
+
+    fn unweigh(&self, v: &mut [f64]) {
+        if let Some(weights) = &self.weights {
+            v.iter_mut().zip(weights).for_each(|(v, w)| *v /= w);
+        }
+    }
+
+    /// ‖W (|A| |x| + |b|)‖₂: the size of the terms that make up the residual.
+    fn rounding(&self, x: &[f64]) -> f64 {
+        let mut sizes = vec![0.0; x.len()];
+        self.a.absolute_product(self.transpose, x, &mut sizes);
+        sizes.iter_mut().zip(self.rhs).for_each(|(size, b)| *size += b.abs());
+        self.weigh(&mut sizes);
+        norm(&sizes)
+    }
+
+    /// True residual of `x`, left in `residual`, weighted.
     fn assess(&self, x: &[f64], residual: &mut [f64], iterations: usize) -> Result<SolveReport, SolveError> {
         self.a.residual(self.transpose, x, self.rhs, residual);
-        let relative_residual = norm(residual) / norm(self.rhs);
-        let backward_error = largest(residual) / (self.norm * largest(x) + largest(self.rhs));
+        let (relative_residual, backward_error) = if self.weights.is_some() {
+            let mut rhs = self.rhs.to_vec();
+            self.weigh(residual);
+            self.weigh(&mut rhs);
+            (norm(residual) / norm(&rhs), norm(residual) / self.rounding(x))
+        } else {
+            let backward_error = largest(residual) / (self.norm * largest(x) + largest(self.rhs));
+            (norm(residual) / norm(self.rhs), backward_error)
+        };
         if relative_residual.is_finite() && backward_error.is_finite() {
             Ok(SolveReport { relative_residual, backward_error, iterations })
         } else {
@@ -224,9 +265,43 @@ impl System<'_> {
         }
     }
 
-    /// Converged, or as exact as double precision can tell.
-    fn accepts(&self, report: &SolveReport, tolerance: f64) -> bool {
-        report.relative_residual <= tolerance || report.backward_error <= f64::EPSILON
+    /// Cycles of GMRES until `enough`, until they stall, or until none are left; `target` is what the residual is to fall to.
+    fn iterate(
+        &self,
+        x: &mut [f64],
+        residual: &mut [f64],
+        mut report: SolveReport,
+        target: f64,
+        options: &SolveOptions,
+        enough: &dyn Fn(&SolveReport) -> bool,
+    ) -> Result<SolveReport, SolveError> {
+        while !enough(&report) {
+            let left = options.max_iterations.saturating_sub(report.iterations);
+            if left == 0 {
+                break;
+            }
+            let mut candidate = x.to_vec();
+            let steps = left.min(options.restart.max(1));
+            let present = norm(residual);
+            let hopeless = |fallen: f64, taken: usize| {
+                let wanted = (0.5 * target / present).ln();
+                options.give_up_early && taken >= LEAST_SEEN && HOPE * fallen.ln() * left as f64 > wanted * taken as f64
+            };
+            let (taken, given_up) = self.cycle(&mut candidate, residual, target, steps, &hopeless)?;
+            let improved = self.assess(&candidate, residual, report.iterations + taken)?;
+            let stalled = improved.relative_residual > 0.5 * report.relative_residual;
+            if improved.relative_residual < report.relative_residual {
+                x.copy_from_slice(&candidate);
+                report = improved;
+            } else {
+                report.iterations = improved.iterations;
+                self.assess(x, residual, report.iterations)?;
+            }
+            if stalled || given_up {
+                break;
+            }
+        }
+        Ok(report)
     }
 
     /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the
@@ -245,9 +320,11 @@ impl System<'_> {
         let mut hessenberg = GivensLeastSquares::new(beta);
         while directions.len() < steps {
             let mut z = basis[directions.len()].clone();
+            self.unweigh(&mut z);
             self.precondition(&mut z);
             let mut w = vec![0.0; z.len()];
             self.apply(&z, &mut w);
+            self.weigh(&mut w);
             directions.push(z);
             let column = orthogonalise(&mut w, &basis);
             if !column.iter().all(|h| h.is_finite()) {

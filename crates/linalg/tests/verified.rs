@@ -4,8 +4,8 @@ mod common;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
-    CsrMatrix, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolveError, SolveOptions, SolverChoice,
-    SupernodalSolver, Transposed, solve_from, solve_verified, solve_with,
+    CsrMatrix, CsrPattern, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolveError, SolveOptions,
+    SolverChoice, SupernodalSolver, Transposed, solve_from, solve_verified, solve_with,
 };
 
 const BRICK: Brick =
@@ -156,4 +156,37 @@ fn a_matrix_with_nan_does_not_pass() {
     let mut x = vec![0.0; a.n()];
     let error = solve_verified(&broken, factors.as_ref(), false, &b, &mut x, 1e-10);
     assert_eq!(error, Err(SolveError::NonFinite));
+}
+
+/// A body beside one of 10¹² times its stiffness, in other units: its part of the solution, found by factors of single
+/// precision, is that of the body alone, found in double precision.
+#[test]
+fn soft_parts_beside_stiff_ones_are_solved_as_well() {
+    let (soft, _) = Brick { multipliers: false, contrast: 1.0, ..BRICK }.reduced(1);
+    let n = soft.n();
+    let pattern = CsrPattern {
+        n: 2 * n,
+        row_offsets: (0..=2 * n).map(|i| soft.pattern.row_offsets[i % n] + i / n * soft.values.len()).collect(),
+        columns: [0, n].iter().flat_map(|first| soft.pattern.columns.iter().map(|&j| j + *first as u32)).collect(),
+        groups: (0..2 * n as u32).collect(),
+    };
+    assert_eq!(pattern.row_offsets[n], soft.values.len());
+    let pattern =
+        CsrPattern { row_offsets: [&pattern.row_offsets[..2 * n], &[2 * soft.values.len()]].concat(), ..pattern };
+    let values = [1e12, 1.0].iter().flat_map(|factor| soft.values.iter().map(move |value| factor * value)).collect();
+    let both = CsrMatrix { pattern: pattern.into(), values };
+    let b = Random(3).vector(2 * n);
+    let alone = SupernodalSolver::new().factorize(&soft).unwrap();
+    let single = MultifrontalSolver::new(Precision::F32).factorize(&both).unwrap();
+    for transpose in [false, true] {
+        let mut x = vec![0.0; 2 * n];
+        solve_verified(&both, single.as_ref(), transpose, &b, &mut x, 1e-10).unwrap();
+        for (of_both, factor, b) in [(&x[..n], 1e12, &b[..n]), (&x[n..], 1.0, &b[n..])] {
+            let mut expected = vec![0.0; n];
+            solve_verified(&soft, alone.as_ref(), transpose, b, &mut expected, 1e-13).unwrap();
+            let found: Vec<f64> = of_both.iter().map(|x| factor * x).collect();
+            let error = difference(&found, &expected);
+            assert!(error < 1e-10, "{factor:e}: {error:e}");
+        }
+    }
 }

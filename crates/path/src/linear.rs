@@ -237,10 +237,7 @@ impl LinearSystem {
         let start = vec![0.0; rhs.len()];
         let x = match self.solve_nearby(&system, at_hand, fixed, start, &rhs, tolerance) {
             Some(x) => x,
-            None => {
-                let new = self.factorize(&system, fixed, active_set)?;
-                self.solve_exact(&system, &new, &rhs, tolerance)?
-            }
+            None => self.solve_reduced(&system, fixed, active_set, &rhs, tolerance)?.0,
         };
         Ok(system.prolong(&x))
     }
@@ -279,10 +276,30 @@ impl LinearSystem {
         rhs: &[f64],
         tolerance: f64,
     ) -> Result<(Vec<f64>, Arc<KeptFactors>), StepFailureKind> {
-        let factors = self.factorize(system, fixed, active_set)?;
+        let (x, factors) = self.solve_reduced(system, fixed, active_set, &system.reduction.restrict(rhs), tolerance)?;
         self.now.lagged = None;
-        let x = self.solve_exact(system, &factors, &system.reduction.restrict(rhs), tolerance)?;
         Ok((system.prolong(&x), factors))
+    }
+
+    /// The solution with new factors, and these: of double precision from now on where those of single precision do not
+    /// lead to it.
+    fn solve_reduced(
+        &mut self,
+        system: &Reduced,
+        fixed: &[bool],
+        active_set: &[u8],
+        rhs: &[f64],
+        tolerance: f64,
+    ) -> Result<(Vec<f64>, Arc<KeptFactors>), StepFailureKind> {
+        let factors = self.factorize(system, fixed, active_set)?;
+        match self.solve_exact(system, &factors, rhs, tolerance) {
+            Err(_) if factors.factors.precision() == Precision::F32 && self.now.solver.insist_on_double() => {
+                drop(factors);
+                let factors = self.factorize(system, fixed, active_set)?;
+                self.solve_exact(system, &factors, rhs, tolerance).map(|x| (x, factors))
+            }
+            result => result.map(|x| (x, factors)),
+        }
     }
 
     fn solve_exact(

@@ -5,8 +5,8 @@ use crate::ffi::{self, RawFactors, RawFacts, RawMatrix};
 use crate::ownership::Ownership;
 use crate::session::{Session, check};
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Precision, Ranks, Summed,
-    check_matrix, test_on,
+    Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Operator, Precision, Ranks,
+    Summed, check_matrix, test_on,
 };
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -154,9 +154,7 @@ impl PetscSolver {
     /// Whether the factors serve, for the transpose too if that was not seen before.
     fn prove(&mut self, a: &CsrMatrix, factors: &PetscFactorization) -> Result<(), FactorizationError> {
         let matrix = Summed { part: a, ranks: &self.session };
-        let mut sizes = a.largest_in_rows();
-        self.session.sum(&mut sizes);
-        test_on(&matrix, &sizes, factors, false, "PETSc")?;
+        test_on(&matrix, &matrix.row_weights(false), factors, false, "PETSc")?;
         if self.proved {
             return Ok(());
         }
@@ -166,7 +164,7 @@ impl PetscSolver {
         if known || !factors.facts.transposes {
             return Err(Self::fail(a.n(), format!("{name} has no solve with the transpose: {cure}")));
         }
-        test_on(&matrix, &sizes, factors, true, "PETSc").map_err(|error| match error {
+        test_on(&matrix, &matrix.row_weights(true), factors, true, "PETSc").map_err(|error| match error {
             FactorizationError::Inaccurate { residual, .. } => {
                 let found = format!("it left a relative residual of {residual:.1e}");
                 Self::fail(a.n(), format!("{name} solves, but not with the transpose ({found}): {cure}"))

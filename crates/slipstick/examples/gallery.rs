@@ -17,8 +17,8 @@ use slipstick::build::build;
 use slipstick::case::parse_case;
 use slipstick::optimize::{IterationRecord, Optimization};
 use slipstick::render::{
-    Canvas, ColourMap, Cut, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture,
-    history_picture, state_picture,
+    Canvas, Cut, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, history_picture,
+    state_picture,
 };
 use slipstick_mesh::Mesh;
 use slipstick_path::Silent;
@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn design_and_state(outcome: &Outcome<'_>) -> Result<Picture, RenderError> {
     let Outcome { mesh, density, displacement, .. } = *outcome;
     let canvas = Canvas { width: 640, height: 540, ..Canvas::default() };
-    let options = RenderOptions { canvas, colour_map: ColourMap::ViridisReversed, ..RenderOptions::default() };
+    let options = RenderOptions { canvas, ..RenderOptions::default() };
     let design = RenderOptions { caption: Some(format!("optimized: density > {THRESHOLD}")), ..options.clone() };
     let section = RenderOptions {
         caption: Some("end of the path, cut at z = 0".into()),

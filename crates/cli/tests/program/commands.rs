@@ -352,3 +352,19 @@ fn load_cases_are_told_by_their_names() {
     place.good("report both_solve");
     assert_eq!(place.read("both_solve/report.html").matches("\"load_case\":\"forth\",\"time\":").count(), 4);
 }
+
+/// Results never take the place of the design that they are computed from.
+#[test]
+fn a_design_is_not_overwritten_by_what_is_made_of_it() {
+    let place = Place::new();
+    place.good("optimize case.toml --iterations 1");
+    let before = place.read("case/design.csv");
+    for line in [
+        "evaluate case.toml --design case --out case --force",
+        "solve case.toml --design case/design.csv --out case --force",
+    ] {
+        place.bad(line, 2, &["case holds the design", "--out"]);
+    }
+    assert_eq!(place.read("case/design.csv"), before);
+    assert!(place.path("case/checkpoint.json").exists());
+}

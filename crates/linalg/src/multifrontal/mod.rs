@@ -207,6 +207,14 @@ impl<T: Scalar> Numeric<T> {
 }
 
 impl MultifrontalFactorization {
+    /// Powers of two that brought the matrix's rows to one size.
+    pub(crate) fn row_scaling(&self) -> &[f64] {
+        match &self.factors {
+            Factors::Double(numeric) => &numeric.scaling.rows,
+            Factors::Single(numeric) => &numeric.scaling.rows,
+        }
+    }
+
     /// Size and quality of the factors.
     pub fn statistics(&self) -> FactorStatistics {
         match &self.factors {

@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# How far designs on several ranks agree with those of the default solvers: ten iterations of the coarse examples, each tried
+# solver against the first. Puts its table into docs/cluster.md. Needs PETSc and mpirun; a quarter of an hour on two idle cores.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+
+page=docs/cluster.md
+cargo build --release --features petsc
+program=${CARGO_TARGET_DIR:-target}/release/slipstick
+runs=$(mktemp -d)
+trap 'rm -rf "$runs"' EXIT
+
+# The largest difference of a column between two tables, over the largest value of the first.
+apart() {
+    paste -d, <(cut -d, -f"$1" "$2") <(cut -d, -f"$1" "$3") | awk -F, '
+        NR > 1 { d = $1 - $2; d = d < 0 ? -d : d; v = $1 < 0 ? -$1 : $1; if (d > m) m = d; if (v > s) s = v }
+        END { printf "%.0e", m / s }'
+}
+
+# run NAME WORDS… : the program, or mpirun with it, on the case
+run() {
+    local name=$1
+    shift
+    rm -rf "${runs:?}/$name"
+    "$@" optimize "$case" --iterations 10 --out "$runs/$name" --set load_path.tolerance.relative=1e-12 \
+        ${enforcement:+--set "contact[0].enforcement=$enforcement"} ${solver:+--set "solver.linear=$solver"} \
+        </dev/null >"$runs/$name.log" 2>&1 || { cat "$runs/$name.log"; exit 1; }
+}
+
+# against NAME: objectives and densities of the last run against the default's
+against() {
+    printf ' %s, %s |' "$(apart 2 "$runs/default/history.csv" "$runs/$1/history.csv")" \
+        "$(apart 3 "$runs/default/design.csv" "$runs/$1/design.csv")"
+}
+
+table=$runs/table
+printf '| example | `"multifrontal"` | 1 rank | 2 ranks | 4 ranks |\n|---|---|---|---|---|\n' >"$table"
+while IFS='|' read -r name directory enforcement; do
+    case=cases/$directory/coarse.toml
+    solver='' run default "$program"
+    {
+        printf '| %s |' "$name"
+        solver=multifrontal run f64 "$program"
+        against f64
+        for ranks in 1 2 4; do
+            solver=petsc run "$ranks" mpirun --oversubscribe -n "$ranks" "$program" --threads 1
+            against "$ranks"
+        done
+        printf '\n'
+    } | tee -a "$table"
+done <<'CASES'
+half ball, Lagrange|half_ball_on_plate|{ lagrange = {} }
+half ball, penalty|half_ball_on_plate|{ penalty = {} }
+half ball, augmented|half_ball_on_plate|{ augmented = { tolerance = 1e-11 } }
+ironing, Lagrange|ironing|
+clutch, augmented|clutch|{ augmented = { tolerance = 1e-11 } }
+CASES
+awk -v file="$table" '
+    $0 == "<!-- agree -->" { print; while ((getline line < file) > 0) print line; skip = 1; next }
+    skip && $0 == "<!-- end -->" { skip = 0 }
+    !skip { print }
+' "$page" >"$runs/page"
+cp "$runs/page" "$page"
