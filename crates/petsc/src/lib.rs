@@ -13,7 +13,11 @@
 #![cfg_attr(not(feature = "petsc"), allow(rustdoc::broken_intra_doc_links))]
 
 #[cfg(feature = "petsc")]
+mod contact_zone;
+#[cfg(feature = "petsc")]
 mod error;
+#[cfg(feature = "petsc")]
+mod factors;
 #[cfg(feature = "petsc")]
 mod ffi;
 #[cfg(feature = "petsc")]
@@ -23,6 +27,8 @@ mod session;
 #[cfg(feature = "petsc")]
 mod solver;
 
+#[cfg(feature = "petsc")]
+pub use contact_zone::ContactZone;
 #[cfg(feature = "petsc")]
 pub use error::PetscError;
 #[cfg(feature = "petsc")]

@@ -61,8 +61,7 @@ fn messages_arrive(session: &Session) {
 /// The part of a rank: some entries are one rank's, others all ranks' in equal shares.
 fn part(a: &CsrMatrix, session: &Session) -> CsrMatrix {
     let (rank, size) = (session.rank(), session.size());
-    let mut pattern =
-        CsrPattern { n: a.n(), row_offsets: vec![0], columns: Vec::new(), groups: a.pattern.groups.clone() };
+    let mut pattern = CsrPattern { row_offsets: vec![0], columns: Vec::new(), ..(*a.pattern).clone() };
     let mut values = Vec::new();
     for i in 0..a.n() {
         let (columns, entries) = a.row(i);
