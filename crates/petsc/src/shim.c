@@ -272,7 +272,7 @@ static PetscErrorCode choose_multigrid(const char *prefix)
 {
     static const char *const defaults[][2] = {
         {"mg_levels_ksp_type", "richardson"}, {"mg_levels_pc_type", "bjacobi"}, {"mg_levels_ksp_max_it", "1"},
-        {"mg_levels_sub_pc_type", "ilu"},     {"mg_coarse_sub_pc_type", "lu"},
+        {"mg_levels_sub_pc_type", "ilu"},     {"mg_levels_sub_pc_factor_shift_type", "nonzero"},
     };
     for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++) {
         char name[128];
