@@ -3,8 +3,8 @@
 use crate::factors::Kind;
 use crate::solver::{PetscBackend, PetscSolver};
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Operator, Precision, SolveOptions,
-    Summed, check_matrix, solve_with, test_on,
+    Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Operator, Precision, SolveError,
+    SolveOptions, Summed, check_matrix, solve_with, test_on,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -148,7 +148,17 @@ impl ContactZoneSolver {
         let mut sizes = a.largest_in_rows();
         self.backend.ranks().sum(&mut sizes);
         for transpose in [false, true] {
-            test_on(&matrix, &sizes, factors, transpose, self.name())?;
+            test_on(&matrix, &sizes, factors, transpose, self.name()).map_err(|error| match error {
+                FactorizationError::Inaccurate { residual, .. } => {
+                    let of = if transpose { "the transpose of the matrix" } else { "the matrix" };
+                    let reason = format!(
+                        "the iteration left a relative residual of {residual:.1e} with {of}; leave \
+                         `petsc_preconditioner` out for factors of the whole matrix"
+                    );
+                    FactorizationError::Backend { solver: self.name(), n: a.n(), reason }
+                }
+                other => other,
+            })?;
         }
         self.proved = true;
         Ok(())
@@ -317,7 +327,7 @@ impl ContactZoneFactorization {
         let mut x = vec![0.0; rhs.len()];
         let iterations = match solve_with(&matrix, &self.cycle, transpose, rhs, &mut x, &options) {
             Ok(report) => report.iterations,
-            Err(slipstick_linalg::SolveError::NotConverged { report, .. }) => report.iterations,
+            Err(SolveError::NotConverged { report, .. }) => report.iterations,
             Err(_) => {
                 x.fill(f64::NAN);
                 0
