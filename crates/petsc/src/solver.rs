@@ -82,6 +82,8 @@ struct System {
     factors: Option<Arc<Factors>>,
     /// Whether the matrix belongs to factors that go on with it.
     spent: bool,
+    /// Which of [`WORKSPACE`] was enough so far.
+    workspace: usize,
 }
 
 impl PetscSolver {
@@ -130,7 +132,15 @@ impl PetscSolver {
             let mut entries = [pattern.entries() as f64];
             self.session.sum(&mut entries);
             let matrix = Arc::new(DistributedMatrix::new(&self.session, &pattern, &ownership, &self.kind)?);
-            self.system = Some(System { pattern, ownership, entries: entries[0], matrix, factors: None, spent: false });
+            self.system = Some(System {
+                pattern,
+                ownership,
+                entries: entries[0],
+                matrix,
+                factors: None,
+                spent: false,
+                workspace: 0,
+            });
         }
         Ok(self.system.as_mut().expect("made above"))
     }
@@ -145,16 +155,17 @@ impl PetscSolver {
         system.matrix.set(&a.values)?;
         // factors that are still in use stay
         let kept = system.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
-        let factors = match kept {
+        let anew = |system: &System| Factors::new(&session, &system.matrix, &system.ownership, &kind).map(Arc::new);
+        let mut factors = match kept {
             Some(factors) => factors,
-            None => Arc::new(Factors::new(&session, &system.matrix, &system.ownership, &kind)?),
+            None => anew(system)?,
         };
-        let mut facts = factors.renew(WORKSPACE[0])?;
-        for workspace in &WORKSPACE[1..] {
-            if !TOO_LITTLE_WORKSPACE.contains(&facts.mumps_error) {
-                break;
-            }
-            facts = factors.renew(*workspace)?;
+        let mut facts = factors.renew(WORKSPACE[system.workspace])?;
+        while TOO_LITTLE_WORKSPACE.contains(&facts.mumps_error) && system.workspace + 1 < WORKSPACE.len() {
+            // PETSc does not go on with factors that failed once
+            system.workspace += 1;
+            factors = anew(system)?;
+            facts = factors.renew(WORKSPACE[system.workspace])?;
         }
         if facts.bytes == 0 {
             facts.bytes = (12.0 * system.entries / session.size() as f64) as usize;
