@@ -113,5 +113,5 @@ fn read(file: &str) -> Result<CsrMatrix, Box<dyn Error>> {
     let columns = take(entries, 4)?.chunks_exact(4).map(short).collect();
     let groups = take(n, 4)?.chunks_exact(4).map(short).collect();
     let values = take(entries, 8)?.chunks_exact(8).map(double).collect();
-    Ok(CsrMatrix { pattern: Arc::new(CsrPattern { n, row_offsets, columns, groups }), values })
+    Ok(CsrMatrix { pattern: Arc::new(CsrPattern { n, row_offsets, columns, groups, origins: Vec::new() }), values })
 }

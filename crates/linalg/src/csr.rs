@@ -20,6 +20,10 @@ pub struct CsrPattern {
     /// contact multiplier shares the group of its slave node, whose displacements come first: once they
     /// are eliminated, its pivots are no longer zero. Any numbers will do. `n` items.
     pub groups: Vec<u32>,
+    /// Number of each unknown before prescribed ones were removed: three times its block row plus its component. Block
+    /// rows are named like groups: an unknown whose block row is not its group is a multiplier. `n` items, or none where
+    /// nobody asks.
+    pub origins: Vec<u32>,
 }
 
 /// A square scalar sparse matrix by rows. Entries may be zero; the pattern stays.
@@ -42,6 +46,7 @@ impl CsrPattern {
     pub fn is_consistent(&self) -> bool {
         self.row_offsets.len() == self.n + 1
             && self.groups.len() == self.n
+            && (self.origins.is_empty() || self.origins.len() == self.n)
             && self.row_offsets[0] == 0
             && self.row_offsets[self.n] == self.columns.len()
             && self.row_offsets.windows(2).all(|w| {
@@ -117,6 +122,11 @@ impl CsrMatrix {
         }
     }
 
+    /// max |aᵢⱼ| of every row.
+    pub fn largest_in_rows(&self) -> Vec<f64> {
+        (0..self.n()).map(|i| self.row(i).1.iter().fold(0.0, |m: f64, x| m.max(x.abs()))).collect()
+    }
+
     /// Row and column of the first entry that is not finite.
     pub fn first_non_finite(&self) -> Option<(usize, usize)> {
         let k = self.values.iter().position(|a| !a.is_finite())?;
@@ -160,8 +170,8 @@ mod tests {
 
     fn example() -> CsrMatrix {
         // [ 2 0 -1 ; 0 3 0 ; 4 5 0 ]
-        let pattern =
-            CsrPattern { n: 3, row_offsets: vec![0, 2, 3, 5], columns: vec![0, 2, 1, 0, 1], groups: vec![0, 1, 2] };
+        let (row_offsets, columns) = (vec![0, 2, 3, 5], vec![0, 2, 1, 0, 1]);
+        let pattern = CsrPattern { n: 3, row_offsets, columns, groups: vec![0, 1, 2], origins: Vec::new() };
         CsrMatrix { pattern: Arc::new(pattern), values: vec![2.0, -1.0, 3.0, 4.0, 5.0] }
     }
 

@@ -187,7 +187,7 @@ fn reduced_pattern(pattern: &BlockPattern, reduced: &[u32], free: &[u32], groups
         row_offsets.push(columns.len());
     }
     let groups = free.iter().map(|&full| groups[full as usize / 3]).collect();
-    CsrPattern { n: free.len(), row_offsets, columns, groups }
+    CsrPattern { n: free.len(), row_offsets, columns, groups, origins: free.to_vec() }
 }
 
 #[cfg(test)]

@@ -144,6 +144,7 @@ mod tests {
             row_offsets: (0..=n).map(|i| i * n).collect(),
             columns: (0..n * n).map(|k| (k % n) as u32).collect(),
             groups: vec![0; n],
+            origins: Vec::new(),
         };
         let values: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
         let a = CsrMatrix { pattern: Arc::new(pattern), values };

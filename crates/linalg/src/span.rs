@@ -58,8 +58,13 @@ mod tests {
 
     /// [ 2 1 0 ; 0 3 0 ; 0 0 4 ]
     fn example() -> CsrMatrix {
-        let pattern =
-            CsrPattern { n: 3, row_offsets: vec![0, 2, 3, 4], columns: vec![0, 1, 1, 2], groups: vec![0, 1, 2] };
+        let pattern = CsrPattern {
+            n: 3,
+            row_offsets: vec![0, 2, 3, 4],
+            columns: vec![0, 1, 1, 2],
+            groups: vec![0, 1, 2],
+            origins: Vec::new(),
+        };
         CsrMatrix { pattern: Arc::new(pattern), values: vec![2.0, 1.0, 3.0, 4.0] }
     }
 

@@ -21,7 +21,7 @@ fn solvers() -> Vec<Box<dyn LinearSolver>> {
 }
 
 fn csr(rows: &[Vec<(u32, f64)>], groups: Vec<u32>) -> CsrMatrix {
-    let mut pattern = CsrPattern { n: rows.len(), row_offsets: vec![0], columns: vec![], groups };
+    let mut pattern = CsrPattern { n: rows.len(), row_offsets: vec![0], columns: vec![], groups, origins: vec![] };
     let mut values = Vec::new();
     for row in rows {
         pattern.columns.extend(row.iter().map(|e| e.0));

@@ -169,6 +169,7 @@ fn soft_parts_beside_stiff_ones_are_solved_as_well() {
         row_offsets: (0..=2 * n).map(|i| soft.pattern.row_offsets[i % n] + i / n * soft.values.len()).collect(),
         columns: [0, n].iter().flat_map(|first| soft.pattern.columns.iter().map(|&j| j + *first as u32)).collect(),
         groups: (0..2 * n as u32).collect(),
+        origins: vec![],
     };
     assert_eq!(pattern.row_offsets[n], soft.values.len());
     let pattern =

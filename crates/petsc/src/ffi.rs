@@ -54,15 +54,22 @@ unsafe extern "C" {
         session: *mut RawSession,
         own: i64,
         n: i64,
+        block: i32,
         count: i64,
         rows: *const i32,
         columns: *const i32,
         out: *mut *mut RawMatrix,
     ) -> c_int;
     pub fn ss_matrix_set(session: *mut RawSession, matrix: *mut RawMatrix, values: *const f64) -> c_int;
+    pub fn ss_matrix_rigid(session: *mut RawSession, matrix: *mut RawMatrix, coordinates: *const f64) -> c_int;
     pub fn ss_matrix_free(matrix: *mut RawMatrix);
 
-    pub fn ss_factors_new(session: *mut RawSession, matrix: *mut RawMatrix, out: *mut *mut RawFactors) -> c_int;
+    pub fn ss_factors_new(
+        session: *mut RawSession,
+        matrix: *mut RawMatrix,
+        kind: i32,
+        out: *mut *mut RawFactors,
+    ) -> c_int;
     pub fn ss_factors_renew(
         session: *mut RawSession,
         factors: *mut RawFactors,

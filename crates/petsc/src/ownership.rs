@@ -98,6 +98,7 @@ mod tests {
             row_offsets: vec![0, 1, 1, 3, 3, 3, 3],
             columns: vec![5, 0, 4],
             groups: vec![7, 2, 4, 7, 7, 99],
+            origins: Vec::new(),
         };
         let owners = [9, 9, 0, 9, 2, 9, 9, 1];
         let ownership = Ownership::new(&pattern, &owners, &SecondOfThree);

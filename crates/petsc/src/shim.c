@@ -17,6 +17,9 @@
 
 #define PREFIX "slipstick_"
 
+/* Of options, by kind. */
+static const char *const PREFIXES[] = {PREFIX, PREFIX "zone_", PREFIX "bulk_"};
+
 struct ss_session {
     MPI_Comm all;     /* for results */
     MPI_Comm end;     /* for ss_meet, which must not meet a result half-way */
@@ -208,7 +211,7 @@ int32_t ss_meet(ss_session *session, double seconds)
 
 void ss_abort(ss_session *session, int32_t code) { MPI_Abort(session->all, code); }
 
-int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int64_t count, const int32_t *rows,
+int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int32_t block, int64_t count, const int32_t *rows,
                   const int32_t *columns, ss_matrix **out)
 {
     PetscInt *i = NULL, *j = NULL;
@@ -223,6 +226,7 @@ int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int64_t count, co
     }
     code = MatCreate(session->all, &matrix->mat);
     if (!code) code = MatSetSizes(matrix->mat, (PetscInt)own, (PetscInt)own, (PetscInt)n, (PetscInt)n);
+    if (!code) code = MatSetBlockSize(matrix->mat, block);
     if (!code) code = MatSetType(matrix->mat, MATAIJ);
     if (!code) code = MatSetPreallocationCOO(matrix->mat, count, i, j);
     PetscErrorCode freed = PetscFree2(i, j);
@@ -235,6 +239,26 @@ int ss_matrix_set(ss_session *session, ss_matrix *matrix, const double *values)
     return MatSetValuesCOO(matrix->mat, values, INSERT_VALUES);
 }
 
+int ss_matrix_rigid(ss_session *session, ss_matrix *matrix, const double *coordinates)
+{
+    Vec places = NULL;
+    MatNullSpace motions = NULL;
+    PetscInt own;
+    PetscScalar *entries;
+    (void)session;
+    PetscErrorCode code = MatCreateVecs(matrix->mat, &places, NULL);
+    if (!code) code = VecSetBlockSize(places, 3);
+    if (!code) code = VecGetLocalSize(places, &own);
+    if (!code) code = VecGetArray(places, &entries);
+    if (!code) memcpy(entries, coordinates, (size_t)own * sizeof(double));
+    if (!code) code = VecRestoreArray(places, &entries);
+    if (!code) code = MatNullSpaceCreateRigidBody(places, &motions);
+    if (!code) code = MatSetNearNullSpace(matrix->mat, motions);
+    if (motions) MatNullSpaceDestroy(&motions);
+    if (places) VecDestroy(&places);
+    return code;
+}
+
 void ss_matrix_free(ss_matrix *matrix)
 {
     if (!matrix) return;
@@ -242,19 +266,43 @@ void ss_matrix_free(ss_matrix *matrix)
     free(matrix);
 }
 
-int ss_factors_new(ss_session *session, ss_matrix *matrix, ss_factors **out)
+/* A V-cycle over smoothed aggregates: incomplete factors on each rank smooth, which bear weak elements and have a
+ * transpose. */
+static PetscErrorCode choose_multigrid(const char *prefix)
+{
+    static const char *const defaults[][2] = {
+        {"mg_levels_ksp_type", "richardson"}, {"mg_levels_pc_type", "bjacobi"}, {"mg_levels_ksp_max_it", "1"},
+        {"mg_levels_sub_pc_type", "ilu"},     {"mg_levels_sub_pc_factor_shift_type", "nonzero"},
+    };
+    for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++) {
+        char name[128];
+        PetscBool chosen = PETSC_FALSE;
+        snprintf(name, sizeof name, "-%s%s", prefix, defaults[i][0]);
+        PetscErrorCode code = PetscOptionsHasName(NULL, NULL, name, &chosen);
+        if (!code && !chosen) code = PetscOptionsSetValue(NULL, name, defaults[i][1]);
+        if (code) return code;
+    }
+    return 0;
+}
+
+int ss_factors_new(ss_session *session, ss_matrix *matrix, int32_t kind, ss_factors **out)
 {
     PC pc;
     ss_factors *factors = (ss_factors *)calloc(1, sizeof *factors);
     *out = factors;
     if (!factors) return PETSC_ERR_MEM;
     PetscErrorCode code = KSPCreate(session->all, &factors->ksp);
-    if (!code) code = KSPSetOptionsPrefix(factors->ksp, PREFIX);
+    if (!code) code = KSPSetOptionsPrefix(factors->ksp, PREFIXES[kind]);
     if (!code) code = KSPSetOperators(factors->ksp, matrix->mat, matrix->mat);
     if (!code) code = KSPSetType(factors->ksp, KSPPREONLY);
     if (!code) code = KSPGetPC(factors->ksp, &pc);
-    if (!code) code = PCSetType(pc, PCLU);
-    if (!code) code = PCFactorSetMatSolverType(pc, MATSOLVERMUMPS);
+    if (kind == 2) {
+        if (!code) code = PCSetType(pc, PCGAMG);
+        if (!code) code = choose_multigrid(PREFIXES[kind]);
+    } else {
+        if (!code) code = PCSetType(pc, PCLU);
+        if (!code) code = PCFactorSetMatSolverType(pc, MATSOLVERMUMPS);
+    }
     if (!code) code = KSPSetFromOptions(factors->ksp);
     if (!code) code = MatCreateVecs(matrix->mat, &factors->x, &factors->rhs);
     return code;
@@ -275,7 +323,7 @@ static PetscErrorCode describe(KSP ksp, PC pc, ss_facts *facts)
     if (!code && package) code = PetscStrcmp(package, MATSOLVERMUMPS, &mumps);
     if (!code) code = PCApplyTransposeExists(pc, &transposes);
     if (code) return code;
-    facts->direct = preonly;
+    facts->direct = preonly && factors;
     facts->is_mumps = mumps;
     facts->transposes = transposes;
     snprintf(facts->name, sizeof facts->name, "%s, %s%s%s", iteration ? iteration : "?", method ? method : "?",
@@ -309,9 +357,12 @@ int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix
     PetscErrorCode code = 0;
     if (workspace > 0) {
         /* factors that failed stay so: others are made, with more, as are all after them */
-        char percentage[16];
+        const char *prefix = NULL;
+        char name[96], percentage[16];
+        code = KSPGetOptionsPrefix(factors->ksp, &prefix);
+        snprintf(name, sizeof name, "-%smat_mumps_icntl_14", prefix ? prefix : "");
         snprintf(percentage, sizeof percentage, "%d", (int)workspace);
-        code = PetscOptionsSetValue(NULL, "-" PREFIX "mat_mumps_icntl_14", percentage);
+        if (!code) code = PetscOptionsSetValue(NULL, name, percentage);
         if (!code) code = KSPReset(factors->ksp);
     }
     if (!code) code = KSPSetReusePreconditioner(factors->ksp, PETSC_FALSE);

@@ -28,15 +28,17 @@ int32_t ss_meet(ss_session *session, double seconds);
 void ss_abort(ss_session *session, int32_t code);
 
 /* A square matrix of `n` rows of which this rank owns the next `own`; its entries come as a list, in which places may
- * repeat: their values are added. */
-int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int64_t count, const int32_t *rows,
+ * repeat: their values are added. Rows of a node follow each other, `block` of them. */
+int ss_matrix_new(ss_session *session, int64_t own, int64_t n, int32_t block, int64_t count, const int32_t *rows,
                   const int32_t *columns, ss_matrix **out);
 int ss_matrix_set(ss_session *session, ss_matrix *matrix, const double *values);
+/* Rigid motions are what a multigrid method must not miss; coordinates of the nodes of this rank, three to a node. */
+int ss_matrix_rigid(ss_session *session, ss_matrix *matrix, const double *coordinates);
 void ss_matrix_free(ss_matrix *matrix);
 
 /* What a factorization tells of itself. */
 typedef struct {
-    int32_t direct;        /* the solver applies factors once, without an iteration */
+    int32_t direct;        /* the solver applies factors once: no iteration that needs the matrix */
     int32_t transposes;    /* it says that it can solve with the transpose */
     int32_t is_mumps;      /* the numbers below are known */
     int32_t mumps_error;   /* INFOG(1): 0 or, of a failed factorization, negative */
@@ -46,7 +48,8 @@ typedef struct {
     char name[64];         /* KSP, PC and package */
 } ss_facts;
 
-int ss_factors_new(ss_session *session, ss_matrix *matrix, ss_factors **out);
+/* `kind` tells of what: 0 the whole matrix, 1 a contact zone, 2 the bodies beside it; each has options of its own. */
+int ss_factors_new(ss_session *session, ss_matrix *matrix, int32_t kind, ss_factors **out);
 int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix, int32_t workspace, ss_facts *facts);
 int ss_factors_solve(ss_session *session, ss_factors *factors, int32_t transpose, const double *rhs, double *x);
 void ss_factors_free(ss_factors *factors);

@@ -1,14 +1,14 @@
 //! The linear solver: a matrix in parts, its factors, and proof that they serve.
 
+use crate::contact_zone::{ContactZone, ContactZoneSolver};
 use crate::error::PetscError;
-use crate::ffi::{self, RawFactors, RawFacts, RawMatrix};
+use crate::factors::{DistributedMatrix, Factors, Facts, Kind};
 use crate::ownership::Ownership;
-use crate::session::{Session, check};
+use crate::session::Session;
 use slipstick_linalg::{
     Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Operator, Precision, Ranks,
     Summed, check_matrix, test_on,
 };
-use std::ffi::CStr;
 use std::sync::Arc;
 
 /// Percentages by which MUMPS may exceed its estimate of memory, one after the other: its default first.
@@ -29,19 +29,28 @@ const KNOWN_TO_FAIL: [&str; 2] = ["hypre", "superlu_dist"];
 pub struct PetscBackend {
     session: Session,
     owners: Arc<[u32]>,
+    zone: Option<Arc<ContactZone>>,
 }
 
 impl PetscBackend {
     /// On the ranks of `session`; `owners` has, for every elimination group ([`CsrPattern::groups`]), the rank that owns
     /// its rows. Groups beyond are the first rank's.
     pub fn new(session: Session, owners: impl Into<Arc<[u32]>>) -> Self {
-        Self { session, owners: owners.into() }
+        Self { session, owners: owners.into(), zone: None }
+    }
+
+    /// With the preconditioner by a contact zone in the place of factors of the whole matrix.
+    pub fn with_contact_zone(self, zone: ContactZone) -> Self {
+        Self { zone: Some(Arc::new(zone)), ..self }
     }
 }
 
 impl Backend for PetscBackend {
     fn solver(&self) -> Box<dyn LinearSolver> {
-        Box::new(PetscSolver::new(self))
+        match &self.zone {
+            Some(zone) => Box::new(ContactZoneSolver::new(self, zone.clone())),
+            None => Box::new(PetscSolver::new(self)),
+        }
     }
 
     fn ranks(&self) -> &dyn Ranks {
@@ -57,6 +66,7 @@ impl Backend for PetscBackend {
 pub struct PetscSolver {
     session: Session,
     owners: Arc<[u32]>,
+    kind: Kind,
     system: Option<System>,
     proved: bool,
 }
@@ -77,7 +87,13 @@ struct System {
 impl PetscSolver {
     /// A solver without a matrix yet.
     pub fn new(backend: &PetscBackend) -> Self {
-        Self { session: backend.session.clone(), owners: backend.owners.clone(), system: None, proved: false }
+        Self::of(backend, Kind::Whole)
+    }
+
+    /// A solver for a part of a preconditioner, which is not tested for itself.
+    pub(crate) fn of(backend: &PetscBackend, kind: Kind) -> Self {
+        let (session, owners) = (backend.session.clone(), backend.owners.clone());
+        Self { session, owners, kind, system: None, proved: false }
     }
 
     fn fail(n: usize, reason: impl Into<String>) -> FactorizationError {
@@ -85,7 +101,7 @@ impl PetscSolver {
     }
 
     /// The first error of a rank, on all of them.
-    fn agree(&self, here: Result<(), FactorizationError>, n: usize) -> Result<(), FactorizationError> {
+    pub(crate) fn agree(&self, here: Result<(), FactorizationError>, n: usize) -> Result<(), FactorizationError> {
         if !self.session.any(here.is_err()) {
             return Ok(());
         }
@@ -113,7 +129,7 @@ impl PetscSolver {
             let ownership = Arc::new(Ownership::new(&pattern, &self.owners, &self.session));
             let mut entries = [pattern.entries() as f64];
             self.session.sum(&mut entries);
-            let matrix = Arc::new(DistributedMatrix::new(&self.session, &pattern, &ownership)?);
+            let matrix = Arc::new(DistributedMatrix::new(&self.session, &pattern, &ownership, &self.kind)?);
             self.system = Some(System { pattern, ownership, entries: entries[0], matrix, factors: None, spent: false });
         }
         Ok(self.system.as_mut().expect("made above"))
@@ -121,17 +137,17 @@ impl PetscSolver {
 
     /// New factors of `a`, not yet tested.
     fn factors(&mut self, a: &CsrMatrix) -> Result<(Arc<Factors>, Facts), PetscError> {
-        let session = self.session.clone();
+        let (session, kind) = (self.session.clone(), self.kind.clone());
         let system = self.system(a)?;
         if std::mem::take(&mut system.spent) {
-            system.matrix = Arc::new(DistributedMatrix::new(&session, &system.pattern, &system.ownership)?);
+            system.matrix = Arc::new(DistributedMatrix::new(&session, &system.pattern, &system.ownership, &kind)?);
         }
         system.matrix.set(&a.values)?;
         // factors that are still in use stay
         let kept = system.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
         let factors = match kept {
             Some(factors) => factors,
-            None => Arc::new(Factors::new(&session, &system.matrix, &system.ownership)?),
+            None => Arc::new(Factors::new(&session, &system.matrix, &system.ownership, &kind)?),
         };
         let mut facts = factors.renew(WORKSPACE[0])?;
         for workspace in &WORKSPACE[1..] {
@@ -210,141 +226,10 @@ impl LinearSolver for PetscSolver {
         }
         let ownership = self.system.as_ref().expect("made with the factors").ownership.clone();
         let factors = PetscFactorization { session: self.session.clone(), factors, ownership, n, facts };
-        self.prove(a, &factors)?;
+        if matches!(self.kind, Kind::Whole) {
+            self.prove(a, &factors)?;
+        }
         Ok(Box::new(factors))
-    }
-}
-
-/// A matrix of PETSc whose entries come as those of the ranks' parts.
-#[derive(Debug)]
-struct DistributedMatrix {
-    session: Session,
-    raw: *mut RawMatrix,
-}
-
-// SAFETY: the pointer is used under the session's lock only.
-unsafe impl Send for DistributedMatrix {}
-// SAFETY: as above.
-unsafe impl Sync for DistributedMatrix {}
-
-impl DistributedMatrix {
-    fn new(session: &Session, pattern: &CsrPattern, ownership: &Ownership) -> Result<Self, PetscError> {
-        let (rows, columns) = ownership.places(pattern);
-        let (own, n, count) = (ownership.own().len() as i64, pattern.n as i64, rows.len() as i64);
-        let mut matrix = Self { session: session.clone(), raw: std::ptr::null_mut() };
-        let calls = session.calls();
-        // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. What was made is freed by `Drop`.
-        let code =
-            unsafe { ffi::ss_matrix_new(*calls, own, n, count, rows.as_ptr(), columns.as_ptr(), &mut matrix.raw) };
-        let result = check(&calls, "making the matrix", code);
-        drop(calls);
-        result.map(|()| matrix)
-    }
-
-    /// Sets the entries; `values` are those of this rank's part.
-    fn set(&self, values: &[f64]) -> Result<(), PetscError> {
-        let calls = self.session.calls();
-        // SAFETY: a live session and matrix, made for so many values.
-        let code = unsafe { ffi::ss_matrix_set(*calls, self.raw, values.as_ptr()) };
-        check(&calls, "assembling the matrix", code)
-    }
-}
-
-impl Drop for DistributedMatrix {
-    fn drop(&mut self) {
-        let _calls = self.session.calls();
-        // SAFETY: made by the shim, or null, and freed once.
-        unsafe { ffi::ss_matrix_free(self.raw) };
-    }
-}
-
-/// What a factorization tells of itself.
-#[derive(Debug, Clone)]
-struct Facts {
-    name: String,
-    direct: bool,
-    transposes: bool,
-    mumps_error: i32,
-    mumps_detail: i64,
-    bytes: usize,
-    operations: f64,
-}
-
-/// A KSP with its factors.
-#[derive(Debug)]
-struct Factors {
-    session: Session,
-    raw: *mut RawFactors,
-    /// The matrix that they are of.
-    matrix: Arc<DistributedMatrix>,
-    /// Unknowns of this rank.
-    own: usize,
-}
-
-// SAFETY: the pointer is used under the session's lock only.
-unsafe impl Send for Factors {}
-// SAFETY: as above.
-unsafe impl Sync for Factors {}
-
-impl Factors {
-    fn new(session: &Session, matrix: &Arc<DistributedMatrix>, ownership: &Ownership) -> Result<Self, PetscError> {
-        let own = ownership.own().len();
-        let mut factors = Self { session: session.clone(), raw: std::ptr::null_mut(), matrix: matrix.clone(), own };
-        let calls = session.calls();
-        // SAFETY: a live session and matrix. What was made is freed by `Drop`.
-        let code = unsafe { ffi::ss_factors_new(*calls, matrix.raw, &mut factors.raw) };
-        let result = check(&calls, "making the solver", code);
-        drop(calls);
-        result.map(|()| factors)
-    }
-
-    /// Factorizes the present matrix, with the analysis of before if there is one.
-    fn renew(&self, workspace: i32) -> Result<Facts, PetscError> {
-        let mut raw = RawFacts {
-            direct: 0,
-            transposes: 0,
-            is_mumps: 0,
-            mumps_error: 0,
-            mumps_detail: 0,
-            megabytes: 0.0,
-            operations: 0.0,
-            name: [0; 64],
-        };
-        let calls = self.session.calls();
-        // SAFETY: live objects of the shim, and a place for the facts.
-        let code = unsafe { ffi::ss_factors_renew(*calls, self.raw, self.matrix.raw, workspace, &mut raw) };
-        check(&calls, "factorizing", code)?;
-        // SAFETY: the shim ends the name with a zero, within its length.
-        let name = unsafe { CStr::from_ptr(raw.name.as_ptr()) }.to_string_lossy().into_owned();
-        Ok(Facts {
-            name,
-            direct: raw.direct != 0,
-            transposes: raw.transposes != 0,
-            mumps_error: raw.mumps_error,
-            mumps_detail: raw.mumps_detail,
-            bytes: (1e6 * raw.megabytes) as usize,
-            operations: raw.operations,
-        })
-    }
-
-    /// A⁻¹ `rhs` or A⁻ᵀ `rhs`, of which this rank has its part.
-    fn solve(&self, transpose: bool, rhs: &[f64]) -> Result<Vec<f64>, PetscError> {
-        assert_eq!(rhs.len(), self.own, "a right-hand side has an entry per unknown of the rank");
-        let mut x = vec![0.0; rhs.len()];
-        let calls = self.session.calls();
-        // SAFETY: live objects of the shim; both arrays have an entry per row of this rank.
-        let code =
-            unsafe { ffi::ss_factors_solve(*calls, self.raw, i32::from(transpose), rhs.as_ptr(), x.as_mut_ptr()) };
-        check(&calls, "solving", code)?;
-        Ok(x)
-    }
-}
-
-impl Drop for Factors {
-    fn drop(&mut self) {
-        let _calls = self.session.calls();
-        // SAFETY: made by the shim, or null, and freed once.
-        unsafe { ffi::ss_factors_free(self.raw) };
     }
 }
 

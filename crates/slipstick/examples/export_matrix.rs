@@ -8,9 +8,16 @@
 //! matrix is a saddle point. Stiffness varies over three decades in a smooth pattern of solid and void, as in a topology
 //! optimization; the layers next to the interface are solid. The first argument is the number of unknowns to reach.
 //!
+//! ```text
+//! cargo run --release -p slipstick --example export_matrix -- case.toml results design.bin
+//! ```
+//!
+//! writes the tangent at the end of the path of a case with the latest design of a run.
+//!
 //! The file holds little-endian numbers without gaps: n and the number of entries (u64), row offsets (n + 1 u64),
-//! columns (u32), elimination groups (n u32), values (f64). `crates/linalg/examples/factor.rs` and
-//! `crates/linalg/benches/compare_pardiso.py` read it.
+//! columns (u32), elimination groups (n u32), values (f64), numbers of the unknowns among all, three to a block row (n
+//! u32), the number of nodes (u64), their coordinates (f64), the number of slave nodes (u64), these (u32). `crates/linalg/examples/factor.rs`,
+//! `crates/petsc/examples/precondition.rs` and `crates/linalg/benches/compare_pardiso.py` read it.
 
 use std::error::Error;
 use std::fs::File;
@@ -19,25 +26,37 @@ use std::time::Instant;
 
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
+use slipstick::run::load_density;
 use slipstick_linalg::{CsrMatrix, Precision, Reduction, SolverChoice};
+use slipstick_mesh::Mesh;
 use slipstick_path::{LinearSystem, Silent, StepProblem};
 
 /// Height of each block; both are about 2 × 2 wide.
 const HEIGHT: f64 = 0.5;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let (Some(unknowns), Some(file)) = (arguments.next(), arguments.next()) else {
-        return Err("arguments: number of unknowns, file to write".into());
-    };
-    let unknowns: usize = unknowns.parse().map_err(|_| "the number of unknowns must be a whole number")?;
-    let edge = (6..).find(|&m| count(m) >= unknowns).ok_or("no mesh of that size")?;
-    let case = parse_case(&case(edge), "blocks.toml")?.case;
-    let mut problem = build(&case)?;
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
     let start = Instant::now();
-    let matrix = converged_tangent(&mut problem)?;
+    let (file, problem, (reduction, matrix)) = match arguments.as_slice() {
+        [unknowns, file] => {
+            let unknowns: usize = unknowns.parse().map_err(|_| "the number of unknowns must be a whole number")?;
+            let edge = (6..).find(|&m| count(m) >= unknowns).ok_or("no mesh of that size")?;
+            let mut problem = build(&parse_case(&case(edge), "blocks.toml")?.case)?;
+            let density = pattern(&problem.mesh);
+            let tangent = converged_tangent(&mut problem, &density)?;
+            (file, problem, tangent)
+        }
+        [case, results, file] => {
+            let mut problem = build(&parse_case(&std::fs::read_to_string(case)?, case)?.case)?;
+            let density = load_density(std::path::Path::new(results), &problem.mesh)?;
+            let tangent = converged_tangent(&mut problem, &density)?;
+            (file, problem, tangent)
+        }
+        _ => return Err("arguments: number of unknowns, file to write; or a case file, results, file to write".into()),
+    };
+    let (mesh, slaves) = (problem.mesh, problem.analysis.model.slave_nodes());
     let seconds = start.elapsed().as_secs_f64();
-    write(&matrix, &file)?;
+    write(&matrix, &reduction, &mesh, &slaves, file)?;
     println!("{file}: {} unknowns, {} entries, made in {seconds:.1} s", matrix.n(), matrix.values.len());
     Ok(())
 }
@@ -95,12 +114,10 @@ simp = {{ p = 3.0, min = 1e-3 }}
     )
 }
 
-/// Marches with smooth void and solid regions and returns the free part of the tangent at the end.
-fn converged_tangent(problem: &mut Problem) -> Result<CsrMatrix, Box<dyn Error>> {
+/// Smooth void and solid regions.
+fn pattern(mesh: &Mesh) -> Vec<f64> {
     let layer = HEIGHT / 4.0;
-    let density: Vec<f64> = problem
-        .mesh
-        .centroids()
+    mesh.centroids()
         .iter()
         .map(|[x, y, z]| {
             if (y - HEIGHT).abs() < layer {
@@ -109,9 +126,13 @@ fn converged_tangent(problem: &mut Problem) -> Result<CsrMatrix, Box<dyn Error>>
             let wave = (9.0 * x + 1.0).sin() * (7.0 * y).cos() + (8.0 * z).sin() * (5.0 * x + 6.0 * y).cos();
             0.5 * (1.0 + (3.0 * wave).tanh())
         })
-        .collect();
+        .collect()
+}
+
+/// Marches and returns the free part of the tangent at the end.
+fn converged_tangent(problem: &mut Problem, density: &[f64]) -> Result<(Reduction, CsrMatrix), Box<dyn Error>> {
     problem.analysis.linear = LinearSystem::new(SolverChoice::Multifrontal { precision: Precision::F32 });
-    let forward = problem.analysis.forward(&density, &mut Silent)?;
+    let forward = problem.analysis.forward(density, &mut Silent)?;
     let [.., previous, last] = forward.path.states.as_slice() else {
         return Err("the path is empty".into());
     };
@@ -119,10 +140,12 @@ fn converged_tangent(problem: &mut Problem) -> Result<CsrMatrix, Box<dyn Error>>
     model.begin_step(&previous.state, last.time, false)?;
     let (fixed, groups) = (model.fixed().to_vec(), model.groups().to_vec());
     let tangent = model.tangent(&last.state.unknowns)?;
-    Ok(Reduction::new(tangent.pattern(), &fixed, &groups).reduce(tangent))
+    let reduction = Reduction::new(tangent.pattern(), &fixed, &groups);
+    let free = reduction.reduce(tangent);
+    Ok((reduction, free))
 }
 
-fn write(a: &CsrMatrix, file: &str) -> std::io::Result<()> {
+fn write(a: &CsrMatrix, reduction: &Reduction, mesh: &Mesh, slaves: &[u32], file: &str) -> std::io::Result<()> {
     let mut out = BufWriter::new(File::create(file)?);
     let mut long = |number: usize| out.write_all(&(number as u64).to_le_bytes());
     long(a.n())?;
@@ -130,5 +153,11 @@ fn write(a: &CsrMatrix, file: &str) -> std::io::Result<()> {
     a.pattern.row_offsets.iter().try_for_each(|&offset| long(offset))?;
     a.pattern.columns.iter().chain(&a.pattern.groups).try_for_each(|number| out.write_all(&number.to_le_bytes()))?;
     a.values.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
+    let origins = (0..a.n()).map(|unknown| reduction.origin(unknown));
+    origins.into_iter().try_for_each(|(row, b)| out.write_all(&((3 * row + b) as u32).to_le_bytes()))?;
+    out.write_all(&(mesh.nodes.len() as u64).to_le_bytes())?;
+    mesh.nodes.as_flattened().iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))?;
+    out.write_all(&(slaves.len() as u64).to_le_bytes())?;
+    slaves.iter().try_for_each(|node| out.write_all(&node.to_le_bytes()))?;
     out.flush()
 }

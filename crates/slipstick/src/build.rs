@@ -93,7 +93,8 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
     let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
     let share = Share::of(&mesh, &pairs, machine.ranks());
-    let linear = machine.linear(&case.solver, share.owners())?;
+    let slaves: Vec<&str> = pairs.iter().map(|(slave, _)| *slave).collect();
+    let linear = machine.linear(&case.solver, share.owners(), &mesh, &slaves)?;
     let solid = SolidModel::part(&mesh, sections?, |element| share.has_element(element))
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other

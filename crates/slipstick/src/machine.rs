@@ -3,6 +3,7 @@
 use crate::build::BuildError;
 use crate::case::{self, LinearSolverChoice};
 use slipstick_linalg::{Alone, Precision, Ranks, SolverChoice};
+use slipstick_mesh::Mesh;
 use slipstick_path::LinearSystem;
 use std::sync::Arc;
 
@@ -29,8 +30,14 @@ impl Machine {
         Arc::new(Alone)
     }
 
-    /// The linear solver that a case asks for; `owners` has the rank of each node.
-    pub(crate) fn linear(&self, solver: &case::Solver, owners: &[u32]) -> Result<LinearSystem, BuildError> {
+    /// The linear solver that a case asks for; `owners` has the rank of each node, `slaves` the surfaces with contact.
+    pub(crate) fn linear(
+        &self,
+        solver: &case::Solver,
+        owners: &[u32],
+        mesh: &Mesh,
+        slaves: &[&str],
+    ) -> Result<LinearSystem, BuildError> {
         let several = self.ranks().size() > 1;
         let one = |choice: SolverChoice| match several {
             false => Ok(LinearSystem::new(choice)),
@@ -44,12 +51,18 @@ impl Machine {
             LinearSolverChoice::Auto if !several => one(SolverChoice::Auto),
             LinearSolverChoice::Multifrontal => one(SolverChoice::Multifrontal { precision: Precision::F64 }),
             LinearSolverChoice::Faer => one(SolverChoice::Faer),
-            LinearSolverChoice::Auto | LinearSolverChoice::Petsc => self.petsc(solver, owners),
+            LinearSolverChoice::Auto | LinearSolverChoice::Petsc => self.petsc(solver, owners, mesh, slaves),
         }
     }
 
     #[cfg(feature = "petsc")]
-    fn petsc(&self, solver: &case::Solver, owners: &[u32]) -> Result<LinearSystem, BuildError> {
+    fn petsc(
+        &self,
+        solver: &case::Solver,
+        owners: &[u32],
+        mesh: &Mesh,
+        slaves: &[&str],
+    ) -> Result<LinearSystem, BuildError> {
         let Some(session) = &self.session else {
             return Err(BuildError {
                 path: "solver.linear".into(),
@@ -64,11 +77,19 @@ impl Machine {
                 help: "give them as PETSc's manual writes them".into(),
             })?;
         }
-        Ok(LinearSystem::new(slipstick_petsc::PetscBackend::new(session.clone(), owners)))
+        let backend = slipstick_petsc::PetscBackend::new(session.clone(), owners);
+        Ok(LinearSystem::new(match solver.petsc_preconditioner {
+            case::PetscPreconditioner::Direct => backend,
+            case::PetscPreconditioner::ContactZone => {
+                let nodes: Vec<u32> =
+                    slaves.iter().filter_map(|name| mesh.surfaces.get(*name)).flat_map(|s| s.nodes()).collect();
+                backend.with_contact_zone(slipstick_petsc::ContactZone::new(mesh.nodes.as_slice(), nodes))
+            }
+        }))
     }
 
     #[cfg(not(feature = "petsc"))]
-    fn petsc(&self, _: &case::Solver, _: &[u32]) -> Result<LinearSystem, BuildError> {
+    fn petsc(&self, _: &case::Solver, _: &[u32], _: &Mesh, _: &[&str]) -> Result<LinearSystem, BuildError> {
         Err(BuildError {
             path: "solver.linear".into(),
             message: "this program was built without PETSc".into(),

@@ -60,7 +60,15 @@ fn values_and_defaults_are_as_documented() {
     let Shape::Box { elements, grading, .. } = minimal.bodies[0].shape else { panic!("a box") };
     assert_eq!((elements, grading), ([1, 2, 10], [1.0; 3]));
     assert_eq!((minimal.design, minimal.output.every), (None, 10));
-    assert_eq!(minimal.solver, Solver { linear: LinearSolverChoice::Auto, petsc_options: None, threads: None });
+    assert_eq!(
+        minimal.solver,
+        Solver {
+            linear: LinearSolverChoice::Auto,
+            petsc_options: None,
+            petsc_preconditioner: PetscPreconditioner::Direct,
+            threads: None
+        }
+    );
 }
 
 #[test]

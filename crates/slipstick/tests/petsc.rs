@@ -11,7 +11,7 @@ use common::scene::{LAGRANGE, Scene, augmented, penalty};
 use common::{deviation, random_density, status_path};
 use slipstick::analysis::Gradients;
 use slipstick::build::{Problem, build, build_on};
-use slipstick::case::parse_case;
+use slipstick::case::{PetscPreconditioner, parse_case};
 use slipstick::machine::Machine;
 use slipstick::petsc::Session;
 use std::process::ExitCode;
@@ -101,19 +101,24 @@ fn objectives_and_gradients_agree(machine: &Machine) {
         let mut alone = case.clone();
         alone.solver.linear = slipstick::case::LinearSolverChoice::Auto;
         let (value, gradients, statuses) = solved(build(&alone).expect("a problem"));
-        let (other, others, same) = solved(build_on(&case, machine).expect("a problem"));
-        assert_eq!(statuses, same, "{name}");
         let all: String = statuses.concat();
         assert!(['o', 't', 'l'].iter().all(|status| all.contains(*status)), "{statuses:?}");
-        assert!((other - value).abs() <= 1e-9 * value.abs(), "{name}: {other} {value}");
-        let error = deviation(&others.density, &gradients.density);
-        assert!(error < 1e-9, "{name}: {error:e}");
-        if machine.ranks().rank() == 0 {
-            let objective = (other / value - 1.0).abs();
-            println!("{name} {shape}: objective {objective:.1e}, derivatives by densities {error:.1e} apart");
-        }
-        for ((parameter, a), (_, b)) in others.parameters.iter().zip(&gradients.parameters) {
-            assert!((a - b).abs() <= 1e-8 * b.abs().max(value.abs() * 1e-3), "{name}, {parameter:?}: {a} {b}");
+        for preconditioner in [PetscPreconditioner::Direct, PetscPreconditioner::ContactZone] {
+            let mut case = case.clone();
+            case.solver.petsc_preconditioner = preconditioner;
+            let name = format!("{name}, {preconditioner:?}");
+            let (other, others, same) = solved(build_on(&case, machine).expect("a problem"));
+            assert_eq!(statuses, same, "{name}");
+            assert!((other - value).abs() <= 1e-9 * value.abs(), "{name}: {other} {value}");
+            let error = deviation(&others.density, &gradients.density);
+            assert!(error < 1e-9, "{name}: {error:e}");
+            if machine.ranks().rank() == 0 {
+                let objective = (other / value - 1.0).abs();
+                println!("{name} {shape}: objective {objective:.1e}, derivatives by densities {error:.1e} apart");
+            }
+            for ((parameter, a), (_, b)) in others.parameters.iter().zip(&gradients.parameters) {
+                assert!((a - b).abs() <= 1e-8 * b.abs().max(value.abs() * 1e-3), "{name}, {parameter:?}: {a} {b}");
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What units are called, what a run writes and how it computes: `[units]`, `[output]`, `[solver]`, `[adjoint]`.
 
-use super::super::resolved::{Adjoint, LinearSolverChoice, Memory, Output, Solver, Units};
+use super::super::resolved::{Adjoint, LinearSolverChoice, Memory, Output, PetscPreconditioner, Solver, Units};
 use super::super::typed::Table;
 use super::CaseCode;
 
@@ -32,7 +32,8 @@ pub(super) fn output(root: &Table<'_>) -> Output {
 }
 
 pub(super) fn solver(root: &Table<'_>) -> Solver {
-    let default = Solver { linear: LinearSolverChoice::Auto, petsc_options: None, threads: None };
+    let petsc_preconditioner = PetscPreconditioner::Direct;
+    let default = Solver { linear: LinearSolverChoice::Auto, petsc_options: None, petsc_preconditioner, threads: None };
     root.table("solver").map_or(default, |table| {
         let words = [
             ("auto", LinearSolverChoice::Auto),
@@ -41,6 +42,8 @@ pub(super) fn solver(root: &Table<'_>) -> Solver {
             ("petsc", LinearSolverChoice::Petsc),
         ];
         let linear = table.word("linear", &words).or(LinearSolverChoice::Auto);
+        let others = "goes with another solver";
+        let cure = "leave it out, or choose `linear = \"petsc\"`";
         let petsc = matches!(linear, LinearSolverChoice::Auto | LinearSolverChoice::Petsc);
         let petsc_options = table
             .string("petsc_options")
@@ -50,16 +53,16 @@ pub(super) fn solver(root: &Table<'_>) -> Solver {
                 "holds no options of PETSc",
                 "for instance \"-mat_mumps_icntl_14 60\"",
             )
-            .check(
-                CaseCode::Unsupported,
-                |_| petsc,
-                "goes with another solver",
-                "leave it out, or choose `linear = \"petsc\"`",
-            )
+            .check(CaseCode::Unsupported, |_| petsc, others, cure)
             .optional();
+        let words = [("direct", PetscPreconditioner::Direct), ("contact_zone", PetscPreconditioner::ContactZone)];
+        let petsc_preconditioner = table
+            .word("petsc_preconditioner", &words)
+            .check(CaseCode::Unsupported, |chosen| petsc || *chosen == PetscPreconditioner::Direct, others, cure)
+            .or(PetscPreconditioner::Direct);
         let threads = table.integer("threads").count(CaseCode::OutOfRange, 1).optional();
         table.finish();
-        Solver { linear, petsc_options, threads }
+        Solver { linear, petsc_options, petsc_preconditioner, threads }
     })
 }
 

@@ -104,6 +104,8 @@ pub struct Solver {
     /// Options of PETSc's solver, as PETSc writes them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub petsc_options: Option<String>,
+    /// What PETSc makes of a tangent.
+    pub petsc_preconditioner: PetscPreconditioner,
     /// Threads; `None`: as many as the machine has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<usize>,
@@ -121,6 +123,17 @@ pub enum LinearSolverChoice {
     Faer,
     /// PETSc, with MUMPS unless options say otherwise, in a build with the feature `petsc`.
     Petsc,
+}
+
+/// What PETSc makes of a tangent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PetscPreconditioner {
+    /// Factors of all of it.
+    #[default]
+    Direct,
+    /// Factors of the contact zone and multigrid on the bodies, in an iteration.
+    ContactZone,
 }
 
 /// How the gradient is computed.

@@ -1,0 +1,361 @@
+//! Contact in a zone that is factorized, the bodies by multigrid: an iteration in the place of factors of the whole matrix.
+
+use crate::factors::Kind;
+use crate::solver::{PetscBackend, PetscSolver};
+use slipstick_linalg::{
+    Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Operator, Precision, SolveError,
+    SolveOptions, Summed, check_matrix, solve_with, test_on,
+};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Relative residual to which one solve iterates. The verified solve around it goes on from there.
+const TOLERANCE: f64 = 1e-6;
+
+/// Most iterations of one solve, and vectors kept before a restart.
+const MOST: usize = 600;
+const RESTART: usize = 200;
+
+/// What the preconditioner by a contact zone has to know of the bodies.
+///
+/// The zone holds the unknowns of all slave nodes, those coupled to them, and so on for some layers; its block of the
+/// matrix is factorized (by MUMPS). The displacements of all bodies get a cycle of multigrid (PETSc's GAMG) with their
+/// rigid motions. Both take turns, bodies, zone, bodies, as a preconditioner of GMRES; for the transpose the same with
+/// the transposes of all three.
+#[derive(Debug, Clone)]
+pub struct ContactZone {
+    /// Reference coordinates of every node, which are the first block rows. \[L\]
+    pub coordinates: Arc<[[f64; 3]]>,
+    /// The slave nodes.
+    pub slaves: Arc<[u32]>,
+    /// Layers of neighbours around them.
+    pub layers: usize,
+    /// Counts the iterations of all solves.
+    pub iterations: Arc<AtomicUsize>,
+}
+
+impl ContactZone {
+    /// Two layers: the master nodes opposite and the bodies' next nodes, and those around these.
+    pub fn new(coordinates: impl Into<Arc<[[f64; 3]]>>, slaves: impl Into<Arc<[u32]>>) -> Self {
+        Self { coordinates: coordinates.into(), slaves: slaves.into(), layers: 2, iterations: Arc::default() }
+    }
+}
+
+/// Makes preconditioned iterations for matrices whose parts are on the ranks.
+#[derive(Debug)]
+pub(crate) struct ContactZoneSolver {
+    backend: PetscBackend,
+    data: Arc<ContactZone>,
+    zone: PetscSolver,
+    bulk: PetscSolver,
+    places: Option<Places>,
+    proved: bool,
+}
+
+/// Which unknowns and entries are whose, on one pattern.
+#[derive(Debug)]
+struct Places {
+    whole: Arc<CsrPattern>,
+    zone: Arc<Part>,
+    bulk: Arc<Part>,
+}
+
+/// A block of the matrix with a numbering of its own.
+#[derive(Debug)]
+struct Part {
+    pattern: Arc<CsrPattern>,
+    /// Number in the whole and in the block.
+    unknowns: Vec<(u32, u32)>,
+    /// Entries of the whole pattern that are the first ones of the block's list.
+    entries: Vec<usize>,
+    /// Entries of the block's list in its pattern.
+    targets: Vec<usize>,
+    /// Diagonal entries of the block that are no entries of the whole.
+    fillers: Vec<usize>,
+}
+
+impl ContactZoneSolver {
+    pub(crate) fn new(backend: &PetscBackend, data: Arc<ContactZone>) -> Self {
+        let zone = PetscSolver::of(backend, Kind::Zone);
+        let bulk = PetscSolver::of(backend, Kind::Bulk(data.coordinates.clone()));
+        Self { backend: backend.clone(), data, zone, bulk, places: None, proved: false }
+    }
+
+    /// The blocks on a pattern, the same choice on all ranks.
+    fn places(&mut self, pattern: &Arc<CsrPattern>) -> Result<&Places, FactorizationError> {
+        let ranks = self.backend.ranks();
+        let known = self.places.as_ref().is_some_and(|p| Arc::ptr_eq(&p.whole, pattern));
+        if ranks.any(!known) || self.places.is_none() {
+            self.places = None;
+            if ranks.any(pattern.origins.len() != pattern.n) {
+                return Err(FactorizationError::Pattern { n: pattern.n });
+            }
+            let nodes = self.data.coordinates.len();
+            let bulk = Part::new(pattern, 3 * nodes, |i| {
+                let origin = pattern.origins[i];
+                (origin < 3 * nodes as u32).then_some(origin)
+            });
+            let marked = self.zone_of(pattern);
+            let mut next = 0;
+            let numbers: Vec<Option<u32>> = marked
+                .iter()
+                .map(|&inside| {
+                    inside.then(|| {
+                        next += 1;
+                        next - 1
+                    })
+                })
+                .collect();
+            let zone = Part::new(pattern, next as usize, |i| numbers[i]);
+            self.places = Some(Places { whole: pattern.clone(), zone: Arc::new(zone), bulk: Arc::new(bulk) });
+        }
+        Ok(self.places.as_ref().expect("made above"))
+    }
+
+    /// Whether each unknown is in the zone.
+    fn zone_of(&self, pattern: &CsrPattern) -> Vec<bool> {
+        let nodes = self.data.coordinates.len() as u32;
+        let mut slave = vec![false; nodes as usize];
+        for &node in self.data.slaves.iter().filter(|&&node| node < nodes) {
+            slave[node as usize] = true;
+        }
+        let of_slave = |i: usize| slave.get(pattern.groups[i] as usize).is_some_and(|&is| is);
+        // multipliers as well where they are not with their slave node
+        let mut inside: Vec<bool> = (0..pattern.n).map(|i| of_slave(i) || pattern.origins[i] >= 3 * nodes).collect();
+        for _ in 0..self.data.layers {
+            let mut reached: Vec<f64> = inside.iter().map(|&is| f64::from(u8::from(is))).collect();
+            for (row, window) in pattern.row_offsets.windows(2).enumerate() {
+                let columns = &pattern.columns[window[0]..window[1]];
+                if inside[row] {
+                    columns.iter().for_each(|&column| reached[column as usize] = 1.0);
+                } else if columns.iter().any(|&column| inside[column as usize]) {
+                    reached[row] = 1.0;
+                }
+            }
+            self.backend.ranks().sum(&mut reached);
+            inside = reached.iter().map(|&reached| reached > 0.0).collect();
+        }
+        inside
+    }
+
+    /// Whether the first iteration that is made solves, for the transpose too. A test costs as much as a solve, and every
+    /// solve is verified anyway: later ones are not tested.
+    fn prove(&mut self, a: &CsrMatrix, factors: &dyn Factorization) -> Result<(), FactorizationError> {
+        if self.proved {
+            return Ok(());
+        }
+        let matrix = Summed { part: a, ranks: self.backend.ranks() };
+        for transpose in [false, true] {
+            test_on(&matrix, &matrix.row_weights(transpose), factors, transpose, self.name()).map_err(|error| {
+                match error {
+                    FactorizationError::Inaccurate { residual, .. } => {
+                        let of = if transpose { "the transpose of the matrix" } else { "the matrix" };
+                        let reason = format!(
+                            "the iteration left a relative residual of {residual:.1e} with {of}; leave \
+                         `petsc_preconditioner` out for factors of the whole matrix"
+                        );
+                        FactorizationError::Backend { solver: self.name(), n: a.n(), reason }
+                    }
+                    other => other,
+                }
+            })?;
+        }
+        self.proved = true;
+        Ok(())
+    }
+}
+
+impl Part {
+    /// The block of the unknowns that get a `number` below `n`.
+    fn new(whole: &CsrPattern, n: usize, number: impl Fn(usize) -> Option<u32>) -> Self {
+        let unknowns: Vec<(u32, u32)> = (0..whole.n).filter_map(|i| number(i).map(|inner| (i as u32, inner))).collect();
+        let mut present = vec![None; n];
+        for &(outer, inner) in &unknowns {
+            present[inner as usize] = Some(outer as usize);
+        }
+        let (mut row_offsets, mut columns, mut groups, mut origins) = (vec![0], Vec::new(), Vec::new(), Vec::new());
+        let (mut entries, mut targets, mut fillers) = (Vec::new(), Vec::new(), Vec::new());
+        for (inner, outer) in present.iter().enumerate() {
+            match outer {
+                Some(row) => {
+                    let range = whole.row_offsets[*row]..whole.row_offsets[*row + 1];
+                    for (k, &column) in range.clone().zip(&whole.columns[range]) {
+                        if let Some(column) = number(column as usize) {
+                            entries.push(k);
+                            targets.push(columns.len());
+                            columns.push(column);
+                        }
+                    }
+                    groups.push(whole.groups[*row]);
+                    origins.push(whole.origins[*row]);
+                }
+                // a prescribed unknown of a node: a row of the identity, in proportion
+                None => {
+                    fillers.push(columns.len());
+                    columns.push(inner as u32);
+                    groups.push(inner as u32 / 3);
+                    origins.push(inner as u32);
+                }
+            }
+            row_offsets.push(columns.len());
+        }
+        let pattern = Arc::new(CsrPattern { n, row_offsets, columns, groups, origins });
+        Self { pattern, unknowns, entries, targets, fillers }
+    }
+
+    /// The block of `a`, with `filler` on the diagonal where `a` has no row.
+    fn of(&self, a: &CsrMatrix, filler: f64) -> CsrMatrix {
+        let mut values = vec![0.0; self.pattern.entries()];
+        for (&target, &entry) in self.targets.iter().zip(&self.entries) {
+            values[target] = a.values[entry];
+        }
+        self.fillers.iter().for_each(|&target| values[target] = filler);
+        CsrMatrix { pattern: self.pattern.clone(), values }
+    }
+
+    fn restrict(&self, whole: &[f64]) -> Vec<f64> {
+        let mut inner = vec![0.0; self.pattern.n];
+        self.unknowns.iter().for_each(|&(i, k)| inner[k as usize] = whole[i as usize]);
+        inner
+    }
+
+    fn add(&self, inner: &[f64], whole: &mut [f64]) {
+        self.unknowns.iter().for_each(|&(i, k)| whole[i as usize] += inner[k as usize]);
+    }
+}
+
+impl LinearSolver for ContactZoneSolver {
+    fn name(&self) -> &'static str {
+        "PETSc by a contact zone"
+    }
+
+    fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        let known = self.places.as_ref().is_some_and(|p| Arc::ptr_eq(&p.whole, &a.pattern));
+        self.zone.agree(check_matrix(a, known), a.n())?;
+        let places = self.places(&a.pattern)?;
+        let (zone_part, bulk_part) = (places.zone.clone(), places.bulk.clone());
+        let zone = match zone_part.pattern.n {
+            0 => None,
+            _ => Some(self.zone.factorize(&zone_part.of(a, 0.0))?),
+        };
+        let mut sizes = a.largest_in_rows();
+        let ranks = self.backend.ranks();
+        ranks.sum(&mut sizes);
+        let filler = sizes.iter().sum::<f64>() / (sizes.len() * ranks.size()).max(1) as f64;
+        let bulk = self.bulk.factorize(&bulk_part.of(a, filler))?;
+        let factors = ContactZoneFactorization {
+            cycle: Cycle { a: a.clone(), backend: self.backend.clone(), zone, zone_part, bulk, bulk_part },
+            iterations: self.data.iterations.clone(),
+        };
+        self.prove(a, &factors)?;
+        Ok(Box::new(factors))
+    }
+}
+
+/// One application of the preconditioner.
+struct Cycle {
+    a: CsrMatrix,
+    backend: PetscBackend,
+    /// `None` where there is no contact.
+    zone: Option<Box<dyn Factorization>>,
+    zone_part: Arc<Part>,
+    bulk: Box<dyn Factorization>,
+    bulk_part: Arc<Part>,
+}
+
+impl Cycle {
+    /// Bodies, zone, bodies: the transpose of the whole is the same with all transposed.
+    fn apply(&self, transpose: bool, rhs: &mut [f64]) {
+        let matrix = Summed { part: &self.a, ranks: self.backend.ranks() };
+        let mut x = vec![0.0; rhs.len()];
+        let mut left = rhs.to_vec();
+        let bulk = (&self.bulk, &self.bulk_part);
+        let turns = match &self.zone {
+            Some(zone) => vec![bulk, (zone, &self.zone_part), bulk],
+            None => vec![bulk],
+        };
+        for (k, (factors, part)) in turns.into_iter().enumerate() {
+            if k > 0 {
+                matrix.residual(transpose, &x, rhs, &mut left);
+            }
+            let mut inner = part.restrict(&left);
+            if transpose {
+                factors.solve_transpose(&mut inner);
+            } else {
+                factors.solve(&mut inner);
+            }
+            part.add(&inner, &mut x);
+        }
+        rhs.copy_from_slice(&x);
+    }
+}
+
+impl Factorization for Cycle {
+    fn solve(&self, rhs: &mut [f64]) {
+        self.apply(false, rhs);
+    }
+
+    fn solve_transpose(&self, rhs: &mut [f64]) {
+        self.apply(true, rhs);
+    }
+
+    fn n(&self) -> usize {
+        self.a.n()
+    }
+
+    fn bytes(&self) -> usize {
+        self.zone.as_ref().map_or(0, |zone| zone.bytes()) + self.bulk.bytes() + 8 * self.a.values.len()
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::F64
+    }
+}
+
+/// The iteration with that preconditioner.
+struct ContactZoneFactorization {
+    cycle: Cycle,
+    iterations: Arc<AtomicUsize>,
+}
+
+impl ContactZoneFactorization {
+    /// What an iteration that does not arrive leaves is the best it had; the verified solve around it tells.
+    fn iterate(&self, transpose: bool, rhs: &mut [f64]) {
+        let matrix = Summed { part: &self.cycle.a, ranks: self.cycle.backend.ranks() };
+        let options =
+            SolveOptions { tolerance: TOLERANCE, max_iterations: MOST, restart: RESTART, give_up_early: false };
+        let mut x = vec![0.0; rhs.len()];
+        let iterations = match solve_with(&matrix, &self.cycle, transpose, rhs, &mut x, &options) {
+            Ok(report) => report.iterations,
+            Err(SolveError::NotConverged { report, .. }) => report.iterations,
+            Err(_) => {
+                x.fill(f64::NAN);
+                0
+            }
+        };
+        self.iterations.fetch_add(iterations + 1, Ordering::Relaxed);
+        rhs.copy_from_slice(&x);
+    }
+}
+
+impl Factorization for ContactZoneFactorization {
+    fn solve(&self, rhs: &mut [f64]) {
+        self.iterate(false, rhs);
+    }
+
+    fn solve_transpose(&self, rhs: &mut [f64]) {
+        self.iterate(true, rhs);
+    }
+
+    fn n(&self) -> usize {
+        self.cycle.n()
+    }
+
+    fn bytes(&self) -> usize {
+        self.cycle.bytes()
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::F64
+    }
+}

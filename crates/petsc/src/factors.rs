@@ -1,0 +1,182 @@
+//! Matrices and factors of PETSc, with their lifetimes.
+
+use crate::error::PetscError;
+use crate::ffi::{self, RawFactors, RawFacts, RawMatrix};
+use crate::ownership::Ownership;
+use crate::session::{Session, check};
+use slipstick_linalg::CsrPattern;
+use std::ffi::CStr;
+use std::sync::Arc;
+
+/// What is factorized, by which its options are told apart.
+#[derive(Debug, Clone)]
+pub(crate) enum Kind {
+    /// The whole matrix: options without a prefix.
+    Whole,
+    /// The contact zone: options with the prefix `zone_`.
+    Zone,
+    /// The bodies, three unknowns to a node, whose coordinates these are: options with the prefix `bulk_`.
+    Bulk(Arc<[[f64; 3]]>),
+}
+
+/// A matrix of PETSc whose entries come as those of the ranks' parts.
+#[derive(Debug)]
+pub(crate) struct DistributedMatrix {
+    session: Session,
+    raw: *mut RawMatrix,
+}
+
+// SAFETY: the pointer is used under the session's lock only.
+unsafe impl Send for DistributedMatrix {}
+// SAFETY: as above.
+unsafe impl Sync for DistributedMatrix {}
+
+impl DistributedMatrix {
+    pub(crate) fn new(
+        session: &Session,
+        pattern: &CsrPattern,
+        ownership: &Ownership,
+        kind: &Kind,
+    ) -> Result<Self, PetscError> {
+        let block = if matches!(kind, Kind::Bulk(_)) { 3 } else { 1 };
+        let (rows, columns) = ownership.places(pattern);
+        let (own, n, count) = (ownership.own().len() as i64, pattern.n as i64, rows.len() as i64);
+        let mut matrix = Self { session: session.clone(), raw: std::ptr::null_mut() };
+        let calls = session.calls();
+        // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. What was made is freed by `Drop`.
+        let code = unsafe {
+            ffi::ss_matrix_new(*calls, own, n, block, count, rows.as_ptr(), columns.as_ptr(), &mut matrix.raw)
+        };
+        let made = check(&calls, "making the matrix", code);
+        drop(calls);
+        made?;
+        if let Kind::Bulk(coordinates) = kind {
+            matrix.set_rigid_motions(&ownership.restrict(coordinates.as_flattened()))?;
+        }
+        Ok(matrix)
+    }
+
+    /// Tells the coordinates of the nodes of this rank, for their rigid motions.
+    fn set_rigid_motions(&self, coordinates: &[f64]) -> Result<(), PetscError> {
+        let calls = self.session.calls();
+        // SAFETY: a live session and matrix; there is a coordinate per row of this rank.
+        let code = unsafe { ffi::ss_matrix_rigid(*calls, self.raw, coordinates.as_ptr()) };
+        check(&calls, "setting rigid motions", code)
+    }
+
+    /// Sets the entries; `values` are those of this rank's part.
+    pub(crate) fn set(&self, values: &[f64]) -> Result<(), PetscError> {
+        let calls = self.session.calls();
+        // SAFETY: a live session and matrix, made for so many values.
+        let code = unsafe { ffi::ss_matrix_set(*calls, self.raw, values.as_ptr()) };
+        check(&calls, "assembling the matrix", code)
+    }
+}
+
+impl Drop for DistributedMatrix {
+    fn drop(&mut self) {
+        let _calls = self.session.calls();
+        // SAFETY: made by the shim, or null, and freed once.
+        unsafe { ffi::ss_matrix_free(self.raw) };
+    }
+}
+
+/// What a factorization tells of itself.
+#[derive(Debug, Clone)]
+pub(crate) struct Facts {
+    pub(crate) name: String,
+    pub(crate) direct: bool,
+    pub(crate) transposes: bool,
+    pub(crate) mumps_error: i32,
+    pub(crate) mumps_detail: i64,
+    pub(crate) bytes: usize,
+    pub(crate) operations: f64,
+}
+
+/// A KSP with its factors.
+#[derive(Debug)]
+pub(crate) struct Factors {
+    session: Session,
+    raw: *mut RawFactors,
+    /// The matrix that they are of.
+    matrix: Arc<DistributedMatrix>,
+    /// Unknowns of this rank.
+    own: usize,
+}
+
+// SAFETY: the pointer is used under the session's lock only.
+unsafe impl Send for Factors {}
+// SAFETY: as above.
+unsafe impl Sync for Factors {}
+
+impl Factors {
+    pub(crate) fn new(
+        session: &Session,
+        matrix: &Arc<DistributedMatrix>,
+        ownership: &Ownership,
+        kind: &Kind,
+    ) -> Result<Self, PetscError> {
+        let number = match kind {
+            Kind::Whole => 0,
+            Kind::Zone => 1,
+            Kind::Bulk(_) => 2,
+        };
+        let own = ownership.own().len();
+        let mut factors = Self { session: session.clone(), raw: std::ptr::null_mut(), matrix: matrix.clone(), own };
+        let calls = session.calls();
+        // SAFETY: a live session and matrix. What was made is freed by `Drop`.
+        let code = unsafe { ffi::ss_factors_new(*calls, matrix.raw, number, &mut factors.raw) };
+        let result = check(&calls, "making the solver", code);
+        drop(calls);
+        result.map(|()| factors)
+    }
+
+    /// Factorizes the present matrix, with the analysis of before if there is one.
+    pub(crate) fn renew(&self, workspace: i32) -> Result<Facts, PetscError> {
+        let mut raw = RawFacts {
+            direct: 0,
+            transposes: 0,
+            is_mumps: 0,
+            mumps_error: 0,
+            mumps_detail: 0,
+            megabytes: 0.0,
+            operations: 0.0,
+            name: [0; 64],
+        };
+        let calls = self.session.calls();
+        // SAFETY: live objects of the shim, and a place for the facts.
+        let code = unsafe { ffi::ss_factors_renew(*calls, self.raw, self.matrix.raw, workspace, &mut raw) };
+        check(&calls, "factorizing", code)?;
+        // SAFETY: the shim ends the name with a zero, within its length.
+        let name = unsafe { CStr::from_ptr(raw.name.as_ptr()) }.to_string_lossy().into_owned();
+        Ok(Facts {
+            name,
+            direct: raw.direct != 0,
+            transposes: raw.transposes != 0,
+            mumps_error: raw.mumps_error,
+            mumps_detail: raw.mumps_detail,
+            bytes: (1e6 * raw.megabytes) as usize,
+            operations: raw.operations,
+        })
+    }
+
+    /// A⁻¹ `rhs` or A⁻ᵀ `rhs`, of which this rank has its part.
+    pub(crate) fn solve(&self, transpose: bool, rhs: &[f64]) -> Result<Vec<f64>, PetscError> {
+        assert_eq!(rhs.len(), self.own, "a right-hand side has an entry per unknown of the rank");
+        let mut x = vec![0.0; rhs.len()];
+        let calls = self.session.calls();
+        // SAFETY: live objects of the shim; both arrays have an entry per row of this rank.
+        let code =
+            unsafe { ffi::ss_factors_solve(*calls, self.raw, i32::from(transpose), rhs.as_ptr(), x.as_mut_ptr()) };
+        check(&calls, "solving", code)?;
+        Ok(x)
+    }
+}
+
+impl Drop for Factors {
+    fn drop(&mut self) {
+        let _calls = self.session.calls();
+        // SAFETY: made by the shim, or null, and freed once.
+        unsafe { ffi::ss_factors_free(self.raw) };
+    }
+}
