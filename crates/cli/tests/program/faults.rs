@@ -70,12 +70,13 @@ impl Messages {
     }
 }
 
-/// Without what differs from machine to machine: hashes, numbers of more than one digit behind a space, and where a JSON
-/// text breaks off.
+/// Without what differs from machine to machine: hashes, numbers of more than one digit behind a space, and where, and in
+/// what, a JSON text breaks off.
 fn anonymous(text: &str) -> String {
     let mut words: Vec<String> = Vec::new();
     for line in text.lines() {
-        let line = line.split_once(" at line ").map_or(line, |(line, _)| line);
+        let line =
+            [" at line ", " while parsing "].iter().fold(line, |line, tail| line.split(tail).next().unwrap_or(line));
         let word = |word: &str| {
             let bare = word.trim_end_matches([',', ')', ';']);
             let all = |class: fn(&char) -> bool| bare.chars().all(|c| class(&c));
