@@ -64,7 +64,12 @@ pub fn run(cli: Cli, line: Vec<String>) -> Exit {
 fn execute(context: &Context, command: &Command) -> Outcome {
     let divided = matches!(
         command,
-        Command::Solve(_) | Command::Gradient(_) | Command::Optimize(_) | Command::Resume(_) | Command::Verify(_)
+        Command::Solve(_)
+            | Command::Gradient(_)
+            | Command::Optimize(_)
+            | Command::Resume(_)
+            | Command::Verify(_)
+            | Command::Bench(_)
     );
     if context.parallel.size() > 1 && !divided {
         return Err(Failure::input("this command runs on one rank", "leave mpirun out"));

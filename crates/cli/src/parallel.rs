@@ -3,9 +3,11 @@
 //! All ranks do the same, but the first alone speaks and writes files. A failure of the analysis is one on all ranks, and
 //! the first tells it; one of a single rank, such as a full disk, ends the others after a while.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use slipstick::machine::Machine;
+use slipstick_linalg::Ranks;
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};
@@ -77,6 +79,11 @@ impl Parallel {
             return Err(Failure::input("this program was built without PETSc: it runs on one rank", cure));
         }
         Ok(())
+    }
+
+    /// The ranks themselves.
+    pub fn ranks(&self) -> Arc<dyn Ranks> {
+        self.present().ranks()
     }
 
     /// Number of ranks.

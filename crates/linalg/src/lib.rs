@@ -58,10 +58,12 @@ pub use csr::{CsrMatrix, CsrPattern};
 pub use metis::partition_graph;
 pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};
 pub use operator::{Operator, Summed};
-pub use ranks::{Alone, Ranks};
+pub use ranks::{Alone, Ranks, Traffic};
 pub use reduce::Reduction;
 pub use robust::{RobustSolver, SolverChoice, test_on};
-pub use solver::{Backend, Factorization, FactorizationError, LinearSolver, Precision, Transposed, check_matrix};
+pub use solver::{
+    Backend, FactorPart, Factorization, FactorizationError, LinearSolver, Precision, Transposed, check_matrix,
+};
 pub use span::best_in_span;
 pub use supernodal::SupernodalSolver;
 pub use verified::{SolveError, SolveOptions, SolveReport, solve_from, solve_verified, solve_with};

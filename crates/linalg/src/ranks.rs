@@ -5,6 +5,15 @@
 
 use std::fmt::Debug;
 
+/// What a rank has handed to the others, by the calls of [`Ranks`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Calls.
+    pub calls: u64,
+    /// What left this rank. \[bytes\]
+    pub bytes: u64,
+}
+
 /// The ranks of a run. All of them must make the same calls in the same order.
 ///
 /// Results are the same on all ranks, bit for bit, and the same whenever the same numbers come from as many ranks. A
@@ -24,6 +33,11 @@ pub trait Ranks: Send + Sync + Debug {
 
     /// What each rank tells, in their order. The lengths may differ.
     fn gather(&self, message: &[u8]) -> Vec<Vec<u8>>;
+
+    /// What this rank has handed to the others so far.
+    fn traffic(&self) -> Traffic {
+        Traffic::default()
+    }
 }
 
 /// The only rank of a run.

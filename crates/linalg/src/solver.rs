@@ -56,6 +56,15 @@ pub trait Backend: Send + Sync + Debug {
     fn ranks(&self) -> &dyn Ranks;
 }
 
+/// What a rank has of the factors of a matrix.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FactorPart {
+    /// Memory. \[bytes\]
+    pub bytes: usize,
+    /// Floating-point operations of this rank for the factors; zero if unknown.
+    pub operations: f64,
+}
+
 /// A factorized matrix, for solves with the matrix and with its transpose.
 ///
 /// The raw solves do not check anything; [`solve_verified`](crate::solve_verified) does.
@@ -85,6 +94,11 @@ pub trait Factorization: Send + Sync {
     /// zero if unknown.
     fn operations(&self) -> f64 {
         0.0
+    }
+
+    /// What this rank has of the factors and did for them; all of it on one rank.
+    fn part(&self) -> FactorPart {
+        FactorPart { bytes: self.bytes(), operations: self.operations() }
     }
 
     /// Solves with several right-hand sides, one after the other in `rhs`.
@@ -132,6 +146,10 @@ impl Factorization for Transposed<'_> {
 
     fn operations(&self) -> f64 {
         self.0.operations()
+    }
+
+    fn part(&self) -> FactorPart {
+        self.0.part()
     }
 }
 

@@ -44,7 +44,7 @@ impl Slot {
 }
 
 /// What was solved how, since the system was made.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SolveCounts {
     /// Factorizations.
     pub factorizations: usize,
@@ -54,6 +54,10 @@ pub struct SolveCounts {
     pub lagged_iterations: usize,
     /// Attempts with earlier factors that were given up.
     pub given_up: usize,
+    /// Most memory of factors on this rank. \[bytes\]
+    pub factor_bytes: usize,
+    /// Floating-point operations of this rank for factors; zero if the solver does not count.
+    pub operations: f64,
 }
 
 struct Cached {
@@ -210,7 +214,10 @@ impl LinearSystem {
         let begin = self.timings.begin();
         let factors = self.now.solver.factorize(&system.matrix);
         self.timings.end(Phase::Factor, begin);
-        let factors = factors.map_err(fail)?.into();
+        let factors: Arc<dyn Factorization> = factors.map_err(fail)?.into();
+        let part = factors.part();
+        self.counts.factor_bytes = self.counts.factor_bytes.max(part.bytes);
+        self.counts.operations += part.operations;
         let (fixed, active_set) = (fixed.to_vec(), active_set.to_vec());
         let kept = Arc::new(KeptFactors { factors, transposed: system.transposed, fixed, active_set });
         self.now.lagged = Some(kept.clone());

@@ -3,8 +3,8 @@
 use crate::factors::Kind;
 use crate::solver::{PetscBackend, PetscSolver};
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Operator, Precision, SolveError,
-    SolveOptions, Summed, check_matrix, solve_with, test_on,
+    Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, LinearSolver, Operator, Precision,
+    SolveError, SolveOptions, Summed, check_matrix, solve_with, test_on,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -307,6 +307,11 @@ impl Factorization for Cycle {
         self.zone.as_ref().map_or(0, |zone| zone.bytes()) + self.bulk.bytes() + 8 * self.a.values.len()
     }
 
+    fn part(&self) -> FactorPart {
+        let zone = self.zone.as_ref().map_or(FactorPart::default(), |zone| zone.part());
+        FactorPart { bytes: zone.bytes + self.bulk.part().bytes + 8 * self.a.values.len(), ..zone }
+    }
+
     fn precision(&self) -> Precision {
         Precision::F64
     }
@@ -353,6 +358,10 @@ impl Factorization for ContactZoneFactorization {
 
     fn bytes(&self) -> usize {
         self.cycle.bytes()
+    }
+
+    fn part(&self) -> FactorPart {
+        self.cycle.part()
     }
 
     fn precision(&self) -> Precision {

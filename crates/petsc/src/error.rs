@@ -22,4 +22,16 @@ pub enum PetscError {
     /// Options hold a character that C cannot take.
     #[error("the options for PETSc hold a zero byte")]
     Options,
+    /// A small system is not solved with the options.
+    #[error("a small test system is not solved with these options: {reason}")]
+    Rehearsal {
+        /// What the solver says.
+        reason: String,
+    },
+    /// No solver has asked for some of the options.
+    #[error("no solver knows {options}")]
+    Unused {
+        /// The options, with their dashes.
+        options: String,
+    },
 }

@@ -4,7 +4,7 @@ use crate::error::PetscError;
 use crate::ffi::{self, RawFactors, RawFacts, RawMatrix};
 use crate::ownership::Ownership;
 use crate::session::{Session, check};
-use slipstick_linalg::CsrPattern;
+use slipstick_linalg::{CsrPattern, FactorPart};
 use std::ffi::CStr;
 use std::sync::Arc;
 
@@ -91,6 +91,8 @@ pub(crate) struct Facts {
     pub(crate) mumps_detail: i64,
     pub(crate) bytes: usize,
     pub(crate) operations: f64,
+    /// Those of this rank.
+    pub(crate) part: FactorPart,
 }
 
 /// A KSP with its factors.
@@ -141,6 +143,8 @@ impl Factors {
             mumps_detail: 0,
             megabytes: 0.0,
             operations: 0.0,
+            megabytes_here: 0.0,
+            operations_here: 0.0,
             name: [0; 64],
         };
         let calls = self.session.calls();
@@ -157,6 +161,7 @@ impl Factors {
             mumps_detail: raw.mumps_detail,
             bytes: (1e6 * raw.megabytes) as usize,
             operations: raw.operations,
+            part: FactorPart { bytes: (1e6 * raw.megabytes_here) as usize, operations: raw.operations_here },
         })
     }
 

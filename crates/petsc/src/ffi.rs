@@ -31,6 +31,8 @@ pub struct RawFacts {
     pub mumps_detail: i64,
     pub megabytes: f64,
     pub operations: f64,
+    pub megabytes_here: f64,
+    pub operations_here: f64,
     pub name: [c_char; 64],
 }
 
@@ -42,6 +44,7 @@ unsafe extern "C" {
     pub fn ss_size(session: *const RawSession) -> i32;
     pub fn ss_size_here(session: *const RawSession) -> i32;
     pub fn ss_options(session: *mut RawSession, options: *const c_char) -> c_int;
+    pub fn ss_unused(session: *mut RawSession, text: *mut c_char, capacity: i64) -> c_int;
 
     pub fn ss_sum(session: *mut RawSession, values: *mut f64, count: i64);
     pub fn ss_any(session: *mut RawSession, here: i32) -> i32;

@@ -24,6 +24,8 @@ mod ffi;
 #[cfg(feature = "petsc")]
 mod ownership;
 #[cfg(feature = "petsc")]
+mod rehearsal;
+#[cfg(feature = "petsc")]
 mod session;
 #[cfg(feature = "petsc")]
 mod solver;

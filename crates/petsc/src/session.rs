@@ -2,8 +2,10 @@
 
 use crate::error::PetscError;
 use crate::ffi::{self, RawSession};
-use slipstick_linalg::Ranks;
+use crate::rehearsal::rehearse;
+use slipstick_linalg::{Ranks, Traffic};
 use std::ffi::{CStr, CString, c_char, c_int};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
@@ -20,6 +22,16 @@ struct Inner {
     rank: usize,
     size: usize,
     size_here: usize,
+    calls_made: AtomicU64,
+    bytes_sent: AtomicU64,
+}
+
+impl Inner {
+    /// Counts a call by which this rank has handed so many bytes to others.
+    fn count(&self, bytes: usize) {
+        self.calls_made.fetch_add(1, Ordering::Relaxed);
+        self.bytes_sent.fetch_add(bytes as u64, Ordering::Relaxed);
+    }
 }
 
 /// The pointer of the shim; whoever holds the lock may call it.
@@ -51,7 +63,8 @@ impl Session {
         let (rank, size, here) = unsafe { (ffi::ss_rank(raw), ffi::ss_size(raw), ffi::ss_size_here(raw)) };
         let number = |value: i32| usize::try_from(value).unwrap_or(0);
         let (rank, size, size_here) = (number(rank), number(size).max(1), number(here).max(1));
-        Ok(Self(Arc::new(Inner { raw: Raw(Mutex::new(raw)), rank, size, size_here })))
+        let (calls_made, bytes_sent) = (AtomicU64::new(0), AtomicU64::new(0));
+        Ok(Self(Arc::new(Inner { raw: Raw(Mutex::new(raw)), rank, size, size_here, calls_made, bytes_sent })))
     }
 
     /// How many ranks are on the machine of this one.
@@ -69,6 +82,28 @@ impl Session {
         // SAFETY: a live session and a string that outlives the call.
         let code = unsafe { ffi::ss_options(*calls, options.as_ptr()) };
         check(&calls, "reading options", code)
+    }
+
+    /// Sets a user's options and solves a small system with them, so that what is wrong with them shows at once.
+    ///
+    /// # Errors
+    /// [`PetscError`] where they cannot be read, do not solve the system, or are none of the solver's.
+    pub fn try_options(&self, options: &str, contact_zone: bool) -> Result<(), PetscError> {
+        self.set_options(options)?;
+        rehearse(self, options, contact_zone)
+    }
+
+    /// Those of the given options, by name with a dash, that nothing has asked for.
+    pub(crate) fn unused(&self, options: &str) -> Result<Vec<String>, PetscError> {
+        let mut text = [0 as c_char; 4096];
+        let calls = self.calls();
+        // SAFETY: a live session; the shim writes a string of at most so many characters with its end.
+        let code = unsafe { ffi::ss_unused(*calls, text.as_mut_ptr(), text.len() as i64) };
+        check(&calls, "looking for unused options", code)?;
+        // SAFETY: the shim has ended it within its length.
+        let all = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy();
+        let given = |name: &&str| options.split_whitespace().any(|word| word.strip_prefix('-') == Some(name));
+        Ok(all.lines().filter(given).map(|name| format!("-{name}")).collect())
     }
 
     /// Whether all ranks call this within `patience`: at the end of a program, whether they all come to it.
@@ -127,12 +162,16 @@ impl Ranks for Session {
         let calls = self.calls();
         // SAFETY: a live session; the shim reads and writes so many numbers.
         unsafe { ffi::ss_sum(*calls, values.as_mut_ptr(), values.len() as i64) };
+        // the terms of others' sums go out, then the own sums to all others
+        self.0.count(2 * 8 * values.len() * (self.0.size - 1) / self.0.size);
     }
 
     fn any(&self, here: bool) -> bool {
         let calls = self.calls();
         // SAFETY: a live session.
-        unsafe { ffi::ss_any(*calls, i32::from(here)) != 0 }
+        let any = unsafe { ffi::ss_any(*calls, i32::from(here)) != 0 };
+        self.0.count(4 * usize::from(self.0.size > 1));
+        any
     }
 
     fn gather(&self, message: &[u8]) -> Vec<Vec<u8>> {
@@ -143,6 +182,7 @@ impl Ranks for Session {
         let mut all = vec![0_u8; lengths.iter().sum::<i64>() as usize];
         // SAFETY: a live session; `message` has the length that was told, `all` room for all of them.
         unsafe { ffi::ss_gather(*calls, message.as_ptr().cast(), lengths.as_ptr(), all.as_mut_ptr().cast()) };
+        self.0.count((message.len() + 8) * (self.0.size - 1));
         let mut rest = all.as_slice();
         lengths
             .iter()
@@ -152,5 +192,10 @@ impl Ranks for Session {
                 here.to_vec()
             })
             .collect()
+    }
+
+    fn traffic(&self) -> Traffic {
+        let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        Traffic { calls: read(&self.0.calls_made), bytes: read(&self.0.bytes_sent) }
     }
 }

@@ -137,6 +137,23 @@ int ss_options(ss_session *session, const char *options)
     return code ? code : popped;
 }
 
+int ss_unused(ss_session *session, char *text, int64_t capacity)
+{
+    PetscInt count = 0;
+    char **names = NULL, **values = NULL;
+    const size_t prefix = strlen(PREFIX);
+    size_t length = 0;
+    (void)session;
+    text[0] = 0;
+    PetscErrorCode code = PetscOptionsLeftGet(NULL, &count, &names, &values);
+    if (code) return code;
+    for (PetscInt i = 0; i < count; i++) {
+        if (strncmp(names[i], PREFIX, prefix) != 0 || length + strlen(names[i]) + 2 > (size_t)capacity) continue;
+        length += (size_t)snprintf(text + length, (size_t)capacity - length, "%s\n", names[i] + prefix);
+    }
+    return PetscOptionsLeftRestore(NULL, &count, &names, &values);
+}
+
 /* Every sum is formed in one place and copied from there, so that all ranks have the same bits. */
 void ss_sum(ss_session *session, double *values, int64_t count)
 {
@@ -344,6 +361,9 @@ static PetscErrorCode ask_mumps(PC pc, ss_facts *facts)
     if (!code) code = MatMumpsGetInfog(inside, 18, &value);
     facts->megabytes = value;
     if (!code) code = MatMumpsGetRinfog(inside, 3, &facts->operations);
+    if (!code) code = MatMumpsGetInfo(inside, 16, &value);
+    facts->megabytes_here = value;
+    if (!code) code = MatMumpsGetRinfo(inside, 3, &facts->operations_here);
     return code;
 }
 

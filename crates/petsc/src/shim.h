@@ -18,6 +18,8 @@ int32_t ss_rank(const ss_session *session);
 int32_t ss_size(const ss_session *session);
 int32_t ss_size_here(const ss_session *session);
 int ss_options(ss_session *session, const char *options);
+/* Those that nothing has asked for, without the prefix of ours, a line each. */
+int ss_unused(ss_session *session, char *text, int64_t capacity);
 
 /* Messages; an error of MPI ends the program on all ranks. */
 void ss_sum(ss_session *session, double *values, int64_t count);
@@ -45,6 +47,8 @@ typedef struct {
     int64_t mumps_detail;  /* INFOG(2) */
     double megabytes;      /* of the rank that has most */
     double operations;     /* of all ranks */
+    double megabytes_here; /* of this rank */
+    double operations_here;
     char name[64];         /* KSP, PC and package */
 } ss_facts;
 

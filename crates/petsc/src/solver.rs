@@ -6,8 +6,8 @@ use crate::factors::{DistributedMatrix, Factors, Facts, Kind};
 use crate::ownership::Ownership;
 use crate::session::Session;
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, Factorization, FactorizationError, LinearSolver, Operator, Precision, Ranks,
-    Summed, check_matrix, test_on,
+    Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, LinearSolver, Operator, Precision,
+    Ranks, Summed, check_matrix, test_on,
 };
 use std::sync::Arc;
 
@@ -158,6 +158,7 @@ impl PetscSolver {
         }
         if facts.bytes == 0 {
             facts.bytes = (12.0 * system.entries / session.size() as f64) as usize;
+            facts.part.bytes = facts.bytes;
         }
         // an iteration goes on with its matrix, which must then stay as it is
         system.spent = !facts.direct;
@@ -277,5 +278,9 @@ impl Factorization for PetscFactorization {
 
     fn operations(&self) -> f64 {
         self.facts.operations
+    }
+
+    fn part(&self) -> FactorPart {
+        self.facts.part
     }
 }

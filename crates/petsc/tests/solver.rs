@@ -45,4 +45,11 @@ fn methods_without_transposed_solves_are_refused() {
     let unknown = solve("-pc_type lu -pc_factor_mat_solver_type nonesuch").unwrap_err();
     assert!(unknown.contains("nonesuch"), "{unknown}");
     assert!(session.set_options("a\0b").is_err());
+    // options are tried before anything depends on them
+    let direct = "-ksp_type preonly -pc_type lu -pc_factor_mat_solver_type mumps -mat_mumps_icntl_14 60";
+    assert_eq!(session.try_options(direct, false), Ok(()));
+    assert_eq!(session.try_options("-zone_mat_mumps_icntl_14 60 -bulk_mg_levels_ksp_max_it 2", true), Ok(()));
+    let told = |options: &str| session.try_options(options, false).unwrap_err().to_string();
+    assert_eq!(told("-mat_mumps_icntl_414 60 -ksp_typ gmres"), "no solver knows -ksp_typ -mat_mumps_icntl_414");
+    assert!(told("-ksp_type gmres -pc_type hypre").contains("transpose"));
 }

@@ -71,10 +71,14 @@ impl Machine {
             });
         };
         if let Some(options) = &solver.petsc_options {
-            session.set_options(options).map_err(|error| BuildError {
+            let contact_zone = solver.petsc_preconditioner == case::PetscPreconditioner::ContactZone;
+            session.try_options(options, contact_zone).map_err(|error| BuildError {
                 path: "solver.petsc_options".into(),
                 message: error.to_string(),
-                help: "give them as PETSc's manual writes them".into(),
+                help:
+                    "give options of its linear solver as PETSc's manual writes them (docs/cluster.md); others belong \
+                       into the variable PETSC_OPTIONS"
+                        .into(),
             })?;
         }
         let backend = slipstick_petsc::PetscBackend::new(session.clone(), owners);

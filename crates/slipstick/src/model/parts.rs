@@ -6,6 +6,12 @@ use crate::analysis::NodalContact;
 use slipstick_path::{StateError, StepProblem, StepState};
 
 impl ContactModel {
+    /// Elements and slave nodes that this rank assembles.
+    pub fn own_parts(&self) -> [usize; 2] {
+        let elements = (0..self.density.len()).filter(|&element| self.share.has_element(element)).count();
+        [elements, self.own.iter().filter(|own| **own).count()]
+    }
+
     /// Contact results of every slave node at a state: traction ζ, status, gap and slip over area. Of all nodes on any
     /// rank, without the others.
     ///

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use slipstick::analysis::{Analysis, AnalysisError};
 use slipstick::build::Problem;
+use slipstick_linalg::Ranks;
 use slipstick_path::{Silent, SolveCounts};
 
 use super::half_ball;
@@ -26,17 +27,25 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     let steps = steps.or(args.case.is_none().then_some(half_ball::STEPS / 5));
     problem.analysis.times.truncate(steps.unwrap_or(usize::MAX));
     let analysis = &mut problem.analysis;
+    let ranks = context.parallel.ranks();
     let now: fn() -> f64 = if args.cpu { clock::processor } else { clock::wall };
     analysis.measure(now);
-    let (mut forward, marched) = timed(analysis, now, |analysis| analysis.forward(&density, &mut Silent))?;
+    let (mut forward, marched) =
+        timed(analysis, ranks.as_ref(), now, |analysis| analysis.forward(&density, &mut Silent))?;
     let (kept_states, kept_bytes) = (forward.path.states_with_factors(), forward.path.factor_bytes);
     let (mut gradient, mut recomputed) = (Value::Null, Value::Null);
-    if analysis.objective.is_some() {
-        gradient = timed(analysis, now, |analysis| analysis.gradient(&forward))?.1;
+    if analysis.objective.is_some() && kept_states > 0 {
+        gradient = timed(analysis, ranks.as_ref(), now, |analysis| analysis.gradient(&forward))?.1;
         forward.path.forget_factors();
-        recomputed = timed(analysis, now, |analysis| analysis.gradient(&forward))?.1;
     }
+    if analysis.objective.is_some() {
+        recomputed = timed(analysis, ranks.as_ref(), now, |analysis| analysis.gradient(&forward))?.1;
+    }
+    let [elements_here, slave_nodes_here] = analysis.model.own_parts();
+    let counts = analysis.linear.counts();
     Ok(json!({
+        "rank": ranks.rank(), "elements_here": elements_here, "slave_nodes_here": slave_nodes_here,
+        "factor_bytes": counts.factor_bytes, "operations": counts.operations,
         "elements": problem.mesh.elements.len(), "unknowns": setup.inspection.unknowns, "threads": setup.threads, "clock": if args.cpu { "processor" } else { "wall" },
         "steps": forward.path.steps, "increments": forward.path.states.len() - 1,
         "newton_iterations": forward.path.newton_iterations(),
@@ -57,13 +66,15 @@ fn problem(context: &Context, args: &Bench) -> Outcome<(Setup, Problem)> {
     }
 }
 
-/// The result of some work, its time and its solves: `{ seconds, phases: { solid, … }, solves: { … } }`.
+/// The result of some work, its time, its solves, and what this rank told others for it:
+/// `{ seconds, phases: { solid, … }, solves: { … }, calls, bytes_sent }`.
 fn timed<T>(
     analysis: &mut Analysis,
+    ranks: &dyn Ranks,
     now: fn() -> f64,
     work: impl FnOnce(&mut Analysis) -> Result<T, AnalysisError>,
 ) -> Outcome<(T, Value)> {
-    let (before, counts, begin) = (analysis.timings(), analysis.linear.counts(), now());
+    let (told, before, counts, begin) = (ranks.traffic(), analysis.timings(), analysis.linear.counts(), now());
     let result = work(analysis);
     let seconds = now() - begin;
     let spent = analysis.timings() - before;
@@ -73,7 +84,10 @@ fn timed<T>(
     })?;
     Ok((
         result,
-        json!({ "seconds": seconds, "phases": phases(&spent), "solves": solves(counts, analysis.linear.counts()) }),
+        json!({
+            "seconds": seconds, "phases": phases(&spent), "solves": solves(counts, analysis.linear.counts()),
+            "calls": ranks.traffic().calls - told.calls, "bytes_sent": ranks.traffic().bytes - told.bytes,
+        }),
     ))
 }
 

@@ -26,6 +26,9 @@ pub fn run(context: &Context, args: &Bench) -> Outcome {
         context.console.raw(&format!("{measurement}\n"));
         return Ok(());
     }
+    if context.parallel.size() > 1 {
+        return on_ranks(context, args);
+    }
     let mut all = Vec::new();
     let sizes = if args.case.is_some() { vec![None] } else { args.sizes.iter().copied().map(Some).collect() };
     for size in sizes {
@@ -43,15 +46,37 @@ pub fn run(context: &Context, args: &Bench) -> Outcome {
             context.console.event("measurement", measurement);
         }
     }
+    conclude(context, args, &all, &tables(&all));
+    Ok(())
+}
+
+/// Measures on the ranks of this process, once; the first tells what all of them found.
+fn on_ranks(context: &Context, args: &Bench) -> Outcome {
+    let own = measure::measure(context, args)?;
+    let all = context.parallel.ranks().gather(own.to_string().as_bytes());
+    let all: Vec<Value> = all.iter().filter_map(|text| serde_json::from_slice(text).ok()).collect();
+    for measurement in &all {
+        let mut measurement = measurement.clone();
+        measurement["command"] = "bench".into();
+        context.console.event("measurement", measurement);
+    }
+    let mut text = tables(&all[..1]);
+    text.push(format!("\non each of {} ranks", all.len()));
+    text.extend(by_rank(&all));
+    conclude(context, args, &all, &text);
+    Ok(())
+}
+
+/// Tells the tables, and where they were measured.
+fn conclude(context: &Context, args: &Bench, all: &[Value], tables: &[String]) {
     let machine = Machine::this();
     context.console.event("result", json!({ "command": "bench", "machine": machine, "measurements": all.len() }));
-    context.console.lines(&tables(&all));
+    context.console.lines(tables);
     if args.cpu {
         context.console.text("\ntimes are those of the processors, all threads together");
     }
     let processor = processor().map_or(String::new(), |name| format!(", {name}"));
     context.console.text(&format!("\n{} {}{processor}, {} cores", machine.os, machine.architecture, machine.cores));
-    Ok(())
 }
 
 /// A measurement in a process of its own.
@@ -154,6 +179,40 @@ fn tables(all: &[Value]) -> Vec<String> {
         }
     }
     text
+}
+
+/// What each rank has and does of a measurement.
+fn by_rank(all: &[Value]) -> Vec<String> {
+    let header = [
+        "rank",
+        "elements",
+        "slave nodes",
+        "assembly [s]",
+        "Gflop for factors",
+        "factors",
+        "memory",
+        "sent, forward",
+        "gradient",
+    ];
+    let size = |value: &Value| value.as_f64().map_or("–".into(), bytes);
+    let rows: Vec<Vec<String>> = all
+        .iter()
+        .map(|m| {
+            let phase = |phase: Phase| m["forward"]["phases"][phase.name()][0].as_f64().unwrap_or(0.0);
+            vec![
+                m["rank"].to_string(),
+                m["elements_here"].to_string(),
+                m["slave_nodes_here"].to_string(),
+                format!("{:.2}", phase(Phase::Solid) + phase(Phase::Contact)),
+                format!("{:.1}", 1e-9 * m["operations"].as_f64().unwrap_or(0.0)),
+                size(&m["factor_bytes"]),
+                size(&m["peak_bytes"]),
+                size(&m["forward"]["bytes_sent"]),
+                size(&m["gradient_without_kept_factors"]["bytes_sent"]),
+            ]
+        })
+        .collect();
+    lines(&header, &rows)
 }
 
 /// Milliseconds by phase, of each of `per`.
