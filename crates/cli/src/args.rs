@@ -338,7 +338,7 @@ pub struct Bench {
     /// The design.
     #[command(flatten)]
     pub design: DesignFrom,
-    /// Sizes of the half ball on its plate: elements, about
+    /// Sizes of the half ball on its plate: elements, about; on ranks of MPI the first
     #[arg(
         long,
         value_name = "NUMBERS",
@@ -348,7 +348,7 @@ pub struct Bench {
         value_parser = count
     )]
     pub sizes: Vec<NonZeroUsize>,
-    /// Numbers of threads
+    /// Numbers of threads; on ranks of MPI the first
     #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2", value_parser = count)]
     pub threads: Vec<NonZeroUsize>,
     /// Load steps from the start of the path [default: all of a case; 10 of the half ball's 50]

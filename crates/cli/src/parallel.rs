@@ -35,10 +35,15 @@ impl Parallel {
     /// [`Failure::Input`] if PETSc cannot be started, or is not built in.
     pub fn join() -> Outcome<Self> {
         let parallel = Self::default();
-        if LAUNCHED.iter().any(|variable| std::env::var_os(variable).is_some()) {
+        if Self::launched() {
             parallel.start()?;
         }
         Ok(parallel)
+    }
+
+    /// Whether this process was launched as a rank, be it the only one.
+    pub fn launched() -> bool {
+        LAUNCHED.iter().any(|variable| std::env::var_os(variable).is_some())
     }
 
     /// What problems are computed on; `petsc` starts PETSc if that is not done.

@@ -34,6 +34,17 @@ pub trait Ranks: Send + Sync + Debug {
     /// What each rank tells, in their order. The lengths may differ.
     fn gather(&self, message: &[u8]) -> Vec<Vec<u8>>;
 
+    /// The numbers that the first rank has; those of the others do not matter.
+    fn of_first(&self, values: &[f64]) -> Vec<f64> {
+        if self.size() == 1 {
+            return values.to_vec();
+        }
+        let first = self.rank() == 0;
+        let bytes: Vec<u8> = values.iter().filter(|_| first).flat_map(|value| value.to_le_bytes()).collect();
+        let told = self.gather(&bytes).swap_remove(0);
+        told.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
+    }
+
     /// What this rank has handed to the others so far.
     fn traffic(&self) -> Traffic {
         Traffic::default()

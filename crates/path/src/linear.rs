@@ -127,6 +127,11 @@ impl LinearSystem {
         self.budget = iterations;
     }
 
+    /// Who solves together.
+    pub fn ranks(&self) -> &dyn Ranks {
+        self.backend.ranks()
+    }
+
     /// What was solved how.
     pub fn counts(&self) -> SolveCounts {
         self.counts

@@ -6,6 +6,8 @@ use crate::newton::{self, NewtonOptions, StepReport};
 use crate::problem::{StepProblem, StepState};
 use crate::start::{self, Guide, StartValues};
 use crate::uzawa;
+use slipstick_linalg::Ranks;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Settings of the march.
@@ -28,7 +30,7 @@ pub struct MarchOptions {
 pub struct PathState {
     /// Pseudo-time.
     pub time: f64,
-    /// Unknowns and history.
+    /// Unknowns and history; empty where they are [left to the first rank](Path::state).
     pub state: StepState,
     /// The user's step (1-based) that this state completes; `None` inside of a step that was cut back.
     pub completes: Option<usize>,
@@ -38,6 +40,8 @@ pub struct PathState {
     pub active_set: Vec<u8>,
     /// Whether this is rest, where the path begins (anew): it does not depend on the states before.
     pub rest: bool,
+    /// Whether only the first of several ranks has the state.
+    pub(crate) with_first: bool,
     pub(crate) factors: Option<Arc<KeptFactors>>,
 }
 
@@ -64,6 +68,28 @@ pub struct Path {
 }
 
 impl Path {
+    /// A state, from the first rank if only that has it: then all ranks have to ask. Of several ranks, the others have the
+    /// last two states of a path, from which steps start; on one rank nothing is ever missing.
+    pub fn state(&self, index: usize, ranks: &dyn Ranks) -> Cow<'_, StepState> {
+        let PathState { state, with_first, .. } = &self.states[index];
+        if !with_first {
+            return Cow::Borrowed(state);
+        }
+        Cow::Owned(StepState { unknowns: ranks.of_first(&state.unknowns), history: ranks.of_first(&state.history) })
+    }
+
+    /// Leaves to the first rank what the next steps do not start from.
+    fn leave_to_first(&mut self, ranks: &dyn Ranks) {
+        let Some(index) = self.states.len().checked_sub(3).filter(|_| ranks.size() > 1) else { return };
+        let last = &mut self.states[..=index];
+        for state in last.iter_mut().rev().take_while(|state| !state.with_first) {
+            state.with_first = true;
+            if ranks.rank() > 0 {
+                state.state = StepState::default();
+            }
+        }
+    }
+
     /// The states that complete a user's step, with the step's number.
     pub fn completed(&self) -> impl Iterator<Item = (usize, &PathState)> {
         self.states.iter().filter_map(|s| s.completes.map(|n| (n, s)))
@@ -162,6 +188,7 @@ pub fn march(
         report: StepReport::default(),
         active_set: Vec::new(),
         rest: true,
+        with_first: false,
         factors: None,
     };
     let mut path = Path { states: vec![rest(0.0)], steps: 0, factor_bytes: 0 };
@@ -189,8 +216,11 @@ pub fn march(
                     let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
                     let completes = last.then_some(step);
                     let active_set = problem.active_set().to_vec();
-                    let next = PathState { time: target, state, completes, report, active_set, rest: false, factors };
+                    let (rest, with_first) = (false, false);
+                    let next =
+                        PathState { time: target, state, completes, report, active_set, rest, with_first, factors };
                     path.states.push(next);
+                    path.leave_to_first(linear.ranks());
                     observer.on_event(&MarchEvent::Accepted(path.states.last().expect("pushed")));
                     if last {
                         path.steps = step;
@@ -241,7 +271,8 @@ fn attempt(
     let previous = &path.states.last().expect("holds the start").state;
     let as_failure =
         |e: crate::StateError| StepFailure { kind: e.into(), iterations: vec![], iterate: previous.unknowns.clone() };
-    let mut starts = start::candidates(problem, path, time, options.start, guide).into_iter().peekable();
+    let starts = start::candidates(problem, path, time, options.start, guide, linear.ranks());
+    let mut starts = starts.into_iter().peekable();
     let mut setting = 0;
     loop {
         problem.begin_step(previous, time, false).map_err(as_failure)?;

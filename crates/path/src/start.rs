@@ -4,6 +4,7 @@
 
 use crate::march::Path;
 use crate::problem::StepProblem;
+use slipstick_linalg::Ranks;
 
 /// Where Newton's method starts a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,7 +22,7 @@ const STEADY: f64 = 0.1;
 
 /// The path of a nearby problem, whose increments are followed: of the previous design, say.
 ///
-/// Single precision is enough for that.
+/// Single precision is enough for that. Of several ranks, the first has the unknowns; the others need the times only.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Guide {
     times: Vec<f64>,
@@ -96,6 +97,22 @@ impl Guide {
         &self.unknowns
     }
 
+    /// Keeps the unknowns on the first of several ranks only.
+    pub fn leave_to_first(&mut self, ranks: &dyn Ranks) {
+        if ranks.rank() > 0 {
+            self.unknowns.iter_mut().for_each(|unknowns| *unknowns = Vec::new());
+        }
+    }
+
+    /// [`ahead`](Self::ahead) by the first rank, on all.
+    fn ahead_on(&self, last: &[f64], from: f64, time: f64, ranks: &dyn Ranks) -> Option<Vec<f64>> {
+        if ranks.size() == 1 {
+            return self.ahead(last, from, time);
+        }
+        let ahead = if ranks.rank() == 0 { self.ahead(last, from, time) } else { None };
+        Some(ranks.of_first(&ahead.unwrap_or_default())).filter(|ahead| ahead.len() == last.len())
+    }
+
     /// The last state plus the guide's increment from its time to `time`; `None` if the guide does not reach so far or
     /// has other unknowns.
     fn ahead(&self, last: &[f64], from: f64, time: f64) -> Option<Vec<f64>> {
@@ -124,11 +141,12 @@ pub(crate) fn candidates(
     time: f64,
     values: StartValues,
     guide: Option<&Guide>,
+    ranks: &dyn Ranks,
 ) -> Vec<Vec<f64>> {
     let last = path.states.last().expect("holds the start");
     let mut target = last.state.unknowns.clone();
     problem.prescribe(time, &mut target);
-    let guided = guide.and_then(|g| g.ahead(&last.state.unknowns, last.time, time));
+    let guided = guide.and_then(|g| g.ahead_on(&last.state.unknowns, last.time, time, ranks));
     let mut ahead = guided.or_else(|| match values {
         StartValues::Previous => None,
         StartValues::Extrapolated => extrapolated(problem, path, time, &target),

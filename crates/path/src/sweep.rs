@@ -7,14 +7,16 @@ use crate::problem::{PreviousPullBack, StepProblem, StepState};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// An objective as the sweep sees it: explicit partial derivatives at the states that complete a user's step.
-pub trait PathObjective {
+/// An objective on a problem `P` as the sweep sees it: explicit partial derivatives at the states that complete a user's
+/// step.
+pub trait PathObjective<P: ?Sized> {
     /// Adds ∂θ/∂y_n, ∂θ/∂φ and ∂θ/∂p of user step `step` (1-based) at its state.
     ///
     /// # Errors
     /// If the state cannot be evaluated.
     fn add_derivative(
         &mut self,
+        problem: &P,
         step: usize,
         time: f64,
         state: &StepState,
@@ -64,11 +66,11 @@ pub struct SweepError {
 ///
 /// # Errors
 /// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance.
-pub fn sweep(
-    problem: &mut dyn StepProblem,
+pub fn sweep<P: StepProblem + ?Sized>(
+    problem: &mut P,
     linear: &mut LinearSystem,
     path: &Path,
-    objective: &mut dyn PathObjective,
+    objective: &mut dyn PathObjective<P>,
     options: &SweepOptions,
 ) -> Result<PathGradient, SweepError> {
     // whatever was solved before, the gradient is the same
@@ -78,16 +80,22 @@ pub fn sweep(
         PathGradient { design: vec![0.0; problem.designs()], parameters: vec![0.0; problem.parameters()] };
     let mut carry = PreviousPullBack { unknowns: vec![0.0; n], history: vec![0.0; problem.history_length()] };
     let mut earlier = Earlier::default();
+    let mut fetched = None;
     for index in (1..path.states.len()).rev() {
         let here = &path.states[index];
         if here.rest {
             // nothing before it matters to what comes after
             carry.unknowns.fill(0.0);
             carry.history.fill(0.0);
+            fetched = None;
             continue;
         }
-        step_back(problem, linear, path, index, objective, options, &mut gradient, &mut carry, &mut earlier)
+        let state = fetched.take().unwrap_or_else(|| path.state(index, linear.ranks()));
+        let previous = path.state(index - 1, linear.ranks());
+        let states = [previous.as_ref(), state.as_ref()];
+        step_back(problem, linear, path, index, states, objective, options, &mut gradient, &mut carry, &mut earlier)
             .map_err(|kind| SweepError { time: here.time, kind })?;
+        fetched = Some(previous);
     }
     // factors of the sweep are of no use to what follows
     linear.forget_factors();
@@ -141,24 +149,25 @@ fn made_at(path: &Path, mut index: usize, factors: &Arc<KeptFactors>) -> usize {
     index
 }
 
-fn step_back(
-    problem: &mut dyn StepProblem,
+fn step_back<P: StepProblem + ?Sized>(
+    problem: &mut P,
     linear: &mut LinearSystem,
     path: &Path,
     index: usize,
-    objective: &mut dyn PathObjective,
+    [previous, state]: [&StepState; 2],
+    objective: &mut dyn PathObjective<P>,
     options: &SweepOptions,
     gradient: &mut PathGradient,
     carry: &mut PreviousPullBack,
     earlier: &mut Earlier,
 ) -> Result<(), StepFailureKind> {
-    let (previous, here) = (&path.states[index - 1].state, &path.states[index]);
-    let y = &here.state.unknowns;
+    let here = &path.states[index];
+    let y = &state.unknowns;
     // the history takes no direct part in objectives, so η_n is what step n + 1 hands back
     let eta = std::mem::take(&mut carry.history);
     let mut rhs = std::mem::take(&mut carry.unknowns);
     if let Some(step) = here.completes {
-        objective.add_derivative(step, here.time, &here.state, &mut rhs, gradient)?;
+        objective.add_derivative(problem, step, here.time, state, &mut rhs, gradient)?;
     }
     let (quiet_unknowns, quiet_history) = (rhs.iter().all(|&r| r == 0.0), eta.iter().all(|&e| e == 0.0));
     if quiet_unknowns && quiet_history {

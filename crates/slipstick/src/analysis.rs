@@ -209,15 +209,19 @@ impl Analysis {
         // without an objective there is no gradient to keep factors for
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
         let options = MarchOptions { factor_memory, ..self.march };
+        if let Some(guide) = &mut self.guide {
+            guide.leave_to_first(self.linear.ranks());
+        }
         let guide = self.guide.as_ref();
         let path = march(&mut self.model, &mut self.linear, rest, &self.times, &self.anew, &options, guide, observer)?;
         let mut step_values = vec![0.0; self.times.len()];
         let steps = self.times.len();
         if let Some(objective) = &self.objective {
-            for (step, state) in path.completed() {
-                if objective.observes(step, steps) {
-                    let forces = Forces::at(&self.model, state.time, &state.state)?;
-                    step_values[step - 1] = objective.value(&forces.view(step, steps, state.time, &state.state));
+            for (index, at) in path.states.iter().enumerate() {
+                if let Some(step) = at.completes.filter(|&step| objective.observes(step, steps)) {
+                    let state = path.state(index, self.linear.ranks());
+                    let forces = Forces::at(&self.model, at.time, &state)?;
+                    step_values[step - 1] = objective.value(&forces.view(step, steps, at.time, &state));
                 }
             }
         }
@@ -278,11 +282,9 @@ impl Analysis {
         }
         let options = SweepOptions { parameters, ..self.sweep };
         let objective = self.objective.take().expect("a gradient needs an objective");
-        let mut adapter = Adapter::new(objective.as_ref(), self.times.len());
-        let result = adapter.prepare(&self.model, &forward.path).map_err(AnalysisError::from).and_then(|()| {
-            sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &options).map_err(Into::into)
-        });
+        let mut adapter = Adapter { objective: objective.as_ref(), steps: self.times.len() };
+        let result = sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &options);
         self.objective = Some(objective);
-        result
+        result.map_err(Into::into)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::model::ContactModel;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
-use slipstick_path::{Path, PathGradient, PathObjective, StateError, StepState};
+use slipstick_path::{PathGradient, PathObjective, StateError, StepState};
 
 /// Internal and external forces at a state. \[F\]
 pub(super) struct Forces {
@@ -35,62 +35,42 @@ impl Forces {
 ///
 /// Nothing depends on the multipliers. Paper: (92)–(99).
 pub(super) struct Adapter<'a> {
-    objective: &'a dyn Objective,
-    steps: usize,
-    /// Per observed step: its number, ∂θ/∂y, and ∂θ/∂φ and ∂θ/∂p.
-    partials: Vec<(usize, Vec<f64>, PathGradient)>,
+    pub(super) objective: &'a dyn Objective,
+    /// User steps of the path.
+    pub(super) steps: usize,
 }
 
-impl<'a> Adapter<'a> {
-    pub(super) fn new(objective: &'a dyn Objective, steps: usize) -> Self {
-        Self { objective, steps, partials: Vec::new() }
-    }
-
-    pub(super) fn prepare(&mut self, model: &ContactModel, path: &Path) -> Result<(), StateError> {
-        for (step, at) in path.completed() {
-            if !self.objective.observes(step, self.steps) {
-                continue;
-            }
-            let forces = Forces::at(model, at.time, &at.state)?;
-            let n = forces.internal.len();
-            let d = &at.state.unknowns[..n];
-            let [mut by_displacement, mut by_internal, mut by_external] = std::array::from_fn(|_| vec![0.0; n]);
-            self.objective.derivative(
-                &forces.view(step, self.steps, at.time, &at.state),
-                &mut StateDerivative {
-                    displacement: &mut by_displacement,
-                    internal_force: &mut by_internal,
-                    external_force: &mut by_external,
-                },
-            );
-            model.add_internal_tangent_product(d, &by_internal, &mut by_displacement)?;
-            model.pull_back_external_force(d, at.time, &by_external, &mut by_displacement);
-            let mut design = vec![0.0; model.solid().elements()];
-            model.pull_back_density(d, &by_internal, &mut design)?;
-            let mut parameters = vec![0.0; model.parameter_names().len()];
-            model.pull_back_moduli(d, &by_internal, &mut parameters)?;
-            model.pull_back_loads(d, at.time, &by_external, &mut parameters);
-            self.partials.push((step, by_displacement, PathGradient { design, parameters }));
-        }
-        Ok(())
-    }
-}
-
-impl PathObjective for Adapter<'_> {
+impl PathObjective<ContactModel> for Adapter<'_> {
     fn add_derivative(
         &mut self,
+        model: &ContactModel,
         step: usize,
-        _time: f64,
-        _state: &StepState,
+        time: f64,
+        state: &StepState,
         by_unknowns: &mut [f64],
         to: &mut PathGradient,
     ) -> Result<(), StateError> {
-        let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
-        if let Some((_, d, gradient)) = self.partials.iter().find(|p| p.0 == step) {
-            add(by_unknowns, d);
-            add(&mut to.design, &gradient.design);
-            add(&mut to.parameters, &gradient.parameters);
+        if !self.objective.observes(step, self.steps) {
+            return Ok(());
         }
+        let forces = Forces::at(model, time, state)?;
+        let n = forces.internal.len();
+        let d = &state.unknowns[..n];
+        let [mut by_displacement, mut by_internal, mut by_external] = std::array::from_fn(|_| vec![0.0; n]);
+        self.objective.derivative(
+            &forces.view(step, self.steps, time, state),
+            &mut StateDerivative {
+                displacement: &mut by_displacement,
+                internal_force: &mut by_internal,
+                external_force: &mut by_external,
+            },
+        );
+        model.add_internal_tangent_product(d, &by_internal, &mut by_displacement)?;
+        model.pull_back_external_force(d, time, &by_external, &mut by_displacement);
+        by_unknowns.iter_mut().zip(&by_displacement).for_each(|(to, from)| *to += from);
+        model.pull_back_density(d, &by_internal, &mut to.design)?;
+        model.pull_back_moduli(d, &by_internal, &mut to.parameters)?;
+        model.pull_back_loads(d, time, &by_external, &mut to.parameters);
         Ok(())
     }
 }

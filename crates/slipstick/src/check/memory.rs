@@ -46,22 +46,17 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
     (peak + all_kept, all_kept)
 }
 
-/// States of the path, of start values, and derivatives of the objective at observed steps.
+/// States of the path and of start values.
 fn states(case: &Case, problem: &Problem) -> f64 {
     let steps = case.steps();
     let (mesh, model) = (&problem.mesh, &problem.analysis.model);
     let displacements = 3.0 * mesh.nodes.len() as f64;
     // Multipliers, and as much again for history and statuses.
     let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64);
-    let observed = problem
-        .analysis
-        .objective
-        .as_ref()
-        .map_or(0, |objective| (1..=steps).filter(|&step| objective.observes(step, steps)).count());
     // The previous design's path in single precision, and that of the present one when it takes its place.
     let follows = case.optimizer.is_some() && case.load_path.start_values == StartValues::PreviousDesign;
     let copies = if follows { 2.0 } else { 1.0 };
-    (steps + 1) as f64 * copies * state + observed as f64 * 8.0 * (displacements + mesh.elements.len() as f64)
+    (steps + 1) as f64 * copies * state
 }
 
 /// Elements whose neighbours are counted for all.

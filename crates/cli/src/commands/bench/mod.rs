@@ -12,6 +12,7 @@ use slipstick_path::Phase;
 use super::bytes;
 use crate::args::Bench;
 use crate::failure::Failure;
+use crate::parallel::Parallel;
 use crate::table::lines;
 use crate::{Context, Outcome};
 
@@ -26,7 +27,7 @@ pub fn run(context: &Context, args: &Bench) -> Outcome {
         context.console.raw(&format!("{measurement}\n"));
         return Ok(());
     }
-    if context.parallel.size() > 1 {
+    if Parallel::launched() {
         return on_ranks(context, args);
     }
     let mut all = Vec::new();
@@ -61,7 +62,7 @@ fn on_ranks(context: &Context, args: &Bench) -> Outcome {
         context.console.event("measurement", measurement);
     }
     let mut text = tables(&all[..1]);
-    text.push(format!("\non each of {} ranks", all.len()));
+    text.push(format!("\non each rank, of {}", all.len()));
     text.extend(by_rank(&all));
     conclude(context, args, &all, &text);
     Ok(())
