@@ -157,6 +157,9 @@ pub struct Check {
     /// Print the case with all defaults filled in, as a case file
     #[arg(long)]
     pub resolved: bool,
+    /// Predict memory on so many ranks of MPI as well, which a build with PETSc runs on
+    #[arg(long, value_name = "NUMBER", value_parser = count)]
+    pub ranks: Option<NonZeroUsize>,
 }
 
 /// Arguments of `solve`.

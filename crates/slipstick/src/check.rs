@@ -10,6 +10,8 @@ use serde::Serialize;
 use slipstick_mesh::{Element, Mesh};
 use slipstick_path::{StateError, StepProblem};
 
+pub use memory::RankMemory;
+
 /// What a notice is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -105,6 +107,8 @@ pub struct Inspection {
     pub kept_bytes: f64,
     /// Floating-point operations of one factorization.
     pub factor_operations: f64,
+    /// What memory on several ranks is predicted from.
+    pub on_ranks: RankMemory,
     /// Warnings.
     pub notices: Vec<Notice>,
 }
@@ -178,6 +182,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
     let systems = memory::Systems { factors: factor_bytes, matrix: matrix_bytes, kept: steps_with_factors };
     let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
+    let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
     let sets = problem
         .mesh
         .names()
@@ -196,6 +201,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         peak_bytes,
         kept_bytes,
         factor_operations,
+        on_ranks,
         notices,
     })
 }
@@ -317,11 +323,15 @@ fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64,
     let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
     let size = slipstick_linalg::MultifrontalSolver::predict(reduction.pattern());
     let (entries, operations) = size.unwrap_or((0.0, 0.0));
-    let entry_bytes = match case.solver.linear {
+    Ok((reduction.free(), entry_bytes(case) * entries, operations, matrix_bytes))
+}
+
+/// Memory of an entry of the factors.
+fn entry_bytes(case: &Case) -> f64 {
+    match case.solver.linear {
         LinearSolverChoice::Auto => 4.0,
         LinearSolverChoice::Multifrontal | LinearSolverChoice::Faer | LinearSolverChoice::Petsc => 8.0,
-    };
-    Ok((reduction.free(), entry_bytes * entries, operations, matrix_bytes))
+    }
 }
 
 /// How many steps leave factors for the gradient within the memory that the case gives.

@@ -43,7 +43,10 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     let seconds = setup.inspection.factor_operations / OPERATIONS_PER_SECOND;
     context
         .console
-        .event("result", json!({ "command": "check", "inspection": setup.inspection, "factor_seconds": seconds }));
+        .event("result", json!({
+            "command": "check", "inspection": setup.inspection, "factor_seconds": seconds,
+            "rank_bytes": args.ranks.map(|ranks| [setup.inspection.on_ranks.first(ranks.get()), setup.inspection.on_ranks.others(ranks.get())]),
+        }));
     let console = &context.console;
     if !setup.resolved.case.title.is_empty() {
         console.text(&setup.resolved.case.title);
@@ -73,7 +76,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
         console.lines(&contacts(&setup));
     }
     console.text("\nsize");
-    console.lines(&size(&setup.inspection, seconds));
+    console.lines(&size(&setup.inspection, seconds, args.ranks.map(usize::from)));
     console.text(if setup.warnings == 0 { "\nnothing to complain about" } else { "\nsee the warnings" });
     Ok(())
 }
@@ -174,9 +177,9 @@ fn contacts(setup: &Setup) -> Vec<String> {
     lines(&[&header[..], &[&searched, &gap]].concat(), &rows)
 }
 
-fn size(inspection: &Inspection, seconds: f64) -> Vec<String> {
+fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<String> {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
-    let rows = [
+    let mut rows = vec![
         row("load steps", inspection.steps.to_string()),
         row("unknowns of a step", inspection.unknowns.to_string()),
         row("designed elements", inspection.designed.to_string()),
@@ -186,5 +189,12 @@ fn size(inspection: &Inspection, seconds: f64) -> Vec<String> {
         row("and for kept factors, at most", bytes(inspection.kept_bytes)),
         row("a factorization, roughly", format!("{seconds:.2} s on one core")),
     ];
+    if let Some(ranks) = ranks {
+        let on = &inspection.on_ranks;
+        rows.push(row(&format!("memory of the first of {ranks} ranks"), bytes(on.first(ranks))));
+        if ranks > 1 {
+            rows.push(row("and of each other", bytes(on.others(ranks))));
+        }
+    }
     lines(&["", ""], &rows).split_off(1)
 }

@@ -3,7 +3,9 @@
 use crate::build::Problem;
 use crate::case::{Case, Contact, Enforcement, StartValues};
 
-use super::{bytes_of_building, counts};
+use serde::Serialize;
+
+use super::{bytes_of_building, counts, entry_bytes};
 
 /// What is predicted of the linear systems of a step.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +46,56 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
     let peak = fixed + (1.0 + FRONTS) * factors + second;
     let all_kept = kept.saturating_sub(1) as f64 * factors;
     (peak + all_kept, all_kept)
+}
+
+/// What a rank of several has at the peak of a run: see [`first`](Self::first).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RankMemory {
+    /// Of mesh, reference geometry and tangent, of which each rank has a part. \[bytes\]
+    divided: f64,
+    /// Of vectors, filter and program, which each rank has whole. \[bytes\]
+    whole: f64,
+    /// Of the path, which the first rank has. \[bytes\]
+    path: f64,
+    /// Of factors in double precision, in the order of METIS. \[bytes\]
+    factors: f64,
+}
+
+/// MPI and PETSc in a process. Measured. \[bytes\]
+const LIBRARIES: f64 = 70e6;
+
+/// Vectors of all unknowns that a rank has at once. Measured.
+const VECTORS: f64 = 60.0;
+
+/// Memory of MUMPS over that of the factors in the order of METIS: working space, and PORD's order. Measured on one rank.
+const MUMPS: f64 = 1.7;
+
+/// How much more that is in all for each doubling of the ranks. Measured.
+const MORE_ON_TWICE_THE_RANKS: f64 = 0.1;
+
+impl RankMemory {
+    pub(super) fn of(case: &Case, problem: &Problem, systems: &Systems, unknowns: usize) -> Self {
+        let building = bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64);
+        Self {
+            divided: building + MATRICES * systems.matrix,
+            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + filter(case, problem),
+            path: states(case, problem),
+            factors: 8.0 / entry_bytes(case) * systems.factors,
+        }
+    }
+
+    /// Of the first of so many ranks, which has the path as well, with MUMPS and without kept factors. Within a third of the
+    /// runs of `docs/cluster/model.sh`. \[bytes\]
+    pub fn first(&self, ranks: usize) -> f64 {
+        let count = ranks.max(1) as f64;
+        let factors = MUMPS * (1.0 + MORE_ON_TWICE_THE_RANKS * count.log2()) * self.factors;
+        self.whole + self.path + (self.divided + factors) / count
+    }
+
+    /// Of the other ranks. \[bytes\]
+    pub fn others(&self, ranks: usize) -> f64 {
+        self.first(ranks) - self.path
+    }
 }
 
 /// States of the path and of start values.
