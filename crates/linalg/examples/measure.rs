@@ -8,9 +8,11 @@
 //! beside PARDISO. Times are the shortest of several factorizations and of ten solves each. Memory, where the system
 //! tells it (Linux), is the peak above what the loaded matrix takes.
 
-use slipstick_linalg::{CsrMatrix, CsrPattern, Factorization, MultifrontalSolver, Precision, solve_verified};
+mod exported;
+
+use exported::{read, status};
+use slipstick_linalg::{Factorization, MultifrontalSolver, Precision, solve_verified};
 use std::error::Error;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Solves per factorization, of which the fastest counts.
@@ -25,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Some(other) => return Err(format!("{other} is no precision; f64 or f32").into()),
     };
     let runs: usize = arguments.next().map_or(Ok(3), |text| text.parse())?;
-    let a = read(&file)?;
+    let a = read(&file)?.matrix;
     let b: Vec<f64> = (0..a.n()).map(|i| (i as f64 * i as f64 * 0.618_034).sin()).collect();
     let before = status("VmRSS:");
     let mut solver = MultifrontalSolver::new(precision);
@@ -86,32 +88,4 @@ fn timed<R>(run: impl FnOnce() -> R) -> (f64, R) {
     let start = Instant::now();
     let result = run();
     (start.elapsed().as_secs_f64(), result)
-}
-
-/// A number of kibibytes from the process' status, where there is one.
-fn status(key: &str) -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|line| line.starts_with(key))?;
-    line.split_whitespace().nth(1)?.parse().ok()
-}
-
-/// Little-endian: n, entries (u64), row offsets (u64), columns, groups (u32), values (f64).
-fn read(file: &str) -> Result<CsrMatrix, Box<dyn Error>> {
-    let bytes = std::fs::read(file)?;
-    let mut rest = bytes.as_slice();
-    let mut take = |count: usize, size: usize| -> Result<&[u8], Box<dyn Error>> {
-        let length = count.checked_mul(size).filter(|&l| l <= rest.len()).ok_or("the file is too short")?;
-        let (head, tail) = rest.split_at(length);
-        rest = tail;
-        Ok(head)
-    };
-    let long = |bytes: &[u8]| u64::from_le_bytes(std::array::from_fn(|i| bytes[i])) as usize;
-    let short = |bytes: &[u8]| u32::from_le_bytes(std::array::from_fn(|i| bytes[i]));
-    let double = |bytes: &[u8]| f64::from_le_bytes(std::array::from_fn(|i| bytes[i]));
-    let (n, entries) = (long(take(1, 8)?), long(take(1, 8)?));
-    let row_offsets = take(n + 1, 8)?.chunks_exact(8).map(long).collect();
-    let columns = take(entries, 4)?.chunks_exact(4).map(short).collect();
-    let groups = take(n, 4)?.chunks_exact(4).map(short).collect();
-    let values = take(entries, 8)?.chunks_exact(8).map(double).collect();
-    Ok(CsrMatrix { pattern: Arc::new(CsrPattern { n, row_offsets, columns, groups, origins: Vec::new() }), values })
 }

@@ -9,8 +9,8 @@
 //! second time, with the analysis at hand, and without the test), seconds and iterations of a solve to 1e-10 and of one
 //! with the transpose, residuals, peak memory of the process that has most \[MB\]. Times are of the processor.
 
-#[path = "precondition/file.rs"]
-mod file;
+#[path = "../../linalg/examples/exported/mod.rs"]
+mod exported;
 
 use slipstick_linalg::{Backend, CsrMatrix, CsrPattern, Ranks, Summed, solve_verified};
 use slipstick_petsc::{ContactZone, PetscBackend, Session};
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("arguments: matrix file, zone or mumps, layers, options".into());
     };
     let session = Session::start()?;
-    let file = file::read(name)?;
+    let file = exported::read(name)?;
     // bodies are numbered one after the other: equal shares of the nodes
     let nodes = file.coordinates.len();
     let owners: Vec<u32> = (0..nodes).map(|node| (node * session.size() / nodes) as u32).collect();
@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let kind = if transpose { "transposed" } else { "forward" };
         line += &format!(", {kind} {time:.2} s {} it. ({outcome})", count.load(Ordering::Relaxed));
     }
-    let peak = largest(&session, file::status("VmHWM:").unwrap_or(f64::NAN) / 1024.0);
+    let peak = largest(&session, exported::status("VmHWM:").unwrap_or(f64::NAN) / 1024.0);
     if session.rank() == 0 {
         println!("{method} {}: {line}, peak {peak:.0} MB", options.join(" "));
     }

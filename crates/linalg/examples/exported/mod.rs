@@ -1,4 +1,5 @@
-//! The file of a matrix, and of the bodies behind it.
+//! The file of a matrix, and of the bodies behind it, as `slipstick`'s example `export_matrix` writes it.
+#![allow(dead_code)] // each program uses a part
 
 use slipstick_linalg::{CsrMatrix, CsrPattern};
 use std::error::Error;
@@ -11,7 +12,8 @@ pub struct File {
     pub slaves: Vec<u32>,
 }
 
-/// Reads what `export_matrix` wrote.
+/// Little-endian: n, entries (u64), row offsets (u64), columns, groups (u32), values (f64), origins (u32); number of nodes
+/// (u64) and their coordinates (f64), number of slave nodes (u64) and their numbers (u32).
 pub fn read(file: &str) -> Result<File, Box<dyn Error>> {
     let bytes = std::fs::read(file)?;
     let mut rest = bytes.as_slice();
