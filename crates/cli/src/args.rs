@@ -310,6 +310,10 @@ pub struct Render {
     /// --failure]
     #[arg(long, value_name = "DENSITY", value_parser = fraction)]
     pub threshold: Option<f64>,
+    /// The design as the smooth surface that `export` writes, undeformed, above the density of the same volume unless
+    /// --threshold says another
+    #[arg(long, conflicts_with_all = ["field", "failure", "deformed"])]
+    pub smooth: bool,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
     pub size: (u32, u32),

@@ -40,6 +40,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         view: args.view.clone(),
         displacement_factor: args.deformed,
         threshold: args.threshold.or(threshold),
+        smooth: args.smooth,
         canvas: Canvas { width, height, ..Canvas::default() },
     };
     let picture = picture(&directory, &resolved.case, &mesh, &request)?;

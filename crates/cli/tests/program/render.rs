@@ -34,6 +34,12 @@ fn the_newest_design_by_default() {
     assert!(picture != drawn(&place, "render case", "case/picture.png"));
     place.bad("render case --deformed 2", 2, &["no displacements of this design"]);
 
+    // The surface that `export` writes; it has no field and no displacements.
+    let smooth = drawn(&place, "render case --smooth --out smooth.png", "smooth.png");
+    assert!(smooth != drawn(&place, "render case --deformed 0 --out flat.png", "flat.png"));
+    place.bad("render case --smooth --deformed 1", 2, &["--smooth", "--deformed"]);
+    place.bad("render case --smooth --threshold 1", 2, &["density"]);
+
     // The picture is the run's: a new run takes it away.
     place.good("optimize case.toml -q --force --iterations 1");
     assert!(!place.path("case/picture.png").exists());

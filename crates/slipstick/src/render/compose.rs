@@ -27,11 +27,14 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     let frame = furnish(scene, canvas, text, &mut drawing.inks);
     let shown: Vec<&Layer<'_>> =
         scene.layers.iter().filter(|l| l.style != Style::Hidden && !l.cells.is_empty()).collect();
-    if shown.is_empty() {
+    let surfaces: Vec<&(Vec<SkinFace>, Colour)> =
+        scene.surfaces.iter().filter(|(faces, _)| !faces.is_empty()).collect();
+    if shown.is_empty() && surfaces.is_empty() {
         text.fitting(&scene.note, frame.width()).write(&scene.note, frame.centre(), Align::Centre, &mut drawing.inks);
     }
     let skins: Vec<Vec<SkinFace>> = shown.iter().map(|layer| skin(scene.elements, &layer.cells)).collect();
-    let visible = skins.iter().flatten().flat_map(|face| &face.nodes).map(|&n| scene.points[n as usize]);
+    let all = skins.iter().chain(surfaces.iter().map(|(faces, _)| faces));
+    let visible = all.flatten().flat_map(|face| &face.nodes).map(|&n| scene.points[n as usize]);
     let corners = scene.boxes.iter().flat_map(|b| (0..8).map(|k| corner(b, k)));
     let s = f64::from(canvas.supersampling);
     let samples =
@@ -44,6 +47,10 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     let brush = Brush { scene, camera, samples: s, dot: s * text.dot };
     for (layer, skin) in shown.iter().zip(&skins) {
         drawing.sheets.push(brush.sheet(layer, skin)?);
+    }
+    for (faces, colour) in surfaces {
+        let layer = Layer { cells: Vec::new(), paint: Paint::Plain(*colour), style: Style::Solid, edges: false };
+        drawing.sheets.push(brush.sheet(&layer, faces)?);
     }
     drawing.sheets.push(brush.boxes());
     Ok(drawing)

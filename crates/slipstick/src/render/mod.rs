@@ -34,6 +34,6 @@ pub use chart::{Curve, chart, history_picture};
 pub use colour::{Colour, ColourMap, ColourScale};
 pub use error::RenderError;
 pub use picture::{Canvas, Picture};
-pub use results::{Cut, Field, FieldValues, RenderOptions, design_picture, state_picture};
+pub use results::{Cut, Field, FieldValues, RenderOptions, design_picture, state_picture, surface_picture};
 pub use scene::{Layer, Paint, Scene, Style, cells_above};
 pub use view::View;

@@ -8,6 +8,7 @@ use super::error::{check_field, check_finite};
 use super::picture::{Canvas, Picture};
 use super::scene::{Layer, Paint, Scene, Style};
 use super::view::View;
+use crate::export::TriangleSurface;
 
 /// How results are shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,6 +125,32 @@ pub fn state_picture(
     options: &RenderOptions,
 ) -> Result<Picture, RenderError> {
     show(mesh, Some(displacement), density, threshold, field, options)
+}
+
+/// A design as the surface that [`design_surface`](crate::export::design_surface) makes of it: undeformed, in one colour.
+///
+/// Of the options, view, caption, domain and canvas count.
+///
+/// # Errors
+/// [`RenderError::NotFinite`]; [`RenderError::Size`] or [`RenderError::Supersampling`] for the options.
+pub fn surface_picture(
+    mesh: &Mesh,
+    surface: &TriangleSurface,
+    options: &RenderOptions,
+) -> Result<Picture, RenderError> {
+    let mut scene = Scene::new(&surface.points, &[])?;
+    scene.view = options.view;
+    scene.caption = options.caption.clone();
+    scene.add_surface(&surface.triangles, Colour::GLASS)?;
+    let mut bodies = surface.bodies.clone();
+    bodies.sort_unstable();
+    bodies.dedup();
+    for body in bodies.into_iter().filter(|_| options.domain).map(|body| &mesh.bodies[body as usize]) {
+        if let Some([min, max]) = bounds(&mesh.nodes[body.nodes.clone()]) {
+            scene.add_box(min, max)?;
+        }
+    }
+    scene.picture(&options.canvas)
 }
 
 fn show(

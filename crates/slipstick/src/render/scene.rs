@@ -5,6 +5,7 @@ use slipstick_mesh::Element;
 use super::colour::{Colour, ColourScale};
 use super::error::{check_field, check_finite};
 use super::picture::{Canvas, Picture};
+use super::skin::SkinFace;
 use super::view::View;
 use super::{RenderError, compose};
 
@@ -67,6 +68,7 @@ pub struct Scene<'a> {
     pub(super) points: Vec<[f64; 3]>,
     pub(super) elements: &'a [Element],
     pub(super) layers: Vec<Layer<'a>>,
+    pub(super) surfaces: Vec<(Vec<SkinFace>, Colour)>,
     pub(super) boxes: Vec<[[f64; 3]; 2]>,
     /// Colours of fields; a colour bar shows it.
     pub scale: Option<ColourScale>,
@@ -98,6 +100,7 @@ impl<'a> Scene<'a> {
             points: points.to_vec(),
             elements,
             layers: Vec::new(),
+            surfaces: Vec::new(),
             boxes: Vec::new(),
             scale: None,
             view: View::default(),
@@ -139,6 +142,22 @@ impl<'a> Scene<'a> {
             check_finite("opacity", [opacity])?;
         }
         self.layers.push(layer);
+        Ok(())
+    }
+
+    /// Adds a surface of triangles of the points, counter-clockwise seen from outside, without edges.
+    ///
+    /// # Errors
+    /// [`RenderError::NodeOutOfRange`] with the number of the triangle.
+    pub fn add_surface(&mut self, triangles: &[[u32; 3]], colour: Colour) -> Result<(), RenderError> {
+        let nodes = self.points.len();
+        for (element, triangle) in triangles.iter().enumerate() {
+            if let Some(&node) = triangle.iter().find(|&&node| node as usize >= nodes) {
+                return Err(RenderError::NodeOutOfRange { element, node, nodes });
+            }
+        }
+        let faces = triangles.iter().map(|&t| SkinFace { nodes: t.into(), cell: 0 }).collect();
+        self.surfaces.push((faces, colour));
         Ok(())
     }
 

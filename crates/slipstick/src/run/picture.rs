@@ -6,10 +6,12 @@ use slipstick_mesh::{Mesh, facet_area_vector};
 
 use super::{RunDirectory, RunError, read_density};
 use crate::case::Case;
+use crate::export::{ExportError, ExportOptions, design_surface};
 use crate::output::fields::field_dimension;
 use crate::output::{StoredField, read_fields};
 use crate::render::{
     Canvas, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, state_picture,
+    surface_picture,
 };
 
 /// Which result is shown.
@@ -39,6 +41,9 @@ pub struct PictureRequest {
     pub displacement_factor: Option<f64>,
     /// Elements whose density is not above it are left out; `None` for 0.5, or 0 where the design has nothing above 0.5.
     pub threshold: Option<f64>,
+    /// The design as the smooth surface that is exported, undeformed; its threshold, if none is given, is the one of the
+    /// densities' volume.
+    pub smooth: bool,
     /// Size and smoothness.
     pub canvas: Canvas,
 }
@@ -52,6 +57,7 @@ impl Default for PictureRequest {
             view: None,
             displacement_factor: None,
             threshold: None,
+            smooth: false,
             canvas: Canvas::default(),
         }
     }
@@ -66,6 +72,9 @@ pub enum PictureError {
     /// The picture itself.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// The smooth surface of a design.
+    #[error(transparent)]
+    Surface(#[from] ExportError),
     /// A field that the results do not have, or whose name says too little.
     #[error("there is no field `{name}` in {}", .place.display())]
     UnknownField {
@@ -107,6 +116,7 @@ impl PictureError {
     pub fn cure(&self) -> String {
         match self {
             Self::Run(error) => error.cure(),
+            Self::Surface(error) => error.cure(),
             Self::Render(_) => "`slipstick help render` lists the options of a picture".into(),
             Self::UnknownField { known, .. } => format!("fields there are: {known}"),
             Self::NotWritten { known, .. } => format!("there are: {known}"),
@@ -172,6 +182,9 @@ pub fn picture(
         let place = if request.shown == Shown::Newest { run.path().to_owned() } else { place };
         return Err(PictureError::UnknownField { name: request.field.clone(), place, known: known.join(", ") });
     };
+    if request.smooth {
+        return smooth_picture(case, mesh, request, source, field);
+    }
     let displacement = source.values("displacement");
     if displacement.is_none() && request.displacement_factor.is_some_and(|factor| factor != 0.0) {
         return Err(PictureError::NoDisplacement { directory: run.path().to_owned() });
@@ -201,6 +214,22 @@ pub fn picture(
     let still = vec![0.0; 3 * mesh.nodes.len()];
     let field = Field { title: &title, values };
     Ok(state_picture(mesh, displacement.unwrap_or(&still), density, threshold, &field, &options)?)
+}
+
+/// The design as a smooth surface.
+fn smooth_picture(
+    case: &Case,
+    mesh: &Mesh,
+    request: &PictureRequest,
+    source: &Source,
+    density: &StoredField,
+) -> Result<Picture, PictureError> {
+    let bodies = case.design.as_ref().map_or_else(Vec::new, |design| design.bodies.clone());
+    let how = ExportOptions { threshold: request.threshold, bodies, ..ExportOptions::default() };
+    let export = design_surface(mesh, &density.values, &how)?;
+    let caption = Some(format!("{}, surface of density > {:.2}", source.what, export.threshold));
+    let options = RenderOptions { caption, ..options(case, mesh, (request, export.threshold), source, density)? };
+    Ok(surface_picture(mesh, &export.surface, &options)?)
 }
 
 /// What may have the field, the first choice first.

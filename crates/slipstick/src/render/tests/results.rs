@@ -33,6 +33,31 @@ fn pictures_as_large_as_the_documentation_has_stay_small_files() {
     assert!(size <= 300_000, "{size} bytes");
 }
 
+/// The surface of a solid body is its skin: it covers the same pixels as the elements do.
+#[test]
+fn a_solid_body_has_the_same_contour_as_its_surface() {
+    let mesh = block("beam", [0.0; 3], [3.0, 1.0, 1.0], [6, 2, 2]);
+    let density = vec![1.0; mesh.elements.len()];
+    let how = crate::export::ExportOptions { threshold: Some(0.5), ..Default::default() };
+    let surface = crate::export::design_surface(&mesh, &density, &how).unwrap().surface;
+    let bare = RenderOptions { edges: false, domain: false, ..options() };
+    let shown = |picture: Picture| picture.pixels().chunks(3).filter(|p| *p != [255; 3]).count() as f64;
+    for view in ["iso", "front", "top"] {
+        let bare = RenderOptions { view: View::named(view).unwrap(), ..bare.clone() };
+        // beside the colour bar there is less room: both pictures have the same frame without it
+        let smooth = shown(surface_picture(&mesh, &surface, &bare).unwrap());
+        let mut scene = Scene::new(&mesh.nodes, &mesh.elements).unwrap();
+        scene.view = bare.view;
+        let cells = (0..mesh.elements.len() as u32).collect();
+        scene.add(plain(cells, Colour::GLASS, Style::Solid)).unwrap();
+        let elements = shown(scene.picture(&bare.canvas).unwrap());
+        assert!((smooth / elements - 1.0).abs() < 2e-3, "{view}: {smooth} and {elements} pixels");
+    }
+    let mut scene = Scene::new(&mesh.nodes, &[]).unwrap();
+    let beyond = scene.add_surface(&[[0, 1, 63]], Colour::GLASS);
+    assert!(matches!(beyond, Err(RenderError::NodeOutOfRange { element: 0, node: 63, nodes: 63 })), "{beyond:?}");
+}
+
 #[test]
 fn files_hold_the_pixels() {
     let (mesh, density) = plate_and_tool();
