@@ -66,7 +66,7 @@ measured() {
 }
 
 {
-    echo '| unknowns | ranks | Newton | factorizations | step [s] | adjoint, with its factors [s] | without [s] | Gflop for factors | a factorization [s] | balance of it | of elements | factors of a rank [GB] | peak of a rank [GB] | sent by all ranks, a factorization [GB] | vectors sent by a rank, a Newton iteration [MB] |'
+    echo '| unknowns | ranks | Newton | factorizations | step [s] | adjoint, with its factors [s] | without [s] | Gflop for factors | a factorization [s] | balance of work | of elements | factors of a rank [GB] | peak of a rank [GB] | sent by all ranks, a factorization [GB] | vectors sent by a rank, a Newton iteration [MB] |'
     echo '|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|'
     for scale in ${1-0.5 0.7 1}; do
         clutch "$scale" >"$work/case.toml"

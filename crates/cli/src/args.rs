@@ -307,7 +307,7 @@ pub struct Render {
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
     /// Elements with no more density are left out [default: 0.5; 0 where the design has none above, and with
-    /// --failure]
+    /// --failure; with --smooth the one of the densities' volume]
     #[arg(long, value_name = "DENSITY", value_parser = fraction)]
     pub threshold: Option<f64>,
     /// The design as the smooth surface that `export` writes, undeformed, above the density of the same volume unless

@@ -35,14 +35,19 @@ impl Parallel {
     /// [`Failure::Input`] if PETSc cannot be started, or is not built in.
     pub fn join() -> Outcome<Self> {
         let parallel = Self::default();
-        if Self::launched() {
+        if Self::surrounded() {
             parallel.start()?;
         }
         Ok(parallel)
     }
 
-    /// Whether this process was launched as a rank, be it the only one.
+    /// Whether this process was launched as a rank, be it the only one, and can be one.
     pub fn launched() -> bool {
+        cfg!(feature = "petsc") && Self::surrounded()
+    }
+
+    /// Whether a launcher of MPI says so.
+    fn surrounded() -> bool {
         LAUNCHED.iter().any(|variable| std::env::var_os(variable).is_some())
     }
 

@@ -175,7 +175,7 @@ impl Setup {
     /// What is wrong with a case whose run, with or without a gradient, needs more memory than there is; `None` if it fits,
     /// or nobody knows.
     pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
-        // what one of several ranks needs is not known before
+        // how many ranks share this machine with which memory is the launcher's matter: `check --ranks`
         if self.problem_is_shared {
             return None;
         }

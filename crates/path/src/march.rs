@@ -75,7 +75,12 @@ impl Path {
         if !with_first {
             return Cow::Borrowed(state);
         }
-        Cow::Owned(StepState { unknowns: ranks.of_first(&state.unknowns), history: ranks.of_first(&state.history) })
+        let told = [&state.unknowns, &state.history].map(|values| ranks.of_first(values));
+        if ranks.rank() == 0 {
+            return Cow::Borrowed(state);
+        }
+        let [unknowns, history] = told;
+        Cow::Owned(StepState { unknowns, history })
     }
 
     /// Leaves to the first rank what the next steps do not start from.

@@ -243,8 +243,18 @@ impl LinearSolver for ContactZoneSolver {
         ranks.sum(&mut sizes);
         let filler = sizes.iter().sum::<f64>() / (sizes.len() * ranks.size()).max(1) as f64;
         let bulk = self.bulk.factorize(&bulk_part.of(a, filler))?;
+        let mut entries = [a.values.len() as f64];
+        ranks.sum(&mut entries);
         let factors = ContactZoneFactorization {
-            cycle: Cycle { a: a.clone(), backend: self.backend.clone(), zone, zone_part, bulk, bulk_part },
+            cycle: Cycle {
+                a: a.clone(),
+                backend: self.backend.clone(),
+                zone,
+                zone_part,
+                bulk,
+                bulk_part,
+                entries: (entries[0] / ranks.size() as f64) as usize,
+            },
             iterations: self.data.iterations.clone(),
         };
         self.prove(a, &factors)?;
@@ -261,6 +271,8 @@ struct Cycle {
     zone_part: Arc<Part>,
     bulk: Box<dyn Factorization>,
     bulk_part: Arc<Part>,
+    /// Entries of the matrix on a rank, on average: what is decided by memory is then decided alike on all ranks.
+    entries: usize,
 }
 
 impl Cycle {
@@ -304,7 +316,7 @@ impl Factorization for Cycle {
     }
 
     fn bytes(&self) -> usize {
-        self.zone.as_ref().map_or(0, |zone| zone.bytes()) + self.bulk.bytes() + 8 * self.a.values.len()
+        self.zone.as_ref().map_or(0, |zone| zone.bytes()) + self.bulk.bytes() + 8 * self.entries
     }
 
     fn part(&self) -> FactorPart {

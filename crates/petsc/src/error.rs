@@ -29,7 +29,7 @@ pub enum PetscError {
         reason: String,
     },
     /// No solver has asked for some of the options.
-    #[error("no solver knows {options}")]
+    #[error("no solver has asked for {options}")]
     Unused {
         /// The options, with their dashes.
         options: String,

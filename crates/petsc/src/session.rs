@@ -93,17 +93,24 @@ impl Session {
         rehearse(self, options, contact_zone)
     }
 
-    /// Those of the given options, by name with a dash, that nothing has asked for.
+    /// Those of the given options, by name with a dash, that nothing has asked for on any rank.
     pub(crate) fn unused(&self, options: &str) -> Result<Vec<String>, PetscError> {
         let mut text = [0 as c_char; 4096];
         let calls = self.calls();
         // SAFETY: a live session; the shim writes a string of at most so many characters with its end.
         let code = unsafe { ffi::ss_unused(*calls, text.as_mut_ptr(), text.len() as i64) };
-        check(&calls, "looking for unused options", code)?;
+        let checked = check(&calls, "looking for unused options", code);
+        drop(calls);
+        if self.any(checked.is_err()) {
+            return checked.map(|()| Vec::new());
+        }
         // SAFETY: the shim has ended it within its length.
-        let all = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy();
+        let here = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy();
+        // what a part of the ranks solves, only they ask for
+        let all: Vec<String> = self.gather(here.as_bytes()).iter().map(|t| String::from_utf8_lossy(t).into()).collect();
+        let everywhere = |name: &&str| all.iter().all(|text| text.lines().any(|line| line == *name));
         let given = |name: &&str| options.split_whitespace().any(|word| word.strip_prefix('-') == Some(name));
-        Ok(all.lines().filter(given).map(|name| format!("-{name}")).collect())
+        Ok(here.lines().filter(given).filter(everywhere).map(|name| format!("-{name}")).collect())
     }
 
     /// Whether all ranks call this within `patience`: at the end of a program, whether they all come to it.

@@ -282,7 +282,7 @@ impl Analysis {
         }
         let options = SweepOptions { parameters, ..self.sweep };
         let objective = self.objective.take().expect("a gradient needs an objective");
-        let mut adapter = Adapter { objective: objective.as_ref(), steps: self.times.len() };
+        let mut adapter = Adapter { objective: objective.as_ref(), steps: self.times.len(), parameters };
         let result = sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &options);
         self.objective = Some(objective);
         result.map_err(Into::into)

@@ -41,12 +41,14 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
         context.console.warnings(&[warning]);
     }
     let seconds = setup.inspection.factor_operations / OPERATIONS_PER_SECOND;
-    context
-        .console
-        .event("result", json!({
-            "command": "check", "inspection": setup.inspection, "factor_seconds": seconds,
-            "rank_bytes": args.ranks.map(|ranks| [setup.inspection.on_ranks.first(ranks.get()), setup.inspection.on_ranks.others(ranks.get())]),
-        }));
+    let on = &setup.inspection.on_ranks;
+    let on_ranks = args.ranks.map(usize::from).map(
+        |ranks| json!({ "ranks": ranks, "first": on.first(ranks), "others": on.others(ranks), "kept": on.kept(ranks) }),
+    );
+    let told = json!({
+        "command": "check", "inspection": setup.inspection, "factor_seconds": seconds, "bytes_on_ranks": on_ranks,
+    });
+    context.console.event("result", told);
     let console = &context.console;
     if !setup.resolved.case.title.is_empty() {
         console.text(&setup.resolved.case.title);
@@ -195,6 +197,7 @@ fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<Stri
         if ranks > 1 {
             rows.push(row("and of each other", bytes(on.others(ranks))));
         }
+        rows.push(row("and for kept factors, on each at most", bytes(on.kept(ranks))));
     }
     lines(&["", ""], &rows).split_off(1)
 }

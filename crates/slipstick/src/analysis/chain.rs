@@ -38,6 +38,8 @@ pub(super) struct Adapter<'a> {
     pub(super) objective: &'a dyn Objective,
     /// User steps of the path.
     pub(super) steps: usize,
+    /// Whether derivatives by moduli and loads are asked for.
+    pub(super) parameters: bool,
 }
 
 impl PathObjective<ContactModel> for Adapter<'_> {
@@ -69,8 +71,10 @@ impl PathObjective<ContactModel> for Adapter<'_> {
         model.pull_back_external_force(d, time, &by_external, &mut by_displacement);
         by_unknowns.iter_mut().zip(&by_displacement).for_each(|(to, from)| *to += from);
         model.pull_back_density(d, &by_internal, &mut to.design)?;
-        model.pull_back_moduli(d, &by_internal, &mut to.parameters)?;
-        model.pull_back_loads(d, time, &by_external, &mut to.parameters);
+        if self.parameters {
+            model.pull_back_moduli(d, &by_internal, &mut to.parameters)?;
+            model.pull_back_loads(d, time, &by_external, &mut to.parameters);
+        }
         Ok(())
     }
 }

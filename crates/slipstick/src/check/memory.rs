@@ -59,6 +59,10 @@ pub struct RankMemory {
     path: f64,
     /// Of factors in double precision, in the order of METIS. \[bytes\]
     factors: f64,
+    /// Most that a rank keeps of factors for the gradient. \[bytes\]
+    keeps: f64,
+    /// Load steps.
+    steps: usize,
 }
 
 /// MPI and PETSc in a process. Measured. \[bytes\]
@@ -67,7 +71,7 @@ const LIBRARIES: f64 = 70e6;
 /// Vectors of all unknowns that a rank has at once. Measured.
 const VECTORS: f64 = 60.0;
 
-/// Memory of MUMPS over that of the factors in the order of METIS: working space, and PORD's order. Measured on one rank.
+/// Memory of MUMPS over that of the factors in the order of METIS: working space, and PORD's order. Measured on one to four ranks.
 const MUMPS: f64 = 1.7;
 
 /// How much more that is in all for each doubling of the ranks. Measured.
@@ -81,15 +85,28 @@ impl RankMemory {
             whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + filter(case, problem),
             path: states(case, problem),
             factors: 8.0 / entry_bytes(case) * systems.factors,
+            keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
+            steps: case.steps(),
         }
     }
 
     /// Of the first of so many ranks, which has the path as well, with MUMPS and without kept factors. Within a third of the
     /// runs of `docs/cluster/model.sh`. \[bytes\]
     pub fn first(&self, ranks: usize) -> f64 {
+        self.whole + self.path + self.divided / ranks.max(1) as f64 + self.factors(ranks)
+    }
+
+    /// Of factors that MUMPS makes, on each rank.
+    fn factors(&self, ranks: usize) -> f64 {
         let count = ranks.max(1) as f64;
-        let factors = MUMPS * (1.0 + MORE_ON_TWICE_THE_RANKS * count.log2()) * self.factors;
-        self.whole + self.path + (self.divided + factors) / count
+        MUMPS * (1.0 + MORE_ON_TWICE_THE_RANKS * count.log2()) * self.factors / count
+    }
+
+    /// What factors that are kept for the gradient add on each rank, at most. \[bytes\]
+    pub fn kept(&self, ranks: usize) -> f64 {
+        let factors = self.factors(ranks);
+        let fit = (self.keeps / factors).floor().min(self.steps as f64);
+        (fit - 1.0).max(0.0) * factors
     }
 
     /// Of the other ranks. \[bytes\]

@@ -88,7 +88,9 @@ impl Checkpoint {
         if self.start_values.is_some() != (optimization.follows_previous_design() && self.state.iteration > 0) {
             return Err(damaged(run, "`start_values` does not fit the case and the number of updates".into()));
         }
-        let guide = self.start_values.as_ref().map(|file| file.read(run)).transpose()?;
+        // what leads the next march is the first rank's
+        let first = optimization.problem.analysis.linear.ranks().rank() == 0;
+        let guide = self.start_values.as_ref().map(|file| file.read(run, first)).transpose()?;
         optimization.state = self.state.clone();
         optimization.problem.analysis.guide = guide;
         Ok(())

@@ -227,7 +227,8 @@ fn smooth_picture(
     let bodies = case.design.as_ref().map_or_else(Vec::new, |design| design.bodies.clone());
     let how = ExportOptions { threshold: request.threshold, bodies, ..ExportOptions::default() };
     let export = design_surface(mesh, &density.values, &how)?;
-    let caption = Some(format!("{}, surface of density > {:.2}", source.what, export.threshold));
+    let what = if request.shown == Shown::Newest { "newest design" } else { &source.what };
+    let caption = Some(format!("{what}, surface of density > {:.2}", export.threshold));
     let options = RenderOptions { caption, ..options(case, mesh, (request, export.threshold), source, density)? };
     Ok(surface_picture(mesh, &export.surface, &options)?)
 }

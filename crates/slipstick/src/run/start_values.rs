@@ -1,6 +1,7 @@
 //! The path that the next march follows for its start values, on disk.
 
 use std::fs;
+use std::io::Read;
 
 use serde::{Deserialize, Serialize};
 use slipstick_path::Guide;
@@ -36,11 +37,11 @@ impl StartValuesFile {
         Ok(Self { file: file.to_owned(), sha256: sha256(&bytes) })
     }
 
-    /// Reads it back.
+    /// Reads it back; `whole`, or only what all but the first of several ranks need: the times.
     ///
     /// # Errors
     /// [`RunError::Damaged`] where it is not the file that was written.
-    pub fn read(&self, run: &RunDirectory) -> Result<Guide, RunError> {
+    pub fn read(&self, run: &RunDirectory, whole: bool) -> Result<Guide, RunError> {
         let damaged = |reason: &str| RunError::Damaged {
             path: run.file(&self.file),
             reason: reason.to_owned(),
@@ -52,6 +53,10 @@ impl StartValuesFile {
         let path = run.file(&self.file);
         if !path.exists() {
             return Err(damaged("is missing, which the checkpoint needs"));
+        }
+        if !whole {
+            let file = fs::File::open(&path).map_err(RunError::read(&path))?;
+            return decode_times(file).ok_or_else(|| damaged("holds no start values of this version"));
         }
         let bytes = fs::read(&path).map_err(RunError::read(&path))?;
         if sha256(&bytes) != self.sha256 {
@@ -91,6 +96,20 @@ fn decode(bytes: &[u8]) -> Option<Guide> {
     Guide::from_parts(times, unknowns).ok()
 }
 
+/// Pseudo-times alone, without reading what follows them.
+fn decode_times(mut file: fs::File) -> Option<Guide> {
+    let mut head = [0; 24];
+    file.read_exact(&mut head).ok()?;
+    let rest = head.strip_prefix(MAGIC)?;
+    let states = usize::try_from(u64::from_le_bytes(*rest.first_chunk()?)).ok()?;
+    // the file is as long as it says: no length from a damaged head is allocated
+    let bytes = states.checked_mul(8).filter(|&bytes| file.metadata().is_ok_and(|m| m.len() >= bytes as u64))?;
+    let mut times = vec![0; bytes];
+    file.read_exact(&mut times).ok()?;
+    let times = times.as_chunks::<8>().0.iter().map(|t| f64::from_le_bytes(*t)).collect();
+    Guide::from_parts(times, vec![Vec::new(); states]).ok()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,12 +121,14 @@ mod tests {
         let guide = Guide::from_parts(vec![0.0, 0.3, 1.0], vec![vec![0.0; 2], vec![0.1, -2.5e-9], vec![1e30, 0.25]]);
         let guide = guide.unwrap();
         let file = StartValuesFile::write(&run, 3, &guide).unwrap();
-        assert_eq!(file.read(&run).unwrap(), guide);
+        assert_eq!(file.read(&run, true).unwrap(), guide);
+        let times = file.read(&run, false).unwrap();
+        assert_eq!((times.times(), times.unknowns().concat()), (guide.times(), vec![]));
         let path = run.file(&file.file);
         let whole = fs::read(&path).unwrap();
         for bytes in [&whole[..whole.len() - 1], b"".as_slice()] {
             fs::write(&path, bytes).unwrap();
-            assert!(matches!(file.read(&run), Err(RunError::Damaged { .. })));
+            assert!(matches!(file.read(&run, true), Err(RunError::Damaged { .. })));
             assert!(decode(bytes).is_none());
         }
         for at in 0..24 {

@@ -188,12 +188,12 @@ fn by_rank(all: &[Value]) -> Vec<String> {
         "rank",
         "elements",
         "slave nodes",
-        "assembly [s]",
-        "Gflop for factors",
-        "factors",
+        "assembly, forward [s]",
+        "Gflop, all factors",
+        "largest factors",
         "memory",
         "sent, forward",
-        "gradient",
+        "sent, gradient",
     ];
     let size = |value: &Value| value.as_f64().map_or("–".into(), bytes);
     let rows: Vec<Vec<String>> = all
