@@ -119,9 +119,9 @@ fn paper_sizes() {
 /// Studies are right to the last command line.
 #[test]
 fn studies_can_be_planned() {
-    let finer = [("half_ball_on_plate", "paper.toml"), ("ironing", "finer.toml")];
+    let more = [("half_ball_on_plate", "paper.toml"), ("ironing", "unfiltered.toml"), ("clutch", "finer.toml")];
     let studies = ["half_ball_on_plate", "ironing", "clutch"].map(|case| (case, "study.toml"));
-    for (case, study) in studies.into_iter().chain(finer) {
+    for (case, study) in studies.into_iter().chain(more) {
         let (good, text) = program(&cases().join(case), &["study", study, "--plan"]);
         assert!(good && text.contains("slipstick optimize"), "{case}: {text}");
     }
