@@ -26,6 +26,12 @@ pub fn mpirun(ranks: usize, program: &Path) -> Option<Command> {
 #[allow(dead_code)] // not every test is its own ranks
 pub fn on_ranks(ranks: &[usize], rank: fn()) -> ExitCode {
     if std::env::var_os(RANK).is_some() {
+        // the others would wait for ever for a rank that has failed
+        let tell = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            tell(panic);
+            std::process::abort();
+        }));
         rank();
         return ExitCode::SUCCESS;
     }

@@ -78,9 +78,10 @@ pub fn forward(problem: &mut Problem, density: &[f64]) -> Forward {
     problem.analysis.forward(density, &mut Silent).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Contact results at every accepted state after the start.
+/// Contact results at every accepted state after the start; all ranks ask for them.
 pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalContact>> {
-    let states: Vec<_> = forward.path.states.iter().map(|s| s.state.clone()).collect();
+    let (path, ranks) = (&forward.path, problem.analysis.linear.ranks());
+    let states: Vec<_> = (0..path.states.len()).map(|index| path.state(index, ranks).into_owned()).collect();
     states.windows(2).map(|w| problem.analysis.model.contact_results(&w[0], &w[1]).unwrap()).collect()
 }
 
