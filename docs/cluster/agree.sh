@@ -5,11 +5,10 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
-page=docs/cluster.md
+source docs/tables.sh
 cargo build --release --features petsc
-program=${CARGO_TARGET_DIR:-target}/release/slipstick
-runs=$(mktemp -d)
-trap 'rm -rf "$runs"' EXIT
+program=$programs/slipstick
+runs=$work
 
 # The largest difference of a column between two tables, over the largest value of the first.
 apart() {
@@ -56,9 +55,4 @@ half ball, augmented|half_ball_on_plate|{ augmented = { tolerance = 1e-11 } }
 ironing, Lagrange|ironing|
 clutch, augmented|clutch|{ augmented = { tolerance = 1e-11 } }
 CASES
-awk -v file="$table" '
-    $0 == "<!-- agree -->" { print; while ((getline line < file) > 0) print line; skip = 1; next }
-    skip && $0 == "<!-- end -->" { skip = 0 }
-    !skip { print }
-' "$page" >"$runs/page"
-cp "$runs/page" "$page"
+put docs/cluster.md agree "$table"

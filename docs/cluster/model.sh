@@ -6,11 +6,9 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
-page=docs/cluster.md
+source docs/tables.sh
 cargo build --release --features petsc
-program=${CARGO_TARGET_DIR:-target}/release/slipstick
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+program=$programs/slipstick
 
 # The clutch in a part of its size, by PETSc.
 clutch() {
@@ -75,9 +73,4 @@ measured() {
         done
     done
 } >"$work/table"
-awk -v file="$work/table" '
-    $0 == "<!-- model -->" { print; while ((getline line < file) > 0) print line; skip = 1; next }
-    skip && $0 == "<!-- end -->" { skip = 0 }
-    !skip { print }
-' "$page" >"$work/page"
-cp "$work/page" "$page"
+put docs/cluster.md model "$work/table"

@@ -5,12 +5,9 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-page=docs/cluster.md
+source docs/tables.sh
 cargo build --release -p slipstick -p slipstick-cli -p slipstick-petsc --features slipstick-cli/petsc \
     --bin slipstick --example export_matrix --example precondition
-programs=${CARGO_TARGET_DIR:-target}/release
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 RAYON_NUM_THREADS=1
 
 # Tangent of a case, at the end of its path, with a design.
@@ -48,8 +45,4 @@ designs "${1-}"
     measured blocks "two blocks, wavy densities"
     printf '```\n'
 } > "$work/table"
-awk -v name='<!-- precondition -->' -v file="$work/table" '
-    $0 == name { print; while ((getline line < file) > 0) print line; skip = 1; next }
-    skip && $0 == "<!-- end -->" { skip = 0 }
-    !skip { print }
-' "$page" > "$work/page" && cp "$work/page" "$page"
+put docs/cluster.md precondition "$work/table"

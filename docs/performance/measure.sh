@@ -4,22 +4,16 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-page=docs/performance.md
-program=${CARGO_TARGET_DIR:-target}/release/slipstick
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+source docs/tables.sh
+program=$programs/slipstick
 cargo build --release -p slipstick-cli
 
 # Puts the output of a command between <!-- NAME --> and <!-- end -->.
-put() {
+measure() {
     local name=$1
     shift
     { printf '```text\n'; "$@"; printf '```\n'; } > "$work/$name"
-    awk -v name="<!-- $name -->" -v file="$work/$name" '
-        $0 == name { print; while ((getline line < file) > 0) print line; skip = 1; next }
-        skip && $0 == "<!-- end -->" { skip = 0 }
-        !skip { print }
-    ' "$page" > "$work/page" && cp "$work/page" "$page"
+    put docs/performance.md "$name" "$work/$name"
 }
 
 sizes() { "$program" bench --sizes 1000,3000,9400 --threads 1,2; }
@@ -73,5 +67,5 @@ fastest() {
 large() { "$program" bench --sizes 90000 --steps 1 --threads 2; }
 
 for name in ${*:-sizes settled ironing_block methods elements large}; do
-    put "$name" "$name"
+    measure "$name" "$name"
 done

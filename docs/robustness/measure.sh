@@ -5,24 +5,14 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-page=docs/robustness.md
-tables=$(mktemp -d)
-trap 'rm -rf "$tables"' EXIT
-
-# Puts a file between <!-- NAME --> and <!-- end -->.
-put() {
-    awk -v name="<!-- $1 -->" -v file="$2" '
-        $0 == name { print; while ((getline line < file) > 0) print line; skip = 1; next }
-        skip && $0 == "<!-- end -->" { skip = 0 }
-        !skip { print }
-    ' "$page" > "$tables/page" && cp "$tables/page" "$page"
-}
+source docs/tables.sh
+tables=$work
 
 tests() { SLIPSTICK_TABLES=$tables cargo test --release "$@"; }
 
 kills() {
     SLIPSTICK_KILLS=${SLIPSTICK_KILLS:-120} tests -p slipstick-cli --test program killed
-    put kills "$tables/kills.md"
+    put docs/robustness.md kills "$tables/kills.md"
 }
 
 faults() {
@@ -31,17 +21,17 @@ faults() {
         printf '| fault | tries | exit codes | runs that then went on bit for bit |\n|---|---|---|---|\n'
         cat "$tables"/faults_*.md
     } > "$tables/faults.md"
-    put faults "$tables/faults.md"
+    put docs/robustness.md faults "$tables/faults.md"
 }
 
 memory() {
     tests -p slipstick-cli --test program table_of_memory -- --ignored
-    put memory "$tables/memory.md"
+    put docs/robustness.md memory "$tables/memory.md"
 }
 
 random_gradients() {
     tests -p slipstick --test random_gradients -- --ignored
-    put random_gradients "$tables/random_gradients.md"
+    put docs/robustness.md random_gradients "$tables/random_gradients.md"
 }
 
 # One target after the other; libFuzzer tells its executions at the end.
@@ -74,7 +64,7 @@ fuzz_table() {
             for (i = 1; i <= n; i++) printf "| `%s` | %.0f | %d | %d |\n", order[i], s[order[i]] / 60, e[order[i]], f[order[i]]
             printf "| together | %.0f | %d | %d |\n", S / 60, E, F
         }' docs/robustness/fuzz.csv > "$tables/fuzz.md"
-    put fuzz "$tables/fuzz.md"
+    put docs/robustness.md fuzz "$tables/fuzz.md"
 }
 
 if [ "${1:-}" = fuzz ]; then

@@ -155,6 +155,37 @@ fn failures_are_told_once() {
     assert!(text(&output.stderr).contains("runs on one rank"), "{}", text(&output.stderr));
 }
 
+/// A measurement on two ranks: their parts are the whole, and the memory that `check` predicts is of the right size.
+#[test]
+fn ranks_tell_their_parts() {
+    let place = tempfile::tempdir().expect("a directory");
+    let case = case(place.path(), "{ lagrange = {} }");
+    let Some(mut run) = slipstick(Some(2)) else { return };
+    let told = succeeded(&run.arg("bench").arg(&case).args(["--steps", "2", "--json"]).output().expect("it starts"));
+    let ranks: Vec<serde_json::Value> = told
+        .lines()
+        .filter_map(|line| serde_json::from_str(line).ok())
+        .filter(|event: &serde_json::Value| event["event"] == "measurement")
+        .collect();
+    assert_eq!(ranks.len(), 2, "{told}");
+    let sum = |key: &str| ranks.iter().map(|rank| rank[key].as_u64().expect("a number")).sum::<u64>();
+    // 12 x 3 x 4 and 4 x 2 x 4 elements, and the 5 x 5 nodes of the block's underside
+    assert_eq!((sum("elements_here"), sum("slave_nodes_here")), (144 + 32, 25));
+    for rank in &ranks {
+        assert!(rank["operations"].as_f64() > Some(0.0) && rank["factor_bytes"].as_f64() > Some(0.0), "{rank}");
+        // each residual alone is a vector of so many unknowns
+        let least = 8.0 * rank["unknowns"].as_f64().expect("a number");
+        assert!(rank["forward"]["bytes_sent"].as_f64() > Some(least), "{rank}");
+    }
+    let check = Command::new(PROGRAM).arg("check").arg(&case).args(["--ranks", "2", "--json"]).output();
+    let foreseen: serde_json::Value = serde_json::from_str(&succeeded(&check.expect("it starts"))).expect("JSON");
+    let bytes = |whose: &str| foreseen["bytes_on_ranks"][whose].as_f64().expect("a number");
+    let peaks: Vec<f64> = ranks.iter().map(|rank| rank["peak_bytes"].as_f64().expect("a number")).collect();
+    assert!(bytes("first") >= bytes("others") && bytes("others") > 0.0);
+    // a run as small as this is all libraries: the prediction is of the same size
+    assert!(peaks.iter().all(|peak| (0.4..2.5).contains(&(peak / bytes("first")))), "{peaks:?} {foreseen}");
+}
+
 /// Processes that a process has started.
 fn children(process: u32) -> Vec<u32> {
     let parent = |id: u32| {

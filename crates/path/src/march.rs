@@ -86,8 +86,8 @@ impl Path {
     /// Leaves to the first rank what the next steps do not start from.
     fn leave_to_first(&mut self, ranks: &dyn Ranks) {
         let Some(index) = self.states.len().checked_sub(3).filter(|_| ranks.size() > 1) else { return };
-        let last = &mut self.states[..=index];
-        for state in last.iter_mut().rev().take_while(|state| !state.with_first) {
+        let older = &mut self.states[..=index];
+        for state in older.iter_mut().rev().take_while(|state| !state.with_first) {
             state.with_first = true;
             if ranks.rank() > 0 {
                 state.state = StepState::default();

@@ -54,6 +54,14 @@ fn assert_same(session: &Session, values: &[f64]) {
 
 fn messages_arrive(session: &Session) {
     let rank = session.rank();
+    let sent = session.traffic();
+    // every rank gets the first one's numbers, whatever its own are
+    let own: Vec<f64> = (0..5000 * usize::from(rank == 0) + rank).map(|i| (i as f64).sqrt()).collect();
+    let first: Vec<f64> = (0..5000).map(|i| f64::from(i).sqrt()).collect();
+    assert!(session.of_first(&own) == first);
+    let bytes = session.traffic().bytes - sent.bytes;
+    let handed_on = if rank == 0 { 8 * first.len() as u64 } else { 0 };
+    assert!(session.size() == 1 || bytes >= handed_on * (session.size() as u64 - 1), "{bytes} bytes are counted");
     let all = session.gather(&vec![rank as u8; 3 * (rank % 2)]);
     assert_eq!(all.len(), session.size());
     assert!(all.iter().enumerate().all(|(r, m)| *m == vec![r as u8; 3 * (r % 2)]));

@@ -68,7 +68,7 @@ pub struct RankMemory {
 /// MPI and PETSc in a process. Measured. \[bytes\]
 const LIBRARIES: f64 = 70e6;
 
-/// Vectors of all unknowns that a rank has at once. Measured.
+/// Memory that is not divided, in vectors of all unknowns. Fitted to the runs of `docs/cluster/model.sh`.
 const VECTORS: f64 = 60.0;
 
 /// Memory of MUMPS over that of the factors in the order of METIS: working space, and PORD's order. Measured on one to four ranks.

@@ -3,8 +3,8 @@
 use slipstick_mesh::{FacetTree, Mesh, Surface};
 use std::collections::BTreeMap;
 
-/// Work on a slave facet, in that on elements. By time it is 20, where most are open, to 75, where all are closed; but
-/// elements are memory too, and a rank that has few for the sake of contact leaves it to the others.
+/// Work on a slave facet, in that on elements. By the time that `slipstick bench` shows it is some 30, where
+/// most are open, to 70, where all are closed; but elements are memory too, of which a rank with few leaves more to others.
 const CONTACT_WORK: i32 = 12;
 
 /// Ties between elements opposite each other in contact; those of neighbours are their common nodes, 3 or 4.
