@@ -1,6 +1,7 @@
 //! Scalar sparse matrices by rows.
 
 use crate::operator::Operator;
+use crate::ranks::{Alone, Ranks};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -148,15 +149,25 @@ impl CsrMatrix {
 /// ‖v‖₂, summed in a fixed order, scaled so that neither overflow nor underflow spoils it.
 /// NaN if an entry is.
 pub(crate) fn norm(v: &[f64]) -> f64 {
-    let sum: f64 = v.iter().map(|x| x * x).sum();
+    norm_on(v, &Alone)
+}
+
+/// ‖v‖₂ of a vector of which each rank has a part: the same on all of them.
+pub(crate) fn norm_on(v: &[f64], ranks: &dyn Ranks) -> f64 {
+    let sum_over_ranks = |here: f64| {
+        let mut sum = [here];
+        ranks.sum(&mut sum);
+        sum[0]
+    };
+    let sum = sum_over_ranks(v.iter().map(|x| x * x).sum());
     if sum.is_normal() && sum > 1e-280 {
         return sum.sqrt();
     }
-    let largest = largest(v);
+    let largest = ranks.largest(largest(v));
     if largest == 0.0 || !largest.is_finite() {
         return largest;
     }
-    largest * v.iter().map(|x| (x / largest) * (x / largest)).sum::<f64>().sqrt()
+    largest * sum_over_ranks(v.iter().map(|x| (x / largest) * (x / largest)).sum()).sqrt()
 }
 
 /// max |vᵢ|, or NaN if an entry is NaN.

@@ -39,6 +39,7 @@
 
 pub mod block;
 pub mod csr;
+pub mod layout;
 #[cfg(feature = "metis")]
 mod metis;
 pub mod multifrontal;
@@ -54,6 +55,7 @@ pub mod verified;
 
 pub use block::{BlockMatrix, BlockPattern};
 pub use csr::{CsrMatrix, CsrPattern};
+pub use layout::Layout;
 #[cfg(feature = "metis")]
 pub use metis::partition_graph;
 pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};

@@ -1,13 +1,21 @@
 //! What a verified solve asks of a matrix, which may be the sum of parts on several ranks.
 
 use crate::csr::CsrMatrix;
-use crate::ranks::Ranks;
+use crate::layout::Layout;
+use crate::ranks::{Alone, Ranks};
 use crate::scaling::Scaling;
 
 /// A square matrix that can be multiplied, as it is and transposed.
+///
+/// Vectors, and all that is told of rows and columns, are of the unknowns of this rank, where there are several.
 pub trait Operator {
-    /// Number of rows and columns.
+    /// Number of rows and columns of this rank.
     fn n(&self) -> usize;
+
+    /// Who has the others.
+    fn ranks(&self) -> &dyn Ranks {
+        &Alone
+    }
 
     /// `y = A x`.
     ///
@@ -21,7 +29,7 @@ pub trait Operator {
     /// If a length differs from the number of rows.
     fn mul_transpose(&self, x: &[f64], y: &mut [f64]);
 
-    /// ‖A‖∞ (with `transpose`: of Aᵀ), or a bound on it of the same size.
+    /// ‖A‖∞ (with `transpose`: of Aᵀ), or a bound on it of the same size: of the whole matrix.
     fn infinity_norm(&self, transpose: bool) -> f64;
 
     /// `y = |A| |x|`, or `y = |Aᵀ| |x|` where `transpose` is set: what the rounding errors of the product are in proportion to.
@@ -80,45 +88,65 @@ impl Operator for CsrMatrix {
     }
 }
 
-/// The sum of the matrices that the ranks hold, all with the same number of rows. Vectors are whole on every rank, and
-/// results the same on all of them.
+/// The sum of the matrices that the ranks hold, all with the same number of rows. Vectors are the own parts of a
+/// [`Layout`].
 #[derive(Debug, Clone, Copy)]
 pub struct Summed<'a> {
     /// The part of this rank.
     pub part: &'a CsrMatrix,
+    /// Which unknowns are whose.
+    pub layout: &'a Layout,
     /// Who has the others.
     pub ranks: &'a dyn Ranks,
 }
 
+impl Summed<'_> {
+    /// What `product` makes of the own vector `x`: an own vector, the sum of all parts'.
+    fn product(&self, x: &[f64], y: &mut [f64], product: impl FnOnce(&[f64], &mut [f64])) {
+        if self.ranks.size() == 1 {
+            product(x, y);
+            return;
+        }
+        let x = self.layout.spread(x, self.ranks);
+        let mut terms = vec![0.0; x.len()];
+        product(&x, &mut terms);
+        y.copy_from_slice(&self.layout.collect(&terms, self.ranks));
+    }
+}
+
 impl Operator for Summed<'_> {
     fn n(&self) -> usize {
-        self.part.n()
+        self.layout.own()
+    }
+
+    fn ranks(&self) -> &dyn Ranks {
+        self.ranks
     }
 
     fn mul(&self, x: &[f64], y: &mut [f64]) {
-        self.part.mul(x, y);
-        self.ranks.sum(y);
+        self.product(x, y, |x, y| self.part.mul(x, y));
     }
 
     fn mul_transpose(&self, x: &[f64], y: &mut [f64]) {
-        self.part.mul_transpose(x, y);
-        self.ranks.sum(y);
+        self.product(x, y, |x, y| self.part.mul_transpose(x, y));
     }
 
     /// A bound: the largest sum of the parts' absolute row sums. It is the norm itself on one rank.
     fn infinity_norm(&self, transpose: bool) -> f64 {
-        let mut sums = self.part.absolute_sums(transpose);
-        self.ranks.sum(&mut sums);
-        sums.into_iter().fold(0.0, f64::max)
+        let sums = self.layout.collect(&self.part.absolute_sums(transpose), self.ranks);
+        self.ranks.largest(sums.into_iter().fold(0.0, f64::max))
     }
 
     /// A bound: the sum of the parts'.
     fn absolute_product(&self, transpose: bool, x: &[f64], y: &mut [f64]) {
-        self.part.absolute_product(transpose, x, y);
-        self.ranks.sum(y);
+        self.product(x, y, |x, y| self.part.absolute_product(transpose, x, y));
     }
 
     fn row_weights(&self, transpose: bool) -> Vec<f64> {
-        Scaling::equilibrate_on(self.part, self.ranks).of(transpose)
+        let scaling = Scaling::equilibrate_by(self.part, |sizes| {
+            let own = self.layout.collect(sizes, self.ranks);
+            *sizes = self.layout.spread(&own, self.ranks);
+        });
+        self.layout.restrict(&scaling.of(transpose))
     }
 }

@@ -1,7 +1,8 @@
 //! Ranks of a parallel run: what they tell each other.
 //!
-//! All ranks march the same path with the same vectors; each assembles a part of every residual and tangent. What is
-//! put together is the same on all of them, bit for bit, so that decisions that rest on it need no further talk.
+//! All ranks march the same path with the same states; each assembles a part of every residual and tangent, and solves for a
+//! part of the unknowns ([`Layout`](crate::Layout)). What is put together is the same on all of them, bit for bit, so that
+//! decisions that rest on it need no further talk.
 
 use std::fmt::Debug;
 
@@ -33,6 +34,29 @@ pub trait Ranks: Send + Sync + Debug {
 
     /// What each rank tells, in their order. The lengths may differ.
     fn gather(&self, message: &[u8]) -> Vec<Vec<u8>>;
+
+    /// Hands the next `to[r]` numbers of `values` to each rank `r`, and returns what the ranks have handed to this one, in
+    /// their order: `from[r]` numbers of rank `r`.
+    fn exchange(&self, values: &[f64], to: &[usize], from: &[usize]) -> Vec<f64>;
+
+    /// The numbers of all ranks, one after the other.
+    fn join(&self, values: &[f64]) -> Vec<f64> {
+        if self.size() == 1 {
+            return values.to_vec();
+        }
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let all = self.gather(&bytes);
+        all.iter().flat_map(|told| told.as_chunks::<8>().0).map(|bytes| f64::from_le_bytes(*bytes)).collect()
+    }
+
+    /// The largest number of any rank, or NaN if one is that.
+    fn largest(&self, here: f64) -> f64 {
+        if self.size() == 1 {
+            return here;
+        }
+        let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
+        self.join(&[here]).into_iter().fold(f64::NEG_INFINITY, larger)
+    }
 
     /// The numbers that the first rank has; those of the others do not matter.
     fn of_first(&self, values: &[f64]) -> Vec<f64> {
@@ -72,5 +96,9 @@ impl Ranks for Alone {
 
     fn gather(&self, message: &[u8]) -> Vec<Vec<u8>> {
         vec![message.to_vec()]
+    }
+
+    fn exchange(&self, values: &[f64], _to: &[usize], _from: &[usize]) -> Vec<f64> {
+        values.to_vec()
     }
 }

@@ -1,6 +1,7 @@
 //! A solver that falls back to a more robust method when one fails.
 
 use crate::csr::{CsrMatrix, CsrPattern};
+use crate::layout::Layout;
 use crate::multifrontal::MultifrontalSolver;
 use crate::operator::Operator;
 use crate::ranks::{Alone, Ranks};
@@ -184,12 +185,16 @@ impl Backend for SolverChoice {
     fn ranks(&self) -> &dyn Ranks {
         &Alone
     }
+
+    fn layout(&self, pattern: &CsrPattern) -> Layout {
+        Layout::whole(pattern.n)
+    }
 }
 
 /// Solves with `a`, or its transpose, for a fixed vector without structure, and looks at the true residual.
 ///
 /// `weights` brings all rows (columns, of the transpose) to one size: right-hand sides are in proportion to these sizes, and
-/// residuals are measured by them.
+/// residuals are measured by them. All are of the unknowns of this rank.
 ///
 /// # Errors
 /// [`FactorizationError::Inaccurate`] if the factors are of no use, even as a preconditioner.

@@ -1,7 +1,6 @@
 //! Equilibration of rows and columns by powers of two.
 
 use crate::csr::CsrMatrix;
-use crate::ranks::{Alone, Ranks};
 use rayon::prelude::*;
 
 /// Rows of a parallel task.
@@ -27,17 +26,18 @@ impl Scaling {
     /// Reference: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
     /// matrices, RAL-TR-2001-034. Empty rows and columns keep the factor one.
     pub fn equilibrate(a: &CsrMatrix) -> Self {
-        Self::equilibrate_on(a, &Alone)
+        Self::equilibrate_by(a, |_| ())
     }
 
-    /// The same for the sum of the matrices on the ranks, whose largest entries are taken for the sums of the parts' own.
-    pub fn equilibrate_on(part: &CsrMatrix, ranks: &dyn Ranks) -> Self {
+    /// The same for the sum of matrices on several ranks: `add` replaces the sizes of rows or columns, which are the
+    /// largest entries of this rank's part, by their sums over the ranks.
+    pub fn equilibrate_by(part: &CsrMatrix, add: impl Fn(&mut Vec<f64>)) -> Self {
         let n = part.n();
         let mut scaling = Self { rows: vec![1.0; n], columns: vec![1.0; n] };
         let largest = |scaling: &Self| {
             let (mut rows, mut columns) = scaling.largest_entries(part);
-            ranks.sum(&mut rows);
-            ranks.sum(&mut columns);
+            add(&mut rows);
+            add(&mut columns);
             (rows, columns)
         };
         for _ in 0..SWEEPS {

@@ -1,6 +1,7 @@
 //! The interface of direct solvers.
 
 use crate::csr::{CsrMatrix, CsrPattern};
+use crate::layout::Layout;
 use crate::ranks::Ranks;
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -47,13 +48,16 @@ pub trait LinearSolver: Send {
 /// Makes solvers, and says which ranks share the matrices that they are given.
 ///
 /// With several ranks, each hands its part to [`LinearSolver::factorize`]: the matrix is their sum. Right-hand sides and
-/// solutions are whole on every rank.
+/// solutions are divided by the [`Layout`] of its pattern: each rank has the entries of its own unknowns.
 pub trait Backend: Send + Sync + Debug {
     /// A new solver, without an analysis yet.
     fn solver(&self) -> Box<dyn LinearSolver>;
 
     /// The ranks whose parts are summed.
     fn ranks(&self) -> &dyn Ranks;
+
+    /// How vectors are divided that belong to matrices on a pattern. All ranks call it together.
+    fn layout(&self, pattern: &CsrPattern) -> Layout;
 }
 
 /// What a rank has of the factors of a matrix.
@@ -81,7 +85,7 @@ pub trait Factorization: Send + Sync {
     /// If the length differs from the number of unknowns.
     fn solve_transpose(&self, rhs: &mut [f64]);
 
-    /// Number of unknowns.
+    /// Number of unknowns of this rank.
     fn n(&self) -> usize;
 
     /// Memory of the factors in bytes.

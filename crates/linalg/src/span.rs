@@ -1,7 +1,8 @@
 //! Start of an iteration from the solutions of similar systems.
 
-use crate::csr::norm;
+use crate::csr::norm_on;
 use crate::operator::Operator;
+use crate::ranks::Ranks;
 
 /// Part of a product that must be new, not a combination of the others', for its vector to count.
 const NEW: f64 = 1e-6;
@@ -14,6 +15,8 @@ const NEW: f64 = 1e-6;
 /// # Panics
 /// If a length differs from the number of rows.
 pub fn best_in_span<'a>(a: &dyn Operator, rhs: &[f64], vectors: impl IntoIterator<Item = &'a [f64]>) -> Vec<f64> {
+    let ranks = a.ranks();
+    let norm = |v: &[f64]| norm_on(v, ranks);
     let mut residual = rhs.to_vec();
     let mut best = vec![0.0; rhs.len()];
     let mut basis: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
@@ -24,7 +27,7 @@ pub fn best_in_span<'a>(a: &dyn Operator, rhs: &[f64], vectors: impl IntoIterato
         let whole = norm(&product);
         // twice, for full orthogonality
         for (y, q) in basis.iter().chain(&basis) {
-            let shared = dot(q, &product);
+            let shared = dot(q, &product, ranks);
             add(-shared, q, &mut product);
             add(-shared, y, &mut x);
         }
@@ -34,7 +37,7 @@ pub fn best_in_span<'a>(a: &dyn Operator, rhs: &[f64], vectors: impl IntoIterato
         }
         product.iter_mut().for_each(|p| *p /= new);
         x.iter_mut().for_each(|x| *x /= new);
-        let coefficient = dot(&product, &residual);
+        let coefficient = dot(&product, &residual, ranks);
         add(-coefficient, &product, &mut residual);
         add(coefficient, &x, &mut best);
         basis.push((x, product));
@@ -42,8 +45,10 @@ pub fn best_in_span<'a>(a: &dyn Operator, rhs: &[f64], vectors: impl IntoIterato
     if norm(&residual) < norm(rhs) { best } else { vec![0.0; rhs.len()] }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+fn dot(a: &[f64], b: &[f64], ranks: &dyn Ranks) -> f64 {
+    let mut sum = [a.iter().zip(b).map(|(a, b)| a * b).sum()];
+    ranks.sum(&mut sum);
+    sum[0]
 }
 
 fn add(factor: f64, from: &[f64], to: &mut [f64]) {

@@ -1,7 +1,8 @@
 //! Solves verified by their true residual.
 
-use crate::csr::{largest, norm};
+use crate::csr::{largest, norm_on};
 use crate::operator::Operator;
+use crate::ranks::Ranks;
 use crate::solver::Factorization;
 use thiserror::Error;
 
@@ -142,20 +143,22 @@ pub fn solve_from(
     if f.n() != n || rhs.len() != n || x.len() != n {
         return Err(SolveError::Dimension { n, factors: f.n(), rhs: rhs.len(), solution: x.len() });
     }
-    if let Some(index) = rhs.iter().position(|b| !b.is_finite()) {
-        return Err(SolveError::NonFiniteRightHandSide { index });
+    let size = norm_on(rhs, a.ranks());
+    if !size.is_finite() {
+        let index = rhs.iter().position(|b| !b.is_finite());
+        return Err(index.map_or(SolveError::NonFinite, |index| SolveError::NonFiniteRightHandSide { index }));
     }
-    if norm(rhs) == 0.0 {
+    if size == 0.0 {
         x.fill(0.0);
         return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
     }
     let plain = System { a, f, transpose, rhs, norm: a.infinity_norm(transpose), weights: None };
     let mut residual = vec![0.0; n];
-    if x.iter().all(|x| *x == 0.0) {
+    if !a.ranks().any(x.iter().any(|x| *x != 0.0)) {
         x.copy_from_slice(rhs);
         plain.precondition(x);
     }
-    let target = options.tolerance * norm(rhs);
+    let target = options.tolerance * size;
     let report = plain.assess(x, &mut residual, 0)?;
     let reaches = |report: &SolveReport| report.relative_residual <= options.tolerance;
     let enough = |report: &SolveReport| reaches(report) || report.backward_error <= f64::EPSILON;
@@ -184,7 +187,7 @@ pub(crate) fn solve_weighted(
     weights: &[f64],
     options: &SolveOptions,
 ) -> Result<SolveReport, SolveError> {
-    if norm(rhs) == 0.0 {
+    if norm_on(rhs, a.ranks()) == 0.0 {
         return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
     }
     let system = System { a, f, transpose, rhs, norm: 0.0, weights: Some(weights.to_vec()) };
@@ -194,7 +197,7 @@ pub(crate) fn solve_weighted(
     let mut sizes = rhs.to_vec();
     system.weigh(&mut sizes);
     let enough = |report: &SolveReport| report.relative_residual <= options.tolerance;
-    system.iterate(&mut x, &mut residual, report, options.tolerance * norm(&sizes), options, &enough)
+    system.iterate(&mut x, &mut residual, report, options.tolerance * system.norm_of(&sizes), options, &enough)
 }
 
 struct System<'a> {
@@ -209,6 +212,11 @@ struct System<'a> {
 }
 
 impl System<'_> {
+    /// ‖v‖₂ over all ranks.
+    fn norm_of(&self, v: &[f64]) -> f64 {
+        norm_on(v, self.a.ranks())
+    }
+
     fn precondition(&self, v: &mut [f64]) {
         if self.transpose {
             self.f.solve_transpose(v);
@@ -243,7 +251,7 @@ impl System<'_> {
         self.a.absolute_product(self.transpose, x, &mut sizes);
         sizes.iter_mut().zip(self.rhs).for_each(|(size, b)| *size += b.abs());
         self.weigh(&mut sizes);
-        norm(&sizes)
+        self.norm_of(&sizes)
     }
 
     /// True residual of `x`, left in `residual`, weighted.
@@ -253,10 +261,13 @@ impl System<'_> {
             let mut rhs = self.rhs.to_vec();
             self.weigh(residual);
             self.weigh(&mut rhs);
-            (norm(residual) / norm(&rhs), norm(residual) / self.rounding(x))
+            let size = self.norm_of(residual);
+            (size / self.norm_of(&rhs), size / self.rounding(x))
         } else {
-            let backward_error = largest(residual) / (self.norm * largest(x) + largest(self.rhs));
-            (norm(residual) / norm(self.rhs), backward_error)
+            let [residual_size, x_size, rhs_size] =
+                [&*residual, x, self.rhs].map(|v| self.a.ranks().largest(largest(v)));
+            let backward_error = residual_size / (self.norm * x_size + rhs_size);
+            (self.norm_of(residual) / self.norm_of(self.rhs), backward_error)
         };
         if relative_residual.is_finite() && backward_error.is_finite() {
             Ok(SolveReport { relative_residual, backward_error, iterations })
@@ -282,7 +293,7 @@ impl System<'_> {
             }
             let mut candidate = x.to_vec();
             let steps = left.min(options.restart.max(1));
-            let present = norm(residual);
+            let present = self.norm_of(residual);
             let hopeless = |fallen: f64, taken: usize| {
                 let wanted = (0.5 * target / present).ln();
                 options.give_up_early && taken >= LEAST_SEEN && HOPE * fallen.ln() * left as f64 > wanted * taken as f64
@@ -314,7 +325,7 @@ impl System<'_> {
         steps: usize,
         hopeless: &dyn Fn(f64, usize) -> bool,
     ) -> Result<(usize, bool), SolveError> {
-        let beta = norm(r);
+        let beta = self.norm_of(r);
         let mut basis = vec![r.iter().map(|r| r / beta).collect::<Vec<f64>>()];
         let mut directions: Vec<Vec<f64>> = Vec::new();
         let mut hessenberg = GivensLeastSquares::new(beta);
@@ -326,7 +337,7 @@ impl System<'_> {
             self.apply(&z, &mut w);
             self.weigh(&mut w);
             directions.push(z);
-            let column = orthogonalise(&mut w, &basis);
+            let column = orthogonalise(&mut w, &basis, self.a.ranks());
             if !column.iter().all(|h| h.is_finite()) {
                 return Err(SolveError::NonFinite);
             }
@@ -350,16 +361,20 @@ impl System<'_> {
 
 /// Removes the components of `w` along `basis`, twice for full orthogonality. Returns the
 /// coefficients followed by the norm of what is left.
-fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
+///
+/// All components of a pass at once, so that ranks talk once a pass. Reference: Giraud, Langou, Rozložník and van den
+/// Eshof, Rounding error analysis of the classical Gram–Schmidt orthogonalization process, Numer. Math. 101 (2005).
+fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>], ranks: &dyn Ranks) -> Vec<f64> {
     let mut column = vec![0.0; basis.len() + 1];
     for _ in 0..2 {
-        for (h, v) in column.iter_mut().zip(basis) {
-            let projection: f64 = w.iter().zip(v).map(|(w, v)| w * v).sum();
-            w.iter_mut().zip(v).for_each(|(w, v)| *w -= projection * v);
-            *h += projection;
+        let mut components: Vec<f64> = basis.iter().map(|v| w.iter().zip(v).map(|(w, v)| w * v).sum()).collect();
+        ranks.sum(&mut components);
+        for ((h, v), component) in column.iter_mut().zip(basis).zip(components) {
+            w.iter_mut().zip(v).for_each(|(w, v)| *w -= component * v);
+            *h += component;
         }
     }
-    column[basis.len()] = norm(w);
+    column[basis.len()] = norm_on(w, ranks);
     column
 }
 

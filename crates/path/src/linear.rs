@@ -7,8 +7,8 @@
 use crate::failure::StepFailureKind;
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
-    Backend, BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, LinearSolver, Precision, Ranks,
-    Reduction, SolveOptions, Summed, Transposed, best_in_span, solve_from, solve_verified,
+    Backend, BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, Precision,
+    Ranks, Reduction, SolveOptions, Summed, Transposed, best_in_span, solve_from, solve_verified,
 };
 use std::sync::Arc;
 
@@ -64,6 +64,7 @@ struct Cached {
     pattern: Arc<BlockPattern>,
     fixed: Vec<bool>,
     reduction: Arc<Reduction>,
+    layout: Arc<Layout>,
 }
 
 /// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
@@ -95,6 +96,8 @@ pub(crate) struct Reduced {
     matrix: CsrMatrix,
     transposed: bool,
     reduction: Arc<Reduction>,
+    /// Which of the free unknowns are this rank's.
+    layout: Arc<Layout>,
     /// Number of all unknowns.
     unknowns: usize,
 }
@@ -188,16 +191,22 @@ impl LinearSystem {
         self.take_up(fixed);
         let fits =
             self.now.cached.as_ref().is_some_and(|c| Arc::ptr_eq(&c.pattern, matrix.pattern()) && c.fixed == fixed);
-        if !fits {
+        // a rank may have a new pattern where another has not, but a layout is made together
+        if self.backend.ranks().any(!fits) {
             let begin = self.timings.begin();
-            let reduction = Arc::new(Reduction::new(matrix.pattern(), fixed, groups));
-            self.now.cached = Some(Cached { pattern: matrix.pattern().clone(), fixed: fixed.to_vec(), reduction });
+            let kept = self.now.cached.take().filter(|_| fits);
+            let reduction = kept
+                .map_or_else(|| Arc::new(Reduction::new(matrix.pattern(), fixed, groups)), |cached| cached.reduction);
+            let layout = Arc::new(self.backend.layout(reduction.pattern()));
+            let (pattern, fixed) = (matrix.pattern().clone(), fixed.to_vec());
+            self.now.cached = Some(Cached { pattern, fixed, reduction, layout });
             self.timings.end(Phase::Analysis, begin);
         }
-        let reduction = self.now.cached.as_ref().expect("set above").reduction.clone();
+        let cached = self.now.cached.as_ref().expect("set above");
+        let (reduction, layout) = (cached.reduction.clone(), cached.layout.clone());
         let begin = self.timings.begin();
         let free = if transposed { reduction.reduce_transposed(matrix) } else { reduction.reduce(matrix) };
-        let system = Reduced { matrix: free, transposed, reduction, unknowns: fixed.len() };
+        let system = Reduced { matrix: free, transposed, reduction, layout, unknowns: fixed.len() };
         self.timings.end(Phase::Solve, begin);
         system
     }
@@ -244,14 +253,14 @@ impl LinearSystem {
         tolerance: f64,
     ) -> Result<Vec<f64>, StepFailureKind> {
         let system = self.reduce(matrix, false, fixed, groups);
-        let rhs = system.reduction.restrict(rhs);
+        let rhs = system.restrict(rhs);
         let at_hand = self.now.lagged.clone().filter(|f| f.changed_nodes(active_set) <= MOST_CHANGED);
         let start = vec![0.0; rhs.len()];
         let x = match self.solve_nearby(&system, at_hand, fixed, start, &rhs, tolerance) {
             Some(x) => x,
             None => self.solve_reduced(&system, fixed, active_set, &rhs, tolerance)?.0,
         };
-        Ok(system.prolong(&x))
+        Ok(system.prolong(&x, self.ranks()))
     }
 
     /// Solves with a reduced system by the factors `at_hand` of a nearby tangent, if they lead to the solution at less
@@ -268,12 +277,12 @@ impl LinearSystem {
     ) -> Option<Vec<f64>> {
         at_hand.as_ref()?;
         let begin = self.timings.begin();
-        let rhs = system.reduction.restrict(rhs);
-        let similar: Vec<Vec<f64>> = similar.into_iter().map(|x| system.reduction.restrict(x)).collect();
-        let matrix = Summed { part: &system.matrix, ranks: self.backend.ranks() };
+        let rhs = system.restrict(rhs);
+        let similar: Vec<Vec<f64>> = similar.into_iter().map(|x| system.restrict(x)).collect();
+        let matrix = system.on(self.backend.ranks());
         let start = best_in_span(&matrix, &rhs, similar.iter().map(Vec::as_slice));
         self.timings.end(Phase::Solve, begin);
-        self.solve_nearby(system, at_hand, fixed, start, &rhs, tolerance).map(|x| system.prolong(&x))
+        self.solve_nearby(system, at_hand, fixed, start, &rhs, tolerance).map(|x| system.prolong(&x, self.ranks()))
     }
 
     /// Solves a reduced system with new factors and returns these too.
@@ -288,9 +297,9 @@ impl LinearSystem {
         rhs: &[f64],
         tolerance: f64,
     ) -> Result<(Vec<f64>, Arc<KeptFactors>), StepFailureKind> {
-        let (x, factors) = self.solve_reduced(system, fixed, active_set, &system.reduction.restrict(rhs), tolerance)?;
+        let (x, factors) = self.solve_reduced(system, fixed, active_set, &system.restrict(rhs), tolerance)?;
         self.now.lagged = None;
-        Ok((system.prolong(&x), factors))
+        Ok((system.prolong(&x, self.ranks()), factors))
     }
 
     /// The solution with new factors, and these: of double precision from now on where those of single precision do not
@@ -323,7 +332,7 @@ impl LinearSystem {
     ) -> Result<Vec<f64>, StepFailureKind> {
         let mut x = vec![0.0; rhs.len()];
         let begin = self.timings.begin();
-        let matrix = Summed { part: &system.matrix, ranks: self.backend.ranks() };
+        let matrix = system.on(self.backend.ranks());
         let result = solve_verified(&matrix, factors.factors.as_ref(), false, rhs, &mut x, tolerance);
         self.timings.end(Phase::Solve, begin);
         result.map(|_| x).map_err(|e| StepFailureKind::Linear(e.to_string()))
@@ -347,7 +356,7 @@ impl LinearSystem {
         }
         let options = SolveOptions { tolerance, max_iterations: budget, restart: budget, give_up_early: true };
         let begin = self.timings.begin();
-        let matrix = &Summed { part: &system.matrix, ranks };
+        let matrix = &system.on(ranks);
         let factors = at_hand.factors.as_ref();
         let result = if at_hand.transposed == system.transposed {
             solve_from(matrix, factors, false, rhs, &mut x, &options)
@@ -381,10 +390,21 @@ fn budget(matrix: &CsrMatrix, factors: &dyn Factorization, ranks: &dyn Ranks) ->
 }
 
 impl Reduced {
-    /// A solution with the prescribed unknowns at zero.
-    fn prolong(&self, x: &[f64]) -> Vec<f64> {
+    /// The matrix, of which each rank has a part.
+    fn on<'a>(&'a self, ranks: &'a dyn Ranks) -> Summed<'a> {
+        Summed { part: &self.matrix, layout: &self.layout, ranks }
+    }
+
+    /// The free unknowns of this rank.
+    fn restrict(&self, full: &[f64]) -> Vec<f64> {
+        let free = self.reduction.restrict(full);
+        if self.layout.own() == free.len() { free } else { self.layout.restrict(&free) }
+    }
+
+    /// A solution on all ranks, with the prescribed unknowns at zero.
+    fn prolong(&self, x: &[f64], ranks: &dyn Ranks) -> Vec<f64> {
         let mut full = vec![0.0; self.unknowns];
-        self.reduction.prolong(x, &mut full);
+        self.reduction.prolong(&self.layout.join(x, ranks), &mut full);
         full
     }
 }

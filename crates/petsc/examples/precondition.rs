@@ -53,8 +53,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let factors = solver.factorize(&mine)?;
     let second = largest(&session, seconds() - start);
     let test = count.load(Ordering::Relaxed);
-    let summed = Summed { part: &mine, ranks: &session };
-    let b: Vec<f64> = (0..n).map(|i| (i as f64 * i as f64 * 0.618_034).sin()).collect();
+    let layout = backend.layout(&mine.pattern);
+    let summed = Summed { part: &mine, layout: &layout, ranks: &session };
+    let whole: Vec<f64> = (0..n).map(|i| (i as f64 * i as f64 * 0.618_034).sin()).collect();
+    let b = layout.restrict(&whole);
     let mut line = format!(
         "{} ranks, {n} unknowns, first {first:.2} s, again {second:.2} s (test {test} it.), {:.0} MB",
         session.size(),
@@ -62,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     for transpose in [false, true] {
         count.store(0, Ordering::Relaxed);
-        let mut x = vec![0.0; n];
+        let mut x = vec![0.0; b.len()];
         let start = seconds();
         let outcome = match solve_verified(&summed, factors.as_ref(), transpose, &b, &mut x, TOLERANCE) {
             Ok(report) => format!("{} outer, {:.0e}", report.iterations, report.relative_residual),

@@ -3,8 +3,8 @@
 use crate::factors::Kind;
 use crate::solver::{PetscBackend, PetscSolver};
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, LinearSolver, Operator, Precision,
-    SolveError, SolveOptions, Summed, check_matrix, solve_with, test_on,
+    Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, Layout, LinearSolver, Operator,
+    Precision, SolveError, SolveOptions, Summed, check_matrix, solve_with, test_on,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -56,6 +56,7 @@ pub(crate) struct ContactZoneSolver {
 #[derive(Debug)]
 struct Places {
     whole: Arc<CsrPattern>,
+    layout: Arc<Layout>,
     zone: Arc<Part>,
     bulk: Arc<Part>,
 }
@@ -64,8 +65,10 @@ struct Places {
 #[derive(Debug)]
 struct Part {
     pattern: Arc<CsrPattern>,
-    /// Number in the whole and in the block.
-    unknowns: Vec<(u32, u32)>,
+    /// Entries of own vectors of the whole and of the block that belong together.
+    shared: Vec<(u32, u32)>,
+    /// Unknowns of the block on this rank.
+    own: usize,
     /// Entries of the whole pattern that are the first ones of the block's list.
     entries: Vec<usize>,
     /// Entries of the block's list in its pattern.
@@ -91,7 +94,8 @@ impl ContactZoneSolver {
                 return Err(FactorizationError::Pattern { n: pattern.n });
             }
             let nodes = self.data.coordinates.len();
-            let bulk = Part::new(pattern, 3 * nodes, |i| {
+            let layout = Arc::new(self.backend.layout(pattern));
+            let bulk = Part::new(&self.backend, pattern, &layout, 3 * nodes, |i| {
                 let origin = pattern.origins[i];
                 (origin < 3 * nodes as u32).then_some(origin)
             });
@@ -106,8 +110,8 @@ impl ContactZoneSolver {
                     })
                 })
                 .collect();
-            let zone = Part::new(pattern, next as usize, |i| numbers[i]);
-            self.places = Some(Places { whole: pattern.clone(), zone: Arc::new(zone), bulk: Arc::new(bulk) });
+            let zone = Part::new(&self.backend, pattern, &layout, next as usize, |i| numbers[i]);
+            self.places = Some(Places { whole: pattern.clone(), layout, zone: Arc::new(zone), bulk: Arc::new(bulk) });
         }
         Ok(self.places.as_ref().expect("made above"))
     }
@@ -140,11 +144,11 @@ impl ContactZoneSolver {
 
     /// Whether the first iteration that is made solves, for the transpose too. A test costs as much as a solve, and every
     /// solve is verified anyway: later ones are not tested.
-    fn prove(&mut self, a: &CsrMatrix, factors: &dyn Factorization) -> Result<(), FactorizationError> {
+    fn prove(&mut self, a: &CsrMatrix, factors: &ContactZoneFactorization) -> Result<(), FactorizationError> {
         if self.proved {
             return Ok(());
         }
-        let matrix = Summed { part: a, ranks: self.backend.ranks() };
+        let matrix = factors.cycle.matrix();
         for transpose in [false, true] {
             test_on(&matrix, &matrix.row_weights(transpose), factors, transpose, self.name()).map_err(|error| {
                 match error {
@@ -167,11 +171,18 @@ impl ContactZoneSolver {
 
 impl Part {
     /// The block of the unknowns that get a `number` below `n`.
-    fn new(whole: &CsrPattern, n: usize, number: impl Fn(usize) -> Option<u32>) -> Self {
-        let unknowns: Vec<(u32, u32)> = (0..whole.n).filter_map(|i| number(i).map(|inner| (i as u32, inner))).collect();
+    fn new(
+        backend: &PetscBackend,
+        whole: &CsrPattern,
+        layout: &Layout,
+        n: usize,
+        number: impl Fn(usize) -> Option<u32>,
+    ) -> Self {
         let mut present = vec![None; n];
-        for &(outer, inner) in &unknowns {
-            present[inner as usize] = Some(outer as usize);
+        for outer in 0..whole.n {
+            if let Some(inner) = number(outer) {
+                present[inner as usize] = Some(outer);
+            }
         }
         let (mut row_offsets, mut columns, mut groups, mut origins) = (vec![0], Vec::new(), Vec::new(), Vec::new());
         let (mut entries, mut targets, mut fillers) = (Vec::new(), Vec::new(), Vec::new());
@@ -200,7 +211,13 @@ impl Part {
             row_offsets.push(columns.len());
         }
         let pattern = Arc::new(CsrPattern { n, row_offsets, columns, groups, origins });
-        Self { pattern, unknowns, entries, targets, fillers }
+        let inside = backend.layout(&pattern);
+        // what is of one group is of one rank, in the block as in the whole
+        let shared = (0..layout.own() as u32).filter_map(|outer| {
+            let inner = number(layout.unknown(outer as usize))?;
+            inside.entry(inner as usize).map(|inner| (outer, inner as u32))
+        });
+        Self { shared: shared.collect(), own: inside.own(), pattern, entries, targets, fillers }
     }
 
     /// The block of `a`, with `filler` on the diagonal where `a` has no row.
@@ -213,14 +230,14 @@ impl Part {
         CsrMatrix { pattern: self.pattern.clone(), values }
     }
 
-    fn restrict(&self, whole: &[f64]) -> Vec<f64> {
-        let mut inner = vec![0.0; self.pattern.n];
-        self.unknowns.iter().for_each(|&(i, k)| inner[k as usize] = whole[i as usize]);
+    fn restrict(&self, outer: &[f64]) -> Vec<f64> {
+        let mut inner = vec![0.0; self.own];
+        self.shared.iter().for_each(|&(i, k)| inner[k as usize] = outer[i as usize]);
         inner
     }
 
-    fn add(&self, inner: &[f64], whole: &mut [f64]) {
-        self.unknowns.iter().for_each(|&(i, k)| whole[i as usize] += inner[k as usize]);
+    fn add(&self, inner: &[f64], outer: &mut [f64]) {
+        self.shared.iter().for_each(|&(i, k)| outer[i as usize] += inner[k as usize]);
     }
 }
 
@@ -233,27 +250,27 @@ impl LinearSolver for ContactZoneSolver {
         let known = self.places.as_ref().is_some_and(|p| Arc::ptr_eq(&p.whole, &a.pattern));
         self.zone.agree(check_matrix(a, known), a.n())?;
         let places = self.places(&a.pattern)?;
-        let (zone_part, bulk_part) = (places.zone.clone(), places.bulk.clone());
+        let (layout, zone_part, bulk_part) = (places.layout.clone(), places.zone.clone(), places.bulk.clone());
         let zone = match zone_part.pattern.n {
             0 => None,
             _ => Some(self.zone.factorize(&zone_part.of(a, 0.0))?),
         };
-        let mut sizes = a.largest_in_rows();
         let ranks = self.backend.ranks();
-        ranks.sum(&mut sizes);
-        let filler = sizes.iter().sum::<f64>() / (sizes.len() * ranks.size()).max(1) as f64;
+        let mut sums = [a.largest_in_rows().iter().sum(), a.values.len() as f64];
+        ranks.sum(&mut sums);
+        let [sizes, entries] = sums;
+        let filler = sizes / (a.n() * ranks.size()).max(1) as f64;
         let bulk = self.bulk.factorize(&bulk_part.of(a, filler))?;
-        let mut entries = [a.values.len() as f64];
-        ranks.sum(&mut entries);
         let factors = ContactZoneFactorization {
             cycle: Cycle {
                 a: a.clone(),
+                layout,
                 backend: self.backend.clone(),
                 zone,
                 zone_part,
                 bulk,
                 bulk_part,
-                entries: (entries[0] / ranks.size() as f64) as usize,
+                entries: (entries / ranks.size() as f64) as usize,
             },
             iterations: self.data.iterations.clone(),
         };
@@ -265,6 +282,7 @@ impl LinearSolver for ContactZoneSolver {
 /// One application of the preconditioner.
 struct Cycle {
     a: CsrMatrix,
+    layout: Arc<Layout>,
     backend: PetscBackend,
     /// `None` where there is no contact.
     zone: Option<Box<dyn Factorization>>,
@@ -276,9 +294,13 @@ struct Cycle {
 }
 
 impl Cycle {
+    fn matrix(&self) -> Summed<'_> {
+        Summed { part: &self.a, layout: &self.layout, ranks: self.backend.ranks() }
+    }
+
     /// Bodies, zone, bodies: the transpose of the whole is the same with all transposed.
     fn apply(&self, transpose: bool, rhs: &mut [f64]) {
-        let matrix = Summed { part: &self.a, ranks: self.backend.ranks() };
+        let matrix = self.matrix();
         let mut x = vec![0.0; rhs.len()];
         let mut left = rhs.to_vec();
         let bulk = (&self.bulk, &self.bulk_part);
@@ -312,7 +334,7 @@ impl Factorization for Cycle {
     }
 
     fn n(&self) -> usize {
-        self.a.n()
+        self.layout.own()
     }
 
     fn bytes(&self) -> usize {
@@ -338,7 +360,7 @@ struct ContactZoneFactorization {
 impl ContactZoneFactorization {
     /// What an iteration that does not arrive leaves is the best it had; the verified solve around it tells.
     fn iterate(&self, transpose: bool, rhs: &mut [f64]) {
-        let matrix = Summed { part: &self.cycle.a, ranks: self.cycle.backend.ranks() };
+        let matrix = self.cycle.matrix();
         let options =
             SolveOptions { tolerance: TOLERANCE, max_iterations: MOST, restart: RESTART, give_up_early: false };
         let mut x = vec![0.0; rhs.len()];

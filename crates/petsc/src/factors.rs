@@ -2,9 +2,8 @@
 
 use crate::error::PetscError;
 use crate::ffi::{self, RawFactors, RawFacts, RawMatrix};
-use crate::ownership::Ownership;
 use crate::session::{Session, check};
-use slipstick_linalg::{CsrPattern, FactorPart};
+use slipstick_linalg::{CsrPattern, FactorPart, Layout};
 use std::ffi::CStr;
 use std::sync::Arc;
 
@@ -35,12 +34,12 @@ impl DistributedMatrix {
     pub(crate) fn new(
         session: &Session,
         pattern: &CsrPattern,
-        ownership: &Ownership,
+        layout: &Layout,
         kind: &Kind,
     ) -> Result<Self, PetscError> {
         let block = if matches!(kind, Kind::Bulk(_)) { 3 } else { 1 };
-        let (rows, columns) = ownership.places(pattern);
-        let (own, n, count) = (ownership.own().len() as i64, pattern.n as i64, rows.len() as i64);
+        let (rows, columns) = places(pattern, layout);
+        let (own, n, count) = (layout.own() as i64, pattern.n as i64, rows.len() as i64);
         let mut matrix = Self { session: session.clone(), raw: std::ptr::null_mut() };
         let calls = session.calls();
         // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. What was made is freed by `Drop`.
@@ -51,7 +50,7 @@ impl DistributedMatrix {
         drop(calls);
         made?;
         if let Kind::Bulk(coordinates) = kind {
-            matrix.set_rigid_motions(&ownership.restrict(coordinates.as_flattened()))?;
+            matrix.set_rigid_motions(&layout.restrict(coordinates.as_flattened()))?;
         }
         Ok(matrix)
     }
@@ -79,6 +78,16 @@ impl Drop for DistributedMatrix {
         // SAFETY: made by the shim, or null, and freed once.
         unsafe { ffi::ss_matrix_free(self.raw) };
     }
+}
+
+/// Rows and columns of all entries of a rank's part, in PETSc's numbers: those of the first rank come first.
+fn places(pattern: &CsrPattern, layout: &Layout) -> (Vec<i32>, Vec<i32>) {
+    let number = |unknown: usize| layout.number(unknown) as i32;
+    let mut rows = Vec::with_capacity(pattern.entries());
+    for (row, window) in pattern.row_offsets.windows(2).enumerate() {
+        rows.resize(window[1], number(row));
+    }
+    (rows, pattern.columns.iter().map(|&column| number(column as usize)).collect())
 }
 
 /// What a factorization tells of itself.
@@ -115,7 +124,7 @@ impl Factors {
     pub(crate) fn new(
         session: &Session,
         matrix: &Arc<DistributedMatrix>,
-        ownership: &Ownership,
+        layout: &Layout,
         kind: &Kind,
     ) -> Result<Self, PetscError> {
         let number = match kind {
@@ -123,7 +132,7 @@ impl Factors {
             Kind::Zone => 1,
             Kind::Bulk(_) => 2,
         };
-        let own = ownership.own().len();
+        let own = layout.own();
         let mut factors = Self { session: session.clone(), raw: std::ptr::null_mut(), matrix: matrix.clone(), own };
         let calls = session.calls();
         // SAFETY: a live session and matrix. What was made is freed by `Drop`.

@@ -50,6 +50,7 @@ unsafe extern "C" {
     pub fn ss_any(session: *mut RawSession, here: i32) -> i32;
     pub fn ss_gather_lengths(session: *mut RawSession, length: i64, lengths: *mut i64);
     pub fn ss_gather(session: *mut RawSession, here: *const c_char, lengths: *const i64, all: *mut c_char);
+    pub fn ss_exchange(session: *mut RawSession, values: *const f64, to: *const i64, all: *mut f64, from: *const i64);
     pub fn ss_meet(session: *mut RawSession, seconds: f64) -> i32;
     pub fn ss_abort(session: *mut RawSession, code: i32);
 

@@ -22,8 +22,6 @@ mod factors;
 #[cfg(feature = "petsc")]
 mod ffi;
 #[cfg(feature = "petsc")]
-mod ownership;
-#[cfg(feature = "petsc")]
 mod rehearsal;
 #[cfg(feature = "petsc")]
 mod session;

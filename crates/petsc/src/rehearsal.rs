@@ -34,10 +34,11 @@ pub(crate) fn rehearse(session: &Session, options: &str, contact_zone: bool) -> 
     let failed = |reason: String| PetscError::Rehearsal { reason };
     let part = lattice(nodes, session.rank() == 0);
     let factors = backend.solver().factorize(&part).map_err(|error| failed(error.to_string()))?;
-    let matrix = Summed { part: &part, ranks: session };
-    let rhs: Vec<f64> = (0..part.n()).map(|i| (i as f64).sin()).collect();
+    let layout = backend.layout(&part.pattern);
+    let matrix = Summed { part: &part, layout: &layout, ranks: session };
+    let rhs: Vec<f64> = (0..layout.own()).map(|i| (layout.unknown(i) as f64).sin()).collect();
     for transpose in [false, true] {
-        let mut x = vec![0.0; part.n()];
+        let mut x = vec![0.0; rhs.len()];
         solve_verified(&matrix, factors.as_ref(), transpose, &rhs, &mut x, TOLERANCE)
             .map_err(|error| failed(error.to_string()))?;
     }

@@ -201,6 +201,32 @@ impl Ranks for Session {
             .collect()
     }
 
+    fn exchange(&self, values: &[f64], to: &[usize], from: &[usize]) -> Vec<f64> {
+        let size = self.0.size;
+        let fits = to.len() == size && from.len() == size && values.len() == to.iter().sum::<usize>();
+        assert!(fits, "there is a number of values to and from every rank");
+        let mut all = vec![0.0; from.iter().sum()];
+        let [to, from] = [to, from].map(|counts| counts.iter().map(|&count| count as i64).collect::<Vec<i64>>());
+        let calls = self.calls();
+        // SAFETY: a live session; both lists have a count for every rank, both arrays as many numbers as these say.
+        unsafe { ffi::ss_exchange(*calls, values.as_ptr(), to.as_ptr(), all.as_mut_ptr(), from.as_ptr()) };
+        self.0.count(8 * values.len());
+        all
+    }
+
+    fn join(&self, values: &[f64]) -> Vec<f64> {
+        let mut lengths = vec![0_i64; self.0.size];
+        let calls = self.calls();
+        // SAFETY: a live session; there is a place for the length of every rank.
+        unsafe { ffi::ss_gather_lengths(*calls, size_of_val(values) as i64, lengths.as_mut_ptr()) };
+        let mut all = vec![0.0_f64; lengths.iter().sum::<i64>() as usize / size_of::<f64>()];
+        // SAFETY: a live session; `values` has as many bytes as were told, `all` room for all of them, and any bytes of a
+        // number are one.
+        unsafe { ffi::ss_gather(*calls, values.as_ptr().cast(), lengths.as_ptr(), all.as_mut_ptr().cast()) };
+        self.0.count((size_of_val(values) + 8) * (self.0.size - 1));
+        all
+    }
+
     fn traffic(&self) -> Traffic {
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
         Traffic { calls: read(&self.0.calls_made), bytes: read(&self.0.bytes_sent) }

@@ -210,6 +210,27 @@ void ss_gather(ss_session *session, const char *here, const int64_t *lengths, ch
     }
 }
 
+void ss_exchange(ss_session *session, const double *values, const int64_t *to, double *all, const int64_t *from)
+{
+    const int size = session->size;
+    const int64_t most = (int64_t)1 << 30;
+    int count = 0;
+    MPI_Request *requests = (MPI_Request *)malloc(2 * (size_t)size * sizeof(MPI_Request));
+    if (!requests) MPI_Abort(session->all, 1);
+    for (int r = 0; r < size; r++) {
+        /* counts of MPI are ints, and what ranks share is far less */
+        if (from[r] > most || to[r] > most) MPI_Abort(session->all, 1);
+        if (from[r] > 0) (void)MPI_Irecv(all, (int)from[r], MPI_DOUBLE, r, 0, session->all, &requests[count++]);
+        all += from[r];
+    }
+    for (int r = 0; r < size; r++) {
+        if (to[r] > 0) (void)MPI_Isend(values, (int)to[r], MPI_DOUBLE, r, 0, session->all, &requests[count++]);
+        values += to[r];
+    }
+    (void)MPI_Waitall(count, requests, MPI_STATUSES_IGNORE);
+    free(requests);
+}
+
 /* Whether all ranks come here within so many seconds. */
 int32_t ss_meet(ss_session *session, double seconds)
 {

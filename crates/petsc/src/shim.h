@@ -26,6 +26,8 @@ void ss_sum(ss_session *session, double *values, int64_t count);
 int32_t ss_any(ss_session *session, int32_t here);
 void ss_gather_lengths(ss_session *session, int64_t length, int64_t *lengths);
 void ss_gather(ss_session *session, const char *here, const int64_t *lengths, char *all);
+/* Hands the next `to[r]` numbers of `values` to each rank `r`; `all` gets `from[r]` numbers of each, in their order. */
+void ss_exchange(ss_session *session, const double *values, const int64_t *to, double *all, const int64_t *from);
 int32_t ss_meet(ss_session *session, double seconds);
 void ss_abort(ss_session *session, int32_t code);
 

@@ -3,11 +3,10 @@
 use crate::contact_zone::{ContactZone, ContactZoneSolver};
 use crate::error::PetscError;
 use crate::factors::{DistributedMatrix, Factors, Facts, Kind};
-use crate::ownership::Ownership;
 use crate::session::Session;
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, LinearSolver, Operator, Precision,
-    Ranks, Summed, check_matrix, test_on,
+    Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, Layout, LinearSolver, Operator,
+    Precision, Ranks, Summed, check_matrix, test_on,
 };
 use std::sync::Arc;
 
@@ -56,12 +55,16 @@ impl Backend for PetscBackend {
     fn ranks(&self) -> &dyn Ranks {
         &self.session
     }
+
+    fn layout(&self, pattern: &CsrPattern) -> Layout {
+        Layout::new(pattern, &self.owners, &self.session)
+    }
 }
 
 /// Factorizes matrices whose parts are on the ranks.
 ///
-/// Solutions are whole on every rank and the same on all of them. Before its first factors are used, a solver proves
-/// that they solve with the transpose too; later ones only with the matrix.
+/// Before its first factors are used, a solver proves that they solve with the transpose too; later ones only with the
+/// matrix.
 #[derive(Debug)]
 pub struct PetscSolver {
     session: Session,
@@ -75,7 +78,7 @@ pub struct PetscSolver {
 #[derive(Debug)]
 struct System {
     pattern: Arc<CsrPattern>,
-    ownership: Arc<Ownership>,
+    layout: Arc<Layout>,
     /// Entries of all ranks.
     entries: f64,
     matrix: Arc<DistributedMatrix>,
@@ -126,11 +129,11 @@ impl PetscSolver {
         if self.session.any(!known) || self.system.is_none() {
             self.system = None;
             let pattern = a.pattern.clone();
-            let ownership = Arc::new(Ownership::new(&pattern, &self.owners, &self.session));
+            let layout = Arc::new(Layout::new(&pattern, &self.owners, &self.session));
             let mut entries = [pattern.entries() as f64];
             self.session.sum(&mut entries);
-            let matrix = Arc::new(DistributedMatrix::new(&self.session, &pattern, &ownership, &self.kind)?);
-            self.system = Some(System { pattern, ownership, entries: entries[0], matrix, factors: None, spent: false });
+            let matrix = Arc::new(DistributedMatrix::new(&self.session, &pattern, &layout, &self.kind)?);
+            self.system = Some(System { pattern, layout, entries: entries[0], matrix, factors: None, spent: false });
         }
         Ok(self.system.as_mut().expect("made above"))
     }
@@ -140,14 +143,14 @@ impl PetscSolver {
         let (session, kind) = (self.session.clone(), self.kind.clone());
         let system = self.system(a)?;
         if std::mem::take(&mut system.spent) {
-            system.matrix = Arc::new(DistributedMatrix::new(&session, &system.pattern, &system.ownership, &kind)?);
+            system.matrix = Arc::new(DistributedMatrix::new(&session, &system.pattern, &system.layout, &kind)?);
         }
         system.matrix.set(&a.values)?;
         // factors that are still in use stay
         let kept = system.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
         let factors = match kept {
             Some(factors) => factors,
-            None => Arc::new(Factors::new(&session, &system.matrix, &system.ownership, &kind)?),
+            None => Arc::new(Factors::new(&session, &system.matrix, &system.layout, &kind)?),
         };
         let mut facts = factors.renew(WORKSPACE[0])?;
         for workspace in &WORKSPACE[1..] {
@@ -170,7 +173,7 @@ impl PetscSolver {
 
     /// Whether the factors serve, for the transpose too if that was not seen before.
     fn prove(&mut self, a: &CsrMatrix, factors: &PetscFactorization) -> Result<(), FactorizationError> {
-        let matrix = Summed { part: a, ranks: &self.session };
+        let matrix = Summed { part: a, layout: &factors.layout, ranks: &self.session };
         test_on(&matrix, &matrix.row_weights(false), factors, false, "PETSc")?;
         if self.proved {
             return Ok(());
@@ -225,8 +228,8 @@ impl LinearSolver for PetscSolver {
             };
             return Err(Self::fail(n, reason));
         }
-        let ownership = self.system.as_ref().expect("made with the factors").ownership.clone();
-        let factors = PetscFactorization { session: self.session.clone(), factors, ownership, n, facts };
+        let layout = self.system.as_ref().expect("made with the factors").layout.clone();
+        let factors = PetscFactorization { factors, layout, facts };
         if matches!(self.kind, Kind::Whole) {
             self.prove(a, &factors)?;
         }
@@ -237,20 +240,18 @@ impl LinearSolver for PetscSolver {
 /// Factors on all ranks.
 #[derive(Debug)]
 struct PetscFactorization {
-    session: Session,
     factors: Arc<Factors>,
-    ownership: Arc<Ownership>,
-    n: usize,
+    layout: Arc<Layout>,
     facts: Facts,
 }
 
 impl PetscFactorization {
     /// A failed solve leaves NaN, which no verified solve takes for a solution.
     fn apply(&self, transpose: bool, rhs: &mut [f64]) {
-        assert_eq!(rhs.len(), self.n, "a right-hand side has an entry per unknown");
-        let own = self.ownership.restrict(rhs);
-        let own = self.factors.solve(transpose, &own).unwrap_or_else(|_| vec![f64::NAN; own.len()]);
-        self.ownership.join(&own, rhs, &self.session);
+        match self.factors.solve(transpose, rhs) {
+            Ok(x) => rhs.copy_from_slice(&x),
+            Err(_) => rhs.fill(f64::NAN),
+        }
     }
 }
 
@@ -264,7 +265,7 @@ impl Factorization for PetscFactorization {
     }
 
     fn n(&self) -> usize {
-        self.n
+        self.layout.own()
     }
 
     /// Of the rank that has most.

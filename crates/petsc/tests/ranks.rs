@@ -7,7 +7,8 @@ mod mpirun;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, LinearSolver, MultifrontalSolver, Precision, Ranks, Summed, solve_verified,
+    Backend, CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalSolver, Precision, Ranks, Summed,
+    solve_verified,
 };
 use slipstick_petsc::{ContactZone, PetscBackend, Session};
 use std::process::ExitCode;
@@ -62,6 +63,16 @@ fn messages_arrive(session: &Session) {
     let bytes = session.traffic().bytes - sent.bytes;
     let handed_on = if rank == 0 { 8 * first.len() as u64 } else { 0 };
     assert!(session.size() == 1 || bytes >= handed_on * (session.size() as u64 - 1), "{bytes} bytes are counted");
+    // rank r hands r + 1 copies of its number to the next ones, and nothing to others
+    let (size, next) = (session.size(), (rank + 1) % session.size());
+    let (mut to, mut from) = (vec![0; size], vec![0; size]);
+    (to[next], from[(rank + size - 1) % size]) = (rank + 1, (rank + size - 1) % size + 1);
+    let before = ((rank + size - 1) % size) as f64;
+    assert_eq!(session.exchange(&vec![rank as f64; rank + 1], &to, &from), vec![before; before as usize + 1]);
+    let joined = session.join(&vec![rank as f64; rank]);
+    assert!(joined.iter().copied().eq((0..size).flat_map(|r| vec![r as f64; r])));
+    assert_eq!(session.largest(-(rank as f64)), 0.0);
+    assert!(session.largest(if rank == 0 { f64::NAN } else { 1.0 }).is_nan());
     let all = session.gather(&vec![rank as u8; 3 * (rank % 2)]);
     assert_eq!(all.len(), session.size());
     assert!(all.iter().enumerate().all(|(r, m)| *m == vec![r as u8; 3 * (r % 2)]));
@@ -114,19 +125,22 @@ fn matrices_in_parts_are_solved(session: &Session, zone: Option<ContactZone>, ot
     for (a, mine) in [(&changed, &second_part), (&other, &other_part), (&whole, &first_part)] {
         let factors = solver.factorize(mine).expect("factors");
         assert_eq!(factors.operations() > 0.0, direct);
-        check(session, a, mine, factors.as_ref());
+        check(session, &backend, a, mine, factors.as_ref());
     }
-    check(session, &whole, &first_part, first.as_ref());
+    check(session, &backend, &whole, &first_part, first.as_ref());
 }
 
-fn check(session: &Session, a: &CsrMatrix, mine: &CsrMatrix, factors: &dyn slipstick_linalg::Factorization) {
+fn check(session: &Session, backend: &PetscBackend, a: &CsrMatrix, mine: &CsrMatrix, factors: &dyn Factorization) {
     let b = Random(8).vector(a.n());
     let exact = MultifrontalSolver::new(Precision::F64).factorize(a).expect("factors");
     for transpose in [false, true] {
-        let (mut x, mut y) = (vec![0.0; a.n()], vec![0.0; a.n()]);
-        let summed = Summed { part: mine, ranks: session };
-        let report = solve_verified(&summed, factors, transpose, &b, &mut x, 1e-11).expect("a solution");
+        let layout = backend.layout(&mine.pattern);
+        let (mut x, mut y) = (vec![0.0; layout.own()], vec![0.0; a.n()]);
+        let summed = Summed { part: mine, layout: &layout, ranks: session };
+        let report =
+            solve_verified(&summed, factors, transpose, &layout.restrict(&b), &mut x, 1e-11).expect("a solution");
         assert!(report.iterations <= 3, "{report:?}");
+        let x = layout.join(&x, session);
         solve_verified(a, exact.as_ref(), transpose, &b, &mut y, 1e-12).expect("a solution");
         assert!(relative_residual(a, transpose, &x, &b) < 1e-10);
         assert!(difference(&x, &y) < 1e-8, "{}", difference(&x, &y));

@@ -146,9 +146,10 @@ impl Optimization {
             Some(filter) => {
                 let centroids = problem.mesh.centroids();
                 let centroids: Vec<[f64; 3]> = domain.iter().map(|&e| centroids[e]).collect();
+                let ranks = problem.analysis.model.share().ranks().clone();
                 let planes: Vec<_> = case.symmetries.iter().map(|s| (s.normal.index(), s.at)).collect();
                 Some(
-                    SensitivityFilter::mirrored(&centroids, &domain_volumes, filter.radius, &planes)
+                    SensitivityFilter::on_ranks(&centroids, &domain_volumes, filter.radius, &planes, ranks)
                         .map_err(|e| fail("design.sensitivity_filter.radius")(&e))?,
                 )
             }
@@ -318,7 +319,8 @@ impl Optimization {
         let (f, df) = scaling.scale_objective(value, &objective_gradient);
         let (g, dg) = scaling.scale_constraints(&[self.volume.value(domain_density)], &volume_gradient);
         let n = next.x.len();
-        let step = next.mma.update(&next.x, &vec![0.0; n], &vec![1.0; n], f, &df, &g, &dg)?;
+        let ranks = self.problem.analysis.linear.ranks();
+        let step = next.mma.update_on(&next.x, &vec![0.0; n], &vec![1.0; n], f, &df, &g, &dg, ranks)?;
         record.change = Some(step.x.iter().zip(&next.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
         record.optimality = Some(step.kkt_residual.norm);
         next.x_before = Some(std::mem::replace(&mut next.x, step.x));

@@ -1,6 +1,7 @@
 //! Elements within the filter radius of each element, with conic weights.
 
 use rayon::prelude::*;
+use std::ops::Range;
 
 use super::FilterError;
 
@@ -13,6 +14,8 @@ const FARTHEST: f64 = 1e150;
 /// to the last bit, so that sums over them do not depend on how the lists were found.
 #[derive(Clone, Debug)]
 pub struct Neighbours {
+    /// The element whose list is the first one.
+    first: usize,
     starts: Vec<usize>,
     elements: Vec<u32>,
     weights: Vec<f64>,
@@ -36,6 +39,24 @@ impl Neighbours {
     ///
     /// As [`new`](Self::new).
     pub fn mirrored(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> Result<Self, FilterError> {
+        Self::of_some(centroids, radius, planes, 0..centroids.len())
+    }
+
+    /// The lists of a range of elements only, which hold any.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new).
+    ///
+    /// # Panics
+    ///
+    /// If there are no such elements.
+    pub fn of_some(
+        centroids: &[[f64; 3]],
+        radius: f64,
+        planes: &[(usize, f64)],
+        range: Range<usize>,
+    ) -> Result<Self, FilterError> {
         if !(radius.is_finite() && radius > 0.0) {
             return Err(FilterError::Radius { radius });
         }
@@ -47,6 +68,8 @@ impl Neighbours {
         }
         let (places, owners) = with_images(centroids, radius, planes);
         let grid = CellGrid::new(&places, radius);
+        let first = range.start;
+        let centroids = &centroids[range];
         // Twice, first for the lengths only: the lists may be the largest thing of a run, and need no copies.
         let lengths = centroids.par_iter().map(|centroid| grid.within(&places, centroid, radius).len());
         let mut starts = vec![0];
@@ -65,15 +88,15 @@ impl Neighbours {
             }
             elements.iter_mut().zip(weights).zip(row).for_each(|(at, entry)| (*at.0, *at.1) = entry);
         });
-        Ok(Self { starts, elements, weights })
+        Ok(Self { first, starts, elements, weights })
     }
 
-    /// Number of elements.
+    /// Number of lists.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// Whether there are no elements.
+    /// Whether there are no lists.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -82,17 +105,18 @@ impl Neighbours {
     ///
     /// # Panics
     ///
-    /// If there is no such element.
+    /// If there is no list of that element.
     pub fn of(&self, element: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let row = self.starts[element]..self.starts[element + 1];
+        let list = element - self.first;
+        let row = self.starts[list]..self.starts[list + 1];
         let elements = self.elements[row.clone()].iter().map(|&element| element as usize);
         elements.zip(self.weights[row].iter().copied())
     }
 
-    /// `Σ_i w_ei a_i` for each element `e`, in parallel over the elements and in fixed order within each sum.
+    /// `Σ_i w_ei a_i` for each element `e` that has a list, in parallel over the elements and in fixed order within each sum.
     pub(super) fn weighted_sums(&self, a: &[f64]) -> Vec<f64> {
         let sum = |element| self.of(element).map(|(neighbour, weight)| weight * a[neighbour]).sum();
-        (0..self.len()).into_par_iter().map(sum).collect()
+        (self.first..self.first + self.len()).into_par_iter().map(sum).collect()
     }
 }
 

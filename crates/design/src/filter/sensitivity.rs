@@ -1,8 +1,12 @@
 //! Sigmund's sensitivity filter.
 
 use rayon::prelude::*;
+use slipstick_linalg::{Alone, Ranks};
+use std::ops::Range;
+use std::sync::Arc;
 
 use super::{FilterError, Neighbours, check_volumes};
+use crate::share::own_range;
 
 /// Densities below this do not enlarge the filtered gradient further. Sigmund (2007).
 const SMALLEST_DENSITY: f64 = 1e-3;
@@ -22,6 +26,9 @@ const SMALLEST_DENSITY: f64 = 1e-3;
 /// 33 (2007) 401–424. Test: `uniform_mesh_is_the_classic_formula`.
 #[derive(Clone, Debug)]
 pub struct SensitivityFilter {
+    ranks: Arc<dyn Ranks>,
+    /// Elements whose lists this rank has.
+    own: Range<usize>,
     neighbours: Neighbours,
     weight_sums: Vec<f64>,
     volumes: Vec<f64>,
@@ -48,13 +55,29 @@ impl SensitivityFilter {
         radius: f64,
         planes: &[(usize, f64)],
     ) -> Result<Self, FilterError> {
-        check_volumes(centroids.len(), volumes)?;
-        let neighbours = Neighbours::mirrored(centroids, radius, planes)?;
-        let weight_sums = neighbours.weighted_sums(&vec![1.0; volumes.len()]);
-        Ok(Self { neighbours, weight_sums, volumes: volumes.to_vec() })
+        Self::on_ranks(centroids, volumes, radius, planes, Arc::new(Alone))
     }
 
-    /// The filtered gradient `∂θ̂/∂φ` for densities `density` (0 to 1) and their gradient `∂θ/∂φ`.
+    /// The same with the lists divided among ranks, which all make and [`apply`](Self::apply) the filter together.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), on all ranks.
+    pub fn on_ranks(
+        centroids: &[[f64; 3]],
+        volumes: &[f64],
+        radius: f64,
+        planes: &[(usize, f64)],
+        ranks: Arc<dyn Ranks>,
+    ) -> Result<Self, FilterError> {
+        check_volumes(centroids.len(), volumes)?;
+        let own = own_range(centroids.len(), &*ranks);
+        let neighbours = Neighbours::of_some(centroids, radius, planes, own.clone())?;
+        let weight_sums = neighbours.weighted_sums(&vec![1.0; volumes.len()]);
+        Ok(Self { ranks, own, neighbours, weight_sums, volumes: volumes.to_vec() })
+    }
+
+    /// The filtered gradient `∂θ̂/∂φ` of all elements for densities `density` (0 to 1) and their gradient `∂θ/∂φ`.
     ///
     /// # Panics
     ///
@@ -64,14 +87,14 @@ impl SensitivityFilter {
         assert_eq!(gradient.len(), self.volumes.len(), "one derivative per element");
         let per_volume: Vec<f64> = (0..density.len()).map(|i| density[i] * gradient[i] / self.volumes[i]).collect();
         let mut filtered = self.neighbours.weighted_sums(&per_volume);
-        filtered.par_iter_mut().enumerate().for_each(|(element, value)| {
+        filtered.par_iter_mut().zip(&self.weight_sums).zip(self.own.clone()).for_each(|((value, weights), element)| {
             let own = density[element].max(SMALLEST_DENSITY) / self.volumes[element];
-            *value /= own * self.weight_sums[element];
+            *value /= own * weights;
         });
-        filtered
+        self.ranks.join(&filtered)
     }
 
-    /// The neighbours of every element and their weights.
+    /// The neighbours of this rank's elements and their weights.
     pub fn neighbours(&self) -> &Neighbours {
         &self.neighbours
     }
@@ -81,6 +104,7 @@ impl SensitivityFilter {
 mod tests {
     use super::*;
     use crate::filter::tests::{box_grid, graded_row, pseudo_random};
+    use crate::share::tests::on_ranks;
 
     fn close(left: &[f64], right: &[f64], tolerance: f64) {
         assert_eq!(left.len(), right.len());
@@ -168,6 +192,20 @@ mod tests {
                 assert!((value / volume + 3.0).abs() < 1e-13);
             }
         }
+    }
+
+    #[test]
+    fn ranks_filter_as_one_does() {
+        let (centroids, volumes) = box_grid([5, 4, 3], 0.3);
+        let (density, gradient) = (pseudo_random(60, 7), pseudo_random(60, 8));
+        let planes = [(0, 0.0)];
+        let alone = SensitivityFilter::mirrored(&centroids, &volumes, 0.8, &planes).unwrap();
+        let all = on_ranks(3, |rank| {
+            let filter = SensitivityFilter::on_ranks(&centroids, &volumes, 0.8, &planes, Arc::new(rank)).unwrap();
+            assert_eq!(filter.neighbours().len(), 20);
+            filter.apply(&density, &gradient)
+        });
+        assert!(all.iter().all(|filtered| *filtered == alone.apply(&density, &gradient)));
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! The optimality conditions, with each complementarity product set to ε instead of 0, are solved by damped Newton steps
 //! for ε = 1, 0.1, … down to the tolerance. All unknowns but the multipliers of the constraints and of `z` are
-//! eliminated, so that a Newton step costs O(n m²) and solves one system of size m + 1. Source: the notes, section on
+//! eliminated, so that a Newton step costs O(n m²) and solves one system of size m + 1. Each rank has a share of the
+//! variables; what belongs to constraints is the same on all. Source: the notes, section on
 //! the primal-dual solution; the treatment of slacks is ours.
 
 use super::MmaError;
@@ -16,7 +17,7 @@ const MOST_HALVINGS: usize = 50;
 /// Residual, relative to the largest derivative or value, with which a step that has met rounding still serves.
 const SUFFICIENT: f64 = 1e-6;
 
-/// Solution of the subproblem; `x`, `xi`, `eta` of the variables that can move.
+/// Solution of the subproblem; `x`, `xi`, `eta` of those of this rank's variables that can move.
 pub(super) struct Solution {
     pub x: Vec<f64>,
     pub xi: Vec<f64>,
@@ -163,7 +164,7 @@ impl Subproblem<'_> {
     fn residual_with_free_slack(&self, at: &mut Point, epsilon: f64) -> Residual {
         let p = self.parameters;
         let mut residual = Residual { squares: 0.0, max: 0.0 };
-        let mut values = self.values.to_vec();
+        let mut values = self.first_values();
         for (j, variable) in self.variables.iter().enumerate() {
             let (x, xi, eta) = (at.x[j], at.xi[j], at.eta[j]);
             let (to_upp, to_low) = (1.0 / (variable.upp - x), 1.0 / (x - variable.low));
@@ -173,6 +174,10 @@ impl Subproblem<'_> {
             residual.add(eta * (variable.beta - x) - epsilon);
             self.add_values(j, x, to_upp, to_low, &mut values);
         }
+        values.push(residual.squares);
+        self.ranks.sum(&mut values);
+        residual = Residual { squares: values[at.y.len()], max: self.ranks.largest(residual.max) };
+        values.truncate(at.y.len());
         for (i, value) in values.iter().enumerate() {
             residual.add(p.c + p.d * at.y[i] - at.mu[i] - at.lambda[i]);
             let violation = value - p.a * at.z - at.y[i] + at.slack[i];
@@ -198,7 +203,7 @@ impl Subproblem<'_> {
         let size = m + 1;
         let mut matrix = vec![0.0; size * size];
         let mut right = vec![0.0; size];
-        let mut values = self.values.to_vec();
+        let mut values = self.first_values();
         let mut slopes = vec![0.0; m];
         for j in 0..self.variables.len() {
             let terms = self.linearise(j, at, epsilon, &mut slopes);
@@ -210,6 +215,11 @@ impl Subproblem<'_> {
                 }
             }
         }
+        let mut sums = [&*matrix, &right, &values].concat();
+        self.ranks.sum(&mut sums);
+        matrix.copy_from_slice(&sums[..size * size]);
+        right.copy_from_slice(&sums[size * size..][..size]);
+        values.copy_from_slice(&sums[size * (size + 1)..]);
         for i in 0..m {
             let curvature_y = p.d + at.mu[i] / at.y[i];
             let gradient_y = p.c + p.d * at.y[i] - at.lambda[i] - epsilon / at.y[i];
@@ -294,7 +304,7 @@ impl Subproblem<'_> {
             let change = 1.01 * direction.x[j];
             inverse = inverse.max(-change / (at.x[j] - variable.alpha)).max(change / (variable.beta - at.x[j]));
         }
-        1.0 / inverse
+        1.0 / self.ranks.largest(inverse)
     }
 }
 

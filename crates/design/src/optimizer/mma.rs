@@ -1,11 +1,14 @@
 //! One step of the method of moving asymptotes.
 
 use serde::{Deserialize, Serialize};
+use slipstick_linalg::{Alone, Ranks};
+use std::ops::Range;
 
 use super::error::{check_functions, check_point, check_vector};
 use super::kkt::residual_at_input;
 use super::subproblem::{Subproblem, Variable};
 use super::{KktResidual, MmaError, MmaParameters};
+use crate::share::own_range;
 
 /// The method of moving asymptotes, version of 2007, for `n` variables and `m` constraints `g_i ≤ 0`.
 ///
@@ -149,6 +152,27 @@ impl Mma {
         constraints: &[f64],
         constraint_gradients: &[Vec<f64>],
     ) -> Result<MmaStep, MmaError> {
+        let alone = &Alone;
+        self.update_on(x, lower, upper, objective, objective_gradient, constraints, constraint_gradients, alone)
+    }
+
+    /// As [`update`](Self::update), with the subproblem divided among ranks, which all call it with the same arguments and
+    /// get the same result.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`update`](Self::update), on all ranks.
+    pub fn update_on(
+        &mut self,
+        x: &[f64],
+        lower: &[f64],
+        upper: &[f64],
+        objective: f64,
+        objective_gradient: &[f64],
+        constraints: &[f64],
+        constraint_gradients: &[Vec<f64>],
+        ranks: &dyn Ranks,
+    ) -> Result<MmaStep, MmaError> {
         self.parameters.check()?;
         self.check_memory()?;
         check_point(self.n, x, lower, upper)?;
@@ -157,17 +181,19 @@ impl Mma {
         }
         check_functions(self.n, self.m, objective_gradient, constraints, constraint_gradients)?;
 
-        let (low, upp) = self.moved_asymptotes(x, lower, upper);
-        let variables = self.variables(x, lower, upper, &low, &upp);
+        let own = own_range(self.n, ranks);
+        let (low, upp) = self.moved_asymptotes(x, lower, upper, own.clone());
+        let variables = self.variables(x, lower, upper, &low, &upp, own.clone());
+        let parameters = &self.parameters;
         let subproblem =
-            Subproblem::new(&self.parameters, &variables, objective_gradient, constraints, constraint_gradients);
+            Subproblem::new(parameters, &variables, objective_gradient, constraints, constraint_gradients, ranks);
         let solution = subproblem.solve()?;
 
         let mut step = MmaStep {
-            x: x.to_vec(),
+            x: x[own.clone()].to_vec(),
             lambda: solution.lambda,
-            xi: vec![0.0; self.n],
-            eta: vec![0.0; self.n],
+            xi: vec![0.0; own.len()],
+            eta: vec![0.0; own.len()],
             y: solution.y,
             z: solution.z,
             mu: solution.mu,
@@ -180,9 +206,13 @@ impl Mma {
         for (k, variable) in variables.iter().enumerate() {
             let (j, t, range) = (variable.index, solution.x[k], variable.range);
             // Rounding must not carry the sum over a bound.
-            step.x[j] = (x[j] + t * range).clamp(lower[j], upper[j]);
-            step.xi[j] = solution.xi[k] / range;
-            step.eta[j] = solution.eta[k] / range;
+            let at = j - own.start;
+            step.x[at] = (x[j] + t * range).clamp(lower[j], upper[j]);
+            step.xi[at] = solution.xi[k] / range;
+            step.eta[at] = solution.eta[k] / range;
+        }
+        for values in [&mut step.x, &mut step.xi, &mut step.eta] {
+            *values = ranks.join(values);
         }
         step.kkt_residual = residual_at_input(
             &self.parameters,
@@ -196,15 +226,15 @@ impl Mma {
         );
 
         self.x2 = std::mem::replace(&mut self.x1, x.to_vec());
-        self.low = low;
-        self.upp = upp;
+        self.low = ranks.join(&low);
+        self.upp = ranks.join(&upp);
         self.iteration += 1;
         Ok(step)
     }
 
-    /// Asymptotes `l_j < x_j < u_j` of this step. Notes, section on the asymptotes: at `asyinit` of the range for two
+    /// Asymptotes `l_j < x_j < u_j` of this step for the variables of a range. Notes, section on the asymptotes: at `asyinit` of the range for two
     /// steps, then nearer where a variable turns back and farther where it moves on.
-    fn moved_asymptotes(&self, x: &[f64], lower: &[f64], upper: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    fn moved_asymptotes(&self, x: &[f64], lower: &[f64], upper: &[f64], own: Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let p = &self.parameters;
         let distances = |j: usize| -> (f64, f64) {
             let range = upper[j] - lower[j];
@@ -222,25 +252,33 @@ impl Mma {
             let limited = |distance: f64| (factor * distance).clamp(p.asymin * range, p.asymax * range);
             (limited(self.x1[j] - self.low[j]), limited(self.upp[j] - self.x1[j]))
         };
-        (0..x.len())
-            .map(|j| {
-                let (below, above) = distances(j);
-                (x[j] - below, x[j] + above)
-            })
-            .unzip()
+        own.map(|j| {
+            let (below, above) = distances(j);
+            (x[j] - below, x[j] + above)
+        })
+        .unzip()
     }
 
-    /// The variables that can move, with the bounds `α ≤ x ≤ β` of this step.
-    fn variables(&self, x: &[f64], lower: &[f64], upper: &[f64], low: &[f64], upp: &[f64]) -> Vec<Variable> {
+    /// Those variables of a range that can move, with the bounds `α ≤ x ≤ β` of this step; `low` and `upp` are the asymptotes of
+    /// this range.
+    fn variables(
+        &self,
+        x: &[f64],
+        lower: &[f64],
+        upper: &[f64],
+        low: &[f64],
+        upp: &[f64],
+        own: Range<usize>,
+    ) -> Vec<Variable> {
         let p = &self.parameters;
         let variable = |j: usize| {
             let range = upper[j] - lower[j];
             let scaled = |bound: f64| (bound - x[j]) / range;
-            let (below, above) = (scaled(low[j]), scaled(upp[j]));
+            let (below, above) = (scaled(low[j - own.start]), scaled(upp[j - own.start]));
             let alpha = scaled(lower[j]).max((1.0 - p.albefa) * below).max(-p.move_limit);
             let beta = scaled(upper[j]).min((1.0 - p.albefa) * above).min(p.move_limit);
             Variable { index: j, range, low: below, upp: above, alpha, beta }
         };
-        (0..x.len()).map(variable).filter(Variable::can_move).collect()
+        own.clone().map(variable).filter(Variable::can_move).collect()
     }
 }

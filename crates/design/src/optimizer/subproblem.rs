@@ -7,6 +7,7 @@
 //! Inside, each `x_j` is shifted and scaled, see [`Variable`]. Source: the notes, section on the subproblem.
 
 use super::MmaParameters;
+use slipstick_linalg::Ranks;
 
 /// A variable `t = (x − x⁰)/(upper − lower)` that can move in this step; it starts at 0.
 ///
@@ -42,7 +43,7 @@ impl Variable {
     }
 }
 
-/// The subproblem. Coefficients of constraint `i` and variable `j` are at `j·m + i`.
+/// The subproblem, or the variables of it that are this rank's. Coefficients of constraint `i` and variable `j` are at `j·m + i`.
 pub(super) struct Subproblem<'a> {
     pub parameters: &'a MmaParameters,
     pub variables: &'a [Variable],
@@ -54,6 +55,8 @@ pub(super) struct Subproblem<'a> {
     pub values: &'a [f64],
     /// Largest derivative (with respect to `t`) or value, at least 1.
     pub scale: f64,
+    /// Who has the other variables.
+    pub ranks: &'a dyn Ranks,
 }
 
 impl<'a> Subproblem<'a> {
@@ -64,6 +67,7 @@ impl<'a> Subproblem<'a> {
         objective_gradient: &[f64],
         constraints: &'a [f64],
         constraint_gradients: &[Vec<f64>],
+        ranks: &'a dyn Ranks,
     ) -> Self {
         let raa0 = parameters.raa0;
         let (p0, q0) = variables.iter().map(|v| v.approximation(objective_gradient[v.index], raa0)).unzip();
@@ -77,7 +81,8 @@ impl<'a> Subproblem<'a> {
                 scale = scale.max((slope * variable.range).abs());
             }
         }
-        Self { parameters, variables, p0, q0, p, q, values: constraints, scale }
+        let scale = ranks.largest(scale);
+        Self { parameters, variables, p0, q0, p, q, values: constraints, scale, ranks }
     }
 
     /// `∂f̃₀/∂x_j + Σ_i λ_i ∂f̃_i/∂x_j` from its parts: `p_j + Σ λ_i p_ij` and `q_j + Σ λ_i q_ij`.
@@ -89,6 +94,11 @@ impl<'a> Subproblem<'a> {
             q += lambda[i] * self.q[j * m + i];
         }
         (p, q)
+    }
+
+    /// What the sums over all variables start from on this rank: the constraints' own values are added once.
+    pub fn first_values(&self) -> Vec<f64> {
+        if self.ranks.rank() == 0 { self.values.to_vec() } else { vec![0.0; self.values.len()] }
     }
 
     /// Adds `f̃_i(t) − f_i(0)` of variable `j` to `values`, as a product with `t` so that nothing cancels.

@@ -61,6 +61,11 @@ impl Share {
         self.ranks.rank() == 0
     }
 
+    /// Who has the other parts.
+    pub fn ranks(&self) -> &Arc<dyn Ranks> {
+        &self.ranks
+    }
+
     /// Rank of every node; empty where there is one rank.
     pub fn owners(&self) -> &[u32] {
         &self.nodes
@@ -108,11 +113,7 @@ impl Share {
 
     /// The largest value of any rank.
     pub fn largest(&self, here: f64) -> f64 {
-        if !self.is_part() {
-            return here;
-        }
-        let all = self.ranks.gather(&here.to_le_bytes());
-        all.into_iter().filter_map(|m| m.try_into().ok()).map(f64::from_le_bytes).fold(here, f64::max)
+        self.ranks.largest(here)
     }
 
     /// What went well on all ranks, or what failed on any.

@@ -7,6 +7,8 @@ mod random;
 mod special;
 
 use super::*;
+use crate::share::tests::on_ranks;
+use slipstick_linalg::{Alone, Ranks};
 
 /// Value and gradient of the objective, values and gradients of the constraints.
 type Functions = (f64, Vec<f64>, Vec<f64>, Vec<Vec<f64>>);
@@ -51,6 +53,35 @@ fn run(
         last = Some(step);
     }
     Run { x, last: last.unwrap() }
+}
+
+/// Five variables and one constraint on one to seven ranks, of which some have no variable: the same up to the order of sums,
+/// and the same on all of them bit for bit.
+#[test]
+fn ranks_update_as_one_does() {
+    let steps = |ranks: &dyn Ranks| {
+        let mut mma = Mma::new(5, 1, tight());
+        let mut x = vec![5.0; 5];
+        let mut last = None;
+        for _ in 0..8 {
+            let (f, df, g, dg) = cantilever(&x);
+            let step = mma.update_on(&x, &[1.0; 5], &[10.0; 5], f, &df, &g, &dg, ranks).unwrap();
+            x = step.x.clone();
+            last = Some(step);
+        }
+        (mma, last.unwrap())
+    };
+    let (_, alone) = steps(&Alone);
+    for size in [2, 3, 7] {
+        let all = on_ranks(size, |rank| steps(&rank));
+        for (mma, step) in &all {
+            assert!(*mma == all[0].0 && step.x == all[0].1.x);
+            assert_eq!((step.xi.len(), step.eta.len(), mma.asymptotes().0.len()), (5, 5, 5));
+            assert!(step.x.iter().zip(&alone.x).all(|(a, b)| (a - b).abs() < 1e-9));
+            assert!((step.lambda[0] - alone.lambda[0]).abs() < 1e-9);
+            assert!((step.kkt_residual.norm - alone.kkt_residual.norm).abs() < 1e-9);
+        }
+    }
 }
 
 fn tight() -> MmaParameters {
