@@ -7,23 +7,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
 source docs/tables.sh
+source docs/cluster/clutch.sh
 cargo build --release --features petsc
 program=$programs/slipstick
-
-# The clutch in a part of its size, by PETSc.
-clutch() {
-    local scale=$1
-    awk -v s="$scale" '
-        /hollow_cylinder/ {
-            match($0, /elements = \[[^]]*\]/)
-            split(substr($0, RSTART + 12, RLENGTH - 13), n, ",")
-            list = int(s * n[1] + 0.5) ", " 2 * int(s * n[2] / 2 + 0.5) ", " int(s * n[3] + 0.5)
-            $0 = substr($0, 1, RSTART - 1) "elements = [" list "]" substr($0, RSTART + RLENGTH)
-        }
-        { print }
-        END { print "[solver]\nlinear = \"petsc\"" }
-    ' cases/clutch/case.toml
-}
 
 # Bytes that all ranks sent, as OpenMPI counted them: by MUMPS, PETSc and slipstick.
 sent() { awk '/^E/ { sum += $4 } END { printf "%.3f", sum / 1e9 }' "$work"/bytes.*.prof; }

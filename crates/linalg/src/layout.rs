@@ -6,9 +6,9 @@ use crate::ranks::Ranks;
 /// Unknowns of the ranks: each has one owner. A rank holds the entries of its own unknowns, ascending, and borrows those
 /// of others that its part of a matrix touches.
 ///
-/// Three forms of a vector follow from that. *Own*: the entries of this rank's unknowns, what solvers work with. *Whole*: all of
-/// them, the same on every rank, what states are. *Local*: as long as a whole one, but only the entries that this rank
-/// touches mean anything, as terms of a product before they are collected, or as what a product is to take.
+/// Three forms of a vector follow from that. *Own*: the entries of this rank's unknowns, what solvers work with. *Whole*:
+/// all of them, the same on every rank, what states are. *Local*: as long as a whole one, but only the entries that this
+/// rank touches mean anything, as terms of a product before they are collected, or as what a product is to take.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     n: usize,
@@ -36,7 +36,8 @@ impl Layout {
     }
 
     /// By the elimination groups of a pattern: `owners` has the rank of each group. Unknowns of groups beyond are the
-    /// first rank's. All ranks call this with patterns of the same unknowns, each with the entries of its part.
+    /// first rank's. All ranks call this with patterns of the same unknowns in the same groups, each with the entries of its
+    /// part.
     pub fn new(pattern: &CsrPattern, owners: &[u32], ranks: &dyn Ranks) -> Self {
         let (n, size) = (pattern.n, ranks.size());
         if size == 1 {
@@ -76,15 +77,11 @@ impl Layout {
         for bytes in told {
             let before = lent.len();
             let unknowns = bytes.as_chunks::<4>().0.iter().map(|bytes| u32::from_le_bytes(*bytes));
-            lent.extend(unknowns.filter_map(|unknown| own.binary_search(&unknown).ok()).map(|entry| entry as u32));
+            let here = unknowns.filter(|&unknown| owner(unknown as usize) == ranks.rank());
+            lent.extend(here.map(|unknown| own.binary_search(&unknown).expect("owners are those of own") as u32));
             lent_to.push(lent.len() - before);
         }
         Self { n, shared: Some(Shared { own, numbers, lent, lent_to, borrowed, borrowed_from }) }
-    }
-
-    /// Unknowns of all ranks.
-    pub fn unknowns(&self) -> usize {
-        self.n
     }
 
     /// Unknowns of this rank.
@@ -108,11 +105,6 @@ impl Layout {
     /// Number of an unknown when those of the first rank come first, then those of the next.
     pub fn number(&self, unknown: usize) -> usize {
         self.shared.as_ref().map_or(unknown, |shared| shared.numbers[unknown] as usize)
-    }
-
-    /// Unknowns of others that this rank touches.
-    pub fn borrowed(&self) -> usize {
-        self.shared.as_ref().map_or(0, |shared| shared.borrowed.len())
     }
 
     /// The own part of a whole vector, or of a local one.
@@ -153,7 +145,8 @@ impl Layout {
         local
     }
 
-    /// The own part of the sum of local vectors: each rank's terms go to the owners, who add them in the order of ranks.
+    /// The own part of the sum of local vectors: each rank's terms go to the owners, who add them to their own in the order
+    /// of ranks.
     ///
     /// # Panics
     /// If the vector has another length.
@@ -217,7 +210,7 @@ mod tests {
     fn unknowns_are_numbered_through_the_ranks() {
         let layout = example();
         assert_eq!((0..6).map(|unknown| layout.number(unknown)).collect::<Vec<_>>(), [2, 0, 5, 3, 4, 1]);
-        assert_eq!((layout.unknowns(), layout.own(), layout.borrowed()), (6, 3, 2));
+        assert_eq!(layout.own(), 3);
         assert_eq!((0..3).map(|entry| layout.unknown(entry)).collect::<Vec<_>>(), [0, 3, 4]);
         assert_eq!((layout.entry(4), layout.entry(2)), (Some(2), None));
     }
@@ -237,7 +230,7 @@ mod tests {
     fn one_rank_has_all() {
         let layout = Layout::whole(3);
         let x = [1.0, 2.0, 3.0];
-        assert_eq!((layout.own(), layout.borrowed(), layout.number(2), layout.entry(1)), (3, 0, 2, Some(1)));
+        assert_eq!((layout.own(), layout.number(2), layout.entry(1)), (3, 2, Some(1)));
         let alone = &crate::ranks::Alone;
         assert_eq!(layout.collect(&layout.spread(&layout.restrict(&x), alone), alone), x);
         assert_eq!(layout.join(&x, alone), x);

@@ -34,6 +34,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Several processes can share matrices and vectors: [`Ranks`] is what they tell each other, [`Layout`] which unknowns
+//! each has, [`Summed`] the matrix whose parts they have.
+//!
 //! Results do not depend on the number of threads, bit for bit: every parallel loop works on tiles
 //! whose bounds depend on the matrix alone, and sums run in a fixed order.
 

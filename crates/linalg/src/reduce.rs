@@ -34,6 +34,16 @@ impl Reduction {
     /// # Panics
     /// If a length does not match the pattern.
     pub fn new(pattern: &Arc<BlockPattern>, fixed: &[bool], groups: &[u32]) -> Self {
+        let reduced = numbered(fixed);
+        Self::of_part(pattern, fixed, &attach_lone_multipliers(pattern, &reduced, groups))
+    }
+
+    /// The same for the part of a matrix that one of several ranks has: `groups` stay as they are, since ranks see different
+    /// couplings and have to agree on them.
+    ///
+    /// # Panics
+    /// If a length does not match the pattern.
+    pub fn of_part(pattern: &Arc<BlockPattern>, fixed: &[bool], groups: &[u32]) -> Self {
         let rows = pattern.rows();
         assert!(
             fixed.len() == 3 * rows && groups.len() == rows,
@@ -44,12 +54,8 @@ impl Reduction {
         );
         assert!(3 * rows < FIXED as usize, "{rows} block rows exceed the index range");
         let free: Vec<u32> = (0..3 * rows as u32).filter(|&i| !fixed[i as usize]).collect();
-        let mut reduced = vec![FIXED; 3 * rows];
-        for (k, &i) in free.iter().enumerate() {
-            reduced[i as usize] = k as u32;
-        }
-        let groups = attach_lone_multipliers(pattern, &reduced, groups);
-        let csr = Arc::new(reduced_pattern(pattern, &reduced, &free, &groups));
+        let reduced = numbered(fixed);
+        let csr = Arc::new(reduced_pattern(pattern, &reduced, &free, groups));
         Self { blocks: Arc::clone(pattern), reduced, free, pattern: csr, mirror: OnceLock::new() }
     }
 
@@ -136,6 +142,19 @@ impl Reduction {
             full[i as usize] = *value;
         }
     }
+}
+
+/// Numbers of the free unknowns.
+fn numbered(fixed: &[bool]) -> Vec<u32> {
+    let mut next = 0;
+    let number = |&fixed: &bool| {
+        if fixed {
+            return FIXED;
+        }
+        next += 1;
+        next - 1
+    };
+    fixed.iter().map(number).collect()
 }
 
 /// Position of the block (j, i) for each block (i, j).
@@ -259,5 +278,8 @@ mod tests {
         assert_eq!(reduction.pattern().groups, vec![0; 6]);
         let free_node = Reduction::new(a.pattern(), &[false; 9], &[0, 1, 1]);
         assert_eq!(free_node.pattern().groups, vec![0, 0, 0, 1, 1, 1, 1, 1, 1]);
+        // ranks that see other couplings would not agree
+        let part = Reduction::of_part(a.pattern(), &fixed, &[0, 1, 1]);
+        assert_eq!(part.pattern().groups, vec![0, 0, 0, 1, 1, 1]);
     }
 }

@@ -205,8 +205,10 @@ pub fn test_on(
     transpose: bool,
     solver: &'static str,
 ) -> Result<(), FactorizationError> {
-    let rhs: Vec<f64> =
-        weights.iter().enumerate().map(|(i, weight)| (i as f64 * i as f64 * 0.618_034).sin() / weight).collect();
+    // another one on each rank
+    let rank = a.ranks().rank() as f64;
+    let entry = |i: usize| (i as f64 * i as f64 * 0.618_034 + rank).sin();
+    let rhs: Vec<f64> = weights.iter().enumerate().map(|(i, weight)| entry(i) / weight).collect();
     let (tolerance, most) = (TEST_TOLERANCE, TEST_ITERATIONS);
     let options = SolveOptions { tolerance, max_iterations: most, restart: most, give_up_early: false };
     let residual = match solve_weighted(a, factors, transpose, &rhs, weights, &options) {

@@ -105,7 +105,7 @@ pub trait Factorization: Send + Sync {
         FactorPart { bytes: self.bytes(), operations: self.operations() }
     }
 
-    /// Solves with several right-hand sides, one after the other in `rhs`.
+    /// Solves with several right-hand sides, one after the other in `rhs`, on one rank.
     ///
     /// # Panics
     /// If the length is no multiple of the number of unknowns.
@@ -114,7 +114,7 @@ pub trait Factorization: Send + Sync {
         rhs.chunks_exact_mut(self.n().max(1)).for_each(|column| self.solve(column));
     }
 
-    /// Solves with the transpose for several right-hand sides, one after the other in `rhs`.
+    /// Solves with the transpose for several right-hand sides, one after the other in `rhs`, on one rank.
     ///
     /// # Panics
     /// If the length is no multiple of the number of unknowns.

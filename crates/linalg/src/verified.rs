@@ -49,7 +49,7 @@ impl SolveOptions {
 /// Why a verified solve failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SolveError {
-    /// Lengths do not match.
+    /// Lengths do not match: of the unknowns of this rank, where there are several.
     #[error(
         "the matrix has {n} unknowns, but the factors, right-hand side and solution have \
          {factors}, {rhs} and {solution}"
@@ -65,10 +65,13 @@ pub enum SolveError {
         solution: usize,
     },
     /// The right-hand side has an entry that is NaN or infinite.
-    #[error("entry {index} of the right-hand side is not finite; check the loads and the residual")]
+    #[error(
+        "{} of the right-hand side is not finite; check the loads and the residual",
+        .index.map_or("an entry".into(), |index| format!("entry {index}"))
+    )]
     NonFiniteRightHandSide {
-        /// First such entry.
-        index: usize,
+        /// First such entry, on one rank.
+        index: Option<usize>,
     },
     /// The factors or the matrix produced a number that is not finite.
     #[error("the solve produced a number that is not finite; the matrix or its factors are unusable")]
@@ -146,7 +149,10 @@ pub fn solve_from(
     let size = norm_on(rhs, a.ranks());
     if !size.is_finite() {
         let index = rhs.iter().position(|b| !b.is_finite());
-        return Err(index.map_or(SolveError::NonFinite, |index| SolveError::NonFiniteRightHandSide { index }));
+        let anywhere = a.ranks().any(index.is_some());
+        // the entry is known to its rank only
+        let index = index.filter(|_| a.ranks().size() == 1);
+        return Err(if anywhere { SolveError::NonFiniteRightHandSide { index } } else { SolveError::NonFinite });
     }
     if size == 0.0 {
         x.fill(0.0);

@@ -135,7 +135,7 @@ fn bad_right_hand_sides_are_refused() {
     let mut b = vec![1.0; a.n()];
     b[4] = f64::NAN;
     let error = solve_verified(&a, factors.as_ref(), false, &b, &mut x, 1e-10);
-    assert_eq!(error, Err(SolveError::NonFiniteRightHandSide { index: 4 }));
+    assert_eq!(error, Err(SolveError::NonFiniteRightHandSide { index: Some(4) }));
     let error = solve_verified(&a, factors.as_ref(), false, &b[1..], &mut x, 1e-10);
     assert!(matches!(error, Err(SolveError::Dimension { .. })));
     let zero = vec![0.0; a.n()];

@@ -194,9 +194,13 @@ impl LinearSystem {
         // a rank may have a new pattern where another has not, but a layout is made together
         if self.backend.ranks().any(!fits) {
             let begin = self.timings.begin();
+            let alone = self.backend.ranks().size() == 1;
+            let new = || match alone {
+                true => Reduction::new(matrix.pattern(), fixed, groups),
+                false => Reduction::of_part(matrix.pattern(), fixed, groups),
+            };
             let kept = self.now.cached.take().filter(|_| fits);
-            let reduction = kept
-                .map_or_else(|| Arc::new(Reduction::new(matrix.pattern(), fixed, groups)), |cached| cached.reduction);
+            let reduction = kept.map_or_else(|| Arc::new(new()), |cached| cached.reduction);
             let layout = Arc::new(self.backend.layout(reduction.pattern()));
             let (pattern, fixed) = (matrix.pattern().clone(), fixed.to_vec());
             self.now.cached = Some(Cached { pattern, fixed, reduction, layout });

@@ -45,13 +45,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     // with the analysis, and the proof that the transpose is solved
     let start = seconds();
     let factors = solver.factorize(&mine)?;
-    let first = largest(&session, seconds() - start);
+    let first = session.largest(seconds() - start);
     let bytes = factors.bytes();
     drop(factors);
     count.store(0, Ordering::Relaxed);
     let start = seconds();
     let factors = solver.factorize(&mine)?;
-    let second = largest(&session, seconds() - start);
+    let second = session.largest(seconds() - start);
     let test = count.load(Ordering::Relaxed);
     let layout = backend.layout(&mine.pattern);
     let summed = Summed { part: &mine, layout: &layout, ranks: &session };
@@ -70,21 +70,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(report) => format!("{} outer, {:.0e}", report.iterations, report.relative_residual),
             Err(error) => error.to_string(),
         };
-        let time = largest(&session, seconds() - start);
+        let time = session.largest(seconds() - start);
         let kind = if transpose { "transposed" } else { "forward" };
         line += &format!(", {kind} {time:.2} s {} it. ({outcome})", count.load(Ordering::Relaxed));
     }
-    let peak = largest(&session, exported::status("VmHWM:").unwrap_or(f64::NAN) / 1024.0);
+    let peak = session.largest(exported::status("VmHWM:").unwrap_or(f64::NAN) / 1024.0);
     if session.rank() == 0 {
         println!("{method} {}: {line}, peak {peak:.0} MB", options.join(" "));
     }
     Ok(())
-}
-
-/// The largest of the ranks' numbers.
-fn largest(session: &Session, value: f64) -> f64 {
-    let all = session.gather(&value.to_le_bytes());
-    all.iter().map(|b| f64::from_le_bytes(std::array::from_fn(|i| b[i]))).fold(0.0, f64::max)
 }
 
 /// Rows of the nodes of a rank.

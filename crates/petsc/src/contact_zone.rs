@@ -200,10 +200,12 @@ impl Part {
                     groups.push(whole.groups[*row]);
                     origins.push(whole.origins[*row]);
                 }
-                // a prescribed unknown of a node: a row of the identity, in proportion
+                // a prescribed unknown of a node: a row of the identity, in proportion, on the rank that owns it
                 None => {
-                    fillers.push(columns.len());
-                    columns.push(inner as u32);
+                    if backend.owner(inner as u32 / 3) == backend.ranks().rank() {
+                        fillers.push(columns.len());
+                        columns.push(inner as u32);
+                    }
                     groups.push(inner as u32 / 3);
                     origins.push(inner as u32);
                 }
@@ -259,7 +261,7 @@ impl LinearSolver for ContactZoneSolver {
         let mut sums = [a.largest_in_rows().iter().sum(), a.values.len() as f64];
         ranks.sum(&mut sums);
         let [sizes, entries] = sums;
-        let filler = sizes / (a.n() * ranks.size()).max(1) as f64;
+        let filler = sizes / a.n().max(1) as f64;
         let bulk = self.bulk.factorize(&bulk_part.of(a, filler))?;
         let factors = ContactZoneFactorization {
             cycle: Cycle {

@@ -219,12 +219,22 @@ impl Ranks for Session {
         let calls = self.calls();
         // SAFETY: a live session; there is a place for the length of every rank.
         unsafe { ffi::ss_gather_lengths(*calls, size_of_val(values) as i64, lengths.as_mut_ptr()) };
-        let mut all = vec![0.0_f64; lengths.iter().sum::<i64>() as usize / size_of::<f64>()];
+        let mut all = vec![0.0_f64; (lengths.iter().sum::<i64>() as usize).div_ceil(size_of::<f64>())];
         // SAFETY: a live session; `values` has as many bytes as were told, `all` room for all of them, and any bytes of a
         // number are one.
         unsafe { ffi::ss_gather(*calls, values.as_ptr().cast(), lengths.as_ptr(), all.as_mut_ptr().cast()) };
         self.0.count((size_of_val(values) + 8) * (self.0.size - 1));
         all
+    }
+
+    fn largest(&self, here: f64) -> f64 {
+        let mut all = vec![0_i64; self.0.size];
+        let calls = self.calls();
+        // SAFETY: a live session; there is a place for the number of every rank.
+        unsafe { ffi::ss_gather_lengths(*calls, here.to_bits() as i64, all.as_mut_ptr()) };
+        self.0.count(8 * (self.0.size - 1));
+        let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
+        all.into_iter().map(|bits| f64::from_bits(bits as u64)).fold(f64::NEG_INFINITY, larger)
     }
 
     fn traffic(&self) -> Traffic {

@@ -38,6 +38,11 @@ impl PetscBackend {
         Self { session, owners: owners.into(), zone: None }
     }
 
+    /// The rank of an elimination group.
+    pub(crate) fn owner(&self, group: u32) -> usize {
+        self.owners.get(group as usize).map_or(0, |&rank| rank as usize).min(self.session.size() - 1)
+    }
+
     /// With the preconditioner by a contact zone in the place of factors of the whole matrix.
     pub fn with_contact_zone(self, zone: ContactZone) -> Self {
         Self { zone: Some(Arc::new(zone)), ..self }

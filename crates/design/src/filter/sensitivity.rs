@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::{FilterError, Neighbours, check_volumes};
-use crate::share::own_range;
+use crate::parts::own_range;
 
 /// Densities below this do not enlarge the filtered gradient further. Sigmund (2007).
 const SMALLEST_DENSITY: f64 = 1e-3;
@@ -104,7 +104,7 @@ impl SensitivityFilter {
 mod tests {
     use super::*;
     use crate::filter::tests::{box_grid, graded_row, pseudo_random};
-    use crate::share::tests::on_ranks;
+    use crate::parts::thread_ranks::on_ranks;
 
     fn close(left: &[f64], right: &[f64], tolerance: f64) {
         assert_eq!(left.len(), right.len());
@@ -206,6 +206,10 @@ mod tests {
             filter.apply(&density, &gradient)
         });
         assert!(all.iter().all(|filtered| *filtered == alone.apply(&density, &gradient)));
+        // two elements for three ranks
+        let of_two = |ranks| SensitivityFilter::on_ranks(&centroids[..2], &volumes[..2], 0.8, &[], ranks).unwrap();
+        let few = on_ranks(3, |rank| of_two(Arc::new(rank)).apply(&density[..2], &gradient[..2]));
+        assert!(few.iter().all(|filtered| *filtered == of_two(Arc::new(Alone)).apply(&density[..2], &gradient[..2])));
     }
 
     #[test]

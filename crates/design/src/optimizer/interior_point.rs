@@ -3,8 +3,8 @@
 //! The optimality conditions, with each complementarity product set to ε instead of 0, are solved by damped Newton steps
 //! for ε = 1, 0.1, … down to the tolerance. All unknowns but the multipliers of the constraints and of `z` are
 //! eliminated, so that a Newton step costs O(n m²) and solves one system of size m + 1. Each rank has a share of the
-//! variables; what belongs to constraints is the same on all. Source: the notes, section on
-//! the primal-dual solution; the treatment of slacks is ours.
+//! variables; what belongs to constraints is the same on all. Source: the notes, section on the primal-dual solution; the
+//! treatment of slacks is ours.
 
 use super::MmaError;
 use super::dense::solve_dense;

@@ -8,7 +8,7 @@ use super::error::{check_functions, check_point, check_vector};
 use super::kkt::residual_at_input;
 use super::subproblem::{Subproblem, Variable};
 use super::{KktResidual, MmaError, MmaParameters};
-use crate::share::own_range;
+use crate::parts::own_range;
 
 /// The method of moving asymptotes, version of 2007, for `n` variables and `m` constraints `g_i ≤ 0`.
 ///
@@ -232,8 +232,8 @@ impl Mma {
         Ok(step)
     }
 
-    /// Asymptotes `l_j < x_j < u_j` of this step for the variables of a range. Notes, section on the asymptotes: at `asyinit` of the range for two
-    /// steps, then nearer where a variable turns back and farther where it moves on.
+    /// Asymptotes `l_j < x_j < u_j` of this step for some of the variables. Notes, section on the asymptotes: at `asyinit`
+    /// of the range for two steps, then nearer where a variable turns back and farther where it moves on.
     fn moved_asymptotes(&self, x: &[f64], lower: &[f64], upper: &[f64], own: Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let p = &self.parameters;
         let distances = |j: usize| -> (f64, f64) {
@@ -259,8 +259,8 @@ impl Mma {
         .unzip()
     }
 
-    /// Those variables of a range that can move, with the bounds `α ≤ x ≤ β` of this step; `low` and `upp` are the asymptotes of
-    /// this range.
+    /// Those of some variables that can move, with the bounds `α ≤ x ≤ β` of this step; `low` and `upp` are the asymptotes
+    /// of these.
     fn variables(
         &self,
         x: &[f64],

@@ -43,7 +43,8 @@ impl Variable {
     }
 }
 
-/// The subproblem, or the variables of it that are this rank's. Coefficients of constraint `i` and variable `j` are at `j·m + i`.
+/// The subproblem, or the variables of it that are this rank's. Coefficients of constraint `i` and variable `j` are at
+/// `j·m + i`.
 pub(super) struct Subproblem<'a> {
     pub parameters: &'a MmaParameters,
     pub variables: &'a [Variable],

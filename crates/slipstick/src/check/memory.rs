@@ -51,9 +51,9 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
 /// What a rank of several has at the peak of a run: see [`first`](Self::first).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RankMemory {
-    /// Of mesh, reference geometry and tangent, of which each rank has a part. \[bytes\]
+    /// Of reference geometry, tangent and the filter's lists, of which each rank has a part; and what building leaves. \[bytes\]
     divided: f64,
-    /// Of vectors, filter and program, which each rank has whole. \[bytes\]
+    /// Of mesh, states and program, which each rank has whole. \[bytes\]
     whole: f64,
     /// Of the path, which the first rank has. \[bytes\]
     path: f64,
@@ -65,11 +65,11 @@ pub struct RankMemory {
     steps: usize,
 }
 
-/// MPI and PETSc in a process. Measured. \[bytes\]
-const LIBRARIES: f64 = 70e6;
+/// MPI and PETSc in a process. Measured by `docs/cluster/undivided.sh`. \[bytes\]
+const LIBRARIES: f64 = 40e6;
 
-/// Memory that is not divided, in vectors of all unknowns. Fitted to the runs of `docs/cluster/model.sh`.
-const VECTORS: f64 = 60.0;
+/// Memory that is not divided, in vectors of all unknowns. Measured by `docs/cluster/undivided.sh`.
+const VECTORS: f64 = 40.0;
 
 /// Memory of MUMPS over that of the factors in the order of METIS: working space, and PORD's order. Measured on one to four ranks.
 const MUMPS: f64 = 1.7;
@@ -81,8 +81,8 @@ impl RankMemory {
     pub(super) fn of(case: &Case, problem: &Problem, systems: &Systems, unknowns: usize) -> Self {
         let building = bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64);
         Self {
-            divided: building + MATRICES * systems.matrix,
-            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + filter(case, problem),
+            divided: building + MATRICES * systems.matrix + filter(case, problem),
+            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64,
             path: states(case, problem),
             factors: 8.0 / entry_bytes(case) * systems.factors,
             keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },

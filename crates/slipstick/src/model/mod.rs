@@ -200,8 +200,9 @@ impl ContactModel {
         } else {
             mesh.node_neighbours()
         };
-        let pattern = ContactPattern::new(bulk, masters, slaves.len(), multipliers > 0);
-        let own = interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();
+        let own: Vec<bool> =
+            interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();
+        let pattern = ContactPattern::new(bulk, masters, own.clone(), multipliers > 0);
         if share.is_part() {
             interfaces.iter_mut().for_each(|i| i.interface.evaluate_only(|node| share.has_node(node)));
         }

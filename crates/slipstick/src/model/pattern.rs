@@ -16,7 +16,9 @@ pub struct ContactPattern {
     reach: Vec<Vec<u32>>,
     /// Per node: nodes that share a master facet with it; empty away from masters.
     ring: Vec<Vec<u32>>,
+    /// Whether slave nodes have block rows of multipliers, and of which this rank has them.
     multipliers: bool,
+    own: Vec<bool>,
     forget: bool,
     pattern: Option<Arc<BlockPattern>>,
 }
@@ -33,11 +35,12 @@ pub struct Coupling<'a> {
 }
 
 impl ContactPattern {
-    /// `bulk`: node neighbours of the mesh; `masters`: facets of all master surfaces; `slaves`: number of slave nodes; `multipliers`: whether each has a block row.
+    /// `bulk`: node neighbours of the mesh; `masters`: facets of all master surfaces; `own`: for every slave node, whether this
+    /// rank evaluates it; `multipliers`: whether each has a block row.
     pub fn new<'a>(
         bulk: Vec<Vec<u32>>,
         masters: impl Iterator<Item = &'a FacetNodes>,
-        slaves: usize,
+        own: Vec<bool>,
         multipliers: bool,
     ) -> Self {
         let mut ring = vec![Vec::new(); bulk.len()];
@@ -48,7 +51,7 @@ impl ContactPattern {
             around.sort_unstable();
             around.dedup();
         }
-        Self { bulk, reach: vec![Vec::new(); slaves], ring, multipliers, forget: true, pattern: None }
+        Self { bulk, reach: vec![Vec::new(); own.len()], ring, multipliers, own, forget: true, pattern: None }
     }
 
     /// Forgets all couplings, so that a march does not depend on what was solved before it.
@@ -106,7 +109,7 @@ impl ContactPattern {
                     rows[s as usize].push((nodes + j) as u32);
                 }
             }
-            if self.multipliers {
+            if self.multipliers && self.own[j] {
                 rows[nodes + j].extend_from_slice(reach);
                 rows[nodes + j].push((nodes + j) as u32);
             }
