@@ -66,10 +66,10 @@ pub struct RankMemory {
 }
 
 /// MPI and PETSc in a process. Measured by `docs/cluster/undivided.sh`. \[bytes\]
-const LIBRARIES: f64 = 40e6;
+const LIBRARIES: f64 = 55e6;
 
 /// Memory that is not divided, in vectors of all unknowns. Measured by `docs/cluster/undivided.sh`.
-const VECTORS: f64 = 40.0;
+const VECTORS: f64 = 30.0;
 
 /// Memory of MUMPS over that of the factors in the order of METIS: working space, and PORD's order. Measured on one to four ranks.
 const MUMPS: f64 = 1.7;
