@@ -50,7 +50,7 @@ measured() {
 }
 
 {
-    echo '| unknowns | ranks | Newton | factorizations | step [s] | adjoint, with its factors [s] | without [s] | Gflop for factors | a factorization [s] | balance of work | of elements | factors of a rank [GB] | peak of a rank [GB] | sent by all ranks, a factorization [GB] | vectors sent by a rank, a Newton iteration [MB] |'
+    echo '| unknowns | ranks | Newton | factorizations | step [s] | adjoint, factors kept [s] | adjoint, factors made anew [s] | Gflop for factors | a factorization [s] | balance of work | balance of elements | factors of a rank [GB] | peak of a rank [GB] | sent by all ranks, a factorization [GB] | vectors sent by a rank, a Newton iteration [MB] |'
     echo '|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|'
     for scale in ${1-0.5 0.7 1}; do
         clutch "$scale" >"$work/case.toml"

@@ -89,13 +89,13 @@ fn ironing() {
     }
 }
 
-/// Section 5.4 of the paper on a coarse mesh. The augmented Lagrangian method has the paper's tolerance, 1e-3 absolute,
-/// and ends a few per mille from the multipliers.
+/// Section 5.4 of the paper on a coarse mesh. The augmented Lagrangian method has the paper's tolerance, 1e-3 absolute; its
+/// second-order updates go far below.
 #[test]
 fn clutch() {
     let found = Numbers::of("clutch", &["start", "start_by_multipliers", "short_gradient"]);
     let (multipliers, augmented) = (found.objective("start_by_multipliers"), found.objective("start"));
-    assert!((augmented / multipliers - 1.0).abs() < 2e-3, "{augmented} {multipliers}");
+    assert!((augmented / multipliers - 1.0).abs() < 1e-6, "{augmented} {multipliers}");
 }
 
 /// Cases in the size of the paper have its numbers of elements, where those are published, and load steps.

@@ -172,6 +172,8 @@ fn ranks_tell_their_parts() {
     // 12 x 3 x 4 and 4 x 2 x 4 elements, and the 5 x 5 nodes of the block's underside
     assert_eq!((sum("elements_here"), sum("slave_nodes_here")), (144 + 32, 25));
     for rank in &ranks {
+        // the cut goes through the contact
+        assert!(rank["slave_nodes_here"].as_u64() > Some(0), "{rank}");
         assert!(rank["operations"].as_f64() > Some(0.0) && rank["factor_bytes"].as_f64() > Some(0.0), "{rank}");
         // each residual alone is a vector of so many unknowns
         let least = 8.0 * rank["unknowns"].as_f64().expect("a number");
