@@ -118,4 +118,27 @@ mod tests {
             assert!(faces <= 24 * (parts - 1), "{parts} parts, {faces} faces");
         }
     }
+
+    /// Two bars that touch along their length: each half has a part of both, with the elements on both sides of the contact.
+    #[test]
+    fn what_touches_stays_together() {
+        let bar = |name: &str, low: f64| {
+            let (min, max) = ([0.0, low, 0.0], [12.0, low + 2.0, 2.0]);
+            box_mesh(name, &BoxShape { min, max, elements: [24, 4, 4], grading: [1.0; 3] }).unwrap()
+        };
+        let mesh = Mesh::merge(vec![bar("lower", 0.0), bar("upper", 2.0)]).unwrap();
+        let of = partition(&mesh, &[("upper_ymin", "lower_ymax")], 2);
+        let centroids = mesh.centroids();
+        let elements = |name: &str| mesh.surfaces[name].facets.iter().map(|facet| facet.element as usize);
+        let mut apart = 0;
+        for above in elements("upper_ymin") {
+            let opposite = |&e: &usize| [0, 2].iter().all(|&c| (centroids[e][c] - centroids[above][c]).abs() < 0.1);
+            let below = elements("lower_ymax").find(opposite).unwrap();
+            apart += usize::from(of[above] != of[below]);
+        }
+        assert!(apart <= 4, "{apart} of 96 pairs are on two ranks");
+        for part in [0, 1] {
+            assert!(elements("upper_ymin").filter(|&e| of[e] == part).count() > 38, "contact is work for both");
+        }
+    }
 }
