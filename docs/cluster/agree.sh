@@ -3,11 +3,8 @@
 # solver against the first. Puts its table into docs/cluster.md. Needs PETSc and mpirun; a quarter of an hour on two idle cores.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
-source docs/tables.sh
-cargo build --release --features petsc
-program=$programs/slipstick
+source docs/cluster/ranks.sh
 runs=$work
 
 # The largest difference of a column between two tables, over the largest value of the first.

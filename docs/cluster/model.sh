@@ -4,12 +4,8 @@
 # idle cores and 20 GB. `model.sh SIZES` takes other sizes: parts of the paper's number of elements along each edge.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
-source docs/tables.sh
-source docs/cluster/clutch.sh
-cargo build --release --features petsc
-program=$programs/slipstick
+source docs/cluster/ranks.sh
 
 # Bytes that all ranks sent, as OpenMPI counted them: by MUMPS, PETSc and slipstick.
 sent() { awk '/^E/ { sum += $4 } END { printf "%.3f", sum / 1e9 }' "$work"/bytes.*.prof; }

@@ -1,14 +1,11 @@
 #!/usr/bin/env bash
 # What each rank has whole, and what is divided, without factors: peaks of a rank's memory on 2, 4 and 8 ranks, up to the first
 # factorization, with the diagonal in the place of factors, which ends the run there. Prints the fit c + w n + d n / P. Needs
-# PETSc; two minutes.
+# PETSc; some minutes.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 
-source docs/tables.sh
-source docs/cluster/clutch.sh
-cargo build --release --features petsc
+source docs/cluster/ranks.sh
 
 # Runs what it is given and writes the peak of its memory in kB.
 cat >"$work/peak" <<'END'
@@ -21,11 +18,11 @@ chmod +x "$work/peak"
 for scale in 0.5 0.7; do
     clutch "$scale" >"$work/case.toml"
     echo 'petsc_options = "-ksp_type preonly -pc_type jacobi"' >>"$work/case.toml"
-    unknowns=$("$programs/slipstick" check "$work/case.toml" --json 2>/dev/null |
+    unknowns=$("$program" check "$work/case.toml" --json 2>/dev/null |
         grep -o '"unknowns":[0-9]*' | head -1 | cut -d: -f2)
     for ranks in 2 4 8; do
         mpirun --oversubscribe --bind-to none --mca mpi_yield_when_idle 1 -n "$ranks" \
-            "$work/peak" "$programs/slipstick" bench "$work/case.toml" --steps 1 --threads 1 |
+            "$work/peak" "$program" bench "$work/case.toml" --steps 1 --threads 1 |
             awk -v n="$unknowns" -v p="$ranks" '$2 > m { m = $2 } END { print n, p, 1.024e-3 * m }'
     done
 done | tee /dev/stderr | awk '

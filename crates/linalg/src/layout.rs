@@ -35,6 +35,12 @@ impl Layout {
         Self { n, shared: None }
     }
 
+    /// The rank of an elimination group among `size` ranks, where `owners` has one for each; that of groups beyond is the
+    /// first.
+    pub fn owner(owners: &[u32], group: u32, size: usize) -> usize {
+        owners.get(group as usize).map_or(0, |&rank| rank as usize).min(size - 1)
+    }
+
     /// By the elimination groups of a pattern: `owners` has the rank of each group. Unknowns of groups beyond are the
     /// first rank's. All ranks call this with patterns of the same unknowns in the same groups, each with the entries of its
     /// part.
@@ -43,9 +49,7 @@ impl Layout {
         if size == 1 {
             return Self::whole(n);
         }
-        let owner = |unknown: usize| {
-            owners.get(pattern.groups[unknown] as usize).map_or(0, |&rank| rank as usize).min(size - 1)
-        };
+        let owner = |unknown: usize| Self::owner(owners, pattern.groups[unknown], size);
         let mut next = vec![0_u32; size + 1];
         for unknown in 0..n {
             next[owner(unknown) + 1] += 1;

@@ -54,8 +54,7 @@ pub trait Ranks: Send + Sync + Debug {
         if self.size() == 1 {
             return here;
         }
-        let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
-        self.join(&[here]).into_iter().fold(f64::NEG_INFINITY, larger)
+        largest(self.join(&[here]))
     }
 
     /// The numbers that the first rank has; those of the others do not matter.
@@ -73,6 +72,12 @@ pub trait Ranks: Send + Sync + Debug {
     fn traffic(&self) -> Traffic {
         Traffic::default()
     }
+}
+
+/// The largest of some numbers, or NaN if one is that.
+pub fn largest(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
+    numbers.into_iter().fold(f64::NEG_INFINITY, larger)
 }
 
 /// The only rank of a run.

@@ -3,7 +3,7 @@
 use crate::error::PetscError;
 use crate::ffi::{self, RawSession};
 use crate::rehearsal::rehearse;
-use slipstick_linalg::{Ranks, Traffic};
+use slipstick_linalg::{Ranks, Traffic, largest};
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -233,8 +233,7 @@ impl Ranks for Session {
         // SAFETY: a live session; there is a place for the number of every rank.
         unsafe { ffi::ss_gather_lengths(*calls, here.to_bits() as i64, all.as_mut_ptr()) };
         self.0.count(8 * (self.0.size - 1));
-        let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
-        all.into_iter().map(|bits| f64::from_bits(bits as u64)).fold(f64::NEG_INFINITY, larger)
+        largest(all.into_iter().map(|bits| f64::from_bits(bits as u64)))
     }
 
     fn traffic(&self) -> Traffic {

@@ -40,7 +40,7 @@ impl PetscBackend {
 
     /// The rank of an elimination group.
     pub(crate) fn owner(&self, group: u32) -> usize {
-        self.owners.get(group as usize).map_or(0, |&rank| rank as usize).min(self.session.size() - 1)
+        Layout::owner(&self.owners, group, self.session.size())
     }
 
     /// With the preconditioner by a contact zone in the place of factors of the whole matrix.

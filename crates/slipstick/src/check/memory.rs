@@ -51,7 +51,8 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
 /// What a rank of several has at the peak of a run: see [`first`](Self::first).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RankMemory {
-    /// Of reference geometry, tangent and the filter's lists, of which each rank has a part; and what building leaves. \[bytes\]
+    /// Of reference geometry, tangent and the filter's lists, of which each rank has a part; and what building leaves.
+    /// \[bytes\]
     divided: f64,
     /// Of mesh, states and program, which each rank has whole. \[bytes\]
     whole: f64,

@@ -1,4 +1,9 @@
-# For the scripts that measure the clutch in parts of its size; `source` it at the root of the repository.
+# What the scripts that measure on ranks share; `source` it at the root of the repository.
+
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+source docs/tables.sh
+cargo build --release --features petsc
+program=$programs/slipstick
 
 # The clutch in a part of its size, by PETSc.
 clutch() {
