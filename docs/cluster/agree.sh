@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# How far designs on several ranks agree with those of the default solvers: ten iterations of the coarse examples, each tried
-# solver against the first. Puts its table into docs/cluster.md. Needs PETSc and mpirun; a quarter of an hour on two idle cores.
+# How far designs on several ranks agree with those of the default solvers: ten iterations of the coarse examples, and the
+# gradient at the design that they lead to, each tried solver against the first. Puts its table into docs/cluster.md. Needs PETSc
+# and mpirun; twenty minutes on two idle cores.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -14,20 +15,28 @@ apart() {
         END { printf "%.0e", m / s }'
 }
 
-# run NAME WORDS… : the program, or mpirun with it, on the case
+# run NAME WORDS… : the program, or mpirun with it, on the case; and its gradient at the default's last design
 run() {
     local name=$1
     shift
     rm -rf "${runs:?}/$name"
-    "$@" optimize "$case" --iterations 10 --out "$runs/$name" --set load_path.tolerance.relative=1e-12 \
+    told "$name" "$@" optimize "$case" --iterations 10 --out "$runs/$name"
+    told "$name" "$@" gradient "$case" --design "$runs/default" --out "$runs/$name/gradient"
+}
+
+told() {
+    local name=$1
+    shift
+    "$@" --set load_path.tolerance.relative=1e-12 \
         ${enforcement:+--set "contact[0].enforcement=$enforcement"} ${solver:+--set "solver.linear=$solver"} \
         </dev/null >"$runs/$name.log" 2>&1 || { cat "$runs/$name.log"; exit 1; }
 }
 
-# against NAME: objectives and densities of the last run against the default's
+# against NAME: objectives, densities and gradient of the last run against the default's
 against() {
-    printf ' %s, %s |' "$(apart 2 "$runs/default/history.csv" "$runs/$1/history.csv")" \
-        "$(apart 3 "$runs/default/design.csv" "$runs/$1/design.csv")"
+    printf ' %s, %s, %s |' "$(apart 2 "$runs/default/history.csv" "$runs/$1/history.csv")" \
+        "$(apart 3 "$runs/default/design.csv" "$runs/$1/design.csv")" \
+        "$(apart 4 "$runs/default/gradient/gradient.csv" "$runs/$1/gradient/gradient.csv")"
 }
 
 table=$runs/table

@@ -339,7 +339,7 @@ impl Run {
                 "give results a directory of their own with --out",
             ));
         }
-        let directory = RunDirectory::create(&path, out.force)?;
+        let directory = RunDirectory::create(&path, out.force)?.in_pieces(setup.resolved.case.output.pieces);
         let text = setup.resolved.source_map.text();
         let part = RunPart::starting(context.line.clone(), setup.threads);
         let file = setup.file.display().to_string();

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use slipstick::output::read_fields;
+
 const PROGRAM: &str = env!("CARGO_BIN_EXE_slipstick");
 
 /// One half of a block that is pressed on a slab and drawn along it, pushed from behind in a second load case.
@@ -186,6 +188,52 @@ fn ranks_tell_their_parts() {
     assert!(bytes("first") >= bytes("others") && bytes("others") > 0.0);
     // a run as small as this is all libraries: the prediction is of the same size
     assert!(peaks.iter().all(|peak| (0.4..2.5).contains(&(peak / bytes("first")))), "{peaks:?} {foreseen}");
+}
+
+/// The meshes of a run in pieces: each rank's elements, with the fields of the whole; another run in that place leaves none.
+#[test]
+fn meshes_are_written_in_pieces() {
+    let place = tempfile::tempdir().expect("a directory");
+    let case = case(place.path(), "{ lagrange = {} }");
+    let out = place.path().join("out");
+    let solve = |ranks: Option<usize>, pieces: &str| {
+        let mut run = slipstick(ranks)?;
+        run.args(["solve", "--set", pieces, "--set", "load_path.tolerance.relative=1e-6", "--force"]);
+        succeeded(&run.arg(&case).arg("--out").arg(&out).output().expect("the program starts"));
+        Some(())
+    };
+    for ranks in [None, Some(2)] {
+        if solve(ranks, "output.pieces=true").is_none() {
+            return;
+        }
+        let field = |file: &str, name: &str| {
+            let fields = read_fields(&out.join(file)).expect("a mesh");
+            fields.into_iter().find(|field| field.name == name).expect("the field").values
+        };
+        let (whole, density) = (field("path_0005.vtu", "displacement"), field("path_0005.vtu", "density"));
+        let mut seen = Vec::new();
+        for rank in 0..ranks.unwrap_or(1) {
+            let piece = format!("path_0005.{rank}.vtu");
+            for (number, displacement) in
+                field(&piece, "node").iter().zip(field(&piece, "displacement").as_chunks::<3>().0)
+            {
+                assert_eq!(displacement, &whole[3 * *number as usize..][..3]);
+            }
+            let elements = field(&piece, "element");
+            for (number, found) in elements.iter().zip(field(&piece, "density")) {
+                assert_eq!(found, density[*number as usize]);
+            }
+            seen.extend(elements);
+        }
+        seen.sort_by(f64::total_cmp);
+        assert!(seen.iter().copied().eq((0..12 * 3 * 4 + 4 * 2 * 4).map(f64::from)), "each element is in one piece");
+        let named = fs::read_to_string(out.join("path.pvd")).expect("a series");
+        assert!(named.contains("\"path_0005.pvtu\"") && !named.contains("_0005.vtu"), "{named}");
+    }
+    solve(None, "output.pieces=false").expect("no MPI is needed");
+    let left = fs::read_dir(&out).expect("the run").filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let pieces = left.filter(|name| name.ends_with(".pvtu") || name.ends_with(".0.vtu") || name.ends_with(".1.vtu"));
+    assert_eq!(pieces.count(), 0);
 }
 
 /// Processes that a process has started.

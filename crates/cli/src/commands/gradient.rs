@@ -50,7 +50,7 @@ fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, de
     let spent = problem.analysis.timings() - marched;
     let (mesh, gradient) = (&problem.mesh, &gradients.density);
     write_densities(&directory.file("gradient.csv"), mesh, density, Some(gradient))?;
-    write_design(&directory.file("gradient.vtu"), mesh, 0, density, Some(gradient))?;
+    write_design(&directory.file("gradient.vtu"), mesh, 0, density, Some(gradient), None)?;
     let path = directory.path();
     let norm = gradient.iter().map(|value| value * value).sum::<f64>().sqrt();
     context.console.event(

@@ -135,12 +135,13 @@ fn write_iteration(run: &RunDirectory, optimization: &Optimization, iteration: u
         return Ok(());
     }
     let name = RunDirectory::numbered("design", iteration);
-    write_design(&run.file(&name), mesh, iteration, &design.density, gradient)?;
+    let pieces = run.pieces(optimization.problem.analysis.model.share(), mesh.elements.len());
+    write_design(&run.file(&name), mesh, iteration, &design.density, gradient, pieces.as_deref())?;
     let mut collection = Pvd::default();
     for number in 0..=iteration {
         let name = RunDirectory::numbered("design", number);
         if run.file(&name).exists() {
-            collection.add(number as f64, name)?;
+            collection.add(number as f64, run.in_series(&name))?;
         }
     }
     Ok(collection.save(&run.file("design.pvd"))?)

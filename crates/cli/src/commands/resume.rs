@@ -53,6 +53,7 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     checkpoint.iterations = iterations;
     checkpoint.reopen();
     optimization.state = checkpoint.state.clone();
+    let directory = directory.in_pieces(setup.resolved.case.output.pieces);
     let begun = parallel.first(|| Run::take_up(context, directory, record, setup.threads))?;
     let Some(run) = begun else { return follow(context, &setup.resolved, &mut optimization) };
     let outcome = drive(context, &setup.resolved, &mut optimization, &run, checkpoint);

@@ -67,6 +67,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("no iterations", "iterations = 4", "iterations = 0"),
     ("an asymptote that does not turn", "iterations = 4", "iterations = 4\nmma = { asydecr = 1.5 }"),
     ("an unknown solver", "every = 2", "every = 2\n[solver]\nlinear = \"pardiso\""),
+    ("a word in place of true", "every = 2", "every = 2\npieces = \"yes\""),
     ("memory without a unit", "every = 2", "every = 2\n[adjoint]\nmemory = \"8\""),
     (
         "a mesh file that is not there",

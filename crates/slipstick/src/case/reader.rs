@@ -121,6 +121,14 @@ impl Reader {
         string.map(str::to_owned)
     }
 
+    pub(super) fn boolean(&self, value: &Spanned<DeValue<'_>>, what: &str) -> Option<bool> {
+        let boolean = value.get_ref().as_bool();
+        if boolean.is_none() {
+            self.wrong_type(value, what, "true or false");
+        }
+        boolean
+    }
+
     /// Exactly three values.
     pub(super) fn three<T: Copy>(
         &self,

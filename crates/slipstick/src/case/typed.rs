@@ -100,6 +100,10 @@ impl<'a> Table<'a> {
         self.field(key, |value, what| self.reader.string(value, what))
     }
 
+    pub(super) fn boolean(&self, key: &'static str) -> Field<'_, 'a, bool> {
+        self.field(key, |value, what| self.reader.boolean(value, what))
+    }
+
     pub(super) fn vector(&self, key: &'static str) -> Field<'_, 'a, [f64; 3]> {
         self.field(key, |value, what| self.reader.three(value, what, |entry, what| self.reader.number(entry, what)))
     }

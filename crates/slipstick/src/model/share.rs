@@ -31,9 +31,9 @@ impl Share {
         if ranks.size() == 1 {
             return Self::whole();
         }
-        // the first rank's word counts, should two machines not agree
-        let parts = partition(mesh, pairs, ranks.size());
-        let told: Vec<u8> = if ranks.rank() == 0 { bytes(parts.iter().copied()) } else { Vec::new() };
+        // the first rank's work for all: two machines need not agree
+        let divide = || bytes(partition(mesh, pairs, ranks.size()).into_iter());
+        let told: Vec<u8> = if ranks.rank() == 0 { divide() } else { Vec::new() };
         let elements = numbers(&ranks.gather(&told).swap_remove(0));
         let mut nodes = vec![u32::MAX; mesh.nodes.len()];
         for (element, rank) in mesh.elements.iter().zip(&elements) {
@@ -46,9 +46,14 @@ impl Share {
         Self { ranks, elements: elements.into(), nodes: nodes.into() }
     }
 
+    /// The rank that assembles an element.
+    pub fn rank_of(&self, element: usize) -> u32 {
+        self.elements.get(element).copied().unwrap_or(0)
+    }
+
     /// Whether this rank assembles an element.
     pub fn has_element(&self, element: usize) -> bool {
-        self.elements.get(element).is_none_or(|&rank| rank as usize == self.ranks.rank())
+        self.rank_of(element) as usize == self.ranks.rank()
     }
 
     /// Whether this rank assembles what belongs to a node.

@@ -13,7 +13,8 @@ use slipstick_mesh::Mesh;
 ///
 /// Point fields of contact are 0 away from the slave surfaces; `contact_status` tells them apart: −1 no slave node, 0 open,
 /// 1 stick, 2 slip. `contact_traction` is the traction that acts on the slave, −z. Where nothing lies opposite of a slave
-/// node its `contact_gap` is `no_gap`.
+/// node its `contact_gap` is `no_gap`. With `pieces`, the piece of every element, the same is written in pieces too, beside it
+/// ([`Vtu::save_pieces`]).
 ///
 /// # Errors
 /// If the file cannot be written, or a value is not finite.
@@ -26,6 +27,7 @@ pub fn write_state(
     density: &[f64],
     determinants: &[f64],
     no_gap: f64,
+    pieces: Option<&[u32]>,
 ) -> Result<(), OutputError> {
     let nodes = mesh.nodes.len();
     let (mut traction, mut pressure, mut gap, mut slip) =
@@ -57,7 +59,7 @@ pub fn write_state(
     file.cell_field("density", 1, Values::F64(density))?;
     file.cell_field("body", 1, Values::I64(&body))?;
     file.cell_field("smallest_determinant", 1, Values::F64(determinants))?;
-    file.save(path)
+    save(&file, path, pieces)
 }
 
 /// What a field of [`write_state`] or [`write_design`] is measured in; `None` of plain numbers, and of
@@ -70,7 +72,8 @@ pub fn field_dimension(name: &str) -> Option<Dimension> {
     }
 }
 
-/// Writes a design: density (and a derivative, if there is one) in the elements of the undeformed mesh.
+/// Writes a design: density (and a derivative, if there is one) in the elements of the undeformed mesh; with `pieces` as in
+/// [`write_state`].
 ///
 /// # Errors
 /// If the file cannot be written, or a value is not finite.
@@ -80,6 +83,7 @@ pub fn write_design(
     iteration: usize,
     density: &[f64],
     derivative: Option<&[f64]>,
+    pieces: Option<&[u32]>,
 ) -> Result<(), OutputError> {
     let body = body_numbers(mesh);
     let mut file = Vtu::new(&mesh.nodes, &mesh.elements)?;
@@ -89,6 +93,13 @@ pub fn write_design(
         file.cell_field("objective_derivative", 1, Values::F64(derivative))?;
     }
     file.cell_field("body", 1, Values::I64(&body))?;
+    save(&file, path, pieces)
+}
+
+fn save(file: &Vtu<'_>, path: &Path, pieces: Option<&[u32]>) -> Result<(), OutputError> {
+    if let Some(pieces) = pieces {
+        file.save_pieces(&path.with_extension("pvtu"), pieces)?;
+    }
     file.save(path)
 }
 

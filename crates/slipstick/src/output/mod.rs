@@ -29,6 +29,7 @@ mod csv;
 mod error;
 pub mod fields;
 mod pvd;
+mod pvtu;
 mod read;
 mod vtu;
 

@@ -38,7 +38,7 @@ impl Values<'_> {
         }
     }
 
-    fn type_name(&self) -> &'static str {
+    pub(super) fn type_name(&self) -> &'static str {
         match self {
             Self::F64(_) => "Float64",
             Self::F32(_) => "Float32",
@@ -90,23 +90,23 @@ fn write_all<const N: usize>(writer: &mut dyn Write, values: impl Iterator<Item 
 }
 
 #[derive(Debug, Clone)]
-struct Field<'a> {
-    name: String,
-    components: usize,
-    values: Values<'a>,
+pub(super) struct Field<'a> {
+    pub(super) name: String,
+    pub(super) components: usize,
+    pub(super) values: Values<'a>,
 }
 
 /// A mesh of elements or triangles with fields on points and cells.
 #[derive(Debug, Clone)]
 pub struct Vtu<'a> {
-    points: &'a [[f64; 3]],
+    pub(super) points: &'a [[f64; 3]],
     /// Points of the cells, cell by cell; where those of each end, and VTK's number of its type.
-    connectivity: Vec<i64>,
-    offsets: Vec<i64>,
-    types: Vec<u8>,
-    point_fields: Vec<Field<'a>>,
-    cell_fields: Vec<Field<'a>>,
-    time: Option<f64>,
+    pub(super) connectivity: Vec<i64>,
+    pub(super) offsets: Vec<i64>,
+    pub(super) types: Vec<u8>,
+    pub(super) point_fields: Vec<Field<'a>>,
+    pub(super) cell_fields: Vec<Field<'a>>,
+    pub(super) time: Option<f64>,
 }
 
 impl<'a> Vtu<'a> {
@@ -147,7 +147,7 @@ impl<'a> Vtu<'a> {
         Ok(Self { points, connectivity, offsets, types, point_fields, cell_fields, time: None })
     }
 
-    fn cells(&self) -> usize {
+    pub(super) fn cells(&self) -> usize {
         self.types.len()
     }
 
@@ -280,7 +280,7 @@ fn field<'a>(
 }
 
 /// What viewers show unless told otherwise: the first scalar and vector field of points or cells.
-fn shown_first(section: &str, fields: &[Field<'_>]) -> String {
+pub(super) fn shown_first(section: &str, fields: &[Field<'_>]) -> String {
     let first = |attribute: &str, components: usize| {
         let field = fields.iter().find(|field| field.components == components);
         field.map_or(String::new(), |field| format!(" {attribute}=\"{}\"", xml(&field.name)))

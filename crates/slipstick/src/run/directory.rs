@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::RunError;
 use super::lock::{self, Lock};
+use crate::model::Share;
 use crate::output::whole_name;
 
 /// A directory that belongs to one run, and the names of its files.
@@ -15,6 +16,8 @@ pub struct RunDirectory {
     path: PathBuf,
     /// Of one that is written to.
     lock: Option<Arc<Lock>>,
+    /// Whether meshes are written in pieces too.
+    in_pieces: bool,
 }
 
 /// Files of a run by their whole names.
@@ -46,7 +49,7 @@ const MARK: &str = "run.json";
 /// Files that whoever only looks at a run writes beside it, without its lock.
 const OF_READERS: &[&str] = &["design.stl", "picture.png", "report.html"];
 
-/// Files of a run that are numbered: `{stem}_XXXX.vtu`.
+/// Files of a run that are numbered: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and `{stem}_XXXX.{rank}.vtu`.
 const NUMBERED: &[&str] = &["design", "path"];
 
 /// Of the copies of mesh files, `mesh_XXXX.{extension}`; the last is for names that end otherwise.
@@ -67,7 +70,7 @@ impl RunDirectory {
             Err(_) if path.is_dir() => {}
             made => made.map_err(refused)?,
         }
-        let mut run = Self { path: path.to_owned(), lock: None };
+        let mut run = Self { path: path.to_owned(), lock: None, in_pieces: false };
         // What is of nobody's run is not touched, not even by a lock.
         if !run.holds_run() && !run.file(lock::NAME).exists() {
             run.refuse_names_of_results()?;
@@ -95,7 +98,7 @@ impl RunDirectory {
     /// # Errors
     /// [`RunError::NoRun`] where it holds none.
     pub fn open(path: &Path) -> Result<Self, RunError> {
-        let run = Self { path: path.to_owned(), lock: None };
+        let run = Self { path: path.to_owned(), lock: None, in_pieces: false };
         if run.holds_run() { Ok(run) } else { Err(RunError::NoRun { directory: path.to_owned(), file: MARK }) }
     }
 
@@ -128,6 +131,22 @@ impl RunDirectory {
     /// Name of the numbered file of a design or load step.
     pub fn numbered(stem: &str, number: usize) -> String {
         format!("{stem}_{number:04}.vtu")
+    }
+
+    /// The same directory, whose meshes are written in pieces too, one for each rank, if that is so: `[output]` `pieces`.
+    pub fn in_pieces(self, in_pieces: bool) -> Self {
+        Self { in_pieces, ..self }
+    }
+
+    /// The piece of every element, if meshes are written in pieces too.
+    pub fn pieces(&self, share: &Share, elements: usize) -> Option<Vec<u32>> {
+        self.in_pieces.then(|| (0..elements).map(|element| share.rank_of(element)).collect())
+    }
+
+    /// What a series names for a numbered file: itself, or that of its pieces.
+    pub fn in_series(&self, name: &str) -> String {
+        let stem = name.strip_suffix(".vtu").filter(|_| self.in_pieces);
+        stem.map_or_else(|| name.to_owned(), |stem| format!("{stem}.pvtu"))
     }
 
     /// Numbers of the numbered files of a kind (`design`, `path`) that are there, ascending.
@@ -208,13 +227,17 @@ fn refuse_place(path: &Path) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Whether a name is `{stem}_{digits}.{extension}` of a run.
+/// Whether a name is `{stem}_{digits}.{extension}` of a run, or that of a piece.
 fn is_numbered(name: &str) -> bool {
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let numbered = |stem: &str, extension: &str| {
-        let digits = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_'));
-        let digits = digits.and_then(|rest| rest.strip_suffix(extension)).and_then(|rest| rest.strip_suffix('.'));
-        digits.is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()))
+        let rest = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_'));
+        let rest = rest.and_then(|rest| rest.strip_suffix(extension)).and_then(|rest| rest.strip_suffix('.'));
+        rest.is_some_and(|rest| match rest.split_once('.') {
+            Some((number, piece)) => extension == "vtu" && stem != "mesh" && digits(number) && digits(piece),
+            None => digits(rest),
+        })
     };
-    NUMBERED.iter().any(|stem| numbered(stem, "vtu"))
+    NUMBERED.iter().any(|stem| numbered(stem, "vtu") || numbered(stem, "pvtu"))
         || MESH_EXTENSIONS.iter().any(|extension| numbered("mesh", extension))
 }

@@ -8,6 +8,9 @@ use crate::analysis::NodalContact;
 use crate::model::ContactModel;
 use crate::output::{OutputError, Pvd, fields};
 
+/// The failing iterate, a whole mesh always.
+const FAILURE: &str = "failure.vtu";
+
 /// Writes `path_XXXX.vtu` of every completed load step, step 0 included, and `path.pvd`; returns how many steps.
 ///
 /// The slip increment of a step that was cut back is that of its last sub-step. Where a state cannot be evaluated any
@@ -56,7 +59,7 @@ pub fn write_failure(
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
     let contact = model.contact_results(&last.state, &iterate).unwrap_or_default();
-    save(run, "failure.vtu", mesh, model, failure.increment.1, &iterate, &contact)?;
+    save(run, FAILURE, mesh, model, failure.increment.1, &iterate, &contact)?;
     Ok(true)
 }
 
@@ -73,7 +76,7 @@ fn add_state(
     let contact = contact(model, path, index);
     let name = RunDirectory::numbered("path", step);
     save(run, &name, mesh, model, *time, state, &contact)?;
-    collection.add(*time, name)
+    collection.add(*time, run.in_series(&name))
 }
 
 /// Contact results of a state of the path; the start is its own previous state.
@@ -97,5 +100,7 @@ fn save(
     determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
     // Where nothing lies opposite, the gap is at least the distance that was searched.
     let reach = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
-    fields::write_state(&run.file(name), mesh, time, displacement, contact, model.density(), &determinants, reach)
+    let pieces = run.pieces(model.share(), mesh.elements.len()).filter(|_| name != FAILURE);
+    let (file, density) = (run.file(name), model.density());
+    fields::write_state(&file, mesh, time, displacement, contact, density, &determinants, reach, pieces.as_deref())
 }

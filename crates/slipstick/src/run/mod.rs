@@ -12,6 +12,7 @@
 //! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every so many iterations |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
+//! | `path_XXXX.pvtu`, `path_XXXX.N.vtu`, of designs too | the same in pieces, one for each rank | with `[output]` `pieces` |
 //! | `failure.vtu` | the iterate at which a march failed for good | then |
 //! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, of a run that asks for it | at the end |
 //! | `picture.png` | a result as a picture: [`picture`] | when asked for |

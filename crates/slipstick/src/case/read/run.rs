@@ -19,15 +19,16 @@ fn unit(table: &Table<'_>, key: &'static str) -> Option<String> {
 }
 
 pub(super) fn output(root: &Table<'_>) -> Output {
-    let default = Output { directory: None, every: 10 };
+    let default = Output { directory: None, every: 10, pieces: false };
     root.table("output").map_or(default, |table| {
         let directory = table
             .string("directory")
             .check(CaseCode::Empty, |path| !path.is_empty(), "is empty", "leave the key out")
             .optional();
         let every = table.integer("every").count(CaseCode::OutOfRange, 1).or(10);
+        let pieces = table.boolean("pieces").or(false);
         table.finish();
-        Output { directory, every }
+        Output { directory, every, pieces }
     })
 }
 

@@ -94,6 +94,8 @@ pub struct Output {
     pub directory: Option<String>,
     /// Fields are written every so many optimization iterations, and after the last.
     pub every: usize,
+    /// Whether designs and load steps are written in pieces too, one for each rank of MPI.
+    pub pieces: bool,
 }
 
 /// Linear solver and threads. Results do not depend on the number of threads.
