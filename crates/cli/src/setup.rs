@@ -262,7 +262,12 @@ pub fn volume_fraction(problem: &Problem, density: &[f64]) -> Option<f64> {
 pub fn failed(problem: &mut Problem, error: &AnalysisError, run: Option<&RunDirectory>) -> Failure {
     let model = &mut problem.analysis.model;
     let report = Box::new(FailureReport::new(error, &problem.mesh, &model.slave_nodes()));
-    let Some(run) = run else { return Failure::Analysis { report, kept: String::new() } };
+    let Some(run) = run else {
+        if let AnalysisError::March(failure) = error {
+            failure.path.serve(&**model.share().ranks());
+        }
+        return Failure::Analysis { report, kept: String::new() };
+    };
     let directory = run.path().display();
     let kept = match error {
         AnalysisError::March(failure) => match write_failure(run, &problem.mesh, model, failure) {

@@ -11,22 +11,24 @@
 //! | [`objective`] | what is minimised, with exact partial derivatives |
 //! | [`volume`] | the volume constraint |
 //! | [`optimizer`] | the method of moving asymptotes, scaling, optimality residual |
-//! | [`parts`] | which part of a list each rank works on |
 //!
 //! A design map changes the function that is optimized, so its gradient is pulled back exactly. The sensitivity filter
 //! changes only the gradient that the optimizer sees; it comes after every gradient that a finite-difference check sees.
 //!
 //! All results are the same, bit for bit, for any number of threads. On several ranks, the lists of the sensitivity filter
-//! and the subproblem of the optimizer, which are the large things here, are divided among them ([`parts`]); what goes in
-//! and comes out is whole on each.
+//! and the subproblem of the optimizer, which are the large things here, are divided among them
+//! ([`own_range`](slipstick_linalg::own_range)); what goes in and comes out is whole on each.
 
 pub mod filter;
 pub mod map;
 pub mod objective;
 pub mod optimizer;
-pub mod parts;
 pub mod variables;
 pub mod volume;
+
+#[cfg(test)]
+#[path = "../../linalg/tests/common/thread_ranks.rs"]
+mod thread_ranks;
 
 pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter};
 pub use map::{Chain, DesignMap, Identity, OnElements};

@@ -5,6 +5,7 @@
 //! decisions that rest on it need no further talk.
 
 use std::fmt::Debug;
+use std::ops::Range;
 
 /// What a rank has handed to the others, by the calls of [`Ranks`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -72,6 +73,19 @@ pub trait Ranks: Send + Sync + Debug {
     fn traffic(&self) -> Traffic {
         Traffic::default()
     }
+}
+
+/// The entries of a list of `count` that are this rank's: each rank's follow those of the rank before, in about equal
+/// parts. [`Ranks::join`] puts them together again.
+///
+/// ```
+/// use slipstick_linalg::{Alone, own_range};
+///
+/// assert_eq!(own_range(7, &Alone), 0..7);
+/// ```
+pub fn own_range(count: usize, ranks: &dyn Ranks) -> Range<usize> {
+    let (rank, size) = (ranks.rank(), ranks.size());
+    count * rank / size..count * (rank + 1) / size
 }
 
 /// The largest of some numbers, or NaN if one is that.

@@ -7,7 +7,7 @@ mod thread_ranks;
 use common::{Brick, Random, difference};
 use slipstick_linalg::{
     Alone, CsrMatrix, CsrPattern, Factorization, Layout, MultifrontalFactorization, MultifrontalSolver, Operator,
-    Precision, Ranks, SolveError, Summed, best_in_span, solve_verified,
+    Precision, Ranks, SolveError, Summed, best_in_span, own_range, solve_verified,
 };
 use std::sync::Arc;
 use thread_ranks::on_ranks;
@@ -17,6 +17,14 @@ const BRICK: Brick = Brick { nodes: [6, 5, 4], multipliers: true, contrast: 2.0,
 /// Owners of the brick's nodes: of four ranks the third has none.
 fn owners() -> Vec<u32> {
     (0..120).map(|node| [0, 1, 3][node * 3 / 120]).collect()
+}
+
+#[test]
+fn ranges_make_up_the_whole() {
+    for (count, size) in [(0, 3), (2, 3), (10, 4), (11, 1)] {
+        let ranges = on_ranks(size, |rank| own_range(count, &rank));
+        assert!(ranges.into_iter().flatten().eq(0..count));
+    }
 }
 
 /// The rows of a rank, and of each other row the entries in its columns where `i + j` is even: what ranks add to each other's.

@@ -24,6 +24,7 @@
 //! for every method. The crate knows no enforcement method, does no I/O and reads no clock but one
 //! that the caller lends ([`Timings`]).
 
+mod divided;
 mod failure;
 mod linear;
 mod march;

@@ -1,12 +1,13 @@
 //! The march along the load path: steps, retries, cut-backs, and the store of states.
 
+use crate::divided::{ask, serve};
 use crate::failure::{MarchFailure, StepFailure, StepFailureKind};
 use crate::linear::{KeptFactors, LinearSystem};
 use crate::newton::{self, NewtonOptions, StepReport};
 use crate::problem::{StepProblem, StepState};
 use crate::start::{self, Guide, StartValues};
 use crate::uzawa;
-use slipstick_linalg::Ranks;
+use slipstick_linalg::{Ranks, own_range};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ pub struct MarchOptions {
 pub struct PathState {
     /// Pseudo-time.
     pub time: f64,
-    /// Unknowns and history; empty where they are [left to the first rank](Path::state).
+    /// Unknowns and history; of several ranks, each may have [its part of them](Path::state) only.
     pub state: StepState,
     /// The user's step (1-based) that this state completes; `None` inside of a step that was cut back.
     pub completes: Option<usize>,
@@ -40,8 +41,8 @@ pub struct PathState {
     pub active_set: Vec<u8>,
     /// Whether this is rest, where the path begins (anew): it does not depend on the states before.
     pub rest: bool,
-    /// Whether only the first of several ranks has the state.
-    pub(crate) with_first: bool,
+    /// Whether each rank has only its part of unknowns and history.
+    pub(crate) divided: bool,
     pub(crate) factors: Option<Arc<KeptFactors>>,
 }
 
@@ -68,29 +69,40 @@ pub struct Path {
 }
 
 impl Path {
-    /// A state, from the first rank if only that has it: then all ranks have to ask. Of several ranks, the others have the
-    /// last two states of a path, from which steps start; on one rank nothing is ever missing.
+    /// A state, put together if the ranks have parts of it: then all of them have to ask. The last two states of a path, from
+    /// which steps start, are whole on every rank; on one rank all are.
     pub fn state(&self, index: usize, ranks: &dyn Ranks) -> Cow<'_, StepState> {
-        let PathState { state, with_first, .. } = &self.states[index];
-        if !with_first {
+        let PathState { state, divided, .. } = &self.states[index];
+        if !divided {
             return Cow::Borrowed(state);
         }
-        let told = [&state.unknowns, &state.history].map(|values| ranks.of_first(values));
-        if ranks.rank() == 0 {
-            return Cow::Borrowed(state);
-        }
-        let [unknowns, history] = told;
-        Cow::Owned(StepState { unknowns, history })
+        Cow::Owned(StepState { unknowns: ranks.join(&state.unknowns), history: ranks.join(&state.history) })
     }
 
-    /// Leaves to the first rank what the next steps do not start from.
-    fn leave_to_first(&mut self, ranks: &dyn Ranks) {
+    /// Does work of the first rank, say with files, that asks for states by number; the other ranks [`serve`](Self::serve)
+    /// meanwhile.
+    pub fn with_states<'a, R>(
+        &'a self,
+        ranks: &dyn Ranks,
+        work: impl FnOnce(&mut dyn FnMut(usize) -> Cow<'a, StepState>) -> R,
+    ) -> R {
+        ask(ranks, |index| self.state(index, ranks), work)
+    }
+
+    /// What the other ranks do while the first works [`with_states`](Self::with_states); called on the first, it is such work
+    /// that asks for none.
+    pub fn serve(&self, ranks: &dyn Ranks) {
+        serve(ranks, |index| self.state(index, ranks));
+    }
+
+    /// Leaves to each rank its part of what the next steps do not start from.
+    fn divide(&mut self, ranks: &dyn Ranks) {
         let Some(index) = self.states.len().checked_sub(3).filter(|_| ranks.size() > 1) else { return };
         let older = &mut self.states[..=index];
-        for state in older.iter_mut().rev().take_while(|state| !state.with_first) {
-            state.with_first = true;
-            if ranks.rank() > 0 {
-                state.state = StepState::default();
+        for PathState { state, divided, .. } in older.iter_mut().rev().take_while(|state| !state.divided) {
+            *divided = true;
+            for values in [&mut state.unknowns, &mut state.history] {
+                *values = values[own_range(values.len(), ranks)].to_vec();
             }
         }
     }
@@ -193,7 +205,7 @@ pub fn march(
         report: StepReport::default(),
         active_set: Vec::new(),
         rest: true,
-        with_first: false,
+        divided: false,
         factors: None,
     };
     let mut path = Path { states: vec![rest(0.0)], steps: 0, factor_bytes: 0 };
@@ -221,11 +233,10 @@ pub fn march(
                     let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
                     let completes = last.then_some(step);
                     let active_set = problem.active_set().to_vec();
-                    let (rest, with_first) = (false, false);
-                    let next =
-                        PathState { time: target, state, completes, report, active_set, rest, with_first, factors };
+                    let (rest, divided) = (false, false);
+                    let next = PathState { time: target, state, completes, report, active_set, rest, divided, factors };
                     path.states.push(next);
-                    path.leave_to_first(linear.ranks());
+                    path.divide(linear.ranks());
                     observer.on_event(&MarchEvent::Accepted(path.states.last().expect("pushed")));
                     if last {
                         path.steps = step;

@@ -2,9 +2,10 @@
 //!
 //! A start value changes the way to a solution, not the solution: every one is tried before the increment is cut back.
 
-use crate::march::Path;
+use crate::divided::{ask, serve};
+use crate::march::{Path, PathState};
 use crate::problem::StepProblem;
-use slipstick_linalg::Ranks;
+use slipstick_linalg::{Ranks, own_range};
 
 /// Where Newton's method starts a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -22,11 +23,13 @@ const STEADY: f64 = 0.1;
 
 /// The path of a nearby problem, whose increments are followed: of the previous design, say.
 ///
-/// Single precision is enough for that. Of several ranks, the first has the unknowns; the others need the times only.
+/// Single precision is enough for that. Of several ranks, each has its part of the unknowns ([`own_range`]).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Guide {
     times: Vec<f64>,
     unknowns: Vec<Vec<f32>>,
+    /// Number of all unknowns of a state.
+    length: usize,
     /// Whether its sub-steps are taken too.
     holds_steps: bool,
 }
@@ -44,11 +47,17 @@ pub enum GuideError {
 
 impl Guide {
     /// All states of a path.
-    pub fn of(path: &Path) -> Self {
-        let single = |values: &Vec<f64>| values.iter().map(|&v| v as f32).collect();
+    pub fn of(path: &Path, ranks: &dyn Ranks) -> Self {
+        let length = path.states.last().map_or(0, |last| last.state.unknowns.len());
+        let part = |at: &PathState| {
+            let all = &at.state.unknowns;
+            let own = if at.divided { 0..all.len() } else { own_range(length, ranks) };
+            all[own].iter().map(|&v| v as f32).collect()
+        };
         Self {
             times: path.states.iter().map(|s| s.time).collect(),
-            unknowns: path.states.iter().map(|s| single(&s.state.unknowns)).collect(),
+            unknowns: path.states.iter().map(part).collect(),
+            length,
             holds_steps: false,
         }
     }
@@ -62,7 +71,7 @@ impl Guide {
     /// Only the steps and sub-steps of a path, without its states.
     pub fn steps_of(path: &Path) -> Self {
         let times: Vec<f64> = path.states.iter().map(|s| s.time).collect();
-        Self { unknowns: vec![Vec::new(); times.len()], times, holds_steps: true }
+        Self { unknowns: vec![Vec::new(); times.len()], times, length: 0, holds_steps: true }
     }
 
     /// The state after `time`, if steps are to be taken as the guide has them.
@@ -70,21 +79,21 @@ impl Guide {
         self.times.iter().copied().find(|&t| t > time).filter(|_| self.holds_steps)
     }
 
-    /// From its numbers: pseudo-times, ascending from 0, and the unknowns at each.
+    /// From its numbers: pseudo-times, ascending from 0, and at each the unknowns, `length` of them, or this rank's part.
     ///
     /// # Errors
     /// [`GuideError`].
-    pub fn from_parts(times: Vec<f64>, unknowns: Vec<Vec<f32>>) -> Result<Self, GuideError> {
+    pub fn from_parts(times: Vec<f64>, unknowns: Vec<Vec<f32>>, length: usize) -> Result<Self, GuideError> {
         let ascending =
             times.first() == Some(&0.0) && times.windows(2).all(|w| w[0] < w[1]) && times.iter().all(|t| t.is_finite());
         if !ascending || times.len() != unknowns.len() {
             return Err(GuideError::Times);
         }
-        let length = unknowns[0].len();
-        if unknowns.iter().any(|u| u.len() != length || u.iter().any(|v| !v.is_finite())) {
+        let part = unknowns[0].len();
+        if part > length || unknowns.iter().any(|u| u.len() != part || u.iter().any(|v| !v.is_finite())) {
             return Err(GuideError::Unknowns);
         }
-        Ok(Self { times, unknowns, holds_steps: false })
+        Ok(Self { times, unknowns, length, holds_steps: false })
     }
 
     /// Pseudo-times of the states.
@@ -92,33 +101,41 @@ impl Guide {
         &self.times
     }
 
-    /// Unknowns of the states.
-    pub fn unknowns(&self) -> &[Vec<f32>] {
-        &self.unknowns
+    /// Number of unknowns of a state.
+    pub fn length(&self) -> usize {
+        self.length
     }
 
-    /// Keeps the unknowns on the first of several ranks only.
-    pub fn leave_to_first(&mut self, ranks: &dyn Ranks) {
-        if ranks.rank() > 0 {
-            self.unknowns.iter_mut().for_each(|unknowns| *unknowns = Vec::new());
-        }
+    /// Does work of the first rank that asks for the unknowns of states by number; the other ranks [`serve`](Self::serve)
+    /// meanwhile.
+    pub fn with_unknowns<R>(&self, ranks: &dyn Ranks, work: impl FnOnce(&mut dyn FnMut(usize) -> Vec<f32>) -> R) -> R {
+        ask(ranks, |index| self.whole(index, ranks), work)
     }
 
-    /// [`ahead`](Self::ahead) by the first rank, on all.
-    fn ahead_on(&self, last: &[f64], from: f64, time: f64, ranks: &dyn Ranks) -> Option<Vec<f64>> {
+    /// What the other ranks do while the first works [`with_unknowns`](Self::with_unknowns).
+    pub fn serve(&self, ranks: &dyn Ranks) {
+        serve(ranks, |index| self.whole(index, ranks));
+    }
+
+    /// The unknowns of a state from all ranks.
+    fn whole(&self, index: usize, ranks: &dyn Ranks) -> Vec<f32> {
         if ranks.size() == 1 {
-            return self.ahead(last, from, time);
+            return self.unknowns[index].clone();
         }
-        let ahead = if ranks.rank() == 0 { self.ahead(last, from, time) } else { None };
-        Some(ranks.of_first(&ahead.unwrap_or_default())).filter(|ahead| ahead.len() == last.len())
+        let part: Vec<f64> = self.unknowns[index].iter().map(|&v| f64::from(v)).collect();
+        ranks.join(&part).into_iter().map(|v| v as f32).collect()
     }
 
     /// The last state plus the guide's increment from its time to `time`; `None` if the guide does not reach so far or
-    /// has other unknowns.
-    fn ahead(&self, last: &[f64], from: f64, time: f64) -> Option<Vec<f64>> {
+    /// has other unknowns. Each rank does its part.
+    fn ahead(&self, last: &[f64], from: f64, time: f64, ranks: &dyn Ranks) -> Option<Vec<f64>> {
         let (begin, end) = (self.at(from)?, self.at(time)?);
-        let fits = self.unknowns[0].len() == last.len();
-        fits.then(|| (0..last.len()).map(|i| last[i] + (self.value(end, i) - self.value(begin, i))).collect())
+        if self.length != last.len() {
+            return None;
+        }
+        let part = last[own_range(last.len(), ranks)].iter().enumerate();
+        let ahead: Vec<f64> = part.map(|(i, last)| last + (self.value(end, i) - self.value(begin, i))).collect();
+        Some(if ranks.size() == 1 { ahead } else { ranks.join(&ahead) })
     }
 
     /// Where `time` lies: number of the state before, and the part of the way to the next.
@@ -146,7 +163,7 @@ pub(crate) fn candidates(
     let last = path.states.last().expect("holds the start");
     let mut target = last.state.unknowns.clone();
     problem.prescribe(time, &mut target);
-    let guided = guide.and_then(|g| g.ahead_on(&last.state.unknowns, last.time, time, ranks));
+    let guided = guide.and_then(|g| g.ahead(&last.state.unknowns, last.time, time, ranks));
     let mut ahead = guided.or_else(|| match values {
         StartValues::Previous => None,
         StartValues::Extrapolated => extrapolated(problem, path, time, &target),

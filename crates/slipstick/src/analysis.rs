@@ -209,9 +209,6 @@ impl Analysis {
         // without an objective there is no gradient to keep factors for
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
         let options = MarchOptions { factor_memory, ..self.march };
-        if let Some(guide) = &mut self.guide {
-            guide.leave_to_first(self.linear.ranks());
-        }
         let guide = self.guide.as_ref();
         let path = march(&mut self.model, &mut self.linear, rest, &self.times, &self.anew, &options, guide, observer)?;
         let mut step_values = vec![0.0; self.times.len()];

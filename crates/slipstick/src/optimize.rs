@@ -260,7 +260,8 @@ impl Optimization {
             derivative = Some(gradient);
         }
         if self.follow && next.iteration > self.state.iteration {
-            self.problem.analysis.guide = Some(Guide::of(&forward.path));
+            let analysis = &mut self.problem.analysis;
+            analysis.guide = Some(Guide::of(&forward.path, analysis.linear.ranks()));
         }
         next.history.push(record);
         self.state = next;

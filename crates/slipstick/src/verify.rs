@@ -188,7 +188,7 @@ fn round_off(
     // A path of other steps is another function, and says nothing.
     let by_tolerance = if same_steps(base, &loose) { (loose.value - base.value).abs() } else { 0.0 };
     // from here on, paths start where the one at φ went
-    analysis.guide = Some(Guide::of(&base.path).holding_steps());
+    analysis.guide = Some(Guide::of(&base.path, analysis.linear.ranks()).holding_steps());
     let spacing = (options.step * 0.5f64.powi(options.halvings as i32)).min(LARGEST_SPACING);
     let (mut by_digits, smooth) = noise(analysis, density, free, base, spacing, observer)?;
     if !smooth {

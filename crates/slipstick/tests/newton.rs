@@ -6,6 +6,7 @@ mod common;
 use common::scene::*;
 use common::*;
 use slipstick::analysis::AnalysisError;
+use slipstick_linalg::Alone;
 use slipstick_path::{
     Guide, IterationRecord, MarchEvent, MarchFailure, MarchObserver, Path, Silent, StateError, StepFailureKind,
 };
@@ -150,7 +151,7 @@ fn sub_steps_of_a_guide_are_taken() {
     problem.analysis.times = times;
     let of = |path: &Path| path.states.iter().map(|s| (s.time, s.completes)).collect::<Vec<_>>();
     assert_eq!(of(&coarse.path), [(0.0, None), (0.5, Some(1)), (1.0, Some(2))]);
-    for guide in [Guide::steps_of(&fine.path), Guide::of(&fine.path).holding_steps()] {
+    for guide in [Guide::steps_of(&fine.path), Guide::of(&fine.path, &Alone).holding_steps()] {
         problem.analysis.guide = Some(guide);
         let mut watch = Watch::default();
         let led = problem.analysis.forward(&density, &mut watch).expect("converges");
@@ -159,7 +160,7 @@ fn sub_steps_of_a_guide_are_taken() {
         assert!((led.value - fine.step_values[2] - fine.step_values[3]).abs() < 1e-7 * led.value.abs());
         assert!((led.value - coarse.value).abs() > 1e-4 * led.value.abs(), "friction sees no sub-steps");
     }
-    problem.analysis.guide = Some(Guide::of(&fine.path));
+    problem.analysis.guide = Some(Guide::of(&fine.path, &Alone));
     let led = problem.analysis.forward(&density, &mut Silent).expect("converges");
     assert_eq!(of(&led.path), of(&coarse.path));
 }
@@ -253,7 +254,7 @@ fn start_values_change_no_result() {
             let density = random_density(&problem, 7);
             if lead {
                 let nearby: Vec<f64> = density.iter().map(|d| 0.99 * d).collect();
-                problem.analysis.guide = Some(Guide::of(&forward(&mut problem, &nearby).path));
+                problem.analysis.guide = Some(Guide::of(&forward(&mut problem, &nearby).path, &Alone));
             }
             forward(&mut problem, &density)
         };

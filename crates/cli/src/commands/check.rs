@@ -42,9 +42,8 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     }
     let seconds = setup.inspection.factor_operations / OPERATIONS_PER_SECOND;
     let on = &setup.inspection.on_ranks;
-    let on_ranks = args.ranks.map(usize::from).map(
-        |ranks| json!({ "ranks": ranks, "first": on.first(ranks), "others": on.others(ranks), "kept": on.kept(ranks) }),
-    );
+    let ranks = args.ranks.map(usize::from);
+    let on_ranks = ranks.map(|ranks| json!({ "ranks": ranks, "each": on.of_each(ranks), "kept": on.kept(ranks) }));
     let told = json!({
         "command": "check", "inspection": setup.inspection, "factor_seconds": seconds, "bytes_on_ranks": on_ranks,
     });
@@ -193,10 +192,7 @@ fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<Stri
     ];
     if let Some(ranks) = ranks {
         let on = &inspection.on_ranks;
-        rows.push(row(&format!("memory of the first of {ranks} ranks"), bytes(on.first(ranks))));
-        if ranks > 1 {
-            rows.push(row("and of each other", bytes(on.others(ranks))));
-        }
+        rows.push(row(&format!("memory of each of {ranks} ranks"), bytes(on.of_each(ranks))));
         rows.push(row("and for kept factors, on each at most", bytes(on.kept(ranks))));
     }
     lines(&["", ""], &rows).split_off(1)

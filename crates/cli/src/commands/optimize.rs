@@ -60,10 +60,22 @@ pub fn start(resolved: &Resolved, problem: slipstick::build::Problem) -> Outcome
 /// That of the analysis or the optimizer.
 pub fn follow(context: &Context, resolved: &Resolved, optimization: &mut Optimization) -> Outcome {
     let mut watch = Watch::new(context, &optimization.problem);
+    let ranks = context.parallel.ranks();
+    let mut last = None;
     while !optimization.finished() {
-        if let Err(error) = optimization.advance(&mut watch) {
-            return Err(stopped(&mut optimization.problem, resolved, &error, None));
+        let iteration = optimization.state.iteration;
+        drop(last.take());
+        match optimization.advance(&mut watch) {
+            Ok(forward) => last = Some(forward),
+            Err(error) => return Err(stopped(&mut optimization.problem, resolved, &error, None)),
         }
+        let updated = optimization.state.iteration > iteration;
+        if let Some(guide) = optimization.problem.analysis.guide.as_ref().filter(|_| updated) {
+            guide.serve(&*ranks);
+        }
+    }
+    if let Some(forward) = &last {
+        forward.path.serve(&*ranks);
     }
     Ok(())
 }
@@ -112,7 +124,9 @@ pub fn drive(
         let updated = optimization.state.iteration > checkpoint.state.iteration;
         checkpoint.state = optimization.state.clone();
         if let Some(guide) = optimization.problem.analysis.guide.as_ref().filter(|_| updated) {
-            checkpoint.start_values = Some(StartValuesFile::write(directory, optimization.state.iteration, guide)?);
+            let ranks = optimization.problem.analysis.linear.ranks();
+            let file = StartValuesFile::write(directory, optimization.state.iteration, guide, ranks)?;
+            checkpoint.start_values = Some(file);
         }
         checkpoint.write(directory)?;
         last = Some(forward);

@@ -27,7 +27,11 @@ pub fn run(context: &Context, args: &Solve) -> Outcome {
     let density = setup.density(&problem, &args.design)?;
     problem.analysis.march.factor_memory = 0; // no gradient follows
     let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "solve"))? else {
-        return follow(context, &mut problem, |analysis, watch| analysis.forward(&density, watch));
+        return follow(context, &mut problem, |analysis, watch| {
+            let forward = analysis.forward(&density, watch)?;
+            forward.path.serve(analysis.linear.ranks());
+            Ok(())
+        });
     };
     let outcome = solve(context, &mut problem, &run, &density);
     run.end(outcome)

@@ -1,12 +1,11 @@
 //! Sigmund's sensitivity filter.
 
 use rayon::prelude::*;
-use slipstick_linalg::{Alone, Ranks};
+use slipstick_linalg::{Alone, Ranks, own_range};
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::{FilterError, Neighbours, check_volumes};
-use crate::parts::own_range;
 
 /// Densities below this do not enlarge the filtered gradient further. Sigmund (2007).
 const SMALLEST_DENSITY: f64 = 1e-3;
@@ -104,7 +103,7 @@ impl SensitivityFilter {
 mod tests {
     use super::*;
     use crate::filter::tests::{box_grid, graded_row, pseudo_random};
-    use crate::parts::thread_ranks::on_ranks;
+    use crate::thread_ranks::on_ranks;
 
     fn close(left: &[f64], right: &[f64], tolerance: f64) {
         assert_eq!(left.len(), right.len());

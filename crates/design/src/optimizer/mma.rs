@@ -1,14 +1,13 @@
 //! One step of the method of moving asymptotes.
 
 use serde::{Deserialize, Serialize};
-use slipstick_linalg::{Alone, Ranks};
+use slipstick_linalg::{Alone, Ranks, own_range};
 use std::ops::Range;
 
 use super::error::{check_functions, check_point, check_vector};
 use super::kkt::residual_at_input;
 use super::subproblem::{Subproblem, Variable};
 use super::{KktResidual, MmaError, MmaParameters};
-use crate::parts::own_range;
 
 /// The method of moving asymptotes, version of 2007, for `n` variables and `m` constraints `g_i ≤ 0`.
 ///

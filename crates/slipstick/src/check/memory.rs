@@ -48,16 +48,14 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
     (peak + all_kept, all_kept)
 }
 
-/// What a rank of several has at the peak of a run: see [`first`](Self::first).
+/// What a rank of several has at the peak of a run: see [`of_each`](Self::of_each).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RankMemory {
-    /// Of reference geometry, tangent and the filter's lists, of which each rank has a part; and what building leaves.
+    /// Of reference geometry, tangent, path and the filter's lists, of which each rank has a part; and what building leaves.
     /// \[bytes\]
     divided: f64,
     /// Of mesh, states and program, which each rank has whole. \[bytes\]
     whole: f64,
-    /// Of the path, which the first rank has. \[bytes\]
-    path: f64,
     /// Of factors in double precision, in the order of METIS. \[bytes\]
     factors: f64,
     /// Most that a rank keeps of factors for the gradient. \[bytes\]
@@ -82,19 +80,18 @@ impl RankMemory {
     pub(super) fn of(case: &Case, problem: &Problem, systems: &Systems, unknowns: usize) -> Self {
         let building = bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64);
         Self {
-            divided: building + MATRICES * systems.matrix + filter(case, problem),
+            divided: building + MATRICES * systems.matrix + states(case, problem) + filter(case, problem),
             whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64,
-            path: states(case, problem),
             factors: 8.0 / entry_bytes(case) * systems.factors,
             keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
             steps: case.steps(),
         }
     }
 
-    /// Of the first of so many ranks, which has the path as well, with MUMPS and without kept factors. Within a third of the
-    /// runs of `docs/cluster/model.sh`. \[bytes\]
-    pub fn first(&self, ranks: usize) -> f64 {
-        self.whole + self.path + self.divided / ranks.max(1) as f64 + self.factors(ranks)
+    /// Of each of so many ranks, with MUMPS and without kept factors. Within a third of the runs of `docs/cluster/model.sh`.
+    /// \[bytes\]
+    pub fn of_each(&self, ranks: usize) -> f64 {
+        self.whole + self.divided / ranks.max(1) as f64 + self.factors(ranks)
     }
 
     /// Of factors that MUMPS makes, on each rank.
@@ -108,11 +105,6 @@ impl RankMemory {
         let factors = self.factors(ranks);
         let fit = (self.keeps / factors).floor().min(self.steps as f64);
         (fit - 1.0).max(0.0) * factors
-    }
-
-    /// Of the other ranks. \[bytes\]
-    pub fn others(&self, ranks: usize) -> f64 {
-        self.first(ranks) - self.path
     }
 }
 

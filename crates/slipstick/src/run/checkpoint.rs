@@ -88,9 +88,8 @@ impl Checkpoint {
         if self.start_values.is_some() != (optimization.follows_previous_design() && self.state.iteration > 0) {
             return Err(damaged(run, "`start_values` does not fit the case and the number of updates".into()));
         }
-        // what leads the next march is the first rank's
-        let first = optimization.problem.analysis.linear.ranks().rank() == 0;
-        let guide = self.start_values.as_ref().map(|file| file.read(run, first)).transpose()?;
+        let ranks = optimization.problem.analysis.linear.ranks();
+        let guide = self.start_values.as_ref().map(|file| file.read(run, ranks)).transpose()?;
         optimization.state = self.state.clone();
         optimization.problem.analysis.guide = guide;
         Ok(())

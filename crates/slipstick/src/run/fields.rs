@@ -1,7 +1,7 @@
 //! The load path of a design as files for ParaView.
 
 use slipstick_mesh::Mesh;
-use slipstick_path::{MarchFailure, Path, PathState, StepState};
+use slipstick_path::{MarchFailure, Path, StepState};
 
 use super::{RunDirectory, RunError};
 use crate::analysis::NodalContact;
@@ -19,17 +19,25 @@ const FAILURE: &str = "failure.vtu";
 /// # Errors
 /// [`RunError::Output`].
 pub fn write_path(run: &RunDirectory, mesh: &Mesh, model: &mut ContactModel, path: &Path) -> Result<usize, RunError> {
+    let ranks = model.share().ranks().clone();
     let mut collection = Pvd::default();
-    let mut written = 0;
-    for (index, at) in path.states.iter().enumerate() {
-        let step = match at.completes {
-            Some(step) => step,
-            None if index == 0 => 0,
-            None => continue,
-        };
-        add_state(run, mesh, model, path, index, step, &mut collection)?;
-        written += 1;
-    }
+    let written = path.with_states(&*ranks, |state| {
+        let mut written = 0;
+        for (index, at) in path.states.iter().enumerate() {
+            let step = match at.completes {
+                Some(step) => step,
+                None if index == 0 => 0,
+                None => continue,
+            };
+            let (now, previous) = (state(index), state(if at.rest { index } else { index - 1 }));
+            let contact = model.contact_results(&previous, &now).unwrap_or_default();
+            let name = RunDirectory::numbered("path", step);
+            save(run, &name, mesh, model, at.time, &now, &contact)?;
+            collection.add(at.time, run.in_series(&name))?;
+            written += 1;
+        }
+        Ok::<usize, OutputError>(written)
+    })?;
     collection.save(&run.file("path.pvd"))?;
     Ok(written)
 }
@@ -49,7 +57,9 @@ pub fn write_failure(
     write_path(run, mesh, model, &failure.path)?;
     let Some(last) = failure.path.states.last() else { return Ok(false) };
     if last.completes.is_none() && failure.path.states.len() > 1 {
-        let contact = contact(model, &failure.path, failure.path.states.len() - 1);
+        // the last two states are whole on every rank
+        let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
+        let contact = model.contact_results(previous, &last.state).unwrap_or_default();
         let name = RunDirectory::numbered("path", failure.step);
         save(run, &name, mesh, model, last.time, &last.state, &contact)?;
     }
@@ -61,28 +71,6 @@ pub fn write_failure(
     let contact = model.contact_results(&last.state, &iterate).unwrap_or_default();
     save(run, FAILURE, mesh, model, failure.increment.1, &iterate, &contact)?;
     Ok(true)
-}
-
-fn add_state(
-    run: &RunDirectory,
-    mesh: &Mesh,
-    model: &mut ContactModel,
-    path: &Path,
-    index: usize,
-    step: usize,
-    collection: &mut Pvd,
-) -> Result<(), OutputError> {
-    let PathState { time, state, .. } = &path.states[index];
-    let contact = contact(model, path, index);
-    let name = RunDirectory::numbered("path", step);
-    save(run, &name, mesh, model, *time, state, &contact)?;
-    collection.add(*time, run.in_series(&name))
-}
-
-/// Contact results of a state of the path; the start is its own previous state.
-fn contact(model: &mut ContactModel, path: &Path, index: usize) -> Vec<NodalContact> {
-    let previous = &path.states[if path.states[index].rest { index } else { index - 1 }].state;
-    model.contact_results(previous, &path.states[index].state).unwrap_or_default()
 }
 
 fn save(

@@ -1,12 +1,15 @@
 //! The path that the next march follows for its start values, on disk.
 
 use std::fs;
-use std::io::Read;
+use std::io::{self, Read, Seek, SeekFrom};
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use slipstick_linalg::{Ranks, own_range};
 use slipstick_path::Guide;
 
-use super::{RunDirectory, RunError, sha256};
+use super::record::hexadecimal;
+use super::{RunDirectory, RunError};
 use crate::output::write_atomically;
 
 /// First bytes of a file, with the version of its layout.
@@ -26,22 +29,34 @@ pub struct StartValuesFile {
 }
 
 impl StartValuesFile {
-    /// Writes the path that leads iteration `iteration`.
+    /// Writes the path that leads iteration `iteration`. Of several ranks, the first writes, while the others
+    /// [`serve`](Guide::serve) it with their parts.
     ///
     /// # Errors
     /// [`RunError::Output`].
-    pub fn write(run: &RunDirectory, iteration: usize, guide: &Guide) -> Result<Self, RunError> {
-        let bytes = encode(guide);
+    pub fn write(run: &RunDirectory, iteration: usize, guide: &Guide, ranks: &dyn Ranks) -> Result<Self, RunError> {
         let file = FILES[iteration % 2];
-        write_atomically(&run.file(file), |writer| writer.write_all(&bytes))?;
-        Ok(Self { file: file.to_owned(), sha256: sha256(&bytes) })
+        let mut hash = Sha256::new();
+        guide.with_unknowns(ranks, |unknowns| {
+            write_atomically(&run.file(file), |writer| {
+                let mut put = |bytes: &[u8]| {
+                    hash.update(bytes);
+                    writer.write_all(bytes)
+                };
+                put(&head(guide))?;
+                (0..guide.times().len()).try_for_each(|state| {
+                    put(&unknowns(state).iter().flat_map(|u| u.to_le_bytes()).collect::<Vec<u8>>())
+                })
+            })
+        })?;
+        Ok(Self { file: file.to_owned(), sha256: hexadecimal(&hash.finalize()) })
     }
 
-    /// Reads it back; `whole`, or only what all but the first of several ranks need: the times.
+    /// Reads it back: the part of each rank, which must all call this. The first one compares its hash.
     ///
     /// # Errors
     /// [`RunError::Damaged`] where it is not the file that was written.
-    pub fn read(&self, run: &RunDirectory, whole: bool) -> Result<Guide, RunError> {
+    pub fn read(&self, run: &RunDirectory, ranks: &dyn Ranks) -> Result<Guide, RunError> {
         let damaged = |reason: &str| RunError::Damaged {
             path: run.file(&self.file),
             reason: reason.to_owned(),
@@ -54,87 +69,91 @@ impl StartValuesFile {
         if !path.exists() {
             return Err(damaged("is missing, which the checkpoint needs"));
         }
-        if !whole {
-            let file = fs::File::open(&path).map_err(RunError::read(&path))?;
-            return decode_times(file).ok_or_else(|| damaged("holds no start values of this version"));
+        let open = || fs::File::open(&path).map_err(RunError::read(&path));
+        if ranks.rank() == 0 {
+            if hash_of(open()?).map_err(RunError::read(&path))? != self.sha256 {
+                return Err(damaged("is not the file that the checkpoint names"));
+            }
         }
-        let bytes = fs::read(&path).map_err(RunError::read(&path))?;
-        if sha256(&bytes) != self.sha256 {
-            return Err(damaged("is not the file that the checkpoint names"));
-        }
-        decode(&bytes).ok_or_else(|| damaged("holds no start values of this version"))
+        decode(open()?, ranks).ok_or_else(|| damaged("holds no start values of this version"))
     }
 }
 
-fn encode(guide: &Guide) -> Vec<u8> {
-    let (times, unknowns) = (guide.times(), guide.unknowns());
-    let length = unknowns.first().map_or(0, Vec::len);
-    let mut bytes = Vec::with_capacity(24 + times.len() * (8 + 4 * length));
-    bytes.extend_from_slice(MAGIC);
-    bytes.extend_from_slice(&(times.len() as u64).to_le_bytes());
-    bytes.extend_from_slice(&(length as u64).to_le_bytes());
-    times.iter().for_each(|t| bytes.extend_from_slice(&t.to_le_bytes()));
-    unknowns.iter().flatten().for_each(|u| bytes.extend_from_slice(&u.to_le_bytes()));
+/// SHA-256 of a file, in hexadecimal; of any length, piece by piece.
+fn hash_of(mut file: fs::File) -> io::Result<String> {
+    let (mut hash, mut piece) = (Sha256::new(), vec![0; 1 << 16]);
+    loop {
+        match file.read(&mut piece)? {
+            0 => return Ok(hexadecimal(&hash.finalize())),
+            count => hash.update(&piece[..count]),
+        }
+    }
+}
+
+/// What stands before the unknowns.
+fn head(guide: &Guide) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend_from_slice(&(guide.times().len() as u64).to_le_bytes());
+    bytes.extend_from_slice(&(guide.length() as u64).to_le_bytes());
+    guide.times().iter().for_each(|t| bytes.extend_from_slice(&t.to_le_bytes()));
     bytes
 }
 
-fn decode(bytes: &[u8]) -> Option<Guide> {
-    let rest = bytes.strip_prefix(MAGIC)?;
+/// The times, and this rank's part of the unknowns.
+fn decode(mut file: fs::File, ranks: &dyn Ranks) -> Option<Guide> {
+    let mut start = [0; 24];
+    file.read_exact(&mut start).ok()?;
+    let rest = start.strip_prefix(MAGIC)?;
     let (states, rest) = rest.split_first_chunk::<8>()?;
-    let (length, rest) = rest.split_first_chunk::<8>()?;
-    let (states, length) = (usize::try_from(u64::from_le_bytes(*states)).ok()?, u64::from_le_bytes(*length));
-    let length = usize::try_from(length).ok()?;
-    let size = length.checked_mul(4)?.checked_add(8)?.checked_mul(states)?;
-    if rest.len() != size || states == 0 || length == 0 {
+    let (length, _) = rest.split_first_chunk::<8>()?;
+    let states = usize::try_from(u64::from_le_bytes(*states)).ok()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    // the file is as long as it says: no length from a damaged head is allocated
+    let size = length.checked_mul(4)?.checked_add(8)?.checked_mul(states)?.checked_add(start.len())?;
+    if states == 0 || length == 0 || file.metadata().ok()?.len() != size as u64 {
         return None;
     }
-    let (times, unknowns) = rest.split_at(8 * states);
-    let times = times.as_chunks::<8>().0.iter().map(|t| f64::from_le_bytes(*t)).collect();
-    let value = |u: &[u8; 4]| f32::from_le_bytes(*u);
-    let unknowns =
-        unknowns.chunks_exact(4 * length).map(|u| u.as_chunks::<4>().0.iter().map(value).collect()).collect();
-    Guide::from_parts(times, unknowns).ok()
-}
-
-/// Pseudo-times alone, without reading what follows them.
-fn decode_times(mut file: fs::File) -> Option<Guide> {
-    let mut head = [0; 24];
-    file.read_exact(&mut head).ok()?;
-    let rest = head.strip_prefix(MAGIC)?;
-    let states = usize::try_from(u64::from_le_bytes(*rest.first_chunk()?)).ok()?;
-    // the file is as long as it says: no length from a damaged head is allocated
-    let bytes = states.checked_mul(8).filter(|&bytes| file.metadata().is_ok_and(|m| m.len() >= bytes as u64))?;
-    let mut times = vec![0; bytes];
+    let mut times = vec![0; 8 * states];
     file.read_exact(&mut times).ok()?;
     let times = times.as_chunks::<8>().0.iter().map(|t| f64::from_le_bytes(*t)).collect();
-    Guide::from_parts(times, vec![Vec::new(); states]).ok()
+    let own = own_range(length, ranks);
+    let mut part = vec![0; 4 * own.len()];
+    let mut unknowns = Vec::with_capacity(states);
+    for state in 0..states {
+        let at = start.len() + 8 * states + 4 * (state * length + own.start);
+        file.seek(SeekFrom::Start(at as u64)).ok()?;
+        file.read_exact(&mut part).ok()?;
+        unknowns.push(part.as_chunks::<4>().0.iter().map(|u| f32::from_le_bytes(*u)).collect());
+    }
+    Guide::from_parts(times, unknowns, length).ok()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use slipstick_linalg::Alone;
 
     #[test]
     fn start_values_come_back_bit_for_bit_and_damage_is_noticed() {
         let folder = tempfile::tempdir().unwrap();
         let run = RunDirectory::create(&folder.path().join("run"), false).unwrap();
-        let guide = Guide::from_parts(vec![0.0, 0.3, 1.0], vec![vec![0.0; 2], vec![0.1, -2.5e-9], vec![1e30, 0.25]]);
-        let guide = guide.unwrap();
-        let file = StartValuesFile::write(&run, 3, &guide).unwrap();
-        assert_eq!(file.read(&run, true).unwrap(), guide);
-        let times = file.read(&run, false).unwrap();
-        assert_eq!((times.times(), times.unknowns().concat()), (guide.times(), vec![]));
+        let states = vec![vec![0.0; 2], vec![0.1, -2.5e-9], vec![1e30, 0.25]];
+        let guide = Guide::from_parts(vec![0.0, 0.3, 1.0], states, 2).unwrap();
+        let file = StartValuesFile::write(&run, 3, &guide, &Alone).unwrap();
+        assert_eq!(file.read(&run, &Alone).unwrap(), guide);
         let path = run.file(&file.file);
         let whole = fs::read(&path).unwrap();
+        let read = || decode(fs::File::open(&path).unwrap(), &Alone);
         for bytes in [&whole[..whole.len() - 1], b"".as_slice()] {
             fs::write(&path, bytes).unwrap();
-            assert!(matches!(file.read(&run, true), Err(RunError::Damaged { .. })));
-            assert!(decode(bytes).is_none());
+            assert!(matches!(file.read(&run, &Alone), Err(RunError::Damaged { .. })));
+            assert!(read().is_none());
         }
         for at in 0..24 {
             let mut bytes = whole.clone();
             bytes[at] ^= 0x81;
-            assert!(decode(&bytes).is_none(), "byte {at}");
+            fs::write(&path, bytes).unwrap();
+            assert!(read().is_none(), "byte {at}");
         }
     }
 }

@@ -7,7 +7,7 @@ mod random;
 mod special;
 
 use super::*;
-use crate::parts::thread_ranks::on_ranks;
+use crate::thread_ranks::on_ranks;
 use slipstick_linalg::{Alone, Ranks};
 
 /// Value and gradient of the objective, values and gradients of the constraints.
