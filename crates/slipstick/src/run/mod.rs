@@ -53,5 +53,5 @@ pub use inputs::{InputFile, keep_mesh_files, mesh_files};
 pub use picture::{PictureError, PictureRequest, Shown, picture};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
 pub use start_values::StartValuesFile;
-pub use symmetry::asymmetry;
+pub use symmetry::{Image, asymmetry};
 pub use tables::{History, NewtonTable};
