@@ -285,9 +285,18 @@ pub struct Evaluate {
 /// Arguments of `render`.
 #[derive(Debug, Clone, Args)]
 pub struct Render {
-    /// Directory of a run
-    #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
-    pub results: PathBuf,
+    /// Directory of a run; with --history several, or tables of histories (.csv)
+    #[arg(value_name = "RESULTS", required = true, value_hint = ValueHint::AnyPath)]
+    pub results: Vec<PathBuf>,
+    /// Objectives and volume fractions over the iterations, all runs in one frame
+    #[arg(long, conflicts_with_all = ["field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
+    pub history: bool,
+    /// Only these runs, by name, in this order; with --history
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "history")]
+    pub runs: Vec<String>,
+    /// Text above; with --history
+    #[arg(long, value_name = "TEXT", requires = "history")]
+    pub title: Option<String>,
     /// What gives the colours: pressure, gap, displacement, …; an unknown name lists all [default: density]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
@@ -314,10 +323,13 @@ pub struct Render {
     /// --threshold says another
     #[arg(long, conflicts_with_all = ["field", "failure", "deformed"])]
     pub smooth: bool,
+    /// Show these bodies and nothing else [default: those with the field, others as context]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub bodies: Vec<String>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
     pub size: (u32, u32),
-    /// File to write [default: picture.png in the directory]
+    /// File to write [default: picture.png in the directory; history.png with --history, if it is one directory]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
 }

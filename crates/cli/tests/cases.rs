@@ -119,7 +119,12 @@ fn paper_sizes() {
 /// Studies are right to the last command line.
 #[test]
 fn studies_can_be_planned() {
-    let more = [("half_ball_on_plate", "paper.toml"), ("ironing", "unfiltered.toml"), ("clutch", "finer.toml")];
+    let more = [
+        ("half_ball_on_plate", "coarse_study.toml"),
+        ("half_ball_on_plate", "paper.toml"),
+        ("ironing", "unfiltered.toml"),
+        ("clutch", "finer.toml"),
+    ];
     let studies = ["half_ball_on_plate", "ironing", "clutch"].map(|case| (case, "study.toml"));
     for (case, study) in studies.into_iter().chain(more) {
         let (good, text) = program(&cases().join(case), &["study", study, "--plan"]);

@@ -1,11 +1,11 @@
 //! `slipstick render`: results as a picture.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use slipstick::build::build_mesh;
-use slipstick::render::{Canvas, RenderError};
-use slipstick::run::{PictureError, PictureRequest, RunDirectory, Shown, picture};
+use slipstick::render::{Canvas, Picture, RenderError, RunHistory, histories_picture};
+use slipstick::run::{PictureError, PictureRequest, RunDirectory, Shown, picture, read_histories};
 
 use crate::args::Render;
 use crate::failure::Failure;
@@ -15,12 +15,23 @@ use crate::{Context, Outcome};
 /// The first bytes of every PNG file.
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Draws a result of a run.
+/// Draws a result of a run, or the histories of several.
 ///
 /// # Errors
 /// [`Failure::Input`], [`Failure::Case`].
 pub fn run(context: &Context, args: &Render) -> Outcome {
-    let directory = RunDirectory::open(&args.results)?;
+    if args.history {
+        return histories(context, args);
+    }
+    let [results] = &args.results[..] else {
+        let message = format!("{} results are given for one picture", args.results.len());
+        return Err(Failure::input(message, "name one directory, or draw the histories of all with --history"));
+    };
+    if results.extension().is_some_and(|extension| extension == "csv") && !results.is_dir() {
+        let message = format!("{} is a table, of which histories alone can be drawn", results.display());
+        return Err(Failure::input(message, "give --history, or name the directory of a run"));
+    }
+    let directory = RunDirectory::open(results)?;
     let file = args.out.clone().unwrap_or_else(|| directory.file("picture.png"));
     replaceable(&file)?;
     let resolved = read(&directory.file("case.toml").as_path().into())?;
@@ -41,17 +52,89 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         displacement_factor: args.deformed,
         threshold: args.threshold.or(threshold),
         smooth: args.smooth,
+        bodies: (!args.bodies.is_empty()).then(|| args.bodies.clone()),
         canvas: Canvas { width, height, ..Canvas::default() },
     };
     let picture = picture(&directory, &resolved.case, &mesh, &request)?;
-    picture.save_png(&file).map_err(|error| match error {
-        RenderError::Output(error) => Failure::from(error),
-        other => PictureError::from(other).into(),
-    })?;
+    save(&picture, &file)?;
     let told = json!({ "command": "render", "file": file, "field": field, "width": width, "height": height });
     context.console.event("result", told);
     context.console.text(&format!("{field} in {}", file.display()));
     Ok(())
+}
+
+fn save(picture: &Picture, file: &Path) -> Outcome {
+    picture.save_png(file).map_err(|error| match error {
+        RenderError::Output(error) => Failure::from(error),
+        other => PictureError::from(other).into(),
+    })
+}
+
+/// Draws the histories of runs in one frame.
+fn histories(context: &Context, args: &Render) -> Outcome {
+    let file = match (&args.out, &args.results[..]) {
+        (Some(file), _) => file.clone(),
+        (None, [results]) if results.is_dir() => results.join("history.png"),
+        _ => {
+            let message = "no file is named for the chart";
+            return Err(Failure::input(message, "name one with --out, as in --out history.png"));
+        }
+    };
+    replaceable(&file)?;
+    let runs = chosen(named(&args.results)?, &args.runs)?;
+    let limit = common_limit(&args.results)?;
+    let (width, height) = args.size;
+    let canvas = Canvas { width, height, ..Canvas::default() };
+    save(&histories_picture(args.title.as_deref(), &runs, limit, &canvas).map_err(PictureError::from)?, &file)?;
+    let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
+    let told = json!({ "command": "render", "file": file, "runs": names, "width": width, "height": height });
+    context.console.event("result", told);
+    context.console.text(&format!("histories of {} in {}", names.join(", "), file.display()));
+    Ok(())
+}
+
+/// All histories of the results. Names that several have are told apart by the places that they come from.
+fn named(results: &[PathBuf]) -> Outcome<Vec<RunHistory>> {
+    let mut all: Vec<(&Path, RunHistory)> = Vec::new();
+    for place in results {
+        all.extend(read_histories(place)?.into_iter().map(|history| (place.as_path(), history)));
+    }
+    let names: Vec<String> = all.iter().map(|(_, history)| history.name.clone()).collect();
+    for (place, history) in &mut all {
+        if names.iter().filter(|name| **name == history.name).count() > 1 {
+            let of = if place.is_dir() { String::new() } else { format!(": {}", history.name) };
+            history.name = format!("{}{of}", place.display());
+        }
+    }
+    let runs: Vec<RunHistory> = all.into_iter().map(|(_, history)| history).collect();
+    match runs.iter().enumerate().find(|(number, run)| runs[..*number].iter().any(|other| other.name == run.name)) {
+        Some((_, twice)) => Err(Failure::input(format!("{} is given twice", twice.name), "name it once")),
+        None => Ok(runs),
+    }
+}
+
+/// The runs of these names, in this order; all of them without names.
+fn chosen(runs: Vec<RunHistory>, names: &[String]) -> Outcome<Vec<RunHistory>> {
+    if names.is_empty() {
+        return Ok(runs);
+    }
+    let known = || runs.iter().map(|run| run.name.as_str()).collect::<Vec<_>>().join(", ");
+    let one = |name: &String| match runs.iter().find(|run| run.name == *name) {
+        Some(run) => Ok(run.clone()),
+        None => Err(Failure::input(format!("no run is called `{name}`"), format!("there are: {}", known()))),
+    };
+    names.iter().map(one).collect()
+}
+
+/// The bound on the volume fraction that all directories have; none if bounds differ or a table does not say it.
+fn common_limit(results: &[PathBuf]) -> Outcome<Option<f64>> {
+    let mut limits = Vec::new();
+    for directory in results {
+        let case = directory.join("case.toml");
+        let limit = if case.is_file() { read(&case.as_path().into())?.case.design } else { None };
+        limits.push(limit.and_then(|design| design.volume_fraction));
+    }
+    Ok(limits.first().copied().flatten().filter(|first| limits.iter().all(|limit| *limit == Some(*first))))
 }
 
 /// Refuses to replace what is no picture.

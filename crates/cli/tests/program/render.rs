@@ -94,3 +94,82 @@ fn what_cannot_be_drawn() {
     std::fs::write(place.path("case/path_0004.vtu"), &bytes[..bytes.len() / 2]).expect("written");
     place.bad("render case", 2, &["path_0004.vtu", "ends early"]);
 }
+
+/// The history of a run, in its directory; those of several in a file, from directories and tables alike.
+#[test]
+fn histories_in_one_frame() {
+    let place = Place::new();
+    place.good("optimize case.toml -q");
+    place.good("optimize case.toml -q --out smooth --set contact[0].friction=0");
+    let ran = place.good("render case --history --size 320x240");
+    assert!(ran.out.contains("histories of case in case/history.png"), "{}", ran.out);
+    let one = std::fs::read(place.path("case/history.png")).expect("drawn");
+    assert_eq!(size(&one), (320, 240));
+    let two = drawn(&place, "render case smooth --history --size 320x240 --out two.png", "two.png");
+    assert!(one != two);
+    let event = place.good("render case smooth --history --out two.png --json").event("result");
+    assert_eq!(event["runs"].to_string(), r#"["case","smooth"]"#);
+
+    // The same numbers in a table, but for the bound on the volume, which a table does not hold.
+    let mut table = String::new();
+    for name in ["smooth", "case"] {
+        let text = place.read(&format!("{name}/history.csv"));
+        let mut lines = text.lines();
+        let header = lines.next().expect("a header");
+        if table.is_empty() {
+            table = format!("run,{header}\n");
+        }
+        lines.for_each(|line| table += &format!("{name},{line}\n"));
+    }
+    place.write("all.csv", &table);
+    let rows = drawn(&place, "render all.csv --history --runs case,smooth --out rows.png", "rows.png");
+    let apart = drawn(&place, "render case/history.csv smooth/history.csv --history --out apart.png", "apart.png");
+    assert!(rows != apart, "names differ");
+    place.write("case.csv", &place.read("case/history.csv"));
+    place.write("smooth.csv", &place.read("smooth/history.csv"));
+    let named = drawn(&place, "render case.csv smooth.csv --history --out named.png", "named.png");
+    assert!(named == rows, "the same runs");
+    let told = place.good("render all.csv case --history --out more.png");
+    assert!(told.out.contains("histories of smooth, all.csv: case, case in more.png"), "{}", told.out);
+
+    place.bad("render case smooth", 2, &["2 results are given for one picture", "--history"]);
+    place.bad("render all.csv", 2, &["all.csv is a table", "--history"]);
+    place.bad("render case smooth --history", 2, &["no file is named for the chart", "--out"]);
+    place.bad("render case case --history --out c.png", 2, &["case is given twice"]);
+    place.bad("render all.csv --history --runs rough --out c.png", 2, &["no run is called `rough`", "smooth, case"]);
+    place.bad("render case --history --view top", 2, &["cannot be used with"]);
+    place.bad("render case --title Title", 2, &["--history"]);
+    place.bad(
+        "render case/design.csv --history --out c.png",
+        2,
+        &["design.csv: line 1: there is no column `iteration`"],
+    );
+    place.bad("render none.csv --history --out c.png", 2, &["cannot read none.csv"]);
+    place.good("solve case.toml -q");
+    place.bad("render case_solve --history", 2, &["case_solve holds no history.csv", "optimization"]);
+    // The chart is the run's: a new run takes it away.
+    place.good("optimize case.toml -q --force --iterations 1");
+    assert!(!place.path("case/history.png").exists());
+}
+
+/// Bodies by name, and nothing else.
+#[test]
+fn bodies_that_are_shown() {
+    let place = Place::new();
+    place.good("optimize case.toml -q");
+    let whole = drawn(&place, "render case --view top --out whole.png", "whole.png");
+    let slab = drawn(&place, "render case --view top --bodies slab --out slab.png", "slab.png");
+    assert!(whole != slab, "without the body above");
+    let names: Vec<String> = place.json("case/run.json")["case"]["body"]
+        .as_array()
+        .expect("bodies")
+        .iter()
+        .map(|body| body["name"].as_str().expect("a name").to_owned())
+        .collect();
+    assert!(names.len() == 2 && names.contains(&"slab".to_owned()), "{names:?}");
+    let pressure = drawn(&place, "render case --field pressure --out pressure.png", "pressure.png");
+    let other = drawn(&place, "render case --field pressure --bodies slab --out other.png", "other.png");
+    assert!(pressure != other, "the slave body by default");
+    place.bad("render case --bodies slap", 2, &["there is no body `slap`", &names.join(", ")]);
+    place.bad("render case --smooth --bodies slap", 2, &["there is no body `slap`"]);
+}

@@ -10,6 +10,7 @@ name = "rough"
 command = "optimize"
 case = "case.toml"
 mirror = ["x", "z"]
+half_turn = ["y"]
 [[run]]
 name = "smooth"
 command = "optimize"
@@ -25,6 +26,11 @@ options = ["--friction", "0,0.3"]
 of = "rough"
 file = "pictures/rough.png"
 options = ["--size", "160x120"]
+[[chart]]
+of = ["rough", "smooth"]
+file = "pictures/both.png"
+title = "Two frictions"
+options = ["--size", "320x240"]
 "#;
 
 fn place(expected: &str) -> Place {
@@ -61,7 +67,13 @@ fn a_study_does_what_is_not_done() {
     assert_eq!(plan.out.matches("to do").count(), 3, "{}", plan.out);
     let ran = place.good("study study.toml");
     assert_eq!(ran.out.matches("slipstick optimize").count(), 2, "{}", ran.out);
-    for name in ["study/rough/design.csv", "study/table/evaluate.csv", "study/tables.md", "pictures/rough.png"] {
+    for name in [
+        "study/rough/design.csv",
+        "study/table/evaluate.csv",
+        "study/tables.md",
+        "pictures/rough.png",
+        "pictures/both.png",
+    ] {
         assert!(place.path(name).is_file(), "{name}");
     }
     let numbers = place.table("study/numbers.csv");
@@ -72,11 +84,21 @@ fn a_study_does_what_is_not_done() {
     // The design under its own friction has the objective that its optimization ended with.
     let (evaluated, optimized) = (value("table", "objective at 0.3"), value("rough", "objective"));
     assert!((evaluated / optimized - 1.0).abs() < 1e-9, "{evaluated} {optimized}");
-    assert!(value("rough", "asymmetry x") > 0.0 && value("rough", "asymmetry x") <= 1.0);
+    for image in ["x", "z", "half turn y"] {
+        let asymmetry = value("rough", &format!("asymmetry {image}"));
+        assert!(asymmetry > 0.0 && asymmetry <= 1.0, "{image}: {asymmetry}");
+    }
     assert!(place.read("study/tables.md").contains("| objective, μ = 0.3 |"));
 
     let again = place.good("study study.toml");
     assert_eq!((again.out.matches("done before").count(), again.out.matches("slipstick ").count()), (3, 0));
+    // What is measured of a design can change without the run that made it.
+    let measured = STUDY.replace("mirror = [\"x\", \"z\"]", "mirror = [\"y\"]");
+    place.write("study.toml", &measured);
+    let more = place.good("study study.toml");
+    assert_eq!(more.out.matches("done before").count(), 3, "{}", more.out);
+    let numbers = place.read("study/numbers.csv");
+    assert!(numbers.contains("rough,asymmetry y,") && !numbers.contains("rough,asymmetry x,"), "{numbers}");
     // What depends on a changed line is done anew, and nothing else.
     place.write("study.toml", &STUDY.replace("friction = 0\"", "friction = 0.1\""));
     let changed = place.good("study study.toml");
@@ -105,6 +127,69 @@ fn numbers_that_are_not_as_expected_are_told() {
     let told = ["rough: objective is -", "expected is at least 1 (a guess)", "1 numbers are not as expected"];
     place.bad("study study.toml --only rough", 3, &told);
     assert!(place.read("study/numbers.csv").contains(",no"));
+}
+
+/// A number over another: of the same run, and of another one.
+#[test]
+fn ratios_of_numbers_are_compared() {
+    let ratio = |of: &str, to: &str, is: &str| {
+        format!(r#"{{ "of": {of}, "to": {to}, "is": {{ {is}, "source": "by hand" }} }}"#)
+    };
+    let of_table = r#"["table", "objective at 0.3"]"#;
+    let good = [
+        ratio(of_table, r#"["rough", "objective"]"#, r#""value": 1, "relative": 1e-9"#),
+        ratio(of_table, r#"["table", "objective at 0"]"#, r#""at_least": 1"#),
+        ratio(of_table, r#"["smooth", "objective"]"#, r#""value": 7"#),
+    ];
+    let place = place(&format!(r#"{{ "ratios": [{}] }}"#, good.join(", ")));
+    // Of a run that is not asked for, nothing is expected.
+    place.good("study study.toml --only rough,table");
+    let numbers = place.table("study/numbers.csv");
+    let row = |name: &str| numbers.iter().find(|row| row[0] == "table" && row[1] == name);
+    let own = row("objective at 0.3 / objective at 0").expect("friction adds to the force");
+    let value = |name: &str| row(name).map(|row| row[2].parse::<f64>().expect("a number")).expect("there");
+    let quotient = value("objective at 0.3") / value("objective at 0");
+    assert_eq!((own[2].parse::<f64>().expect("a number"), own[3].as_str()), (quotient, "yes"));
+    assert!(row("objective at 0.3 / objective of rough").is_some_and(|row| row[3] == "yes"), "{numbers:?}");
+    let told = ["table: objective at 0.3 / objective of smooth is ", "expected is 7 ± 0.0e0 (by hand)", "1 numbers"];
+    place.bad("study study.toml", 3, &told);
+    assert!(place.read("study/tables.md").contains("| table: objective at 0.3 / objective of rough | "));
+
+    let missing = ratio(r#"["rough", "objectiv"]"#, of_table, r#""value": 1"#);
+    place.write("expected.json", &format!(r#"{{ "ratios": [{missing}] }}"#));
+    place.bad("study study.toml", 3, &["rough: objectiv / objective at 0.3 of table is NaN"]);
+    let nothing = ratio(of_table, r#"["nobody", "objective"]"#, r#""relative": 1"#);
+    place.write("expected.json", &format!(r#"{{ "ratios": [{nothing}] }}"#));
+    place.bad("study study.toml", 2, &["table: objective at 0.3 / objective of nobody says neither value"]);
+    place.write("expected.json", &format!(r#"{{ "ratios": [{}] }}"#, nothing.replace("relative", "value")));
+    place.bad("study study.toml", 2, &["numbers are expected of `nobody`"]);
+}
+
+/// A chart is drawn when all of its runs are there, from no other command's line.
+#[test]
+fn charts_wait_for_their_runs() {
+    let place = place(r#"{ "runs": {} }"#);
+    place.good("study study.toml --only rough");
+    assert!(!place.path("pictures/both.png").exists(), "smooth is missing");
+    place.good("study study.toml --only smooth");
+    let drawn = std::fs::read(place.path("pictures/both.png")).expect("drawn");
+    let line = "render study/rough study/smooth --history --title Two_frictions --size 320x240 --out by_hand.png";
+    place.good(line);
+    let by_hand = std::fs::read(place.path("by_hand.png")).expect("drawn");
+    assert!(drawn != by_hand, "the title has a space");
+    assert_eq!(drawn[16..24], by_hand[16..24], "the size");
+
+    let wrong = |from: &str, to: &str, told: &[&str]| {
+        place.write("study.toml", &STUDY.replace(from, to));
+        place.bad("study study.toml --plan", 2, told);
+    };
+    let of = "of = [\"rough\", \"smooth\"]";
+    wrong(of, "of = [\"rough\", \"smoth\"]", &["chart pictures/both.png: no run is called `smoth`"]);
+    wrong(of, "of = [\"table\"]", &["chart pictures/both.png: run `table` is no optimization and has no history"]);
+    wrong(of, "of = [\"rough\", \"rough\"]", &["chart pictures/both.png: run `rough` is named twice"]);
+    wrong(of, "of = []", &["chart pictures/both.png: `of` names no run"]);
+    wrong("--size\", \"320x240", "--view\", \"top", &["chart pictures/both.png: the argument", "--history"]);
+    wrong("title = \"Two frictions\"\noptions", "titel = \"\"\noptions", &["unknown field `titel`"]);
 }
 
 #[test]

@@ -1,76 +1,137 @@
-//! Curves over the iterations of an optimization.
+//! Lines over the iterations of optimizations, one above the other.
 
 use super::RenderError;
-use super::colour::{Colour, ColourMap};
+use super::colour::Colour;
 use super::error::check_finite;
 use super::ink::{Align, Ink, Type};
 use super::legend::ticks;
 use super::picture::{Canvas, Picture};
 use super::view::Rectangle;
-use crate::optimize::IterationRecord;
 
-/// A curve with axes of its own.
+/// A line of a plot.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
-    /// Text above.
-    pub title: String,
+pub struct Line {
+    /// What the legend calls it; empty for a line that the legend leaves out.
+    pub name: String,
     /// Abscissa and ordinate, in the order in which they are joined.
     pub points: Vec<[f64; 2]>,
+    /// Its colour.
+    pub colour: Colour,
+    /// How it is drawn.
+    pub dash: Dash,
+    /// Whether its points are marked.
+    pub marked: bool,
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Dash {
+    /// Without gaps.
+    #[default]
+    Solid,
+    /// Dashes.
+    Dashed,
+    /// Dots.
+    Dotted,
+    /// Dashes and dots in turn.
+    DashDotted,
+}
+
+impl Dash {
+    /// Lengths of strokes and gaps in turn, in widths of the line; the ends of strokes are round and reach half a width further.
+    fn pattern(self) -> &'static [f64] {
+        match self {
+            Self::Solid => &[],
+            Self::Dashed => &[5.0, 4.0],
+            Self::Dotted => &[0.0, 2.5],
+            Self::DashDotted => &[6.0, 3.0, 0.0, 3.0],
+        }
+    }
+
+    /// The strokes of this dash along joined points; `width` is that of the line.
+    fn strokes(self, points: &[[f64; 2]], width: f64) -> Vec<[[f64; 2]; 2]> {
+        let pattern = self.pattern();
+        if pattern.is_empty() || width <= 0.0 {
+            return points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+        }
+        let mut strokes = Vec::new();
+        let (mut part, mut left) = (0, pattern[0] * width);
+        for pair in points.windows(2) {
+            let (d, length) = difference(pair[0], pair[1]);
+            let mut from = 0.0;
+            let at = |s: f64| [pair[0][0] + s * d[0], pair[0][1] + s * d[1]];
+            while from + left <= length {
+                if part % 2 == 0 {
+                    strokes.push([at(from), at(from + left)]);
+                }
+                from += left;
+                part = (part + 1) % pattern.len();
+                left = pattern[part] * width;
+            }
+            if part % 2 == 0 {
+                strokes.push([at(from), pair[1]]);
+            }
+            left -= length - from;
+        }
+        strokes
+    }
+}
+
+/// The direction from one point to another and their distance.
+fn difference(from: [f64; 2], to: [f64; 2]) -> ([f64; 2], f64) {
+    let d = [to[0] - from[0], to[1] - from[1]];
+    let length = d[0].hypot(d[1]);
+    let unit = if length > 0.0 { d.map(|component| component / length) } else { [0.0; 2] };
+    (unit, length)
+}
+
+/// Lines with axes of their own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plot {
+    /// Text above.
+    pub title: String,
+    /// The lines; later ones cover earlier ones.
+    pub lines: Vec<Line>,
     /// A level to show besides, like a bound.
     pub level: Option<f64>,
     /// Share of the picture's height.
     pub share: f64,
-    /// Of the line.
-    pub colour: Colour,
 }
 
-/// Objective and volume fraction over the iterations; `limit` is the bound on the volume fraction.
-///
-/// # Errors
-/// [`RenderError::NotFinite`], [`RenderError::Size`], [`RenderError::Supersampling`].
-pub fn history_picture(
-    history: &[IterationRecord],
-    limit: Option<f64>,
-    canvas: &Canvas,
-) -> Result<Picture, RenderError> {
-    let over = |value: fn(&IterationRecord) -> f64| history.iter().map(|r| [r.iteration as f64, value(r)]).collect();
-    let curve = |title: &str, points, level, share, tone| Curve {
-        title: title.into(),
-        points,
-        level,
-        share,
-        colour: ColourMap::Viridis.at(tone),
-    };
-    let objective = curve("objective", over(|r| r.objective), None, 2.0, 0.2);
-    let volume = curve("volume fraction", over(|r| r.volume_fraction), limit, 1.0, 0.55);
-    chart(&[objective, volume], "iteration", canvas)
-}
-
-/// Curves one above the other over one abscissa. A curve without points is an empty frame.
+/// Plots one above the other over one abscissa, with a title and a legend of all names above them. A plot without points
+/// is an empty frame.
 ///
 /// # Errors
 /// [`RenderError::NotFinite`] for points, levels and shares, [`RenderError::Size`], [`RenderError::Supersampling`].
-pub fn chart(curves: &[Curve], abscissa: &str, canvas: &Canvas) -> Result<Picture, RenderError> {
+pub fn chart(title: Option<&str>, plots: &[Plot], abscissa: &str, canvas: &Canvas) -> Result<Picture, RenderError> {
     canvas.check()?;
-    for curve in curves {
-        check_finite(&curve.title, curve.points.as_flattened().iter().copied())?;
-        check_finite(&curve.title, curve.level.into_iter().chain([curve.share]))?;
+    for plot in plots {
+        let points = plot.lines.iter().flat_map(|line| line.points.as_flattened());
+        check_finite(&plot.title, points.copied())?;
+        check_finite(&plot.title, plot.level.into_iter().chain([plot.share]))?;
     }
     let mut drawing = canvas.drawing();
     let text = Type { dot: canvas.dot(), colour: Colour::INK };
-    let across = range(curves.iter().flat_map(|c| &c.points).map(|p| p[0]), 0.0);
-    let plots: Vec<Plot<'_>> = curves.iter().map(|curve| Plot::new(curve, across, text)).collect();
-    let numbers = plots.iter().flat_map(|p| &p.ticks).map(|(_, t)| text.width(t)).fold(0.0, f64::max);
+    let points = plots.iter().flat_map(|plot| &plot.lines).flat_map(|line| &line.points);
+    let across = range(points.map(|p| p[0]), 0.0);
+    let axes: Vec<Axes<'_>> = plots.iter().map(|plot| Axes::new(plot, across, text)).collect();
+    let numbers = axes.iter().flat_map(|p| &p.ticks).map(|(_, t)| text.width(t)).fold(0.0, f64::max);
     let dot = text.dot;
     let (left, right) = (12.0 * dot + numbers, f64::from(canvas.width) - 12.0 * dot);
-    let head = 20.0 * dot;
-    let room = f64::from(canvas.height) - 30.0 * dot - head * curves.len() as f64;
-    let shares: f64 = curves.iter().map(|c| c.share.max(0.0)).sum();
     let mut top = 0.0;
-    for plot in &plots {
-        let height = (room * plot.curve.share.max(0.0) / shares).max(1.0);
+    if let Some(title) = title {
+        let fitting = text.fitting(title, right - left);
+        fitting.write(title, [0.5 * (left + right), 12.0 * dot], Align::Centre, &mut drawing.inks);
+        top = 18.0 * dot;
+    }
+    top = legend(plots, text, [left, right], top, &mut drawing.inks);
+    let head = 20.0 * dot;
+    let room = f64::from(canvas.height) - top - 30.0 * dot - head * plots.len() as f64;
+    let shares: f64 = plots.iter().map(|plot| plot.share.max(0.0)).sum();
+    for one in &axes {
+        let height = (room * one.plot.share.max(0.0) / shares).max(1.0);
         let frame = Rectangle { left, right, top: top + head, bottom: top + head + height };
-        plot.draw(frame, &mut drawing.inks);
+        one.draw(frame, &mut drawing.inks);
         top = frame.bottom;
     }
     for (value, name) in ticks(across[0], across[1], 8) {
@@ -79,6 +140,46 @@ pub fn chart(curves: &[Curve], abscissa: &str, canvas: &Canvas) -> Result<Pictur
     }
     text.write(abscissa, [0.5 * (left + right), top + 20.0 * dot], Align::Centre, &mut drawing.inks);
     Ok(Picture::draw(&drawing))
+}
+
+/// A sample and the name of each line that has one, in as many rows as they need; says where the last row ends.
+fn legend(plots: &[Plot], text: Type, [left, right]: [f64; 2], top: f64, inks: &mut Vec<Ink>) -> f64 {
+    let dot = text.dot;
+    let (sample, between, row) = (26.0 * dot, 14.0 * dot, 13.0 * dot);
+    let mut named: Vec<&Line> = Vec::new();
+    for line in plots.iter().flat_map(|plot| &plot.lines).filter(|line| !line.name.is_empty()) {
+        if !named.iter().any(|other| other.name == line.name) {
+            named.push(line);
+        }
+    }
+    if named.is_empty() {
+        return top;
+    }
+    let (mut x, mut y) = (left, top + 12.0 * dot);
+    for line in named {
+        let fitting = text.fitting(&line.name, right - left - sample - 4.0 * dot);
+        let width = sample + 4.0 * dot + fitting.width(&line.name);
+        if x > left && x + width > right {
+            (x, y) = (left, y + row);
+        }
+        line.draw(&[[x, y], [x + sample, y]], dot, inks);
+        fitting.write(&line.name, [x + sample + 4.0 * dot, y], Align::Left, inks);
+        x += width + between;
+    }
+    y + 0.5 * text.height()
+}
+
+impl Line {
+    /// Draws it along points of the picture.
+    fn draw(&self, points: &[[f64; 2]], dot: f64, inks: &mut Vec<Ink>) {
+        let width = if self.marked { dot } else { 1.3 * dot };
+        let strokes = self.dash.strokes(points, width);
+        inks.extend(strokes.into_iter().map(|[from, to]| Ink::stroke(from, to, width, self.colour)));
+        // A point alone has no line.
+        if self.marked || points.len() == 1 {
+            inks.extend(points.iter().map(|p| Ink::stroke(*p, *p, 2.2 * dot, self.colour)));
+        }
+    }
 }
 
 /// The interval of the values, widened by a share; an interval of length 1 if they have none.
@@ -96,20 +197,21 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> [f64; 2] {
     [low - margin * size, high + margin * size]
 }
 
-/// A curve with the ranges of its axes.
-struct Plot<'a> {
-    curve: &'a Curve,
+/// A plot with the ranges of its axes.
+struct Axes<'a> {
+    plot: &'a Plot,
     across: [f64; 2],
     upward: [f64; 2],
     ticks: Vec<(f64, String)>,
     text: Type,
 }
 
-impl<'a> Plot<'a> {
-    fn new(curve: &'a Curve, across: [f64; 2], text: Type) -> Self {
-        let upward = range(curve.points.iter().map(|p| p[1]).chain(curve.level), 0.08);
-        let ticks = ticks(upward[0], upward[1], (3.0 * curve.share).clamp(3.0, 6.0) as usize);
-        Self { curve, across, upward, ticks, text }
+impl<'a> Axes<'a> {
+    fn new(plot: &'a Plot, across: [f64; 2], text: Type) -> Self {
+        let points = plot.lines.iter().flat_map(|line| &line.points);
+        let upward = range(points.map(|p| p[1]).chain(plot.level), 0.08);
+        let ticks = ticks(upward[0], upward[1], (3.0 * plot.share).clamp(3.0, 6.0) as usize);
+        Self { plot, across, upward, ticks, text }
     }
 
     fn draw(&self, frame: Rectangle, inks: &mut Vec<Ink>) {
@@ -117,7 +219,9 @@ impl<'a> Plot<'a> {
         let x = |v: f64| frame.left + (v - self.across[0]) / (self.across[1] - self.across[0]) * frame.width();
         let y = |v: f64| frame.bottom - (v - self.upward[0]) / (self.upward[1] - self.upward[0]) * frame.height();
         let title = [frame.left, frame.top - 8.0 * dot];
-        Type { colour: self.curve.colour, ..self.text }.write(&self.curve.title, title, Align::Left, inks);
+        // Of one line, the title has its colour.
+        let colour = if let [line] = &self.plot.lines[..] { line.colour } else { self.text.colour };
+        Type { colour, ..self.text }.write(&self.plot.title, title, Align::Left, inks);
         for (value, name) in &self.ticks {
             let at = y(*value);
             inks.push(Ink::stroke([frame.left, at], [frame.right, at], 0.3 * dot, GRID));
@@ -126,7 +230,7 @@ impl<'a> Plot<'a> {
         for (value, _) in ticks(self.across[0], self.across[1], 8) {
             inks.push(Ink::stroke([x(value), frame.top], [x(value), frame.bottom], 0.3 * dot, GRID));
         }
-        if let Some(level) = self.curve.level {
+        if let Some(level) = self.plot.level {
             inks.push(Ink::stroke([frame.left, y(level)], [frame.right, y(level)], 0.5 * dot, Colour::GREY));
         }
         let corners = [
@@ -138,11 +242,36 @@ impl<'a> Plot<'a> {
         for k in 0..4 {
             inks.push(Ink::stroke(corners[k], corners[(k + 1) % 4], 0.4 * dot, Colour::INK));
         }
-        let points: Vec<[f64; 2]> = self.curve.points.iter().map(|p| [x(p[0]), y(p[1])]).collect();
-        inks.extend(points.windows(2).map(|w| Ink::stroke(w[0], w[1], dot, self.curve.colour)));
-        inks.extend(points.iter().map(|p| Ink::stroke(*p, *p, 2.2 * dot, self.curve.colour)));
+        for line in &self.plot.lines {
+            let points: Vec<[f64; 2]> = line.points.iter().map(|p| [x(p[0]), y(p[1])]).collect();
+            line.draw(&points, dot, inks);
+        }
     }
 }
 
 /// Of the lines of the grid.
 const GRID: Colour = Colour([222, 225, 230]);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: a line of 20 widths, around a corner at 12. Dashes of 5 begin at 0, 9 and 18; that from 9 is parted at the
+    /// corner, that from 18 ends with the line.
+    #[test]
+    fn dashes_go_around_corners() {
+        let points = [[0.0, 0.0], [12.0, 0.0], [12.0, 8.0]];
+        let found = Dash::Dashed.strokes(&points, 1.0);
+        let expected = [
+            [[0.0, 0.0], [5.0, 0.0]],
+            [[9.0, 0.0], [12.0, 0.0]],
+            [[12.0, 0.0], [12.0, 2.0]],
+            [[12.0, 6.0], [12.0, 8.0]],
+        ];
+        assert_eq!(found, expected);
+        assert_eq!(Dash::Solid.strokes(&points, 1.0).len(), 2);
+        // Dots at 0, 2.5, 5, 7.5 and 10 of a line of 10.
+        assert_eq!(Dash::Dotted.strokes(&[[0.0, 0.0], [0.0, 10.0]], 1.0).len(), 5);
+        assert!(Dash::DashDotted.strokes(&[[1.0, 1.0]], 1.0).is_empty());
+    }
+}

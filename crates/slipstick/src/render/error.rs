@@ -87,6 +87,14 @@ pub enum RenderError {
         /// Upwards.
         up: [f64; 3],
     },
+    /// More lines in a chart than can be told apart.
+    #[error("a chart of {found} runs cannot be read: at most {limit} lines differ in colour or dash; name fewer runs")]
+    TooManyLines {
+        /// Asked for.
+        found: usize,
+        /// The most.
+        limit: usize,
+    },
     /// A layer is coloured by a field, but the scene has no colour scale.
     #[error("a layer is coloured by a field, but the scene has no colour scale: set one before the picture is made")]
     NoScale,

@@ -1,6 +1,7 @@
 //! Pictures of designs, states and histories as PNG files, without a display.
 //!
-//! [`design_picture`], [`state_picture`] and [`history_picture`] make the usual ones; [`Scene`] any other:
+//! [`design_picture`], [`state_picture`], [`history_picture`] and [`histories_picture`] make the usual ones; [`Scene`] any
+//! other:
 //!
 //! ```text
 //! cells in layers ──skin──▶ faces ──camera──▶ samples in a depth buffer ──mean──▶ pixels ──▶ Picture
@@ -18,6 +19,7 @@ mod colour;
 mod compose;
 mod error;
 mod font;
+mod history;
 mod ink;
 mod legend;
 mod picture;
@@ -30,9 +32,10 @@ mod space;
 mod tests;
 mod view;
 
-pub use chart::{Curve, chart, history_picture};
+pub use chart::{Dash, Line, Plot, chart};
 pub use colour::{Colour, ColourMap, ColourScale};
 pub use error::RenderError;
+pub use history::{RunHistory, histories_picture, history_picture};
 pub use picture::{Canvas, Picture};
 pub use results::{Cut, Field, FieldValues, RenderOptions, design_picture, state_picture, surface_picture};
 pub use scene::{Layer, Paint, Scene, Style, cells_above};

@@ -32,6 +32,7 @@ const FILES: &[&str] = &[
     "gradient.csv",
     "gradient.vtu",
     "history.csv",
+    "history.png",
     "newton.csv",
     "path.pvd",
     "picture.png",
@@ -47,7 +48,7 @@ const FILES: &[&str] = &[
 const MARK: &str = "run.json";
 
 /// Files that whoever only looks at a run writes beside it, without its lock.
-const OF_READERS: &[&str] = &["design.stl", "picture.png", "report.html"];
+const OF_READERS: &[&str] = &["design.stl", "history.png", "picture.png", "report.html"];
 
 /// Files of a run that are numbered: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and `{stem}_XXXX.{rank}.vtu`.
 const NUMBERED: &[&str] = &["design", "path"];

@@ -16,6 +16,7 @@
 //! | `failure.vtu` | the iterate at which a march failed for good | then |
 //! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, of a run that asks for it | at the end |
 //! | `picture.png` | a result as a picture: [`picture`] | when asked for |
+//! | `history.png` | the curves of `history.csv` | when asked for |
 //! | `report.html` | the run as a web page: [`crate::report`] | when asked for |
 //! | `design.stl` | a design as a surface: [`crate::export`] | when asked for |
 //! | `run.lock` | nothing; its lock says that a process writes here | at start |
@@ -32,6 +33,7 @@ mod directory;
 mod error;
 mod failure;
 mod fields;
+mod history;
 mod inputs;
 mod lock;
 mod picture;
@@ -47,9 +49,10 @@ pub use directory::RunDirectory;
 pub use error::RunError;
 pub use failure::{FailureReport, Place};
 pub use fields::{write_failure, write_path};
+pub use history::read_histories;
 pub use inputs::{InputFile, keep_mesh_files, mesh_files};
 pub use picture::{PictureError, PictureRequest, Shown, picture};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
 pub use start_values::StartValuesFile;
-pub use symmetry::asymmetry;
+pub use symmetry::{Image, asymmetry};
 pub use tables::{History, NewtonTable};

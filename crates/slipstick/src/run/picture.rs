@@ -44,6 +44,8 @@ pub struct PictureRequest {
     /// The design as the smooth surface that is exported, undeformed; its threshold, if none is given, is the one of the
     /// densities' volume.
     pub smooth: bool,
+    /// The only bodies that are shown; `None` for those that bear the field, and others as context.
+    pub bodies: Option<Vec<String>>,
     /// Size and smoothness.
     pub canvas: Canvas,
 }
@@ -58,6 +60,7 @@ impl Default for PictureRequest {
             displacement_factor: None,
             threshold: None,
             smooth: false,
+            bodies: None,
             canvas: Canvas::default(),
         }
     }
@@ -163,7 +166,8 @@ impl Source {
 /// Draws a result of a run; `mesh` is that of its case.
 ///
 /// Contact fields are drawn on the bodies that are slaves, seen from the side of the contact; densities and their
-/// derivatives on the design, the other bodies as glass; other fields on all bodies, vectors by their lengths.
+/// derivatives on the design, the other bodies as glass; other fields on all bodies, vectors by their lengths. Of bodies that
+/// are named, nothing but these.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -224,7 +228,8 @@ fn smooth_picture(
     source: &Source,
     density: &StoredField,
 ) -> Result<Picture, PictureError> {
-    let bodies = case.design.as_ref().map_or_else(Vec::new, |design| design.bodies.clone());
+    let designed = || case.design.as_ref().map_or_else(Vec::new, |design| design.bodies.clone());
+    let bodies = request.bodies.clone().unwrap_or_else(designed);
     let how = ExportOptions { threshold: request.threshold, bodies, ..ExportOptions::default() };
     let export = design_surface(mesh, &density.values, &how)?;
     let what = if request.shown == Shown::Newest { "newest design" } else { &source.what };
@@ -299,6 +304,10 @@ fn options(
         (Some(all), Style::Hidden, "iso")
     } else {
         (None, RenderOptions::default().others, "iso")
+    };
+    let (bodies, others) = match &request.bodies {
+        Some(only) => (Some(only.clone()), Style::Hidden),
+        None => (bodies, others),
     };
     let factor = request.displacement_factor.unwrap_or(1.0);
     let deformed = match source.values("displacement") {

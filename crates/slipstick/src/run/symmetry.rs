@@ -8,14 +8,35 @@ use slipstick_mesh::Mesh;
 /// regular mesh must not lie at the border between two cells, where round-off decides.
 const EQUAL: f64 = 1.234_567e-6;
 
-/// The share of the material without a mirror image: Σ |φ(e) − φ(e′)| V(e) / (2 Σ φ(e) V(e)) over `elements`, where e′
-/// mirrors e about the plane through the middle of the elements, normal to `direction` (0: x, 1: y, 2: z). 0 is
-/// symmetric, 1 has no material in common with its mirror image. None where the mesh is not symmetric, or without
-/// material.
+/// What a design is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Image {
+    /// Its mirror image about the plane normal to an axis (0: x, 1: y, 2: z).
+    Mirror(usize),
+    /// Its image under half a turn about an axis.
+    HalfTurn(usize),
+}
+
+impl Image {
+    /// The coordinates that change their sign.
+    fn reversed(self) -> [bool; 3] {
+        match self {
+            Self::Mirror(axis) => std::array::from_fn(|c| c == axis),
+            Self::HalfTurn(axis) => std::array::from_fn(|c| c != axis),
+        }
+    }
+}
+
+/// The share of the material without an image: Σ |φ(e) − φ(e′)| V(e) / (2 Σ φ(e) V(e)) over `elements`, where e′ is the
+/// image of e about the middle of the elements. 0 is symmetric, 1 has no material in common with its image. None where the
+/// mesh is not symmetric, or without material.
 ///
 /// # Panics
-/// If densities are not one per element of the mesh, or `direction` is above 2.
-pub fn asymmetry(mesh: &Mesh, density: &[f64], elements: &[usize], direction: usize) -> Option<f64> {
+/// If densities are not one per element of the mesh, or the axis is above 2.
+pub fn asymmetry(mesh: &Mesh, density: &[f64], elements: &[usize], image: Image) -> Option<f64> {
+    let (Image::Mirror(axis) | Image::HalfTurn(axis)) = image;
+    assert!(axis < 3, "an axis of space");
+    let reversed = image.reversed();
     assert_eq!(density.len(), mesh.elements.len(), "one density per element");
     let (centroids, volumes) = (mesh.centroids(), mesh.element_volumes());
     let bound = |pick: fn(f64, f64) -> f64, axis: usize, start: f64| {
@@ -31,9 +52,9 @@ pub fn asymmetry(mesh: &Mesh, density: &[f64], elements: &[usize], direction: us
     let places: BTreeMap<[i64; 3], usize> = elements.iter().map(|&e| (key(centroids[e]), e)).collect();
     let (mut apart, mut all) = (0.0, 0.0);
     for &e in elements {
-        let mut mirrored = centroids[e];
-        mirrored[direction] = low[direction] + high[direction] - mirrored[direction];
-        let image = *places.get(&key(mirrored))?;
+        let at = centroids[e];
+        let across = std::array::from_fn(|c| if reversed[c] { low[c] + high[c] - at[c] } else { at[c] });
+        let image = *places.get(&key(across))?;
         apart += (density[e] - density[image]).abs() * volumes[e];
         all += density[e] * volumes[e];
     }
@@ -52,10 +73,27 @@ mod tests {
         let mesh = box_mesh("row", &shape).expect("a mesh");
         let elements: Vec<usize> = (0..4).collect();
         let density = [1.0, 0.5, 0.5, 0.2];
-        let found = asymmetry(&mesh, &density, &elements, 0).expect("a symmetric mesh");
+        let found = asymmetry(&mesh, &density, &elements, Image::Mirror(0)).expect("a symmetric mesh");
         assert!((found - 2.0 * 0.8 / (2.0 * 2.2)).abs() < 1e-12, "{found}");
-        assert_eq!(asymmetry(&mesh, &density, &elements, 1), Some(0.0));
-        assert_eq!(asymmetry(&mesh, &[0.0; 4], &elements, 0), None);
-        assert_eq!(asymmetry(&mesh, &density, &[0, 1, 3], 0), None);
+        assert_eq!(asymmetry(&mesh, &density, &elements, Image::Mirror(1)), Some(0.0));
+        assert_eq!(asymmetry(&mesh, &[0.0; 4], &elements, Image::Mirror(0)), None);
+        assert_eq!(asymmetry(&mesh, &density, &[0, 1, 3], Image::Mirror(0)), None);
+    }
+
+    /// By hand: two by two elements with material in opposite corners are their image under half a turn, and share nothing
+    /// with either mirror image.
+    #[test]
+    fn half_a_turn_is_no_mirror_image() {
+        let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 2.0], elements: [2, 1, 2], grading: [1.0; 3] };
+        let mesh = box_mesh("square", &shape).expect("a mesh");
+        let opposite = |e: usize| {
+            let [x, _, z] = mesh.centroid(e);
+            if (x > 1.0) == (z > 1.0) { 1.0 } else { 0.0 }
+        };
+        let elements: Vec<usize> = (0..4).collect();
+        let density: Vec<f64> = elements.iter().map(|&e| opposite(e)).collect();
+        let found = |image| asymmetry(&mesh, &density, &elements, image);
+        assert_eq!(found(Image::HalfTurn(1)), Some(0.0));
+        assert_eq!([0, 1, 2].map(|axis| found(Image::Mirror(axis))), [Some(1.0), Some(0.0), Some(1.0)]);
     }
 }

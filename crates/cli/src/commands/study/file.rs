@@ -1,12 +1,11 @@
 //! The list of runs, as typed and checked.
 
-use std::collections::BTreeMap;
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use serde::Deserialize;
 
+use super::expected::Expectations;
 use crate::Outcome;
 use crate::args::Cli;
 use crate::failure::Failure;
@@ -29,6 +28,9 @@ pub struct StudyFile {
     /// Pictures of the runs.
     #[serde(default, rename = "picture")]
     pub pictures: Vec<Picture>,
+    /// Histories of several runs in one frame.
+    #[serde(default, rename = "chart")]
+    pub charts: Vec<Chart>,
 }
 
 /// One run.
@@ -52,6 +54,9 @@ pub struct Entry {
     /// Directions along which the design is mirrored, to see how symmetric it is.
     #[serde(default)]
     pub mirror: Vec<Axis>,
+    /// Axes about which the design is turned by half a turn, to see how symmetric it is.
+    #[serde(default)]
+    pub half_turn: Vec<Axis>,
 }
 
 /// A command that leaves a directory of results.
@@ -95,6 +100,22 @@ pub enum Axis {
     Z,
 }
 
+impl Axis {
+    /// Its place among the coordinates.
+    pub fn number(self) -> usize {
+        match self {
+            Self::X => 0,
+            Self::Y => 1,
+            Self::Z => 2,
+        }
+    }
+
+    /// As in the study file.
+    pub fn letter(self) -> &'static str {
+        ["x", "y", "z"][self.number()]
+    }
+}
+
 /// A picture of a run.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -108,6 +129,21 @@ pub struct Picture {
     pub options: Vec<String>,
 }
 
+/// The histories of optimizations in one frame.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Chart {
+    /// The runs, in the order of the legend.
+    pub of: Vec<String>,
+    /// The PNG file, relative to the study file.
+    pub file: PathBuf,
+    /// Text above.
+    pub title: Option<String>,
+    /// Further options of `render --history`.
+    #[serde(default)]
+    pub options: Vec<String>,
+}
+
 /// A study: its file, read and checked, and where it stands.
 #[derive(Debug)]
 pub struct Study {
@@ -117,61 +153,8 @@ pub struct Study {
     pub folder: PathBuf,
     /// The name of the directory for results in that folder: the study file's, without `.toml`.
     pub results: PathBuf,
-    /// Expected numbers by run and quantity.
-    pub expected: BTreeMap<String, BTreeMap<String, Expected>>,
-}
-
-/// What a number is to be.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Expected {
-    /// The value.
-    pub value: Option<f64>,
-    /// How far from it in proportion to it.
-    #[serde(default)]
-    pub relative: f64,
-    /// How far from it.
-    #[serde(default)]
-    pub absolute: f64,
-    /// The most.
-    pub at_most: Option<f64>,
-    /// The least.
-    pub at_least: Option<f64>,
-    /// Where that comes from.
-    pub source: String,
-}
-
-impl Expected {
-    /// Whether a number is as expected; NaN never is.
-    pub fn holds(&self, found: f64) -> bool {
-        let near = |value: f64| (found - value).abs() <= self.absolute.max(self.relative * value.abs());
-        found.is_finite()
-            && self.value.is_none_or(near)
-            && self.at_most.is_none_or(|most| found <= most)
-            && self.at_least.is_none_or(|least| found >= least)
-    }
-}
-
-impl fmt::Display for Expected {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut parts = Vec::new();
-        if let Some(value) = self.value {
-            parts.push(format!("{value} ± {:.1e}", self.absolute.max(self.relative * value.abs())));
-        }
-        parts.extend(self.at_least.map(|least| format!("at least {least}")));
-        parts.extend(self.at_most.map(|most| format!("at most {most}")));
-        write!(f, "expected is {} ({})", parts.join(", "), self.source)
-    }
-}
-
-/// What stands in a file of expected numbers.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ExpectedFile {
-    /// A line for people.
-    #[serde(rename = "about", default)]
-    _about: String,
-    runs: BTreeMap<String, BTreeMap<String, Expected>>,
+    /// Expected numbers.
+    pub expected: Expectations,
 }
 
 impl Study {
@@ -187,8 +170,8 @@ impl Study {
         let stem = path.file_stem().unwrap_or_default();
         let results = if path.extension().is_some() { stem.into() } else { "results".into() };
         let expected = match &file.expected {
-            Some(name) => expected(&folder.join(name))?,
-            None => BTreeMap::new(),
+            Some(name) => Expectations::read(&folder.join(name))?,
+            None => Expectations::default(),
         };
         let study = Self { file, folder, results, expected };
         let wrong = study.wrong();
@@ -217,6 +200,17 @@ impl Study {
         let mut line = vec!["render".into(), self.results.join(&picture.of).display().to_string()];
         line.extend(picture.options.iter().cloned());
         line.extend(["--out".into(), picture.file.display().to_string()]);
+        line
+    }
+
+    /// The command line of a chart.
+    pub fn chart_line(&self, chart: &Chart) -> Vec<String> {
+        let mut line = vec!["render".into()];
+        line.extend(chart.of.iter().map(|run| self.results.join(run).display().to_string()));
+        line.push("--history".into());
+        line.extend(chart.title.iter().flat_map(|title| ["--title".into(), title.clone()]));
+        line.extend(chart.options.iter().cloned());
+        line.extend(["--out".into(), chart.file.display().to_string()]);
         line
     }
 
@@ -255,8 +249,35 @@ impl Study {
                 wrong.push(format!("picture {}: {reason}", picture.file.display()));
             }
         }
-        for name in self.expected.keys().filter(|&name| !runs.iter().any(|run| run.name == *name)) {
+        for chart in &self.file.charts {
+            wrong.extend(
+                self.wrong_chart(chart).into_iter().map(|one| format!("chart {}: {one}", chart.file.display())),
+            );
+        }
+        for name in self.expected.names().into_iter().filter(|&name| !runs.iter().any(|run| run.name == *name)) {
             wrong.push(format!("numbers are expected of `{name}`, but no run is called so"));
+        }
+        wrong
+    }
+
+    /// What is wrong with a chart.
+    fn wrong_chart(&self, chart: &Chart) -> Vec<String> {
+        let mut wrong = Vec::new();
+        if chart.of.is_empty() {
+            wrong.push("`of` names no run".into());
+        }
+        for (number, name) in chart.of.iter().enumerate() {
+            match self.file.runs.iter().find(|run| run.name == *name) {
+                None => wrong.push(format!("no run is called `{name}`")),
+                Some(run) if run.command != Word::Optimize => {
+                    wrong.push(format!("run `{name}` is no optimization and has no history"));
+                }
+                Some(_) if chart.of[..number].contains(name) => wrong.push(format!("run `{name}` is named twice")),
+                Some(_) => {}
+            }
+        }
+        if !chart.of.is_empty() {
+            wrong.extend(command_line(&self.chart_line(chart)).err());
         }
         wrong
     }
@@ -273,37 +294,8 @@ fn command_line(words: &[String]) -> Result<(), String> {
     Cli::try_parse_from(line).map(|_| ()).map_err(wrong)
 }
 
-fn text(path: &Path) -> Outcome<String> {
+/// The text of a file of a study.
+pub(super) fn text(path: &Path) -> Outcome<String> {
     std::fs::read_to_string(path)
         .map_err(|error| Failure::input(format!("cannot read {}: {error}", path.display()), "check the name"))
-}
-
-fn expected(path: &Path) -> Outcome<BTreeMap<String, BTreeMap<String, Expected>>> {
-    let cure = "docs/examples.md says what stands in a file of expected numbers";
-    let file: ExpectedFile = serde_json::from_str(&text(path)?)
-        .map_err(|error| Failure::input(format!("{}: {error}", path.display()), cure))?;
-    for (run, quantities) in &file.runs {
-        for (name, one) in quantities {
-            if one.value.is_none() && one.at_most.is_none() && one.at_least.is_none() {
-                let message =
-                    format!("{}: {run}: {name} says neither value, nor at_most, nor at_least", path.display());
-                return Err(Failure::input(message, cure));
-            }
-        }
-    }
-    Ok(file.runs)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_compared() {
-        let read = |text: &str| serde_json::from_str::<Expected>(text).expect("right");
-        let near = read(r#"{ "value": -2, "relative": 0.1, "source": "by hand" }"#);
-        assert!(near.holds(-2.19) && near.holds(-1.81) && !near.holds(-2.21) && !near.holds(f64::NAN));
-        let between = read(r#"{ "at_least": 0, "at_most": 1, "source": "by hand" }"#);
-        assert!(between.holds(0.0) && between.holds(1.0) && !between.holds(1.1) && !between.holds(-0.1));
-    }
 }

@@ -4,7 +4,9 @@
 //! an optimization that was interrupted is resumed. Beside the directory `NAME` of a run stands its record `NAME.json`.
 
 mod child;
+mod expected;
 mod file;
+mod pictures;
 mod report;
 
 use std::collections::BTreeMap;
@@ -15,9 +17,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use slipstick::build::build_mesh;
 use slipstick::output::write_atomically;
-use slipstick::run::{asymmetry, load_density, sha256};
+use slipstick::run::{Image, asymmetry, load_density, sha256};
 
-use self::file::{Axis, Entry, Study as Plan, Word};
+use self::file::{Entry, Study as Plan, Word};
 use super::digits;
 use crate::args::Study;
 use crate::failure::Failure;
@@ -77,10 +79,15 @@ pub fn run(context: &Context, args: &Study) -> Outcome {
         }
     }
     let records = plan.file.runs.iter().filter_map(|run| Some((run, current(&plan, run).filter(|r| r.finished)?)));
+    let all = |run: &Entry, mut numbers: Numbers| {
+        numbers.extend(asymmetries(&plan, run));
+        numbers
+    };
     let found: Vec<(&Entry, Numbers, f64)> =
-        records.map(|(run, record)| (run, record.numbers, record.seconds)).collect();
+        records.map(|(run, record)| (run, all(run, record.numbers), record.seconds)).collect();
     let off = report::write(context, &plan, &results, &found)?;
-    pictures(context, &plan, &found, &asked)?;
+    let done: Vec<&str> = found.iter().map(|(run, ..)| run.name.as_str()).collect();
+    pictures::draw(context, &plan, &done, &asked)?;
     let told = json!({ "command": "study", "directory": results, "failed": failed, "off": off });
     context.console.event("result", told);
     if failed.is_empty() && off == 0 {
@@ -145,7 +152,7 @@ fn inputs(plan: &Plan, run: &Entry) -> String {
     let text = |path: PathBuf| std::fs::read_to_string(path).unwrap_or_default();
     let case = text(plan.folder.join(&run.case));
     let design = run.design.as_ref().map(|name| text(plan.folder.join(&plan.results).join(name).join("design.csv")));
-    sha256(&json!([plan.line(run), run.mirror.len(), case, design]).to_string())
+    sha256(&json!([plan.line(run), case, design]).to_string())
 }
 
 fn record_file(plan: &Plan, run: &Entry) -> PathBuf {
@@ -187,14 +194,6 @@ fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
     if run.command == Word::Optimize {
         history(&directory.join("history.csv")).into_iter().for_each(|(name, value)| put(name, &json!(value)));
     }
-    for axis in &run.mirror {
-        let (letter, direction) = match axis {
-            Axis::X => ("x", 0),
-            Axis::Y => ("y", 1),
-            Axis::Z => ("z", 2),
-        };
-        put(format!("asymmetry {letter}"), &json!(mirrored(&directory, direction)));
-    }
     numbers
 }
 
@@ -221,33 +220,25 @@ fn history(path: &Path) -> Vec<(String, f64)> {
     found
 }
 
-/// Asymmetry of the design of a run.
-fn mirrored(directory: &Path, direction: usize) -> Option<f64> {
-    let case = read(&directory.join("case.toml").as_path().into()).ok()?.case;
-    let mesh = build_mesh(&case).ok()?;
-    let density = load_density(directory, &mesh).ok()?;
-    let designed = case.design?.bodies;
-    let bodies = mesh.bodies.iter().filter(|body| designed.contains(&body.name));
-    let elements: Vec<usize> = bodies.flat_map(|body| body.elements.clone()).collect();
-    asymmetry(&mesh, &density, &elements, direction)
-}
-
-/// Draws the pictures of runs that are done.
-fn pictures(context: &Context, plan: &Plan, found: &[(&Entry, Numbers, f64)], asked: &dyn Fn(&str) -> bool) -> Outcome {
-    for picture in plan.file.pictures.iter().filter(|picture| asked(&picture.of)) {
-        if !found.iter().any(|(run, ..)| run.name == picture.of) {
-            continue;
-        }
-        if let Some(folder) = plan.folder.join(&picture.file).parent() {
-            std::fs::create_dir_all(folder).map_err(|error| {
-                Failure::input(format!("cannot make the directory {}: {error}", folder.display()), "check its parent")
-            })?;
-        }
-        let ended = child::run(context, &plan.folder, &plan.picture_line(picture))?;
-        match ended.error {
-            Some(error) => context.console.warning(&format!("{}: {error}", picture.file.display())),
-            None => context.console.text(&format!("{} drawn", picture.file.display())),
-        }
+/// Asymmetries of the design of a run, as far as its mesh is symmetric.
+fn asymmetries(plan: &Plan, run: &Entry) -> Numbers {
+    let mirrors = run.mirror.iter().map(|axis| (format!("asymmetry {}", axis.letter()), Image::Mirror(axis.number())));
+    let turns = run.half_turn.iter();
+    let turns = turns.map(|axis| (format!("asymmetry half turn {}", axis.letter()), Image::HalfTurn(axis.number())));
+    let images: Vec<(String, Image)> = mirrors.chain(turns).collect();
+    if images.is_empty() {
+        return Numbers::new();
     }
-    Ok(())
+    let found = || {
+        let directory = plan.folder.join(&plan.results).join(&run.name);
+        let case = read(&directory.join("case.toml").as_path().into()).ok()?.case;
+        let mesh = build_mesh(&case).ok()?;
+        let density = load_density(&directory, &mesh).ok()?;
+        let designed = case.design?.bodies;
+        let bodies = mesh.bodies.iter().filter(|body| designed.contains(&body.name));
+        let elements: Vec<usize> = bodies.flat_map(|body| body.elements.clone()).collect();
+        let one = |(name, image)| Some((name, asymmetry(&mesh, &density, &elements, image)?));
+        Some(images.into_iter().filter_map(one).collect())
+    };
+    found().unwrap_or_default()
 }

@@ -7,6 +7,7 @@ use slipstick::output::{Cell, Csv, write_atomically};
 
 use super::Numbers;
 use super::digits;
+use super::expected::Ratio;
 use super::file::{Entry, Study as Plan, Word};
 use crate::table::lines;
 use crate::{Context, Outcome};
@@ -17,13 +18,13 @@ use crate::{Context, Outcome};
 /// # Errors
 /// [`crate::failure::Failure::Input`] if files cannot be written.
 pub fn write(context: &Context, plan: &Plan, results: &Path, found: &[(&Entry, Numbers, f64)]) -> Outcome<usize> {
+    let text = |holds| Cell::Text(if holds { "yes" } else { "no" }.into());
     let mut csv = Csv::create(&results.join("numbers.csv"), &["run", "quantity", "value", "as_expected"])?;
     let mut off = Vec::new();
     for (run, numbers, _) in found {
-        let expected = plan.expected.get(&run.name);
+        let expected = plan.expected.runs.get(&run.name);
         for (name, &value) in numbers {
             let holds = expected.and_then(|expected| expected.get(name)).map(|expected| expected.holds(value));
-            let text = |holds| Cell::Text(if holds { "yes" } else { "no" }.into());
             let cells = [run.name.as_str().into(), name.as_str().into(), value.into(), holds.map_or(Cell::Empty, text)];
             csv.row(&cells)?;
         }
@@ -34,9 +35,20 @@ pub fn write(context: &Context, plan: &Plan, results: &Path, found: &[(&Entry, N
             }
         }
     }
+    let ratios = ratios(plan, found);
+    for (ratio, value) in &ratios {
+        let holds = ratio.is.holds(*value);
+        let number = value.is_finite().then_some(*value);
+        csv.row(&[ratio.of.0.as_str().into(), ratio.name().as_str().into(), number.into(), text(holds)])?;
+        if !holds {
+            off.push(format!("{}: {} is {value}; {}", ratio.of.0, ratio.name(), ratio.is));
+        }
+    }
     let mut text = vec![format!("# {}", if plan.file.title.is_empty() { "Study" } else { &plan.file.title })];
     text.extend(optimizations(context, found));
     text.extend(evaluations(context, found));
+    let rows = ratios.iter().map(|(ratio, value)| vec![format!("{}: {}", ratio.of.0, ratio.name()), digits(*value)]);
+    text.extend(table(context, &["", "ratio"], &rows.collect::<Vec<_>>()));
     write_atomically(&results.join("tables.md"), |writer| writeln!(writer, "{}", text.join("\n")))?;
     for line in &off {
         context.console.warning(line);
@@ -46,9 +58,27 @@ pub fn write(context: &Context, plan: &Plan, results: &Path, found: &[(&Entry, N
     Ok(off.len())
 }
 
+/// The ratios of which something is expected, as far as both of their runs are done; NaN where a number is missing.
+fn ratios<'a>(plan: &'a Plan, found: &[(&Entry, Numbers, f64)]) -> Vec<(&'a Ratio, f64)> {
+    let number = |(run, quantity): &(String, String)| {
+        let (_, numbers, _) = found.iter().find(|(one, ..)| one.name == *run)?;
+        Some(numbers.get(quantity).copied().unwrap_or(f64::NAN))
+    };
+    let one = |ratio: &'a Ratio| Some((ratio, number(&ratio.of)? / number(&ratio.to)?));
+    plan.expected.ratios.iter().filter_map(one).collect()
+}
+
 /// Runs that are not evaluations, a row each.
 fn optimizations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<String> {
-    let names = ["objective", "best_objective", "volume_fraction", "asymmetry x", "asymmetry z", "gradient_error"];
+    let names = [
+        "objective",
+        "best_objective",
+        "volume_fraction",
+        "asymmetry x",
+        "asymmetry z",
+        "asymmetry half turn y",
+        "gradient_error",
+    ];
     let runs: Vec<_> = found.iter().filter(|(run, ..)| run.command != Word::Evaluate).collect();
     let shown: Vec<&str> =
         names.into_iter().filter(|name| runs.iter().any(|(_, numbers, _)| numbers.contains_key(*name))).collect();

@@ -177,6 +177,41 @@ fn a_chart_has_its_points_where_its_axes_say() {
     assert!(below_title.into_iter().all(|(x, y)| empty.pixel(x, y) != Some(colour)), "no points without a history");
 }
 
+/// Of three runs whose objectives lie apart, the lines lie above each other in that order, in the published colours of Okabe
+/// and Ito; the legend has a sample of each, and only it has the line of a run without rows.
+#[test]
+fn several_runs_are_drawn_in_one_frame_with_a_legend() {
+    let run = |name: &str, level: f64, count: usize| RunHistory {
+        name: name.into(),
+        rows: (0..count).map(|i| [i as f64, level, 0.3]).collect(),
+    };
+    let runs = [run("low", -30.0, 5), run("high", -10.0, 9), run("none", 0.0, 0)];
+    let canvas = canvas(420, 340);
+    let picture = histories_picture(Some("title"), &runs, Some(0.25), &canvas).unwrap();
+    let rows = |colour: [u8; 3], columns: std::ops::Range<u32>| -> Vec<u32> {
+        (0..340).filter(|&y| columns.clone().any(|x| picture.pixel(x, y) == Some(colour))).collect()
+    };
+    let (blue, vermillion, green) = ([0, 114, 178], [213, 94, 0], [0, 158, 115]);
+    let [low, high, none] = [blue, vermillion, green].map(|colour| rows(colour, 0..420));
+    // All in the legend, at the same height, above the plots.
+    assert!(low[0] == high[0] && low[0].abs_diff(none[0]) <= 1 && low[0] > 15, "{low:?} {high:?} {none:?}");
+    assert!(none.iter().all(|y| y - none[0] < 6), "no line without rows: {none:?}");
+    // y is up: −10 lies above −30. The run with 5 of 9 iterations ends halfway.
+    let below = |rows: &[u32]| *rows.iter().find(|y| **y > none[0] + 15).unwrap();
+    assert!(below(&high) + 60 < below(&low), "{high:?} {low:?}");
+    let right = rows(blue, 300..420);
+    assert!(right.iter().all(|y| y - none[0] < 6), "{right:?}");
+    // Without a title all begins 18 dots of the font higher, each 340/260 pixels: 23.5.
+    let bare = histories_picture(None, &runs, Some(0.25), &canvas).unwrap();
+    let first = (0..340).find(|&y| (0..420).any(|x| bare.pixel(x, y) == Some(blue))).unwrap();
+    assert!((23..=24).contains(&(low[0] - first)), "{first} {low:?}");
+    let error = histories_picture(None, &vec![run("run", 0.0, 1); 29], None, &canvas).unwrap_err();
+    assert!(matches!(error, RenderError::TooManyLines { found: 29, limit: 28 }), "{error}");
+    let wrong = RunHistory { name: "wrong".into(), rows: vec![[0.0, f64::NAN, 0.1]] };
+    let error = histories_picture(None, &[wrong], None, &canvas).unwrap_err();
+    assert!(matches!(error, RenderError::NotFinite { .. }), "{error}");
+}
+
 #[test]
 fn pictures_stand_beside_each_other() {
     let (mesh, density) = plate_and_tool();
