@@ -11,17 +11,18 @@ runs=$work
 # The largest difference of a column between two tables, over the largest value of the first.
 apart() {
     paste -d, <(cut -d, -f"$1" "$2") <(cut -d, -f"$1" "$3") | awk -F, '
-        NR > 1 { d = $1 - $2; d = d < 0 ? -d : d; v = $1 < 0 ? -$1 : $1; if (d > m) m = d; if (v > s) s = v }
+        NR > 1 { d = $1 - $2; d = d < 0 ? -d : d; v = $1 < 0 ? -$1 : $1; if (!(d <= m)) m = d; if (v > s) s = v }
         END { printf "%.0e", m / s }'
 }
 
-# run NAME WORDS… : the program, or mpirun with it, on the case; and its gradient at the default's last design
+# run NAME WORDS… : the program, or mpirun with it, on the case; and its gradient at the default's last design, whose path
+# starts cold there: with more steps where it would else be cut back, which round-off decides
 run() {
     local name=$1
     shift
     rm -rf "${runs:?}/$name"
     told "$name" "$@" optimize "$case" --iterations 10 --out "$runs/$name"
-    told "$name" "$@" gradient "$case" --design "$runs/default" --out "$runs/$name/gradient"
+    told "$name" "$@" gradient "$case" --design "$runs/default" --out "$runs/$name/gradient" ${steps:+--set "load_path.steps=$steps"}
 }
 
 told() {
@@ -41,7 +42,7 @@ against() {
 
 table=$runs/table
 printf '| example | `"multifrontal"` | 1 rank | 2 ranks | 4 ranks |\n|---|---|---|---|---|\n' >"$table"
-while IFS='|' read -r name directory enforcement; do
+while IFS='|' read -r name directory enforcement steps; do
     case=cases/$directory/coarse.toml
     solver='' run default "$program"
     {
@@ -58,7 +59,7 @@ done <<'CASES'
 half ball, Lagrange|half_ball_on_plate|{ lagrange = {} }
 half ball, penalty|half_ball_on_plate|{ penalty = {} }
 half ball, augmented|half_ball_on_plate|{ augmented = { tolerance = 1e-11 } }
-ironing, Lagrange|ironing|
-clutch, augmented|clutch|{ augmented = { tolerance = 1e-11 } }
+ironing, Lagrange|ironing||30
+clutch, augmented|clutch|{ augmented = { tolerance = 1e-9 } }
 CASES
 put docs/cluster.md agree "$table"

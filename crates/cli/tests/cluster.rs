@@ -10,6 +10,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use slipstick::output::read_fields;
+use slipstick_linalg::largest_or_nan;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_slipstick");
 
@@ -97,7 +98,8 @@ fn assert_same_run(found: &Path, expected: &Path, bound: f64) {
         let (found, expected) = (column(&found.join(file), name), column(&expected.join(file), name));
         assert_eq!(found.len(), expected.len(), "{file}");
         let largest = expected.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
-        let error = found.iter().zip(&expected).fold(0.0, |m: f64, (f, e)| m.max((f - e).abs())) / largest;
+        let errors = found.iter().zip(&expected).map(|(f, e)| (f - e).abs() / largest);
+        let error = largest_or_nan(errors);
         assert!(error < bound, "{file}: {error:e}");
     }
 }
@@ -147,6 +149,24 @@ fn failures_are_told_once() {
     let told = text(&output.stderr);
     assert_eq!(told.matches("error: ").count(), 1, "{told}");
     assert_eq!(output.status.code(), Some(3), "{told}");
+    // a march that fails later: what converged before is there, and the same as on one rank
+    let (late, alone) = (place.path().join("late"), place.path().join("alone"));
+    let driven = "dirichlet[1].motion=[{ t = 0.4, u = [0, -0.05, 0] }, { t = 1, u = [0, -4, 0] }]";
+    for (ranks, out) in [(None, &alone), (Some(2), &late)] {
+        let mut run = slipstick(ranks).expect("mpirun is there");
+        run.args(["solve", "--set", driven, "--set", "load_path.steps=10", "--set", "load_path.max_cutbacks=0"]);
+        let output = run.arg(&case).arg("--out").arg(out).output().expect("the program starts");
+        let told = text(&output.stderr);
+        assert_eq!((told.matches("error: ").count(), output.status.code()), (1, Some(3)), "{told}");
+    }
+    for step in 0..=4 {
+        let [found, expected] = [&late, &alone].map(|out| {
+            let fields = read_fields(&out.join(format!("path_{step:04}.vtu"))).expect("a state that converged");
+            fields.into_iter().find(|field| field.name == "displacement").expect("the field").values
+        });
+        assert_eq!(found.len(), expected.len());
+        assert!(found.iter().zip(&expected).all(|(f, e)| (f - e).abs() < 1e-9), "step {step}");
+    }
     // the directory has a run now
     let begin = Instant::now();
     let output = run(&["solve"]).expect("mpirun is there");
@@ -213,8 +233,11 @@ fn meshes_are_written_in_pieces() {
         };
         let steps: Vec<Vec<f64>> = (0..=10).map(|step| field(&format!("path_{step:04}.vtu"), "displacement")).collect();
         for (found, expected) in steps.iter().zip(alone.get_or_insert_with(|| steps.clone())) {
-            let error = found.iter().zip(expected).fold(0.0, |m: f64, (f, e)| m.max((*f - *e).abs()));
-            assert!(error < 1e-9, "{error:e}");
+            assert_eq!(found.len(), expected.len());
+            assert!(
+                found.iter().zip(expected).all(|(f, e)| (*f - *e).abs() < 1e-9),
+                "another state on {ranks:?} ranks"
+            );
         }
         let (whole, density) = (field("path_0005.vtu", "displacement"), field("path_0005.vtu", "density"));
         let mut seen = Vec::new();
@@ -250,6 +273,35 @@ fn children(process: u32) -> Vec<u32> {
     };
     let all = fs::read_dir("/proc").expect("Linux").filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
     all.filter(|&id| parent(id) == Some(process)).collect()
+}
+
+/// All ranks are told to end, as by a batch system: they do, what is finished is kept, and another number of ranks goes on.
+#[test]
+fn a_run_that_is_told_to_end_is_resumed_on_other_ranks() {
+    let place = tempfile::tempdir().expect("a directory");
+    let case = case(place.path(), "{ augmented = {} }");
+    let (out, whole) = (place.path().join("out"), place.path().join("whole"));
+    let Some(mut run) = slipstick(Some(2)) else { return };
+    run.arg("optimize").arg(&case).args(["--iterations", "6"]).arg("--out").arg(&out);
+    let running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
+    let begin = Instant::now();
+    let rows = || fs::read_to_string(out.join("history.csv")).map_or(0, |table| table.lines().count());
+    while rows() < 3 {
+        assert!(begin.elapsed() < Duration::from_secs(300));
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    for rank in children(running.id()) {
+        assert!(Command::new("kill").args(["-TERM", &rank.to_string()]).status().expect("kill").success());
+    }
+    let output = running.wait_with_output().expect("an end");
+    let told = text(&output.stderr);
+    assert!(output.status.code() == Some(4) && told.contains("finished iterations are kept"), "{told}");
+    let mut resume = slipstick(Some(3)).expect("mpirun is there");
+    succeeded(&resume.arg("resume").arg(&out).output().expect("the program starts"));
+    let mut undisturbed = Command::new(PROGRAM);
+    undisturbed.arg("optimize").arg(&case).args(["--iterations", "6"]).arg("--out").arg(&whole);
+    succeeded(&undisturbed.output().expect("the program starts"));
+    assert_same_run(&out, &whole, 1e-9);
 }
 
 /// A rank is killed in the middle: the run ends soon and says why; one rank goes on to the design of an undisturbed run.

@@ -63,7 +63,7 @@ pub use layout::Layout;
 pub use metis::partition_graph;
 pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};
 pub use operator::{Operator, Summed};
-pub use ranks::{Alone, Ranks, Traffic, largest, own_range};
+pub use ranks::{Alone, Ranks, Traffic, largest_or_nan, own_range};
 pub use reduce::Reduction;
 pub use robust::{RobustSolver, SolverChoice, test_on};
 pub use solver::{

@@ -55,7 +55,7 @@ pub trait Ranks: Send + Sync + Debug {
         if self.size() == 1 {
             return here;
         }
-        largest(self.join(&[here]))
+        largest_or_nan(self.join(&[here]))
     }
 
     /// The numbers that the first rank has; those of the others do not matter.
@@ -89,7 +89,7 @@ pub fn own_range(count: usize, ranks: &dyn Ranks) -> Range<usize> {
 }
 
 /// The largest of some numbers, or NaN if one is that.
-pub fn largest(numbers: impl IntoIterator<Item = f64>) -> f64 {
+pub fn largest_or_nan(numbers: impl IntoIterator<Item = f64>) -> f64 {
     let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
     numbers.into_iter().fold(f64::NEG_INFINITY, larger)
 }

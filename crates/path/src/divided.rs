@@ -35,3 +35,42 @@ pub(crate) fn serve<T>(ranks: &dyn Ranks, fetch: impl Fn(usize) -> T) {
         fetch(wanted as usize);
     }
 }
+
+#[cfg(test)]
+#[path = "../../linalg/tests/common/thread_ranks.rs"]
+mod thread_ranks;
+
+#[cfg(test)]
+mod tests {
+    use super::thread_ranks::on_ranks;
+    use super::*;
+    use slipstick_linalg::own_range;
+
+    /// Two lists of which each of three ranks has a part: asked for in any order, again, and not at all; work that fails ends
+    /// the turn as well, and another one can follow.
+    #[test]
+    fn parts_are_put_together_when_asked() {
+        let lists: [Vec<f64>; 2] = [vec![0.5, 1.5, 2.5, 3.5], vec![7.0]];
+        let found = on_ranks(3, |rank| {
+            let fetch = |index: usize| rank.join(&lists[index][own_range(lists[index].len(), &rank)]);
+            let mut told = Vec::new();
+            for turn in 0..3 {
+                let wanted: &[usize] = [&[1, 0, 1][..], &[], &[0]][turn];
+                if rank.rank() > 0 {
+                    serve(&rank, fetch);
+                    continue;
+                }
+                let result = ask(&rank, fetch, |get| {
+                    told.extend(wanted.iter().map(|&index| get(index)));
+                    if turn == 0 { Err("a full disk") } else { Ok(()) }
+                });
+                assert_eq!(result.is_err(), turn == 0);
+            }
+            // the first rank may have nothing to ask for
+            serve(&rank, fetch);
+            told
+        });
+        let [first, second] = lists;
+        assert_eq!(found, [vec![second.clone(), first.clone(), second, first], vec![], vec![]]);
+    }
+}

@@ -107,7 +107,7 @@ impl Path {
         }
     }
 
-    /// The states that complete a user's step, with the step's number.
+    /// The states that complete a user's step, with the step's number; of several ranks, each may have its part of them only.
     pub fn completed(&self) -> impl Iterator<Item = (usize, &PathState)> {
         self.states.iter().filter_map(|s| s.completes.map(|n| (n, s)))
     }

@@ -40,8 +40,8 @@ pub enum GuideError {
     /// Times must start at 0 and ascend, one for each list of unknowns.
     #[error("times do not ascend from 0, or are not as many as the states")]
     Times,
-    /// States must be of one length and finite.
-    #[error("states are of different lengths, or not finite")]
+    /// States must be of one length, that of this rank's part, and finite.
+    #[error("states are of different or wrong lengths, or not finite")]
     Unknowns,
 }
 
@@ -79,18 +79,24 @@ impl Guide {
         self.times.iter().copied().find(|&t| t > time).filter(|_| self.holds_steps)
     }
 
-    /// From its numbers: pseudo-times, ascending from 0, and at each the unknowns, `length` of them, or this rank's part.
+    /// From its numbers: pseudo-times, ascending from 0, and at each this rank's part of the `length` unknowns ([`own_range`]),
+    /// on one rank all of them.
     ///
     /// # Errors
     /// [`GuideError`].
-    pub fn from_parts(times: Vec<f64>, unknowns: Vec<Vec<f32>>, length: usize) -> Result<Self, GuideError> {
+    pub fn from_parts(
+        times: Vec<f64>,
+        unknowns: Vec<Vec<f32>>,
+        length: usize,
+        ranks: &dyn Ranks,
+    ) -> Result<Self, GuideError> {
         let ascending =
             times.first() == Some(&0.0) && times.windows(2).all(|w| w[0] < w[1]) && times.iter().all(|t| t.is_finite());
         if !ascending || times.len() != unknowns.len() {
             return Err(GuideError::Times);
         }
-        let part = unknowns[0].len();
-        if part > length || unknowns.iter().any(|u| u.len() != part || u.iter().any(|v| !v.is_finite())) {
+        let part = own_range(length, ranks).len();
+        if unknowns.iter().any(|u| u.len() != part || u.iter().any(|v| !v.is_finite())) {
             return Err(GuideError::Unknowns);
         }
         Ok(Self { times, unknowns, length, holds_steps: false })

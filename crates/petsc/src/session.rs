@@ -3,7 +3,7 @@
 use crate::error::PetscError;
 use crate::ffi::{self, RawSession};
 use crate::rehearsal::rehearse;
-use slipstick_linalg::{Ranks, Traffic, largest};
+use slipstick_linalg::{Ranks, Traffic, largest_or_nan};
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -233,7 +233,7 @@ impl Ranks for Session {
         // SAFETY: a live session; there is a place for the number of every rank.
         unsafe { ffi::ss_gather_lengths(*calls, here.to_bits() as i64, all.as_mut_ptr()) };
         self.0.count(8 * (self.0.size - 1));
-        largest(all.into_iter().map(|bits| f64::from_bits(bits as u64)))
+        largest_or_nan(all.into_iter().map(|bits| f64::from_bits(bits as u64)))
     }
 
     fn traffic(&self) -> Traffic {

@@ -39,7 +39,9 @@ fn hashes_are_sha256() {
 fn a_directory_belongs_to_one_run() {
     let (folder, run) = directory();
     assert!(matches!(RunDirectory::open(run.path()), Err(RunError::NoRun { .. })));
-    for name in ["run.json", "history.csv", "design_0012.vtu", "path_10000.vtu", "design_x.vtu", "notes.txt"] {
+    let of_runs =
+        ["run.json", "history.csv", "design_0012.vtu", "path_10000.vtu", "design_0012.pvtu", "design_0012.3.vtu"];
+    for name in of_runs.into_iter().chain(["design_x.vtu", "mesh_0001.2.vtu", "notes.txt"]) {
         fs::write(run.file(name), "x").unwrap();
     }
     let error = RunDirectory::create(run.path(), false).unwrap_err();
@@ -57,7 +59,7 @@ fn a_directory_belongs_to_one_run() {
     drop(RunDirectory::create(&path, true).unwrap());
     let mut left: Vec<_> = fs::read_dir(&path).unwrap().map(|e| e.unwrap().file_name()).collect();
     left.sort();
-    assert_eq!(left, ["design_x.vtu", "notes.txt", "run.lock"], "only files of a run are removed");
+    assert_eq!(left, ["design_x.vtu", "mesh_0001.2.vtu", "notes.txt", "run.lock"], "only files of a run are removed");
     let error = RunDirectory::create(&folder.path().join("a/b"), false).unwrap_err();
     assert!(error.to_string().contains("there is no directory"), "{error}");
 }

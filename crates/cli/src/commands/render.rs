@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 use slipstick::build::build_mesh;
 use slipstick::render::{Canvas, Picture, RenderError, RunHistory, histories_picture};
-use slipstick::run::{PictureError, PictureRequest, RunDirectory, Shown, picture, read_histories};
+use slipstick::run::{PictureError, PictureRequest, RunDirectory, Shown, is_table, picture, read_histories};
 
 use crate::args::Render;
 use crate::failure::Failure;
@@ -27,7 +27,7 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         let message = format!("{} results are given for one picture", args.results.len());
         return Err(Failure::input(message, "name one directory, or draw the histories of all with --history"));
     };
-    if results.extension().is_some_and(|extension| extension == "csv") && !results.is_dir() {
+    if is_table(results) {
         let message = format!("{} is a table, of which histories alone can be drawn", results.display());
         return Err(Failure::input(message, "give --history, or name the directory of a run"));
     }
@@ -82,7 +82,7 @@ fn histories(context: &Context, args: &Render) -> Outcome {
     };
     replaceable(&file)?;
     let runs = chosen(named(&args.results)?, &args.runs)?;
-    let limit = common_limit(&args.results)?;
+    let limit = common_limit(&args.results);
     let (width, height) = args.size;
     let canvas = Canvas { width, height, ..Canvas::default() };
     save(&histories_picture(args.title.as_deref(), &runs, limit, &canvas).map_err(PictureError::from)?, &file)?;
@@ -127,14 +127,15 @@ fn chosen(runs: Vec<RunHistory>, names: &[String]) -> Outcome<Vec<RunHistory>> {
 }
 
 /// The bound on the volume fraction that all directories have; none if bounds differ or a table does not say it.
-fn common_limit(results: &[PathBuf]) -> Outcome<Option<f64>> {
+fn common_limit(results: &[PathBuf]) -> Option<f64> {
     let mut limits = Vec::new();
     for directory in results {
         let case = directory.join("case.toml");
-        let limit = if case.is_file() { read(&case.as_path().into())?.case.design } else { None };
-        limits.push(limit.and_then(|design| design.volume_fraction));
+        // a case that is no longer accepted has no line, which is all that is lost
+        let design = read(&case.as_path().into()).ok().and_then(|resolved| resolved.case.design);
+        limits.push(design.and_then(|design| design.volume_fraction));
     }
-    Ok(limits.first().copied().flatten().filter(|first| limits.iter().all(|limit| *limit == Some(*first))))
+    limits.first().copied().flatten().filter(|first| limits.iter().all(|limit| *limit == Some(*first)))
 }
 
 /// Refuses to replace what is no picture.

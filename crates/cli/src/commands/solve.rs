@@ -57,8 +57,13 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
         Ok(forward) => forward,
         Err(error) => return Err(failed(problem, &error, Some(directory))),
     };
-    watch.check()?;
-    write_densities(&directory.file("design.csv"), &problem.mesh, density, None)?;
+    let kept =
+        watch.check().and_then(|()| Ok(write_densities(&directory.file("design.csv"), &problem.mesh, density, None)?));
+    if let Err(failure) = kept {
+        // the other ranks wait to be asked for states
+        forward.path.serve(problem.analysis.linear.ranks());
+        return Err(failure);
+    }
     write_path(directory, &problem.mesh, &mut problem.analysis.model, &forward.path)?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);

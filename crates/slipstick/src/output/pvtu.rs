@@ -2,6 +2,7 @@
 //!
 //! Viewers that run on several processes give each its pieces. Format: VTK User's Guide, "XML File Formats".
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -44,15 +45,33 @@ impl Owned {
     }
 }
 
+/// Removes files of pieces of an earlier `{stem}.pvtu` in that place.
+fn remove_pieces(path: &Path) -> std::io::Result<()> {
+    let (Some(folder), Some(stem)) = (path.parent(), path.file_stem().and_then(|stem| stem.to_str())) else {
+        return Ok(());
+    };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
+        let piece = entry.file_name().to_str().and_then(|name| {
+            name.strip_prefix(stem)?.strip_prefix('.')?.strip_suffix(".vtu").and_then(|piece| piece.parse::<u32>().ok())
+        });
+        if piece.is_some() {
+            std::fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
 /// The file of a piece of `{stem}.pvtu`: `{stem}.{piece}.vtu` beside it.
-fn piece_file(path: &Path, piece: usize) -> PathBuf {
+fn piece_file(path: &Path, piece: u32) -> PathBuf {
     path.with_extension(format!("{piece}.vtu"))
 }
 
 impl Vtu<'_> {
     /// Writes the mesh in pieces: `path`, which should end in `.pvtu`, and beside it a file for each piece that has cells.
     /// `piece_of` has the piece of every cell; points belong to all pieces that have them. Fields `node` and `element` are
-    /// added, which tell the numbers in the whole mesh.
+    /// added, which tell the numbers in the whole mesh. Pieces of an earlier file of that name are removed.
     ///
     /// # Errors
     ///
@@ -64,12 +83,13 @@ impl Vtu<'_> {
             let name = "piece".to_owned();
             return Err(OutputError::Length { name, components: 1, what: "cells", items, found });
         }
-        let mut cells_of = vec![Vec::new(); piece_of.iter().max().map_or(0, |&last| last as usize + 1)];
-        piece_of.iter().enumerate().for_each(|(cell, &piece)| cells_of[piece as usize].push(cell));
+        remove_pieces(path).map_err(OutputError::io("remove pieces of", path))?;
+        let mut cells_of: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        piece_of.iter().enumerate().for_each(|(cell, &piece)| cells_of.entry(piece).or_default().push(cell));
         let mut number = vec![i64::MAX; self.points.len()];
         let mut sources = Vec::new();
-        for (piece, cells) in cells_of.iter().enumerate().filter(|(_, cells)| !cells.is_empty()) {
-            let file = piece_file(path, piece);
+        for (piece, cells) in &cells_of {
+            let file = piece_file(path, *piece);
             self.save_piece(&file, cells, &mut number)?;
             sources.extend(file.file_name().and_then(|name| name.to_str()).map(str::to_owned));
         }
@@ -154,7 +174,8 @@ mod tests {
     use super::*;
     use crate::output::read_fields;
 
-    /// Two cells and one apart, in pieces 2 and 0: points at the cut are in both, and numbers lead back to the whole.
+    /// Two cells in pieces 2 and 0, none in 1: points at the cut are in both, numbers lead back to the whole, and what another
+    /// number of pieces left is gone.
     #[test]
     fn pieces_have_the_fields_of_the_whole() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -164,7 +185,14 @@ mod tests {
         whole.point_field("displacement", 3, Values::F64(&displacement)).expect("fits");
         whole.cell_field("body", 1, Values::I64(&[7, 8])).expect("fits");
         let path = folder.path().join("path_0001.pvtu");
+        whole.save_pieces(&path, &[3, 1]).expect("written");
         whole.save_pieces(&path, &[2, 0]).expect("written");
+        let mut names: Vec<_> = std::fs::read_dir(folder.path())
+            .expect("a folder")
+            .map(|entry| entry.expect("a file").file_name())
+            .collect();
+        names.sort();
+        assert_eq!(names, ["path_0001.0.vtu", "path_0001.2.vtu", "path_0001.pvtu"]);
         for (piece, nodes, body) in [(2, [0, 1, 2, 3], 7.0), (0, [1, 2, 3, 4], 8.0)] {
             let fields = read_fields(&folder.path().join(format!("path_0001.{piece}.vtu"))).expect("whole");
             let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();

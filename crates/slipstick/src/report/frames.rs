@@ -168,8 +168,7 @@ fn times(run: &RunDirectory) -> Result<Vec<(String, f64)>, RunError> {
         let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
         tag[start..].split('"').next().map(str::to_owned)
     };
-    // a series in pieces has the whole meshes beside it
-    let file = |tag: &str| value(tag, "file").map(|file| file.replace(".pvtu", ".vtu"));
+    let file = |tag: &str| value(tag, "file").map(|shown| RunDirectory::whole_of(&shown));
     let entry = |tag: &str| Some((file(tag)?, value(tag, "timestep")?.parse().ok()?));
     Ok(text.split("<DataSet").skip(1).filter_map(entry).collect())
 }

@@ -150,6 +150,11 @@ impl RunDirectory {
         stem.map_or_else(|| name.to_owned(), |stem| format!("{stem}.pvtu"))
     }
 
+    /// The file of the whole mesh, of what a series names.
+    pub(crate) fn whole_of(shown: &str) -> String {
+        shown.strip_suffix(".pvtu").map_or_else(|| shown.to_owned(), |stem| format!("{stem}.vtu"))
+    }
+
     /// Numbers of the numbered files of a kind (`design`, `path`) that are there, ascending.
     ///
     /// # Errors

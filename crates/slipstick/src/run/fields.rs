@@ -8,9 +8,6 @@ use crate::analysis::NodalContact;
 use crate::model::ContactModel;
 use crate::output::{OutputError, Pvd, fields};
 
-/// The failing iterate, a whole mesh always.
-const FAILURE: &str = "failure.vtu";
-
 /// Writes `path_XXXX.vtu` of every completed load step, step 0 included, and `path.pvd`; returns how many steps.
 ///
 /// The slip increment of a step that was cut back is that of its last sub-step. Where a state cannot be evaluated any
@@ -20,21 +17,31 @@ const FAILURE: &str = "failure.vtu";
 /// [`RunError::Output`].
 pub fn write_path(run: &RunDirectory, mesh: &Mesh, model: &mut ContactModel, path: &Path) -> Result<usize, RunError> {
     let ranks = model.share().ranks().clone();
+    let pieces = run.pieces(model.share(), mesh.elements.len());
     let mut collection = Pvd::default();
     let written = path.with_states(&*ranks, |state| {
         let mut written = 0;
+        let mut last = None;
         for (index, at) in path.states.iter().enumerate() {
             let step = match at.completes {
                 Some(step) => step,
                 None if index == 0 => 0,
                 None => continue,
             };
-            let (now, previous) = (state(index), state(if at.rest { index } else { index - 1 }));
+            let now = state(index);
+            // mostly the one that was written last
+            let before = last.take().filter(|(of, _)| of + 1 == index).map(|(_, state)| state);
+            let previous = match before {
+                _ if at.rest => now.clone(),
+                Some(before) => before,
+                None => state(index - 1),
+            };
             let contact = model.contact_results(&previous, &now).unwrap_or_default();
             let name = RunDirectory::numbered("path", step);
-            save(run, &name, mesh, model, at.time, &now, &contact)?;
+            save(run, &name, mesh, model, at.time, &now, &contact, pieces.as_deref())?;
             collection.add(at.time, run.in_series(&name))?;
             written += 1;
+            last = Some((index, now));
         }
         Ok::<usize, OutputError>(written)
     })?;
@@ -42,9 +49,9 @@ pub fn write_path(run: &RunDirectory, mesh: &Mesh, model: &mut ContactModel, pat
     Ok(written)
 }
 
-/// Writes what a failed march leaves: the completed load steps as [`write_path`] does, the last converged sub-step
-/// after them if it completes no step, and `failure.vtu`, the failing iterate; returns whether that one is finite and
-/// was written.
+/// Writes what a failed march leaves: the completed load steps as [`write_path`] does, also on several ranks, the last
+/// converged sub-step after them if it completes no step, and `failure.vtu`, the failing iterate; returns whether that one
+/// is finite and was written.
 ///
 /// # Errors
 /// [`RunError::Output`].
@@ -61,7 +68,8 @@ pub fn write_failure(
         let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
         let contact = model.contact_results(previous, &last.state).unwrap_or_default();
         let name = RunDirectory::numbered("path", failure.step);
-        save(run, &name, mesh, model, last.time, &last.state, &contact)?;
+        let pieces = run.pieces(model.share(), mesh.elements.len());
+        save(run, &name, mesh, model, last.time, &last.state, &contact, pieces.as_deref())?;
     }
     let complete = failure.iterate.len() == last.state.unknowns.len();
     if !complete || failure.iterate.iter().any(|value| !value.is_finite()) {
@@ -69,7 +77,7 @@ pub fn write_failure(
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
     let contact = model.contact_results(&last.state, &iterate).unwrap_or_default();
-    save(run, FAILURE, mesh, model, failure.increment.1, &iterate, &contact)?;
+    save(run, "failure.vtu", mesh, model, failure.increment.1, &iterate, &contact, None)?;
     Ok(true)
 }
 
@@ -81,6 +89,7 @@ fn save(
     time: f64,
     state: &StepState,
     contact: &[NodalContact],
+    pieces: Option<&[u32]>,
 ) -> Result<(), OutputError> {
     let displacement = &state.unknowns[..3 * mesh.nodes.len()];
     let mut determinants = model.smallest_determinants(mesh, displacement);
@@ -88,7 +97,6 @@ fn save(
     determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
     // Where nothing lies opposite, the gap is at least the distance that was searched.
     let reach = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
-    let pieces = run.pieces(model.share(), mesh.elements.len()).filter(|_| name != FAILURE);
     let (file, density) = (run.file(name), model.density());
-    fields::write_state(&file, mesh, time, displacement, contact, density, &determinants, reach, pieces.as_deref())
+    fields::write_state(&file, mesh, time, displacement, contact, density, &determinants, reach, pieces)
 }

@@ -35,7 +35,7 @@ pub fn read_histories(results: &Path) -> Result<Vec<RunHistory>, RunError> {
 }
 
 /// Whether what results are read from is a table by its name.
-fn is_table(results: &Path) -> bool {
+pub fn is_table(results: &Path) -> bool {
     !results.is_dir() && results.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 

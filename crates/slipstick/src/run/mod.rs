@@ -49,7 +49,7 @@ pub use directory::RunDirectory;
 pub use error::RunError;
 pub use failure::{FailureReport, Place};
 pub use fields::{write_failure, write_path};
-pub use history::read_histories;
+pub use history::{is_table, read_histories};
 pub use inputs::{InputFile, keep_mesh_files, mesh_files};
 pub use picture::{PictureError, PictureRequest, Shown, picture};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};

@@ -52,7 +52,7 @@ impl StartValuesFile {
         Ok(Self { file: file.to_owned(), sha256: hexadecimal(&hash.finalize()) })
     }
 
-    /// Reads it back: the part of each rank, which must all call this. The first one compares its hash.
+    /// Reads it back, each rank its part. The first one compares the hash.
     ///
     /// # Errors
     /// [`RunError::Damaged`] where it is not the file that was written.
@@ -125,7 +125,7 @@ fn decode(mut file: fs::File, ranks: &dyn Ranks) -> Option<Guide> {
         file.read_exact(&mut part).ok()?;
         unknowns.push(part.as_chunks::<4>().0.iter().map(|u| f32::from_le_bytes(*u)).collect());
     }
-    Guide::from_parts(times, unknowns, length).ok()
+    Guide::from_parts(times, unknowns, length, ranks).ok()
 }
 
 #[cfg(test)]
@@ -138,7 +138,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = RunDirectory::create(&folder.path().join("run"), false).unwrap();
         let states = vec![vec![0.0; 2], vec![0.1, -2.5e-9], vec![1e30, 0.25]];
-        let guide = Guide::from_parts(vec![0.0, 0.3, 1.0], states, 2).unwrap();
+        let guide = Guide::from_parts(vec![0.0, 0.3, 1.0], states, 2, &Alone).unwrap();
         let file = StartValuesFile::write(&run, 3, &guide, &Alone).unwrap();
         assert_eq!(file.read(&run, &Alone).unwrap(), guide);
         let path = run.file(&file.file);

@@ -1,5 +1,6 @@
 //! The numbers of a study as tables.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::json;
@@ -70,18 +71,13 @@ fn ratios<'a>(plan: &'a Plan, found: &[(&Entry, Numbers, f64)]) -> Vec<(&'a Rati
 
 /// Runs that are not evaluations, a row each.
 fn optimizations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<String> {
-    let names = [
-        "objective",
-        "best_objective",
-        "volume_fraction",
-        "asymmetry x",
-        "asymmetry z",
-        "asymmetry half turn y",
-        "gradient_error",
-    ];
     let runs: Vec<_> = found.iter().filter(|(run, ..)| run.command != Word::Evaluate).collect();
+    let all = runs.iter().flat_map(|(_, numbers, _)| numbers.keys().map(String::as_str));
+    let asymmetries: BTreeSet<&str> = all.filter(|name| name.starts_with("asymmetry ")).collect();
+    let names =
+        ["objective", "best_objective", "volume_fraction"].into_iter().chain(asymmetries).chain(["gradient_error"]);
     let shown: Vec<&str> =
-        names.into_iter().filter(|name| runs.iter().any(|(_, numbers, _)| numbers.contains_key(*name))).collect();
+        names.filter(|name| runs.iter().any(|(_, numbers, _)| numbers.contains_key(*name))).collect();
     let cell = |numbers: &Numbers, name: &str| numbers.get(name).map_or(String::new(), |&value| digits(value));
     let rows = runs.iter().map(|(run, numbers, seconds)| {
         let mut row = vec![run.name.clone()];
