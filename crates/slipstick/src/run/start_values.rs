@@ -70,10 +70,8 @@ impl StartValuesFile {
             return Err(damaged("is missing, which the checkpoint needs"));
         }
         let open = || fs::File::open(&path).map_err(RunError::read(&path));
-        if ranks.rank() == 0 {
-            if hash_of(open()?).map_err(RunError::read(&path))? != self.sha256 {
-                return Err(damaged("is not the file that the checkpoint names"));
-            }
+        if ranks.rank() == 0 && hash_of(open()?).map_err(RunError::read(&path))? != self.sha256 {
+            return Err(damaged("is not the file that the checkpoint names"));
         }
         decode(open()?, ranks).ok_or_else(|| damaged("holds no start values of this version"))
     }
