@@ -275,6 +275,41 @@ fn children(process: u32) -> Vec<u32> {
     all.filter(|&id| parent(id) == Some(process)).collect()
 }
 
+/// The first rank alone cannot write, in the middle of an optimization: it says so, and all end.
+#[test]
+fn a_file_that_cannot_be_written_ends_all_ranks() {
+    let place = tempfile::tempdir().expect("a directory");
+    let case = case(place.path(), "{ lagrange = {} }");
+    let out = place.path().join("out");
+    let Some(mut run) = slipstick(Some(2)) else { return };
+    run.arg("optimize").arg(&case).args(["--iterations", "60"]).arg("--out").arg(&out);
+    let running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
+    let begin = Instant::now();
+    while fs::read_to_string(out.join("history.csv")).map_or(0, |table| table.lines().count()) < 3 {
+        assert!(begin.elapsed() < Duration::from_secs(300));
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    // no file can take the place of a directory
+    let table = out.join("design.csv");
+    while !table.is_dir() {
+        let _ = fs::remove_file(&table).and_then(|()| fs::create_dir(&table));
+    }
+    let blocked = Instant::now();
+    let mut running = running;
+    while running.try_wait().expect("a state").is_none() {
+        if blocked.elapsed() > Duration::from_secs(90) {
+            children(running.id()).iter().for_each(|rank| {
+                let _ = Command::new("kill").args(["-KILL", &rank.to_string()]).status();
+            });
+            panic!("the ranks wait for ever");
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let output = running.wait_with_output().expect("an end");
+    let told = text(&output.stderr);
+    assert!(!output.status.success() && told.matches("error: ").count() == 1 && told.contains("design.csv"), "{told}");
+}
+
 /// All ranks are told to end, as by a batch system: they do, what is finished is kept, and another number of ranks goes on.
 #[test]
 fn a_run_that_is_told_to_end_is_resumed_on_other_ranks() {

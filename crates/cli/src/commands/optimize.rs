@@ -33,13 +33,23 @@ pub fn run(context: &Context, args: &Optimize) -> Outcome {
         optimization.set_iterations(iterations.get());
     }
     let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "optimize"))? else {
-        return follow(context, &setup.resolved, &mut optimization);
+        let outcome = follow(context, &setup.resolved, &mut optimization);
+        return ended(context, optimization, outcome);
     };
     let state = optimization.state.clone();
     let hash = run.case_sha256().to_owned();
     let checkpoint = Checkpoint::new(hash, optimization.iterations(), Vec::new(), state);
     let outcome = drive(context, &setup.resolved, &mut optimization, &run, checkpoint);
-    run.end(outcome)
+    run.end(ended(context, optimization, outcome))
+}
+
+/// Hands the outcome on. Of a run that failed on several ranks, factors are left as they are: PETSc frees them on all ranks
+/// together, and a rank that failed alone would wait for the others for ever.
+pub fn ended(context: &Context, optimization: Optimization, outcome: Outcome) -> Outcome {
+    if outcome.is_err() && context.parallel.size() > 1 {
+        std::mem::forget(optimization);
+    }
+    outcome
 }
 
 /// An optimization of a built case at its start.

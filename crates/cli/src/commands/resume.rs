@@ -2,7 +2,7 @@
 
 use slipstick::run::{Checkpoint, ExitState, RunDirectory, RunError, RunRecord, sha256};
 
-use super::optimize::{SECTIONS, drive, follow, start};
+use super::optimize::{SECTIONS, drive, ended, follow, start};
 use crate::args::Resume;
 use crate::failure::Failure;
 use crate::setup::{Run, prepare};
@@ -55,7 +55,10 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     optimization.state = checkpoint.state.clone();
     let directory = directory.in_pieces(setup.resolved.case.output.pieces);
     let begun = parallel.first(|| Run::take_up(context, directory, record, setup.threads))?;
-    let Some(run) = begun else { return follow(context, &setup.resolved, &mut optimization) };
+    let Some(run) = begun else {
+        let outcome = follow(context, &setup.resolved, &mut optimization);
+        return ended(context, optimization, outcome);
+    };
     let outcome = drive(context, &setup.resolved, &mut optimization, &run, checkpoint);
-    run.end(outcome)
+    run.end(ended(context, optimization, outcome))
 }

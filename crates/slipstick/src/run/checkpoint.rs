@@ -89,7 +89,12 @@ impl Checkpoint {
             return Err(damaged(run, "`start_values` does not fit the case and the number of updates".into()));
         }
         let ranks = optimization.problem.analysis.linear.ranks();
-        let guide = self.start_values.as_ref().map(|file| file.read(run, ranks)).transpose()?;
+        let guide = self.start_values.as_ref().map(|file| file.read(run, ranks)).transpose();
+        let elsewhere = ranks.any(guide.is_err()) && guide.is_ok();
+        let guide = guide?;
+        if elsewhere {
+            return Err(damaged(run, "names start values that another rank could not read".into()));
+        }
         optimization.state = self.state.clone();
         optimization.problem.analysis.guide = guide;
         Ok(())
