@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # How far designs on several ranks agree with those of the default solvers: ten iterations of the coarse examples, and the
 # gradient at the design that they lead to, each tried solver against the first. Puts its table into docs/cluster.md. Needs PETSc
-# and mpirun; twenty minutes on two idle cores.
+# and mpirun. (Violations of the clutch's contact conditions stall at 2e-10, so 1e-9 is asked of them.)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

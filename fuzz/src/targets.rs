@@ -9,10 +9,13 @@ use slipstick::case::{Resolved, parse_case_with, utf8};
 use slipstick::check::{bytes_to_build, inspect};
 use slipstick::optimize::{Optimization, OptimizationState};
 use slipstick::run::{Checkpoint, RunDirectory, StartValuesFile, read_density, sha256};
-use slipstick_linalg::{Alone, Ranks};
+use slipstick_linalg::Alone;
 use slipstick_mesh::Mesh;
 use slipstick_meshio::{FileMesh, vtu as vtu_file};
 use tempfile::TempDir;
+
+#[path = "../../crates/linalg/tests/common/thread_ranks.rs"]
+mod thread_ranks;
 
 /// The mesh file that every name in a fuzzed case stands for.
 const MESH: &[u8] = include_bytes!("../../crates/meshio/tests/data/gmsh_41_ascii.msh");
@@ -174,41 +177,13 @@ fn next_update(state: &mut OptimizationState) {
     }
 }
 
-/// The second of two ranks, which reads its part and says nothing.
-#[derive(Debug)]
-struct Second;
-
-impl Ranks for Second {
-    fn rank(&self) -> usize {
-        1
-    }
-
-    fn size(&self) -> usize {
-        2
-    }
-
-    fn sum(&self, _values: &mut [f64]) {}
-
-    fn any(&self, here: bool) -> bool {
-        here
-    }
-
-    fn gather(&self, message: &[u8]) -> Vec<Vec<u8>> {
-        vec![message.to_vec(); 2]
-    }
-
-    fn exchange(&self, values: &[f64], _to: &[usize], _from: &[usize]) -> Vec<f64> {
-        values.to_vec()
-    }
-}
-
 /// A file of start values, under its right hash.
 pub fn start_values(data: &[u8]) {
     let run = &small().run;
     stored(run.path(), "start_values_0.bin", data);
     let name = serde_json::json!({ "file": "start_values_0.bin", "sha256": sha256(data) });
     let file: StartValuesFile = serde_json::from_value(name).expect("a name");
-    let _ = file.read(run, &Second);
+    thread_ranks::on_ranks(2, |rank| drop(file.read(run, &rank)));
     if let Ok(guide) = file.read(run, &Alone) {
         assert!(guide.length() > 0 && data.len() > 4 * guide.length() * guide.times().len());
     }

@@ -6,7 +6,7 @@ mod mpirun;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use slipstick::output::read_fields;
@@ -265,6 +265,15 @@ fn meshes_are_written_in_pieces() {
     assert_eq!(pieces.count(), 0);
 }
 
+/// Waits until so many iterations of an optimization are in its table.
+fn wait_for_iterations(count: usize, out: &Path, running: &mut Child) {
+    let begin = Instant::now();
+    while fs::read_to_string(out.join("history.csv")).map_or(0, |table| table.lines().count()) <= count {
+        assert!(begin.elapsed() < Duration::from_secs(300) && running.try_wait().expect("a state").is_none());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
 /// Processes that a process has started.
 fn children(process: u32) -> Vec<u32> {
     let parent = |id: u32| {
@@ -283,19 +292,14 @@ fn a_file_that_cannot_be_written_ends_all_ranks() {
     let out = place.path().join("out");
     let Some(mut run) = slipstick(Some(2)) else { return };
     run.arg("optimize").arg(&case).args(["--iterations", "60"]).arg("--out").arg(&out);
-    let running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
-    let begin = Instant::now();
-    while fs::read_to_string(out.join("history.csv")).map_or(0, |table| table.lines().count()) < 3 {
-        assert!(begin.elapsed() < Duration::from_secs(300));
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let mut running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
+    wait_for_iterations(2, &out, &mut running);
     // no file can take the place of a directory
     let table = out.join("design.csv");
     while !table.is_dir() {
         let _ = fs::remove_file(&table).and_then(|()| fs::create_dir(&table));
     }
     let blocked = Instant::now();
-    let mut running = running;
     while running.try_wait().expect("a state").is_none() {
         if blocked.elapsed() > Duration::from_secs(90) {
             children(running.id()).iter().for_each(|rank| {
@@ -318,13 +322,8 @@ fn a_run_that_is_told_to_end_is_resumed_on_other_ranks() {
     let (out, whole) = (place.path().join("out"), place.path().join("whole"));
     let Some(mut run) = slipstick(Some(2)) else { return };
     run.arg("optimize").arg(&case).args(["--iterations", "6"]).arg("--out").arg(&out);
-    let running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
-    let begin = Instant::now();
-    let rows = || fs::read_to_string(out.join("history.csv")).map_or(0, |table| table.lines().count());
-    while rows() < 3 {
-        assert!(begin.elapsed() < Duration::from_secs(300));
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let mut running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
+    wait_for_iterations(2, &out, &mut running);
     for rank in children(running.id()) {
         assert!(Command::new("kill").args(["-TERM", &rank.to_string()]).status().expect("kill").success());
     }
@@ -348,12 +347,7 @@ fn a_killed_rank_ends_the_run_and_another_number_goes_on() {
     let Some(mut run) = slipstick(Some(2)) else { return };
     run.arg("optimize").arg(&case).arg("--out").arg(&out);
     let mut running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
-    let begin = Instant::now();
-    let rows = || fs::read_to_string(out.join("history.csv")).map_or(0, |table| table.lines().count());
-    while rows() < 4 {
-        assert!(begin.elapsed() < Duration::from_secs(300) && running.try_wait().expect("a state").is_none());
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for_iterations(3, &out, &mut running);
     let ranks = children(running.id());
     assert_eq!(ranks.len(), 2, "{ranks:?}");
     let last = ranks.iter().max().expect("two").to_string();

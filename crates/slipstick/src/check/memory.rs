@@ -54,7 +54,7 @@ pub struct RankMemory {
     /// Of reference geometry, tangent, path and the filter's lists, of which each rank has a part; and what building leaves.
     /// \[bytes\]
     divided: f64,
-    /// Of mesh, states and program, which each rank has whole. \[bytes\]
+    /// Of mesh, the state of a step and program, which each rank has whole. \[bytes\]
     whole: f64,
     /// Of factors in double precision, in the order of METIS. \[bytes\]
     factors: f64,
