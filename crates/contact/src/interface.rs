@@ -1,9 +1,10 @@
 //! A contact interface: slave and master surface, and the evaluation of all its nodes.
 
 use crate::kinematics::cell_rule::CellPoint;
-use crate::kinematics::coupling::FacetCoupling;
+use crate::kinematics::coupling::{FacetCoupling, Settings};
 use crate::kinematics::frame::RingCorner;
 use crate::kinematics::{CellRule, MultiplierShape, NodeKinematics};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_mesh::{FacetNodes, FacetTree};
 
@@ -42,7 +43,8 @@ fn list(nodes: &FacetNodes) -> String {
     numbers.join(", ")
 }
 
-/// A slave node and the slave facets around it.
+/// A slave node and the slave facets around it. At an edge sharper than the feature angle there is one for each of the smooth
+/// patches that meet there, with the facets of that patch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SlaveNode {
     /// Global node number.
@@ -57,6 +59,23 @@ pub struct SlaveNode {
     pub facets: Vec<(u32, u8)>,
     /// Coordinate axes that stand across a symmetry plane through the node.
     pub mirrored: [bool; 3],
+    /// The node lies on a sharp edge, and these are the facets of one patch: the frame takes the master's normal.
+    pub sharp: bool,
+}
+
+/// How an interface is discretized.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InterfaceOptions {
+    /// Shape functions of the multipliers.
+    pub shape: MultiplierShape,
+    /// Integration rule of the mortar cells.
+    pub rule: CellRule,
+    /// Distance along the slave normal within which facets are coupled at all; it must exceed the largest relative motion
+    /// of one step, and stay below the bodies' thickness. \[L\]
+    pub reach: f64,
+    /// Angle between the normals of neighbouring slave facets above which the edge between them is sharp, in the reference
+    /// configuration. \[rad\]
+    pub feature_angle: f64,
 }
 
 /// Slave and master surface with what the mortar integrals need; geometry is passed at evaluation.
@@ -65,6 +84,8 @@ pub struct ContactInterface {
     slave_facets: Vec<FacetNodes>,
     master_facets: Vec<FacetNodes>,
     slave_nodes: Vec<SlaveNode>,
+    /// Which corners of each slave facet lie on a sharp edge.
+    sharp: Vec<[bool; 4]>,
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
     reach: f64,
@@ -77,10 +98,7 @@ pub struct ContactInterface {
 
 impl ContactInterface {
     /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise from outside), triangles
-    /// and quadrilaterals in any mixture.
-    ///
-    /// `reach` is the distance along the slave normal within which facets are coupled at all; it must exceed the
-    /// largest relative motion of one step, and stay below the bodies' thickness. \[L\]
+    /// and quadrilaterals in any mixture, at the reference `coordinates` (3 per node).
     ///
     /// # Errors
     /// Empty surfaces and nodes that lie on both.
@@ -88,20 +106,23 @@ impl ContactInterface {
         slave_facets: Vec<FacetNodes>,
         master_facets: Vec<FacetNodes>,
         coordinates: &[f64],
-        shape: MultiplierShape,
-        rule: CellRule,
-        reach: f64,
+        options: InterfaceOptions,
     ) -> Result<Self, InterfaceError> {
         for (facets, side) in [(&slave_facets, "slave"), (&master_facets, "master")] {
             if facets.is_empty() {
                 return Err(InterfaceError::Empty { side });
             }
         }
-        let slave_nodes = slave_topology(&slave_facets);
+        let InterfaceOptions { shape, rule, reach, feature_angle } = options;
+        let slave_nodes = slave_topology(&slave_facets, coordinates, feature_angle);
         let mut master: Vec<u32> = master_facets.iter().flatten().copied().collect();
         master.sort_unstable();
         if let Some(shared) = slave_nodes.iter().find(|s| master.binary_search(&s.node).is_ok()) {
             return Err(InterfaceError::SharedNode { node: shared.node });
+        }
+        let mut sharp = vec![[false; 4]; slave_facets.len()];
+        for (facet, corner) in slave_nodes.iter().filter(|slave| slave.sharp).flat_map(|slave| &slave.facets) {
+            sharp[*facet as usize][usize::from(*corner)] = true;
         }
         let tree = FacetTree::build(&master_facets, coordinates);
         let couplings = vec![FacetCoupling::default(); slave_facets.len()];
@@ -110,6 +131,7 @@ impl ContactInterface {
             slave_facets,
             master_facets,
             slave_nodes,
+            sharp,
             shape,
             rule: rule.points(),
             reach,
@@ -136,7 +158,8 @@ impl ContactInterface {
         self
     }
 
-    /// The slave nodes, ascending by global number: the order of all nodal contact quantities.
+    /// The slave nodes, ascending by global number, and patch after patch at sharp edges: the order of all nodal contact
+    /// quantities.
     pub fn slave_nodes(&self) -> &[SlaveNode] {
         &self.slave_nodes
     }
@@ -171,20 +194,21 @@ impl ContactInterface {
     ) -> Result<(), InterfaceError> {
         self.tree.refit(x);
         let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
-        let Self { slave_facets, master_facets, shape, rule, reach, tree, couplings, evaluated_facets, .. } = self;
-        let (tree, rule, masters) = (&*tree, &*rule, &*master_facets);
-        let facets = couplings.par_iter_mut().zip(&*slave_facets).zip(&*evaluated_facets);
-        let folded = facets.map_init(Vec::new, |hits, ((coupling, facet), &evaluated)| {
+        let Self { slave_facets, master_facets, sharp, rule, tree, couplings, evaluated_facets, .. } = self;
+        let settings = Settings { x, rule, shape: self.shape, reach: self.reach, with_gradient };
+        let (tree, masters) = (&*tree, &*master_facets);
+        let facets = couplings.par_iter_mut().zip(&*slave_facets).zip(&*sharp).zip(&*evaluated_facets);
+        let folded = facets.map_init(Vec::new, |hits, (((coupling, facet), sharp), &evaluated)| {
             if !evaluated {
                 return Ok(());
             }
             let (centre, radius) = sphere(facet, x);
             // encloses every master facet that FacetCoupling may accept
-            let margin = *reach + radius + 2.0 * largest;
+            let margin = settings.reach + radius + 2.0 * largest;
             hits.clear();
             tree.query(centre.map(|c| c - margin), centre.map(|c| c + margin), hits);
             let candidates = hits.iter().map(|&h| masters[h as usize]);
-            coupling.evaluate(facet, candidates, x, rule, *shape, *reach, with_gradient)
+            coupling.evaluate(facet, *sharp, candidates, settings)
         });
         // the first in the order of the facets, whichever thread comes first
         let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
@@ -221,31 +245,106 @@ fn sphere(facet: &FacetNodes, x: &[f64]) -> ([f64; 3], f64) {
     (centre, radius)
 }
 
-fn slave_topology(facets: &[FacetNodes]) -> Vec<SlaveNode> {
+fn slave_topology(facets: &[FacetNodes], coordinates: &[f64], feature_angle: f64) -> Vec<SlaveNode> {
     let mut around: std::collections::BTreeMap<u32, Vec<(u32, u8)>> = std::collections::BTreeMap::new();
     for (f, facet) in facets.iter().enumerate() {
         for (corner, &node) in facet.iter().enumerate() {
             around.entry(node).or_default().push((f as u32, corner as u8));
         }
     }
-    around
-        .into_iter()
-        .map(|(node, touching)| {
-            let mut ring: Vec<u32> = touching.iter().flat_map(|&(f, _)| &facets[f as usize]).copied().collect();
-            ring.sort_unstable();
-            ring.dedup();
-            let at = |n: u32| ring.binary_search(&n).expect("the ring holds its facets' corners");
-            let corners: Vec<RingCorner> = touching
-                .iter()
-                .map(|&(f, c)| {
-                    let (facet, c) = (&facets[f as usize], usize::from(c));
-                    let (next, previous) = ((c + 1) % facet.len(), (c + facet.len() - 1) % facet.len());
-                    RingCorner { own: at(node), next: at(facet[next]), previous: at(facet[previous]) }
-                })
-                .collect();
-            // an edge along a quadrilateral's own ξ direction: leaving corners 0 and 2, arriving at 1 and 3
-            let edge = if touching[0].1 % 2 == 0 { corners[0].next } else { corners[0].previous };
-            SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3] }
+    let normals: Vec<Vector3<f64>> = facets.iter().map(|facet| normal(facet, coordinates)).collect();
+    let entry = |(node, touching): (u32, Vec<(u32, u8)>)| {
+        let patches = patches(touching, &normals, feature_angle);
+        let sharp = patches.len() > 1;
+        patches.into_iter().map(move |patch| slave_node(node, patch, facets, sharp)).collect::<Vec<_>>()
+    };
+    around.into_iter().flat_map(entry).collect()
+}
+
+/// A node with the facets of one patch around it.
+fn slave_node(node: u32, touching: Vec<(u32, u8)>, facets: &[FacetNodes], sharp: bool) -> SlaveNode {
+    let mut ring: Vec<u32> = touching.iter().flat_map(|&(f, _)| &facets[f as usize]).copied().collect();
+    ring.sort_unstable();
+    ring.dedup();
+    let at = |n: u32| ring.binary_search(&n).expect("the ring holds its facets' corners");
+    let corners: Vec<RingCorner> = touching
+        .iter()
+        .map(|&(f, c)| {
+            let (facet, c) = (&facets[f as usize], usize::from(c));
+            let (next, previous) = ((c + 1) % facet.len(), (c + facet.len() - 1) % facet.len());
+            RingCorner { own: at(node), next: at(facet[next]), previous: at(facet[previous]) }
         })
-        .collect()
+        .collect();
+    // an edge along a quadrilateral's own ξ direction: leaving corners 0 and 2, arriving at 1 and 3
+    let edge = if touching[0].1 % 2 == 0 { corners[0].next } else { corners[0].previous };
+    SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3], sharp }
+}
+
+/// Divides the facets around a node into patches: facets whose normals differ by at most the feature angle belong together,
+/// and so do their neighbours in turn.
+fn patches(facets: Vec<(u32, u8)>, normals: &[Vector3<f64>], feature_angle: f64) -> Vec<Vec<(u32, u8)>> {
+    let least = feature_angle.cos();
+    let smooth = |a: &(u32, u8), b: &(u32, u8)| {
+        let (a, b) = (normals[a.0 as usize], normals[b.0 as usize]);
+        a.dot(&b) >= least || a == Vector3::zeros() || b == Vector3::zeros()
+    };
+    let mut patches: Vec<Vec<(u32, u8)>> = Vec::new();
+    for facet in facets {
+        let (joined, apart): (Vec<_>, Vec<_>) =
+            patches.into_iter().partition(|patch| patch.iter().any(|other| smooth(other, &facet)));
+        let mut patch: Vec<(u32, u8)> = joined.into_iter().flatten().chain([facet]).collect();
+        patch.sort_unstable();
+        patches = apart;
+        patches.push(patch);
+    }
+    patches.sort_unstable();
+    patches
+}
+
+/// Unit normal of a facet at its centre; zero for a collapsed facet.
+fn normal(facet: &FacetNodes, x: &[f64]) -> Vector3<f64> {
+    let at = |corner: usize| {
+        let node = 3 * facet[corner] as usize;
+        Vector3::new(x[node], x[node + 1], x[node + 2])
+    };
+    let [a, b] = if facet.len() == 3 { [at(1) - at(0), at(2) - at(0)] } else { [at(2) - at(0), at(3) - at(1)] };
+    let cross = a.cross(&b);
+    cross.try_normalize(0.0).unwrap_or(cross)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two unit squares that share the edge of nodes 1 and 2, folded by an angle: patches meet there where it is sharper than
+    /// the feature angle, and nowhere else.
+    #[test]
+    fn nodes_at_sharp_edges_have_a_patch_for_each_side() {
+        let folded = |degrees: f64, feature: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let x = [
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 1.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [1.0 + cos, 0.0, sin],
+                [1.0 + cos, 1.0, sin],
+            ];
+            slave_topology(&[[0, 1, 2, 3].into(), [1, 4, 5, 2].into()], x.as_flattened(), f64::to_radians(feature))
+        };
+        for (degrees, feature) in [(44.0, 45.0), (-44.0, 45.0), (90.0, 91.0)] {
+            let nodes = folded(degrees, feature);
+            assert_eq!(nodes.iter().map(|slave| slave.node).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
+            assert!(nodes.iter().all(|slave| !slave.sharp));
+        }
+        for (degrees, feature) in [(46.0, 45.0), (-90.0, 45.0), (179.0, 90.0)] {
+            let nodes = folded(degrees, feature);
+            assert_eq!(nodes.iter().map(|slave| slave.node).collect::<Vec<_>>(), [0, 1, 1, 2, 2, 3, 4, 5]);
+            for slave in nodes {
+                assert_eq!(slave.sharp, [1, 2].contains(&slave.node));
+                assert_eq!(slave.facets.len(), 1);
+                assert_eq!(slave.ring.len(), 4);
+            }
+        }
+    }
 }

@@ -1,9 +1,9 @@
 //! Weighted gap, slip increment and tributary area: gradients against central differences, objectivity under any common rotation.
 
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
-use slipstick_contact::ContactInterface;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
+use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 
 const SHAPES: [MultiplierShape; 2] = [MultiplierShape::Standard, MultiplierShape::Dual];
@@ -23,9 +23,35 @@ fn mesh() -> Mesh {
     Mesh::merge(vec![slab, block]).unwrap()
 }
 
-fn interface(mesh: &Mesh, x: &[f64], shape: MultiplierShape) -> ContactInterface {
+/// A mesh, and the faces of its block that are the slave: its bottom; or a block that stands on its edge, or on a corner,
+/// with the two or three faces that meet there.
+fn scenes() -> Vec<(Mesh, &'static [&'static str])> {
+    const BOTTOM: &[&str] = &["block_ymin"];
+    const EDGE: &[&str] = &["block_ymin", "block_xmax"];
+    const CORNER: &[&str] = &["block_ymin", "block_xmax", "block_zmax"];
+    let on_edge = |axis: Vector3<f64>, degrees: f64| {
+        let mut mesh = mesh();
+        let block = mesh.bodies[1].nodes.clone();
+        let turn = Rotation3::from_axis_angle(&Unit::new_normalize(axis), f64::to_radians(degrees));
+        let corner = Vector3::new(1.25, 0.5, 1.17);
+        for x in &mut mesh.nodes[block] {
+            *x = (corner + turn * (Vector3::from(*x) - corner)).into();
+        }
+        mesh
+    };
+    let mut scenes: Vec<_> = meshes().into_iter().map(|mesh| (mesh, BOTTOM)).collect();
+    scenes.push((on_edge(Vector3::z(), -40.0), EDGE));
+    scenes.push((on_edge(Vector3::new(0.7, 0.0, -0.6), 45.0), CORNER));
+    scenes
+}
+
+/// The interface of faces of the block with the top of the slab.
+fn interface(mesh: &Mesh, slaves: &[&str], x: &[f64], shape: MultiplierShape) -> ContactInterface {
     let facets = |name: &str| mesh.surfaces[name].facets.iter().map(|f| f.nodes).collect::<Vec<_>>();
-    ContactInterface::new(facets("block_ymin"), facets("slab_ymax"), x, shape, CellRule::Seven, 1.0).unwrap()
+    let slave = slaves.iter().flat_map(|name| facets(name)).collect();
+    let feature_angle = std::f64::consts::FRAC_PI_4;
+    let options = InterfaceOptions { shape, rule: CellRule::Seven, reach: 1.0, feature_angle };
+    ContactInterface::new(slave, facets("slab_ymax"), x, options).unwrap()
 }
 
 /// Deterministic noise in [−size, size) (linear congruential generator, Knuth's MMIX constants).
@@ -73,9 +99,9 @@ fn difference(mut at: impl FnMut(f64) -> Vec<[f64; 4]>) -> Vec<[f64; 4]> {
 /// Largest deviation of any entry of any gradient, current and previous. Entries are of the size of facet areas, 0.1.
 #[test]
 fn gap_and_slip_gradients() {
-    for (mesh, shape) in meshes().into_iter().flat_map(|mesh| SHAPES.map(|shape| (mesh.clone(), shape))) {
+    for ((mesh, slaves), shape) in scenes().into_iter().flat_map(|scene| SHAPES.map(|shape| (scene.clone(), shape))) {
         let (x, x_before) = (disturbed(&mesh, 1), disturbed(&mesh, 2));
-        let mut interface = interface(&mesh, &x, shape);
+        let mut interface = interface(&mesh, slaves, &x, shape);
         let before = evaluate(&mut interface, &x_before, true);
         let now = evaluate(&mut interface, &x, true);
         let columns = x.len();
@@ -143,9 +169,9 @@ fn rotated(x: &[f64], axis: Vector3<f64>, degrees: f64) -> Vec<f64> {
 /// A common rigid motion between two steps is no slip, whatever axis and angle; spin about the contact normal included.
 #[test]
 fn slip_increment_is_objective() {
-    for (mesh, shape) in meshes().into_iter().flat_map(|mesh| SHAPES.map(|shape| (mesh.clone(), shape))) {
+    for ((mesh, slaves), shape) in scenes().into_iter().flat_map(|scene| SHAPES.map(|shape| (scene.clone(), shape))) {
         let x = disturbed(&mesh, 3);
-        let mut interface = interface(&mesh, &x, shape);
+        let mut interface = interface(&mesh, slaves, &x, shape);
         let before = evaluate(&mut interface, &x, false);
         for axis in [Vector3::y(), Vector3::x(), Vector3::new(1.0, 2.0, -0.5)] {
             for degrees in [1.0, 30.0, 90.0, 180.0] {
@@ -165,10 +191,9 @@ fn slip_increment_is_objective() {
 /// The slip between two states does not change when the second one is seen from a turned frame.
 #[test]
 fn slip_of_a_sliding_pair_turns_with_the_body() {
-    let mesh = mesh();
-    let (x_before, x) = (disturbed(&mesh, 4), disturbed(&mesh, 5));
-    for shape in SHAPES {
-        let mut interface = interface(&mesh, &x, shape);
+    for ((mesh, slaves), shape) in scenes().into_iter().flat_map(|scene| SHAPES.map(|shape| (scene.clone(), shape))) {
+        let (x_before, x) = (disturbed(&mesh, 4), disturbed(&mesh, 5));
+        let mut interface = interface(&mesh, slaves, &x, shape);
         let before = evaluate(&mut interface, &x_before, false);
         let straight = measures(&evaluate(&mut interface, &x, false), &before, &x);
         let turned = rotated(&x, Vector3::new(0.4, 1.0, 0.2), 70.0);

@@ -2,9 +2,9 @@
 //! shared source), standard and dual shapes.
 
 use serde_json::Value;
-use slipstick_contact::ContactInterface;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
+use slipstick_contact::{ContactInterface, InterfaceOptions};
 
 /// The reference divides overlaps at the mean of their vertices, slipstick at the centroid: on these distorted facets the
 /// 7-point rule then differs by up to 4e-11. With the mean of the vertices here too, it is 1e-16.
@@ -49,7 +49,9 @@ fn configuration() -> Configuration {
 
 fn evaluate(at: &Configuration, x: &[f64], shape: MultiplierShape, gradient: bool) -> Vec<NodeKinematics> {
     let (slave, master) = (facets(&at.data["slave_facets"]), facets(&at.data["master_facets"]));
-    let mut interface = ContactInterface::new(slave, master, x, shape, CellRule::Seven, 1.0).unwrap();
+    let feature_angle = std::f64::consts::FRAC_PI_4;
+    let options = InterfaceOptions { shape, rule: CellRule::Seven, reach: 1.0, feature_angle };
+    let mut interface = ContactInterface::new(slave, master, x, options).unwrap();
     let mut rows = Vec::new();
     interface.evaluate(x, gradient, &mut rows).unwrap();
     rows

@@ -141,19 +141,42 @@ pub fn facet_area_vector(corners: &FacetCorners) -> [f64; 3] {
 
 /// Area ∫ dA of a facet, of a bilinear one with 2×2 Gauss points: exact when plane and convex. \[L²\]
 pub fn facet_area(corners: &FacetCorners) -> f64 {
-    let FacetCorners::Quadrilateral([x0, x1, x2, x3]) = *corners else { return norm(facet_area_vector(corners)) };
-    let mut area = 0.0;
-    for eta in [-GAUSS, GAUSS] {
-        for xi in [-GAUSS, GAUSS] {
-            let blend = |a: [f64; 3], b: [f64; 3], t: f64| -> [f64; 3] {
-                std::array::from_fn(|c| 0.25 * ((1.0 - t) * a[c] + (1.0 + t) * b[c]))
-            };
-            let along_xi = blend(subtract(x1, x0), subtract(x2, x3), eta);
-            let along_eta = blend(subtract(x3, x0), subtract(x2, x1), xi);
-            area += norm(cross(along_xi, along_eta));
+    match corners {
+        FacetCorners::Triangle(_) => norm(facet_area_vector(corners)),
+        FacetCorners::Quadrilateral(corners) => area_elements(corners).map(|(_, element)| element).iter().sum(),
+    }
+}
+
+/// Areas ∫ N_k dA of a facet's corners, which add up to [`facet_area`]; the fourth of a triangle is 0. \[L²\]
+///
+/// Test: `corner_areas_by_hand`.
+pub fn facet_corner_areas(corners: &FacetCorners) -> [f64; 4] {
+    let quadrilateral = match corners {
+        FacetCorners::Triangle(_) => {
+            let third = facet_area(corners) / 3.0;
+            return [third, third, third, 0.0];
+        }
+        FacetCorners::Quadrilateral(corners) => corners,
+    };
+    let mut areas = [0.0; 4];
+    for ([xi, eta], element) in area_elements(quadrilateral) {
+        for (area, [cx, cy]) in areas.iter_mut().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) {
+            *area += 0.25 * (1.0 + cx * xi) * (1.0 + cy * eta) * element;
         }
     }
-    area
+    areas
+}
+
+/// Gauss points of a bilinear facet and the area elements there.
+fn area_elements([x0, x1, x2, x3]: &[[f64; 3]; 4]) -> [([f64; 2], f64); 4] {
+    let blend = |a: [f64; 3], b: [f64; 3], t: f64| -> [f64; 3] {
+        std::array::from_fn(|c| 0.25 * ((1.0 - t) * a[c] + (1.0 + t) * b[c]))
+    };
+    [[-GAUSS, -GAUSS], [GAUSS, -GAUSS], [-GAUSS, GAUSS], [GAUSS, GAUSS]].map(|[xi, eta]| {
+        let along_xi = blend(subtract(*x1, *x0), subtract(*x2, *x3), eta);
+        let along_eta = blend(subtract(*x3, *x0), subtract(*x2, *x1), xi);
+        ([xi, eta], norm(cross(along_xi, along_eta)))
+    })
 }
 
 impl Mesh {

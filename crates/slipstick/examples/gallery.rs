@@ -60,7 +60,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let limit = optimization.volume_limit();
     let problem = &mut optimization.problem;
     let contact = problem.analysis.model.contact_results(&before.state, &last.state)?;
-    let pressure: Vec<(u32, f64)> = contact.iter().map(|at| (at.node, at.traction[0])).collect();
+    let pressure: Vec<(u32, f64)> =
+        contact.nodes.iter().map(|at| (at.node, contact.pressure[at.node as usize])).collect();
     let displacement = &last.state.unknowns[..3 * problem.mesh.nodes.len()];
     let outcome = Outcome { mesh: &problem.mesh, density: &density, displacement, pressure: &pressure };
 

@@ -4,35 +4,11 @@ mod chain;
 
 use crate::model::{ContactModel, Parameter};
 use chain::{Adapter, Forces};
-use slipstick_contact::friction::Status;
 use slipstick_design::objective::{Objective, StateView, WrongDerivative, check_derivatives};
 use slipstick_path::{
     Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, StateError,
     SweepError, SweepOptions, Timings, march, sweep,
 };
-
-/// Contact results of a slave node.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NodalContact {
-    /// Global node number.
-    pub node: u32,
-    /// Open, stick or slip.
-    pub status: Status,
-    /// Multiplier ζ = (normal, ξ, η) in the node's frame, minus the slave traction; normal ≥ 0 in compression. \[F/L²\]
-    pub traction: [f64; 3],
-    /// The multiplier as a vector z. \[F/L²\]
-    pub global_traction: [f64; 3],
-    /// Weighted gap over tributary area, ≥ 0 open; `None` where nothing lies opposite. \[L\]
-    pub gap: Option<f64>,
-    /// Weighted gap g̃. \[L³\]
-    pub weighted_gap: f64,
-    /// Weighted slip increment ũ_τ of the last (sub-)step. \[L³\]
-    pub weighted_slip: [f64; 2],
-    /// Slip increment over tributary area. \[L\]
-    pub slip: [f64; 2],
-    /// Tributary area of the overlap. \[L²\]
-    pub area: f64,
-}
 
 /// A forward analysis with the objective's value.
 #[derive(Debug, Clone)]

@@ -15,7 +15,7 @@ use crate::model::{
     ModelInterface, Share, Uzawa,
 };
 use mesh::nodes_of;
-use slipstick_contact::ContactInterface;
+use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, ObservedSteps, Weighted};
@@ -262,11 +262,13 @@ fn build_interfaces(
             let message = format!("there is no rule with {} points", contact.cell_rule);
             BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
         })?;
-        let interface = ContactInterface::new(slave, master, coordinates, shape, rule, reach)
+        let feature_angle = contact.feature_angle.to_radians();
+        let options = InterfaceOptions { shape, rule, reach, feature_angle };
+        let interface = ContactInterface::new(slave, master, coordinates, options)
             .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?
             .with_symmetry(|node| mirrored[node as usize]);
         for slave in interface.slave_nodes() {
-            if let Some(first) = slaves_so_far.insert(slave.node, i) {
+            if let Some(first) = slaves_so_far.insert(slave.node, i).filter(|&first| first != i) {
                 let message = format!("node {} is a slave of contact[{first}] too", slave.node);
                 return Err(BuildError::new(
                     format!("contact[{i}].slave"),
@@ -278,6 +280,7 @@ fn build_interfaces(
         interfaces.push(ModelInterface {
             interface,
             friction: contact.friction,
+            edge_cover: contact.edge_cover,
             enforcement: given(&contact.enforcement),
         });
     }
@@ -320,6 +323,7 @@ fn given(enforcement: &case::Enforcement) -> Enforcement {
     };
     let scaling = match scaling {
         case::PenaltyScaling::Area => StiffnessScaling::Area,
+        case::PenaltyScaling::ReferenceArea => StiffnessScaling::ReferenceArea,
         case::PenaltyScaling::Weighted => StiffnessScaling::Weighted,
     };
     let stiffness = match stiffness {
@@ -355,6 +359,13 @@ fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, 
     Ok(Some(variables))
 }
 
+/// Slave nodes, each once: nodes on sharp edges have several mortar rows.
+fn slaves(model: &ContactModel) -> Vec<u32> {
+    let mut nodes = model.slave_nodes();
+    nodes.dedup();
+    nodes
+}
+
 fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Option<Box<dyn Objective>>, BuildError> {
     let Some(objective) = &case.objective else {
         return Ok(None);
@@ -372,7 +383,7 @@ fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Op
     let objective: Box<dyn Objective> = match objective {
         case::Objective::Compliance { .. } => Box::new(Compliance::new(steps)),
         case::Objective::ContactForce { .. } => Box::new(
-            ContactForce::new(model.slave_nodes(), nodes, steps, 0.0)
+            ContactForce::new(slaves(model), nodes, steps, 0.0)
                 .map_err(fail)?
                 .without_reactions(model.prescribed().fixed()),
         ),

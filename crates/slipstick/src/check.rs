@@ -259,7 +259,7 @@ fn held_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: 
 
 fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Result<Vec<ContactSummary>, StateError> {
     let rest = problem.analysis.model.rest();
-    let found = problem.analysis.model.contact_results(&rest, &rest)?;
+    let found = problem.analysis.model.contact_results(&rest, &rest)?.nodes;
     let mut start = 0;
     let mut summaries = Vec::new();
     for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model.interfaces()).enumerate() {

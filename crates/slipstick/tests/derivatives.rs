@@ -139,7 +139,7 @@ impl Generic {
     fn measures(&mut self, y: &[f64]) -> Vec<NodeMeasures> {
         let (previous, state) = (self.previous.clone(), StepState { unknowns: y.to_vec(), history: vec![] });
         let model = &mut self.problem.analysis.model;
-        let nodes = model.contact_results(&previous, &state).unwrap().len();
+        let nodes = model.contact_results(&previous, &state).unwrap().nodes.len();
         (0..nodes).map(|j| model.measures(j)).collect()
     }
 

@@ -144,7 +144,7 @@ fn forces_balance() {
             let density = random_density(&problem, 21);
             let run = forward(&mut problem, &density);
             let contact = contact_path(&mut problem, &run).pop().unwrap();
-            let by_traction: Vector3<f64> = contact.iter().map(|c| Vector3::from(c.global_traction) * c.area).sum();
+            let by_traction: Vector3<f64> = contact.iter().map(|c| Vector3::from(c.global_multiplier) * c.covered_area).sum();
             let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];
             let mut force = vec![0.0; d.len()];
             problem.analysis.model.internal_force(d, &mut force).unwrap();
@@ -204,7 +204,7 @@ fn pairs_of_other_bodies_and_methods_change_nothing() {
         let mut problem = problem(text);
         let density = problem.initial_density.clone();
         let run = forward(&mut problem, &density);
-        contact_path(&mut problem, &run).iter().flatten().flat_map(|node| node.global_traction).collect()
+        contact_path(&mut problem, &run).iter().flatten().flat_map(|node| node.global_multiplier).collect()
     };
     let all = tractions(&together);
     let separate: Vec<Vec<f64>> = alone.iter().map(|text| tractions(text)).collect();

@@ -172,14 +172,14 @@ fn check(name: &str, problem: &mut Problem, lateral: [f64; 2], axial: [f64; 2], 
     let last = run.path.states.last().unwrap().state.clone();
     let strain = check_uniform(&problem.mesh, &last.unknowns, lateral, axial);
     let contact = contact_path(problem, &run).pop().unwrap();
-    let traction = contact.iter().map(|c| (c.traction[0] / pressure - 1.0).abs()).fold(0.0, f64::max);
+    let traction = contact.iter().map(|c| (c.multiplier[0] / pressure - 1.0).abs()).fold(0.0, f64::max);
     println!("{name}: F off by {strain:.1e}, pressure {pressure:.6} by {traction:.1e}");
     assert!(strain < 1e-10, "{name}: F off by {strain:e}");
     assert!(traction < 1e-10, "{name}: pressure off by {traction:e}");
     for node in contact {
         assert_ne!(node.status, Status::Inactive);
         assert!(node.gap.unwrap().abs() < 1e-11, "{name}: gap {:?}", node.gap);
-        assert!(node.traction[1].hypot(node.traction[2]) < 1e-10 * pressure, "{name}: {:?}", node.traction);
+        assert!(node.multiplier[1].hypot(node.multiplier[2]) < 1e-10 * pressure, "{name}: {:?}", node.multiplier);
     }
 }
 
@@ -295,7 +295,7 @@ fn an_inclined_sticking_interface_passes_shear_too() {
             let mut worst: f64 = 0.0;
             for node in contact_path(&mut problem, &run).pop().unwrap() {
                 assert_eq!(node.status, Status::Stick);
-                worst = worst.max((Vector3::from(node.global_traction) - expected).norm() / expected.norm());
+                worst = worst.max((Vector3::from(node.global_multiplier) - expected).norm() / expected.norm());
             }
             println!("inclined, {shape}, slave above {slave_above}: F off by {strain:.1e}, traction by {worst:.1e}");
             assert!(strain < 1e-10 && worst < 1e-10, "{shape} {slave_above}: {strain:e} {worst:e}");

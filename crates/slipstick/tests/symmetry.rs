@@ -133,11 +133,11 @@ fn compare(cut: Cut, enforcement: &str, supports: bool) -> Apart {
     }
     let (p, q) = (contact_path(&mut part, &a).pop().unwrap(), contact_path(&mut whole, &b).pop().unwrap());
     let expected: BTreeMap<_, _> = q.iter().map(|c| (key(whole.mesh.nodes[c.node as usize]), c)).collect();
-    let largest = q.iter().map(|c| c.traction[0]).fold(0.0, f64::max);
+    let largest = q.iter().map(|c| c.multiplier[0]).fold(0.0, f64::max);
     assert!(largest > 50.0, "pressed by {largest}");
     for c in &p {
         let e = expected[&key(part.mesh.nodes[c.node as usize])];
-        for (found, expected) in c.global_traction.iter().zip(e.global_traction) {
+        for (found, expected) in c.global_multiplier.iter().zip(e.global_multiplier) {
             apart.traction = apart.traction.max((found - expected).abs() / largest);
         }
     }

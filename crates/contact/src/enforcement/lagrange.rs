@@ -4,8 +4,9 @@
 //! C = ζ − P(ζ_n − c_n g̃, ζ_τ + c_t ũ_τ),    P(p, t) = (max(0, p), Coulomb return map of t at p)
 //! ```
 //!
-//! with g̃ replaced by g̃ + k ζ_n on slivers ([`NodeMeasures::compliance`]), has the same roots as (25), (26), the same active sets, the same adjoint, and converges more often. In the paper's
-//! product form the tangential rows are `max(μ p, ‖t‖)` times the ones here.
+//! with g̃ replaced by g̃ + k ζ_n at partly covered nodes ([`NodeMeasures::compliance`]). C has the same roots as (25), (26),
+//! the same active sets and the same adjoint, and Newton's method converges more often. In the paper's product form the
+//! tangential rows are `max(μ p, ‖t‖)` times the ones here.
 
 use super::{NodeMeasures, Stiffness};
 use crate::friction::{Status, return_map};
@@ -24,11 +25,11 @@ pub struct Complementarity {
     pub by_gap: Vector3<f64>,
     /// ∂C/∂ũ_τ. \[F/L⁵\]
     pub by_slip: Matrix3x2<f64>,
-    /// ∂C/∂A at given c_n/A, c_t/A; zero but on slivers. \[F/L⁴\]
+    /// ∂C/∂A at given c_n/A, c_t/A; zero except at partly covered nodes. \[F/L⁴\]
     pub by_area: Vector3<f64>,
     /// ∂C/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
-    /// ∂C/∂ln s with the stiffness s of a sliver; zero elsewhere. \[F/L²\]
+    /// ∂C/∂ln s with the stiffness s of a partly covered node; zero elsewhere. \[F/L²\]
     pub by_edge_stiffness: Vector3<f64>,
 }
 
@@ -58,7 +59,7 @@ pub fn complementarity(
     if !at.covered() {
         return inactive;
     }
-    let divisor = stiffness.scaling.divisor(at.area);
+    let divisor = stiffness.scaling.divisor(at);
     let (normal, along) = (stiffness.normal / divisor, stiffness.tangential / divisor);
     let (compliance, compliance_slope) = at.compliance();
     let gap = at.gap + compliance * multiplier[0];
@@ -107,6 +108,7 @@ mod tests {
             area: 1.0,
             reference_area,
             edge_stiffness: 50.0,
+            edge_cover: 0.05,
         };
         let cases = [
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 1.0), Status::Stick),
@@ -155,6 +157,7 @@ mod tests {
             area: 1.0,
             reference_area: 1.0,
             edge_stiffness: 50.0,
+            edge_cover: 0.05,
         };
         for (normal, tangential) in [(1e-3, 1.0), (1.0, 1e-2), (1e5, 1e5)] {
             let c = Stiffness { normal, tangential, ..C };

@@ -12,18 +12,22 @@ use nalgebra::Vector2;
 /// What a stiffness multiplies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StiffnessScaling {
-    /// Gap and slip divided by the node's tributary area: in F/L³, independent of the mesh.
+    /// Gap and slip divided by the node's tributary area in the current configuration: in F/L³, independent of the mesh.
     #[default]
     Area,
+    /// Gap and slip divided by the area around the node in the reference configuration, whatever part of it is covered: in
+    /// F/L³. The penalty softens as the surface shrinks, and as the other surface slides off it.
+    ReferenceArea,
     /// The weighted gap and slip themselves, as in the paper: in F/L⁵.
     Weighted,
 }
 
 impl StiffnessScaling {
-    /// What weighted measures are divided by, at a node of the given tributary area > 0.
-    pub fn divisor(self, area: f64) -> f64 {
+    /// What weighted measures are divided by at a covered node.
+    pub fn divisor(self, at: &NodeMeasures) -> f64 {
         match self {
-            Self::Area => area,
+            Self::Area => at.area,
+            Self::ReferenceArea => at.reference_area,
             Self::Weighted => 1.0,
         }
     }
@@ -60,9 +64,11 @@ pub struct NodeMeasures {
     pub area: f64,
     /// Area of the slave surface around the node in the reference configuration: what counts as a sliver. \[L²\]
     pub reference_area: f64,
-    /// Stiffness s of the contact condition on a sliver, see [`Self::compliance`]; infinite: as hard as elsewhere.
-    /// \[F/L³\]
+    /// Stiffness s of the contact condition on a partly covered node, see [`Self::compliance`]; infinite: rigid, as
+    /// elsewhere. \[F/L³\]
     pub edge_stiffness: f64,
+    /// Part χ > 0 of the reference area below which the contact condition is compliant.
+    pub edge_cover: f64,
 }
 
 impl NodeMeasures {
@@ -71,19 +77,22 @@ impl NodeMeasures {
         covered(self.area, self.reference_area)
     }
 
-    /// k(A) and dk/dA of the contact condition on a sliver, g̃ + k ζ_n = 0. \[L⁵/F\]
+    /// k(A) and dk/dA of the contact condition at a partly covered node, g̃ + k ζ_n = 0. \[L⁵/F\]
     ///
     /// A node that the other surface begins to cover would have to close its gap, on no area, by a finite force: the
-    /// solution would jump as soon as the node is covered. With k = κ A/s, κ = (1 − A/(χ A_ref))² below χ = 1/20 of the
-    /// reference area and 0 above, its force grows from zero with the area instead, like that of a penalty s.
+    /// solution would jump as soon as the node is covered. Two rigid conditions on a partly covered facet also ask more of
+    /// its displacements than the finite elements can give, and draw too much force to the edge (docs/edges.md).
+    /// With k = κ A/s, κ = (1 − A/(χ A_ref))² below the part χ of the reference area and 0 above, the node's force grows from
+    /// zero with the area, like that of a penalty s.
     ///
     /// Test: `compliance_matches_finite_differences`.
     pub fn compliance(&self) -> (f64, f64) {
-        let missing = 1.0 - self.area / (EDGE * self.reference_area);
+        let limit = self.edge_cover * self.reference_area;
+        let missing = 1.0 - self.area / limit;
         if missing <= 0.0 {
             return (0.0, 0.0);
         }
-        let slope = -2.0 * missing / (EDGE * self.reference_area);
+        let slope = -2.0 * missing / limit;
         (
             missing * missing * self.area / self.edge_stiffness,
             (missing * missing + slope * self.area) / self.edge_stiffness,
@@ -108,8 +117,7 @@ pub fn friction_share(previous_area: f64, reference_area: f64) -> (f64, f64) {
     (1.0 - missing * missing, 2.0 * missing / (EDGE * reference_area))
 }
 
-/// Part of the reference area below which a contact condition is compliant: the overlap reaches over less than about a
-/// fifth of the facets around the node.
+/// Part of the reference area that must have been covered before the step for the whole coefficient of friction to act.
 const EDGE: f64 = 0.05;
 
 /// Overlaps below this fraction of the reference area carry no contact condition.
@@ -146,6 +154,7 @@ mod tests {
             area,
             reference_area: 2.0,
             edge_stiffness: 300.0,
+            edge_cover: 0.05,
         };
         let k = |area: f64| at(area).compliance().0;
         for area in [1e-6, 0.01, 0.05, 0.0999, 0.1, 0.1001, 1.0] {

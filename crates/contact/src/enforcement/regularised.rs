@@ -4,7 +4,7 @@
 //! ζ_n = max(0, ẑ_n − ε_n g̃),    trial = ẑ_τ + ε_τ ũ_τ,    ζ_τ = return map (stick: trial, slip: μ ζ_n trial/‖trial‖)
 //! ```
 //!
-//! On a sliver the augmented Lagrangian has ζ_n = max(0, ẑ_n − ε_n (g̃ + k ζ_n)), [`NodeMeasures::compliance`].
+//! At a partly covered node the augmented Lagrangian has ζ_n = max(0, ẑ_n − ε_n (g̃ + k ζ_n)), [`NodeMeasures::compliance`].
 //! Penalty, compliant anyway, is ẑ = (0, h) with the history h of the last step; the augmented Lagrangian repeats with ẑ ← ζ.
 
 use super::{NodeMeasures, Stiffness, StiffnessScaling};
@@ -22,7 +22,7 @@ pub struct Traction {
     pub by_gap: Vector3<f64>,
     /// ∂ζ/∂ũ_τ.
     pub by_slip: Matrix3x2<f64>,
-    /// ∂ζ/∂A (zero with weighted scaling).
+    /// ∂ζ/∂A (zero unless the stiffness multiplies measures over it).
     pub by_area: Vector3<f64>,
     /// ∂ζ/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
@@ -49,10 +49,10 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
     if !at.covered() {
         return open;
     }
-    let divisor = stiffness.scaling.divisor(at.area);
+    let divisor = stiffness.scaling.divisor(at);
     let area_slope = match stiffness.scaling {
         StiffnessScaling::Area => 1.0 / at.area,
-        StiffnessScaling::Weighted => 0.0,
+        StiffnessScaling::ReferenceArea | StiffnessScaling::Weighted => 0.0,
     };
     let (normal, tangential) = (stiffness.normal / divisor, stiffness.tangential / divisor);
     let (compliance, compliance_slope) = at.compliance();
@@ -106,17 +106,18 @@ mod tests {
                 area: 0.7,
                 reference_area,
                 edge_stiffness: 25.0,
+                edge_cover: 0.05,
             }
         };
         let (at, sliver) = (of(1.0), of(30.0));
-        for scaling in [StiffnessScaling::Area, StiffnessScaling::Weighted] {
+        for scaling in [StiffnessScaling::Area, StiffnessScaling::ReferenceArea, StiffnessScaling::Weighted] {
             let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
             for (z, m, status) in [
                 (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.001, 0.004]), Status::Stick),
                 (Vector3::new(0.5, 0.05, 0.02), at(-0.1, [0.2, 0.1]), Status::Slip),
                 (Vector3::new(0.5, 0.05, 0.02), at(0.1, [0.2, 0.1]), Status::Inactive),
                 (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [0.001, 0.004]), Status::Stick),
-                (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [0.2, 0.1]), Status::Slip),
+                (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [6.0, 3.0]), Status::Slip),
             ] {
                 let f = |z: Vector3<f64>, m: NodeMeasures| traction(z, &m, 0.4, &stiffness).value;
                 let base = traction(z, &m, 0.4, &stiffness);

@@ -11,11 +11,11 @@
 //! δq_a = e_a · δx − h (e_a · δn₀),   h = n₀ · (x − x₀)
 //! ```
 
-use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point};
 use super::facet_pair::{PairIntegrals, integrate_pair};
 use super::inverse_map::Unmappable;
-use super::plane::{Coupled, Plane, Settings, position};
+pub use super::plane::Settings;
+use super::plane::{Coupled, FacetNormal, Plane, position};
 use nalgebra::{SMatrix, SVector, Vector3};
 use slipstick_mesh::FacetNodes;
 
@@ -45,6 +45,12 @@ pub struct FacetCoupling {
     pub coefficient: Vec<f64>,
     /// `gradient[(j * nodes.len() + s) * 3 nodes.len() + t]` = ∂b_js/∂x_t. \[L\]
     pub gradient: Vec<f64>,
+    /// `facing[3 j + c]` = −Σ_p n_p ∫ N_j over the overlap with master facet p of normal n_p: opposite to the masters that a
+    /// corner on a sharp edge sees; zero for other corners. \[L²\]
+    pub facing: Vec<f64>,
+    /// `facing_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂facing/∂x_t; empty where no corner lies on a sharp edge. \[L\]
+    pub facing_gradient: Vec<f64>,
+    sharp: [bool; 4],
     pair: PairIntegrals,
     overlapping: Vec<usize>,
 }
@@ -56,10 +62,11 @@ impl FacetCoupling {
         &self.gradient[(corner * n + node) * 3 * n..][..3 * n]
     }
 
-    /// Integrates the slave facet with its candidate masters at the current positions `x` (3 per node).
+    /// Integrates the slave facet with its candidate masters.
     ///
     /// Masters that do not face the slave facet, or lie further away than `reach` along n₀ at their centre, take no part.
-    /// Nor do those whose projection is folded, unless they are so near that they may touch.
+    /// Nor do those whose projection is folded, unless they are so near that they may touch. `sharp` marks the corners that
+    /// lie on a sharp edge and need [`facing`](Self::facing).
     ///
     /// # Errors
     /// [`FoldedFacet`] where the projection of the slave facet, or of a master that may touch it, is folded; the coupling
@@ -69,16 +76,13 @@ impl FacetCoupling {
     pub fn evaluate(
         &mut self,
         slave: &FacetNodes,
+        sharp: [bool; 4],
         candidates: impl Iterator<Item = FacetNodes> + Clone,
-        x: &[f64],
-        rule: &[CellPoint],
-        shape: MultiplierShape,
-        reach: f64,
-        with_gradient: bool,
+        settings: Settings<'_>,
     ) -> Result<(), FoldedFacet> {
         self.nodes.clear();
         self.corners = slave.len();
-        let settings = Settings { x, rule, shape, reach, with_gradient };
+        self.sharp = sharp;
         match slave[..] {
             [a, b, c] => self.evaluate_facet(&[a, b, c], candidates, settings),
             [a, b, c, d] => self.evaluate_facet(&[a, b, c, d], candidates, settings),
@@ -126,8 +130,14 @@ impl FacetCoupling {
         self.coefficient.clear();
         self.coefficient.resize(S * n, 0.0);
         self.gradient.clear();
+        self.facing.clear();
+        self.facing.resize(3 * S, 0.0);
+        self.facing_gradient.clear();
         if with_gradient {
             self.gradient.resize(3 * S * n * n, 0.0);
+            if self.sharp.contains(&true) {
+                self.facing_gradient.resize(9 * S * n, 0.0);
+            }
         }
         let mut next = 0;
         for (index, master) in candidates.enumerate() {
@@ -164,7 +174,10 @@ impl FacetCoupling {
         let mut pair = std::mem::take(&mut self.pair);
         let integrated = integrate_pair(projected, &flat, rule, with_gradient, &mut pair);
         if integrated == Ok(true) {
-            self.add_pair(&pair, plane, corners, &points, master, with_gradient);
+            let place: [usize; M] =
+                master.map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected in the first pass"));
+            self.add_pair(&pair, plane, corners, &points, place, with_gradient);
+            self.add_facing(&pair, plane, corners, &points, place, with_gradient);
         }
         self.pair = pair;
         integrated.map(|_| ())
@@ -182,12 +195,10 @@ impl FacetCoupling {
         plane: &Plane<S>,
         corners: &[Vector3<f64>; S],
         points: &[Vector3<f64>; M],
-        master: &[u32; M],
+        column: [usize; M],
         with_gradient: bool,
     ) {
         let n = self.nodes.len();
-        let column: [usize; M] =
-            master.map(|m| S + self.nodes[S..].iter().position(|&s| s == m).expect("collected in the first pass"));
         for j in 0..S {
             let of_slave = (0..S).map(|k| (4 * j + k, k, 1.0));
             let of_master = (0..M).map(|l| (16 + 4 * j + l, column[l], -1.0));
@@ -202,6 +213,47 @@ impl FacetCoupling {
                     let local = if corner < 4 { corner } else { column[corner - 4] };
                     row[3 * local + c] += sign * value;
                 });
+            }
+        }
+    }
+
+    /// Adds what the sharp corners see of one master: minus its normal, times ∫ N_j over the overlap.
+    fn add_facing<const S: usize, const M: usize>(
+        &mut self,
+        pair: &PairIntegrals,
+        plane: &Plane<S>,
+        corners: &[Vector3<f64>; S],
+        points: &[Vector3<f64>; M],
+        column: [usize; M],
+        with_gradient: bool,
+    ) {
+        let columns = 3 * self.nodes.len();
+        let sharp = self.sharp;
+        let Some(seen) = FacetNormal::of(points).filter(|_| sharp.contains(&true)) else { return };
+        for j in (0..S).filter(|&j| sharp[j]) {
+            // Σ_k N_k = 1
+            let weight: f64 = (0..S).map(|k| pair.values[4 * j + k]).sum();
+            for c in 0..3 {
+                self.facing[3 * j + c] -= weight * seen.normal[c];
+            }
+            if !with_gradient {
+                continue;
+            }
+            let mut slope = [0.0; PLANE_COORDINATES];
+            for k in 0..S {
+                slope.iter_mut().zip(&pair.gradient[4 * j + k]).for_each(|(sum, s)| *sum += s);
+            }
+            let rows = &mut self.facing_gradient[3 * j * columns..][..3 * columns];
+            plane.chain(&slope, corners, points, |corner, c, value| {
+                let local = if corner < 4 { corner } else { column[corner - 4] };
+                for r in 0..3 {
+                    rows[r * columns + 3 * local + c] -= value * seen.normal[r];
+                }
+            });
+            for (local, by_corner) in column.into_iter().zip(&seen.slope) {
+                for (r, c) in (0..3).flat_map(|r| (0..3).map(move |c| (r, c))) {
+                    rows[r * columns + 3 * local + c] -= weight * by_corner[(r, c)];
+                }
             }
         }
     }
@@ -351,8 +403,9 @@ mod tests {
         gradient: bool,
     ) -> FacetCoupling {
         let mut coupling = FacetCoupling::default();
-        let rule = CellRule::Seven.points();
-        coupling.evaluate(&slave, facets.iter().copied(), x, &rule, shape, 1.0, gradient).unwrap();
+        let settings =
+            Settings { x, rule: &CellRule::Seven.points(), shape, reach: 1.0, with_gradient: gradient };
+        coupling.evaluate(&slave, [true; 4], facets.iter().copied(), settings).unwrap();
         coupling
     }
 
@@ -370,12 +423,15 @@ mod tests {
                     let at = |h: f64| {
                         let mut moved = x.clone();
                         moved[dof] += h;
-                        evaluate(slave, &moved, &facets, shape, false).coefficient
+                        let FacetCoupling { coefficient, facing, .. } =
+                            evaluate(slave, &moved, &facets, shape, false);
+                        [coefficient, facing].concat()
                     };
                     let (p1, m1, p2, m2) = (at(1e-4), at(-1e-4), at(2e-4), at(-2e-4));
-                    for e in 0..slave.len() * n {
+                    let slopes = [base.gradient.as_slice(), &base.facing_gradient].concat();
+                    for e in 0..slave.len() * (n + 3) {
                         let fd = (8.0 * (p1[e] - m1[e]) - (p2[e] - m2[e])) / 12e-4;
-                        let found = base.gradient[e * 3 * n + t];
+                        let found = slopes[e * 3 * n + t];
                         assert!(
                             (fd - found).abs() < 2e-7 * scale.max(1.0),
                             "{slave:?} {triangles} {shape:?} entry {e} coordinate {t}: {fd} {found}"
@@ -445,8 +501,10 @@ mod tests {
             x.extend(arrow.iter().flat_map(|p| [p[0], p[1], height]));
             let mut coupling = FacetCoupling::default();
             let candidates = std::iter::once([4, 5, 6, 7].into());
-            let rule = CellRule::Seven.points();
-            coupling.evaluate(&SLAVE.into(), candidates, &x, &rule, MultiplierShape::Standard, 10.0, false)
+            let rule = &CellRule::Seven.points();
+            let settings =
+                Settings { x: &x, rule, shape: MultiplierShape::Standard, reach: 10.0, with_gradient: false };
+            coupling.evaluate(&SLAVE.into(), [false; 4], candidates, settings)
         };
         assert_eq!(at(-0.1), Err(FoldedFacet([4, 5, 6, 7].into())));
         assert_eq!(at(-5.0), Ok(()));

@@ -8,6 +8,16 @@
 //! Because the edge is a material line, components in (τ^ξ, τ^η) are objective history: a rigid rotation, also one
 //! about the normal, leaves them unchanged.
 //!
+//! At an edge of the slave surface that is sharper than the feature angle there is no single normal. Each of the smooth
+//! patches that meet there has a frame of its own, whose normal is opposite to the master facets that the patch sees:
+//!
+//! ```text
+//! n_j = m / ‖m‖,  m = −Σ_master facets p  n_p ∫ N_j over the overlap with p,     τ^ξ = (I − n nᵀ) τ̄^ξ / ‖·‖
+//! ```
+//!
+//! with τ̄^ξ the tangent of the patch's own averaged frame. An edge that slides on a flat face then has the normal of that
+//! face, whichever of the two is the slave.
+//!
 //! On a symmetry plane, the frame is that of the whole body: s without its component across the plane, which the facets on
 //! the other side cancel, and τ^ξ across the plane.
 
@@ -30,8 +40,9 @@ pub struct RingCorner {
 pub struct NodalFrame {
     /// Rows: outward unit normal n, tangents τ^ξ and τ^η.
     pub basis: Matrix3<f64>,
-    /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect to the ring's
-    /// 3·|ring| coordinates. \[1/L\]. Empty if no gradient was asked for.
+    /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect to the coordinates of the
+    /// leading nodes of the row's support: of the ring, or of all at a sharp edge. \[1/L\]. Empty if no gradient was asked
+    /// for.
     pub gradient: Vec<f64>,
     /// Which tangents stand across a symmetry plane: nothing slides along them, and no traction acts along them.
     pub across: [bool; 2],
@@ -48,15 +59,73 @@ impl NodalFrame {
         self.basis.tr_mul(components)
     }
 
-    /// ∂(basis vector b, component c)/∂(coordinate t of the ring).
+    /// Number of leading coordinates of the support that the gradient covers.
+    #[inline]
+    pub fn columns(&self) -> usize {
+        self.gradient.len() / 9
+    }
+
+    /// ∂(basis vector b, component c)/∂(coordinate t of the support).
     #[inline]
     pub fn slope(&self, b: usize, c: usize, t: usize) -> f64 {
-        self.gradient[(3 * b + c) * (self.gradient.len() / 9) + t]
+        self.gradient[(3 * b + c) * self.columns() + t]
+    }
+
+    /// Turns the averaged frame of a patch at a sharp edge, so that its normal has the direction of `facing`.
+    ///
+    /// `facing_gradient[c * columns + t]` is its derivative over the whole support, of which the ring comes first; `mirrored`
+    /// as in [`nodal_frame`]. `None` if no direction is left.
+    ///
+    /// Ours. Tests: `a_turned_frame_has_the_normal_of_the_master`, `frame_gradient_matches_finite_differences`.
+    pub fn turn_to(
+        &mut self,
+        facing: &Vector3<f64>,
+        facing_gradient: &[f64],
+        mirrored: [bool; 3],
+        with_gradient: bool,
+    ) -> Option<()> {
+        let within = within(mirrored);
+        let facing = within * facing;
+        let length = facing.norm();
+        let n = facing / length;
+        let along = self.vector(1);
+        let projected = along - n * n.dot(&along);
+        let tangent_length = projected.norm();
+        if !(length > 0.0) || !(tangent_length > 1e-8) {
+            return None;
+        }
+        let xi = projected / tangent_length;
+        self.basis = Matrix3::from_rows(&[n.transpose(), xi.transpose(), n.cross(&xi).transpose()]);
+        if !with_gradient {
+            return Some(());
+        }
+        let columns = facing_gradient.len() / 3;
+        let ring = self.columns();
+        let before = std::mem::replace(&mut self.gradient, vec![0.0; 9 * columns]);
+        let (normal_slope, tangent_slope) =
+            (normalisation_slope(&n, length) * within, normalisation_slope(&xi, tangent_length));
+        for t in 0..columns {
+            let row = |rows: &[f64], first: usize, columns: usize| {
+                Vector3::from_fn(|c, _| if t < columns { rows[(first + c) * columns + t] } else { 0.0 })
+            };
+            let dn = normal_slope * row(facing_gradient, 0, columns);
+            let d_along = row(&before, 3, ring);
+            let d_projected = d_along - n * n.dot(&d_along) - dn * n.dot(&along) - n * dn.dot(&along);
+            let d_xi = tangent_slope * d_projected;
+            let d_eta = dn.cross(&xi) + n.cross(&d_xi);
+            for c in 0..3 {
+                self.gradient[c * columns + t] = dn[c];
+                self.gradient[(3 + c) * columns + t] = d_xi[c];
+                self.gradient[(6 + c) * columns + t] = d_eta[c];
+            }
+        }
+        Some(())
     }
 }
 
-fn cross_matrix(v: &Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
+/// The projection onto all symmetry planes through a node.
+fn within(mirrored: [bool; 3]) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::from(mirrored.map(|across| if across { 0.0 } else { 1.0 })))
 }
 
 /// Derivative of `v / ‖v‖` applied from the left: `(I − u uᵀ)/‖v‖`.
@@ -90,7 +159,7 @@ pub fn nodal_frame(
             sum += normal / length;
         }
     }
-    let within = Matrix3::from_diagonal(&Vector3::from(mirrored.map(|across| if across { 0.0 } else { 1.0 })));
+    let within = within(mirrored);
     let sum = within * sum;
     let length = sum.norm();
     if !(length > 1e-8) {
@@ -126,7 +195,7 @@ pub fn nodal_frame(
             continue;
         }
         let slope = outer * normalisation_slope(&(normal / size), size);
-        let (by_next, by_previous) = (-slope * cross_matrix(&b), slope * cross_matrix(&a));
+        let (by_next, by_previous) = (-slope * b.cross_matrix(), slope * a.cross_matrix());
         for (node, block) in
             [(corner.next, by_next), (corner.previous, by_previous), (corner.own, -by_next - by_previous)]
         {
@@ -213,6 +282,57 @@ mod tests {
                         (fd[(b, c)] - frame.slope(b, c, t)).abs() < 1e-9,
                         "vector {b} component {c} coordinate {t}, {mirrored:?}"
                     );
+                }
+            }
+        }
+    }
+
+    /// What a patch sees of the master, as some function of positions: the ring's and two more nodes'.
+    fn facing(x: &[Vector3<f64>]) -> Vector3<f64> {
+        let (a, b) = (x[9] - x[0], x[10] - x[8]);
+        a.cross(&b) * (0.3 + 0.1 * x[4].x)
+    }
+
+    fn turned(x: &[Vector3<f64>], mirrored: [bool; 3], with_gradient: bool) -> NodalFrame {
+        let (_, corners) = patch();
+        let columns = 3 * x.len();
+        let mut gradient = vec![0.0; 3 * columns];
+        for t in 0..columns {
+            let at = |h: f64| {
+                let mut moved = x.to_vec();
+                moved[t / 3][t % 3] += h;
+                facing(&moved)
+            };
+            // a polynomial of third degree: exact
+            let slope = (8.0 * (at(1e-2) - at(-1e-2)) - (at(2e-2) - at(-2e-2))) / 12e-2;
+            (0..3).for_each(|c| gradient[c * columns + t] = slope[c]);
+        }
+        let mut frame = NodalFrame::default();
+        nodal_frame(&x[..9], &corners, 5, mirrored, with_gradient, &mut frame).unwrap();
+        frame.turn_to(&facing(x), &gradient, mirrored, with_gradient).unwrap();
+        frame
+    }
+
+    #[test]
+    fn a_turned_frame_has_the_normal_of_the_master() {
+        let (mut x, _) = patch();
+        x.extend([Vector3::new(1.9, 2.2, 0.9), Vector3::new(0.2, 1.7, 1.4)]);
+        for mirrored in [[false; 3], [true, false, false], [false, true, false]] {
+            let frame = turned(&x, mirrored, true);
+            let normal = (within(mirrored) * facing(&x)).normalize();
+            assert!((frame.vector(0) - normal).norm() < 1e-14);
+            assert!((frame.basis * frame.basis.transpose() - Matrix3::identity()).norm() < 1e-14);
+            assert_eq!(frame.columns(), 33);
+            for t in 0..33 {
+                let at = |h: f64| {
+                    let mut moved = x.clone();
+                    moved[t / 3][t % 3] += h;
+                    turned(&moved, mirrored, false).basis
+                };
+                let fd = (8.0 * (at(1e-3) - at(-1e-3)) - (at(2e-3) - at(-2e-3))) / 12e-3;
+                for (b, c) in (0..3).flat_map(|b| (0..3).map(move |c| (b, c))) {
+                    let found = frame.slope(b, c, t);
+                    assert!((fd[(b, c)] - found).abs() < 1e-8, "{mirrored:?} vector {b} component {c} coordinate {t}");
                 }
             }
         }

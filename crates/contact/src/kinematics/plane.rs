@@ -5,7 +5,7 @@ use super::clip::{PLANE_COORDINATES, Point, clip};
 use super::coupling::MultiplierShape;
 use super::facet_pair::reversed;
 use super::inverse_map::folded;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 pub(super) fn position(x: &[f64], node: u32) -> Vector3<f64> {
     let at = 3 * node as usize;
@@ -36,14 +36,48 @@ fn ball<const N: usize>(corners: &[Vector3<f64>; N]) -> (Vector3<f64>, f64) {
 /// Cosine of the angle from opposite (84°) beyond which a master facet is seen edge-on: its projection means nothing.
 const EDGE_ON: f64 = 0.1;
 
-/// What all pairs of a facet share.
-#[derive(Clone, Copy)]
-pub(super) struct Settings<'a> {
+/// How a slave facet is coupled with master facets, and where they are.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings<'a> {
+    /// Current positions, three per node. \[L\]
     pub x: &'a [f64],
+    /// Integration rule of the cells.
     pub rule: &'a [CellPoint],
+    /// Shape functions of the multipliers.
     pub shape: MultiplierShape,
+    /// Distance along the slave normal within which facets are coupled. \[L\]
     pub reach: f64,
+    /// Whether gradients are formed.
     pub with_gradient: bool,
+}
+
+/// Unit normal n of a facet at its centre, and its derivative with respect to each corner.
+pub(super) struct FacetNormal<const N: usize> {
+    pub normal: Vector3<f64>,
+    /// `slope[i]` = ∂n/∂x_i. \[1/L\]
+    pub slope: [Matrix3<f64>; N],
+}
+
+impl<const N: usize> FacetNormal<N> {
+    /// `None` for a collapsed facet.
+    pub fn of(corners: &[Vector3<f64>; N]) -> Option<Self> {
+        let [a, b] = spanning(corners);
+        let cross = a.cross(&b);
+        let length = cross.norm();
+        if !(length > 0.0) {
+            return None;
+        }
+        let normal = cross / length;
+        let along = (Matrix3::identity() - normal * normal.transpose()) / length;
+        // δ(a × b) = a × δb − b × δa
+        let by_span = [-along * b.cross_matrix(), along * a.cross_matrix()];
+        let mut slope = [Matrix3::zeros(); N];
+        for ([start, end], by) in spans::<N>().into_iter().zip(by_span) {
+            slope[start] -= by;
+            slope[end] += by;
+        }
+        Some(Self { normal, slope })
+    }
 }
 
 /// Whether a master facet takes part.

@@ -7,7 +7,7 @@ use nalgebra::{Vector2, Vector3};
 
 /// Mortar row and frame of one slave node at given positions, with gradients if they were asked for.
 ///
-/// The support lists the node's ring (all slave nodes of the facets around it) first, then the master nodes. All
+/// The support lists the node's ring (all slave nodes of the facets around it, of its patch at a sharp edge) first, then the master nodes. All
 /// gradients are with respect to the current positions of the support, three coordinates a node.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NodeKinematics {
@@ -21,7 +21,7 @@ pub struct NodeKinematics {
     pub coefficient: Vec<f64>,
     /// `gradient[s * 3 |support| + t]` = ∂b_js/∂x_t. \[L\]
     pub gradient: Vec<f64>,
-    /// Normal and tangents with their gradient over the ring.
+    /// Normal and tangents with their gradient over the ring, or over the support at a sharp edge.
     pub frame: NodalFrame,
     /// Tributary area of the overlap, Σ_k D_jk. Zero where nothing lies opposite. \[L²\]
     pub area: f64,
@@ -103,11 +103,43 @@ impl NodeKinematics {
             }
         }
         let ring: Vec<Vector3<f64>> = slave.ring.iter().map(|&m| position(x, m)).collect();
-        if nodal_frame(&ring, &slave.corners, slave.edge, slave.mirrored, with_gradient, &mut self.frame).is_none() {
+        let frame = nodal_frame(&ring, &slave.corners, slave.edge, slave.mirrored, with_gradient, &mut self.frame);
+        if frame.is_none() || (slave.sharp && self.turn_to_master(slave, couplings, with_gradient).is_none()) {
             return false;
         }
         self.form_relative(x, with_gradient);
         true
+    }
+
+    /// Gives the frame of a patch at a sharp edge the normal of the master that lies opposite; where nothing does, it stays
+    /// that of the patch.
+    fn turn_to_master(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], with_gradient: bool) -> Option<()> {
+        let columns = 3 * self.support.len();
+        let mut facing = Vector3::zeros();
+        let mut gradient = vec![0.0; if with_gradient { 3 * columns } else { 0 }];
+        for &(facet, corner) in &slave.facets {
+            let coupling = &couplings[facet as usize];
+            if coupling.nodes.is_empty() {
+                continue;
+            }
+            let own = 3 * coupling.nodes.len();
+            for c in 0..3 {
+                let row = 3 * corner as usize + c;
+                facing[c] += coupling.facing[row];
+                if !with_gradient {
+                    continue;
+                }
+                let from = &coupling.facing_gradient[row * own..][..own];
+                for (i, &node) in coupling.nodes.iter().enumerate() {
+                    let at = c * columns + 3 * self.position_of(node, i < coupling.corners);
+                    (0..3).for_each(|d| gradient[at + d] += from[3 * i + d]);
+                }
+            }
+        }
+        if facing == Vector3::zeros() {
+            return Some(());
+        }
+        self.frame.turn_to(&facing, &gradient, slave.mirrored, with_gradient)
     }
 
     fn position_of(&self, node: u32, on_slave: bool) -> usize {
@@ -188,7 +220,7 @@ impl NodeKinematics {
                 + vector[1] * self.relative_gradient[columns + t]
                 + vector[2] * self.relative_gradient[2 * columns + t])
         }));
-        for (t, value) in out.iter_mut().take(3 * self.ring).enumerate() {
+        for (t, value) in out.iter_mut().take(self.frame.columns()).enumerate() {
             for c in 0..3 {
                 *value -= self.frame.slope(b, c, t) * relative[c];
             }

@@ -8,7 +8,7 @@ use std::cell::Cell;
 use nalgebra::{Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
-use slipstick_contact::kinematics::coupling::FacetCoupling;
+use slipstick_contact::kinematics::coupling::{FacetCoupling, Settings};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
 use slipstick_mesh::FacetNodes;
 
@@ -68,7 +68,8 @@ fn facet(range: std::ops::Range<usize>) -> FacetNodes {
 fn couple(x: &[Vector3<f64>], s: usize, masters: &[FacetNodes], shape: MultiplierShape) -> Option<FacetCoupling> {
     let flat: Vec<f64> = x.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
     let mut coupling = FacetCoupling::default();
-    let found = coupling.evaluate(&facet(0..s), masters.iter().copied(), &flat, &RULE.points(), shape, 2.0, true);
+    let settings = Settings { x: &flat, rule: &RULE.points(), shape, reach: 2.0, with_gradient: true };
+    let found = coupling.evaluate(&facet(0..s), [false; 4], masters.iter().copied(), settings);
     found.ok().map(|()| coupling)
 }
 
@@ -201,15 +202,9 @@ fn invariance(scene: &Scene, motion: &Rotation3<f64>, size: f64) -> Result<(), T
         let slave = FacetNodes::new(&nodes(0, s).collect::<Vec<_>>()).expect("a facet");
         let master = FacetNodes::new(&nodes(s, m).collect::<Vec<_>>()).expect("a facet");
         let mut coupling = FacetCoupling::default();
-        let found = coupling.evaluate(
-            &slave,
-            std::iter::once(master),
-            &flat,
-            &RULE.points(),
-            MultiplierShape::Standard,
-            2.0 * size,
-            false,
-        );
+        let (rule, shape) = (&RULE.points(), MultiplierShape::Standard);
+        let settings = Settings { x: &flat, rule, shape, reach: 2.0 * size, with_gradient: false };
+        let found = coupling.evaluate(&slave, [false; 4], std::iter::once(master), settings);
         prop_assert!(found.is_ok());
         prop_assert_eq!(base.nodes.is_empty(), coupling.nodes.is_empty());
         let n = base.nodes.len();

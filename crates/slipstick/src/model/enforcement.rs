@@ -56,7 +56,8 @@ pub struct Uzawa {
     pub absolute: bool,
 }
 
-/// Default of ε h/E of the penalty and augmented Lagrangian methods; also the stiffness of contact on slivers.
+/// Default of ε h/E of the penalty and augmented Lagrangian methods; also the stiffness of contact at partly covered
+/// nodes.
 pub const DEFAULT_STIFFNESS: f64 = 10.0;
 
 /// Default of c h A/E of the Lagrange method.
@@ -106,7 +107,7 @@ impl ContactModel {
                 GivenStiffness::Absolute(stiffness) => stiffness,
                 GivenStiffness::Relative { factor, scaling } => {
                     let both = match scaling {
-                        StiffnessScaling::Area => factor * hardness,
+                        StiffnessScaling::Area | StiffnessScaling::ReferenceArea => factor * hardness,
                         StiffnessScaling::Weighted => factor * hardness / slave.area,
                     };
                     Stiffness { normal: both, tangential: both, scaling }

@@ -17,7 +17,7 @@ pub(super) struct LawWeights {
     pub by_slip: Vector2<f64>,
     /// By the coefficient of friction that acts.
     pub by_friction: f64,
-    /// By the logarithm of the stiffness that belongs to the model: of a sliver, or the penalty method's.
+    /// By the logarithm of the stiffness that belongs to the model: of a partly covered node, or the penalty method's.
     pub by_stiffness: f64,
     /// By the tangential history, where the method has one.
     pub by_history: Option<Vector2<f64>>,

@@ -21,16 +21,18 @@ mod partition;
 mod parts;
 pub mod pattern;
 pub mod prescribed;
+mod results;
 mod share;
 mod step;
 
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub use loads::Loads;
 use nalgebra::Vector3;
-use node::NodeStep;
+use node::{EdgeData, NodeStep};
 pub use parameters::Parameter;
 use pattern::ContactPattern;
 use prescribed::Prescribed;
+pub use results::{ContactResults, NodalContact};
 pub use share::Share;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness};
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
@@ -48,6 +50,9 @@ pub struct ModelInterface {
     pub interface: ContactInterface,
     /// Coefficient of friction μ.
     pub friction: f64,
+    /// Part of the area around a slave node below which its contact condition is compliant,
+    /// [`NodeMeasures::compliance`].
+    pub edge_cover: f64,
     /// How contact and friction are enforced.
     pub enforcement: Enforcement,
 }
@@ -99,9 +104,9 @@ pub struct ContactModel {
     start_shares: Vec<Vec<f64>>,
     /// ε or c of each slave node.
     stiffness: Vec<Stiffness>,
-    /// Stiffness of the contact condition of each slave node while it is hardly covered; it belongs to the model, so it
+    /// Compliance of the contact condition of each slave node while it is partly covered; it belongs to the model, so it
     /// does not follow the design.
-    edge_stiffness: Vec<f64>,
+    edges: Vec<EdgeData>,
     variation: f64,
     /// Whether nodes that slid before start a step as sliding on (1) or sticking (−1).
     onward: f64,
@@ -243,7 +248,7 @@ impl ContactModel {
             start_hardness: Vec::new(),
             start_shares: Vec::new(),
             stiffness: Vec::new(),
-            edge_stiffness: Vec::new(),
+            edges: Vec::new(),
             variation: 1.0,
             onward: 1.0,
             fixed,
@@ -274,11 +279,15 @@ impl ContactModel {
         model.start_hardness.clone_from(&model.hardness);
         model.start_shares = model.hardness_shares();
         model.stiffness = model.node_stiffness();
-        let edge = |j: usize| match model.method_of(j) {
-            Method::Penalty => f64::INFINITY,
-            Method::Lagrange | Method::Augmented => DEFAULT_STIFFNESS * model.hardness[j],
+        let edge = |j: usize| {
+            let SlaveData { area: reference_area, interface, .. } = model.slaves[j];
+            let stiffness = match model.method_of(j) {
+                Method::Penalty => f64::INFINITY,
+                Method::Lagrange | Method::Augmented => DEFAULT_STIFFNESS * model.hardness[j],
+            };
+            EdgeData { reference_area, stiffness, cover: model.interfaces[interface as usize].edge_cover }
         };
-        model.edge_stiffness = (0..count).map(edge).collect();
+        model.edges = (0..count).map(edge).collect();
         model
     }
 
@@ -386,7 +395,8 @@ impl ContactModel {
         self.loads.idle(self.prescribed.fixed(), &self.coordinates)
     }
 
-    /// Global numbers of all slave nodes, interface after interface: the order of nodal contact results.
+    /// Global numbers of all slave nodes, interface after interface: the order of nodal contact results. A node on a sharp
+    /// edge is repeated for each of the patches that meet there.
     pub fn slave_nodes(&self) -> Vec<u32> {
         self.interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node).collect()
     }
@@ -413,7 +423,7 @@ impl ContactModel {
 
     /// Measures of slave node j (in the order of [`Self::slave_nodes`]) at the state that was evaluated last.
     pub fn measures(&self, j: usize) -> NodeMeasures {
-        self.steps[j].measures(&self.kinematics[j], self.slaves[j].area, self.edge_stiffness[j])
+        self.steps[j].measures(&self.kinematics[j], self.edges[j])
     }
 
     /// Current positions x = X + d.

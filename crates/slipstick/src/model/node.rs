@@ -8,6 +8,17 @@ use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_linalg::BlockMatrix;
 
+/// What decides how compliant the contact condition of a slave node is while it is partly covered.
+#[derive(Debug, Clone, Copy)]
+pub struct EdgeData {
+    /// Area of the slave surface around the node in the reference configuration. \[L²\]
+    pub reference_area: f64,
+    /// Stiffness of the condition; infinite: rigid. \[F/L³\]
+    pub stiffness: f64,
+    /// Part of the reference area below which it is compliant.
+    pub cover: f64,
+}
+
 /// Measures of a slave node in the current step with their gradients over the union of the current and the previous
 /// mortar row's support.
 #[derive(Debug, Clone, Default)]
@@ -61,8 +72,16 @@ impl NodeStep {
     }
 
     /// The measures that the contact laws take.
-    pub fn measures(&self, now: &NodeKinematics, reference_area: f64, edge_stiffness: f64) -> NodeMeasures {
-        NodeMeasures { gap: now.gap(), slip: self.slip, area: now.area, reference_area, edge_stiffness }
+    pub fn measures(&self, now: &NodeKinematics, edge: EdgeData) -> NodeMeasures {
+        let EdgeData { reference_area, stiffness, cover } = edge;
+        NodeMeasures {
+            gap: now.gap(),
+            slip: self.slip,
+            area: now.area,
+            reference_area,
+            edge_stiffness: stiffness,
+            edge_cover: cover,
+        }
     }
 
     /// Row of ∂(law)/∂x for a law component with the given partial derivatives in gap, slip and area.
@@ -134,7 +153,7 @@ pub fn add_force_tangent(now: &NodeKinematics, step: &NodeStep, traction: &NodeT
             for t in 0..columns {
                 target[t] += vector[c] * row[t];
             }
-            for t in 0..3 * now.ring {
+            for t in 0..now.frame.columns() {
                 target[t] += now.frame.slope(b, c, t) * traction.value[b];
             }
         }

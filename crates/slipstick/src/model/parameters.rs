@@ -51,7 +51,7 @@ impl ContactModel {
     }
 
     /// Adds ∂(λᵀF + ηᵀG)/∂E of every body through stiffnesses that are multiples of the bodies' own at the start design: of
-    /// contact on slivers, and of the penalty method where it is not given in units. At an evaluated state.
+    /// contact at partly covered nodes, and of the penalty method where it is not given in units. At an evaluated state.
     pub(super) fn pull_back_stiffness(&self, y: &[f64], lambda: &[f64], eta: &[f64], out: &mut [f64]) {
         let first = self.interfaces.len();
         for (j, slave) in self.slaves.iter().enumerate().filter(|(j, _)| self.own[*j]) {

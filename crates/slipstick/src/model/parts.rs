@@ -1,8 +1,7 @@
 //! A model of which each rank has a part: what is evaluated on all of them, and results of the whole on one.
 
 use super::node::NodeStep;
-use super::{ContactModel, Share};
-use crate::analysis::NodalContact;
+use super::{ContactModel, ContactResults, Share};
 use slipstick_path::{StateError, StepProblem, StepState};
 
 impl ContactModel {
@@ -12,16 +11,11 @@ impl ContactModel {
         [elements, self.own.iter().filter(|own| **own).count()]
     }
 
-    /// Contact results of every slave node at a state: traction ζ, status, gap and slip over area. Of all nodes on any
-    /// rank, without the others.
+    /// Contact results of all slave nodes at a state; on any rank, without the others.
     ///
     /// # Errors
     /// If the state cannot be evaluated.
-    pub fn contact_results(
-        &mut self,
-        previous: &StepState,
-        state: &StepState,
-    ) -> Result<Vec<NodalContact>, StateError> {
+    pub fn contact_results(&mut self, previous: &StepState, state: &StepState) -> Result<ContactResults, StateError> {
         if !self.share.is_part() {
             return self.own_contact_results(previous, state);
         }
@@ -34,33 +28,12 @@ impl ContactModel {
     }
 
     /// Contact results of the slave nodes of the share.
-    fn own_contact_results(
-        &mut self,
-        previous: &StepState,
-        state: &StepState,
-    ) -> Result<Vec<NodalContact>, StateError> {
+    fn own_contact_results(&mut self, previous: &StepState, state: &StepState) -> Result<ContactResults, StateError> {
         // they do not depend on the loads, nor on when
         self.begin_step(previous, self.time, false)?;
         self.at_start = false;
         self.evaluate(&state.unknowns, false)?;
-        Ok((0..self.slaves.len())
-            .map(|j| {
-                let acting = self.acting(&state.unknowns, j);
-                let at = self.measures(j);
-                let per_area = |v: f64| if at.covered() { v / at.area } else { 0.0 };
-                NodalContact {
-                    node: self.kinematics[j].node,
-                    status: acting.status,
-                    traction: acting.value.into(),
-                    global_traction: self.kinematics[j].frame.to_global(&acting.value).into(),
-                    gap: at.covered().then(|| at.gap / at.area),
-                    weighted_gap: at.gap,
-                    weighted_slip: at.slip.into(),
-                    slip: [per_area(at.slip[0]), per_area(at.slip[1])],
-                    area: at.area,
-                }
-            })
-            .collect())
+        Ok(self.results_at(&state.unknowns, &self.positions(&state.unknowns)))
     }
 
     /// Takes up another share, and forgets what was evaluated of the one before.

@@ -406,7 +406,7 @@ impl StepProblem for ContactModel {
             let mut difference = (now[0] - before[0]).abs().max((now[1] - before[1]).hypot(now[2] - before[2]));
             if absolute {
                 let epsilon = &self.stiffness[j];
-                let divisor = epsilon.scaling.divisor(self.kinematics[j].area);
+                let divisor = epsilon.scaling.divisor(&self.measures(j));
                 difference *= divisor / epsilon.normal.min(epsilon.tangential);
             }
             change = change.max(difference);

@@ -4,16 +4,17 @@ use std::path::Path;
 
 use super::OutputError;
 use super::vtu::{Values, Vtu};
-use crate::analysis::NodalContact;
 use crate::case::Dimension;
+use crate::model::ContactResults;
 use slipstick_contact::friction::Status;
 use slipstick_mesh::Mesh;
 
 /// Writes a state: displacement, contact fields at the nodes; density, body and determinant in the elements.
 ///
-/// Point fields of contact are 0 away from the slave surfaces; `contact_status` tells them apart: −1 no slave node, 0 open,
-/// 1 stick, 2 slip. `contact_traction` is the traction that acts on the slave, −z. Where nothing lies opposite of a slave
-/// node its `contact_gap` is `no_gap`. With `pieces`, the piece of every element, the same is written in pieces too, beside it
+/// Point fields of contact are 0 away from contact surfaces. `contact_status` marks slave nodes: −1 for other nodes, 0 open,
+/// 1 stick, 2 slip. `contact_force` acts on the nodes of both surfaces; `contact_traction` and `contact_pressure` act on the
+/// slave, per current area; `contact_multiplier` is z, on the covered part of the slave only ([`ContactResults`]). Where no
+/// master facet lies opposite a slave node its `contact_gap` is `no_gap`. With `pieces`, the piece of every element, the same is written in pieces too, beside it
 /// ([`Vtu::save_pieces`]).
 ///
 /// # Errors
@@ -23,36 +24,44 @@ pub fn write_state(
     mesh: &Mesh,
     time: f64,
     displacement: &[f64],
-    contact: &[NodalContact],
+    contact: &ContactResults,
     density: &[f64],
     determinants: &[f64],
     no_gap: f64,
     pieces: Option<&[u32]>,
 ) -> Result<(), OutputError> {
     let nodes = mesh.nodes.len();
-    let (mut traction, mut pressure, mut gap, mut slip) =
-        (vec![0.0; 3 * nodes], vec![0.0; nodes], vec![0.0; nodes], vec![0.0; nodes]);
+    let nodal = |values: &[f64], components: usize| match values.len() {
+        0 => vec![0.0; components * nodes],
+        _ => values.to_vec(),
+    };
+    let (force, traction) = (nodal(&contact.force, 3), nodal(&contact.traction, 3));
+    let pressure = nodal(&contact.pressure, 1);
+    let (mut multiplier, mut gap, mut slip) = (vec![0.0; 3 * nodes], vec![0.0; nodes], vec![0.0; nodes]);
     let mut status = vec![-1i64; nodes];
-    for at in contact {
+    for at in &contact.nodes {
         let n = at.node as usize;
-        for c in 0..3 {
-            traction[3 * n + c] = -at.global_traction[c];
-        }
-        pressure[n] = at.traction[0];
-        gap[n] = at.gap.unwrap_or(no_gap);
-        slip[n] = at.slip[0].hypot(at.slip[1]);
-        status[n] = match at.status {
+        let now = match at.status {
             Status::Inactive => 0,
             Status::Stick => 1,
             Status::Slip => 2,
         };
+        let (own_gap, own_slip) = (at.gap.unwrap_or(no_gap), at.slip[0].hypot(at.slip[1]));
+        // of the patches that meet at a sharp edge, the one that is closest to contact
+        if status[n] >= 0 && (now == 0) >= (status[n] == 0) && own_gap >= gap[n] {
+            continue;
+        }
+        multiplier[3 * n..3 * n + 3].copy_from_slice(&at.global_multiplier);
+        (gap[n], slip[n], status[n]) = (own_gap, own_slip, now);
     }
     let body = body_numbers(mesh);
     let mut file = Vtu::new(&mesh.nodes, &mesh.elements)?;
     file.time(time)?;
     file.point_field("displacement", 3, Values::F64(&displacement[..3 * nodes]))?;
+    file.point_field("contact_force", 3, Values::F64(&force))?;
     file.point_field("contact_traction", 3, Values::F64(&traction))?;
     file.point_field("contact_pressure", 1, Values::F64(&pressure))?;
+    file.point_field("contact_multiplier", 3, Values::F64(&multiplier))?;
     file.point_field("contact_gap", 1, Values::F64(&gap))?;
     file.point_field("slip_increment", 1, Values::F64(&slip))?;
     file.point_field("contact_status", 1, Values::I64(&status))?;
@@ -67,7 +76,8 @@ pub fn write_state(
 pub fn field_dimension(name: &str) -> Option<Dimension> {
     match name {
         "displacement" | "contact_gap" | "slip_increment" => Some(Dimension::LENGTH),
-        "contact_traction" | "contact_pressure" => Some(Dimension::STRESS),
+        "contact_force" => Some(Dimension::FORCE),
+        "contact_traction" | "contact_pressure" | "contact_multiplier" => Some(Dimension::STRESS),
         _ => None,
     }
 }

@@ -4,8 +4,7 @@ use slipstick_mesh::Mesh;
 use slipstick_path::{MarchFailure, Path, StepState};
 
 use super::{RunDirectory, RunError};
-use crate::analysis::NodalContact;
-use crate::model::ContactModel;
+use crate::model::{ContactModel, ContactResults};
 use crate::output::{OutputError, Pvd, fields};
 
 /// Writes `path_XXXX.vtu` of every completed load step, step 0 included, and `path.pvd`; returns how many steps.
@@ -88,7 +87,7 @@ fn save(
     model: &ContactModel,
     time: f64,
     state: &StepState,
-    contact: &[NodalContact],
+    contact: &ContactResults,
     pieces: Option<&[u32]>,
 ) -> Result<(), OutputError> {
     let displacement = &state.unknowns[..3 * mesh.nodes.len()];

@@ -2,7 +2,8 @@
 
 #![allow(dead_code)] // each test binary uses its part
 
-use slipstick::analysis::{Forward, NodalContact};
+use slipstick::analysis::Forward;
+use slipstick::model::NodalContact;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case_with;
 use slipstick_contact::friction::Status;
@@ -82,7 +83,7 @@ pub fn forward(problem: &mut Problem, density: &[f64]) -> Forward {
 pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalContact>> {
     let (path, ranks) = (&forward.path, problem.analysis.linear.ranks());
     let states: Vec<_> = (0..path.states.len()).map(|index| path.state(index, ranks).into_owned()).collect();
-    states.windows(2).map(|w| problem.analysis.model.contact_results(&w[0], &w[1]).unwrap()).collect()
+    states.windows(2).map(|w| problem.analysis.model.contact_results(&w[0], &w[1]).unwrap().nodes).collect()
 }
 
 /// Status of every slave node at every accepted state after the start: `O`pen, s`t`ick, s`l`ip, one word a state.

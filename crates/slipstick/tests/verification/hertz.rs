@@ -98,7 +98,7 @@ fn measure(solved: &mut Solved) -> [f64; 3] {
         x.x.hypot(x.z)
     };
     let (sum, moment) = contact.iter().fold((0.0, 0.0), |(sum, moment), c| {
-        let part = c.area * -c.global_traction[1].abs();
+        let part = c.covered_area * -c.global_multiplier[1].abs();
         (sum + part, moment + part * radius(c.node).powi(2))
     });
     let a = (2.5 * moment / sum).sqrt();
@@ -106,7 +106,7 @@ fn measure(solved: &mut Solved) -> [f64; 3] {
     let inside = contact.iter().filter(|c| radius(c.node) < 0.5 * a);
     let (part, shape) = inside.fold((0.0, 0.0), |(part, shape), c| {
         let profile = (1.0 - (radius(c.node) / a).powi(2)).sqrt();
-        (part + c.area * c.traction[0], shape + c.area * profile)
+        (part + c.covered_area * c.multiplier[0], shape + c.covered_area * profile)
     });
     [force, a, part / shape]
 }

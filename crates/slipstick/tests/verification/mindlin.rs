@@ -153,9 +153,9 @@ fn measure(solved: &mut Solved) -> Measured {
     nodes.retain(|node| solved.problem.mesh.nodes[node.node as usize][2] == 0.0);
     let place = |node: u32| solved.position(node, last).x;
     nodes.sort_by(|a, b| place(a.node).total_cmp(&place(b.node)));
-    let side = -nodes.iter().map(|n| n.global_traction[1]).sum::<f64>().signum();
-    let pressure = |k: usize| nodes[k].global_traction[1] * -side;
-    let shear = |k: usize| nodes[k].global_traction[0] * side;
+    let side = -nodes.iter().map(|n| n.global_multiplier[1]).sum::<f64>().signum();
+    let pressure = |k: usize| nodes[k].global_multiplier[1] * -side;
+    let shear = |k: usize| nodes[k].global_multiplier[0] * side;
     // integrals of piecewise linear tractions; the contact moves with the shear
     let integral = |f: &dyn Fn(usize) -> f64, weight: &dyn Fn(f64) -> f64| -> f64 {
         let simpson = |k: usize| {

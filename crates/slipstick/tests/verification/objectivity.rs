@@ -49,18 +49,18 @@ fn turn(enforcement: &str, shape: &str) -> [f64; 3] {
     let mut solved = Scene::from(text(enforcement, shape)).solve();
     let start = solved.contact(BEFORE);
     assert!(start.iter().all(|node| node.status == Status::Stick));
-    assert!(start.iter().any(|node| node.traction[1].hypot(node.traction[2]) > 0.05 * node.traction[0]), "some shear");
-    let size = start.iter().map(|node| Vector3::from(node.traction).norm()).fold(0.0, f64::max);
+    assert!(start.iter().any(|node| node.multiplier[1].hypot(node.multiplier[2]) > 0.05 * node.multiplier[0]), "some shear");
+    let size = start.iter().map(|node| Vector3::from(node.multiplier).norm()).fold(0.0, f64::max);
     let mut on_the_way: f64 = 0.0;
     for step in BEFORE + 1..=BEFORE + TURNS {
         for (now, then) in solved.contact(step).iter().zip(&start) {
             assert_eq!(now.status, Status::Stick);
-            on_the_way = on_the_way.max((Vector3::from(now.traction) - Vector3::from(then.traction)).norm() / size);
+            on_the_way = on_the_way.max((Vector3::from(now.multiplier) - Vector3::from(then.multiplier)).norm() / size);
         }
     }
     let last = BEFORE + TURNS;
     let contact = solved.contact(last);
-    let vector = |k: usize| Vector3::from(contact[k].global_traction) - Vector3::from(start[k].global_traction);
+    let vector = |k: usize| Vector3::from(contact[k].global_multiplier) - Vector3::from(start[k].global_multiplier);
     let tractions = (0..start.len()).map(|k| vector(k).norm() / size).fold(0.0, f64::max);
     let (before, after) = (solved.displacements(BEFORE), solved.displacements(last));
     let largest = before.iter().fold(0.0f64, |a, b| a.max(b.abs()));

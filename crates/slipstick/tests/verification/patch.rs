@@ -123,7 +123,7 @@ fn level(mesh: &Mesh) -> (f64, f64) {
     let pressure = -axial_stress(1000.0, 0.3, 1.0 - 0.5 * PRESSED);
     let contact = solved.contact(2);
     assert!(contact.iter().all(|node| node.status != Status::Inactive));
-    let traction = contact.iter().map(|node| (node.traction[0] / pressure - 1.0).abs()).fold(0.0, f64::max);
+    let traction = contact.iter().map(|node| (node.multiplier[0] / pressure - 1.0).abs()).fold(0.0, f64::max);
     (strain_error(&solved), traction)
 }
 
@@ -151,6 +151,6 @@ fn inclined(mesh: &Mesh) -> (f64, f64) {
     let contact = solved.contact(2);
     assert!(contact.iter().all(|node| node.status == Status::Stick));
     let deviation = |z: [f64; 3]| (Vector3::from(z) - expected).norm() / expected.norm();
-    let traction = contact.iter().map(|node| deviation(node.global_traction)).fold(0.0, f64::max);
+    let traction = contact.iter().map(|node| deviation(node.global_multiplier)).fold(0.0, f64::max);
     (strain_error(&solved), traction)
 }

@@ -1,7 +1,8 @@
 //! A case that has been solved, and what is measured on it.
 
 use nalgebra::Vector3;
-use slipstick::analysis::{Forward, NodalContact};
+use slipstick::analysis::Forward;
+use slipstick::model::NodalContact;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case_with;
 use slipstick_path::Silent;
@@ -107,7 +108,7 @@ impl Solved {
         let at = self.at(step);
         let states = &self.forward.path.states;
         let (previous, state) = (states[at - 1].state.clone(), states[at].state.clone());
-        self.problem.analysis.model.contact_results(&previous, &state).expect("a converged state")
+        self.problem.analysis.model.contact_results(&previous, &state).expect("a converged state").nodes
     }
 }
 

@@ -74,9 +74,37 @@ fn contact(table: Table<'_>, names: &Names) -> Contact {
         .or(MultiplierShape::Standard);
     let cell_rule = cell_rule(&table);
     let search_radius = positive(&table, "search_radius").optional();
+    let feature_angle = table
+        .number("feature_angle")
+        .check(
+            CaseCode::OutOfRange,
+            |&angle| angle > 0.0 && angle <= 180.0,
+            "must lie above 0 and not above 180 degrees",
+            "180 averages normals over all edges, however sharp",
+        )
+        .or(Contact::FEATURE_ANGLE);
+    let edge_cover = table
+        .number("edge_cover")
+        .check(
+            CaseCode::OutOfRange,
+            |&cover| cover > 0.0 && cover <= 1.0,
+            "must lie above 0 and not above 1",
+            "the part of a node's area that must be covered for its contact condition to be rigid",
+        )
+        .or(Contact::EDGE_COVER);
     let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
     table.finish();
-    Contact { slave, master, friction, multiplier_shape, cell_rule, search_radius, enforcement }
+    Contact {
+        slave,
+        master,
+        friction,
+        multiplier_shape,
+        cell_rule,
+        search_radius,
+        feature_angle,
+        edge_cover,
+        enforcement,
+    }
 }
 
 /// The name of a surface; empty after an error.
@@ -157,7 +185,14 @@ fn augmented(table: &Table<'_>) -> Enforcement {
 
 fn penalty_scaling(table: &Table<'_>) -> PenaltyScaling {
     table
-        .word("scaling", &[("area", PenaltyScaling::Area), ("weighted", PenaltyScaling::Weighted)])
+        .word(
+            "scaling",
+            &[
+                ("area", PenaltyScaling::Area),
+                ("reference_area", PenaltyScaling::ReferenceArea),
+                ("weighted", PenaltyScaling::Weighted),
+            ],
+        )
         .or(PenaltyScaling::Area)
 }
 

@@ -19,8 +19,19 @@ pub struct Contact {
     /// Distance within which facets are paired \[L\]; `None`: chosen from facet sizes and the motion of a step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub search_radius: Option<f64>,
+    /// Angle between neighbouring slave facets above which the edge between them is sharp. \[degrees\]
+    pub feature_angle: f64,
+    /// Part of the area around a slave node that must be covered for its contact condition to be rigid.
+    pub edge_cover: f64,
     /// How the contact conditions are enforced.
     pub enforcement: Enforcement,
+}
+
+impl Contact {
+    /// Default of [`feature_angle`](Self::feature_angle).
+    pub const FEATURE_ANGLE: f64 = 45.0;
+    /// Default of [`edge_cover`](Self::edge_cover).
+    pub const EDGE_COVER: f64 = 0.5;
 }
 
 /// Numbers of points of the triangle rules that `cell_rule` may name; exact to degree 1, 2, 4, 5, 6.
@@ -81,7 +92,7 @@ pub enum Enforcement {
 
 /// Penalty stiffness ε, or complementarity parameters c.
 ///
-/// \[F/L³\] with [`PenaltyScaling::Area`], \[F/L⁵\] with [`PenaltyScaling::Weighted`].
+/// \[F/L³\] with [`PenaltyScaling::Area`] and [`PenaltyScaling::ReferenceArea`], \[F/L⁵\] with [`PenaltyScaling::Weighted`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Stiffness {
     /// ε_n or c_n > 0.
@@ -94,8 +105,10 @@ pub struct Stiffness {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PenaltyScaling {
-    /// Gap and slip increment over the node's tributary area: independent of the mesh.
+    /// Gap and slip increment over the node's tributary area, in the current configuration: independent of the mesh.
     Area,
+    /// Gap and slip increment over the area around the node in the reference configuration.
+    ReferenceArea,
     /// The weighted gap and slip increment, as in the paper.
     Weighted,
 }

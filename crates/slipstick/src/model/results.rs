@@ -1,0 +1,117 @@
+//! Contact results of a state: what acts at each slave node, and nodal fields whose integrals are the forces.
+//!
+//! A multiplier ζ_j belongs to the mortar row of slave node j. It acts on the part of the surface that the other one
+//! covers, over the tributary area A_j = Σ_k D_jk, and its shape function reaches over the whole facets: where a facet is
+//! partly covered, multipliers are coefficients, not pressures at their nodes, and integrating them over the surface gives
+//! no force. The nodal contact force f = Dᵀz is what the bodies feel. Divided by the whole area around the node,
+//! a_k = ∫ N_k dA, it is the traction whose integral over the surface is the resultant, for any overlap:
+//!
+//! ```text
+//! f_k = Σ_j D_jk z_j      f_l = −Σ_j M_jl z_j      t_k = −f_k / a_k      p_k = Σ_j D_jk ζ_nj / a_k
+//! ```
+
+use super::ContactModel;
+use slipstick_contact::friction::Status;
+use slipstick_mesh::{FacetCorners, facet_corner_areas};
+
+/// Contact results at the mortar row of a slave node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NodalContact {
+    /// Global node number.
+    pub node: u32,
+    /// Open, stick or slip.
+    pub status: Status,
+    /// Multiplier ζ = (normal, ξ, η) in the node's frame, minus the slave traction on the covered part of the surface;
+    /// normal ≥ 0 in compression. \[F/L²\]
+    pub multiplier: [f64; 3],
+    /// The multiplier as a vector z. \[F/L²\]
+    pub global_multiplier: [f64; 3],
+    /// Weighted gap over tributary area, ≥ 0 open; `None` where nothing lies opposite. \[L\]
+    pub gap: Option<f64>,
+    /// Weighted gap g̃. \[L³\]
+    pub weighted_gap: f64,
+    /// Weighted slip increment ũ_τ of the last (sub-)step. \[L³\]
+    pub weighted_slip: [f64; 2],
+    /// Slip increment over tributary area. \[L\]
+    pub slip: [f64; 2],
+    /// Tributary area A_j of the overlap, over which the multiplier acts. \[L²\]
+    pub covered_area: f64,
+}
+
+/// Contact results of a state. Nodal fields cover the whole mesh and are zero away from contact.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ContactResults {
+    /// Mortar rows of all slave nodes, in the order of [`ContactModel::slave_nodes`].
+    pub nodes: Vec<NodalContact>,
+    /// Force that contact exerts on each node, slave or master: −Dᵀz and Mᵀz; three per node. Over each pair they add up
+    /// to zero. \[F\]
+    pub force: Vec<f64>,
+    /// Traction on the slave surfaces per current area, friction included; three per node. Its integral over the deformed
+    /// surface is the resultant force on the slave. \[F/L²\]
+    pub traction: Vec<f64>,
+    /// Contact pressure on the slave surfaces per current area, ≥ 0 in compression with standard shapes; one per node. Its
+    /// integral over the deformed surface is the normal force, its magnitudes added up where the surface is curved. \[F/L²\]
+    pub pressure: Vec<f64>,
+}
+
+impl ContactModel {
+    /// Contact results of the slave nodes of the share, whose kinematics are evaluated at `y`, at positions `x`.
+    pub(super) fn results_at(&self, y: &[f64], x: &[f64]) -> ContactResults {
+        let nodes: Vec<NodalContact> = (0..self.slaves.len()).map(|j| self.nodal_contact(y, j)).collect();
+        let mut force = vec![0.0; x.len()];
+        let (mut traction, mut pressure) = (vec![0.0; x.len()], vec![0.0; x.len() / 3]);
+        for (at, now) in nodes.iter().zip(&self.kinematics) {
+            for (s, (&node, b)) in now.support.iter().zip(&now.coefficient).enumerate() {
+                for (c, z) in at.global_multiplier.iter().enumerate() {
+                    // minus: the force of the slave's surroundings on the contact is b z
+                    force[3 * node as usize + c] -= b * z;
+                    if s < now.ring {
+                        traction[3 * node as usize + c] -= b * z;
+                    }
+                }
+                if s < now.ring {
+                    pressure[node as usize] += b * at.multiplier[0];
+                }
+            }
+        }
+        for (node, area) in self.surface_areas(x).into_iter().enumerate().filter(|(_, area)| *area > 0.0) {
+            pressure[node] /= area;
+            traction[3 * node..3 * node + 3].iter_mut().for_each(|t| *t /= area);
+        }
+        ContactResults { nodes, force, traction, pressure }
+    }
+
+    fn nodal_contact(&self, y: &[f64], j: usize) -> NodalContact {
+        let acting = self.acting(y, j);
+        let at = self.measures(j);
+        let per_area = |v: f64| if at.covered() { v / at.area } else { 0.0 };
+        NodalContact {
+            node: self.kinematics[j].node,
+            status: acting.status,
+            multiplier: acting.value.into(),
+            global_multiplier: self.kinematics[j].frame.to_global(&acting.value).into(),
+            gap: at.covered().then(|| at.gap / at.area),
+            weighted_gap: at.gap,
+            weighted_slip: at.slip.into(),
+            slip: [per_area(at.slip[0]), per_area(at.slip[1])],
+            covered_area: at.area,
+        }
+    }
+
+    /// a_k = ∫ N_k dA over all slave surfaces at positions `x`, for every node; zero away from them. \[L²\]
+    fn surface_areas(&self, x: &[f64]) -> Vec<f64> {
+        let mut areas = vec![0.0; x.len() / 3];
+        let position = |node: u32| std::array::from_fn(|c| x[3 * node as usize + c]);
+        for facet in self.interfaces.iter().flat_map(|model| model.interface.slave_facets()) {
+            let corners = match facet[..] {
+                [a, b, c] => FacetCorners::Triangle([a, b, c].map(position)),
+                [a, b, c, d] => FacetCorners::Quadrilateral([a, b, c, d].map(position)),
+                _ => continue,
+            };
+            for (&node, area) in facet.iter().zip(facet_corner_areas(&corners)) {
+                areas[node as usize] += area;
+            }
+        }
+        areas
+    }
+}
