@@ -46,7 +46,8 @@ pub use generate::{
     BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, box_mesh, half_ball, half_ring, hollow_cylinder,
 };
 pub use geometry::{
-    HEX_CORNERS, facet_area, facet_area_vector, facet_corner_areas, hex_jacobian, hex_scaled_jacobian, tet_scaled_jacobian, tet_volume,
+    HEX_CORNERS, facet_area, facet_area_vector, facet_corner_areas, hex_jacobian, hex_scaled_jacobian,
+    tet_scaled_jacobian, tet_volume,
 };
 pub use mesh::{Body, Facet, Mesh, Surface};
 pub use search::FacetTree;

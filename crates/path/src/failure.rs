@@ -52,6 +52,14 @@ pub enum StepFailureKind {
     /// No state there.
     #[error(transparent)]
     State(#[from] StateError),
+    /// The tangent is singular: something can move freely, or conditions contradict each other.
+    #[error("the tangent is singular (relative pivot {pivot:.1e})")]
+    Singular {
+        /// An unknown that nothing determines, of all unknowns of a step.
+        unknown: usize,
+        /// Best pivot left, relative to its scaled row.
+        pivot: f64,
+    },
     /// The linear system could not be solved.
     #[error("linear solver: {0}")]
     Linear(String),

@@ -8,7 +8,7 @@ use crate::failure::StepFailureKind;
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
     Backend, BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, Precision,
-    Ranks, Reduction, SolveOptions, Summed, Transposed, best_in_span, solve_from, solve_verified,
+    Ranks, Reduction, SolveError, SolveOptions, Summed, Transposed, best_in_span, solve_from, solve_verified,
 };
 use std::sync::Arc;
 
@@ -64,6 +64,7 @@ struct Cached {
     pattern: Arc<BlockPattern>,
     fixed: Vec<bool>,
     reduction: Arc<Reduction>,
+    multipliers: Arc<[bool]>,
     layout: Arc<Layout>,
 }
 
@@ -74,6 +75,8 @@ pub(crate) struct KeptFactors {
     transposed: bool,
     fixed: Vec<bool>,
     active_set: Vec<u8>,
+    /// Why the matrix itself has no factors, where these are of the regularised one.
+    singular: Option<StepFailureKind>,
 }
 
 impl KeptFactors {
@@ -96,6 +99,8 @@ pub(crate) struct Reduced {
     matrix: CsrMatrix,
     transposed: bool,
     reduction: Arc<Reduction>,
+    /// Which block rows are those of multipliers.
+    multipliers: Arc<[bool]>,
     /// Which of the free unknowns are this rank's.
     layout: Arc<Layout>,
     /// Number of all unknowns.
@@ -106,6 +111,10 @@ pub(crate) struct Reduced {
 /// ratio matters; measured in `docs/performance.md`.
 const FACTOR_RATE: f64 = 2e10;
 const MEMORY_RATE: f64 = 8e9;
+
+/// What is added to the diagonal of the multipliers' rows, whose entries are of the size of 1, where contact conditions
+/// repeat each other or a prescribed displacement.
+const REGULARISATION: f64 = 1e-7;
 
 /// Part of the break-even number of iterations that earlier factors are given.
 const PATIENCE: f64 = 0.5;
@@ -203,14 +212,17 @@ impl LinearSystem {
             let reduction = kept.map_or_else(|| Arc::new(new()), |cached| cached.reduction);
             let layout = Arc::new(self.backend.layout(reduction.pattern()));
             let (pattern, fixed) = (matrix.pattern().clone(), fixed.to_vec());
-            self.now.cached = Some(Cached { pattern, fixed, reduction, layout });
+            // a node's block row leads its own group, a multiplier's stands in that of its slave node
+            let multipliers = groups.iter().enumerate().map(|(row, &group)| group as usize != row).collect();
+            self.now.cached = Some(Cached { pattern, fixed, reduction, multipliers, layout });
             self.timings.end(Phase::Analysis, begin);
         }
         let cached = self.now.cached.as_ref().expect("set above");
         let (reduction, layout) = (cached.reduction.clone(), cached.layout.clone());
+        let multipliers = cached.multipliers.clone();
         let begin = self.timings.begin();
         let free = if transposed { reduction.reduce_transposed(matrix) } else { reduction.reduce(matrix) };
-        let system = Reduced { matrix: free, transposed, reduction, layout, unknowns: fixed.len() };
+        let system = Reduced { matrix: free, transposed, reduction, multipliers, layout, unknowns: fixed.len() };
         self.timings.end(Phase::Solve, begin);
         system
     }
@@ -222,7 +234,7 @@ impl LinearSystem {
         fixed: &[bool],
         active_set: &[u8],
     ) -> Result<Arc<KeptFactors>, StepFailureKind> {
-        let fail = |e: FactorizationError| StepFailureKind::Linear(e.to_string());
+        let fail = |e: FactorizationError| system.failure(e);
         // the old ones of this system go first: they are no longer needed, and memory is
         self.now.lagged = None;
         let begin = self.timings.begin();
@@ -230,14 +242,22 @@ impl LinearSystem {
         self.timings.end(Phase::Analysis, begin);
         self.counts.factorizations += 1;
         let begin = self.timings.begin();
-        let factors = self.now.solver.factorize(&system.matrix);
+        let mut singular = None;
+        let factors = match self.now.solver.factorize(&system.matrix) {
+            Err(error @ FactorizationError::Singular { .. }) => {
+                let factors = self.now.solver.factorize(&system.regularised());
+                singular = Some(system.failure(error.clone()));
+                factors.map_err(|_| error)
+            }
+            result => result,
+        };
         self.timings.end(Phase::Factor, begin);
         let factors: Arc<dyn Factorization> = factors.map_err(fail)?.into();
         let part = factors.part();
         self.counts.factor_bytes = self.counts.factor_bytes.max(part.bytes);
         self.counts.operations += part.operations;
         let (fixed, active_set) = (fixed.to_vec(), active_set.to_vec());
-        let kept = Arc::new(KeptFactors { factors, transposed: system.transposed, fixed, active_set });
+        let kept = Arc::new(KeptFactors { factors, transposed: system.transposed, fixed, active_set, singular });
         self.now.lagged = Some(kept.clone());
         Ok(kept)
     }
@@ -339,7 +359,10 @@ impl LinearSystem {
         let matrix = system.on(self.backend.ranks());
         let result = solve_verified(&matrix, factors.factors.as_ref(), false, rhs, &mut x, tolerance);
         self.timings.end(Phase::Solve, begin);
-        result.map(|_| x).map_err(|e| StepFailureKind::Linear(e.to_string()))
+        // without a solution, the conditions do not repeat but contradict each other, or something is free to move
+        let failure =
+            |e: SolveError| factors.singular.clone().unwrap_or_else(|| StepFailureKind::Linear(e.to_string()));
+        result.map(|_| x).map_err(failure)
     }
 
     /// The solution with factors of a nearby tangent, if they lead to it from `x` at less cost than new ones.
@@ -394,6 +417,35 @@ fn budget(matrix: &CsrMatrix, factors: &dyn Factorization, ranks: &dyn Ranks) ->
 }
 
 impl Reduced {
+    /// The matrix with a little on the diagonal of the multipliers' rows, for a preconditioner of a matrix that is singular
+    /// because some contact conditions follow from others: say where more slave nodes stick than master nodes can move
+    /// against prescribed displacements. Such a system has solutions, which differ by multipliers without a force, and
+    /// iterations with these factors find the one with the least of them.
+    fn regularised(&self) -> CsrMatrix {
+        let mut matrix = self.matrix.clone();
+        for unknown in 0..matrix.n() {
+            if self.multipliers[self.reduction.origin(unknown).0] {
+                let start = matrix.pattern.row_offsets[unknown];
+                let place = matrix.row(unknown).0.iter().position(|&column| column as usize == unknown);
+                if let Some(place) = place {
+                    matrix.values[start + place] += REGULARISATION;
+                }
+            }
+        }
+        matrix
+    }
+
+    /// A failure that names the unknown by its number among all.
+    fn failure(&self, error: FactorizationError) -> StepFailureKind {
+        match error {
+            FactorizationError::Singular { unknown, pivot } => {
+                let (row, component) = self.reduction.origin(unknown);
+                StepFailureKind::Singular { unknown: 3 * row + component, pivot }
+            }
+            error => StepFailureKind::Linear(error.to_string()),
+        }
+    }
+
     /// The matrix, of which each rank has a part.
     fn on<'a>(&'a self, ranks: &'a dyn Ranks) -> Summed<'a> {
         Summed { part: &self.matrix, layout: &self.layout, ranks }

@@ -15,9 +15,9 @@ use crate::model::{
     ModelInterface, Share, Uzawa,
 };
 use mesh::nodes_of;
-use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
 use slipstick_contact::kinematics::{CellRule, MultiplierShape};
+use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, ObservedSteps, Weighted};
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};

@@ -144,7 +144,8 @@ fn forces_balance() {
             let density = random_density(&problem, 21);
             let run = forward(&mut problem, &density);
             let contact = contact_path(&mut problem, &run).pop().unwrap();
-            let by_traction: Vector3<f64> = contact.iter().map(|c| Vector3::from(c.global_multiplier) * c.covered_area).sum();
+            let by_traction: Vector3<f64> =
+                contact.iter().map(|c| Vector3::from(c.global_multiplier) * c.covered_area).sum();
             let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];
             let mut force = vec![0.0; d.len()];
             problem.analysis.model.internal_force(d, &mut force).unwrap();

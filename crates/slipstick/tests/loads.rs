@@ -48,7 +48,11 @@ fn a_load_arrives_at_the_contact() {
             let density = problem.initial_density.clone();
             let forward = forward(&mut problem, &density);
             for contact in contact_path(&mut problem, &forward).pop().unwrap() {
-                assert!((contact.multiplier[0] / size - 1.0).abs() < 1e-11, "{load}, {shape}: {}", contact.multiplier[0]);
+                assert!(
+                    (contact.multiplier[0] / size - 1.0).abs() < 1e-11,
+                    "{load}, {shape}: {}",
+                    contact.multiplier[0]
+                );
             }
             assert!((forward.value / -size - 1.0).abs() < 1e-11, "{load}, {shape}: {}", forward.value);
             let d = &forward.path.states.last().unwrap().state.unknowns;

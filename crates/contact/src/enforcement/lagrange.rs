@@ -7,10 +7,14 @@
 //! with g̃ replaced by g̃ + k ζ_n at partly covered nodes ([`NodeMeasures::compliance`]). C has the same roots as (25), (26),
 //! the same active sets and the same adjoint, and Newton's method converges more often. In the paper's product form the
 //! tangential rows are `max(μ p, ‖t‖)` times the ones here.
+//!
+//! Where slip along a tangent direction is prescribed ([`Freedom`]), P projects t onto the other direction, and the multiplier
+//! component along a direction without slip is zero; with slip, ζ_τ = μ p ũ_τ/‖ũ_τ‖.
 
-use super::{NodeMeasures, Stiffness};
-use crate::friction::{Status, return_map};
-use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
+use super::tangential::tangential;
+use super::{Freedom, NodeMeasures, Stiffness};
+use crate::friction::Status;
+use nalgebra::{Matrix3, Matrix3x2, Vector3};
 
 /// Complementarity function of one node and its partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +33,8 @@ pub struct Complementarity {
     pub by_area: Vector3<f64>,
     /// ∂C/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
+    /// ∂C/∂a of the direction a of prescribed slip, [`Freedom::SlipAcross`]; zero elsewhere. \[F/L²\]
+    pub by_direction: Matrix3x2<f64>,
     /// ∂C/∂ln s with the stiffness s of a partly covered node; zero elsewhere. \[F/L²\]
     pub by_edge_stiffness: Vector3<f64>,
 }
@@ -54,9 +60,10 @@ pub fn complementarity(
         by_slip: Matrix3x2::zeros(),
         by_area: Vector3::zeros(),
         by_friction: Vector3::zeros(),
+        by_direction: Matrix3x2::zeros(),
         by_edge_stiffness: Vector3::zeros(),
     };
-    if !at.covered() {
+    if !at.covered() || at.freedom == Freedom::None {
         return inactive;
     }
     let divisor = stiffness.scaling.divisor(at);
@@ -67,10 +74,9 @@ pub fn complementarity(
     if pressure <= 0.0 {
         return inactive;
     }
-    let tangential = Vector2::new(multiplier[1], multiplier[2]);
-    let returned = return_map(pressure, tangential + at.slip * along, friction);
+    let law = tangential(pressure, multiplier.fixed_rows::<2>(1).into(), at, friction, along);
     let mut out = inactive;
-    out.status = returned.status;
+    out.status = law.status;
     // ζ_n − (ζ_n − c_n g)
     out.value[0] = normal * gap;
     out.by_multiplier[(0, 0)] = normal * compliance;
@@ -79,15 +85,16 @@ pub fn complementarity(
     // k ∝ 1/s
     out.by_edge_stiffness[0] = -normal * compliance * multiplier[0];
     for a in 0..2 {
-        out.value[1 + a] = tangential[a] - returned.traction[a];
-        out.by_friction[1 + a] = -returned.by_friction[a];
-        out.by_multiplier[(1 + a, 0)] = -returned.by_pressure[a] * (1.0 - normal * compliance);
-        out.by_area[1 + a] = returned.by_pressure[a] * out.by_area[0];
-        out.by_edge_stiffness[1 + a] = returned.by_pressure[a] * out.by_edge_stiffness[0];
-        out.by_gap[1 + a] = normal * returned.by_pressure[a];
+        out.value[1 + a] = multiplier[1 + a] - law.traction[a];
+        out.by_friction[1 + a] = -law.by_friction[a];
+        out.by_multiplier[(1 + a, 0)] = -law.by_pressure[a] * (1.0 - normal * compliance);
+        out.by_area[1 + a] = law.by_pressure[a] * out.by_area[0];
+        out.by_edge_stiffness[1 + a] = law.by_pressure[a] * out.by_edge_stiffness[0];
+        out.by_gap[1 + a] = normal * law.by_pressure[a];
         for b in 0..2 {
-            out.by_multiplier[(1 + a, 1 + b)] -= returned.by_trial[(a, b)];
-            out.by_slip[(1 + a, b)] = -along * returned.by_trial[(a, b)];
+            out.by_multiplier[(1 + a, 1 + b)] -= law.by_multiplier[(a, b)];
+            out.by_slip[(1 + a, b)] = -law.by_slip[(a, b)];
+            out.by_direction[(1 + a, b)] = -law.by_direction[(a, b)];
         }
     }
     out
@@ -97,6 +104,7 @@ pub fn complementarity(
 mod tests {
     use super::super::StiffnessScaling;
     use super::*;
+    use nalgebra::Vector2;
 
     const C: Stiffness = Stiffness { normal: 40.0, tangential: 25.0, scaling: StiffnessScaling::Weighted };
 
@@ -109,7 +117,13 @@ mod tests {
             reference_area,
             edge_stiffness: 50.0,
             edge_cover: 0.05,
+            freedom: Freedom::Full,
         };
+        let across = |driven: bool, u| NodeMeasures {
+            freedom: Freedom::SlipAcross { direction: Vector2::new(0.8, 0.6), driven },
+            ..measures(-0.01, u, 1.0)
+        };
+        let fixed = |driven: bool| NodeMeasures { freedom: Freedom::Gap { driven }, ..across(driven, [0.001, 0.002]) };
         let cases = [
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 1.0), Status::Stick),
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.02, -0.03], 1.0), Status::Slip),
@@ -117,6 +131,12 @@ mod tests {
             // slivers
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 50.0), Status::Stick),
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.04, [0.02, -0.03], 50.0), Status::Slip),
+            // nothing slips along the direction of prescribed slip, or it does
+            (Vector3::new(2.0, 0.3, -0.1), across(false, [0.001, 0.002]), Status::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), across(false, [0.02, -0.03]), Status::Slip),
+            (Vector3::new(2.0, 0.3, -0.1), across(true, [0.001, 0.002]), Status::Slip),
+            (Vector3::new(2.0, 0.3, -0.1), fixed(false), Status::Stick),
+            (Vector3::new(2.0, 0.3, -0.1), fixed(true), Status::Slip),
         ];
         for (z, at, status) in cases {
             let c = |z: Vector3<f64>, at: NodeMeasures| complementarity(z, &at, 0.3, &C);
@@ -138,6 +158,14 @@ mod tests {
             let mu = |d: f64| complementarity(z, &at, 0.3 + d, &C).value;
             assert!(((mu(h) - mu(-h)) / (2.0 * h) - base.by_friction).norm() < 1e-6);
             for a in 0..2 {
+                if let Freedom::SlipAcross { direction, driven } = at.freedom {
+                    let turned = |d: f64| {
+                        let mut direction = direction;
+                        direction[a] += d;
+                        c(z, NodeMeasures { freedom: Freedom::SlipAcross { direction, driven }, ..at }).value
+                    };
+                    assert!(((turned(h) - turned(-h)) / (2.0 * h) - base.by_direction.column(a)).norm() < 1e-6);
+                }
                 let slip = |d: f64| {
                     let mut slip = at.slip;
                     slip[a] += d;
@@ -146,6 +174,37 @@ mod tests {
                 assert!(((slip(h) - slip(-h)) / (2.0 * h) - base.by_slip.column(a)).norm() < 1e-5);
             }
         }
+    }
+
+    /// Without free unknowns to slip with, the multiplier is what the penalty method tends to: nothing if nothing slips, on the
+    /// friction cone along a prescribed slip however small; and nothing at all where the gap is prescribed.
+    #[test]
+    fn multipliers_on_prescribed_slip_are_the_limit_of_penalty() {
+        let at = |freedom, slip: [f64; 2]| NodeMeasures {
+            gap: 0.0,
+            slip: Vector2::new(slip[0], slip[1]),
+            area: 1.0,
+            reference_area: 1.0,
+            edge_stiffness: f64::INFINITY,
+            edge_cover: 0.05,
+            freedom,
+        };
+        let z = Vector3::new(5.0, 0.2 * 5.0 * 0.6, 0.2 * 5.0 * 0.8);
+        let across = |driven: bool| Freedom::SlipAcross { direction: Vector2::y(), driven };
+        for (freedom, slip, root) in [
+            (across(false), [0.0, 1e-14], Vector3::new(5.0, 0.7, 0.0)),
+            (across(true), [3e-9, 4e-9], z),
+            (Freedom::Gap { driven: false }, [0.0, 0.0], Vector3::new(5.0, 0.0, 0.0)),
+            (Freedom::Gap { driven: true }, [3e-9, 4e-9], z),
+        ] {
+            let c = complementarity(root, &at(freedom, slip), 0.2, &C);
+            assert!(c.value.norm() < 1e-12, "{freedom:?} {slip:?}: {}", c.value);
+            // the rows of the multiplier determine it, but for the component that the slip across is the equation of
+            let rank = c.by_multiplier.fixed_view::<2, 2>(1, 1).rank(1e-12);
+            assert_eq!(rank, if freedom == across(false) { 1 } else { 2 }, "{freedom:?} {slip:?}");
+        }
+        let open = complementarity(z, &at(Freedom::None, [0.0; 2]), 0.2, &C);
+        assert_eq!((open.status, open.value), (Status::Inactive, z));
     }
 
     /// A node in contact whose multiplier satisfies the conditions is a root, whatever c is.
@@ -158,6 +217,7 @@ mod tests {
             reference_area: 1.0,
             edge_stiffness: 50.0,
             edge_cover: 0.05,
+            freedom: Freedom::Full,
         };
         for (normal, tangential) in [(1e-3, 1.0), (1.0, 1e-2), (1e5, 1e5)] {
             let c = Stiffness { normal, tangential, ..C };

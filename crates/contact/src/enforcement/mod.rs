@@ -6,6 +6,7 @@
 
 pub mod lagrange;
 pub mod regularised;
+mod tangential;
 
 use nalgebra::Vector2;
 
@@ -53,6 +54,33 @@ impl Stiffness {
     }
 }
 
+/// Which gaps and slip increments the free displacements can bring about, where others are prescribed at the slave node and
+/// at all nodes opposite.
+///
+/// A contact condition on a prescribed measure is no equation for the multiplier component that enforces it. That component
+/// takes the limit of the penalty method: zero where nothing slips, on the friction cone where the slip is prescribed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Freedom {
+    /// Gap and slip.
+    #[default]
+    Full,
+    /// The gap, and slip perpendicular to `direction`, a unit vector in the node's tangent basis. With a closed gap, something
+    /// slips along it if `driven`, else nothing.
+    SlipAcross {
+        /// The direction of prescribed slip.
+        direction: Vector2<f64>,
+        /// Whether the prescribed slip is not zero.
+        driven: bool,
+    },
+    /// The gap alone.
+    Gap {
+        /// Whether the prescribed slip is not zero.
+        driven: bool,
+    },
+    /// No gap: it is prescribed, and its multiplier is zero.
+    None,
+}
+
 /// The geometric measures of one slave node that enter its contact law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NodeMeasures {
@@ -69,6 +97,8 @@ pub struct NodeMeasures {
     pub edge_stiffness: f64,
     /// Part χ > 0 of the reference area below which the contact condition is compliant.
     pub edge_cover: f64,
+    /// Which measures are not prescribed.
+    pub freedom: Freedom,
 }
 
 impl NodeMeasures {
@@ -155,6 +185,7 @@ mod tests {
             reference_area: 2.0,
             edge_stiffness: 300.0,
             edge_cover: 0.05,
+            freedom: Freedom::Full,
         };
         let k = |area: f64| at(area).compliance().0;
         for area in [1e-6, 0.01, 0.05, 0.0999, 0.1, 0.1001, 1.0] {

@@ -7,9 +7,10 @@
 //! At a partly covered node the augmented Lagrangian has ζ_n = max(0, ẑ_n − ε_n (g̃ + k ζ_n)), [`NodeMeasures::compliance`].
 //! Penalty, compliant anyway, is ẑ = (0, h) with the history h of the last step; the augmented Lagrangian repeats with ẑ ← ζ.
 
-use super::{NodeMeasures, Stiffness, StiffnessScaling};
-use crate::friction::{Status, return_map};
-use nalgebra::{Matrix3, Matrix3x2, Vector2, Vector3};
+use super::tangential::tangential;
+use super::{Freedom, NodeMeasures, Stiffness, StiffnessScaling};
+use crate::friction::Status;
+use nalgebra::{Matrix3, Matrix3x2, Vector3};
 
 /// Traction of one node and its partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +31,8 @@ pub struct Traction {
     pub by_stiffness: Vector3<f64>,
     /// ∂ζ/∂ẑ; its last two columns are ∂ζ/∂h for the penalty method.
     pub by_multiplier: Matrix3<f64>,
+    /// ∂ζ/∂a of the direction a of prescribed slip, [`Freedom::SlipAcross`]; zero elsewhere. \[F/L²\]
+    pub by_direction: Matrix3x2<f64>,
 }
 
 /// Evaluates the traction of one node around the multiplier ẑ.
@@ -45,8 +48,9 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
         by_friction: Vector3::zeros(),
         by_stiffness: Vector3::zeros(),
         by_multiplier: Matrix3::zeros(),
+        by_direction: Matrix3x2::zeros(),
     };
-    if !at.covered() {
+    if !at.covered() || at.freedom == Freedom::None {
         return open;
     }
     let divisor = stiffness.scaling.divisor(at);
@@ -54,7 +58,7 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
         StiffnessScaling::Area => 1.0 / at.area,
         StiffnessScaling::ReferenceArea | StiffnessScaling::Weighted => 0.0,
     };
-    let (normal, tangential) = (stiffness.normal / divisor, stiffness.tangential / divisor);
+    let (normal, tangential_stiffness) = (stiffness.normal / divisor, stiffness.tangential / divisor);
     let (compliance, compliance_slope) = at.compliance();
     // ∂ζ_n/∂ẑ_n
     let share = 1.0 / (1.0 + normal * compliance);
@@ -62,32 +66,31 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
     if pressure <= 0.0 {
         return open;
     }
-    let trial = Vector2::new(multiplier[1], multiplier[2]) + at.slip * tangential;
-    let returned = return_map(pressure, trial, friction);
+    let law = tangential(pressure, multiplier.fixed_rows::<2>(1).into(), at, friction, tangential_stiffness);
     let mut out = open;
-    out.status = returned.status;
-    out.value = Vector3::new(pressure, returned.traction[0], returned.traction[1]);
+    out.status = law.status;
+    out.value = Vector3::new(pressure, law.traction[0], law.traction[1]);
     out.by_gap[0] = -normal * share;
     out.by_multiplier[(0, 0)] = share;
-    // ∂pressure/∂A and ∂trial/∂A
     let softening = (at.gap + compliance * pressure) * area_slope - compliance_slope * pressure;
     let pressure_by_area = normal * share * softening;
-    let trial_by_area = -at.slip * tangential * area_slope;
     out.by_area[0] = pressure_by_area;
     let pressure_by_stiffness = -normal * share * (at.gap + compliance * pressure);
-    let tangential_by_stiffness =
-        returned.by_trial * (at.slip * tangential) + returned.by_pressure * pressure_by_stiffness;
     out.by_stiffness[0] = pressure_by_stiffness;
-    let tangential_by_area = returned.by_trial * trial_by_area + returned.by_pressure * pressure_by_area;
+    // k = ε_τ over the divisor
+    let tangential_by_stiffness = law.by_stiffness * tangential_stiffness + law.by_pressure * pressure_by_stiffness;
+    let tangential_by_area =
+        law.by_pressure * pressure_by_area - law.by_stiffness * (tangential_stiffness * area_slope);
     for a in 0..2 {
-        out.by_gap[1 + a] = out.by_gap[0] * returned.by_pressure[a];
+        out.by_gap[1 + a] = out.by_gap[0] * law.by_pressure[a];
         out.by_area[1 + a] = tangential_by_area[a];
-        out.by_friction[1 + a] = returned.by_friction[a];
+        out.by_friction[1 + a] = law.by_friction[a];
         out.by_stiffness[1 + a] = tangential_by_stiffness[a];
-        out.by_multiplier[(1 + a, 0)] = share * returned.by_pressure[a];
+        out.by_multiplier[(1 + a, 0)] = share * law.by_pressure[a];
         for b in 0..2 {
-            out.by_slip[(1 + a, b)] = tangential * returned.by_trial[(a, b)];
-            out.by_multiplier[(1 + a, 1 + b)] = returned.by_trial[(a, b)];
+            out.by_slip[(1 + a, b)] = law.by_slip[(a, b)];
+            out.by_multiplier[(1 + a, 1 + b)] = law.by_multiplier[(a, b)];
+            out.by_direction[(1 + a, b)] = law.by_direction[(a, b)];
         }
     }
     out
@@ -96,6 +99,7 @@ pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stif
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector2;
 
     #[test]
     fn traction_matches_finite_differences() {
@@ -107,9 +111,14 @@ mod tests {
                 reference_area,
                 edge_stiffness: 25.0,
                 edge_cover: 0.05,
+                freedom: Freedom::Full,
             }
         };
         let (at, sliver) = (of(1.0), of(30.0));
+        let across = |driven: bool, u| NodeMeasures {
+            freedom: Freedom::SlipAcross { direction: Vector2::new(0.8, 0.6), driven },
+            ..at(-0.1, u)
+        };
         for scaling in [StiffnessScaling::Area, StiffnessScaling::ReferenceArea, StiffnessScaling::Weighted] {
             let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
             for (z, m, status) in [
@@ -118,6 +127,9 @@ mod tests {
                 (Vector3::new(0.5, 0.05, 0.02), at(0.1, [0.2, 0.1]), Status::Inactive),
                 (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [0.001, 0.004]), Status::Stick),
                 (Vector3::new(0.5, 0.05, 0.02), sliver(-0.1, [6.0, 3.0]), Status::Slip),
+                (Vector3::new(0.5, 0.05, 0.02), across(false, [0.001, 0.004]), Status::Stick),
+                (Vector3::new(0.5, 0.05, 0.02), across(false, [0.2, -0.1]), Status::Slip),
+                (Vector3::new(0.5, 0.05, 0.02), across(true, [0.2, 0.1]), Status::Slip),
             ] {
                 let f = |z: Vector3<f64>, m: NodeMeasures| traction(z, &m, 0.4, &stiffness).value;
                 let base = traction(z, &m, 0.4, &stiffness);
@@ -140,6 +152,14 @@ mod tests {
                 let epsilon = |d: f64| traction(z, &m, 0.4, &stiffness.times(d.exp())).value;
                 check(epsilon(h), epsilon(-h), base.by_stiffness);
                 for a in 0..2 {
+                    if let Freedom::SlipAcross { direction, driven } = m.freedom {
+                        let turned = |d: f64| {
+                            let mut direction = direction;
+                            direction[a] += d;
+                            f(z, NodeMeasures { freedom: Freedom::SlipAcross { direction, driven }, ..m })
+                        };
+                        check(turned(h), turned(-h), base.by_direction.column(a).into());
+                    }
                     let slip = |d: f64| {
                         let mut slip = m.slip;
                         slip[a] += d;

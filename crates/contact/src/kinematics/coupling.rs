@@ -403,8 +403,7 @@ mod tests {
         gradient: bool,
     ) -> FacetCoupling {
         let mut coupling = FacetCoupling::default();
-        let settings =
-            Settings { x, rule: &CellRule::Seven.points(), shape, reach: 1.0, with_gradient: gradient };
+        let settings = Settings { x, rule: &CellRule::Seven.points(), shape, reach: 1.0, with_gradient: gradient };
         coupling.evaluate(&slave, [true; 4], facets.iter().copied(), settings).unwrap();
         coupling
     }
@@ -423,8 +422,7 @@ mod tests {
                     let at = |h: f64| {
                         let mut moved = x.clone();
                         moved[dof] += h;
-                        let FacetCoupling { coefficient, facing, .. } =
-                            evaluate(slave, &moved, &facets, shape, false);
+                        let FacetCoupling { coefficient, facing, .. } = evaluate(slave, &moved, &facets, shape, false);
                         [coefficient, facing].concat()
                     };
                     let (p1, m1, p2, m2) = (at(1e-4), at(-1e-4), at(2e-4), at(-2e-4));

@@ -81,11 +81,19 @@ impl ContactModel {
                     by_gap: Vector3::zeros(),
                     by_slip: Matrix3x2::zeros(),
                     by_area: Vector3::zeros(),
+                    by_direction: Matrix3x2::zeros(),
                 };
             }
         };
         let t = self.regularised_of(j, around);
-        NodeTraction { status: t.status, value: t.value, by_gap: t.by_gap, by_slip: t.by_slip, by_area: t.by_area }
+        NodeTraction {
+            status: t.status,
+            value: t.value,
+            by_gap: t.by_gap,
+            by_slip: t.by_slip,
+            by_area: t.by_area,
+            by_direction: t.by_direction,
+        }
     }
 
     /// Whether node j has a part in the tangent. An open node without multiplier has none: its C = ζ = 0 stays, its force

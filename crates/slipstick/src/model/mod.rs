@@ -28,7 +28,7 @@ mod step;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub use loads::Loads;
 use nalgebra::Vector3;
-use node::{EdgeData, NodeStep};
+use node::{NodeSettings, NodeStep};
 pub use parameters::Parameter;
 use pattern::ContactPattern;
 use prescribed::Prescribed;
@@ -104,9 +104,8 @@ pub struct ContactModel {
     start_shares: Vec<Vec<f64>>,
     /// ε or c of each slave node.
     stiffness: Vec<Stiffness>,
-    /// Compliance of the contact condition of each slave node while it is partly covered; it belongs to the model, so it
-    /// does not follow the design.
-    edges: Vec<EdgeData>,
+    /// Constants of the law of each slave node; they belong to the model, so they do not follow the design.
+    settings: Vec<NodeSettings>,
     variation: f64,
     /// Whether nodes that slid before start a step as sliding on (1) or sticking (−1).
     onward: f64,
@@ -248,7 +247,7 @@ impl ContactModel {
             start_hardness: Vec::new(),
             start_shares: Vec::new(),
             stiffness: Vec::new(),
-            edges: Vec::new(),
+            settings: Vec::new(),
             variation: 1.0,
             onward: 1.0,
             fixed,
@@ -279,15 +278,14 @@ impl ContactModel {
         model.start_hardness.clone_from(&model.hardness);
         model.start_shares = model.hardness_shares();
         model.stiffness = model.node_stiffness();
-        let edge = |j: usize| {
-            let SlaveData { area: reference_area, interface, .. } = model.slaves[j];
-            let stiffness = match model.method_of(j) {
-                Method::Penalty => f64::INFINITY,
-                Method::Lagrange | Method::Augmented => DEFAULT_STIFFNESS * model.hardness[j],
-            };
-            EdgeData { reference_area, stiffness, cover: model.interfaces[interface as usize].edge_cover }
+        let settings = |j: usize| {
+            let SlaveData { area: reference_area, interface, size, .. } = model.slaves[j];
+            let multipliers = model.method_of(j).has_multipliers();
+            let edge_stiffness = if multipliers { DEFAULT_STIFFNESS * model.hardness[j] } else { f64::INFINITY };
+            let edge_cover = model.interfaces[interface as usize].edge_cover;
+            NodeSettings { reference_area, size, edge_stiffness, edge_cover, multipliers }
         };
-        model.edges = (0..count).map(edge).collect();
+        model.settings = (0..count).map(settings).collect();
         model
     }
 
@@ -423,7 +421,7 @@ impl ContactModel {
 
     /// Measures of slave node j (in the order of [`Self::slave_nodes`]) at the state that was evaluated last.
     pub fn measures(&self, j: usize) -> NodeMeasures {
-        self.steps[j].measures(&self.kinematics[j], self.edges[j])
+        self.steps[j].measures(&self.kinematics[j], &self.settings[j])
     }
 
     /// Current positions x = X + d.

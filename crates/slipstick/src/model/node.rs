@@ -1,23 +1,36 @@
 //! One slave node in a load step: its kinematics against the previous step, and its blocks of force and tangent.
 
 use nalgebra::{Matrix3x2, Vector2, Vector3};
-use slipstick_contact::enforcement::NodeMeasures;
 use slipstick_contact::enforcement::lagrange::Complementarity;
+use slipstick_contact::enforcement::{Freedom, NodeMeasures};
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_linalg::BlockMatrix;
 
-/// What decides how compliant the contact condition of a slave node is while it is partly covered.
+/// Constants of a slave node that its contact law depends on.
 #[derive(Debug, Clone, Copy)]
-pub struct EdgeData {
+pub struct NodeSettings {
     /// Area of the slave surface around the node in the reference configuration. \[L²\]
     pub reference_area: f64,
-    /// Stiffness of the condition; infinite: rigid. \[F/L³\]
-    pub stiffness: f64,
-    /// Part of the reference area below which it is compliant.
-    pub cover: f64,
+    /// Facet size around the node. \[L\]
+    pub size: f64,
+    /// Stiffness of the contact condition while the node is partly covered; infinite: rigid. \[F/L³\]
+    pub edge_stiffness: f64,
+    /// Part of the reference area below which the condition is compliant.
+    pub edge_cover: f64,
+    /// Whether multipliers enforce it, which prescribed displacements may leave without an equation.
+    pub multipliers: bool,
 }
+
+/// Prescribed slip increments below this part of the facet size count as none: curved facets make up for as much.
+const RESTING: f64 = 1e-6;
+
+/// Nodes whose coefficient is below this part of the row's largest do not move its gap or slip.
+const MOVES: f64 = 1e-9;
+
+/// Squared component along a normal or tangent plane below which an axis stands across it.
+const PERPENDICULAR: f64 = 1e-12;
 
 /// Measures of a slave node in the current step with their gradients over the union of the current and the previous
 /// mortar row's support.
@@ -31,12 +44,28 @@ pub struct NodeStep {
     pub gap_gradient: Vec<f64>,
     /// ∂ũ_a/∂x over `support`, one vector per component. \[L²\]
     pub slip_gradient: [Vec<f64>; 2],
+    /// Coordinate axes along which every node of the row is prescribed.
+    pub prescribed: [bool; 3],
     scratch: SlipIncrement,
 }
 
 impl NodeStep {
-    /// Evaluates slip (and gradients) against the previous row, at current positions `x`.
-    pub fn evaluate(&mut self, now: &NodeKinematics, previous: &PreviousRow, x: &[f64], with_gradient: bool) {
+    /// Evaluates slip (and gradients) against the previous row, at current positions `x`; `fixed` marks the prescribed
+    /// displacements.
+    pub fn evaluate(
+        &mut self,
+        now: &NodeKinematics,
+        previous: &PreviousRow,
+        x: &[f64],
+        fixed: &[bool],
+        with_gradient: bool,
+    ) {
+        let largest = now.coefficient.iter().fold(0.0, |largest: f64, b| largest.max(b.abs()));
+        let moving = |axis: usize| {
+            let row = now.support.iter().zip(&now.coefficient);
+            row.filter(|(_, b)| b.abs() > MOVES * largest).any(|(&node, _)| !fixed[3 * node as usize + axis])
+        };
+        self.prescribed = std::array::from_fn(|axis| !moving(axis));
         now.slip(previous, x, with_gradient, &mut self.scratch);
         self.slip = self.scratch.value;
         self.support.clear();
@@ -71,16 +100,66 @@ impl NodeStep {
         }
     }
 
-    /// The measures that the contact laws take.
-    pub fn measures(&self, now: &NodeKinematics, edge: EdgeData) -> NodeMeasures {
-        let EdgeData { reference_area, stiffness, cover } = edge;
+    /// The measures that the contact laws take. The penalty method needs no [`Freedom`]: its traction follows from the slip,
+    /// prescribed or not.
+    pub fn measures(&self, now: &NodeKinematics, settings: &NodeSettings) -> NodeMeasures {
+        let &NodeSettings { reference_area, size, edge_stiffness, edge_cover, multipliers } = settings;
         NodeMeasures {
             gap: now.gap(),
             slip: self.slip,
             area: now.area,
             reference_area,
-            edge_stiffness: stiffness,
-            edge_cover: cover,
+            edge_stiffness,
+            edge_cover,
+            freedom: if multipliers { self.freedom(now, RESTING * size * now.area) } else { Freedom::Full },
+        }
+    }
+
+    /// What free displacements of the row's nodes can change. They change w_j along the axes that are not prescribed; what is
+    /// left of that with the gap closed is slip.
+    ///
+    /// Along one prescribed axis k this is the slip perpendicular to the tangential part of k, and with two none, unless the
+    /// free axes do not move the gap. The prescribed slip is what remains when the free axes close the present gap.
+    fn freedom(&self, now: &NodeKinematics, resting: f64) -> Freedom {
+        let normal = now.frame.vector(0);
+        let count = self.prescribed.iter().filter(|&&p| p).count();
+        let axis = |wanted: bool| self.prescribed.iter().position(|&p| p == wanted);
+        match (count, axis(true), axis(false)) {
+            (0, ..) => Freedom::Full,
+            (1, Some(axis), _) => match self.prescribed_direction(now) {
+                None => Freedom::None,
+                Some((direction, length)) => {
+                    let slip = direction.dot(&self.slip) + now.gap() * normal[axis] / length;
+                    Freedom::SlipAcross { direction, driven: slip.abs() > resting }
+                }
+            },
+            (2, _, Some(axis)) if normal[axis] * normal[axis] > PERPENDICULAR => {
+                let along = Vector2::new(now.frame.vector(1)[axis], now.frame.vector(2)[axis]);
+                let slip = self.slip - along * (now.gap() / normal[axis]);
+                Freedom::Gap { driven: slip.norm() > resting }
+            }
+            _ => Freedom::None,
+        }
+    }
+
+    /// Tangential part of the one prescribed axis, as a unit vector in the tangent basis, and its length before; `None` if the
+    /// axis is normal to the surface.
+    fn prescribed_direction(&self, now: &NodeKinematics) -> Option<(Vector2<f64>, f64)> {
+        let axis = self.prescribed.iter().position(|&p| p)?;
+        let along = Vector2::new(now.frame.vector(1)[axis], now.frame.vector(2)[axis]);
+        let length = along.norm();
+        (length * length > PERPENDICULAR).then(|| (along / length, length))
+    }
+
+    /// Adds `weight`ᵀ ∂a/∂x to a row over the support, a the direction of [`Freedom::SlipAcross`].
+    fn add_direction_row(&self, now: &NodeKinematics, weight: Vector2<f64>, out: &mut [f64]) {
+        let Some((direction, length)) = self.prescribed_direction(now).filter(|_| weight != Vector2::zeros()) else {
+            return;
+        };
+        let axis = self.prescribed.iter().position(|&p| p).expect("it has a direction");
+        let weight = (weight - direction * direction.dot(&weight)) / length;
+        for (t, out) in out.iter_mut().enumerate().take(now.frame.columns()) {
+            *out += weight[0] * now.frame.slope(1, axis, t) + weight[1] * now.frame.slope(2, axis, t);
         }
     }
 
@@ -112,6 +191,8 @@ pub struct NodeTraction {
     pub by_slip: Matrix3x2<f64>,
     /// ∂ζ/∂A.
     pub by_area: Vector3<f64>,
+    /// ∂ζ/∂a with the direction a of prescribed slip.
+    pub by_direction: Matrix3x2<f64>,
 }
 
 /// Adds the node's contact force f_s = b_js z_j to `out`, with z_j put together from its components.
@@ -147,6 +228,7 @@ pub fn add_force_tangent(now: &NodeKinematics, step: &NodeStep, traction: &NodeT
             traction.by_area[b],
             &mut row,
         );
+        step.add_direction_row(now, traction.by_direction.row(b).transpose(), &mut row);
         let vector = now.frame.vector(b);
         for c in 0..3 {
             let target = &mut slope[c * columns..][..columns];
@@ -198,6 +280,7 @@ pub fn add_complementarity_row(
     for b in 0..3 {
         let by_slip = [law.by_slip[(b, 0)], law.by_slip[(b, 1)]];
         step.law_row(now, law.by_gap[b], by_slip, law.by_area[b], &mut rows[b]);
+        step.add_direction_row(now, law.by_direction.row(b).transpose(), &mut rows[b]);
     }
     if rows.iter().flatten().all(|&v| v == 0.0) {
         return;
@@ -230,6 +313,7 @@ pub fn add_traction_pull_back(
     let by_area = weight.dot(&traction.by_area);
     let mut row = Vec::new();
     step.law_row(now, by_gap, [by_slip[0], by_slip[1]], by_area, &mut row);
+    step.add_direction_row(now, traction.by_direction.tr_mul(weight), &mut row);
     for (t, &node) in step.support.iter().enumerate() {
         for c in 0..3 {
             out[3 * node as usize + c] += row[3 * t + c];

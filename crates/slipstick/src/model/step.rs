@@ -28,13 +28,14 @@ impl ContactModel {
             Self::kinematics_of(&mut self.interfaces, &x, with_gradient, &mut self.kinematics)?;
             self.kinematics_at = Some((d.to_vec(), with_gradient));
         }
+        let fixed = self.prescribed.fixed();
         self.steps
             .par_iter_mut()
             .zip(&self.kinematics)
             .zip(&self.previous_rows)
             .zip(&self.own)
             .filter(|(_, own)| **own)
-            .for_each(|(((step, now), previous), _)| step.evaluate(now, previous, &x, with_gradient));
+            .for_each(|(((step, now), previous), _)| step.evaluate(now, previous, &x, fixed, with_gradient));
         self.timings.end(Phase::Contact, begin);
         self.evaluated = Some((d.to_vec(), with_gradient));
         self.starting = self.at_start && self.start.as_deref() == Some(d);
@@ -383,6 +384,9 @@ impl StepProblem for ContactModel {
 
     fn hold_multipliers(&mut self, held: bool) {
         self.held = held;
+        // another iteration, which may begin where the step does
+        self.at_start = self.start.is_some();
+        self.evaluated = None;
     }
 
     fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {

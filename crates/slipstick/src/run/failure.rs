@@ -276,7 +276,7 @@ fn cures(kind: &StepFailureKind) -> Vec<String> {
         }
         StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
         StepFailureKind::State(StateError::RanksDisagree) => &["the same program and libraries on all machines"],
-        StepFailureKind::Linear(_) => &[
+        StepFailureKind::Singular { .. } | StepFailureKind::Linear(_) => &[
             support,
             "φ_min above 0 (`design.simp.min`), if the design has void elements",
             "a stiffness of `enforcement.augmented` or `penalty` nearer to the bodies' own, which is taken where none is given",

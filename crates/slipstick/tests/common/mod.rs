@@ -3,9 +3,9 @@
 #![allow(dead_code)] // each test binary uses its part
 
 use slipstick::analysis::Forward;
-use slipstick::model::NodalContact;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case_with;
+use slipstick::model::NodalContact;
 use slipstick_contact::friction::Status;
 use slipstick_mesh::Mesh;
 use slipstick_path::Silent;

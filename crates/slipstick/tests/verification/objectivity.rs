@@ -49,7 +49,10 @@ fn turn(enforcement: &str, shape: &str) -> [f64; 3] {
     let mut solved = Scene::from(text(enforcement, shape)).solve();
     let start = solved.contact(BEFORE);
     assert!(start.iter().all(|node| node.status == Status::Stick));
-    assert!(start.iter().any(|node| node.multiplier[1].hypot(node.multiplier[2]) > 0.05 * node.multiplier[0]), "some shear");
+    assert!(
+        start.iter().any(|node| node.multiplier[1].hypot(node.multiplier[2]) > 0.05 * node.multiplier[0]),
+        "some shear"
+    );
     let size = start.iter().map(|node| Vector3::from(node.multiplier).norm()).fold(0.0, f64::max);
     let mut on_the_way: f64 = 0.0;
     for step in BEFORE + 1..=BEFORE + TURNS {

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 use slipstick::analysis::Forward;
-use slipstick::model::NodalContact;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case_with;
+use slipstick::model::NodalContact;
 use slipstick_path::Silent;
 use std::collections::HashMap;
 
