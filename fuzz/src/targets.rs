@@ -74,7 +74,7 @@ fn mesh_file(data: &[u8]) {
     };
     let parts: Vec<String> = file.parts().take(8).map(str::to_owned).collect();
     for part in parts.iter().map(|part| Some(part.as_str())).chain([None]) {
-        if let Ok(body) = file.body("a", part, 0.5) {
+        for body in [file.body("a", part, 0.5), file.first_order_body("a", part, 0.5)].into_iter().flatten() {
             drop(body.mesh.check());
         }
     }

@@ -8,12 +8,13 @@ use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 
 const SHAPES: [MultiplierShape; 2] = [MultiplierShape::Standard, MultiplierShape::Dual];
 
-/// A block over a slab, faces not matching, the block sticking out over the slab's edge; of hexahedra, of tetrahedra, or
-/// of both, so that quadrilaterals and triangles meet each other.
-fn meshes() -> [Mesh; 3] {
+/// A block over a slab, faces not matching, the block sticking out over the slab's edge; of hexahedra, of tetrahedra, of
+/// both, or of wedges that stand on their triangles or lie on their quadrilaterals, so that all facets meet each other.
+fn meshes() -> [Mesh; 4] {
     let mesh = mesh();
     let (tetrahedra, mixed) = (mesh.divided(|_| true), mesh.divided(|element| element % 4 == 1));
-    [mesh, tetrahedra, mixed]
+    let wedges = mesh.divided_into_wedges(|element| Some(1 + element / 3 % 2));
+    [mesh, tetrahedra, mixed, wedges]
 }
 
 fn mesh() -> Mesh {

@@ -38,7 +38,8 @@ pub enum MeshDefect {
     },
     /// Elements that name a node twice, as wedges and pyramids written as hexahedra do.
     #[error(
-        "body `{body}`: element(s) {} name a node twice: only true tetrahedra and hexahedra are supported",
+        "body `{body}`: element(s) {} name a node twice: only true tetrahedra, wedges and hexahedra are \
+         supported",
         few(elements)
     )]
     RepeatedNode {

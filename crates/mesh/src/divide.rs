@@ -1,6 +1,10 @@
-//! Hexahedra divided into tetrahedra.
+//! Hexahedra divided into tetrahedra or wedges.
 
 use crate::{Body, Element, Facet, FacetNodes, HEX_FACES, Mesh, Surface};
+
+/// Corners of the face of a hex8 at ξ, η or ζ = −1, counter-clockwise seen from inside, and those above them.
+const ALONG: [[[usize; 4]; 2]; 3] =
+    [[[0, 3, 7, 4], [1, 2, 6, 5]], [[0, 4, 5, 1], [3, 7, 6, 2]], [[0, 1, 2, 3], [4, 5, 6, 7]]];
 
 impl Mesh {
     /// The mesh with the `chosen` hexahedra divided into six tetrahedra each, and with their facets in two triangles;
@@ -12,14 +16,43 @@ impl Mesh {
     /// # Panics
     /// If a facet or body has an element out of range (see [`Mesh::check`]).
     pub fn divided(&self, chosen: impl Fn(usize) -> bool) -> Mesh {
+        self.with_parts(|number, hex, parts| {
+            if chosen(number) {
+                parts.extend(tetrahedra(hex).map(Element::Tet4));
+            }
+        })
+    }
+
+    /// The mesh with hexahedra divided into two wedges each; the nodes stay. The axis of the wedges is the parent direction
+    /// `along` (0, 1 or 2 for ξ, η, ζ); `None` leaves the hexahedron whole.
+    ///
+    /// The faces at both ends of the axis become two triangles each, divided from the lowest node of the face at −1. In a
+    /// mesh of [`box_mesh`](crate::box_mesh), neighbours along the axis agree, and so do the tetrahedra of
+    /// [`divided`](Self::divided).
+    ///
+    /// # Panics
+    /// If a facet or body has an element out of range (see [`Mesh::check`]), or if there is no such direction.
+    pub fn divided_into_wedges(&self, along: impl Fn(usize) -> Option<usize>) -> Mesh {
+        self.with_parts(|number, hex, parts| {
+            if let Some(along) = along(number) {
+                parts.extend(wedges(hex, along).map(Element::Wedge6));
+            }
+        })
+    }
+
+    /// The mesh with the parts of hexahedra in their places. `divide` is given each hexahedron by number and nodes and adds
+    /// its parts to the list, or none if it stays.
+    fn with_parts(&self, divide: impl Fn(usize, &[u32; 8], &mut Vec<Element>)) -> Mesh {
         let mut elements = Vec::with_capacity(self.elements.len());
         // where the parts of each element begin
         let mut first = Vec::with_capacity(self.elements.len() + 1);
         for (number, element) in self.elements.iter().enumerate() {
             first.push(elements.len());
-            match element {
-                Element::Hex8(nodes) if chosen(number) => elements.extend(tetrahedra(nodes).map(Element::Tet4)),
-                _ => elements.push(*element),
+            if let Element::Hex8(nodes) = element {
+                divide(number, nodes, &mut elements);
+            }
+            if first[number] == elements.len() {
+                elements.push(*element);
             }
         }
         first.push(elements.len());
@@ -28,7 +61,7 @@ impl Mesh {
             if inside.len() == 1 {
                 return vec![Facet { element: inside.start as u32, ..*facet }];
             }
-            let sides = inside.flat_map(|e| (0..4).map(move |side| (e, side)));
+            let sides = inside.flat_map(|e| (0..elements[e].sides()).map(move |side| (e, side)));
             sides
                 .map(|(e, side)| Facet { nodes: elements[e].side(side), element: e as u32 })
                 .filter(|part| part.nodes.iter().all(|node| facet.nodes.contains(node)))
@@ -50,6 +83,20 @@ impl Mesh {
             elements,
         }
     }
+}
+
+/// Two wedges between opposite faces, divided from the lowest node of the first face on.
+fn wedges(hex: &[u32; 8], along: usize) -> [[u32; 6]; 2] {
+    let [mut start, mut end] = ALONG[along].map(|face| face.map(|corner| hex[corner]));
+    let lowest = (0..4).min_by_key(|&corner| start[corner]).unwrap_or(0);
+    start.rotate_left(lowest);
+    end.rotate_left(lowest);
+    let half = |corners: [usize; 3]| {
+        let [a, b, c] = corners.map(|corner| start[corner]);
+        let [d, e, f] = corners.map(|corner| end[corner]);
+        [a, b, c, d, e, f]
+    };
+    [half([0, 1, 2]), half([0, 2, 3])]
 }
 
 /// The lowest node with each half of the three faces that do not have it.

@@ -1,4 +1,4 @@
-//! Elements and facets by their nodes: tetrahedra and hexahedra, triangles and quadrilaterals.
+//! Elements and facets by their nodes: tetrahedra, wedges and hexahedra, triangles and quadrilaterals.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -14,11 +14,30 @@ pub const HEX_FACES: [[usize; 4]; 6] =
 /// Tet4 numbering: 0–2 counter-clockwise seen from node 3. The order of the faces is that of Abaqus.
 pub const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
-/// An element by its global node numbers, numbered as in VTK.
+/// Local node numbers of the two triangular faces of a wedge6, its faces 0 and 1, each counter-clockwise seen from outside.
+///
+/// Wedge6 numbering: 0–2 counter-clockwise seen from inside, 3–5 above them, as in Gmsh, Abaqus and VTK 9.7. Earlier
+/// versions of VTK number their wedges in the opposite sense. The order of the faces is that of Abaqus.
+pub const WEDGE_TRIANGLES: [[usize; 3]; 2] = [[0, 2, 1], [3, 4, 5]];
+
+/// Local node numbers of the three quadrilateral faces of a wedge6, its faces 2 to 4, each counter-clockwise seen from
+/// outside.
+pub const WEDGE_QUADRILATERALS: [[usize; 4]; 3] = [[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]];
+
+/// The corners of a wedge6 as those of a hex8 in which two edges have no length.
+///
+/// The trilinear map of this hexahedron is the map of the wedge. With ξ, η, ζ of the parent cube, the shape functions of
+/// coinciding corners add up to those of the wedge, N = L(ξ, η) (1 ∓ ζ)/2, where L = (1−ξ)(1−η)/4, (1+ξ)(1−η)/4 and (1+η)/2
+/// are the area coordinates of the triangle. Test: `a_wedge_is_a_hexahedron_with_two_edges_of_no_length`.
+pub const WEDGE_AS_HEX: [usize; 8] = [0, 1, 2, 2, 3, 4, 5, 5];
+
+/// An element by its global node numbers; those of tetrahedra and hexahedra are numbered as in VTK.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Element {
     /// Linear tetrahedron, see [`TET_FACES`].
     Tet4([u32; 4]),
+    /// Linear wedge (triangular prism), see [`WEDGE_TRIANGLES`].
+    Wedge6([u32; 6]),
     /// Trilinear hexahedron, see [`HEX_FACES`].
     Hex8([u32; 8]),
 }
@@ -28,6 +47,7 @@ impl Element {
     pub fn nodes(&self) -> &[u32] {
         match self {
             Self::Tet4(nodes) => nodes,
+            Self::Wedge6(nodes) => nodes,
             Self::Hex8(nodes) => nodes,
         }
     }
@@ -36,6 +56,7 @@ impl Element {
     pub fn map(self, number: impl FnMut(u32) -> u32) -> Self {
         match self {
             Self::Tet4(nodes) => Self::Tet4(nodes.map(number)),
+            Self::Wedge6(nodes) => Self::Wedge6(nodes.map(number)),
             Self::Hex8(nodes) => Self::Hex8(nodes.map(number)),
         }
     }
@@ -44,6 +65,7 @@ impl Element {
     pub fn sides(&self) -> usize {
         match self {
             Self::Tet4(_) => TET_FACES.len(),
+            Self::Wedge6(_) => WEDGE_TRIANGLES.len() + WEDGE_QUADRILATERALS.len(),
             Self::Hex8(_) => HEX_FACES.len(),
         }
     }
@@ -55,7 +77,20 @@ impl Element {
     pub fn side(&self, side: usize) -> FacetNodes {
         match self {
             Self::Tet4(nodes) => TET_FACES[side].map(|corner| nodes[corner]).into(),
+            Self::Wedge6(nodes) => match side {
+                0 | 1 => WEDGE_TRIANGLES[side].map(|corner| nodes[corner]).into(),
+                _ => WEDGE_QUADRILATERALS[side - 2].map(|corner| nodes[corner]).into(),
+            },
             Self::Hex8(nodes) => HEX_FACES[side].map(|corner| nodes[corner]).into(),
+        }
+    }
+
+    /// Nodes of a hexahedron with the same map: the element's own, or a wedge's by [`WEDGE_AS_HEX`]; `None` for a tetrahedron.
+    pub fn as_hex(&self) -> Option<[u32; 8]> {
+        match self {
+            Self::Tet4(_) => None,
+            Self::Wedge6(nodes) => Some(WEDGE_AS_HEX.map(|corner| nodes[corner])),
+            Self::Hex8(nodes) => Some(*nodes),
         }
     }
 }
@@ -63,6 +98,12 @@ impl Element {
 impl From<[u32; 4]> for Element {
     fn from(nodes: [u32; 4]) -> Self {
         Self::Tet4(nodes)
+    }
+}
+
+impl From<[u32; 6]> for Element {
+    fn from(nodes: [u32; 6]) -> Self {
+        Self::Wedge6(nodes)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Meshes of tetrahedra and hexahedra of several bodies, with named node sets and oriented surfaces.
+//! Meshes of tetrahedra, wedges and hexahedra of several bodies, with named node sets and oriented surfaces.
 //!
 //! This crate knows geometry and topology only; it knows no physics.
 //!
@@ -40,14 +40,16 @@ mod topology;
 
 pub use assemble::{Placement, Rotation};
 pub use defect::MeshDefect;
-pub use element::{Element, FacetCorners, FacetNodes, HEX_FACES, TET_FACES};
+pub use element::{
+    Element, FacetCorners, FacetNodes, HEX_FACES, TET_FACES, WEDGE_AS_HEX, WEDGE_QUADRILATERALS, WEDGE_TRIANGLES,
+};
 pub use error::MeshError;
 pub use generate::{
     BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, box_mesh, half_ball, half_ring, hollow_cylinder,
 };
 pub use geometry::{
-    HEX_CORNERS, facet_area, facet_area_vector, facet_corner_areas, hex_jacobian, hex_scaled_jacobian,
-    tet_scaled_jacobian, tet_volume,
+    HEX_CORNERS, WEDGE_CORNERS, facet_area, facet_area_vector, facet_corner_areas, hex_jacobian, hex_scaled_jacobian,
+    tet_scaled_jacobian, tet_volume, wedge_jacobian, wedge_scaled_jacobian,
 };
 pub use mesh::{Body, Facet, Mesh, Surface};
 pub use search::FacetTree;

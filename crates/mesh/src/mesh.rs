@@ -36,7 +36,7 @@ impl Surface {
 pub struct Body {
     /// The name that the case file uses.
     pub name: String,
-    /// Its elements, of one type or of both.
+    /// Its elements, of one type or of several.
     pub elements: Range<usize>,
     /// Its nodes. Bodies share no nodes.
     pub nodes: Range<usize>,

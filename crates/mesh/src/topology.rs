@@ -81,7 +81,7 @@ impl Mesh {
     }
 
     /// Of faces that bound one element only, sorted by their nodes, each quadrilateral that two triangles cover, and
-    /// these in its winding: where hexahedra meet tetrahedra.
+    /// these in its winding: as where hexahedra meet tetrahedra.
     pub(crate) fn divided_faces(&self, faces: &[Face]) -> Vec<[FacetNodes; 3]> {
         let mut divided = Vec::new();
         if faces.iter().all(|face| face.key.len() == faces[0].key.len()) {
@@ -100,8 +100,8 @@ impl Mesh {
         divided
     }
 
-    /// Quadrilateral faces of hexahedra that two triangular faces of tetrahedra cover, each with these, outward from the
-    /// hexahedron. Displacements agree on their edges, and on the diagonal at its ends only.
+    /// Quadrilateral faces that two triangular faces of other elements cover, as between hexahedra and tetrahedra, each with
+    /// these, outward from the element of the quadrilateral. Displacements agree on their edges, and on the diagonal at its ends only.
     ///
     /// # Panics
     /// If there is no body of this index or its elements are out of range (see [`Mesh::check`]).

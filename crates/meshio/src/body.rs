@@ -2,8 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use slipstick_mesh::{Body, Element, FacetNodes, HEX_CORNERS, Mesh, MeshError, Surface, hex_jacobian, tet_volume};
+use slipstick_mesh::{
+    Body, Element, FacetNodes, HEX_CORNERS, Mesh, MeshError, Surface, WEDGE_CORNERS, hex_jacobian, tet_volume,
+    wedge_jacobian,
+};
 
+use crate::unusable::refuse_unusable;
 use crate::{CellKind, FileMesh, MeshFileError};
 
 /// A body that was read, and what was done to it on the way.
@@ -15,24 +19,49 @@ pub struct ReadBody {
     pub notices: Vec<String>,
 }
 
-/// Node of the file that is not of the body.
+/// How cells of second order are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// As they stand in the file.
+    AsWritten,
+    /// By their corners.
+    First,
+}
+
+/// Node of the file that no element of the body has.
 const ELSEWHERE: u32 = u32::MAX;
+/// Mid-side node that was dropped from the body's elements.
+const DROPPED: u32 = u32::MAX - 1;
 
 impl FileMesh {
-    /// The body of the given name: the tetrahedra and hexahedra of the set `part` (of the whole file without one), with
-    /// coordinates multiplied by `scale`.
+    /// The body of the given name: the tetrahedra, wedges and hexahedra of the set `part` (of the whole file without one),
+    /// with coordinates multiplied by `scale`.
     ///
-    /// Nodes and elements keep their order. Hexahedra that are numbered inside out get bottom and top swapped, tetrahedra
-    /// their first two nodes; an element that stands twice with the same nodes is taken once. Sets become `{name}_{set}`,
-    /// or keep their name if it begins so already: of triangles, quadrilaterals and faces, surfaces; of nodes, points and
-    /// lines, node sets. What lies on other parts
-    /// is left out, and so is a set of nodes that a surface has the name of.
+    /// Nodes and elements keep their order. Of hexahedra and wedges that are numbered inside out, bottom and top are swapped,
+    /// of tetrahedra the first two nodes; an element that stands twice with the same nodes is taken once. Sets become
+    /// `{name}_{set}`, or keep their name if it begins so already: of triangles, quadrilaterals and faces, surfaces; of
+    /// nodes, points and lines, node sets. What lies on other parts is left out, and so is a set of nodes that a surface has
+    /// the name of.
     ///
     /// # Errors
-    /// No such part, a solid cell that is no sound tetrahedron or hexahedron, or a facet on the body's nodes that is not on
-    /// its boundary.
+    /// No such part, solid cells that are no sound tetrahedra, wedges or hexahedra of first order, or a facet on the body's
+    /// nodes that is not on its boundary.
     pub fn body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
-        let extraction = Extraction::new(self, part)?;
+        self.read(name, part, scale, Order::AsWritten)
+    }
+
+    /// As [`body`](Self::body), with mid-side nodes dropped: cells of second order become those of first order with the same
+    /// corners, solids as well as triangles, quadrilaterals and lines of sets. Sets of nodes keep the corners in them. Curved
+    /// edges become straight.
+    ///
+    /// # Errors
+    /// Those of [`body`](Self::body); and a mid-side node that is a corner of another element, which would not fit any more.
+    pub fn first_order_body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
+        self.read(name, part, scale, Order::First)
+    }
+
+    fn read(&self, name: &str, part: Option<&str>, scale: f64, order: Order) -> Result<ReadBody, MeshFileError> {
+        let extraction = Extraction::new(self, name, part, order)?;
         let (elements, flipped) = extraction.elements()?;
         let nodes = extraction.kept.iter().map(|&node| self.points[node as usize].map(|x| x * scale)).collect();
         let body = Body { name: name.to_owned(), elements: 0..elements.len(), nodes: 0..extraction.kept.len() };
@@ -49,9 +78,10 @@ impl FileMesh {
         let mut notices = self.notices.clone();
         for (kind, what, repair) in [
             (CellKind::Hex8, "hexahedra", "bottom and top are swapped"),
+            (CellKind::Wedge6, "wedges", "bottom and top are swapped"),
             (CellKind::Tet4, "tetrahedra", "two nodes are swapped"),
         ] {
-            let cells: Vec<u32> = flipped.iter().copied().filter(|&c| self.cells.kind(c as usize) == kind).collect();
+            let cells: Vec<u32> = flipped.iter().copied().filter(|&cell| extraction.kind(cell) == kind).collect();
             if let [first, ..] = cells[..] {
                 notices.push(format!(
                     "{} {what} are numbered inside out (the first: element {}); {repair}",
@@ -61,6 +91,10 @@ impl FileMesh {
             }
         }
         for (set, nodes) in extraction.node_sets() {
+            if nodes.is_empty() {
+                notices.push(format!("the node set `{set}` is left out: it has mid-side nodes only"));
+                continue;
+            }
             match mesh.surfaces.get(&own(set)) {
                 Some(surface) if surface.nodes() == nodes => {}
                 Some(_) => notices.push(format!("the node set `{set}` is left out: a surface has its name")),
@@ -81,26 +115,59 @@ fn doubled(name: &str) -> MeshFileError {
 /// What is taken out of the file.
 struct Extraction<'a> {
     file: &'a FileMesh,
+    order: Order,
     /// Whether all solid cells are.
     whole: bool,
     /// The cells of the body, each set of nodes once.
     chosen: Vec<u32>,
     /// The nodes of the body, in the file's order.
     kept: Vec<u32>,
-    /// Position in `kept` of each of the file's nodes, or [`ELSEWHERE`].
+    /// Position in `kept` of each of the file's nodes, or [`ELSEWHERE`] or [`DROPPED`].
     local: Vec<u32>,
 }
 
 impl<'a> Extraction<'a> {
-    fn new(file: &'a FileMesh, part: Option<&str>) -> Result<Self, MeshFileError> {
-        let chosen = chosen(file, part)?;
+    fn new(file: &'a FileMesh, body: &str, part: Option<&str>, order: Order) -> Result<Self, MeshFileError> {
+        let chosen = chosen(file, part, order)?;
+        refuse_unusable(file, body, part, &chosen, order)?;
+        let mut out = Self { file, order, whole: part.is_none(), chosen, kept: vec![], local: vec![] };
         let mut local = vec![ELSEWHERE; file.points.len()];
-        for &node in chosen.iter().flat_map(|&cell| file.cells.nodes(cell as usize)) {
+        for &node in out.chosen.iter().flat_map(|&cell| out.nodes(cell)) {
             local[node as usize] = 0;
         }
-        let kept: Vec<u32> = (0..).zip(&local).filter(|&(_, &mark)| mark == 0).map(|(node, _)| node).collect();
-        (0..).zip(&kept).for_each(|(position, &node)| local[node as usize] = position);
-        Ok(Self { file, whole: part.is_none(), chosen, kept, local })
+        out.kept = (0..).zip(&local).filter(|&(_, &mark)| mark == 0).map(|(node, _)| node).collect();
+        (0..).zip(&out.kept).for_each(|(position, &node)| local[node as usize] = position);
+        for &cell in &out.chosen {
+            for &node in &file.cells.nodes(cell as usize)[out.nodes(cell).len()..] {
+                if local[node as usize] < DROPPED {
+                    return Err(out.torn(cell, node));
+                }
+                local[node as usize] = DROPPED;
+            }
+        }
+        out.local = local;
+        Ok(out)
+    }
+
+    /// Shape and order in which a cell is taken.
+    fn kind(&self, cell: u32) -> CellKind {
+        self.order.of(self.file.cells.kind(cell as usize))
+    }
+
+    /// Nodes of a cell of that kind, by the file's positions.
+    fn nodes(&self, cell: u32) -> &'a [u32] {
+        &self.file.cells.nodes(cell as usize)[..self.kind(cell).node_count()]
+    }
+
+    /// A mid-side node of a cell is a corner of another one.
+    fn torn(&self, cell: u32, node: u32) -> MeshFileError {
+        let has = |other: &&u32| self.nodes(**other).contains(&node);
+        let number = |cell: u32| self.file.cells.number(cell as usize);
+        let other = self.chosen.iter().find(has).map_or(0, |&other| number(other));
+        let node = self.file.point_numbers[node as usize];
+        let message =
+            format!("its mid-side node {node} is a corner of element {other}, which would not fit without it");
+        self.at(cell, &message, "write all elements of the body in one order")
     }
 
     /// The elements by the body's nodes, and those cells that were inside out.
@@ -114,6 +181,7 @@ impl<'a> Extraction<'a> {
                 Orientation::InsideOut => {
                     match &mut element {
                         Element::Tet4(nodes) => nodes.swap(0, 1),
+                        Element::Wedge6(nodes) => nodes.rotate_left(3),
                         Element::Hex8(nodes) => nodes.rotate_left(4),
                     }
                     flipped.push(cell);
@@ -121,10 +189,8 @@ impl<'a> Extraction<'a> {
                 Orientation::Folded => {
                     let (message, cure) = match element {
                         Element::Tet4(_) => ("the tetrahedron is flat", "correct its nodes, or mesh anew"),
-                        Element::Hex8(_) => (
-                            "the hexahedron is folded or flat",
-                            "correct its nodes: all angles must be below 180°, in the order of Gmsh, Abaqus and VTK",
-                        ),
+                        Element::Wedge6(_) => ("the wedge is folded or flat", ANGLES),
+                        Element::Hex8(_) => ("the hexahedron is folded or flat", ANGLES),
                     };
                     return Err(self.at(cell, message, cure));
                 }
@@ -134,17 +200,18 @@ impl<'a> Extraction<'a> {
         Ok((elements, flipped))
     }
 
-    /// A cell that must be a true tetrahedron or hexahedron, by the file's nodes.
+    /// A cell that must be a true tetrahedron, wedge or hexahedron, by the file's nodes.
     fn element(&self, cell: u32) -> Result<Element, MeshFileError> {
-        let kind = self.file.cells.kind(cell as usize);
-        let nodes = self.file.cells.nodes(cell as usize);
+        let (kind, nodes) = (self.kind(cell), self.nodes(cell));
         let element = match (kind, nodes) {
             (CellKind::Tet4, &[a, b, c, d]) => Element::Tet4([a, b, c, d]),
+            (CellKind::Wedge6, &[a, b, c, d, e, f]) => Element::Wedge6([a, b, c, d, e, f]),
             (CellKind::Hex8, &[a, b, c, d, e, f, g, h]) => Element::Hex8([a, b, c, d, e, f, g, h]),
-            _ => return Err(self.at(cell, &format!("a {} is no element that can be used", kind.name()), kind.cure())),
+            _ => return Err(self.at(cell, &format!("a {} cannot be an element", kind.label()), kind.cure())),
         };
         if (1..nodes.len()).any(|i| nodes[..i].contains(&nodes[i])) {
-            let cure = "collapsed elements cannot be used: mesh with true tetrahedra or hexahedra";
+            let cure = "collapsed elements are not supported: write wedges as such (Gmsh: prisms; Abaqus: C3D6; VTK: type \
+                        13), or mesh with true tetrahedra, wedges and hexahedra";
             return Err(self.at(cell, "the element names a node twice", cure));
         }
         Ok(element)
@@ -152,23 +219,23 @@ impl<'a> Extraction<'a> {
 
     /// An error at a cell: its number, position and nodes.
     fn at(&self, cell: u32, message: &str, cure: &str) -> MeshFileError {
-        let nodes = self.file.cells.nodes(cell as usize);
-        let place = format!("element {} {}", self.file.cells.number(cell as usize), self.around(nodes));
+        let place = format!("element {} {}", self.file.cells.number(cell as usize), self.around(self.nodes(cell)));
         MeshFileError::new(place, message, cure)
     }
 
     /// Where some nodes are, and their numbers.
     fn around(&self, nodes: &[u32]) -> String {
-        let points = nodes.iter().map(|&node| self.file.points[node as usize]);
-        let mut mean = [0.0; 3];
-        points.for_each(|x| (0..3).for_each(|c| mean[c] += x[c] / nodes.len() as f64));
         let numbers: Vec<u64> = nodes.iter().map(|&node| self.file.point_numbers[node as usize]).collect();
-        format!("at ({:.4}, {:.4}, {:.4}), nodes {numbers:?}", mean[0], mean[1], mean[2])
+        format!("at {}, nodes {numbers:?}", self.file.middle(nodes))
+    }
+
+    /// Whether a node of the file is one of the body's.
+    fn has(&self, node: u32) -> bool {
+        self.local[node as usize] < DROPPED
     }
 
     fn local_of(&self, nodes: FacetNodes) -> Option<FacetNodes> {
-        let local = nodes.map(|node| self.local[node as usize]);
-        (!local.contains(&ELSEWHERE)).then_some(local)
+        nodes.iter().all(|&node| self.has(node)).then(|| nodes.map(|node| self.local[node as usize]))
     }
 
     /// Surfaces with at least one facet on the body.
@@ -202,13 +269,12 @@ impl<'a> Extraction<'a> {
         let cells = &self.file.cells;
         for (set, members) in &self.file.cell_sets {
             for &cell in members.iter().filter(|&&cell| cells.kind(cell as usize).dimension() == 2) {
-                let nodes = cells.nodes(cell as usize);
-                if !self.whole && nodes.iter().any(|&node| self.local[node as usize] == ELSEWHERE) {
+                let (kind, nodes) = (self.kind(cell), self.nodes(cell));
+                if !self.whole && !nodes.iter().all(|&node| self.has(node)) {
                     continue;
                 }
-                let kind = cells.kind(cell as usize);
                 let (CellKind::Triangle3 | CellKind::Quad4, Some(nodes)) = (kind, FacetNodes::new(nodes)) else {
-                    let message = format!("a {} of the surface `{set}` is no face of an element", kind.name());
+                    let message = format!("a {} of the surface `{set}` is no face of an element", kind.label());
                     return Err(self.at(cell, &message, kind.cure()));
                 };
                 let Some(local) = self.local_of(nodes) else {
@@ -229,7 +295,7 @@ impl<'a> Extraction<'a> {
         Ok(facets)
     }
 
-    /// Node sets, and sets of points and lines, with at least one node on the body.
+    /// Node sets, and sets of points and lines, with at least one node on the body; empty if all of them were dropped.
     fn node_sets(&self) -> BTreeMap<&'a str, Vec<u32>> {
         let cells = &self.file.cells;
         let mut sets: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
@@ -248,6 +314,7 @@ impl<'a> Extraction<'a> {
             nodes.dedup();
         }
         sets.retain(|_, nodes| !nodes.is_empty());
+        sets.values_mut().for_each(|nodes| nodes.retain(|&node| node != DROPPED));
         sets
     }
 }
@@ -260,7 +327,7 @@ struct SetFacet<'a> {
 }
 
 /// The solid cells of a part, in the file's order, without those that repeat the nodes of an earlier one.
-fn chosen(file: &FileMesh, part: Option<&str>) -> Result<Vec<u32>, MeshFileError> {
+fn chosen(file: &FileMesh, part: Option<&str>, order: Order) -> Result<Vec<u32>, MeshFileError> {
     let solid = |&cell: &u32| file.cells.kind(cell as usize).dimension() == 3;
     let mut chosen: Vec<u32> = match part {
         None => (0..file.cells.len() as u32).filter(solid).collect(),
@@ -287,9 +354,24 @@ fn chosen(file: &FileMesh, part: Option<&str>) -> Result<Vec<u32>, MeshFileError
         });
     }
     let mut seen = HashSet::with_capacity(chosen.len());
-    chosen.retain(|&cell| seen.insert(file.cells.nodes(cell as usize)));
+    chosen.retain(|&cell| {
+        let count = order.of(file.cells.kind(cell as usize)).node_count();
+        seen.insert(&file.cells.nodes(cell as usize)[..count])
+    });
     Ok(chosen)
 }
+
+impl Order {
+    /// The kind as which a cell is taken.
+    pub(crate) fn of(self, kind: CellKind) -> CellKind {
+        match self {
+            Self::AsWritten => kind,
+            Self::First => kind.first_order(),
+        }
+    }
+}
+
+const ANGLES: &str = "correct its nodes: all angles must be below 180°, in the order of Gmsh and Abaqus";
 
 enum Orientation {
     Sound,
@@ -302,6 +384,7 @@ fn orientation(element: &Element, points: &[[f64; 3]]) -> Orientation {
     let at = |node: u32| points[node as usize];
     let jacobians = match element {
         Element::Tet4(nodes) => vec![tet_volume(&nodes.map(at))],
+        Element::Wedge6(nodes) => WEDGE_CORNERS.map(|xi| wedge_jacobian(&nodes.map(at), xi)).to_vec(),
         Element::Hex8(nodes) => HEX_CORNERS.map(|xi| hex_jacobian(&nodes.map(at), xi)).to_vec(),
     };
     if jacobians.iter().all(|&jacobian| jacobian > 0.0) {

@@ -1,10 +1,10 @@
 //! The kinds of cells that mesh files hold.
 
 macro_rules! cell_kinds {
-    ($($variant:ident $name:literal $dimension:literal $nodes:literal,)+) => {
-        /// The shape and order of a cell. Only [`CellKind::Tet4`] and [`CellKind::Hex8`] can become elements, only
-        /// [`CellKind::Triangle3`] and [`CellKind::Quad4`] facets; the others are read so that they can be passed over,
-        /// or named in an error.
+    ($($variant:ident $name:literal $label:literal $dimension:literal $nodes:literal $corners:ident,)+) => {
+        /// The shape and order of a cell. Only [`CellKind::Tet4`], [`CellKind::Wedge6`] and [`CellKind::Hex8`] can become
+        /// elements, only [`CellKind::Triangle3`] and [`CellKind::Quad4`] facets, and those of second order by their corners.
+        /// The others are read so that they can be passed over or named in an error.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum CellKind {
             $(#[doc = concat!("`", $name, "`")] $variant,)+
@@ -16,6 +16,11 @@ macro_rules! cell_kinds {
                 match self { $(Self::$variant => $name,)+ }
             }
 
+            /// The name, with that of Abaqus and CalculiX where they have one: `hex20 (C3D20)`.
+            pub fn label(self) -> &'static str {
+                match self { $(Self::$variant => $label,)+ }
+            }
+
             /// 0 for points to 3 for solids.
             pub fn dimension(self) -> u8 {
                 match self { $(Self::$variant => $dimension,)+ }
@@ -25,53 +30,60 @@ macro_rules! cell_kinds {
             pub fn node_count(self) -> usize {
                 match self { $(Self::$variant => $nodes,)+ }
             }
+
+            /// The cell of first order with the same corners, which are the first nodes of any cell.
+            pub fn first_order(self) -> Self {
+                match self { $(Self::$variant => Self::$corners,)+ }
+            }
         }
     };
 }
 
 cell_kinds! {
-    Point "point" 0 1,
-    Line2 "line2" 1 2,
-    Line3 "line3" 1 3,
-    Triangle3 "triangle3" 2 3,
-    Triangle6 "triangle6" 2 6,
-    Quad4 "quad4" 2 4,
-    Quad8 "quad8" 2 8,
-    Quad9 "quad9" 2 9,
-    Tet4 "tet4" 3 4,
-    Tet10 "tet10" 3 10,
-    Pyramid5 "pyramid5" 3 5,
-    Pyramid13 "pyramid13" 3 13,
-    Pyramid14 "pyramid14" 3 14,
-    Wedge6 "wedge6" 3 6,
-    Wedge15 "wedge15" 3 15,
-    Wedge18 "wedge18" 3 18,
-    Hex8 "hex8" 3 8,
-    Hex20 "hex20" 3 20,
-    Hex27 "hex27" 3 27,
+    Point "point" "point" 0 1 Point,
+    Line2 "line2" "line2" 1 2 Line2,
+    Line3 "line3" "line3" 1 3 Line2,
+    Triangle3 "triangle3" "triangle3" 2 3 Triangle3,
+    Triangle6 "triangle6" "triangle6" 2 6 Triangle3,
+    Quad4 "quad4" "quad4" 2 4 Quad4,
+    Quad8 "quad8" "quad8" 2 8 Quad4,
+    Quad9 "quad9" "quad9" 2 9 Quad4,
+    Tet4 "tet4" "tet4 (C3D4)" 3 4 Tet4,
+    Tet10 "tet10" "tet10 (C3D10)" 3 10 Tet4,
+    Pyramid5 "pyramid5" "pyramid5 (C3D5)" 3 5 Pyramid5,
+    Pyramid13 "pyramid13" "pyramid13" 3 13 Pyramid5,
+    Pyramid14 "pyramid14" "pyramid14" 3 14 Pyramid5,
+    Wedge6 "wedge6" "wedge6 (C3D6)" 3 6 Wedge6,
+    Wedge15 "wedge15" "wedge15 (C3D15)" 3 15 Wedge6,
+    Wedge18 "wedge18" "wedge18" 3 18 Wedge6,
+    Hex8 "hex8" "hex8 (C3D8)" 3 8 Hex8,
+    Hex20 "hex20" "hex20 (C3D20)" 3 20 Hex8,
+    Hex27 "hex27" "hex27 (C3D27)" 3 27 Hex8,
 }
 
+/// What makes elements of second order usable.
+const FIRST_ORDER: &str = "`first_order = true` in the body's `mesh` drops mid-side nodes; or write first order (Gmsh: \
+                           Mesh.ElementOrder = 1; Abaqus: C3D4, C3D6, C3D8)";
+
 impl CellKind {
+    /// Whether the cell has nodes besides its corners.
+    pub fn is_second_order(self) -> bool {
+        self.first_order() != self
+    }
+
+    /// Whether the cell can become an element.
+    pub fn is_element(self) -> bool {
+        matches!(self, Self::Tet4 | Self::Wedge6 | Self::Hex8)
+    }
+
     /// What to do about a cell that can become neither an element nor a facet.
     pub(crate) fn cure(self) -> &'static str {
-        match self {
-            Self::Line3
-            | Self::Triangle6
-            | Self::Quad8
-            | Self::Quad9
-            | Self::Tet10
-            | Self::Pyramid13
-            | Self::Pyramid14
-            | Self::Wedge15
-            | Self::Wedge18
-            | Self::Hex20
-            | Self::Hex27 => {
-                "second order is not supported: write first order (Gmsh: Mesh.ElementOrder = 1; Abaqus: C3D4, C3D8)"
+        match self.first_order() {
+            Self::Pyramid5 => {
+                "pyramids are not supported: mesh with hexahedra, wedges or tetrahedra alone, or name a `part` without pyramids"
             }
-            _ => {
-                "only tetrahedra and hexahedra are supported: mesh with tetrahedra, or by a transfinite or swept, recombined \
-                 scheme, or name a `part` without others"
-            }
+            _ if self.is_second_order() => FIRST_ORDER,
+            _ => "surfaces must be of triangles and quadrilaterals, bodies of tetrahedra, wedges and hexahedra",
         }
     }
 }

@@ -46,8 +46,8 @@ impl Cells {
 pub struct ElementFace {
     /// Position of the cell in [`FileMesh::cells`].
     pub cell: u32,
-    /// Face number from 0: Abaqus' S1 … S6, which are the sides of [`slipstick_mesh::HEX_FACES`], or S1 … S4 of
-    /// [`slipstick_mesh::TET_FACES`].
+    /// Face number from 0: Abaqus' S1 … S6, which are the sides of [`slipstick_mesh::HEX_FACES`], S1 … S4 of
+    /// [`slipstick_mesh::TET_FACES`], or S1 … S5 of a wedge, its [`slipstick_mesh::WEDGE_TRIANGLES`] first.
     pub side: u8,
 }
 

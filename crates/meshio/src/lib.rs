@@ -8,7 +8,8 @@
 //!
 //! [`FileMesh::parse`] tells the format by the first character and keeps what the file says, with its own numbers for
 //! messages. [`FileMesh::body`] takes one body out of it as a [`slipstick_mesh::Mesh`]: the elements of one set, their
-//! nodes, and the sets of faces and nodes that lie on them as surfaces and node sets.
+//! nodes, and the sets of faces and nodes that lie on them as surfaces and node sets. [`FileMesh::first_order_body`] drops the
+//! mid-side nodes of second-order elements on the way.
 //!
 //! The crate reads bytes, not files, and needs memory in proportion to their number, whatever they say.
 //!
@@ -29,6 +30,7 @@ mod cursor;
 mod error;
 mod file_mesh;
 mod gmsh;
+mod unusable;
 pub mod vtu;
 
 pub use body::ReadBody;

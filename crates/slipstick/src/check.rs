@@ -20,7 +20,7 @@ pub enum NoticeKind {
     LooseBody,
     /// Parts of a body share no nodes, or nodes at one place are not merged.
     Disconnected,
-    /// Hexahedra and tetrahedra of a body meet, whose faces do not fit each other.
+    /// Quadrilaterals and triangles of a body meet, which do not fit each other.
     Divided,
     /// The bodies of a contact pair penetrate each other at the start.
     PenetratingStart,
@@ -54,7 +54,8 @@ pub struct BodySummary {
     pub nodes: usize,
     /// Volume. \[L³\]
     pub volume: f64,
-    /// Worst scaled Jacobian of its elements: 1 is a brick or a regular tetrahedron, 0 degenerate.
+    /// Worst scaled Jacobian of its elements: 1 is a brick, a right prism on an equilateral triangle or a regular tetrahedron,
+    /// 0 degenerate.
     pub quality: f64,
     /// Rigid motions (of 6) that supports and prescribed motions leave free.
     pub free_motions: usize,
@@ -134,7 +135,7 @@ pub fn bytes_to_build(case: &Case) -> f64 {
     case.bodies.iter().map(of_body).sum()
 }
 
-/// Numbers of tetrahedra and hexahedra.
+/// Numbers of tetrahedra, and of hexahedra and wedges, which are kept as hexahedra.
 fn counts(mesh: &Mesh) -> (f64, f64) {
     let tetrahedra = mesh.elements.iter().filter(|element| matches!(element, Element::Tet4(_))).count();
     (tetrahedra as f64, (mesh.elements.len() - tetrahedra) as f64)

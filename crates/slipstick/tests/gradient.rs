@@ -183,6 +183,43 @@ fn gradient_of_tetrahedra_and_hexahedra() {
     }
 }
 
+/// Wedges: a slab of hexahedra, standing wedges, lying wedges and tetrahedra, under a block of standing or lying wedges, so that
+/// triangles and quadrilaterals of wedges slide over those of all elements; with F̄, and with nearly empty elements.
+#[test]
+fn gradient_of_wedges() {
+    let shape = |min: [f64; 3], max: [f64; 3], elements: [usize; 3]| BoxShape { min, max, elements, grading: [1.0; 3] };
+    let slab = box_mesh("slab", &shape([0.0; 3], [4.0, 1.0, 1.0], [4, 1, 1])).unwrap();
+    let slab =
+        slab.divided_into_wedges(|element| [None, Some(1), Some(2), None][element]).divided(|element| element == 5);
+    let block = box_mesh("block", &shape([1.6, 1.0, 0.1], [2.4, 1.8, 0.9], [1; 3])).unwrap();
+    let motion = "[{ t = 0.4, u = [0, -0.1, 0] }, { t = 1.0, u = [0.15, -0.12, 0.04] }]".to_string();
+    for (k, (method, enforcement)) in methods().into_iter().enumerate() {
+        for (shape, along) in [("standard", 1), ("dual", 2)] {
+            let (enforcement, motion) = (enforcement.clone(), motion.clone());
+            let scene = Scene { friction: 0.4, enforcement, shape, motion, ..Scene::default() };
+            let mut text = scene.text();
+            for (name, mesh) in ["slab", "block"].map(|name| (name, format!("mesh = {{ file = '{name}' }}"))) {
+                let start = text.find("box = ").unwrap();
+                let end = start + text[start..].find('\n').unwrap();
+                assert!(text[..start].ends_with(&format!("name = \"{name}\"\n")), "{text}");
+                text.replace_range(start..end, &mesh);
+            }
+            if k == 1 {
+                text = text.replacen("material", "element = \"f_bar\"\nmaterial", 1);
+            }
+            if k == 2 {
+                text = text.replace("[design]", "[design]\nenergy_interpolation = { threshold = 0.3, sharpness = 10 }");
+            }
+            let block = block.divided_into_wedges(|_| Some(along));
+            let mut problem = problem_with(&text, &[("slab", slab.clone()), ("block", block)]);
+            assert_eq!(problem.mesh.elements.len(), 1 + 2 + 2 + 6 + 2);
+            let checked = check(&format!("{method} {shape}"), &mut problem, 7);
+            let (all, last) = (checked.statuses.concat(), checked.statuses.last().unwrap());
+            assert!(all.contains('t') && last.contains('l'), "{:?}", checked.statuses);
+        }
+    }
+}
+
 fn spinning() -> Scene {
     Scene {
         friction: 0.2,

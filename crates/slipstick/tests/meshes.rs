@@ -81,6 +81,104 @@ fn tetrahedra_from_gmsh_are_solved() {
     assert_eq!(run(&mut built(&bar)), found);
 }
 
+/// A slab and a block of wedges, by Gmsh: sizes as drawn in `make.py`, contact with friction. Conforming meshes are too stiff, so
+/// that refined hexahedra carry least; wedges are stiffer than hexahedra of their size, and softer than tetrahedra.
+#[test]
+fn wedges_from_gmsh_are_solved() {
+    let text = from_file("gmsh_wedges.msh");
+    let resolved = parsed(&text);
+    assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
+    let mut problem = built(&text);
+    assert!(problem.mesh.elements.iter().all(|element| matches!(element, slipstick_mesh::Element::Wedge6(_))));
+    let volumes = problem.mesh.element_volumes();
+    let volume = |body: usize| volumes[problem.mesh.bodies[body].elements.clone()].iter().sum::<f64>();
+    assert!((volume(0) - 8.0).abs() < 1e-10 && (volume(1) - 1.4 * 0.7 * 1.3).abs() < 1e-10, "{volumes:?}");
+    let force = |problem: &mut Problem| {
+        let density = problem.initial_density.clone();
+        common::forward(problem, &density).value
+    };
+    let wedges = force(&mut problem);
+    let [hexahedra, tetrahedra] =
+        ["gmsh_41_ascii.msh", "gmsh_tetrahedra.msh"].map(|f| force(&mut built(&from_file(f))));
+    let faces = |body: &str| [format!("{body}_ymax"), format!("{body}_ymin")];
+    let (slab, block) = (faces("slab"), faces("block"));
+    let (fine_slab, fine_block) = (SLAB.replace("[4, 2, 2]", "[8, 4, 4]"), BLOCK.replace("[2, 1, 2]", "[4, 2, 4]"));
+    let fine = pair(&fine_slab, &fine_block, [&slab[0], &slab[1]], [&block[0], &block[1]]);
+    let fine = force(&mut built(&fine));
+    println!(
+        "contact force {fine:.3} (refined hexahedra), {hexahedra:.3}, {wedges:.3} (wedges), {tetrahedra:.3} (tetrahedra)"
+    );
+    let order = [fine, hexahedra, wedges, tetrahedra].map(|force| -force);
+    assert!(order.is_sorted(), "{order:?}");
+    assert!(wedges / hexahedra < 1.1, "{wedges} {hexahedra}");
+    // a Poisson's ratio at which they lock in their triangles, with F̄ too
+    let locking =
+        text.replace("poisson_ratio = 0.3", "poisson_ratio = 0.49").replace("[[body]]", "[[body]]\nelement = 'f_bar'");
+    let warnings = parsed(&locking).warnings;
+    let of_wedges =
+        |w: &slipstick::case::CaseDiagnostic| w.code() == CaseCode::Locking && w.message().contains("wedges lock");
+    assert!(warnings.len() == 2 && warnings.iter().all(of_wedges), "{warnings:?}");
+}
+
+/// The slab of wedges between smooth walls, pressed down by a tenth: uniaxial strain, which every mesh represents exactly.
+#[test]
+fn wedges_from_gmsh_are_strained_uniformly() {
+    let wall = |name: &str, axis: &str, at: f64, normal: [f64; 3]| {
+        let point = normal.map(|n| n * at);
+        format!(
+            "[[set]]\nname = '{name}'\nplane = {{ point = {point:?}, normal = {normal:?} }}\n\
+             [[dirichlet]]\nset = '{name}'\ncomponents = ['{axis}']\n"
+        )
+    };
+    let walls = [
+        wall("left", "x", 0.0, [1.0, 0.0, 0.0]),
+        wall("right", "x", 4.0, [1.0, 0.0, 0.0]),
+        wall("back", "z", 0.0, [0.0, 0.0, 1.0]),
+        wall("front", "z", 2.0, [0.0, 0.0, 1.0]),
+    ];
+    let text = format!(
+        "[[body]]\nname = 'slab'\nmesh = {{ file = 'gmsh_wedges.msh', part = 'slab' }}\n\
+         material.neo_hooke = {{ youngs_modulus = 1000.0, poisson_ratio = 0.3 }}\n\
+         [[dirichlet]]\nset = 'slab_bottom'\ncomponents = ['y']\n\
+         [[dirichlet]]\nset = 'slab_top'\ncomponents = ['y']\nmotion = [{{ t = 1.0, u = [0, -0.1, 0] }}]\n{}\
+         [load_path]\nsteps = 2\ntolerance = {{ relative = 1e-13 }}\n",
+        walls.concat()
+    );
+    let mut problem = built(&text);
+    let density = problem.initial_density.clone();
+    let run = common::forward(&mut problem, &density);
+    let last = &run.path.states.last().expect("a state").state;
+    let mut worst = 0.0_f64;
+    for (x, u) in problem.mesh.nodes.iter().zip(last.unknowns.as_chunks::<3>().0) {
+        let exact = [0.0, -0.1 * x[1], 0.0];
+        worst = (0..3).fold(worst, |worst, c| worst.max((u[c] - exact[c]).abs()));
+    }
+    // Gmsh's nodes are off by 2e-12
+    assert!(worst < 1e-11, "{worst:e}");
+}
+
+/// With `first_order`, meshes of second order are those of first order by the same program.
+#[test]
+fn second_order_is_read_by_its_corners() {
+    let second = |file: &str| from_file(file).replace("part =", "first_order = true, part =");
+    let value = |text: &str| {
+        let resolved = parsed(text);
+        assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
+        let mut problem = build(&resolved.case).expect("a problem");
+        let density = problem.initial_density.clone();
+        (common::forward(&mut problem, &density).value, problem.mesh.nodes.len())
+    };
+    let ((found, nodes), (expected, first)) =
+        (value(&second("gmsh_41_second_order.msh")), value(&from_file("gmsh_41_ascii.msh")));
+    assert_eq!(nodes, first);
+    assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    // `check --resolved` writes the key, and the case stays the same
+    let case = parsed(&second("gmsh_41_second_order.msh")).case;
+    let written = toml::to_string(&case).expect("writable");
+    assert_eq!(written.matches("first_order = true").count(), 2, "{written}");
+    assert_eq!(parsed(&written).case, case);
+}
+
 /// Contact with friction of two bodies from each kind of file, against the same bodies from the generator. Gmsh's nodes
 /// are off by 2e-12, so that results agree to that times the stiffness of contact, not to round-off.
 #[test]
@@ -157,10 +255,19 @@ fn errors_in_mesh_files_point_at_the_case() {
         assert_eq!((first.code(), &text[first.span()]), (code, at), "{errors}");
         assert!(first.help().contains(help), "{errors}");
     }
-    // second order: the element and the cure
-    let errors = read(&from_file("gmsh_41_second_order.msh")).expect_err("hex27");
-    assert!(errors.to_string().contains("gmsh_41_second_order.msh: element "), "{errors}");
-    assert!(errors.to_string().contains("Mesh.ElementOrder = 1"), "{errors}");
+    // second order: both bodies, how many elements of which type, and the cure
+    let text = from_file("gmsh_41_second_order.msh");
+    let errors = read(&text).expect_err("hex27");
+    let expected = [
+        "gmsh_41_second_order.msh: body `slab`: 16 of 16 elements are of second order: 16 hex27 (C3D27); the first is element",
+        "gmsh_41_second_order.msh: body `block`: 4 of 4 elements are of second order: 4 hex27 (C3D27); the first is element",
+    ];
+    assert_eq!(errors.diagnostics().len(), 2, "{errors}");
+    for (diagnostic, message) in errors.diagnostics().iter().zip(expected) {
+        assert_eq!((diagnostic.code(), &text[diagnostic.span()]), (CaseCode::MeshFile, "'gmsh_41_second_order.msh'"));
+        assert!(diagnostic.message().starts_with(message), "{diagnostic}");
+        assert!(diagnostic.help().starts_with("`first_order = true` in the body's `mesh`"), "{diagnostic}");
+    }
 }
 
 /// Two boxes of 1 × 1 × 1 elements, from one file whose parts share no nodes: as one body, it falls apart.

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 
 use slipstick::output::{Cell, Csv, OutputError, Pvd, Values, Vtu, write_atomically};
 use slipstick_mesh::Element;
+use slipstick_meshio::FileMesh;
 
 const POINTS: [[f64; 3]; 12] = [
     [0.0, 0.0, 0.0],
@@ -122,15 +123,18 @@ fn a_vtu_reads_back_bit_for_bit() {
     assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
 }
 
-/// Types and offsets by VTK's file format: 10 is the tetrahedron, 12 the hexahedron.
+/// Types and offsets by VTK's file format: 10 is the tetrahedron, 12 the hexahedron, 13 the wedge, whose first triangle is
+/// counter-clockwise seen from outside.
 #[test]
-fn elements_of_both_types_are_written() {
-    let elements = [Element::Tet4([8, 9, 10, 4]), HEXES[0]];
+fn elements_of_all_types_are_written() {
+    let elements = [Element::Tet4([8, 9, 10, 4]), HEXES[0], Element::Wedge6([0, 1, 3, 4, 5, 7])];
     let mut bytes = Vec::new();
     Vtu::new(&POINTS, &elements).expect("a mesh").write(&mut bytes).expect("memory");
     let arrays = read_vtu(&bytes);
-    assert_eq!(arrays["connectivity"].i64(), [8, 9, 10, 4, 0, 1, 2, 3, 4, 5, 6, 7]);
-    assert_eq!((arrays["offsets"].i64(), &arrays["types"].bytes[..]), (vec![4, 12], &[10, 12][..]));
+    assert_eq!(arrays["connectivity"].i64(), [8, 9, 10, 4, 0, 1, 2, 3, 4, 5, 6, 7, 0, 3, 1, 4, 7, 5]);
+    assert_eq!((arrays["offsets"].i64(), &arrays["types"].bytes[..]), (vec![4, 12, 18], &[10, 12, 13][..]));
+    let read = FileMesh::parse(&bytes).expect("readable").body("a", None, 1.0).expect("a body");
+    assert_eq!(read.mesh.elements[1..], elements[1..], "read back as they were");
 }
 
 #[test]

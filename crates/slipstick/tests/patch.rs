@@ -14,8 +14,8 @@ const LOWER: (f64, f64) = (1000.0, 0.3);
 const UPPER: (f64, f64) = (300.0, 0.2);
 const PRESSED: f64 = 0.3;
 
-/// Which elements of a body are divided into tetrahedra.
-type WhichElements = fn(usize) -> bool;
+/// Makes other elements of a box of hexahedra.
+type Divide = fn(&Mesh) -> Mesh;
 
 /// Two boxes 1 × 1 × 1 on top of each other, the upper one pressed down by [`PRESSED`]. `confined`: frictionless walls on all
 /// four sides, else symmetry planes at x = 0 and z = 0 only; `clamped`: no walls, but ends held in all components.
@@ -29,8 +29,8 @@ struct Stack {
     clamped: bool,
     moduli: [(f64, f64); 2],
     friction: f64,
-    /// Which hexahedra of the lower and the upper box are divided into tetrahedra, if any.
-    divided: [Option<WhichElements>; 2],
+    /// What becomes of the hexahedra of the lower and the upper box.
+    divided: [Option<Divide>; 2],
 }
 
 impl Default for Stack {
@@ -51,7 +51,7 @@ impl Default for Stack {
 }
 
 impl Stack {
-    /// The problem, with tetrahedra where they are asked for.
+    /// The problem, with tetrahedra and wedges where they are asked for.
     fn problem(&self) -> Problem {
         let mut text = self.text();
         let mut meshes = Vec::new();
@@ -59,7 +59,7 @@ impl Stack {
         for ((name, elements, y, grading), divided) in boxes.into_iter().zip(self.divided) {
             let Some(divided) = divided else { continue };
             let shape = BoxShape { min: [0.0, y, 0.0], max: [1.0, y + 1.0, 1.0], elements, grading };
-            meshes.push((name, box_mesh(name, &shape).unwrap().divided(divided)));
+            meshes.push((name, divided(&box_mesh(name, &shape).unwrap())));
             let start = text.find(&format!("name = \"{name}\"\nbox")).unwrap() + format!("name = \"{name}\"\n").len();
             let end = start + text[start..].find('\n').unwrap();
             text.replace_range(start..end, &format!("mesh = {{ file = '{name}' }}"));
@@ -139,11 +139,13 @@ fn uniaxial_strain(moduli: [(f64, f64); 2]) -> ([f64; 2], f64) {
 fn deformation_gradient(mesh: &Mesh, element: usize, d: &[f64]) -> Matrix3<f64> {
     let (mut reference, mut current) = (Matrix3::zeros(), Matrix3::zeros());
     // gradients of the shape functions there, in coordinates of the parent cube or tetrahedron
-    let gradients: Vec<[f64; 3]> = match mesh.elements[element] {
-        Element::Hex8(_) => slipstick_mesh::HEX_CORNERS.map(|corner| corner.map(|c| c / 8.0)).to_vec(),
-        Element::Tet4(_) => vec![[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    let cube = || slipstick_mesh::HEX_CORNERS.map(|corner| corner.map(|c| c / 8.0)).to_vec();
+    let (gradients, nodes): (Vec<[f64; 3]>, Vec<u32>) = match mesh.elements[element] {
+        Element::Hex8(nodes) => (cube(), nodes.to_vec()),
+        Element::Wedge6(_) => (cube(), mesh.elements[element].as_hex().unwrap().to_vec()),
+        Element::Tet4(nodes) => (vec![[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], nodes.to_vec()),
     };
-    for (gradient, &node) in gradients.iter().zip(mesh.elements[element].nodes()) {
+    for (gradient, node) in gradients.iter().zip(nodes) {
         let gradient = Vector3::from(*gradient).transpose();
         let x = Vector3::from(mesh.nodes[node as usize]);
         let u = Vector3::from_column_slice(&d[3 * node as usize..][..3]);
@@ -208,7 +210,7 @@ fn uniaxial_strain_passes_through_any_meshes() {
 /// The same with tetrahedra on either side and on both.
 #[test]
 fn uniaxial_strain_passes_through_tetrahedra() {
-    let all: fn(usize) -> bool = |_| true;
+    let all: Divide = |mesh| mesh.divided(|_| true);
     for (what, divided) in [
         ("tetrahedra under hexahedra", [Some(all), None]),
         ("hexahedra under tetrahedra", [None, Some(all)]),
@@ -223,6 +225,51 @@ fn uniaxial_strain_passes_through_tetrahedra() {
             }
         }
     }
+}
+
+/// The same with wedges on either side and on both: standing on their triangles, lying on their quadrilaterals, or beside
+/// tetrahedra in one body, with inner nodes moved.
+#[test]
+fn uniaxial_strain_passes_through_wedges() {
+    let standing: Divide = |mesh| distorted(mesh.divided_into_wedges(|_| Some(1)));
+    let lying: Divide = |mesh| distorted(mesh.divided_into_wedges(|_| Some(2)));
+    // wedges along y above and below tetrahedra, whose triangles they share
+    let layers: Divide = |mesh| {
+        let middle = |element: usize, mesh: &Mesh| (mesh.centroid(element)[1].fract() - 0.5).abs() < 0.2;
+        let wedges = mesh.divided_into_wedges(|element| (!middle(element, mesh)).then_some(1));
+        let layers = wedges.divided(|_| true);
+        assert!(layers.divided_quadrilaterals(0).is_empty());
+        distorted(layers)
+    };
+    for (what, divided) in [
+        ("standing wedges under hexahedra", [Some(standing), None]),
+        ("lying wedges under standing ones", [Some(lying), Some(standing)]),
+        ("layers under lying wedges", [Some(layers), Some(lying)]),
+        ("hexahedra under layers", [None, Some(layers)]),
+    ] {
+        for shape in ["standard", "dual"] {
+            for slave_above in [true, false] {
+                let (lower, upper) = ([2, 3, 2], [3, 3, 3]);
+                let stack =
+                    Stack { lower, upper, grading: [2.0, 1.0, 0.5], shape, slave_above, divided, ..Stack::default() };
+                let (axial, pressure) = uniaxial_strain(stack.moduli);
+                let name = format!("{what}, {shape}, slave above: {slave_above}");
+                check(&name, &mut stack.problem(), [1.0, 1.0], axial, pressure);
+            }
+        }
+    }
+}
+
+/// The mesh with its inner nodes moved by up to a tenth of an element.
+fn distorted(mut mesh: Mesh) -> Mesh {
+    let outer = mesh.boundary(0).nodes();
+    for node in (0..mesh.nodes.len()).filter(|n| outer.binary_search(&(*n as u32)).is_err()) {
+        for c in 0..3 {
+            mesh.nodes[node][c] += 0.03 * ((7 * node + 5 * c) as f64 * 1.7).sin();
+        }
+    }
+    assert!(mesh.check().is_empty(), "{:?}", mesh.check());
+    mesh
 }
 
 /// One material with free sides: uniaxial stress, P_xx = P_zz = 0.

@@ -17,6 +17,8 @@ struct Cut {
     axes: [bool; 2],
     slides: bool,
     shape: &'static str,
+    /// Whether the bodies are of wedges along z, which a plane across z does not change.
+    wedges: bool,
 }
 
 impl Cut {
@@ -60,7 +62,11 @@ impl Cut {
         for [x, y, z] in &mut block.nodes {
             *y += (0.25 * *x * *x + 0.2 * *z * *z) * (1.8 - *y) / 0.8;
         }
+        let along = self.wedges.then_some(2);
         vec![("slab", slab), ("block", block)]
+            .into_iter()
+            .map(|(name, mesh)| (name, mesh.divided_into_wedges(|_| along)))
+            .collect()
     }
 
     fn problem(&self, enforcement: &str) -> Problem {
@@ -157,9 +163,10 @@ fn compare(cut: Cut, enforcement: &str, supports: bool) -> Apart {
 fn a_part_is_a_part_of_the_whole() {
     let weighted = "{ penalty = { stiffness = 100000.0, scaling = 'weighted' } }".to_string();
     for enforcement in [LAGRANGE.to_string(), penalty(2e4), weighted, augmented(1e4, 1e-11)] {
-        let slides = |shape| Cut { axes: [false, true], slides: true, shape };
-        let rests = Cut { axes: [true, true], slides: false, shape: "standard" };
-        for cut in [slides("standard"), slides("dual"), rests] {
+        let slides = |shape| Cut { axes: [false, true], slides: true, shape, wedges: false };
+        let rests = Cut { axes: [true, true], slides: false, shape: "standard", wedges: false };
+        let wedges = Cut { wedges: true, ..slides("standard") };
+        for cut in [slides("standard"), slides("dual"), rests, wedges] {
             let apart = compare(cut, &enforcement, false);
             println!("{enforcement} {cut:?}: {apart:?}");
             let Apart { objective, displacement, traction, gradient } = apart;
@@ -174,7 +181,7 @@ fn a_part_is_a_part_of_the_whole() {
 #[test]
 fn gradients_of_a_part_match_finite_differences() {
     for enforcement in [LAGRANGE.to_string(), penalty(2e4), augmented(1e4, 1e-11)] {
-        let cut = Cut { axes: [false, true], slides: true, shape: "standard" };
+        let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
         let mut problem = cut.problem(&enforcement);
         let density = random_density(&problem, 3);
         let base = forward(&mut problem, &density);
@@ -194,7 +201,7 @@ fn gradients_of_a_part_match_finite_differences() {
 /// Two optimizer's steps of the part are those of the whole: objective, volume and filter fit together.
 #[test]
 fn designs_of_a_part_are_those_of_the_whole() {
-    let cut = Cut { axes: [false, true], slides: true, shape: "standard" };
+    let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
     let designs = [cut, Cut { axes: [false; 2], ..cut }].map(|cut| {
         let read = |name: &str| {
             let mesh = cut.meshes().into_iter().find(|mesh| mesh.0 == name).unwrap().1;
@@ -220,7 +227,7 @@ fn designs_of_a_part_are_those_of_the_whole() {
 
 #[test]
 fn planes_that_are_none_are_refused() {
-    let cut = Cut { axes: [false, true], slides: true, shape: "standard" };
+    let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
     let read = |name: &str| {
         let mesh = cut.meshes().into_iter().find(|mesh| mesh.0 == name).unwrap().1;
         Ok(abaqus::abaqus(&mesh).into_bytes())

@@ -1,4 +1,4 @@
-//! What the elements of a cluster contribute, hexahedra first, then batches of tetrahedra; compiled for the instruction
+//! What the elements of a cluster contribute, hexahedra and wedges first, then batches of tetrahedra; compiled for the instruction
 //! set found at run time.
 
 use crate::clusters::Target;
@@ -119,6 +119,7 @@ impl WithSimd for AddTangents<'_> {
                 |i, k, block| {
                     // SAFETY: the positions are those of pairs of the element's nodes.
                     add(unsafe { self.target.at(positions[8 * i + k] as usize) }, block);
+                    // Coinciding corners of a wedge have one position for both blocks, which then add up there.
                     if i != k {
                         // SAFETY: as above.
                         add(unsafe { self.target.at(positions[8 * k + i] as usize) }, transposed(block));

@@ -32,7 +32,7 @@ pub struct InvertedElements {
 /// forces have three entries per node.
 #[derive(Debug, Clone)]
 pub struct SolidModel {
-    /// Hexahedra, in the order of `clusters`.
+    /// Hexahedra, and wedges as hexahedra, in the order of `clusters`.
     hexahedra: Vec<Hexahedron>,
     clusters: Clusters,
     /// Tetrahedra, in the order of `batch_clusters`.
@@ -43,10 +43,11 @@ pub struct SolidModel {
     section_of: Vec<u32>,
 }
 
-/// All that the integrals over a hexahedron read, in one place.
+/// All that the integrals over a hexahedron or wedge read, in one place.
 #[derive(Debug, Clone)]
 pub(crate) struct Hexahedron {
     pub geometry: ReferenceGeometry,
+    /// Those of a wedge stand twice where corners coincide: what is added to them adds up.
     pub nodes: [u32; 8],
     /// The mesh's number of the element.
     pub number: u32,
@@ -65,7 +66,7 @@ impl Hexahedron {
     }
 }
 
-/// Where each element's blocks, 64 of a hexahedron and 16 of a tetrahedron, go in a matrix's values, element by element in
+/// Where each element's blocks, 64 of a hexahedron or wedge and 16 of a tetrahedron, go in a matrix's values, element by element in
 /// the order of the model; built once per pattern.
 #[derive(Debug, Clone)]
 pub struct Scatter {
@@ -109,7 +110,7 @@ impl SolidModel {
         let (mut hexes, mut tets) = (Vec::new(), Vec::new());
         for (number, element) in (0_u32..).zip(&mesh.elements).filter(|(number, _)| has(*number as usize)) {
             match element {
-                Element::Hex8(_) => hexes.push(number),
+                Element::Hex8(_) | Element::Wedge6(_) => hexes.push(number),
                 Element::Tet4(_) => tets.push(number),
             }
         }
@@ -118,7 +119,7 @@ impl SolidModel {
             .order
             .par_iter()
             .filter_map(|&number| {
-                let Element::Hex8(nodes) = mesh.elements[number as usize] else { return None };
+                let nodes = mesh.elements[number as usize].as_hex()?;
                 let section = section_of[number as usize];
                 let geometry = ReferenceGeometry::new(&mesh.coordinates(&nodes));
                 Some(geometry.map(|geometry| Hexahedron { geometry, nodes, number, section }).ok_or(number))
@@ -385,7 +386,7 @@ impl SolidModel {
 fn batch(mesh: &Mesh, numbers: &[u32], section: u32) -> Result<Batch, Vec<u32>> {
     let nodes = |number: &u32| match mesh.elements[*number as usize] {
         Element::Tet4(nodes) => Some((*number, nodes)),
-        Element::Hex8(_) => None,
+        Element::Wedge6(_) | Element::Hex8(_) => None,
     };
     let elements: Vec<(u32, [u32; 4])> = numbers.iter().filter_map(nodes).collect();
     Batch::new(mesh, &elements, section as usize)

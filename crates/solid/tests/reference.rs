@@ -1,5 +1,5 @@
 //! One hex8 against an independent implementation (dual numbers, no shared source), and the assembled model, of
-//! hexahedra, of tetrahedra and of both, against finite differences.
+//! hexahedra, tetrahedra, wedges and mixtures of them, against finite differences.
 
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
@@ -44,11 +44,14 @@ fn sections() -> [Section; 3] {
     [neo_hooke.into(), svk.into(), Section { material: neo_hooke.into(), formulation: Formulation::FBar }]
 }
 
-/// A box of hexahedra; of tetrahedra; of both.
-fn meshes() -> [Mesh; 3] {
+/// A box of hexahedra; of tetrahedra; of both; of wedges along any direction; of all three.
+fn meshes() -> [Mesh; 5] {
     let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.5], elements: [3, 2, 2], grading: [1.5, 1.0, 1.0] };
     let mesh = box_mesh("block", &shape).unwrap();
-    [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 3 == 1)]
+    let wedges = mesh.divided_into_wedges(|element| Some(element % 3));
+    let all = mesh.divided_into_wedges(|element| [None, Some(element / 4), None][element % 3]);
+    let all = all.divided(|element| element % 2 == 0);
+    [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 3 == 1), wedges, all]
 }
 
 /// Every section on every mesh.

@@ -67,10 +67,14 @@ fn of_mesh(context: &Context, args: &New, mesh: &Path) -> Outcome {
     })?;
     let stem = mesh.file_stem().unwrap_or(mesh.as_os_str());
     let file = args.out.clone().unwrap_or_else(|| Path::new(stem).with_extension("toml"));
-    let text = case_of_mesh(&bytes, &seen_from(&file, mesh)).map_err(|error| {
+    let case = case_of_mesh(&bytes, &seen_from(&file, mesh)).map_err(|error| {
         Failure::input(format!("{}: {}: {}", mesh.display(), error.place, error.message), error.cure)
     })?;
-    write(context, args, &file, &text, MY_MESH, "what touches, is held and moves is a guess: correct it")
+    // on standard output the case stands alone; it says the same
+    if file.as_os_str() != "-" {
+        case.notices.iter().for_each(|notice| context.console.warning(notice));
+    }
+    write(context, args, &file, &case.text, MY_MESH, "what touches, is held and moves is a guess: correct it")
 }
 
 /// The mesh file's name from the folder of the case file: relative where it lies there or below, else absolute.

@@ -6,11 +6,20 @@ use super::*;
 use crate::abaqus::abaqus;
 use crate::table::publish;
 
+/// What the bodies are meshed with.
+#[derive(Clone, Copy, PartialEq)]
+enum Elements {
+    Hexahedra,
+    /// Two in the place of each hexahedron.
+    Wedges,
+    /// Six in the place of each hexahedron.
+    Tetrahedra,
+}
+
 /// A run whose memory is predicted and measured: the case of all tests with other meshes.
 struct Measured {
     name: &'static str,
-    /// Bodies of tetrahedra in the place of hexahedra, six for each.
-    tetrahedra: bool,
+    elements: Elements,
     /// Cells of the slab; the block has a third of them each way.
     cells: [usize; 3],
     enforcement: &'static str,
@@ -54,7 +63,7 @@ impl Row {
 
 impl Measured {
     fn place(&self) -> Place {
-        let Self { tetrahedra, cells: [x, y, z], enforcement, filter, more, .. } = *self;
+        let Self { elements, cells: [x, y, z], enforcement, filter, more, .. } = *self;
         let place = Place::new();
         let [slab, block] = [[x, y, z], [x, y, z].map(|n| n.div_ceil(3))];
         let mut case = CASE
@@ -66,13 +75,19 @@ impl Measured {
             ("block", "[2, 1, 2]", block, [0.6, 1.0, 0.3], [2.0, 1.7, 1.6]),
         ] {
             let line = case.lines().find(|line| line.contains(from)).expect("the box").to_owned();
-            let shape = if tetrahedra {
-                let shape = BoxShape { min, max, elements: cells, grading: [1.0; 3] };
-                let mesh = box_mesh(name, &shape).expect("a box").divided(|_| true);
-                place.write(&format!("{name}.inp"), &abaqus(&mesh));
-                format!("mesh = {{ file = \"{name}.inp\" }}")
-            } else {
-                line.replace(from, &format!("{cells:?}"))
+            let shape = BoxShape { min, max, elements: cells, grading: [1.0; 3] };
+            let hexahedra = box_mesh(name, &shape).expect("a box");
+            let mesh = match elements {
+                Elements::Hexahedra => None,
+                Elements::Wedges => Some(hexahedra.divided_into_wedges(|_| Some(1))),
+                Elements::Tetrahedra => Some(hexahedra.divided(|_| true)),
+            };
+            let shape = match mesh {
+                None => line.replace(from, &format!("{cells:?}")),
+                Some(mesh) => {
+                    place.write(&format!("{name}.inp"), &abaqus(&mesh));
+                    format!("mesh = {{ file = \"{name}.inp\" }}")
+                }
             };
             case = case.replace(&line, &shape);
         }
@@ -111,32 +126,41 @@ fn measure(runs: &[Measured]) -> Vec<Row> {
 /// Prediction and measurement (`VmHWM`) agree to a quarter, whatever the elements and the method.
 #[test]
 fn predicted_memory_is_that_of_runs() {
-    let run = |name, tetrahedra, enforcement, more| {
-        let (cells, radius) = if tetrahedra { ([12, 6, 8], 0.4) } else { ([16, 8, 10], 1.2) };
-        Measured { name, tetrahedra, cells, enforcement, filter: Some(radius), more }
+    let run = |name, elements, enforcement, more| {
+        let (cells, radius) = match elements {
+            Elements::Hexahedra => ([16, 8, 10], 1.2),
+            Elements::Wedges => ([16, 8, 10], 0.6),
+            Elements::Tetrahedra => ([12, 6, 8], 0.4),
+        };
+        Measured { name, elements, cells, enforcement, filter: Some(radius), more }
     };
+    let (hexahedra, wedges, tetrahedra) = (Elements::Hexahedra, Elements::Wedges, Elements::Tetrahedra);
     measure(&[
-        run("Lagrange", false, LAGRANGE, NOTHING_KEPT),
-        run("penalty", false, PENALTY, NOTHING_KEPT),
-        run("plain Uzawa", false, "{ augmented = { acceleration = 0, tolerance = 1e-2 } }", NOTHING_KEPT),
-        run("double precision", false, PENALTY, DOUBLE),
-        run("kept factors", false, LAGRANGE, ""),
-        run("Lagrange", true, LAGRANGE, NOTHING_KEPT),
-        run("augmented", true, AUGMENTED, NOTHING_KEPT),
+        run("Lagrange", hexahedra, LAGRANGE, NOTHING_KEPT),
+        run("penalty", hexahedra, PENALTY, NOTHING_KEPT),
+        run("plain Uzawa", hexahedra, "{ augmented = { acceleration = 0, tolerance = 1e-2 } }", NOTHING_KEPT),
+        run("double precision", hexahedra, PENALTY, DOUBLE),
+        run("kept factors", hexahedra, LAGRANGE, ""),
+        run("Lagrange", wedges, LAGRANGE, NOTHING_KEPT),
+        run("penalty", wedges, PENALTY, NOTHING_KEPT),
+        run("Lagrange", tetrahedra, LAGRANGE, NOTHING_KEPT),
+        run("augmented", tetrahedra, AUGMENTED, NOTHING_KEPT),
     ]);
 }
 
-/// The table of `docs/robustness.md`: 5,000 to 40,000 unknowns, of hexahedra and of tetrahedra.
+/// The table of `docs/robustness.md`: 5,000 to 40,000 unknowns, of hexahedra, wedges and tetrahedra.
 #[test]
 #[ignore = "takes minutes: docs/robustness/measure.sh memory"]
 fn table_of_memory() {
     let mut rows = String::from(
         "| | elements | unknowns | predicted [MB] | measured [MB] | off by |\n|---|---|---|---|---|---|\n",
     );
-    for tetrahedra in [false, true] {
-        rows += if tetrahedra { "| **tetrahedra** | | | | | |\n" } else { "| **hexahedra** | | | | | |\n" };
+    for (kind, elements) in
+        [("hexahedra", Elements::Hexahedra), ("wedges", Elements::Wedges), ("tetrahedra", Elements::Tetrahedra)]
+    {
+        rows += &format!("| **{kind}** | | | | | |\n");
         for (cells, radius) in [([16, 8, 10], 0.6), ([24, 12, 15], 0.4), ([33, 17, 21], 0.3)] {
-            let run = |name, enforcement, filter, more| Measured { name, tetrahedra, cells, enforcement, filter, more };
+            let run = |name, enforcement, filter, more| Measured { name, elements, cells, enforcement, filter, more };
             let mut runs = vec![run("Lagrange, filter", LAGRANGE, Some(radius), NOTHING_KEPT)];
             if cells[0] < 30 {
                 runs.push(run("Lagrange, no filter", LAGRANGE, None, NOTHING_KEPT));

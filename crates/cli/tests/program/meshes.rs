@@ -76,7 +76,14 @@ fn a_run_keeps_its_meshes_and_notices_changed_ones() {
 fn missing_and_wrong_mesh_files_are_said_at_their_place() {
     let place = meshed();
     copy(&place, "gmsh_41_second_order.msh", "meshes/pair.msh");
-    place.bad("check case.toml", 2, &["case.toml:4:17: error: meshes/pair.msh: element ", "Mesh.ElementOrder = 1"]);
+    let expected = [
+        "case.toml:4:17: error: meshes/pair.msh: body `slab`: 16 of 16 elements are of second order: 16 hex27 (C3D27)",
+        "meshes/pair.msh: body `block`: 4 of 4 elements",
+        "`first_order = true`",
+        "Mesh.ElementOrder = 1",
+    ];
+    place.bad("check case.toml", 2, &expected);
+    place.good("check case.toml --set body[0].mesh.first_order=true --set body[1].mesh.first_order=true");
     std::fs::remove_file(place.path("meshes/pair.msh")).expect("removed");
     place.bad("check case.toml", 2, &["case.toml:4:17: error: cannot read the mesh file meshes/pair.msh", "folder"]);
 }
@@ -84,8 +91,18 @@ fn missing_and_wrong_mesh_files_are_said_at_their_place() {
 /// A slab of tetrahedra under a block of hexahedra, through every command that has to do with elements.
 #[test]
 fn tetrahedra_go_through_all_commands() {
+    go_through_all_commands("gmsh_tetrahedra.msh", 100);
+}
+
+/// The same with wedges, designed above and below.
+#[test]
+fn wedges_go_through_all_commands() {
+    go_through_all_commands("gmsh_wedges.msh", 44);
+}
+
+fn go_through_all_commands(mesh: &str, least: usize) {
     let place = meshed();
-    copy(&place, "gmsh_tetrahedra.msh", "meshes/pair.msh");
+    copy(&place, mesh, "meshes/pair.msh");
     let checked = place.good("check case.toml").out;
     assert!(checked.contains("slab_top"), "{checked}");
     place.good("verify gradient case.toml");
@@ -93,7 +110,7 @@ fn tetrahedra_go_through_all_commands() {
     let designed = place.read("run/design.csv").lines().count();
     place.good("resume run --iterations 3");
     place.good("evaluate case.toml --design run --friction 0,0.1");
-    assert!(place.read("run/design.csv").lines().count() == designed && designed > 100, "{designed}");
+    assert!(place.read("run/design.csv").lines().count() == designed && designed > least, "{designed}");
     place.good("render run");
     place.good("report run");
     assert!(place.read("run/report.html").contains("slab"));
@@ -109,13 +126,25 @@ fn a_case_for_a_mesh_of_ones_own_is_accepted() {
         ("gmsh_41_binary.msh", ["slave = \"block_bottom\"", "master = \"slab_top\"", "set = \"slab_bottom\""]),
         // triangles are smaller than the block's quadrilaterals
         ("gmsh_tetrahedra.msh", ["slave = \"slab_top\"", "master = \"block_bottom\"", "set = \"slab_bottom\""]),
+        ("gmsh_wedges.msh", ["slave = \"slab_top\"", "master = \"block_bottom\"", "set = \"slab_bottom\""]),
+        // by their corners
+        (
+            "gmsh_41_second_order.msh",
+            [
+                "part = \"slab\", first_order = true",
+                "#   of second order in the file, 16 hex27 (C3D27): first_order drops mid-side nodes",
+                "slave = \"block_bottom\"",
+            ],
+        ),
         // Gmsh's volumes are element sets, its physical groups node sets
         ("gmsh.inp", ["slave = \"Volume2_", "master = \"Volume1_", "set = \"Volume1_slab_bottom\""]),
         // parts and surfaces by values of a field
         ("meshio_ascii.vtu", ["slave = \"group_6_group=7\"", "master = \"group_1_group=3\"", "part = \"group=6\""]),
     ] {
         copy(&place, mesh, mesh);
-        place.good(&format!("new my-mesh --mesh {mesh} --out mine.toml --force"));
+        let said = place.good(&format!("new my-mesh --mesh {mesh} --out mine.toml --force")).err;
+        let second_order = "warning: body `slab` has 16 hex27 (C3D27), of second order: `first_order = true` drops";
+        assert_eq!(said.contains(second_order), mesh.contains("second_order"), "{said}");
         let text = place.read("mine.toml");
         for expected in expected {
             assert!(text.contains(expected), "{mesh}: {expected}\n{text}");

@@ -115,6 +115,9 @@ told.designs = change("Show", "designs");
 press("ArrowLeft", 1);
 told.turned = drawn();
 told.charts = document.querySelectorAll("figure svg").length;
+// a hexahedron, a wedge on one of its faces and a tetrahedron on the wedge
+const sides = facesOf(Uint32Array.from([0, 1, 2, 3, 4, 5, 6, 7, 1, 8, 2, 2, 5, 9, 6, 6, 5, 9, 6, 6, 10, 10, 10, 10]), 11).sides;
+told.faces = [sides.length / 2, sides.filter(side => side < 0).length];
 document.title = JSON.stringify(told);
 </script></body>"##;
 
@@ -158,6 +161,8 @@ fn a_browser_shows_the_page() {
     }
     assert!(pixels("threshold") < pixels("first"), "fewer elements: {told}");
     assert!(told["charts"].as_u64() >= Some(7), "{told}");
+    // 6 + 5 + 4 faces, of which two pairs are one each
+    assert_eq!(told["faces"], serde_json::json!([13, 11]), "{told}");
 }
 
 /// The page shows the design in Firefox, too: in the view that turns, or where there is no WebGL (headless as a rule) by the picture

@@ -170,12 +170,14 @@ proptest! {
         hexes in prop::collection::vec(prop::array::uniform8(0_u32..14), 0..4),
         range in (0_usize..6, 0_usize..6, 0_usize..14, 0_usize..14),
         tets in prop::collection::vec(prop::array::uniform4(0_u32..14), 0..4),
+        wedges in prop::collection::vec(prop::array::uniform6(0_u32..14), 0..4),
         facets in prop::collection::vec((prop::array::uniform4(0_u32..14), 3_usize..5, 0_u32..7), 0..4),
     ) {
         let nodes_of = |nodes: &[u32]| FacetNodes::new(nodes).unwrap();
         let facets: Vec<Facet> =
             facets.into_iter().map(|(nodes, n, element)| Facet { nodes: nodes_of(&nodes[..n]), element }).collect();
-        let elements = hexes.into_iter().map(Element::Hex8).chain(tets.into_iter().map(Element::Tet4)).collect();
+        let others = tets.into_iter().map(Element::Tet4).chain(wedges.into_iter().map(Element::Wedge6));
+        let elements = hexes.into_iter().map(Element::Hex8).chain(others).collect();
         let body = Body { name: "b".into(), elements: range.0..range.1, nodes: range.2..range.3 };
         let mut mesh = Mesh { nodes, elements, bodies: vec![body], ..Mesh::default() };
         mesh.surfaces.insert("s".into(), Surface { facets });

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use slipstick_mesh::{
-    Body, HEX_CORNERS, Mesh, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian, tet_scaled_jacobian,
-    tet_volume,
+    Body, Element, HEX_CORNERS, Mesh, WEDGE_AS_HEX, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian,
+    tet_scaled_jacobian, tet_volume, wedge_jacobian, wedge_scaled_jacobian,
 };
 
 use crate::support::{assert_close, cubes};
@@ -84,6 +84,60 @@ fn tetrahedra_have_their_volume_and_quality() {
     assert_eq!(facet_area_vector(&triangle), [0.5; 3]);
 }
 
+/// Nodes 0–2 below, 3–5 above.
+const RIGHT_PRISM: [[f64; 3]; 6] =
+    [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 5.0], [3.0, 0.0, 5.0], [0.0, 2.0, 5.0]];
+
+fn one_wedge(corners: [[f64; 3]; 6]) -> Mesh {
+    Mesh {
+        nodes: corners.to_vec(),
+        elements: vec![[0, 1, 2, 3, 4, 5].into()],
+        bodies: vec![Body { name: "wedge".into(), elements: 0..1, nodes: 0..6 }],
+        ..Mesh::default()
+    }
+}
+
+/// By hand: half of a brick; and the same with a raised corner, whose lid z = 5 + a x/3 is a plane.
+#[test]
+fn wedges_have_their_volume_and_centroid() {
+    let mesh = one_wedge(RIGHT_PRISM);
+    assert_eq!(mesh.check(), vec![]);
+    assert_close(mesh.element_volume(0), 15.0, 1e-15);
+    let expected = [1.0, 2.0 / 3.0, 2.5];
+    assert!((0..3).all(|c| (mesh.centroid(0)[c] - expected[c]).abs() < 1e-14), "{:?}", mesh.centroid(0));
+    assert_close(wedge_jacobian(&RIGHT_PRISM, [0.1, 0.6, -0.3]), 15.0, 1e-15);
+    let a = 1.3;
+    let mut raised = RIGHT_PRISM;
+    raised[4][2] += a;
+    let volume = 15.0 + a;
+    let mesh = one_wedge(raised);
+    assert_close(mesh.element_volume(0), volume, 1e-15);
+    // ∫ x (5 + a x/3) with ∫ x = 3, ∫ x² = 9/2; ∫ z = ½ ∫ (5 + a x/3)²
+    assert_close(mesh.centroid(0)[0], (15.0 + 1.5 * a) / volume, 1e-14);
+    assert_close(mesh.centroid(0)[2], 0.5 * (75.0 + 10.0 * a + 0.5 * a * a) / volume, 1e-14);
+    let upside_down = RIGHT_PRISM.map(|[x, y, z]| [x, y, -z]);
+    assert_close(one_wedge(upside_down).element_volume(0), -15.0, 1e-15);
+    assert!(one_wedge(upside_down).check()[0].to_string().contains("inverted"));
+}
+
+/// By hand: a right prism on an equilateral triangle, and on half a square. The last value is that of VTK 9.5.2
+/// (vtkMeshQuality, scaled Jacobian).
+#[test]
+fn wedges_have_their_quality() {
+    let side = 0.75_f64.sqrt();
+    let regular = [0.0, 7.0].map(|z| [[0.0, 0.0, z], [1.0, 0.0, z], [0.5, side, z]]).concat();
+    let regular: [[f64; 3]; 6] = regular.try_into().unwrap();
+    assert_close(wedge_scaled_jacobian(&regular), 1.0, 1e-14);
+    assert_close(wedge_scaled_jacobian(&regular.map(|[x, y, z]| [-x, y, z])), -1.0, 1e-14);
+    let half_square = RIGHT_PRISM.map(|[x, y, z]| [x, 1.5 * y, z]);
+    assert_close(wedge_scaled_jacobian(&half_square), (2.0_f64 / 3.0).sqrt(), 1e-14);
+    assert_eq!(wedge_scaled_jacobian(&[[1.0; 3]; 6]), 0.0);
+    assert!(wedge_scaled_jacobian(&[[f64::NAN; 3]; 6]).is_nan());
+    let crooked = [[0.0; 3], [1.1, 0.1, -0.1], [0.2, 0.9, 0.1], [0.1, -0.1, 1.2], [1.3, 0.0, 0.9], [0.1, 1.1, 1.4]];
+    // VTK keeps coordinates in single precision
+    assert_close(wedge_scaled_jacobian(&crooked), 0.754_651_309, 1e-7);
+}
+
 #[test]
 fn facet_areas_are_those_of_the_plane_and_of_the_projection() {
     let trapezium = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [3.0, 2.0, 1.0], [1.0, 2.0, 1.0]];
@@ -134,5 +188,29 @@ proptest! {
         prop_assert!((mesh.element_volume(0) - volume).abs() < 1e-14);
         let centroid = mesh.centroid(0);
         prop_assert!((0..3).all(|c| (centroid[c] - moment[c] / volume).abs() < 1e-14));
+    }
+
+    /// The hexahedron has the wedge's map: with r = (1+ξ)(1−η)/4 and s = (1+η)/2, its Jacobian determinant is that of the
+    /// wedge times ∂(r, s)/∂(ξ, η) = (1−η)/8. The volume is compared with another rule, the midpoints of a triangle's edges
+    /// times two Gauss points: exact too, since the wedge's determinant is linear in r, s and quadratic in ζ.
+    #[test]
+    fn a_wedge_is_a_hexahedron_with_two_edges_of_no_length(
+        shift in prop::array::uniform6(prop::array::uniform3(-0.2_f64..0.2)),
+        at in prop::array::uniform3(-1.0_f64..1.0),
+    ) {
+        let corners: [[f64; 3]; 6] = std::array::from_fn(|n| std::array::from_fn(|c| RIGHT_PRISM[n][c] + shift[n][c]));
+        let [xi, eta, zeta] = at;
+        let wedge = wedge_jacobian(&corners, [0.25 * (1.0 + xi) * (1.0 - eta), 0.5 * (1.0 + eta), zeta]);
+        let hex = hex_jacobian(&WEDGE_AS_HEX.map(|corner| corners[corner]), at);
+        prop_assert!((hex - 0.125 * (1.0 - eta) * wedge).abs() < 1e-14 * 15.0);
+        let mesh = one_wedge(corners);
+        let nodes = mesh.elements[0].as_hex().unwrap();
+        prop_assert_eq!(mesh.coordinates(&nodes), WEDGE_AS_HEX.map(|corner| corners[corner]));
+        prop_assert_eq!(Element::Tet4([0; 4]).as_hex(), None);
+        let gauss = 1.0 / 3.0_f64.sqrt();
+        let edges = [(0.5, 0.0), (0.5, 0.5), (0.0, 0.5)];
+        let points = edges.into_iter().flat_map(|(r, s)| [[r, s, -gauss], [r, s, gauss]]);
+        let volume = points.map(|point| wedge_jacobian(&corners, point) / 6.0).sum::<f64>();
+        prop_assert!((mesh.element_volume(0) - volume).abs() < 1e-14 * 15.0);
     }
 }

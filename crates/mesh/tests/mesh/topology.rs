@@ -161,3 +161,49 @@ fn hexahedra_and_tetrahedra_meet_inside_a_body() {
     assert!(error.to_string().contains("between two elements"), "{error}");
     assert!(whole.divided_quadrilaterals(0).is_empty() && whole.divided(|_| true).divided_quadrilaterals(0).is_empty());
 }
+
+/// Expected values: half the volume of the cubes, their surfaces' areas, and closed boundaries. Only the faces at the ends of
+/// the wedges are triangles.
+#[test]
+fn hexahedra_are_divided_into_wedges() {
+    let whole = cubes("b", [3, 2, 2]);
+    for axis in 0..3 {
+        let parts = whole.divided_into_wedges(|_| Some(axis));
+        assert_eq!(parts.elements.len(), 24);
+        assert!(parts.elements.iter().all(|element| matches!(element, Element::Wedge6(_))));
+        assert_sound(&parts);
+        assert_eq!(parts.connected_parts(0).len(), 1);
+        let mut centroid = [0.0; 3];
+        for (element, volume) in parts.element_volumes().into_iter().enumerate() {
+            assert!((volume - 0.5).abs() < 1e-15, "{element}: {volume}");
+            (0..3).for_each(|c| centroid[c] += volume / 12.0 * parts.centroid(element)[c]);
+        }
+        assert!((0..3).all(|c| (centroid[c] - [1.5, 1.0, 1.0][c]).abs() < 1e-14), "{centroid:?}");
+        for (name, surface) in &whole.surfaces {
+            let parts_of = &parts.surfaces[name];
+            let triangles = name.starts_with(["b_x", "b_y", "b_z"][axis]);
+            assert_eq!(parts_of.facets.len(), surface.facets.len() * if triangles { 2 } else { 1 });
+            assert!((parts.surface_area(parts_of) - whole.surface_area(surface)).abs() < 1e-14);
+            assert_eq!(parts_of.nodes(), surface.nodes());
+        }
+    }
+}
+
+/// A cross of four quarters: hexahedra, wedges along z, wedges along x, tetrahedra. Wedges share quadrilaterals with
+/// hexahedra and triangles with tetrahedra, so that all faces fit.
+#[test]
+fn wedges_join_hexahedra_and_tetrahedra() {
+    let whole = cubes("b", [4, 2, 4]);
+    let centre = |element: usize| whole.centroid(element).map(|c| c > 2.0);
+    let wedges = whole.divided_into_wedges(|element| match centre(element) {
+        [true, _, false] => Some(2),
+        [false, _, true] => Some(0),
+        _ => None,
+    });
+    let mixed = wedges.divided(|element| wedges.centroid(element)[0] > 2.0 && wedges.centroid(element)[2] > 2.0);
+    assert_eq!(mixed.elements.len(), 8 + 16 + 16 + 48);
+    assert_sound(&mixed);
+    assert!(mixed.divided_quadrilaterals(0).is_empty());
+    assert_eq!(mixed.connected_parts(0).len(), 1);
+    assert!((mixed.element_volumes().iter().sum::<f64>() - 32.0).abs() < 1e-13);
+}

@@ -118,7 +118,7 @@ impl Reader {
             let message = format!("elements of type {} cannot be read", shortened(&name));
             keyword.error(
                 message,
-                "use C3D4 or C3D8 for bodies and S3, S4, M3D3 or M3D4 for surfaces, or remove these elements",
+                "use C3D4, C3D6 or C3D8 for bodies and S3, S4, M3D3 or M3D4 for surfaces, or remove these elements",
             )
         })?;
         if kind == CellKind::Hex8 && name != "C3D8" && !self.reduced.contains(&name) {

@@ -177,9 +177,9 @@ fn add_faces(
         let message = format!("element {number}, a {kind}, has no such face");
         return Err(error(line, message, "solids have faces S1 to S6, shells SPOS and SNEG"));
     }
-    let sides = |cell: u32| match mesh.cells.kind(cell as usize) {
-        CellKind::Tet4 | CellKind::Tet10 => 4,
-        CellKind::Pyramid5 | CellKind::Wedge6 | CellKind::Wedge15 => 5,
+    let sides = |cell: u32| match mesh.cells.kind(cell as usize).first_order() {
+        CellKind::Tet4 => 4,
+        CellKind::Pyramid5 | CellKind::Wedge6 => 5,
         _ => 6,
     };
     if let Side::Solid(side) = side
@@ -187,7 +187,7 @@ fn add_faces(
     {
         let (kind, number) = (mesh.cells.kind(cell as usize).name(), mesh.cells.number(cell as usize));
         let message = format!("element {number}, a {kind}, has no face S{}", side + 1);
-        return Err(error(line, message, "tetrahedra have faces S1 to S4, hexahedra S1 to S6"));
+        return Err(error(line, message, "tetrahedra have faces S1 to S4, wedges S1 to S5, hexahedra S1 to S6"));
     }
     match side {
         Side::Shell => extend(mesh.cell_sets.entry(name.to_owned()).or_default(), cells, room, line),

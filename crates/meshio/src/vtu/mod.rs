@@ -6,6 +6,8 @@
 mod data;
 mod xml;
 
+use slipstick_mesh::wedge_jacobian;
+
 use crate::builder::Builder;
 use crate::error::DAMAGED;
 use crate::{CellKind, FileMesh, MeshFileError};
@@ -119,7 +121,9 @@ pub(crate) fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
             return Err(MeshFileError::new(place(), message, DAMAGED));
         }
         builder.cell(kind, number as u64);
-        builder.nodes.extend((0..nodes.len()).map(|i| u64::from(nodes[order(vtk, i)])));
+        let turned = kind.first_order() == CellKind::Wedge6 && is_turned(nodes, &grid.points);
+        let order = |i: usize| if turned { TURNED_WEDGE[i] } else { order(vtk, i) };
+        builder.nodes.extend((0..nodes.len()).map(|i| u64::from(nodes[order(i)])));
         start = end;
     }
     let (mut mesh, _) = builder.finish()?;
@@ -144,6 +148,17 @@ fn order(vtk: u8, node: usize) -> usize {
         (11, 7) => 6,
         _ => node,
     }
+}
+
+/// Nodes of a wedge of 6, 15 or 18 nodes that is numbered in the opposite sense: the second and third corner of both triangles
+/// are exchanged, and nodes on edges and faces with them.
+const TURNED_WEDGE: [usize; 18] = [0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13, 17, 16, 15];
+
+/// Whether a wedge is numbered as VTK's were before version 9.7, with the first triangle counter-clockwise seen from outside.
+/// Files of either sense have the same version of the format, so that only the coordinates tell them apart.
+fn is_turned(nodes: &[u32], points: &[[f64; 3]]) -> bool {
+    let corners = std::array::from_fn(|corner| points[nodes[corner] as usize]);
+    wedge_jacobian(&corners, [1.0 / 3.0, 1.0 / 3.0, 0.0]) < 0.0
 }
 
 fn kind(vtk: u8) -> Option<CellKind> {

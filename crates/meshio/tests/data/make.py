@@ -52,7 +52,7 @@ gmsh.option.setNumber("Mesh.SaveGroupsOfNodes", 1)
 gmsh.write("gmsh.inp")
 gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
 
-# second order, which is refused
+# second order
 gmsh.model.mesh.setOrder(2)
 gmsh.write("gmsh_41_second_order.msh")
 gmsh.finalize()
@@ -69,6 +69,56 @@ gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
 gmsh.write("gmsh_tetrahedra.msh")
 gmsh.finalize()
 
+# the slab and the block of wedges: triangles extruded in layers, of the slab upwards (y), of the block along z
+gmsh.initialize()
+gmsh.option.setNumber("General.Terminal", 0)
+geo = gmsh.model.geo
+
+
+def prisms(name, low, high, axis, layers, size):
+    """A box of wedges: the triangles of its side at the lowest coordinate along an axis, extruded in layers."""
+    u, v = {"y": (2, 0), "z": (0, 1)}[axis]
+    w = {"y": 1, "z": 2}[axis]
+    corners = []
+    for a, b in [(low[u], low[v]), (high[u], low[v]), (high[u], high[v]), (low[u], high[v])]:
+        point = [0, 0, 0]
+        point[u], point[v], point[w] = a, b, low[w]
+        corners.append(geo.addPoint(*point, size))
+    lines = [geo.addLine(corners[i], corners[(i + 1) % 4]) for i in range(4)]
+    start = geo.addPlaneSurface([geo.addCurveLoop(lines)])
+    along = [0, 0, 0]
+    along[w] = high[w] - low[w]
+    # `recombine` makes wedges of the triangles instead of tetrahedra
+    made = geo.extrude([(2, start)], *along, numElements=[layers], recombine=True)
+    geo.synchronize()
+    ends = {start: "bottom", made[0][1]: "top"}
+    if axis == "z":
+        # made[2:] are the sides over the lines, of which the first is at the lowest y and the third at the highest
+        ends = {made[2][1]: "bottom", made[4][1]: "top"}
+    add = gmsh.model.addPhysicalGroup
+    add(3, [made[1][1]], name=name)
+    for side, end in ends.items():
+        add(2, [side], name=f"{name}_{end}")
+    add(0, [corners[0]], name=name + "_corner")
+
+
+prisms("slab", (0, 0, 0), (4, 1, 2), "y", 2, 1.0)
+prisms("block", (0.6, 1.0, 0.3), (2.0, 1.7, 1.6), "z", 2, 0.75)
+gmsh.model.mesh.generate(3)
+gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+gmsh.write("gmsh_wedges.msh")
+wedges = meshio.read("gmsh_wedges.msh")
+# the block alone, with nodes in the middle of its quadrilaterals and without
+gmsh.model.removePhysicalGroups([group for group in gmsh.model.getPhysicalGroups() if "slab" in gmsh.model.getPhysicalName(*group)])
+gmsh.model.mesh.setOrder(2)
+gmsh.write("gmsh_wedges_second_order.msh")
+gmsh.option.setNumber("Mesh.SecondOrderIncomplete", 1)
+gmsh.model.mesh.setOrder(1)
+gmsh.model.mesh.setOrder(2)
+gmsh.option.setNumber("Mesh.SaveGroupsOfNodes", 1)
+gmsh.write("gmsh_wedges_second_order.inp")
+gmsh.finalize()
+
 # quadrilaterals and hexahedra with the field `gmsh:physical`, which numbers the groups in the order made above
 mesh = meshio.read("gmsh_41_ascii.msh")
 keep = [i for i, block in enumerate(mesh.cells) if block.type in ("quad", "hexahedron")]
@@ -81,6 +131,11 @@ meshio.vtu.write("meshio_ascii.vtu", mesh, binary=False)
 meshio.vtu.write("meshio_base64.vtu", mesh, compression=None)
 meshio.vtu.write("meshio_base64_zlib.vtu", mesh, compression="zlib")
 meshio.write("meshio.inp", mesh)
+
+# the wedges with their faces, in VTK's numbering before version 9.7
+cells = [block for block in wedges.cells if block.type in ("triangle", "quad", "wedge")]
+groups = [group for group, block in zip(wedges.cell_data["gmsh:physical"], wedges.cells) if block in cells]
+meshio.vtu.write("meshio_wedges.vtu", meshio.Mesh(wedges.points, cells, cell_data={"group": groups}), binary=False)
 
 # the same by VTK
 grid = vtk.vtkUnstructuredGrid()

@@ -110,7 +110,7 @@ fn errors_name_line_and_cure() {
         ("*Heading", "*Include, input=x.inp", "line 1", "put the included file's text"),
         ("*Nset, nset=low", "*Nset, nset=low, instance=P-1", "line 32", "Do not use parts"),
         ("*Node, nset=all", "*Node, system=C", "line 4", "SYSTEM=R"),
-        ("type=C3D8R", "type=C3D9", "line 18", "use C3D4 or C3D8"),
+        ("type=C3D8R", "type=C3D9", "line 18", "use C3D4, C3D6 or C3D8"),
         (" 2, 1.D0", " 2, 1.F0", "line 6", "finite"),
         (" 2, 1.D0", " 2, inf", "line 6", "finite"),
         ("\n 5, 6, 7, 8", "", "line 21", "all its nodes"),
@@ -148,4 +148,24 @@ fn faces_of_tetrahedra_are_those_of_abaqus() {
     }
     let error = refused(&text(5));
     assert!(error.message.contains("a tet4, has no face S5") && error.cure.contains("S1 to S4"), "{error}");
+}
+
+/// Half of a cube; its faces by the element's definition in the references of Abaqus and CalculiX: S1 of nodes 1, 2, 3, S2 of
+/// 4, 5, 6, S3 of 1, 2, 5, 4, S4 of 2, 3, 6, 5, S5 of 3, 1, 4, 6.
+#[test]
+fn faces_of_wedges_are_those_of_abaqus() {
+    let text = |side: usize| {
+        format!(
+            "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n5, 1, 0, 1\n6, 0, 1, 1\n\
+             *Element, type=C3D6\n1, 1, 2, 3, 4, 5, 6\n*Surface, name=face\n1, S{side}\n"
+        )
+    };
+    let faces: [(usize, &[u32]); 5] =
+        [(1, &[1, 2, 3]), (2, &[4, 5, 6]), (3, &[1, 2, 4, 5]), (4, &[2, 3, 5, 6]), (5, &[1, 3, 4, 6])];
+    for (side, nodes) in faces {
+        let mesh = sound(&parse(&text(side)), "a", None).mesh;
+        assert_eq!(mesh.surfaces["a_face"].nodes(), nodes.iter().map(|n| n - 1).collect::<Vec<_>>());
+    }
+    let error = refused(&text(6));
+    assert!(error.message.contains("a wedge6, has no face S6") && error.cure.contains("wedges S1 to S5"), "{error}");
 }

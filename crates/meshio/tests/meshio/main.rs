@@ -3,6 +3,7 @@
 mod abaqus;
 mod damaged;
 mod refused;
+mod second_order;
 mod written;
 
 use slipstick_mesh::Mesh;

@@ -36,6 +36,19 @@ fn hexahedra_inside_out_are_repaired_and_said() {
     assert!((mirrored.mesh.element_volume(0) - 1.0).abs() < 1e-15);
 }
 
+/// Half of the cube, with bottom and top in the right and in the wrong order.
+#[test]
+fn wedges_are_read_and_repaired() {
+    let right = sound(&parse(&cube("6 2 8 1 1 2 4 5 6 8", "2 2 7 1 1 2 4")), "a", None);
+    assert_eq!((right.notices.len(), right.mesh.elements[0]), (0, [0, 1, 2, 3, 4, 5].into()));
+    assert!((right.mesh.element_volume(0) - 0.5).abs() < 1e-15);
+    assert_eq!(*right.mesh.surfaces["a_under"].facets[0].nodes, [0, 2, 1]);
+    let turned = sound(&parse(&cube("6 2 8 1 5 6 8 1 2 4", "3 2 7 1 1 2 6 5")), "a", None);
+    assert_eq!(turned.mesh.elements, right.mesh.elements);
+    assert_eq!(turned.mesh.surfaces["a_under"].facets[0].nodes.len(), 4);
+    assert!(turned.notices[0].contains("1 wedges") && turned.notices[0].contains("element 2"), "{turned:?}");
+}
+
 /// The corner of the cube at its first node, of a sixth of its volume; and with two nodes exchanged.
 #[test]
 fn tetrahedra_are_read_and_repaired() {
@@ -55,15 +68,15 @@ fn elements_that_cannot_be_used_are_refused_by_number_and_place() {
         ("5 2 8 1 1 2 3 3 5 6 7 8", "element 2 ", "names a node twice"),
         ("4 2 8 1 1 2 3 4", "element 2 ", "the tetrahedron is flat"),
         ("4 2 8 1 1 2 3 3", "element 2 ", "names a node twice"),
-        ("7 2 8 1 1 2 3 4 5", "element 2 ", "pyramid5"),
-        ("6 2 8 1 1 2 3 5 6 7", "element 2 ", "wedge6"),
-        ("11 2 8 1 1 2 3 4 5 6 7 8 9 1", "element 2 ", "tet10"),
+        ("6 2 8 1 1 2 4 5 6 3", "element 2 ", "the wedge is folded"),
+        ("6 2 8 1 1 2 4 5 6 6", "element 2 ", "names a node twice"),
+        ("7 2 8 1 1 2 3 4 5", "body `a`", "1 of 1 elements are pyramids: 1 pyramid5 (C3D5)"),
+        ("11 2 8 1 1 2 3 4 5 6 7 8 9 1", "body `a`", "1 of 1 elements are of second order: 1 tet10 (C3D10)"),
     ];
     for (hex, place, message) in cases {
         let error = body_error(hex, UNDER);
         assert!(error.place.starts_with(place) && error.message.contains(message), "{error}");
     }
-    assert!(body_error("11 2 8 1 1 2 3 4 5 6 7 8 9 1", UNDER).cure.contains("Mesh.ElementOrder = 1"));
     let error = refused(&cube("92 2 8 1 1 2 3 4 5 6 7 8", UNDER));
     assert!(error.message.contains("type 92") && error.place == "line 27", "{error}");
 }
@@ -77,6 +90,7 @@ fn facets_must_be_faces_of_the_body() {
     assert!(error.message.contains("is no face of any element"), "{error}");
     let error = body_error(HEX, "9 2 7 1 1 2 3 4 5 6");
     assert!(error.message.contains("a triangle6 of the surface `under`"), "{error}");
+    assert!(error.cure.contains("`first_order = true`"), "{error}");
     let error = body_error(HEX, "3 2 7 1 1 2 3 9");
     assert!(error.message.contains("nodes that no element has"), "{error}");
     // of a part alone, what hangs elsewhere is not its surface

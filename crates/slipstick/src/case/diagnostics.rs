@@ -121,7 +121,7 @@ case_codes! {
     PenetratingStart => "penetrating_start",
     /// A tolerance so large that results are not those of the equations (warning).
     LooseTolerance => "loose_tolerance",
-    /// Tetrahedra, or fully integrated hexahedra, with nearly incompressible material are too stiff; or F̄ is asked of
+    /// Tetrahedra, wedges or fully integrated hexahedra with nearly incompressible material are too stiff; or F̄ is asked of
     /// tetrahedra, where it changes nothing (warning).
     Locking => "locking",
     /// A setting that cannot be combined with another.

@@ -95,7 +95,7 @@ impl CaseCode {
             Mesh => "Change the shape, its element counts or placement; the message names the defect of the mesh.",
             MeshFile => {
                 "Check the file's name, format and groups; docs/case_file.md says which formats and elements are \
-                 read."
+                 read. Elements of second order are read with `first_order = true` in the body's `mesh`, by their corners."
             }
             Disconnected => {
                 "Merge nodes that lie on each other in the program that made the mesh, or make a body of each \
@@ -118,7 +118,7 @@ impl CaseCode {
             }
             Locking => {
                 "Give the body `element = \"f_bar\"`, with which hexahedra do not lock, or a Poisson's ratio below 0.45. \
-                 Tetrahedra lock in any case."
+                 Tetrahedra lock in any case, wedges in the plane of their triangles."
             }
             Unsupported => "Change one of the two settings that the message names.",
         }

@@ -32,7 +32,7 @@ mod typed;
 
 pub use diagnostics::{CaseCode, CaseDiagnostic, CaseErrors, Severity};
 pub use encoding::{NotUtf8, utf8};
-pub use from_mesh::case_of_mesh;
+pub use from_mesh::{MeshCase, case_of_mesh};
 pub use overrides::{Override, OverrideError, override_case};
 pub use resolved::*;
 pub use schema::schema;

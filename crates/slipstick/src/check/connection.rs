@@ -9,7 +9,7 @@ use slipstick_mesh::Mesh;
 const COINCIDENT: f64 = 1e-6;
 
 /// A notice for each body that falls into parts, that has nodes at one place, or whose elements do not fit each other.
-/// Generators merge their nodes and make one type of elements, so that only mesh files are looked at.
+/// Generators merge their nodes and make hexahedra alone, so that only mesh files are looked at.
 pub(super) fn notices(case: &Case, mesh: &Mesh, fixed: &[bool]) -> Vec<Notice> {
     let bodies = case.bodies.iter().enumerate().filter(|(_, body)| matches!(body.shape, Shape::Mesh(_)));
     let of_body = |b: usize| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b), divided_faces(mesh, b)];
@@ -58,8 +58,8 @@ fn divided_faces(mesh: &Mesh, body: usize) -> Option<Notice> {
     let divided = mesh.divided_quadrilaterals(body);
     let [whole, ..] = divided.first()?;
     let message = format!(
-        "body `{}` has {} faces of hexahedra that two tetrahedra share, as at {}: the two sides spread forces differently over the \
-         nodes, so that stresses are off there",
+        "body `{}` has {} quadrilateral faces that meet two triangles, as at {}: the two sides spread forces differently over \
+         the nodes, so that stresses are off there",
         mesh.bodies[body].name,
         divided.len(),
         place(mesh, whole[0])

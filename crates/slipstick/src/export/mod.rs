@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Each element is divided into tetrahedra between its centre, the centres of its faces and its corners, 24 of a
-//! hexahedron and 12 of a tetrahedron, so that neighbours fit; where two triangles cover a quadrilateral, by these. The
+//! hexahedron, 18 of a wedge and 12 of a tetrahedron, so that neighbours fit; where two triangles cover a quadrilateral, by these. The
 //! density is linear on each: an element's own value at its centre, means of what lies around elsewhere. The surface bounds the part of the bodies where this function exceeds the threshold: it crosses the
 //! tetrahedra inside of a body and runs along the body's outer faces where these are solid.
 //!

@@ -29,11 +29,16 @@ fn shapes() -> Mesh {
     Mesh::merge(parts).expect("different names")
 }
 
-/// The same shapes: of hexahedra, of tetrahedra, and of both in each body.
-fn kinds() -> [Mesh; 3] {
+/// The same shapes: of hexahedra, of tetrahedra, of both in each body, of wedges, and of wedges and tetrahedra.
+fn kinds() -> [Mesh; 5] {
     let mesh = shapes();
     let (tetrahedra, mixed) = (mesh.divided(|_| true), mesh.divided(|element| element % 3 == 0));
-    [mesh, tetrahedra, mixed]
+    let wedges = mesh.divided_into_wedges(|_| Some(1));
+    let all = mesh.divided_into_wedges(|element| (element % 2 == 0).then_some(1)).divided(|element| element % 5 == 0);
+    for mesh in [&wedges, &all] {
+        assert!(mesh.check().is_empty(), "{:?}", mesh.check());
+    }
+    [mesh, tetrahedra, mixed, wedges, all]
 }
 
 /// Numbers in [0, 1) of a linear congruential generator (Knuth, MMIX).
@@ -113,7 +118,9 @@ fn enclosed_volume_is_the_volume_above() {
     }
     // All of it: the bodies themselves. Plane faces and straight edges: their own volume to round-off.
     let mesh = block([3, 2, 2]);
-    for mesh in [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 2 == 0)] {
+    let wedges = mesh.divided_into_wedges(|_| Some(1));
+    let all = mesh.divided_into_wedges(|element| (element % 3 == 0).then_some(2)).divided(|element| element % 2 == 0);
+    for mesh in [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 2 == 0), wedges, all] {
         let whole = extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()]), 0.5);
         assert!((whole.volume() / 12.0 - 1.0).abs() < 1e-14);
         assert_eq!((whole.outer.iter().all(|&outer| outer), whole.pieces()), (true, 1));

@@ -10,10 +10,17 @@ use slipstick_mesh::Element;
 
 use super::{OutputError, write_atomically, xml};
 
-/// VTK's numbers of the linear tetrahedron and hexahedron, whose node numbering is the mesh's, and of the triangle.
+/// VTK's numbers of the linear tetrahedron and hexahedron, whose node numbering is the mesh's, of the wedge and of the triangle.
 const TETRAHEDRON: u8 = 10;
 const HEXAHEDRON: u8 = 12;
+const WEDGE: u8 = 13;
 const TRIANGLE: u8 = 5;
+
+/// The mesh's nodes of a wedge in the order of VTK's file format: its first triangle is counter-clockwise seen from outside.
+///
+/// VTK 9.7 has turned this round, without a new version of the format. Most viewers have an earlier VTK, and 9.7 draws
+/// either order; only the cell volumes that it computes are then negative.
+const VTK_WEDGE: [usize; 6] = [0, 2, 1, 3, 5, 4];
 
 /// Values of a field, item by item, the components of an item together.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,17 +117,21 @@ pub struct Vtu<'a> {
 }
 
 impl<'a> Vtu<'a> {
-    /// A mesh without fields: coordinates \[L\] and elements (numbered as in VTK).
+    /// A mesh without fields: coordinates \[L\] and elements.
     ///
     /// # Errors
     ///
     /// [`OutputError::NotFinite`] for coordinates, [`OutputError::NodeOutOfRange`].
     pub fn new(points: &'a [[f64; 3]], elements: &[Element]) -> Result<Self, OutputError> {
-        let cell = |element: &'_ Element| match element {
-            Element::Tet4(_) => TETRAHEDRON,
-            Element::Hex8(_) => HEXAHEDRON,
-        };
-        Self::of_cells(points, elements.iter().map(|element| (element.nodes(), cell(element))))
+        let elements: Vec<(Element, u8)> = elements
+            .iter()
+            .map(|&element| match element {
+                Element::Tet4(_) => (element, TETRAHEDRON),
+                Element::Wedge6(nodes) => (VTK_WEDGE.map(|corner| nodes[corner]).into(), WEDGE),
+                Element::Hex8(_) => (element, HEXAHEDRON),
+            })
+            .collect();
+        Self::of_cells(points, elements.iter().map(|(element, cell_type)| (element.nodes(), *cell_type)))
     }
 
     /// A surface without fields: coordinates \[L\] and the point numbers of its triangles.

@@ -1,7 +1,7 @@
 //! The mesh as the page needs it: whole where a threshold opens it, as its skin elsewhere.
 
 use serde::Serialize;
-use slipstick_mesh::{Element, FacetNodes, Mesh};
+use slipstick_mesh::{Element, FacetNodes, Mesh, WEDGE_AS_HEX};
 
 use super::pack::{Packed, floats, integers};
 use crate::case::Case;
@@ -11,7 +11,7 @@ use crate::case::Case;
 pub(super) struct Model {
     /// Coordinates, 3 per point.
     points: String,
-    /// Points of the elements of designed bodies, 8 each: tetrahedra stand as hexahedra that repeat corners.
+    /// Points of the elements of designed bodies, 8 each: tetrahedra and wedges stand as hexahedra that repeat corners.
     hexes: String,
     /// Points of the skin of the other bodies, 4 each: triangles repeat the last one.
     quads: String,
@@ -92,10 +92,11 @@ impl Layout {
     }
 }
 
-/// An element as a hexahedron, of which that of a tetrahedron has two edges and a face in a point each.
+/// An element as a hexahedron. In that of a wedge, two edges have no length; in that of a tetrahedron, one edge and a face.
 fn eight(element: &Element) -> [u32; 8] {
     match *element {
         Element::Tet4([a, b, c, d]) => [a, b, c, c, d, d, d, d],
+        Element::Wedge6(nodes) => WEDGE_AS_HEX.map(|corner| nodes[corner]),
         Element::Hex8(nodes) => nodes,
     }
 }

@@ -12,6 +12,7 @@ pub fn abaqus(mesh: &Mesh) -> String {
     for (e, element) in mesh.elements.iter().enumerate() {
         let name = match element {
             Element::Tet4(_) => "C3D4",
+            Element::Wedge6(_) => "C3D6",
             Element::Hex8(_) => "C3D8",
         };
         let _ = write!(text, "*ELEMENT, TYPE={name}, ELSET=body\n{}", e + 1);

@@ -10,6 +10,14 @@
 //! `law.rs` holds the stresses of the materials, `full.rs` and `f_bar.rs` the formulations, `moduli.rs` the tangent of any law,
 //! `kernel.rs` chooses among them. Where the energy is interpolated ([`ElementScaling::gamma`] below 1), these are taken at γ d, and the integrals of linear
 //! elasticity, K(0), are added with the weight 1 − γ².
+//!
+//! **Wedges** are integrated as hexahedra in which two edges have no length ([`slipstick_mesh::WEDGE_AS_HEX`]). The shape
+//! functions of coinciding corners add up to those of the wedge, so it is enough to add their forces and tangent blocks at the
+//! common node. The 2×2×2 points integrate exactly what is quadratic over the triangle and cubic along the axis. Volume, patch
+//! test, and the linear stiffness of a prism between two equal, parallel triangles are therefore exact. All laws, F̄ and the
+//! interpolated energy work without a second kernel. The price: a wedge costs as much as a hexahedron (8 points; 6 would do),
+//! and in a distorted wedge the integration error depends on which node comes first. Tests: `wedges_deform_uniformly`,
+//! `a_wedge_has_the_stiffness_of_its_shape_functions` (tests/wedges.rs).
 
 mod f_bar;
 mod full;

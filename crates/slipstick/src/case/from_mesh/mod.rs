@@ -9,13 +9,27 @@ mod text;
 
 use slipstick_meshio::{FileMesh, MeshFileError};
 
-use survey::Survey;
+use survey::{Part, Survey};
+
+/// A case for a mesh file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MeshCase {
+    /// The text of the case.
+    pub text: String,
+    /// What the case does to the mesh, for the user to know: which bodies lose mid-side nodes.
+    pub notices: Vec<String>,
+}
 
 /// Writes a case for the mesh in `bytes`; `file` is how the case names its file.
 ///
 /// # Errors
 /// What cannot be read or used of the file: place, message and cure.
-pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<String, MeshFileError> {
-    let mesh = FileMesh::parse(bytes)?;
-    Ok(text::case(&Survey::new(&mesh)?, file))
+pub fn case_of_mesh(bytes: &[u8], file: &str) -> Result<MeshCase, MeshFileError> {
+    let survey = Survey::new(&FileMesh::parse(bytes)?)?;
+    let notice = |part: &Part| {
+        let elements = part.second_order()?;
+        Some(format!("body `{}` has {elements}, of second order: `first_order = true` drops mid-side nodes", part.name))
+    };
+    let notices = survey.parts.iter().filter_map(notice).collect();
+    Ok(MeshCase { text: text::case(&survey, file), notices })
 }

@@ -1,10 +1,10 @@
 //! What a mesh file holds, and which of its surfaces meet.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 use slipstick_mesh::{Mesh, Surface, facet_area_vector};
-use slipstick_meshio::{FileMesh, MeshFileError};
+use slipstick_meshio::{CellKind, FileMesh, MeshFileError};
 
 /// Facets of a surface that are compared with those of another one, at most.
 const SAMPLES: usize = 400;
@@ -26,6 +26,8 @@ pub struct Part {
     pub name: String,
     /// The set of the file that it is; `None`: the whole file.
     pub part: Option<String>,
+    /// Its elements of second order in the file, of which it has the corners.
+    second_order: BTreeMap<CellKind, usize>,
     /// Its mesh.
     pub mesh: Mesh,
     /// Its named surfaces; if there are none, those that its skin has towards the six directions.
@@ -37,6 +39,12 @@ pub struct Part {
 }
 
 impl Part {
+    /// How many elements of which kinds of second order it has in the file, if any.
+    pub fn second_order(&self) -> Option<String> {
+        let counts = self.second_order.iter().map(|(kind, count)| format!("{count} {}", kind.label()));
+        (!self.second_order.is_empty()).then(|| counts.collect::<Vec<_>>().join(", "))
+    }
+
     /// Edge of the cube with the volume of the mean element.
     pub fn element_size(&self) -> f64 {
         (self.volume / self.mesh.elements.len() as f64).cbrt()
@@ -180,7 +188,13 @@ fn proper(set: &str) -> String {
 }
 
 fn read(file: &FileMesh, part: Option<String>, name: String) -> Result<Part, MeshFileError> {
-    let mesh = file.body(&name, part.as_deref(), 1.0)?.mesh;
+    let mut second_order = file.solids(part.as_deref());
+    second_order.retain(|kind, _| kind.is_second_order());
+    let read = match second_order.is_empty() {
+        true => file.body(&name, part.as_deref(), 1.0)?,
+        false => file.first_order_body(&name, part.as_deref(), 1.0)?,
+    };
+    let mesh = read.mesh;
     let mut faces: Vec<Face> =
         mesh.surfaces.iter().map(|(name, surface)| Face::new(&mesh, name, surface, None)).collect();
     if faces.is_empty() {
@@ -188,7 +202,7 @@ fn read(file: &FileMesh, part: Option<String>, name: String) -> Result<Part, Mes
     }
     let bounds = mesh.bounding_box().unwrap_or_default();
     let volume = mesh.element_volumes().iter().sum();
-    Ok(Part { name, part, faces, bounds: [bounds.0.into(), bounds.1.into()], volume, mesh })
+    Ok(Part { name, part, second_order, faces, bounds: [bounds.0.into(), bounds.1.into()], volume, mesh })
 }
 
 /// The skin towards the six directions, as `surface.normal` selects it within 45°.

@@ -61,7 +61,10 @@ fn head(file: &str) -> String {
 }
 
 fn body(text: &mut String, part: &Part, file: &str) {
-    let of = part.part.as_ref().map_or(String::new(), |part| format!(", part = {}", quoted(part)));
+    let mut of = part.part.as_ref().map_or(String::new(), |part| format!(", part = {}", quoted(part)));
+    if part.second_order().is_some() {
+        of += ", first_order = true";
+    }
     let [low, high] = part.bounds;
     let elements = part.mesh.elements.len();
     let _ = write!(
@@ -74,6 +77,9 @@ fn body(text: &mut String, part: &Part, file: &str) {
         rounded(high.y),
         rounded(high.z)
     );
+    if let Some(elements) = part.second_order() {
+        let _ = writeln!(text, "#   of second order in the file, {elements}: first_order drops mid-side nodes");
+    }
     for face in part.faces.iter().filter(|face| face.selected.is_none()) {
         let direction = face.direction().map(|x| (100.0 * x).round() / 100.0 + 0.0);
         let [x, y, z] = [direction.x, direction.y, direction.z];

@@ -5,6 +5,7 @@ use super::super::resolved::{Body, Element, Material, Placement, Rotate, Shape};
 use super::super::typed::Table;
 use super::mesh_file::{MeshFiles, mesh_file};
 use super::{CaseCode, direction, name};
+use slipstick_mesh as mesh;
 
 const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring", "mesh"];
 const MATERIALS: &[&str] = &["neo_hooke", "st_venant_kirchhoff"];
@@ -176,17 +177,20 @@ fn material(table: &Table<'_>) -> Material {
 /// Poisson's ratios from which on fully integrated elements are noticeably too stiff.
 const LOCKING: f64 = 0.45;
 
+/// What does not lock.
+const UNLOCKED: &str = "mesh the body with hexahedra and element = \"f_bar\", or take a ratio below 0.45";
+
 fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material, element: Element) {
     let (key, ratio) = match *material {
         Material::NeoHooke { poisson_ratio, .. } => ("neo_hooke", poisson_ratio),
         Material::StVenantKirchhoff { poisson_ratio, .. } => ("st_venant_kirchhoff", poisson_ratio),
     };
-    let tetrahedra = match shape {
-        Some(Shape::Mesh(file)) => {
-            file.mesh.elements.iter().filter(|e| matches!(e, slipstick_mesh::Element::Tet4(_))).count()
-        }
+    let count = |is: fn(&mesh::Element) -> bool| match shape {
+        Some(Shape::Mesh(file)) => file.mesh.elements.iter().filter(|&element| is(element)).count(),
         _ => 0,
     };
+    let tetrahedra = count(|element| matches!(element, mesh::Element::Tet4(_)));
+    let wedges = count(|element| matches!(element, mesh::Element::Wedge6(_)));
     let warn = |key: &str, message: String, help: &str| {
         table.reader.warning(&table.path_of(key), CaseCode::Locking, message, help);
     };
@@ -199,7 +203,12 @@ fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material
     let ratio_key = format!("material.{key}.poisson_ratio");
     if ratio >= LOCKING && tetrahedra > 0 {
         let message = format!("tetrahedra lock at a Poisson's ratio of {ratio}: they are too stiff");
-        warn(&ratio_key, message, "mesh the body with hexahedra and element = \"f_bar\", or take a ratio below 0.45");
+        warn(&ratio_key, message, UNLOCKED);
+    } else if ratio >= LOCKING && wedges > 0 {
+        let message = format!(
+            "wedges lock at a Poisson's ratio of {ratio}: they are too stiff in the plane of their triangles, also with F\u{304}"
+        );
+        warn(&ratio_key, message, UNLOCKED);
     } else if ratio >= LOCKING && element == Element::Full {
         let message = format!("fully integrated hexahedra lock at a Poisson's ratio of {ratio}: they are too stiff");
         warn(&ratio_key, message, "give the body element = \"f_bar\", or a ratio below 0.45");

@@ -1,4 +1,4 @@
-//! Bodies from mesh files (`mesh = { file, part, scale }`).
+//! Bodies from mesh files (`mesh = { file, part, scale, first_order }`).
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -53,6 +53,7 @@ pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) ->
         .required(String::new(), "a .msh, .inp or .vtu file, relative to the case file");
     let part = table.string("part").optional();
     let scale = table.number("scale").positive(CaseCode::OutOfRange).or(1.0);
+    let first_order = table.boolean("first_order").or(false);
     let expected = table.string("sha256").optional();
     if file.is_empty() {
         return None;
@@ -67,7 +68,11 @@ pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) ->
         let help = "put the old file back, or remove the key";
         error("sha256", (format!("the SHA-256 of {file} is {hash}: the file has changed"), help.into()));
     }
-    let read = mesh.body(body, part.as_deref(), scale).map_err(|found| {
+    let read = match first_order {
+        true => mesh.first_order_body(body, part.as_deref(), scale),
+        false => mesh.body(body, part.as_deref(), scale),
+    };
+    let read = read.map_err(|found| {
         let key = if found.place.starts_with("part ") { "part" } else { "file" };
         error(key, told(&file, found));
     });
@@ -76,5 +81,5 @@ pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) ->
         let help = "nothing needs to be done if that is meant";
         reader.warning(&table.path_of("file"), CaseCode::MeshFile, format!("{file}: {notice}"), help);
     }
-    Some(MeshFile { file, part, scale, sha256: hash.clone(), mesh: Arc::new(read.mesh) })
+    Some(MeshFile { file, part, scale, first_order, sha256: hash.clone(), mesh: Arc::new(read.mesh) })
 }

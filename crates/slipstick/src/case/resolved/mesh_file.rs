@@ -16,6 +16,8 @@ pub struct MeshFile {
     pub part: Option<String>,
     /// What the file's coordinates are multiplied by.
     pub scale: f64,
+    /// Whether elements of second order are read by their corners, without mid-side nodes.
+    pub first_order: bool,
     /// SHA-256 of the file, in hexadecimal: with it, the case says all that the results depend on.
     pub sha256: String,
     /// The body alone, as the generators make theirs; its surfaces and node sets have their final names.

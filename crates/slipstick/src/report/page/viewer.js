@@ -10,7 +10,7 @@ function unpacked(packed) {
   return Float32Array.from(codes, code => packed.low + packed.step * code);
 }
 // Faces of hexahedra with the elements on both sides: { nodes: 4 per face, sides: 2 per face, -1 outside }.
-// Tetrahedra are hexahedra that repeat corners: faces with three of them are triangles, with fewer none.
+// Tetrahedra and wedges are hexahedra that repeat corners: faces with three of them are triangles, with fewer none.
 const HEX_FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 function facesOf(hexes, points) {
   const known = new Map(), nodes = [], sides = [];
@@ -22,7 +22,7 @@ function facesOf(hexes, points) {
       if (hexes[8 * e + 2] === hexes[8 * e + 3]) {
         const corners = [...new Set(n)].sort((a, b) => a - b);
         if (corners.length < 3) continue;
-        key = corners.join();
+        if (corners.length < 4) key = corners.join();
       }
       const found = known.get(key);
       if (found === undefined) { known.set(key, sides.length / 2); nodes.push(...n); sides.push(e, -1); } else sides[2 * found + 1] = e;

@@ -1,0 +1,159 @@
+//! Elements of second order: counted in errors, and read by their corners.
+
+use slipstick_mesh::{Element, Mesh};
+use slipstick_meshio::{CellKind, FileMesh};
+
+use crate::{data, parse, places, sound};
+
+fn file(name: &str) -> FileMesh {
+    FileMesh::parse(&data(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The body of corners alone, fit for analysis.
+fn of_corners(file: &FileMesh, name: &str, part: Option<&str>) -> Mesh {
+    let read = file.first_order_body(name, part, 1.0).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((read.mesh.check(), &read.notices[..]), (vec![], &[][..]), "{name}");
+    read.mesh
+}
+
+/// Counts by `make.py`: 16 hexahedra in the slab, 4 in the block, 16 wedges in the block of wedges.
+#[test]
+fn errors_count_elements_by_kind_and_part() {
+    let hexahedra = file("gmsh_41_second_order.msh");
+    let error = hexahedra.body("die", Some("slab"), 1.0).expect_err("hex27");
+    assert_eq!(
+        error.to_string(),
+        "body `die`: 16 of 16 elements are of second order: 16 hex27 (C3D27); the first is element 31 at \
+         (0.5000, 0.2500, 0.5000); `first_order = true` in the body's `mesh` drops mid-side nodes; or write first order \
+         (Gmsh: Mesh.ElementOrder = 1; Abaqus: C3D4, C3D6, C3D8)"
+    );
+    let error = hexahedra.body("both", None, 1.0).expect_err("hex27");
+    let expected = "20 of 20 elements are of second order: 20 hex27 (C3D27); part `block` has 4 hex27 (C3D27), part `slab` \
+                    has 16 hex27 (C3D27); the first";
+    assert!(error.message.starts_with(expected), "{error}");
+    for (name, kind) in [("gmsh_wedges_second_order.msh", "16 wedge18"), ("gmsh_wedges_second_order.inp", "16 wedge15")]
+    {
+        let error = file(name).body("die", Some("block"), 1.0).expect_err("second order");
+        assert!(error.message.contains(kind) && error.cure.contains("`first_order = true`"), "{error}");
+    }
+    assert_eq!(hexahedra.solids(Some("block")), [(CellKind::Hex27, 4)].into());
+    assert_eq!(hexahedra.solids(None), [(CellKind::Hex27, 20)].into());
+}
+
+/// The same boxes, as first order from the same program: nodes, volumes and surfaces.
+#[test]
+fn corners_of_second_order_are_the_mesh_of_first_order() {
+    let cases = [
+        ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "slab"),
+        ("gmsh_41_second_order.msh", "gmsh_41_ascii.msh", "block"),
+        ("gmsh_wedges_second_order.msh", "gmsh_wedges.msh", "block"),
+        ("gmsh_wedges_second_order.inp", "gmsh_wedges.msh", "block"),
+    ];
+    for (second, first, body) in cases {
+        let (found, expected) =
+            (of_corners(&file(second), body, Some(body)), sound(&file(first), body, Some(body)).mesh);
+        let all = |mesh: &Mesh| (0..mesh.nodes.len() as u32).collect::<Vec<_>>();
+        assert_eq!(places(&found, &all(&found)), places(&expected, &all(&expected)), "{second} {body}");
+        let volume = |mesh: &Mesh| mesh.element_volumes().iter().sum::<f64>();
+        assert_eq!(found.elements.len(), expected.elements.len());
+        assert!((volume(&found) - volume(&expected)).abs() < 1e-10, "{second} {body}");
+        for end in ["bottom", "top", "corner"].map(|end| format!("{body}_{end}")) {
+            let of = |mesh: &Mesh| places(mesh, &mesh.set_nodes(&end).unwrap_or_else(|| panic!("{second}: {end}")));
+            assert_eq!(of(&found), of(&expected), "{second} {end}");
+            let facets = |mesh: &Mesh| mesh.surfaces.get(&end).map(|surface| surface.facets.len());
+            assert_eq!(facets(&found), facets(&expected), "{second} {end}");
+        }
+    }
+}
+
+/// First order stays what it is.
+#[test]
+fn meshes_of_first_order_do_not_change() {
+    for (name, part) in [("gmsh_41_ascii.msh", "slab"), ("gmsh_tetrahedra.msh", "slab"), ("gmsh_wedges.msh", "block")] {
+        let file = file(name);
+        assert_eq!(of_corners(&file, "a", Some(part)), sound(&file, "a", Some(part)).mesh, "{name}");
+    }
+}
+
+/// A tetrahedron of 10 nodes with an edge, a set of its mid-side nodes and a face: S3 of nodes 2, 3, 4 in Abaqus' reference.
+const TET10: &str = "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n5, .5, -.1, 0\n6, .5, .5, 0\n7, 0, .5, 0\n\
+                     8, 0, 0, .5\n9, .5, 0, .5\n10, 0, .5, .5\n*Element, type=C3D10M, elset=tip\n\
+                     7, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10\n*Element, type=S6\n8, 1, 3, 2, 7, 6, 5\n*Surface, name=slope\n7, S3\n\
+                     *Elset, elset=under\n8\n*Nset, nset=some\n1, 5, 6\n*Nset, nset=middle\n5, 6\n";
+
+#[test]
+fn sets_of_second_order_keep_their_corners() {
+    let file = parse(TET10);
+    let error = file.body("a", Some("tip"), 1.0).expect_err("tet10");
+    assert!(error.message.contains("1 tet10 (C3D10); the first is element 7 at"), "{error}");
+    let read = file.first_order_body("a", Some("tip"), 2.0).expect("a body");
+    let mesh = read.mesh;
+    assert_eq!((mesh.check(), mesh.nodes.len()), (vec![], 4));
+    assert_eq!(mesh.elements, [Element::Tet4([0, 1, 2, 3])]);
+    assert!((mesh.element_volume(0) - 8.0 / 6.0).abs() < 1e-15);
+    assert_eq!(mesh.surfaces["a_slope"].nodes(), [1, 2, 3]);
+    assert_eq!(mesh.surfaces["a_under"].nodes(), [0, 1, 2]);
+    assert_eq!(mesh.node_sets["a_some"], [0]);
+    assert!(!mesh.node_sets.contains_key("a_middle"));
+    assert_eq!(read.notices, ["the node set `middle` is left out: it has mid-side nodes only"]);
+}
+
+/// Beside the tetrahedron of second order, one of first order stands on half of its edge: without the node between, the two
+/// would not fit.
+#[test]
+fn mid_side_nodes_that_are_corners_are_refused() {
+    let text = TET10.replace("*Element, type=S6", "*Element, type=C3D4, elset=tip\n9, 1, 5, 8, 11\n*Element, type=S6");
+    let text = text.replace("\n*Element, type=C3D10M", "\n11, 0, -1, 0\n*Element, type=C3D10M");
+    let error = parse(&text).first_order_body("a", Some("tip"), 1.0).expect_err("torn");
+    assert!(error.place.starts_with("element 7 at"), "{error}");
+    assert!(error.message.starts_with("its mid-side node 5 is a corner of element 9"), "{error}");
+    assert!(error.cure.contains("in one order"), "{error}");
+}
+
+/// VTK's types 24 (tetrahedron of 10 nodes), 25 (hexahedron of 20), 26 (wedge of 15, as before VTK 9.7 and since) and 27
+/// (pyramid of 13), each with its corners first.
+#[test]
+fn cells_of_vtk_are_read_by_their_corners() {
+    let cube = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
+    let text = |vtk: u8, corners: &[usize], nodes: usize| {
+        let points: String = cube.iter().map(|[x, y, z]| format!("{x} {y} {z} ")).collect();
+        let more: String = (corners.len()..nodes).map(|n| format!("{n} 9 9 ")).collect();
+        let middle = (8..8 + nodes - corners.len()).map(|n| n.to_string());
+        let connectivity: Vec<String> = corners.iter().map(usize::to_string).chain(middle).collect();
+        let array = |name: &str, values: &str| {
+            format!(
+                "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"3\" format=\"ascii\">{values}</DataArray>"
+            )
+        };
+        let list = |name: &str, values: &str| {
+            format!("<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>")
+        };
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece NumberOfPoints=\"{}\" NumberOfCells=\"1\"><Points>{}\
+             </Points><Cells>{}{}{}</Cells></Piece></UnstructuredGrid></VTKFile>",
+            8 + nodes - corners.len(),
+            array("Points", &(points + &more)),
+            list("connectivity", &connectivity.join(" ")),
+            list("offsets", &nodes.to_string()),
+            list("types", &vtk.to_string()),
+        )
+    };
+    let cases: [(u8, &[usize], usize, f64, &str); 4] = [
+        (24, &[0, 1, 3, 4], 10, 1.0 / 6.0, "tet10"),
+        (25, &[0, 1, 2, 3, 4, 5, 6, 7], 20, 1.0, "hex20"),
+        (26, &[0, 1, 3, 4, 5, 7], 15, 0.5, "wedge15"),
+        (26, &[0, 3, 1, 4, 7, 5], 15, 0.5, "wedge15"),
+    ];
+    for (vtk, corners, nodes, volume, name) in cases {
+        let file = parse(&text(vtk, corners, nodes));
+        assert!(file.body("a", None, 1.0).expect_err(name).message.contains(name));
+        let mesh = of_corners(&file, "a", None);
+        assert!((mesh.element_volume(0) - volume).abs() < 1e-15, "{name}");
+    }
+    let pyramid = parse(&text(27, &[0, 1, 2, 3, 4], 13));
+    for error in [pyramid.body("a", None, 1.0), pyramid.first_order_body("a", None, 1.0)] {
+        let error = error.expect_err("a pyramid");
+        assert!(error.message.starts_with("1 of 1 elements are pyramids: 1 pyramid13"), "{error}");
+        assert!(error.cure.starts_with("pyramids are not supported"), "{error}");
+    }
+}
