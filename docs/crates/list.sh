@@ -45,7 +45,7 @@ TEXT
     row clap cli "the command line, its help and errors"
     row clap_complete cli "completion of commands in shells"
     row clap_mangen cli "the manual page"
-    row ctrlc cli "Ctrl-C ends a run after the iteration in progress"
+    row ctrlc cli "Ctrl-C stops a run when the current attempt at a load step ends"
     row dyn-stack linalg "memory of faer's kernels"
     row faer linalg "dense kernels of the fronts, and its sparse LU as a second solver"
     row flate2 meshio "compressed VTU files"

@@ -23,7 +23,7 @@ use values::{count, fraction, memory, not_negative, override_of, positive, size,
     propagate_version = true,
     arg_required_else_help = true,
     after_help = "Exit codes:\n  0  done\n  2  wrong command line, case file or other input; results cannot be written\n  \
-                  3  the analysis failed, or a gradient is not what differences say\n  4  interrupted; what was reached is on disk\n\n\
+                  3  the analysis failed, or a gradient is not what differences say\n  4  interrupted: Ctrl-C stops when the current attempt at a load step ends, twice at once; finished iterations are on disk\n\n\
                   A first run:\n  slipstick new half-ball\n  slipstick check half_ball.toml\n  \
                   slipstick optimize half_ball.toml"
 )]
@@ -218,7 +218,8 @@ pub struct Verify {
 /// What `verify` checks.
 #[derive(Debug, Clone, Subcommand)]
 pub enum VerifyWhat {
-    /// The gradient against central differences, at halved steps: the error falls as the square of the step, but at kinks
+    /// The gradient against central differences (one-sided at densities near 0 or 1), at halved steps: the error falls as the
+    /// square of the step, but at kinks
     Gradient(VerifyGradient),
 }
 
@@ -234,7 +235,7 @@ pub struct VerifyGradient {
     /// Elements to differentiate by one at a time, spread over the design; costs two analyses each and step
     #[arg(long, value_name = "NUMBER", default_value_t = 5)]
     pub elements: usize,
-    /// Random directions over the whole design; cost as much as an element
+    /// Random directions over the whole design, and as many over the densities near 0 or 1; cost as much as an element
     #[arg(long, value_name = "NUMBER", default_value_t = 2)]
     pub directions: usize,
     /// First step in density
@@ -297,7 +298,8 @@ pub struct Render {
     /// Text above; with --history
     #[arg(long, value_name = "TEXT", requires = "history")]
     pub title: Option<String>,
-    /// What gives the colours: pressure, gap, displacement, …; an unknown name lists all [default: density]
+    /// What gives the colours: pressure, gap, displacement, …; an unknown name lists all [default: density, or where all
+    /// densities are 1, as without a designed body, contact pressure or displacement]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
     /// The state at the end of a load step [default: the newest design, at the last step where that is there]

@@ -1,10 +1,13 @@
-//! Ctrl-C: once, the run stops at the next good place; twice, at once.
+//! Ctrl-C: once, the run stops when the current attempt at a load step ends; twice, at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::console::complain;
 use crate::exit::Exit;
+
+/// What the first Ctrl-C is answered with. The book quotes it (docs/how_to.md).
+pub const STOPPING: &str = "stopping when the current attempt at a load step ends; Ctrl-C again stops at once";
 
 /// Whether the user wants to stop.
 #[derive(Debug, Clone, Default)]
@@ -24,7 +27,7 @@ impl Interrupt {
             if !speaks {
                 return;
             }
-            complain("\nstopping after this attempt at a load step; once more stops at once\n");
+            complain(&format!("\n{STOPPING}\n"));
         };
         // Without a handler the system's own ends the program at once, and what is on disk is good then too.
         if let Err(error) = ctrlc::set_handler(handler) {

@@ -3,14 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use slipstick::analysis::{Analysis, AnalysisError};
+use slipstick::analysis::{Analysis, AnalysisError, Forward, Rounding};
 use slipstick::build::{Problem, build_on};
 use slipstick::case::{Body, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
-use slipstick::check::{Inspection, NoticeKind, bytes_to_build, inspect};
+use slipstick::check::{Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
 use slipstick::optimize::OptimizeError;
 use slipstick::run::{
-    ExitState, FailureReport, RunDirectory, RunPart, RunRecord, keep_mesh_files, load_density, write_failure,
+    ExitState, FailureReport, RunDirectory, RunError, RunPart, RunRecord, keep_mesh_files, load_density,
+    write_densities, write_failure, write_path,
 };
+use slipstick::words::{counted, quantity};
+use slipstick_design::{DesignMap, DesignVariables, Role};
 
 use crate::args::{CaseFile, DesignFrom, Out};
 use crate::case_file::{self, Unreadable};
@@ -161,7 +164,9 @@ impl Setup {
                 NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
                 NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
                 NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
+                NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),
                 NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
+                NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
             };
             let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
             // The reader of the case warns of bodies without any condition; what is known now says more.
@@ -211,24 +216,45 @@ impl Setup {
     ///
     /// # Errors
     /// [`Failure::Input`] if they do not fit; [`Failure::Case`] if the case has no design to put them into.
-    pub fn density(&self, problem: &Problem, from: &DesignFrom) -> Outcome<Vec<f64>> {
+    pub fn density(&self, context: &Context, problem: &Problem, from: &DesignFrom) -> Outcome<Vec<f64>> {
         match &from.design {
-            Some(results) => self.density_of(problem, results),
+            Some(results) => self.density_of(context, problem, results),
             None => Ok(problem.initial_density.clone()),
         }
     }
 
-    /// Densities of an earlier run, or of a table.
+    /// Densities of an earlier run, or of a table; warns where the case keeps its own instead.
     ///
     /// # Errors
     /// As [`Setup::density`].
-    pub fn density_of(&self, problem: &Problem, results: &Path) -> Outcome<Vec<f64>> {
+    pub fn density_of(&self, context: &Context, problem: &Problem, results: &Path) -> Outcome<Vec<f64>> {
         self.resolved.require(&["design"])?;
         let found = load_density(results, &problem.mesh)?;
         let _ = self.design_of.set(results.to_owned());
         let Some(variables) = &problem.variables else { return Ok(found) };
         // Passive elements and those outside of the design are the case's own.
-        Ok(slipstick_design::DesignMap::apply(variables, &variables.restrict(&found)))
+        let kept = DesignMap::apply(variables, &variables.restrict(&found));
+        if let Some(message) = replaced(variables, &found, &kept) {
+            context.console.warning(&format!("{}: {message}", results.display()));
+        }
+        Ok(kept)
+    }
+
+    /// Warns of a start design that fills more than the bound; `known` is whether the reader of the case has done so.
+    pub fn warn_of_volume(&self, context: &Context, problem: &Problem, known: bool) -> usize {
+        let notice = start_volume(&self.resolved.case, problem, &problem.initial_density).filter(|_| !known);
+        let told = |notice: Notice| {
+            let map = &self.resolved.source_map;
+            map.diagnostic(Severity::Warning, &notice.path, CaseCode::InitialVolume, notice.message, notice.help)
+        };
+        let warnings: Vec<CaseDiagnostic> = notice.into_iter().map(told).collect();
+        context.console.warnings(&warnings);
+        warnings.len()
+    }
+
+    /// Whether the case's own uniform start is above the bound, of which its reader has warned.
+    pub fn starts_above_bound(&self) -> bool {
+        self.resolved.warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume)
     }
 
     /// Where results go: as asked, else as the case says, else beside the case file under its name; commands other than
@@ -248,6 +274,38 @@ impl Setup {
         }
         name.into()
     }
+}
+
+/// Densities that differ by less are the same.
+const SAME_DENSITY: f64 = 1e-9;
+
+/// Which densities of a table the case does not take, and what it takes instead; `None` where it takes all.
+fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<String> {
+    let groups = [
+        (Role::Solid, "passive solid element"),
+        (Role::Void, "passive void element"),
+        (Role::Outside, "element of bodies that are not designed"),
+    ];
+    let (mut parts, mut all) = (Vec::new(), 0);
+    for (role, what) in groups {
+        let differs = |e: &usize| variables.roles()[*e] == role && (found[*e] - kept[*e]).abs() > SAME_DENSITY;
+        let elements: Vec<usize> = (0..found.len()).filter(differs).collect();
+        let Some(&first) = elements.first() else { continue };
+        let values = elements.iter().map(|&e| found[e]);
+        let (low, high) = values.fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), v| (l.min(v), h.max(v)));
+        let from =
+            if high - low > SAME_DENSITY { format!("{} … {}", quantity(low), quantity(high)) } else { quantity(low) };
+        let what = match what.split_once(' ') {
+            Some(("element", rest)) => format!("{} {rest}", counted(elements.len(), "element")),
+            _ => counted(elements.len(), what),
+        };
+        parts.push(format!("{what} from {from} to {}", quantity(kept[first])));
+        all += elements.len();
+    }
+    let (count, which) = (found.len(), parts.join(", "));
+    (all > 0).then(|| {
+        format!("densities of {all} of {count} elements are replaced, because the case keeps them as they are: {which}")
+    })
 }
 
 /// Filled fraction of the design domain; `None` without a design.
@@ -297,11 +355,41 @@ pub fn stopped(
             message: format!("the optimizer failed: {error}"),
             cure: "look at history.csv; a smaller `optimizer.mma.move_limit` may help".into(),
         },
+        OptimizeError::Rounding(forward) => without_direction(problem, forward, run),
         OptimizeError::Interrupted => Failure::Interrupted {
             message: "finished iterations are kept".into(),
             resume: run.map(|run| run.path().to_owned()),
         },
     }
+}
+
+/// An optimization whose objective is but rounding, in words, after the path of that design has been written to `run`, if this
+/// rank has one.
+fn without_direction(problem: &mut Problem, forward: &Forward, run: Option<&RunDirectory>) -> Failure {
+    let rounding = forward.rounding.as_ref();
+    let report = Box::new(FailureReport {
+        cause: rounding.map_or(String::new(), |rounding| format!("there is nothing to optimize: {rounding}")),
+        cures: rounding.map_or(&[][..], Rounding::cures).iter().map(|cure| (*cure).to_owned()).collect(),
+        ..FailureReport::default()
+    });
+    let model = &mut problem.analysis.model;
+    let Some(run) = run else {
+        forward.path.serve(&**model.share().ranks());
+        return Failure::Analysis { report, kept: String::new() };
+    };
+    let mut written = write_path(run, &problem.mesh, model, &forward.path).map(drop);
+    // that of an earlier iteration stays: there is none like it
+    let table = run.file("design.csv");
+    if !table.exists() {
+        let table = write_densities(&table, &problem.mesh, &forward.density, None);
+        written = written.and(table.map_err(RunError::from));
+    }
+    let directory = run.path().display();
+    let kept = match written {
+        Ok(()) => format!("{directory}: finished iterations, and the load path of this design (path.pvd)"),
+        Err(error) => format!("finished iterations; nothing more: {error}"),
+    };
+    Failure::Analysis { report, kept }
 }
 
 /// The part of an analysis that a rank has which does not lead: the first one tells and writes what comes out.

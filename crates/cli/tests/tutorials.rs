@@ -6,12 +6,14 @@
 //! | `sh slow` | the same on demand; with all tests, optimizations in it make one iteration |
 //! | `text` | what the block before has printed: its lines in their order; `…` is any text, a line `…` any lines |
 //! | `text slow` | the same, compared on demand |
-//! | `toml NAME` | a file |
+//! | `sh python` | run where Python is installed |
+//! | `toml NAME`, `python NAME` | a file |
 //!
 //! On demand, in some minutes: `cargo test --release -p slipstick-cli --test tutorials -- --ignored`
 
 #![cfg(unix)]
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -88,6 +90,10 @@ fn missing<'a>(shown: &'a str, printed: &str) -> Option<&'a str> {
     None
 }
 
+fn has_python() -> bool {
+    Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success())
+}
+
 fn run(page: &str, whole: bool) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the repository");
     let text = std::fs::read_to_string(root.join("docs").join(page)).unwrap_or_else(|error| panic!("{page}: {error}"));
@@ -99,6 +105,10 @@ fn run(page: &str, whole: bool) {
     for Block { line, words, text } in blocks(&text) {
         let slow = words.get(1) == Some(&"slow");
         match words[0] {
+            "sh" if words.get(1) == Some(&"python") && !has_python() => {
+                // Straight to the terminal, past the capture of tests.
+                let _ = writeln!(std::io::stderr(), "SKIPPED docs/{page}:{line}: no python3");
+            }
             "sh" => {
                 let quick = |line: &str| match line.starts_with("slipstick optimize") {
                     true => format!("{line} --iterations 1\n"),
@@ -118,7 +128,9 @@ fn run(page: &str, whole: bool) {
                 }
             }
             "text" => {}
-            "toml" if words.len() == 2 => std::fs::write(folder.path().join(words[1]), text).expect("written"),
+            "toml" | "python" if words.len() == 2 => {
+                std::fs::write(folder.path().join(words[1]), text).expect("written")
+            }
             _ => {}
         }
     }

@@ -33,8 +33,8 @@ mod thread_ranks;
 pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter};
 pub use map::{Chain, DesignMap, Identity, OnElements};
 pub use objective::{
-    Compliance, ContactForce, Objective, ObjectiveError, ObservedSteps, ReactionForce, StateDerivative, StateView,
-    Weighted, WrongDerivative, check_derivatives,
+    Compliance, ContactForce, Measure, Objective, ObjectiveError, ObservedSteps, ReactionForce, StateDerivative,
+    StateView, Weighted, WrongDerivative, check_derivatives,
 };
 pub use optimizer::{KktResidual, Mma, MmaError, MmaParameters, MmaStep, Scaling, kkt_residual};
 pub use variables::{DesignError, DesignVariables, Passives, Role};

@@ -1,4 +1,4 @@
-//! A problem changed in code, a run that is watched, and what its contact force depends on: friction, Young's moduli, the
+//! A problem changed in code, a run that is watched, and what its contact forces depend on: friction, Young's moduli, the
 //! amplitude of the motion, and the densities.
 //!
 //! ```text
@@ -84,7 +84,10 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     let mut watch = Watch::default();
     let forward = problem.analysis.forward(&density, &mut watch)?;
     let gradients = problem.analysis.gradients(&forward)?;
-    println!("{} states, {} iterations; contact force {:.6}", watch.accepted, watch.iterations, -forward.value);
+    println!(
+        "{} states, {} iterations; sum of contact force norms {:.6}",
+        watch.accepted, watch.iterations, -forward.value
+    );
     for (parameter, derivative) in &gradients.parameters {
         let name = match parameter {
             Parameter::Friction { .. } => "friction".into(),

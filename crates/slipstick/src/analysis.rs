@@ -1,9 +1,13 @@
 //! Forward analysis and gradient of a built problem.
 
 mod chain;
+mod pairs;
+mod rounding;
 
 use crate::model::{ContactModel, Parameter};
 use chain::{Adapter, Forces};
+pub use pairs::{PairResult, pair_results};
+pub use rounding::Rounding;
 use slipstick_design::objective::{Objective, StateView, WrongDerivative, check_derivatives};
 use slipstick_path::{
     Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, StateError,
@@ -23,6 +27,8 @@ pub struct Forward {
     pub value: f64,
     /// What is probably not meant.
     pub notice: Option<ForwardNotice>,
+    /// Why θ is but rounding, of a whole path.
+    pub rounding: Option<Rounding>,
 }
 
 /// Derivatives of the objective.
@@ -199,7 +205,9 @@ impl Analysis {
             }
         }
         let notice = self.notice(&path);
-        Ok(Forward { density: density.to_vec(), value: step_values.iter().sum(), path, step_values, notice })
+        let value = step_values.iter().sum();
+        let rounding = if path.steps == steps { self.rounding(value, notice) } else { None };
+        Ok(Forward { density: density.to_vec(), value, path, step_values, notice, rounding })
     }
 
     /// Whether contact is open where it should count; nothing is said of a path that was cut short.

@@ -1,7 +1,10 @@
 //! What can be said about a case before it runs: sizes, supports, initial gaps, memory.
 
+mod closing;
 mod connection;
+mod distance;
 mod memory;
+mod volume;
 
 use crate::build::Problem;
 use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
@@ -11,6 +14,7 @@ use slipstick_mesh::{Element, Mesh};
 use slipstick_path::{StateError, StepProblem};
 
 pub use memory::RankMemory;
+pub use volume::start_volume;
 
 /// What a notice is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -26,8 +30,12 @@ pub enum NoticeKind {
     PenetratingStart,
     /// The surfaces of a contact pair do not see each other.
     NothingOpposite,
+    /// No prescribed motion closes a contact pair.
+    NeverCloses,
     /// A load acts on prescribed displacements only.
     IdleLoad,
+    /// The start design fills more than the bound.
+    InitialVolume,
 }
 
 /// Something that a run survives, but that is probably not meant.
@@ -179,6 +187,15 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         help: "load another surface, or prescribe fewer components there; nothing crosses a symmetry plane".into(),
     }));
     let contacts = contacts(case, problem, &mut notices)?;
+    let penetrating: Vec<String> =
+        notices.iter().filter(|n| n.kind == NoticeKind::PenetratingStart).map(|n| n.path.clone()).collect();
+    let open = closing::never_closed(case, problem).into_iter();
+    for open in open.filter(|open| !penetrating.contains(&format!("contact[{}]", open.pair))) {
+        // it says more than that nothing lies opposite at the start
+        let path = format!("contact[{}]", open.pair);
+        notices.retain(|notice| notice.kind != NoticeKind::NothingOpposite || notice.path != path);
+        notices.push(open.notice(case));
+    }
     let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
     let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
     let systems = memory::Systems { factors: factor_bytes, matrix: matrix_bytes, kept: steps_with_factors };

@@ -19,6 +19,7 @@ pub mod render;
 pub mod report;
 pub mod run;
 pub mod verify;
+pub mod words;
 
 /// PETSc and MPI: sessions to build problems on.
 #[cfg(feature = "petsc")]

@@ -70,6 +70,10 @@ pub enum OptimizeError {
     /// The optimizer failed.
     #[error("optimizer: {0}")]
     Mma(#[from] MmaError),
+    /// The objective of a design is but rounding, so that no update can follow from it; the state is that of the last
+    /// finished iteration.
+    #[error("{}", .0.rounding.map_or(String::new(), |rounding| rounding.to_string()))]
+    Rounding(Box<Forward>),
     /// Stopped from outside, in the middle of an iteration; the state is that of the last finished one.
     #[error("interrupted")]
     Interrupted,
@@ -239,12 +243,17 @@ impl Optimization {
     /// Evaluates the current design and, unless all updates are made, updates it. Returns the forward analysis of the
     /// evaluated design, whose record is the last one of the state's history.
     ///
-    /// If the path of an updated design cannot be marched, the update is halved, a few times.
+    /// If the path of an updated design cannot be marched, the update is halved, a few times. A design whose objective is but
+    /// rounding is not gone on from.
     ///
     /// # Errors
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
     pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
         let Marched { x, density, mut forward, halvings } = self.march_or_step_back(observer)?;
+        if forward.rounding.is_some() {
+            forward.path.forget_factors();
+            return Err(OptimizeError::Rounding(Box::new(forward)));
+        }
         let domain: Vec<f64> = self.variables.domain().iter().map(|&e| density[e as usize]).collect();
         let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
         record.halvings = halvings;

@@ -1,8 +1,9 @@
 //! The gradient against finite differences of the objective, on the user's own model.
 //!
 //! For a direction v in the design space and a step h, the central difference (θ(φ+hv) − θ(φ−hv))/2h is compared with
-//! the adjoint's dθ/dφ · v, and the remainder |θ(φ+hv) − θ(φ) − h dθ/dφ·v| with h². Three things spoil a difference
-//! without the gradient being wrong, and each is told apart:
+//! the adjoint's dθ/dφ · v, and the remainder |θ(φ+hv) − θ(φ) − h dθ/dφ·v| with h². Where φ is so near to 0 or 1 that φ ± hv
+//! would leave [0, 1], v points inwards and the one-sided difference (4θ(φ+hv) − θ(φ+2hv) − 3θ(φ))/2h takes its place, which is
+//! of second order too. Three things spoil a difference without the gradient being wrong, and each is told apart:
 //!
 //! * a slave node that changes its status between φ − hv and φ + hv makes θ kink there;
 //! * a path that is cut back elsewhere is a path of other steps, and its θ another function. All paths therefore take
@@ -10,11 +11,13 @@
 //! * θ is known to its round-off only, which the difference divides by h. How far that is, a few more analyses near φ
 //!   tell, by high differences of θ and by a tolerance ten times as wide.
 
+mod stencil;
 mod verdict;
 
-use crate::analysis::{Analysis, AnalysisError, Forward, ForwardNotice};
+use crate::analysis::{Analysis, AnalysisError, Forward, ForwardNotice, Rounding};
 use serde::Serialize;
 use slipstick_path::{Guide, MarchObserver, Tolerance, Tolerances};
+use stencil::{Stencil, inwards};
 use verdict::verdict;
 
 pub use verdict::{Quotient, Verdict};
@@ -61,6 +64,8 @@ pub struct DirectionCheck {
     pub name: String,
     /// dθ/dφ · v from the adjoint.
     pub adjoint: f64,
+    /// Whether the differences are one-sided, because the densities are at a bound.
+    pub one_sided: bool,
     /// Quotients, largest step first.
     pub quotients: Vec<Quotient>,
     /// Smallest relative error among the quotients at which θ is smooth; `None` if there are none.
@@ -99,6 +104,9 @@ pub enum VerifyError {
     /// An analysis failed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
+    /// The objective is but rounding, and so are its differences.
+    #[error("{0}")]
+    Rounding(Rounding),
     /// Stopped from outside; differences of paths that were cut short mean nothing.
     #[error("interrupted")]
     Interrupted,
@@ -106,8 +114,9 @@ pub enum VerifyError {
 
 /// Compares adjoint and differences at `density`; `designed` are the elements that may vary.
 ///
-/// The forward tolerances are tightened for the purpose and restored, and so is the guide. Directions leave out elements whose density is so
-/// near to 0 or 1 that a step would leave [0, 1].
+/// The forward tolerances are tightened for the purpose and restored, and so is the guide. Elements whose density is so near to 0
+/// or 1 that a step would leave [0, 1] are varied inwards, in random directions of their own. Where even two steps inwards have no
+/// room, which takes a step of more than 1/4, an element is left out.
 ///
 /// # Errors
 /// [`VerifyError`].
@@ -150,23 +159,24 @@ fn compare(
     observer: &mut dyn MarchObserver,
 ) -> Result<GradientCheck, VerifyError> {
     let base = forward(analysis, density, observer)?;
+    if let Some(rounding) = base.rounding {
+        return Err(VerifyError::Rounding(rounding));
+    }
     let gradient = analysis.gradient(&base)?;
-    let free: Vec<u32> = designed
-        .iter()
-        .copied()
-        .filter(|&e| (options.step..=1.0 - options.step).contains(&density[e as usize]))
-        .collect();
-    let norm = free.iter().map(|&e| gradient[e as usize].powi(2)).sum::<f64>().sqrt();
+    let varied = Varied::of(designed, density, options.step);
+    let free: Vec<u32> = varied.all();
+    let of = |elements: &[u32]| elements.iter().map(|&e| gradient[e as usize].powi(2)).sum::<f64>().sqrt();
+    let (norm, gradient_norm) = (of(&free), of(designed));
     analysis.guide = Some(Guide::steps_of(&base.path));
     let round_off = round_off(analysis, density, &free, &base, options, observer)?;
     let at = Base { density, forward: &base, gradient: &gradient, norm, round_off };
     let mut directions = Vec::new();
-    for (name, direction) in directions_of(&free, density.len(), options) {
-        directions.push(along(analysis, &at, name, &direction, options, observer)?);
+    for (name, direction, stencil) in varied.directions(density, options) {
+        directions.push(along(analysis, &at, name, &direction, stencil, options, observer)?);
     }
     let tells = |d: &&DirectionCheck| matches!(d.verdict, Verdict::Right | Verdict::Off);
     let worst = directions.iter().filter(tells).filter_map(|d| d.best).reduce(f64::max);
-    Ok(GradientCheck { objective: base.value, round_off, notice: base.notice, gradient_norm: norm, directions, worst })
+    Ok(GradientCheck { objective: base.value, round_off, notice: base.notice, gradient_norm, directions, worst })
 }
 
 /// How far θ may be off by round-off and the tolerance of the iterations.
@@ -196,9 +206,7 @@ fn round_off(
         by_digits = by_digits.min(noise(analysis, density, free, base, 0.01 * spacing, observer)?.0);
     }
     let by_digits = if by_digits.is_finite() { by_digits } else { 0.0 };
-    // Where nothing touches, all of θ is round-off.
-    let digits = if base.notice.is_some() { 1.0 } else { f64::EPSILON };
-    let least = digits * base.step_values.iter().map(|value| value.abs()).sum::<f64>();
+    let least = f64::EPSILON * base.step_values.iter().map(|value| value.abs()).sum::<f64>();
     Ok(SAMPLES_SHORT * by_digits.max(by_tolerance).max(least))
 }
 
@@ -216,10 +224,21 @@ fn noise(
 ) -> Result<(f64, bool), VerifyError> {
     let mut values = [base.value; 9];
     let (mut smooth, mut same) = (true, true);
-    for (value, place) in values.iter_mut().zip(-4i32..).filter(|(_, place)| *place != 0) {
+    let along: Vec<f64> = (0..free.len()).map(|k| if k % 2 == 0 { spacing } else { -0.7 * spacing }).collect();
+    // on both sides of the density, or where there is no room, from it inwards
+    let room = free.iter().zip(&along).all(|(&e, along)| {
+        let reach = 4.0 * along.abs();
+        (reach..=1.0 - reach).contains(&density[e as usize])
+    });
+    let (along, first) = if room {
+        (along, -4i32)
+    } else {
+        let turned = |(&e, along): (&u32, f64)| inwards(density[e as usize], 8.0 * along.abs()) * along.abs();
+        (free.iter().zip(along).map(turned).collect(), 0)
+    };
+    for (value, place) in values.iter_mut().zip(first..).filter(|(_, place)| *place != 0) {
         let mut moved = density.to_vec();
-        for (k, &e) in free.iter().enumerate() {
-            let along = if k % 2 == 0 { spacing } else { -0.7 * spacing };
+        for (&e, along) in free.iter().zip(&along) {
             moved[e as usize] = (moved[e as usize] + f64::from(place) * along).clamp(0.0, 1.0);
         }
         let at = forward(analysis, &moved, observer)?;
@@ -239,32 +258,71 @@ fn noise(
     Ok((deviation(&third, 20.0).max(deviation(&fourth, 70.0)), smooth))
 }
 
-fn directions_of(free: &[u32], elements: usize, options: &VerifyOptions) -> Vec<(String, Vec<f64>)> {
-    let mut all = Vec::new();
-    if free.is_empty() {
-        return all;
+/// The elements that may vary: within (0, 1) to both sides, at a bound inwards.
+struct Varied {
+    within: Vec<u32>,
+    at_bounds: Vec<u32>,
+}
+
+impl Varied {
+    fn of(designed: &[u32], density: &[f64], step: f64) -> Self {
+        let phi = |e: &u32| density[*e as usize];
+        let (within, others): (Vec<u32>, Vec<u32>) =
+            designed.iter().partition(|e| (step..=1.0 - step).contains(&phi(e)));
+        let has_room = |e: &u32| (0.0..=1.0).contains(&(phi(e) + 2.0 * step * inwards(phi(e), 2.0 * step)));
+        Self { within, at_bounds: others.into_iter().filter(has_room).collect() }
     }
-    for k in 0..options.directions {
-        // a fixed sequence of signs and sizes (SplitMix64), so that a report can be repeated
-        let mut state = 0x9E37_79B9_7F4A_7C15u64.wrapping_mul(k as u64 + 1);
-        let mut direction = vec![0.0; elements];
-        for &e in free {
-            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = state;
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            direction[e as usize] = (z ^ (z >> 31)) as f64 / u64::MAX as f64 * 2.0 - 1.0;
+
+    /// All of them, ascending.
+    fn all(&self) -> Vec<u32> {
+        let mut all = [&self.within[..], &self.at_bounds].concat();
+        all.sort_unstable();
+        all
+    }
+
+    /// Random directions over the elements within, others over those at a bound, and single elements, if possible within.
+    fn directions(&self, density: &[f64], options: &VerifyOptions) -> Vec<(String, Vec<f64>, Stencil)> {
+        let step = options.step;
+        let inwards = |e: u32| inwards(density[e as usize], 2.0 * step);
+        let mut all = Vec::new();
+        for k in (0..options.directions).filter(|_| !self.within.is_empty()) {
+            let mut direction = vec![0.0; density.len()];
+            for (&e, v) in self.within.iter().zip(random(k)) {
+                direction[e as usize] = v;
+            }
+            all.push((format!("random direction {}", k + 1), direction, Stencil::Central));
         }
-        all.push((format!("random direction {}", k + 1), direction));
+        for k in (0..options.directions).filter(|_| !self.at_bounds.is_empty()) {
+            let mut direction = vec![0.0; density.len()];
+            for (&e, v) in self.at_bounds.iter().zip(random(k)) {
+                direction[e as usize] = v.abs() * inwards(e);
+            }
+            all.push((format!("random direction {} off the bounds", k + 1), direction, Stencil::OneSided));
+        }
+        // at 0, where stiffness has no slope, an element says nothing
+        let single = if self.within.is_empty() { &self.at_bounds } else { &self.within };
+        let stencil = if self.within.is_empty() { Stencil::OneSided } else { Stencil::Central };
+        let count = options.elements.min(single.len());
+        for k in 0..count {
+            let e = single[(2 * k + 1) * single.len() / (2 * count)];
+            let mut direction = vec![0.0; density.len()];
+            direction[e as usize] = if stencil == Stencil::OneSided { inwards(e) } else { 1.0 };
+            all.push((format!("element {e}"), direction, stencil));
+        }
+        all
     }
-    let count = options.elements.min(free.len());
-    for k in 0..count {
-        let e = free[(2 * k + 1) * free.len() / (2 * count)];
-        let mut direction = vec![0.0; elements];
-        direction[e as usize] = 1.0;
-        all.push((format!("element {e}"), direction));
-    }
-    all
+}
+
+/// A fixed sequence of signs and sizes in [−1, 1] (SplitMix64), so that a report can be repeated.
+fn random(number: usize) -> impl Iterator<Item = f64> {
+    let mut state = 0x9E37_79B9_7F4A_7C15u64.wrapping_mul(number as u64 + 1);
+    std::iter::from_fn(move || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        Some((z ^ (z >> 31)) as f64 / u64::MAX as f64 * 2.0 - 1.0)
+    })
 }
 
 /// What all directions start from.
@@ -283,6 +341,7 @@ fn along(
     base: &Base<'_>,
     name: String,
     direction: &[f64],
+    stencil: Stencil,
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<DirectionCheck, VerifyError> {
@@ -295,28 +354,37 @@ fn along(
     let mut quotients: Vec<Quotient> = Vec::new();
     let mut last_apart = None;
     let mut last_remainders = [0.0; 2];
+    let mut last_near: Option<Forward> = None;
     for k in 0..=options.halvings {
         let h = options.step * 0.5f64.powi(k as i32);
-        let mut at = |sign: f64| {
-            let moved: Vec<f64> = base.density.iter().zip(direction).map(|(d, v)| d + sign * h * v).collect();
+        let mut at = |steps: f64| {
+            let moved: Vec<f64> = base.density.iter().zip(direction).map(|(d, v)| d + steps * h * v).collect();
             forward(analysis, &moved, observer)
         };
-        let (plus, minus) = (at(1.0)?, at(-1.0)?);
+        let [near, far] = stencil.places();
+        let near_at = at(near)?;
+        // twice this step is the one before
+        let far_at = match last_near.take().filter(|_| far == 2.0) {
+            Some(known) => known,
+            None => at(far)?,
+        };
+        let round_off = stencil.amplification() * base.round_off / h;
         // beside round-off, a derivative that is smaller is zero
-        let scale = scale.max(base.round_off / h);
-        let difference = (plus.value - minus.value) / (2.0 * h);
-        let remainders = [(&plus, h), (&minus, -h)].map(|(other, h)| (other.value - value - h * adjoint).abs());
+        let scale = scale.max(round_off);
+        let difference = stencil.difference(h, value, [near_at.value, far_at.value]);
+        let remainders =
+            [(&near_at, near), (&far_at, far)].map(|(other, steps)| (other.value - value - steps * h * adjoint).abs());
         let remainder = remainders[0];
         let order = quotients.last().map(|q| (q.remainder / remainder.max(f64::MIN_POSITIVE)).log2());
         // On the friction cone at rest both branches have the same derivative, and rounding chooses one. A true kink
         // shows as one-sided differences that stay apart while the step is halved.
-        let apart = (plus.value - 2.0 * value + minus.value).abs() / h;
-        let rounding = ROUNDING_APART * scale + base.round_off / h;
+        let apart = stencil.second_difference(value, [near_at.value, far_at.value]).abs() / h;
+        let rounding = ROUNDING_APART * scale + round_off;
         let none = apart <= rounding;
         let smooth = none || last_apart.is_some_and(|last: f64| apart < 0.75 * last);
         let kinked = apart > FAR_APART * rounding && last_apart.is_some_and(|last: f64| apart >= 0.75 * last);
         last_apart = Some(apart);
-        let others = [&plus, &minus];
+        let others = [&near_at, &far_at];
         let cut_back = others.iter().any(|other| !same_steps(base.forward, other));
         // A kink may be small beside θ's curvature, or as near as the step is long, and then looks smooth. But where one side
         // agrees to second order, as it does only with the derivative of its own branch, the other side is another branch.
@@ -324,20 +392,23 @@ fn along(
         let sides = others.map(|other| changes(base.forward, [other, other], analysis));
         let second_order = |side: usize| sides[side].is_empty() && remainders[side] < last_remainders[side] / 3.0;
         let other_branch = (0..2).any(|side| second_order(side) && !sides[1 - side].is_empty());
-        let spans_kink = other_branch && relative_error > options.tolerance;
+        // of one side alone, another status says that the branch may be another one
+        let other_status = stencil == Stencil::OneSided && sides.iter().any(|side| !side.is_empty());
+        let spans_kink = (other_branch || other_status) && relative_error > options.tolerance;
         last_remainders = remainders;
         let kink = if cut_back || smooth && !spans_kink { Vec::new() } else { changes(base.forward, others, analysis) };
         quotients.push(Quotient {
             step: h,
             difference,
             relative_error,
-            round_off: base.round_off / h / scale,
+            round_off: round_off / scale,
             remainder,
             order,
             kink,
             kinked,
             cut_back: cut_back && !none,
         });
+        last_near = Some(near_at);
     }
     // what the first halving shows holds for the step before it
     if quotients.get(1).is_some_and(|second| second.kinked) {
@@ -345,7 +416,8 @@ fn along(
     }
     let best = verdict::best(&quotients);
     let verdict = verdict(&quotients, best, options.tolerance);
-    Ok(DirectionCheck { name, adjoint, quotients, best, verdict })
+    let one_sided = stencil == Stencil::OneSided;
+    Ok(DirectionCheck { name, adjoint, one_sided, quotients, best, verdict })
 }
 
 /// Whether both paths have the same steps and sub-steps.

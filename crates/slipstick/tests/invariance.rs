@@ -5,7 +5,7 @@ mod common;
 use common::scene::*;
 use common::*;
 use nalgebra::{Rotation3, Unit, Vector3};
-use slipstick::analysis::Forward;
+use slipstick::analysis::{Forward, pair_results};
 
 /// All methods with their default parameters.
 const DEFAULTS: [(&str, &str); 3] =
@@ -146,6 +146,11 @@ fn forces_balance() {
             let contact = contact_path(&mut problem, &run).pop().unwrap();
             let by_traction: Vector3<f64> =
                 contact.iter().map(|c| Vector3::from(c.global_multiplier) * c.covered_area).sum();
+            let states: Vec<_> = run.path.states.iter().map(|at| at.state.clone()).collect();
+            let [.., before, last] = &states[..] else { panic!("a path") };
+            let results = problem.analysis.model.contact_results(before, last).unwrap();
+            let pairs = pair_results(problem.analysis.model.interfaces(), &results);
+            let [pair] = &pairs[..] else { panic!("one pair") };
             let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];
             let mut force = vec![0.0; d.len()];
             problem.analysis.model.internal_force(d, &mut force).unwrap();
@@ -155,6 +160,7 @@ fn forces_balance() {
             };
             let size = by_traction.norm();
             assert!(size > 1.0);
+            assert!((Vector3::from(pair.force) + by_traction).norm() < 1e-14 * size && pair.peak_pressure > 0.0);
             // R = f_int + f_co = 0 at free nodes; supports carry f_int
             let exact = [
                 ("block_ymin", -by_traction),

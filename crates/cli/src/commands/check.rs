@@ -4,6 +4,7 @@ use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::case::{Component, Dimension, LoadKind, Severity, Units};
 use slipstick::check::Inspection;
+use slipstick::words::{counted, rounded};
 
 use super::{bytes, digits};
 use crate::args::Check;
@@ -40,6 +41,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
         setup.warnings += 1;
         context.console.warnings(&[warning]);
     }
+    setup.warnings += setup.warn_of_volume(context, &problem, setup.starts_above_bound());
     let seconds = setup.inspection.factor_operations / OPERATIONS_PER_SECOND;
     let on = &setup.inspection.on_ranks;
     let ranks = args.ranks.map(usize::from);
@@ -75,6 +77,10 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     if !setup.inspection.contacts.is_empty() {
         console.text("\ncontact, at the start");
         console.lines(&contacts(&setup));
+    }
+    if let Some(objective) = setup.resolved.case.objective_in_words() {
+        console.text("\nobjective");
+        console.text(&format!("  {objective}"));
     }
     console.text("\nsize");
     console.lines(&size(&setup.inspection, seconds, args.ranks.map(usize::from)));
@@ -112,17 +118,21 @@ fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
             let letter = |component: &Component| ["x", "y", "z"][component.index()];
             let components: String = condition.components.iter().map(letter).collect();
             let (u, angle) = condition.at(1.0);
-            let u = u.map(|component| component + 0.0);
             let motion = match (condition.motion.is_empty(), angle == 0.0) {
                 (true, _) => "held".into(),
-                (false, true) => format!("{u:?}"),
-                (false, false) => format!("{u:?}, {angle}°"),
+                (false, true) => shown(u),
+                (false, false) => format!("{}, {}°", shown(u), rounded(angle, 12)),
             };
             let case = condition.load_case.clone().unwrap_or_else(|| "all".into());
             vec![condition.set.clone(), nodes.to_string(), components, motion, case]
         })
         .collect();
     lines(columns(setup, &["set", "nodes", "components", "at the end", "load case"]), &rows)
+}
+
+/// A vector of the case, times a factor, without the round-off of that.
+fn shown(v: [f64; 3]) -> String {
+    format!("{:?}", v.map(|x| rounded(x, 12)))
 }
 
 fn loads(setup: &Setup, units: &Units) -> Vec<String> {
@@ -135,8 +145,8 @@ fn loads(setup: &Setup, units: &Units) -> Vec<String> {
             let factor = load.factor(1.0);
             let (kind, value, dimension) = match load.kind {
                 LoadKind::Pressure(p) => ("pressure", digits(factor * p), Dimension::STRESS),
-                LoadKind::Traction(t) => ("traction", format!("{:?}", t.map(|t| factor * t + 0.0)), Dimension::STRESS),
-                LoadKind::Force(f) => ("force", format!("{:?}", f.map(|f| factor * f + 0.0)), Dimension::FORCE),
+                LoadKind::Traction(t) => ("traction", shown(t.map(|t| factor * t)), Dimension::STRESS),
+                LoadKind::Force(f) => ("force", shown(f.map(|f| factor * f)), Dimension::FORCE),
             };
             let case = load.load_case.clone().unwrap_or_else(|| "all".into());
             vec![load.surface.clone(), format!("{kind}{}", units.bracket(dimension)), value, case]
@@ -192,7 +202,7 @@ fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<Stri
     ];
     if let Some(ranks) = ranks {
         let on = &inspection.on_ranks;
-        rows.push(row(&format!("memory of each of {ranks} ranks"), bytes(on.of_each(ranks))));
+        rows.push(row(&format!("memory of each of {}", counted(ranks, "rank")), bytes(on.of_each(ranks))));
         rows.push(row("and for kept factors, on each at most", bytes(on.kept(ranks))));
     }
     lines(&["", ""], &rows).split_off(1)

@@ -30,7 +30,7 @@ const COLUMNS: &[&str] = &[
 /// As [`crate::failure::Failure`] lists them; what was evaluated before stays in the table.
 pub fn run(context: &Context, args: &Evaluate) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective", "contact"])?;
-    let density = setup.density_of(&problem, &args.design)?;
+    let density = setup.density_of(context, &problem, &args.design)?;
     let run = Run::start(context, &setup, &args.out, "evaluate")?;
     let outcome = evaluate(context, &mut problem, &run, &density, &args.friction);
     run.end(outcome)

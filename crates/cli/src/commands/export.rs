@@ -9,6 +9,7 @@ use slipstick::export::{
     write_vtu,
 };
 use slipstick::run::{RunDirectory, design_density};
+use slipstick::words::counted;
 
 use super::digits;
 use crate::args::Export;
@@ -53,12 +54,12 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         }),
     );
     context.console.text(&format!(
-        "density above {}: volume {}, {:+.2} % of the densities'; {} triangles in {pieces} closed surface{}",
+        "density above {}: volume {}, {:+.2} % of the densities'; {} in {}",
         digits(export.threshold),
         digits(volume),
         100.0 * (volume / export.density_volume - 1.0),
-        surface.triangles.len(),
-        if pieces == 1 { "" } else { "s" }
+        counted(surface.triangles.len(), "triangle"),
+        counted(pieces, "closed surface")
     ));
     if pieces > 1 {
         context.console.text("several surfaces: loose parts, or cavities inside");

@@ -19,7 +19,7 @@ use crate::{Context, Outcome, clock};
 /// As [`crate::failure::Failure`] lists them.
 pub fn run(context: &Context, args: &Gradient) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
-    let density = setup.density(&problem, &args.design)?;
+    let density = setup.density(context, &problem, &args.design)?;
     let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "gradient"))? else {
         return follow(context, &mut problem, |analysis, watch| {
             let forward = analysis.forward(&density, watch)?;
@@ -42,6 +42,9 @@ fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, de
     watch.check()?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
+    if let Some(rounding) = forward.rounding {
+        context.console.warning(&format!("{rounding}; so are its derivatives"));
+    }
     let marched = problem.analysis.timings();
     let gradients = match problem.analysis.gradients(&forward) {
         Ok(gradients) => gradients,

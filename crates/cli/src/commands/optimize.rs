@@ -9,6 +9,7 @@ use slipstick::optimize::{IterationRecord, Optimization};
 use slipstick::output::Pvd;
 use slipstick::output::fields::write_design;
 use slipstick::run::{Checkpoint, History, NewtonTable, RunDirectory, StartValuesFile, write_densities, write_path};
+use slipstick::words::counted;
 
 use super::digits;
 use crate::args::Optimize;
@@ -27,7 +28,8 @@ pub const SECTIONS: &[&str] = &["dirichlet", "design", "objective", "optimizer"]
 /// As [`Failure`] lists them.
 pub fn run(context: &Context, args: &Optimize) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, SECTIONS)?;
-    problem.initial_density = setup.density(&problem, &args.design)?;
+    problem.initial_density = setup.density(context, &problem, &args.design)?;
+    setup.warn_of_volume(context, &problem, args.design.design.is_none() && setup.starts_above_bound());
     let mut optimization = start(&setup.resolved, problem)?;
     if let Some(iterations) = args.iterations {
         optimization.set_iterations(iterations.get());
@@ -116,6 +118,7 @@ pub fn drive(
         // The path before goes first: it may be large.
         let before = last.take().and_then(|last| last.notice);
         watch.begin(iteration, steps * iteration);
+        watch.set_headline(format!("iteration {iteration}: "));
         let clock = Instant::now();
         let forward = match optimization.advance(&mut watch) {
             Ok(forward) => forward,
@@ -127,7 +130,7 @@ pub fn drive(
         let seconds = clock.elapsed().as_secs_f64();
         if let Some(record) = optimization.state.history.last() {
             history.record(record, seconds)?;
-            tell(context, &mut watch, record, seconds);
+            tell(context, record, seconds);
         }
         write_iteration(directory, optimization, iteration, resolved.case.output.every)?;
         checkpoint.newton_rows.push(watch.newton_rows());
@@ -171,21 +174,19 @@ fn write_iteration(run: &RunDirectory, optimization: &Optimization, iteration: u
     Ok(collection.save(&run.file("design.pvd"))?)
 }
 
-fn tell(context: &Context, watch: &mut Watch<'_>, record: &IterationRecord, seconds: f64) {
+fn tell(context: &Context, record: &IterationRecord, seconds: f64) {
     let IterationRecord { iteration, objective, volume_fraction, newton_iterations, .. } = record;
     let mut event = json!(record);
     event["seconds"] = json!(seconds);
     context.console.event("iteration", event);
-    let headline = format!("{iteration:>5}  objective {:>14}  volume {volume_fraction:.5}", digits(*objective));
-    if !context.console.has_bar() {
-        let change = record.change.map_or("       ".into(), |change| format!("{change:.5}"));
-        let [open, stick, slip] = record.status;
-        context.console.text(&format!(
-            "{headline}  change {change}  Newton {newton_iterations:>4}  open {open}, stick {stick}, slip {slip}  \
-             {seconds:.1} s"
-        ));
-    }
-    watch.set_headline(format!("{headline}  | "));
+    let change = record.change.map_or("       ".into(), |change| format!("{change:.5}"));
+    let [open, stick, slip] = record.status;
+    // kept in a terminal too, above the bar
+    context.console.text(&format!(
+        "{iteration:>5}  objective {:>14}  volume {volume_fraction:.5}  change {change}  Newton {newton_iterations:>4}  \
+         open {open}, stick {stick}, slip {slip}  {seconds:.1} s",
+        digits(*objective)
+    ));
 }
 
 fn tell_result(context: &Context, optimization: &Optimization, run: &RunDirectory) {
@@ -199,10 +200,10 @@ fn tell_result(context: &Context, optimization: &Optimization, run: &RunDirector
         }),
     );
     context.console.text(&format!(
-        "objective {}, volume fraction {:.5} after {} iterations; design in {}",
+        "objective {}, volume fraction {:.5} after {}; design in {}",
         digits(record.objective),
         record.volume_fraction,
-        optimization.state.iteration,
+        counted(optimization.state.iteration, "iteration"),
         path.join("design.pvd").display()
     ));
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 use slipstick::build::build_mesh;
 use slipstick::render::{Canvas, Picture, RenderError, RunHistory, histories_picture};
-use slipstick::run::{PictureError, PictureRequest, RunDirectory, Shown, is_table, picture, read_histories};
+use slipstick::run::{Drawn, PictureError, PictureRequest, RunDirectory, Shown, is_table, picture, read_histories};
 
 use crate::args::Render;
 use crate::failure::Failure;
@@ -42,11 +42,10 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         (None, None) if args.failure => Shown::Failure,
         (None, None) => Shown::Newest,
     };
-    let (field, threshold) = if args.failure { ("smallest_determinant", Some(0.0)) } else { ("density", None) };
-    let field = args.field.as_deref().unwrap_or(field);
+    let threshold = args.failure.then_some(0.0);
     let (width, height) = args.size;
     let request = PictureRequest {
-        field: field.to_owned(),
+        field: args.field.clone(),
         shown,
         view: args.view.clone(),
         displacement_factor: args.deformed,
@@ -55,11 +54,12 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         bodies: (!args.bodies.is_empty()).then(|| args.bodies.clone()),
         canvas: Canvas { width, height, ..Canvas::default() },
     };
-    let picture = picture(&directory, &resolved.case, &mesh, &request)?;
+    let Drawn { picture, field, why } = picture(&directory, &resolved.case, &mesh, &request)?;
     save(&picture, &file)?;
     let told = json!({ "command": "render", "file": file, "field": field, "width": width, "height": height });
     context.console.event("result", told);
-    context.console.text(&format!("{field} in {}", file.display()));
+    let why = why.map_or(String::new(), |why| format!(" ({why}; --field draws another field)"));
+    context.console.text(&format!("{field} in {}{why}", file.display()));
     Ok(())
 }
 

@@ -5,6 +5,7 @@ use slipstick::build::build_mesh;
 use slipstick::output::write_atomically;
 use slipstick::report::{PageOptions, page};
 use slipstick::run::RunDirectory;
+use slipstick::words::counted;
 
 use super::bytes;
 use crate::args::Report;
@@ -36,6 +37,7 @@ pub fn run(context: &Context, args: &Report) -> Outcome {
     );
     page.notes.iter().for_each(|note| context.console.text(note));
     let size = bytes(size as f64);
-    context.console.text(&format!("{designs} designs, {steps} load steps, {size}: {}", file.display()));
+    let (designs, steps) = (counted(designs, "design"), counted(steps, "load step"));
+    context.console.text(&format!("{designs}, {steps}, {size}: {}", file.display()));
     Ok(())
 }

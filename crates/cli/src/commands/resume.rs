@@ -1,6 +1,7 @@
 //! `slipstick resume`: goes on with an optimization, bit for bit.
 
 use slipstick::run::{Checkpoint, ExitState, RunDirectory, RunError, RunRecord, sha256};
+use slipstick::words::counted;
 
 use super::optimize::{SECTIONS, drive, ended, follow, start};
 use crate::args::Resume;
@@ -44,7 +45,8 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     if optimization.finished() && record.latest.exit == ExitState::Finished {
         let made = optimization.state.iteration;
         context.console.text(&format!(
-            "nothing is left to do after {made} iterations; --iterations asks for more, unless `optimizer.tolerance` is met"
+            "nothing is left to do after {}; --iterations asks for more, unless `optimizer.tolerance` is met",
+            counted(made, "iteration")
         ));
         let told = serde_json::json!({ "command": "resume", "directory": directory.path(), "iterations": made });
         context.console.event("result", told);

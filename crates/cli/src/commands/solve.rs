@@ -24,7 +24,7 @@ fn observed(analysis: &Analysis, forward: &Forward) -> Vec<Option<f64>> {
 /// As [`crate::failure::Failure`] lists them.
 pub fn run(context: &Context, args: &Solve) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet"])?;
-    let density = setup.density(&problem, &args.design)?;
+    let density = setup.density(context, &problem, &args.design)?;
     problem.analysis.march.factor_memory = 0; // no gradient follows
     let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "solve"))? else {
         return follow(context, &mut problem, |analysis, watch| {

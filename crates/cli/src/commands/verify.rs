@@ -27,6 +27,7 @@ const COLUMNS: &[&str] = &[
     "kinks",
     "kinks_at",
     "cut_back",
+    "one_sided",
 ];
 
 /// Compares the gradient with differences.
@@ -40,7 +41,7 @@ pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
         return Err(Failure::input("nothing is left to compare", cure));
     }
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
-    let density = setup.density(&problem, &args.design)?;
+    let density = setup.density(context, &problem, &args.design)?;
     let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "verify"))? else {
         let options = options(args);
         let designed = designed(&problem);
@@ -77,6 +78,10 @@ fn verify(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], 
     let check = match verify_gradient(analysis, density, &designed, &options, &mut watch) {
         Ok(check) => check,
         Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, Some(&run.directory))),
+        Err(VerifyError::Rounding(rounding)) => {
+            let message = format!("nothing could be compared: {rounding}");
+            return Err(Failure::Check { message, cure: rounding.cures().join("\n    help: ") });
+        }
         Err(VerifyError::Interrupted) => {
             return Err(Failure::Interrupted { message: "nothing was compared".into(), resume: None });
         }
@@ -117,7 +122,7 @@ fn verdict(context: &Context, check: &GradientCheck, tolerance: f64) -> Outcome 
         let cure = if check.count(Verdict::NotResolvable) > 0 {
             "a larger --step, or a larger --tolerance"
         } else {
-            "a smaller --step, other densities (--design), or 0 < `design.initial` < 1"
+            "a smaller --step, or other densities (--design)"
         };
         let message = format!("nothing could be compared: {found}");
         return Err(Failure::Check { message, cure: cure.into() });
@@ -155,7 +160,8 @@ fn describe(direction: &DirectionCheck) -> Vec<String> {
             ]
         })
         .collect();
-    let mut text = vec![format!("{}: adjoint {:.10e}", direction.name, direction.adjoint + 0.0)];
+    let one_sided = if direction.one_sided { ", one-sided differences" } else { "" };
+    let mut text = vec![format!("{}: adjoint {:.10e}{one_sided}", direction.name, direction.adjoint + 0.0)];
     text.extend(lines(&["step", "difference", "error", "round-off", "order", "remark"], &rows));
     text.push(String::new());
     text
@@ -201,6 +207,7 @@ fn write(run: &Run, check: &GradientCheck, tolerance: f64) -> Outcome {
                 at.kink.len().into(),
                 places,
                 usize::from(at.cut_back).into(),
+                usize::from(direction.one_sided).into(),
             ])?;
         }
     }

@@ -35,6 +35,36 @@ fn shells_and_man_know_the_commands() {
     place.bad("man billiards", 2, &["no command `billiards`"]);
 }
 
+/// A terminal keeps the line of every iteration; what is in progress stands below them. `script` (util-linux, bsdutils) is the
+/// terminal.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminal_keeps_the_table_of_iterations() {
+    let place = Place::new();
+    let line = format!("{} optimize case.toml --iterations 3", env!("CARGO_BIN_EXE_slipstick"));
+    let shown = Command::new("script")
+        .args(["-qec", &line, "/dev/null"])
+        .current_dir(place.folder.path())
+        .env("TERM", "xterm")
+        .stdin(std::process::Stdio::null())
+        .output();
+    let Ok(output) = shown else {
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), "SKIPPED a_terminal_keeps_the_table_of_iterations: no `script`");
+        return;
+    };
+    let shown = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{shown}");
+    let piped = place.good("optimize case.toml --iterations 3 --out piped").out;
+    let table = |text: &str| -> Vec<String> {
+        let row = |line: &str| Some(line[line.find("  objective ")? - 5..line.find("  Newton ")?].to_owned());
+        text.lines().filter_map(row).collect()
+    };
+    assert_eq!(table(&piped).len(), 4, "{piped}");
+    assert_eq!(table(&shown), table(&piped), "{shown}");
+    assert!(shown.contains("iteration 2: step "), "{shown}");
+}
+
 /// The schema goes where it is asked to, and replaces nothing unasked.
 #[test]
 fn the_schema_is_written() {

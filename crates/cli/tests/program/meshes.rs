@@ -42,6 +42,37 @@ fn meshed_bodies_give_what_generated_ones_give() {
     assert!(resolved.contains("sha256 = \""), "{resolved}");
 }
 
+/// Numbers in a case that is written for people have the digits that mean something: no `1.8699999999999999`. The mesh is moved so
+/// that sums of its coordinates are no round numbers.
+#[test]
+fn numbers_of_written_cases_are_short() {
+    let folder = format!("{}/../meshio/tests/data", env!("CARGO_MANIFEST_DIR"));
+    let mut files: Vec<PathBuf> = std::fs::read_dir(&folder).expect("there").map(|e| e.expect("read").path()).collect();
+    files.retain(|file| file.extension().is_some_and(|end| ["msh", "inp", "vtu"].iter().any(|known| end == *known)));
+    assert!(files.len() > 10);
+    let place = Place::new();
+    let moved =
+        std::fs::read_to_string(format!("{folder}/meshio.inp")).expect("text").replace(", 1.7", ", 1.7000000000000002");
+    place.write("moved.inp", &moved);
+    files.push(place.path("moved.inp"));
+    let digits = |word: &str| {
+        let mantissa = word.split(['e', 'E']).next().unwrap_or_default();
+        mantissa.bytes().filter(u8::is_ascii_digit).skip_while(|digit| *digit == b'0').count()
+    };
+    let mut numbers = 0;
+    for file in files {
+        let ran = place.run(&format!("new --mesh {} --out -", file.display()));
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        for word in ran.out.split(|c: char| !(c.is_ascii_digit() || ".eE+-".contains(c))) {
+            if word.parse::<f64>().is_ok() {
+                numbers += 1;
+                assert!(digits(word) <= 10, "{name}: {word}");
+            }
+        }
+    }
+    assert!(numbers > 200, "{numbers}");
+}
+
 /// A run goes on with its own copy of the mesh, wherever the original has gone, and not with another one.
 #[test]
 fn a_run_keeps_its_meshes_and_notices_changed_ones() {

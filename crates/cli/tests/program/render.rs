@@ -69,6 +69,38 @@ fn fields_steps_and_views() {
     assert_eq!(event["file"], "case/picture.png");
 }
 
+/// Where nothing is designed, densities would give one colour: contact pressure is drawn, or displacement, and that is said.
+#[test]
+fn a_field_is_chosen_where_nothing_is_designed() {
+    let place = Place::new();
+    let design = CASE.find("[design]").expect("a design");
+    place.write("case.toml", &CASE[..design]);
+    place.good("solve case.toml -q");
+    let ran = place.good("render case_solve");
+    let expected = "contact_pressure in case_solve/picture.png (no body is designed; --field draws another field)";
+    assert_eq!(ran.out.trim(), expected);
+    let chosen = std::fs::read(place.path("case_solve/picture.png")).expect("drawn");
+    assert!(chosen == drawn(&place, "render case_solve --field pressure --out pressure.png", "pressure.png"));
+    assert!(chosen != drawn(&place, "render case_solve --field density --out density.png", "density.png"));
+    let event = place.good("render case_solve --json").event("result");
+    assert_eq!(event["field"], "contact_pressure");
+
+    place.write("away.toml", &CASE[..design].replace("-0.1", "0.1"));
+    place.good("solve away.toml -q");
+    assert!(
+        place.good("render away_solve").out.starts_with("displacement in away_solve/picture.png (no body is designed;")
+    );
+    // at rest there is nothing else to draw
+    assert_eq!(place.good("render away_solve --step 0").out.trim(), "density in away_solve/picture.png");
+
+    // full material everywhere is one colour too; a design is not
+    place.write("full.toml", CASE);
+    place.good("solve full.toml -q --set design.initial=1.0 --out full");
+    assert!(place.good("render full").out.contains("contact_pressure in full/picture.png (all densities are 1;"));
+    place.good("solve full.toml -q --out grey");
+    assert_eq!(place.good("render grey").out.trim(), "density in grey/picture.png");
+}
+
 #[test]
 fn what_cannot_be_drawn() {
     let place = Place::new();

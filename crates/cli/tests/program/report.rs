@@ -80,7 +80,70 @@ fn pages_of_other_runs() {
     place.write("case.toml", &case);
     place.run("solve case.toml --out failed");
     let failed = page("failed");
-    assert!(failed["notes"][0].as_str().is_some_and(|note| note.starts_with("The run failed.")), "{failed:#}");
+    assert!(
+        failed["notes"][0].as_str().is_some_and(|note| note.starts_with("The run failed: load step 1 failed: ")),
+        "{failed:#}"
+    );
+}
+
+/// A block that is pressed by a force, without friction: by equilibrium the contact force is that of the load. Half of the slab's
+/// volume of 8 is material.
+#[test]
+fn the_page_shows_forces_and_material() {
+    let place = Place::new();
+    let pressed = CASE
+        .replace("motion = [{ t = 0.5, u = [0, -0.1, 0] }, { t = 1.0, u = [0.2, -0.1, 0.05] }]", "components = [\"x\", \"z\"]")
+        .replace("friction = 0.3", "friction = 0.0")
+        .replace("[load_path]", "[[load]]\nsurface = \"block_ymax\"\nforce = [0, -40, 0]\namplitude = [{ t = 0.5, factor = 1.25 }, { t = 1, factor = 1 }]\n[load_path]")
+        .replace("title", "units = { length = \"mm\", force = \"N\" }\ntitle");
+    place.write("case.toml", &pressed);
+    place.good("optimize case.toml --iterations 1 -q");
+    let rows = place.table("case/contact.csv");
+    assert_eq!(rows.len(), 1 + 5, "the start and four steps");
+    for (row, force) in rows[1..].iter().zip([0.0, 25.0, 50.0, 45.0, 40.0]) {
+        // across the load, the block is held
+        assert!((number(&row[5]) - force).abs() < 1e-6 && number(&row[7]) >= force - 1e-6, "{row:?}");
+        // at least the mean over the block's lower face
+        assert!(number(&row[8]) >= force / (1.4 * 1.3) - 1e-9, "{row:?}");
+    }
+    place.good("report case");
+    let results = data(&place.read("case/report.html"))["results"].clone();
+    let rows: Vec<&Value> = results["rows"].as_array().expect("rows").iter().collect();
+    assert_eq!(rows[0][0], "objective θ [N]");
+    assert_eq!(rows[1][0], "material in slab [mm³]");
+    assert!(
+        rows[1][1]
+            .as_str()
+            .is_some_and(|text| text.ends_with("at most 0.5 is allowed") && text.contains(" of 8, a fraction of 0."))
+    );
+    assert!(
+        results["objective"]
+            .as_str()
+            .is_some_and(|text| text.contains("magnitudes of the nodal contact forces, friction included"))
+    );
+    let pair = &results["contact"]["rows"][0];
+    assert_eq!((&pair[0], &pair[1]), (&"block_ymin on slab_ymax".into(), &4.into()));
+    assert!(pair[2].as_str().is_some_and(|vector| vector.contains(",\u{a0}40,\u{a0}")), "{pair}");
+    assert!(
+        pair[4].as_str().is_some_and(|largest| largest.starts_with("50.") && largest.ends_with(" at step 2")),
+        "{pair}"
+    );
+    // a run that has written no path says what it can
+    place.good("gradient case.toml -q");
+    place.good("report case_gradient");
+    assert!(data(&place.read("case_gradient/report.html"))["results"].is_null());
+}
+
+/// What is said of one is not said of several.
+#[test]
+fn counts_agree_with_their_nouns() {
+    let place = Place::new();
+    place.good("gradient case.toml -q");
+    assert!(place.good("report case_gradient").out.starts_with("1 design, 0 load steps, "));
+    place.good("optimize case.toml --iterations 1 -q");
+    let out = place.good("resume case --iterations 1").out;
+    assert!(out.contains("nothing is left to do after 1 iteration;"), "{out}");
+    place.bad("check case.toml --set contact[3].friction=0.1", 2, &["contact has 1 entry, numbered from 0"]);
 }
 
 /// Names of browsers that the page can be tried with.
@@ -124,34 +187,9 @@ document.title = JSON.stringify(told);
 /// In a real browser the page draws, without an error, and every control changes the picture.
 #[test]
 fn a_browser_shows_the_page() {
-    let found = BROWSERS.iter().find(|name| Command::new(name).arg("--version").output().is_ok());
-    let Some(browser) = found else {
-        // Straight to the terminal, past the capture of tests.
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), "SKIPPED a_browser_shows_the_page: none of {BROWSERS:?} is installed");
-        return;
-    };
     let place = Place::new();
     place.good("optimize case.toml -q");
-    place.good("report case");
-    let html = place.read("case/report.html");
-    place.write("trial.html", &html.replace("</body>", TRIAL));
-    let output = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
-        .args(["--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update"])
-        .args(["--disable-sync", "--enable-logging=stderr", "--window-size=900,900", "--virtual-time-budget=10000"])
-        .arg(format!("--user-data-dir={}", place.path("profile").display()))
-        .arg("--dump-dom")
-        .arg(format!("file://{}", place.path("trial.html").display()))
-        .output()
-        .expect("the browser runs");
-    let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    let faults: Vec<&str> =
-        log.lines().filter(|line| line.contains("CONSOLE") && !line.contains("GPU stall")).collect();
-    assert!(faults.is_empty(), "{faults:#?}");
-    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
-    let told: Value =
-        serde_json::from_str(&title.replace("&quot;", "\"")).unwrap_or_else(|e| panic!("{e}: {title}\n{log}"));
+    let Some(told) = tried(&place, "case", TRIAL, "a_browser_shows_the_page") else { return };
     assert_eq!(told["state"], "view", "{told}");
     let pixels = |name: &str| told[name][0].as_u64().expect("a count");
     assert!(pixels("start") > 10_000, "{told}");
@@ -163,6 +201,65 @@ fn a_browser_shows_the_page() {
     assert!(told["charts"].as_u64() >= Some(7), "{told}");
     // 6 + 5 + 4 faces, of which two pairs are one each
     assert_eq!(told["faces"], serde_json::json!([13, 11]), "{told}");
+}
+
+/// What the page shows of its notes and results, noted in its title.
+const SHOWN: &str = r##"<script>
+const note = document.querySelector("#notes p"), results = document.getElementById("results");
+const wide = [...document.querySelectorAll(".scroll")].filter(box => box.scrollWidth > box.clientWidth + 1).map(box => box.id);
+document.title = JSON.stringify({
+  note: note ? note.innerText.split("\n") : [], height: note ? note.clientHeight : 0, results: results.hidden ? "" : results.innerText, wide,
+  field: document.querySelector("#controls select") ? [...document.querySelectorAll("#controls select")].pop().value : "",
+});
+</script></body>"##;
+
+/// The lines of a failure stay lines; the results of a run without a design are shown in one page's width, and the view has colours.
+#[test]
+fn a_browser_shows_failures_and_results() {
+    let test = "a_browser_shows_failures_and_results";
+    let place = Place::with("steps = 4", "steps = 1\nmax_newton_iterations = 1\nmax_cutbacks = 0");
+    place.run("solve case.toml --out failed");
+    let Some(told) = tried(&place, "failed", SHOWN, test) else { return };
+    let lines: Vec<&str> = told["note"].as_array().expect("lines").iter().filter_map(Value::as_str).collect();
+    assert!(lines.len() > 5 && lines[0].starts_with("The run failed: load step 1 failed: "), "{lines:#?}");
+    assert!(lines.iter().any(|line| line.trim_start().starts_with("help: ")), "{lines:#?}");
+    assert!(told["height"].as_u64() > Some(100), "{told}");
+    let design = CASE.find("[design]").expect("a design");
+    place.write("case.toml", &CASE[..design]);
+    place.good("solve case.toml -q");
+    let told = tried(&place, "case_solve", SHOWN, test).expect("a browser");
+    assert!(told["results"].as_str().is_some_and(|text| text.contains("block_ymin on slab_ymax")), "{told}");
+    assert_eq!((&told["wide"], &told["field"]), (&serde_json::json!([]), &"displacement".into()), "{told}");
+}
+
+/// What a script at the end of a run's page notes in its title; `None` without a browser.
+fn tried(place: &Place, run: &str, script: &str, test: &str) -> Option<Value> {
+    let found = BROWSERS.iter().find(|name| Command::new(name).arg("--version").output().is_ok());
+    let Some(browser) = found else {
+        // Straight to the terminal, past the capture of tests.
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), "SKIPPED {test}: none of {BROWSERS:?} is installed");
+        return None;
+    };
+    place.good(&format!("report {run}"));
+    let html = place.read(&format!("{run}/report.html"));
+    place.write("trial.html", &html.replace("</body>", script));
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+        .args(["--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update"])
+        .args(["--disable-sync", "--enable-logging=stderr", "--window-size=900,900", "--virtual-time-budget=10000"])
+        .arg(format!("--user-data-dir={}", place.path(&format!("profile_{run}")).display()))
+        .arg("--dump-dom")
+        .arg(format!("file://{}", place.path("trial.html").display()))
+        .output()
+        .expect("the browser runs");
+    let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let faults: Vec<&str> =
+        log.lines().filter(|line| line.contains("CONSOLE") && !line.contains("GPU stall")).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+    let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
+    let title = title.replace("&quot;", "\"").replace("&nbsp;", " ").replace("&amp;", "&");
+    Some(serde_json::from_str(&title).unwrap_or_else(|e| panic!("{e}: {title}\n{log}")))
 }
 
 /// The page shows the design in Firefox, too: in the view that turns, or where there is no WebGL (headless as a rule) by the picture

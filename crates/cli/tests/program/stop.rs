@@ -38,7 +38,11 @@ mod by_signal {
         let place = Place::with("iterations = 4", "iterations = 40");
         let (code, out, err) = interrupted_after(&place, "optimize case.toml --json", "iteration");
         assert_eq!(code, Some(4), "{out}{err}");
-        assert!(err.contains("once more stops at once"), "{err}");
+        // as the book says it
+        let book = include_str!("../../../../docs/how_to.md");
+        let quoted = book.split("## … stop a run").nth(1).and_then(|rest| rest.split("```").nth(1)).expect("a block");
+        let quoted = quoted.lines().nth(1).expect("a line");
+        assert!(quoted.starts_with("stopping when") && err.contains(quoted), "{quoted}\n{err}");
         let last: Value = serde_json::from_str(out.lines().last().expect("a line")).expect("JSON");
         assert_eq!((&last["event"], &last["exit"], &last["resume"]), (&"error".into(), &4.into(), &"case".into()));
         assert_eq!(place.json("case/run.json")["exit"], "interrupted");

@@ -47,7 +47,7 @@ fn values_are_set_on_the_command_line() {
     assert_eq!(ran.out.matches("  step ").count(), 2, "{}", ran.out);
     let text = CASE.replace("friction = 0.3", "friction = 0").replace("steps = 4", "steps = 2");
     assert_eq!(place.read("case_solve/case.toml"), text, "the run keeps the case that was run");
-    place.bad("solve case.toml --set contact[3].friction=0", 2, &["case.toml: `contact[3]", "contact has 1 entries"]);
+    place.bad("solve case.toml --set contact[3].friction=0", 2, &["case.toml: `contact[3]", "contact has 1 entry"]);
     place.bad(
         "solve case.toml --set contact[0].frictio=0",
         2,
@@ -124,7 +124,7 @@ fn an_interrupted_optimization_of_a_study_is_resumed() {
 #[test]
 fn numbers_that_are_not_as_expected_are_told() {
     let place = place(r#"{ "runs": { "rough": { "objective": { "at_least": 1, "source": "a guess" } } } }"#);
-    let told = ["rough: objective is -", "expected is at least 1 (a guess)", "1 numbers are not as expected"];
+    let told = ["rough: objective is -", "expected is at least 1 (a guess)", "1 number is not as expected"];
     place.bad("study study.toml --only rough", 3, &told);
     assert!(place.read("study/numbers.csv").contains(",no"));
 }
@@ -151,7 +151,7 @@ fn ratios_of_numbers_are_compared() {
     let quotient = value("objective at 0.3") / value("objective at 0");
     assert_eq!((own[2].parse::<f64>().expect("a number"), own[3].as_str()), (quotient, "yes"));
     assert!(row("objective at 0.3 / objective of rough").is_some_and(|row| row[3] == "yes"), "{numbers:?}");
-    let told = ["table: objective at 0.3 / objective of smooth is ", "expected is 7 ± 0.0e0 (by hand)", "1 numbers"];
+    let told = ["table: objective at 0.3 / objective of smooth is ", "expected is 7 ± 0.0e0 (by hand)", "1 number is"];
     place.bad("study study.toml", 3, &told);
     assert!(place.read("study/tables.md").contains("| table: objective at 0.3 / objective of rough | "));
 

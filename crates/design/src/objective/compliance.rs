@@ -1,6 +1,6 @@
 //! The compliance of a loaded structure.
 
-use super::{Objective, ObservedSteps, StateDerivative, StateView};
+use super::{Measure, Objective, ObservedSteps, StateDerivative, StateView};
 
 /// Work of the loads on the displacements as they are: `θ_s = f_ext · d`. \[F L\]
 ///
@@ -21,6 +21,10 @@ impl Compliance {
 impl Objective for Compliance {
     fn name(&self) -> &str {
         "compliance"
+    }
+
+    fn measure(&self) -> Measure {
+        Measure::Work
     }
 
     fn observes(&self, step: usize, steps: usize) -> bool {

@@ -1,6 +1,6 @@
-//! The contact force that a structure gives back.
+//! The contact forces that a structure gives back, as the sum of their norms.
 
-use super::{Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
+use super::{Measure, Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
 
 /// Nodal forces below this part of the largest nodal force of the model are rounding noise of nodes without contact.
 ///
@@ -9,7 +9,8 @@ const NEGLIGIBLE: f64 = 1e-12;
 
 /// Negative sum of the force norms of the slave nodes: `θ_s = −Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int,s^(j) − f_ext,s^(j)`. \[F\]
 ///
-/// Minimising it maximises the contact force. Besides loads, slave nodes carry reactions where they are supported
+/// Minimising it maximises the contact forces, friction included. The sum of norms is not the norm of the resultant: forces in
+/// different directions do not cancel. Besides loads, slave nodes carry reactions where they are supported
 /// or driven; without those components ([`ContactForce::without_reactions`]) this difference is the negative contact
 /// force. With `ε = 0` this is the norm itself, which has no derivative at `f_j = 0`: a node whose force
 /// is below 1e-12 of the largest nodal force of the model counts as zero, with zero derivative. With `ε > 0` the
@@ -94,6 +95,10 @@ impl Objective for ContactForce {
         "contact_force"
     }
 
+    fn measure(&self) -> Measure {
+        Measure::ContactForce
+    }
+
     fn observes(&self, step: usize, steps: usize) -> bool {
         self.steps.contains(step, steps)
     }
@@ -173,6 +178,8 @@ mod tests {
     fn norms_by_hand_and_noise_counts_as_zero() {
         let objective = ContactForce::new(vec![1, 2, 3], 4, ObservedSteps::Last, 0.0).unwrap();
         assert_eq!(objective.value(&view(&FORCE)), -8.0);
+        // not the norm of the resultant (5, −5, 2), in which forces cancel
+        assert!(norm([5.0, -5.0, 2.0]) < 7.4);
         let third = 1.0 / 3.0;
         let expected = [0.0, 0.0, 0.0, -0.6, 0.8, 0.0, -2.0 * third, third, -2.0 * third, 0.0, 0.0, 0.0];
         for (value, expected) in gradient(&objective, &FORCE).iter().zip(expected) {

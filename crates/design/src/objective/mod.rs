@@ -113,6 +113,25 @@ pub trait Objective: Send + Sync {
 
     /// Adds the partial derivatives of [`Objective::value`] at `state` to `derivative`.
     fn derivative(&self, state: &StateView, derivative: &mut StateDerivative);
+
+    /// What the values are, so that a value that is only rounding can be told from a small one. Of [`Measure::Other`], none
+    /// counts as rounding.
+    fn measure(&self) -> Measure {
+        Measure::Other
+    }
+}
+
+/// What the values of an objective are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// Contact forces: zero where contact is open. \[F\]
+    ContactForce,
+    /// Other forces. \[F\]
+    Force,
+    /// Work. \[F L\]
+    Work,
+    /// Anything else.
+    Other,
 }
 
 /// Which user load steps an objective sums over.

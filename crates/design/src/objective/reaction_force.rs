@@ -1,6 +1,6 @@
 //! The force that supports give back in one direction.
 
-use super::{Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
+use super::{Measure, Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
 
 /// Negative resultant of the internal forces of a node set in a direction: `θ_s = −Σ_j e·f_int,s^(j)`. \[F\]
 ///
@@ -45,6 +45,10 @@ impl ReactionForce {
 impl Objective for ReactionForce {
     fn name(&self) -> &str {
         "reaction_force"
+    }
+
+    fn measure(&self) -> Measure {
+        Measure::Force
     }
 
     fn observes(&self, step: usize, steps: usize) -> bool {

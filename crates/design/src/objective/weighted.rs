@@ -1,6 +1,6 @@
 //! An objective over several load cases.
 
-use super::{Objective, StateDerivative, StateView};
+use super::{Measure, Objective, StateDerivative, StateView};
 
 /// An objective of each load case, weighted: `θ = Σ_k w_k θ_k`, where the load steps of all cases come one after the other.
 ///
@@ -32,6 +32,10 @@ impl Weighted {
 impl Objective for Weighted {
     fn name(&self) -> &str {
         self.objective.name()
+    }
+
+    fn measure(&self) -> Measure {
+        self.objective.measure()
     }
 
     fn observes(&self, step: usize, steps: usize) -> bool {

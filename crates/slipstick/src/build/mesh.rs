@@ -2,6 +2,7 @@
 
 use super::BuildError;
 use crate::case::{self, Case};
+use crate::words::counted;
 use slipstick_mesh::{self as mesh, Mesh, Surface};
 
 /// The mesh of a case: all bodies, placed, with the case's surfaces and node sets.
@@ -34,7 +35,11 @@ pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
     if let Some(first) = defects.first() {
         let message = format!(
             "{first}{}",
-            if defects.len() > 1 { format!(" (and {} more defects)", defects.len() - 1) } else { String::new() }
+            if defects.len() > 1 {
+                format!(" (and {})", counted(defects.len() - 1, "more defect"))
+            } else {
+                String::new()
+            }
         );
         return Err(BuildError::new("body", message, "check shape, element counts, mesh file and placement"));
     }

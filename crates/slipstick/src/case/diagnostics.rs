@@ -97,15 +97,17 @@ case_codes! {
     InfeasibleVolume => "infeasible_volume",
     /// Passive solid and passive void share elements.
     ContradictoryPassive => "contradictory_passive",
-    /// The start design violates the volume constraint (warning).
+    /// The start design violates the volume constraint, by its density or by passive solid elements (warning).
     InitialVolume => "initial_volume",
     /// No condition holds a body (warning).
     UnsupportedBody => "unsupported_body",
     /// A corner of a motion lies between two load steps, which cut it off (warning).
     CornerBetweenSteps => "corner_between_steps",
-    /// There is no contact though the objective is its force; as a warning, nothing lies opposite of a slave surface
+    /// There is no contact though the objective is a sum of contact forces; as a warning, nothing lies opposite of a slave surface
     /// at the start.
     NoContact => "no_contact",
+    /// No prescribed motion brings the surfaces of a contact pair together (warning).
+    NeverCloses => "never_closes",
     /// The mesh generator refuses the shape.
     Mesh => "mesh",
     /// A mesh file cannot be read, or does not hold what the case asks for; as a warning, something of it was repaired or

@@ -78,8 +78,9 @@ impl CaseCode {
             InfeasibleVolume => "Raise `volume_fraction`, or make the boxes of `passive_solid` smaller.",
             ContradictoryPassive => "Let the boxes of `passive_solid` and `passive_void` share no element's centroid.",
             InitialVolume => {
-                "Start with a density of at most `volume_fraction`, or leave `initial` out. The optimizer will \
-                 reach the bound, but its first designs violate it."
+                "Start with a density of at most `volume_fraction`, or leave `initial` out. Passive solid elements count \
+                 too: with them, start lower, as the message says. The optimizer will reach the bound, but its first \
+                 designs violate it."
             }
             UnsupportedBody => {
                 "Hold the body with a [[dirichlet]] table, or be sure that contact holds it from the start. A \
@@ -91,6 +92,11 @@ impl CaseCode {
             }
             NoContact => {
                 "Add a [[contact]] pair, or see that its surfaces come within the search distance of each other."
+            }
+            NeverCloses => {
+                "Move a body in its `place.translate`, make the motion longer or change its direction, or leave the pair \
+                 out. The distance is exact where bodies move rigidly until they touch; of loaded, free or otherwise \
+                 deformed bodies nothing is foreseen."
             }
             Mesh => "Change the shape, its element counts or placement; the message names the defect of the mesh.",
             MeshFile => {

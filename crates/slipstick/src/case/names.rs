@@ -53,6 +53,11 @@ impl Names {
         }
     }
 
+    /// From now on no unknown name is reported: what it is meant for cannot be read.
+    pub(super) fn excuse_all(&mut self) {
+        self.nameless = true;
+    }
+
     /// Adds a node set; `within` is a surface or an earlier set.
     pub(super) fn add_set(&mut self, reader: &Reader, path: &str, name: &str, within: Option<&str>) {
         let body = within.and_then(|within| self.find(within)).and_then(|(_, body)| body);

@@ -8,6 +8,8 @@ use std::str::FromStr;
 use thiserror::Error;
 use toml_edit::{DocumentMut, InlineTable, Item, TableLike, Value};
 
+use crate::words::counted;
+
 /// A value to put into a case file: `contact[0].friction = 0.1`.
 ///
 /// Keys are joined by dots; the entries of a list are counted from 0, as `contact[0]` or `contact.0`. The value is
@@ -187,7 +189,7 @@ fn put_in_value(old: &mut Value, name: &str, path: &[Segment], value: &Value) ->
 }
 
 fn no_entry(name: &str, number: usize, count: usize) -> String {
-    format!("{name} has {count} entries, counted from 0, and no {name}[{number}]")
+    format!("{name} has {}, numbered from 0, and no {name}[{number}]", counted(count, "entry"))
 }
 
 /// A value within tables that do not exist yet; none where `path` asks for an entry of a list.
@@ -255,13 +257,13 @@ mod tests {
             ("contact[x].friction=1", "not like"),
             ("[0]=1", "not like"),
             ("title=a b", "not TOML"),
-            ("contact[2].friction=1", "contact has 1 entries"),
+            ("contact[2].friction=1", "contact has 1 entry"),
             ("contact.friction=1", "say which entry, as contact[0]"),
             ("contact[0]=1", "contact[0] is one of several tables"),
             ("contact[0].friction.x=1", "contact[0].friction is no table"),
             ("title[1]=1", "title is no list"),
             ("body[0].name=1", "there is no list body"),
-            ("dirichlet[0].motion[3].t=1", "has 1 entries"),
+            ("dirichlet[0].motion[3].t=1", "has 1 entry"),
             ("load_path[0]=1", "load_path is no list"),
         ] {
             let error = changed(text).expect_err(text);

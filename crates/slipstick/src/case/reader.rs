@@ -202,3 +202,10 @@ pub(super) fn nearest<'c>(name: &str, candidates: &'c [impl AsRef<str>]) -> Opti
         .min_by_key(|&(distance, _)| distance)
         .map(|(_, candidate)| candidate)
 }
+
+/// The first candidate that has a word of `name`, as `friction` of `friction_coefficient`.
+pub(super) fn sharing_a_word(name: &str, candidates: &[&'static str]) -> Option<&'static str> {
+    let name = name.to_lowercase();
+    let words: Vec<&str> = name.split(['_', '-']).filter(|word| word.len() > 2).collect();
+    candidates.iter().copied().find(|candidate| candidate.split('_').any(|word| words.contains(&word)))
+}

@@ -11,7 +11,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::CaseCode;
 use super::field::Field;
-use super::reader::{Reader, nearest, suggestion_or_list};
+use super::reader::{Reader, nearest, sharing_a_word, suggestion_or_list};
 
 /// A table of the document at a path.
 pub(super) struct Table<'a> {
@@ -35,7 +35,12 @@ impl<'a> Table<'a> {
         Self { reader, table, path, known: RefCell::default(), missing: RefCell::default() }
     }
 
-    /// Notes that a key is needed and absent; reported by [`Table::finish`], where no misspelt key explains it.
+    /// Whether another key of this table is probably `key`, misspelt.
+    pub(super) fn has_misspelt(&self, key: &str) -> bool {
+        !self.has(key) && self.table.keys().any(|typed| nearest(typed.get_ref(), &[key]).is_some())
+    }
+
+    /// Notes that a key is needed and absent; reported by [`Table::finish`], where no unknown key explains it.
     pub(super) fn note_missing(&self, key: &'static str, help: &str) {
         let table = if self.path.is_empty() { "the case file" } else { &self.path };
         self.missing.borrow_mut().push(Missing {
@@ -217,7 +222,8 @@ impl<'a> Table<'a> {
         None
     }
 
-    /// Reports every key that was not asked for, and every needed one that is absent.
+    /// Reports every key that was not asked for, and every needed one that is absent, but one mistake once: where an
+    /// unknown key is probably the absent one under a wrong name, the unknown key alone is reported.
     pub(super) fn finish(self) {
         let mut known = self.known.into_inner();
         let mut seen = Vec::new();
@@ -229,21 +235,44 @@ impl<'a> Table<'a> {
         });
         let names = self.table.keys().map(|key| (key.get_ref().as_ref(), key.span()));
         let unknown: Vec<(&str, _)> = names.filter(|(name, _)| !known.contains(name)).collect();
-        for missing in self.missing.into_inner() {
-            let misspelt = |&(name, _): &(&str, _)| nearest(name, &missing.keys).is_some();
-            if !unknown.iter().any(misspelt) {
-                let Missing { code, message, help, .. } = missing;
-                self.reader.error(&self.path, code, message, help);
-            }
-        }
         let place = if self.path.is_empty() { "at the top level" } else { &format!("in {}", self.path) };
-        for (name, span) in unknown {
-            self.reader.error_at(
-                span,
-                CaseCode::UnknownKey,
-                format!("unknown key `{name}` {place}"),
-                suggestion_or_list(name, &known),
-            );
+        let (meant, absent) = explained(&unknown, self.missing.into_inner());
+        for ((name, span), meant) in unknown.into_iter().zip(meant) {
+            let help = meant.unwrap_or_else(|| suggestion_or_list(name, &known));
+            self.reader.error_at(span, CaseCode::UnknownKey, format!("unknown key `{name}` {place}"), help);
+        }
+        for Missing { code, message, help, .. } in absent {
+            self.reader.error(&self.path, code, message, help);
         }
     }
+}
+
+/// Pairs unknown keys with needed ones that are absent: what to say of each unknown key that is probably an absent one under
+/// a wrong name, and the absent keys that no unknown one explains. Each unknown key explains one.
+fn explained<S>(unknown: &[(&str, S)], missing: Vec<Missing>) -> (Vec<Option<String>>, Vec<Missing>) {
+    let mut meant: Vec<Option<String>> = unknown.iter().map(|_| None).collect();
+    let mut rest = missing;
+    let misspelt: fn(&str, &[&'static str]) -> Option<&'static str> = |name, keys| {
+        let near = nearest(name, keys)?;
+        keys.iter().copied().find(|key| *key == near)
+    };
+    for like in [misspelt, sharing_a_word] {
+        rest.retain(|missing| {
+            let free = (0..unknown.len()).filter(|&k| meant[k].is_none());
+            let found = free.filter_map(|k| Some((k, like(unknown[k].0, &missing.keys)?))).next();
+            if let Some((k, key)) = found {
+                meant[k] = Some(format!("did you mean `{key}`?"));
+            }
+            found.is_none()
+        });
+    }
+    // one key too many and one too few: the name is wrong, or it says what is absent beside
+    let mut free = meant.iter_mut().filter(|meant| meant.is_none());
+    if let (Some(only), None, [_]) = (free.next(), free.next(), &rest[..])
+        && let Some(Missing { code, message, help, .. }) = rest.pop()
+    {
+        // of a choice, the list of what there is says all
+        *only = Some(if code == CaseCode::ChooseOne { help } else { format!("{message}: {help}") });
+    }
+    (meant, rest)
 }

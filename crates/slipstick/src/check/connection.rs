@@ -2,6 +2,7 @@
 
 use super::{Notice, NoticeKind, held_motions};
 use crate::case::{Case, Shape};
+use crate::words::counted;
 use slipstick_mesh::Mesh;
 
 /// Nodes nearer to each other than this fraction of the body's size were meant to be one: mesh files are written with
@@ -46,9 +47,9 @@ fn unmerged_nodes(mesh: &Mesh, body: usize) -> Option<Notice> {
     let pairs = mesh.coincident_nodes(body, COINCIDENT * size);
     let [a, b] = *pairs.first()?;
     let message = format!(
-        "body `{}` has {} pairs of nodes at one place, as {a} and {b} at {}: elements are not connected there",
+        "body `{}` has {} of nodes at one place, as {a} and {b} at {}: elements are not connected there",
         mesh.bodies[body].name,
-        pairs.len(),
+        counted(pairs.len(), "pair"),
         place(mesh, a)
     );
     Some(notice(body, message, "merge them in the mesher (Gmsh: Coherence Mesh), unless a slit is meant"))
@@ -58,10 +59,10 @@ fn divided_faces(mesh: &Mesh, body: usize) -> Option<Notice> {
     let divided = mesh.divided_quadrilaterals(body);
     let [whole, ..] = divided.first()?;
     let message = format!(
-        "body `{}` has {} quadrilateral faces that meet two triangles, as at {}: the two sides spread forces differently over \
+        "body `{}` has {} that meet two triangles, as at {}: the two sides spread forces differently over \
          the nodes, so that stresses are off there",
         mesh.bodies[body].name,
-        divided.len(),
+        counted(divided.len(), "quadrilateral face"),
         place(mesh, whole[0])
     );
     let help = "right where stresses are low; else mesh both parts alike, or make them bodies in contact";

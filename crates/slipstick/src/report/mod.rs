@@ -9,6 +9,7 @@
 //! | model | coordinates in 32 bits; elements of the designed bodies, whose skin the page finds for each threshold; the skin of the others |
 //! | designs | densities of the iterations that the run has written, in steps of 1/255; derivatives in 16 bits |
 //! | steps | displacements and contact of the load steps in 16 bits each, of their range |
+//! | summary | objective, volume of material, resultants and peak pressures of the contact pairs |
 //! | tables | `history.csv`; Newton iterations per load step of the newest design; verification and evaluations |
 //!
 //! Where frames exceed a budget, some are left out, evenly, and a note says so.
@@ -16,6 +17,7 @@
 mod frames;
 mod model;
 mod pack;
+mod summary;
 mod tables;
 #[cfg(test)]
 mod tests;
@@ -26,10 +28,12 @@ use slipstick_mesh::Mesh;
 
 use crate::case::{Case, Dimension};
 use crate::run::{PictureRequest, RunDirectory, RunError, RunRecord, picture};
+use crate::words::{counted, quantity};
 
 use frames::Frames;
 use model::Model;
 use pack::base64;
+use summary::Summary;
 use tables::{Checked, NewtonSteps, Table};
 
 /// A page, and what it is made of.
@@ -64,6 +68,9 @@ impl Default for PageOptions {
 struct Data {
     title: String,
     summary: String,
+    /// Objective, material and contact forces.
+    #[serde(skip_serializing_if = "Summary::is_empty")]
+    results: Summary,
     notes: Vec<String>,
     model: Option<Model>,
     #[serde(flatten)]
@@ -91,7 +98,8 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
     let newton = tables::newton(run)?;
     let mut notes = ending(&record);
     let (model, frames) = shown(run, case, mesh, options, &mut notes)?;
-    let picture = picture(run, case, mesh, &PictureRequest::default()).ok().and_then(|p| p.png().ok());
+    let picture = picture(run, case, mesh, &PictureRequest::default()).ok();
+    let picture = picture.and_then(|drawn| drawn.picture.png().ok());
     let title = match case.title.as_str() {
         "" => format!("slipstick {}", command(&record)),
         title => title.to_owned(),
@@ -99,6 +107,7 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
     let counts = [frames.designs.len(), frames.steps.len()];
     let data = Data {
         summary: summary(&record, history.as_ref()),
+        results: Summary::of(run, case, mesh, history.as_ref())?,
         notes: notes.clone(),
         model,
         frames,
@@ -172,7 +181,8 @@ fn summary(record: &RunRecord, history: Option<&Table>) -> String {
     if let Some(rows) = history.map(|history| &history.rows).filter(|rows| !rows.is_empty()) {
         let objective = |row: &Vec<Value>| row.get(1).and_then(Value::as_f64);
         if let (Some(first), Some(last)) = (rows.first().and_then(objective), rows.last().and_then(objective)) {
-            text += &format!(": objective {first:.5} at the start, {last:.5} after {} updates", rows.len() - 1);
+            let (first, last) = (quantity(first), quantity(last));
+            text += &format!(": objective {first} at the start, {last} after {}", counted(rows.len() - 1, "update"));
         }
     }
     text
@@ -185,9 +195,14 @@ fn ending(record: &RunRecord) -> Vec<String> {
     match record.latest.exit {
         Finished => Vec::new(),
         Running => vec!["The run has not ended, or was killed: this is what it has written so far.".into()],
-        Failed => vec![format!("The run failed. {message}")],
-        Interrupted => vec![format!("The run was interrupted. {message}")],
+        Failed => vec![format!("The run failed: {}", said(&message, "error: "))],
+        Interrupted => vec![format!("The run was interrupted: {}", said(&message, "interrupted: "))],
     }
+}
+
+/// What a run said at its end, without the word that it begins with.
+fn said<'a>(message: &'a str, word: &str) -> &'a str {
+    message.strip_prefix(word).unwrap_or(message)
 }
 
 /// The record as lines of a table.
@@ -204,7 +219,13 @@ fn about(record: &RunRecord) -> Vec<[String; 2]> {
         line("time (UTC)", format!("{} to {end}, {}", part.start, format!("{:?}", part.exit).to_lowercase()));
         line(
             "machine",
-            format!("{} {}, {} threads of {} cores", machine.os, machine.architecture, part.threads, machine.cores),
+            format!(
+                "{} {}, {} of {}",
+                machine.os,
+                machine.architecture,
+                counted(part.threads, "thread"),
+                counted(machine.cores, "core")
+            ),
         );
     }
     lines

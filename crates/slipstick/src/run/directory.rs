@@ -24,6 +24,7 @@ pub struct RunDirectory {
 const FILES: &[&str] = &[
     "case.toml",
     "checkpoint.json",
+    "contact.csv",
     "design.csv",
     "design.pvd",
     "design.stl",

@@ -3,11 +3,14 @@
 use slipstick_mesh::Mesh;
 use slipstick_path::{MarchFailure, Path, StepState};
 
+use super::tables::ContactTable;
 use super::{RunDirectory, RunError};
+use crate::analysis::pair_results;
 use crate::model::{ContactModel, ContactResults};
 use crate::output::{OutputError, Pvd, fields};
 
-/// Writes `path_XXXX.vtu` of every completed load step, step 0 included, and `path.pvd`; returns how many steps.
+/// Writes `path_XXXX.vtu` of every completed load step, step 0 included, `path.pvd`, and `contact.csv` ([`ContactTable`]);
+/// returns how many steps.
 ///
 /// The slip increment of a step that was cut back is that of its last sub-step. Where a state cannot be evaluated any
 /// more (it converged, so that is rare), its contact fields are left out.
@@ -17,7 +20,7 @@ use crate::output::{OutputError, Pvd, fields};
 pub fn write_path(run: &RunDirectory, mesh: &Mesh, model: &mut ContactModel, path: &Path) -> Result<usize, RunError> {
     let ranks = model.share().ranks().clone();
     let pieces = run.pieces(model.share(), mesh.elements.len());
-    let mut collection = Pvd::default();
+    let (mut collection, mut forces) = (Pvd::default(), ContactTable::new(mesh));
     let written = path.with_states(&*ranks, |state| {
         let mut written = 0;
         let mut last = None;
@@ -39,12 +42,17 @@ pub fn write_path(run: &RunDirectory, mesh: &Mesh, model: &mut ContactModel, pat
             let name = RunDirectory::numbered("path", step);
             save(run, &name, mesh, model, at.time, &now, &contact, pieces.as_deref())?;
             collection.add(at.time, run.in_series(&name))?;
+            // a state that cannot be evaluated has no results
+            if !contact.nodes.is_empty() {
+                forces.add(step, at.time, &pair_results(model.interfaces(), &contact));
+            }
             written += 1;
             last = Some((index, now));
         }
         Ok::<usize, OutputError>(written)
     })?;
     collection.save(&run.file("path.pvd"))?;
+    forces.save(run)?;
     Ok(written)
 }
 

@@ -12,6 +12,7 @@
 //! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every so many iterations |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
+//! | `contact.csv` | resultant and peak pressure of each contact pair, by load step: [`ContactTable`] | with them |
 //! | `path_XXXX.pvtu`, `path_XXXX.N.vtu`, of designs too | the same in pieces, one for each rank | with `[output]` `pieces` |
 //! | `failure.vtu` | the iterate at which a march failed for good | then |
 //! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, of a run that asks for it | at the end |
@@ -51,8 +52,8 @@ pub use failure::{FailureReport, Place};
 pub use fields::{write_failure, write_path};
 pub use history::{is_table, read_histories};
 pub use inputs::{InputFile, keep_mesh_files, mesh_files};
-pub use picture::{PictureError, PictureRequest, Shown, picture};
+pub use picture::{Drawn, PictureError, PictureRequest, Shown, picture};
 pub use record::{ExitState, Machine, RunPart, RunRecord, sha256};
 pub use start_values::StartValuesFile;
 pub use symmetry::{Image, asymmetry};
-pub use tables::{History, NewtonTable};
+pub use tables::{ContactTable, History, NewtonTable};

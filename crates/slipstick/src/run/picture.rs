@@ -31,8 +31,9 @@ pub enum Shown {
 /// What is drawn, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PictureRequest {
-    /// Name of a field, or a word of its name that no other field has: `pressure` for `contact_pressure`.
-    pub field: String,
+    /// Name of a field, or a word of its name that no other field has: `pressure` for `contact_pressure`. `None` for densities,
+    /// or, where all of them are 1, contact pressure or displacement.
+    pub field: Option<String>,
     /// Which result.
     pub shown: Shown,
     /// Name of a view ([`View::names`]); `None` for one that sees the field.
@@ -51,10 +52,10 @@ pub struct PictureRequest {
 }
 
 impl Default for PictureRequest {
-    /// The newest design's densities above 0.5.
+    /// The newest design's densities above 0.5; where nothing is designed, its contact pressure or displacement.
     fn default() -> Self {
         Self {
-            field: "density".into(),
+            field: None,
             shown: Shown::Newest,
             view: None,
             displacement_factor: None,
@@ -64,6 +65,17 @@ impl Default for PictureRequest {
             canvas: Canvas::default(),
         }
     }
+}
+
+/// A picture, and what gives its colours.
+#[derive(Debug)]
+pub struct Drawn {
+    /// The picture.
+    pub picture: Picture,
+    /// The field's whole name.
+    pub field: String,
+    /// Why that field was chosen; `None` where it was asked for, or shows a design.
+    pub why: Option<&'static str>,
 }
 
 /// Why there is no picture.
@@ -171,24 +183,55 @@ impl Source {
 ///
 /// # Errors
 /// [`PictureError`].
-pub fn picture(
-    run: &RunDirectory,
-    case: &Case,
-    mesh: &Mesh,
-    request: &PictureRequest,
-) -> Result<Picture, PictureError> {
+pub fn picture(run: &RunDirectory, case: &Case, mesh: &Mesh, request: &PictureRequest) -> Result<Drawn, PictureError> {
     let sources = sources(run, mesh, request)?;
-    let Some((source, field)) = sources.iter().find_map(|s| Some((s, s.find(&request.field)?))) else {
+    let (name, why) = match &request.field {
+        Some(name) => (name.as_str(), None),
+        None => natural(case, &sources, request),
+    };
+    let Some((source, field)) = sources.iter().find_map(|s| Some((s, s.find(name)?))) else {
         let mut known: Vec<&str> = sources.iter().flat_map(|s| s.fields.iter().map(|f| f.name.as_str())).collect();
         known.sort_unstable();
         known.dedup();
         let place = sources.first().map_or(run.path().to_owned(), |source| source.place.clone());
         let place = if request.shown == Shown::Newest { run.path().to_owned() } else { place };
-        return Err(PictureError::UnknownField { name: request.field.clone(), place, known: known.join(", ") });
+        return Err(PictureError::UnknownField { name: name.to_owned(), place, known: known.join(", ") });
     };
-    if request.smooth {
-        return smooth_picture(case, mesh, request, source, field);
+    let picture = if request.smooth {
+        smooth_picture(case, mesh, request, source, field)
+    } else {
+        field_picture(run, case, mesh, request, source, field)
+    };
+    Ok(Drawn { picture: picture?, field: field.name.clone(), why })
+}
+
+/// The field that says most where none is asked for, and why it is not the density. Densities that are all 1 would give one
+/// colour: nothing is designed, or nothing is taken away yet.
+fn natural(case: &Case, sources: &[Source], request: &PictureRequest) -> (&'static str, Option<&'static str>) {
+    let first = sources.iter().find(|source| source.values("density").is_some());
+    let full = first.and_then(|source| source.values("density")).is_some_and(|all| all.iter().all(|&phi| phi == 1.0));
+    let why = if case.design.is_none() { "no body is designed" } else { "all densities are 1" };
+    let shows = |name: &str| {
+        first.and_then(|source| source.values(name)).is_some_and(|all| all.iter().any(|value| *value != 0.0))
+    };
+    match request.shown {
+        Shown::Failure => ("smallest_determinant", None),
+        _ if request.smooth || !full => ("density", None),
+        _ if shows("contact_pressure") => ("contact_pressure", Some(why)),
+        _ if shows("displacement") => ("displacement", Some(why)),
+        _ => ("density", None),
     }
+}
+
+/// A field on the bodies that bear it.
+fn field_picture(
+    run: &RunDirectory,
+    case: &Case,
+    mesh: &Mesh,
+    request: &PictureRequest,
+    source: &Source,
+    field: &StoredField,
+) -> Result<Picture, PictureError> {
     let displacement = source.values("displacement");
     if displacement.is_none() && request.displacement_factor.is_some_and(|factor| factor != 0.0) {
         return Err(PictureError::NoDisplacement { directory: run.path().to_owned() });
@@ -315,6 +358,9 @@ fn options(
         Some(_) if factor != 1.0 => format!(", displacements x {factor}"),
         _ => String::new(),
     };
+    // where nothing is left out, there is nothing to say
+    let full = source.values("density").is_some_and(|all| all.iter().all(|&phi| phi == 1.0));
+    let density = if full { String::new() } else { format!(", density > {threshold}") };
     Ok(RenderOptions {
         canvas: request.canvas,
         view: View::named(request.view.as_deref().unwrap_or(natural))?,
@@ -322,7 +368,7 @@ fn options(
         others,
         domain: !contact,
         displacement_factor: factor,
-        caption: Some(format!("{}, density > {threshold}{deformed}", source.what)),
+        caption: Some(format!("{}{density}{deformed}", source.what)),
         ..RenderOptions::default()
     })
 }

@@ -2,11 +2,15 @@
 
 use std::fs;
 
+use slipstick_mesh::Mesh;
 use slipstick_path::{MarchEvent, PathState};
 
 use super::{RunDirectory, RunError};
+use crate::analysis::PairResult;
+use crate::model::course;
 use crate::optimize::IterationRecord;
-use crate::output::{Cell, Csv, OutputError};
+use crate::output::{Cell, Csv, OutputError, write_atomically};
+use crate::words::rounded;
 
 const HISTORY: &[&str] = &[
     "iteration",
@@ -81,6 +85,57 @@ fn cells(record: &IterationRecord, seconds: f64) -> [Cell; 13] {
         record.halvings.into(),
         ((seconds * 1e3).round() / 1e3).into(),
     ]
+}
+
+const CONTACT: &str =
+    "step,load_case,time,contact,force_x,force_y,force_z,force,peak_pressure,peak_node,peak_x,peak_y,peak_z\n";
+
+/// `contact.csv`: what each contact pair transfers at the end of each load step.
+///
+/// Columns: the load step, counted through all load cases; the load case, from 0, and pseudo-time within it; the number of the
+/// `[[contact]]` table, from 0; the resultant of the contact forces on the slave, friction included, and its size \[F\]; the
+/// largest contact pressure at a slave node \[F/L²\], that node and its reference position \[L\], empty where none is pressed.
+#[derive(Debug)]
+pub struct ContactTable<'a> {
+    mesh: &'a Mesh,
+    text: String,
+}
+
+impl<'a> ContactTable<'a> {
+    /// A table without rows, of this mesh.
+    pub fn new(mesh: &'a Mesh) -> Self {
+        Self { mesh, text: CONTACT.to_owned() }
+    }
+
+    /// Adds a load step.
+    pub fn add(&mut self, step: usize, time: f64, pairs: &[PairResult]) {
+        let (case, time) = course::place(time);
+        let time = rounded(time, 12);
+        for (number, pair) in pairs.iter().enumerate() {
+            // zero has no sign here
+            let [x, y, z] = pair.force.map(|f| f + 0.0);
+            let (size, peak) = (pair.force_size(), pair.peak_pressure);
+            let node = pair.peak_node.map_or_else(
+                || ",,,".to_owned(),
+                |node| {
+                    let [x, y, z] = self.mesh.nodes[node as usize];
+                    format!("{node},{x:?},{y:?},{z:?}")
+                },
+            );
+            self.text += &format!("{step},{case},{time:?},{number},{x:?},{y:?},{z:?},{size:?},{peak:?},{node}\n");
+        }
+    }
+
+    /// Writes the table, whole or not at all; nothing where no pair has a row.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn save(&self, run: &RunDirectory) -> Result<(), OutputError> {
+        if self.text == CONTACT {
+            return Ok(());
+        }
+        write_atomically(&run.file("contact.csv"), |writer| writer.write_all(self.text.as_bytes()))
+    }
 }
 
 const NEWTON: &[&str] = &[

@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct Quotient {
     /// Step h.
     pub step: f64,
-    /// Central difference.
+    /// Central difference, or the one-sided one at a bound.
     pub difference: f64,
     /// |difference − adjoint| / max(|adjoint|, noise-free size of the gradient in this direction).
     pub relative_error: f64,
@@ -17,7 +17,7 @@ pub struct Quotient {
     pub remainder: f64,
     /// log₂ of the remainder's ratio to that of twice the step: 2 where θ is smooth.
     pub order: Option<f64>,
-    /// Slave nodes that change status between φ − hv, φ and φ + hv, as (user step, global node), where θ's one-sided
+    /// Slave nodes that change status between the densities of the difference, as (user step, global node), where θ's one-sided
     /// differences disagree too; empty: no kink.
     pub kink: Vec<(usize, u32)>,
     /// Whether θ's one-sided differences stay apart as the step is halved: a kink, whether a status changes or the overlap of

@@ -163,6 +163,33 @@ fn a_misspelt_key_is_not_missing_as_well() {
     one(8, "half_ball", "halfball", UnknownKey, "halfball");
     one(25, "load_path", "loadpath", UnknownKey, "loadpath");
     one(24, "{ t = 0.5, u", "{ u", MissingKey, "{ u");
+    assert_eq!(one(5, "material = {", "materiel = {", UnknownKey, "materiel"), "did you mean `material`?");
+}
+
+/// One wrong key is one error, and that names the cause: also where the needed key is called otherwise, where one of several is
+/// needed, and where others depend on it.
+#[test]
+fn one_wrong_key_is_one_error() {
+    use CaseCode::UnknownKey;
+    let help = one(5, "neo_hooke", "rubber", UnknownKey, "rubber");
+    assert_eq!(help, "give one of: neo_hooke, st_venant_kirchhoff");
+    let help = one(18, "friction", "friction_coefficient", UnknownKey, "friction_coefficient");
+    assert_eq!(help, "did you mean `friction`?");
+    let help = one(18, "friction", "mu", UnknownKey, "mu");
+    assert_eq!(help, "contact[0] needs the key `friction`: the coefficient of friction; 0 is frictionless");
+    let help = one(8, "half_ball", "sphere", UnknownKey, "sphere");
+    assert!(help.starts_with("give one of: box, half_ball"), "{help}");
+    one(5, "youngs_modulus", "E", UnknownKey, "E = 1000");
+    one(34, "contact_force", "stiffness", UnknownKey, "stiffness");
+    one(15, "[[contact]]", "[[contat]]", UnknownKey, "contat");
+    one(11, "[[set]]", "[[sets]]", UnknownKey, "sets");
+    // two are missing, and one wrong key explains one of them
+    let text = GOOD.replace("{ radius = 1.0, elements = [2, 1, 1] }", "{ radios = 1.0 }");
+    let found: Vec<_> = errors(&text).diagnostics().iter().map(|d| d.message().to_owned()).collect();
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(
+        found.iter().any(|m| m.contains("needs the key `elements`")) && found.iter().any(|m| m.contains("`radios`"))
+    );
 }
 
 #[test]

@@ -19,7 +19,7 @@ use crate::{Context, Outcome, clock, memory};
 /// As those of `solve` and `gradient`.
 pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     let (setup, mut problem) = problem(context, args)?;
-    let density = setup.density(&problem, &args.design)?;
+    let density = setup.density(context, &problem, &args.design)?;
     if let Some(memory) = args.memory {
         problem.analysis.march.factor_memory = memory.0;
     }

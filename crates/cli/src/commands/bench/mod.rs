@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 use slipstick::run::Machine;
+use slipstick::words::counted;
 use slipstick_path::Phase;
 
 use super::bytes;
@@ -40,7 +41,9 @@ pub fn run(context: &Context, args: &Bench) -> Outcome {
             let mut measurement = child(args, size.map(usize::from), threads.get())?;
             if context.console.tells(1) {
                 let (elements, seconds) = (&measurement["elements"], &measurement["forward"]["seconds"]);
-                context.console.text(&format!("{elements} elements, {threads} threads: forward {seconds} s"));
+                context
+                    .console
+                    .text(&format!("{elements} elements, {}: forward {seconds} s", counted(threads.get(), "thread")));
             }
             all.push(measurement.clone());
             measurement["command"] = "bench".into();
@@ -77,7 +80,12 @@ fn conclude(context: &Context, args: &Bench, all: &[Value], tables: &[String]) {
         context.console.text("\ntimes are those of the processors, all threads together");
     }
     let processor = processor().map_or(String::new(), |name| format!(", {name}"));
-    context.console.text(&format!("\n{} {}{processor}, {} cores", machine.os, machine.architecture, machine.cores));
+    context.console.text(&format!(
+        "\n{} {}{processor}, {}",
+        machine.os,
+        machine.architecture,
+        counted(machine.cores, "core")
+    ));
 }
 
 /// A measurement in a process of its own.

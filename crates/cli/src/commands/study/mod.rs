@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 use slipstick::build::build_mesh;
 use slipstick::output::write_atomically;
 use slipstick::run::{Image, asymmetry, load_density, sha256};
+use slipstick::words::counted;
 
 use self::file::{Entry, Study as Plan, Word};
 use super::digits;
@@ -93,7 +94,14 @@ pub fn run(context: &Context, args: &Study) -> Outcome {
     if failed.is_empty() && off == 0 {
         return Ok(());
     }
-    let message = format!("{} runs failed ({}); {off} numbers are not as expected", failed.len(), failed.join(", "));
+    let mut faults = Vec::new();
+    if !failed.is_empty() {
+        faults.push(format!("{} failed ({})", counted(failed.len(), "run"), failed.join(", ")));
+    }
+    if off > 0 {
+        faults.push(format!("{} {} not as expected", counted(off, "number"), if off == 1 { "is" } else { "are" }));
+    }
+    let message = faults.join("; ");
     Err(Failure::Check { message, cure: "what is done stays; the same command goes on with the rest".into() })
 }
 

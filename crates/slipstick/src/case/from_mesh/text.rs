@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use nalgebra::Vector3;
 
 use super::survey::{Face, Pair, Part, Survey};
+use crate::words::counted;
 
 /// Part of the bodies' extent along the contact's normal that they are pressed together by.
 const PRESS: f64 = 0.01;
@@ -69,7 +70,8 @@ fn body(text: &mut String, part: &Part, file: &str) {
     let elements = part.mesh.elements.len();
     let _ = write!(
         text,
-        "\n# {elements} elements from ({}, {}, {}) to ({}, {}, {})\n",
+        "\n# {} from ({}, {}, {}) to ({}, {}, {})\n",
+        counted(elements, "element"),
         rounded(low.x),
         rounded(low.y),
         rounded(low.z),
@@ -86,14 +88,14 @@ fn body(text: &mut String, part: &Part, file: &str) {
         let towards = if direction.norm() > 0.5 { format!(", outwards ({x}, {y}, {z})") } else { String::new() };
         let _ = writeln!(
             text,
-            "#   surface {}: {} facets, area {}{towards}",
+            "#   surface {}: {}, area {}{towards}",
             face.name,
-            face.facets(),
+            counted(face.facets(), "facet"),
             rounded(face.area())
         );
     }
     for (name, nodes) in &part.mesh.node_sets {
-        let _ = writeln!(text, "#   node set {name}: {} nodes", nodes.len());
+        let _ = writeln!(text, "#   node set {name}: {}", counted(nodes.len(), "node"));
     }
     let _ =
         write!(text, "[[body]]\nname = {}\nmesh = {{ file = {}{of} }}\n{MATERIAL}\n", quoted(&part.name), quoted(file));
@@ -147,6 +149,7 @@ impl<'a> Plan<'a> {
         let (centre, extent) = ((low + high) / 2.0, high - low);
         let half = BLOCK / 2.0 * extent;
         let height = 0.5 * (half.x + half.z);
+        let size = part.bounds.iter().fold(0.0, |size: f64, corner| size.max(corner.amax()));
         let count = |length: f64| (length / part.element_size()).ceil().clamp(2.0, 12.0) as usize;
         let _ = write!(
             text,
@@ -154,10 +157,10 @@ impl<'a> Plan<'a> {
              box = {{ min = [{:?}, {:?}, {:?}], max = [{:?}, {:?}, {:?}], elements = [{}, {}, {}] }}\n{MATERIAL}\n",
             self.tool(),
             rounded(centre.x - half.x),
-            high.y,
+            short(high.y, size),
             rounded(centre.z - half.z),
             rounded(centre.x + half.x),
-            high.y + rounded(height),
+            short(high.y + rounded(height), size),
             rounded(centre.z + half.z),
             count(2.0 * half.x),
             count(height),
@@ -190,7 +193,7 @@ impl<'a> Plan<'a> {
             None => format!("{}_ymax", self.tool()),
         };
         let [press, slide] = self.motion();
-        let shown = |u: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", u.x, u.y, u.z);
+        let shown = |u: Vector3<f64>| vector(u, u.amax());
         let _ = write!(
             text,
             "\n[[dirichlet]]                     # way points in pseudo-time 0 … 1\nset = {}\nmotion = [\n    \
@@ -284,11 +287,12 @@ impl<'a> Plan<'a> {
             name.push_str("_side");
         }
         let [x, y, z] = [direction.x, direction.y, direction.z].map(rounded);
-        let point = (direction * high).map(|x| if x == 0.0 { 0.0 } else { x });
+        let point = direction * high;
         let tolerance = rounded((0.1 * (high - low)).min(0.6 * part.element_size()));
         let [min, max] = part.bounds;
         let (min, max) = (min.map(|x| x - tolerance), max.map(|x| x + tolerance));
-        let shown = |p: Vector3<f64>| format!("[{:?}, {:?}, {:?}]", p.x, p.y, p.z);
+        let size = min.amax().max(max.amax());
+        let shown = |p: Vector3<f64>| vector(p, size);
         let _ = write!(
             self.selections,
             "\n# the nodes at the far side of {}\n[[set]]\nname = {}\nboxes = [{{ min = {}, max = {} }}]\n\
@@ -335,7 +339,8 @@ impl<'a> Plan<'a> {
         format!(
             "\n[design]\nbodies = [{}]\nvolume_fraction = 0.4\nsensitivity_filter = {{ radius = {:?} }}     # about 1.5 elements\n\
              # passive_solid = [{{ min = [0, 0, 0], max = [1, 1, 1] }}]   # elements with their centroid in here stay\n\n\
-             [objective]\ncontact_force = {{ steps = \"last\" }}     # or \"all\", or a list of steps\n\n[optimizer]\niterations = 30\n",
+             [objective]\n# θ is minus the sum of the magnitudes of the nodal contact forces, friction included.\n\
+             contact_force = {{ steps = \"last\" }}     # or \"all\", or a list of steps\n\n[optimizer]\niterations = 30\n",
             quoted(&part.name),
             rounded(1.5 * part.element_size())
         )
@@ -362,6 +367,19 @@ fn main_axis(direction: Vector3<f64>) -> Vector3<f64> {
 fn rounded(x: f64) -> f64 {
     let rounded = format!("{x:.2e}").parse().unwrap_or(x);
     if rounded == 0.0 { 0.0 } else { rounded }
+}
+
+/// A number without the round-off of how it was computed: to a billionth of `size`, below what counts as a penetration.
+fn short(x: f64, size: f64) -> f64 {
+    let decimals = (9.0 - size.log10().ceil()).clamp(0.0, 60.0) as usize;
+    let rounded = format!("{x:.decimals$}").parse().unwrap_or(x);
+    if rounded == 0.0 { 0.0 } else { rounded }
+}
+
+/// A vector of TOML, [`short`] beside `size`.
+fn vector(v: Vector3<f64>, size: f64) -> String {
+    let [x, y, z] = [v.x, v.y, v.z].map(|x| short(x, size));
+    format!("[{x:?}, {y:?}, {z:?}]")
 }
 
 /// A string of TOML.

@@ -18,6 +18,7 @@ pub(super) fn bodies(root: &Table<'_>, names: &mut Names, files: &MeshFiles<'_>)
     let tables = root.tables("body");
     if tables.is_empty() {
         root.note_missing("body", "add [[body]] with a name, a shape and a material");
+        names.excuse_all();
     }
     tables.into_iter().map(|table| body(table, names, files)).collect()
 }

@@ -191,7 +191,7 @@ pub(super) fn objective(root: &Table<'_>, contacts: &[Contact], steps: usize) ->
         inner.finish();
         if chosen == Some("compliance") { Objective::Compliance { steps } } else { Objective::ContactForce { steps } }
     });
-    if chosen == Some("compliance") && !root.has("load") {
+    if chosen == Some("compliance") && !root.has("load") && !root.has_misspelt("load") {
         table.reader.error(
             "objective.compliance",
             CaseCode::ChooseOne,
@@ -199,11 +199,11 @@ pub(super) fn objective(root: &Table<'_>, contacts: &[Contact], steps: usize) ->
             "add [[load]], or choose contact_force where displacements are prescribed",
         );
     }
-    if chosen == Some("contact_force") && contacts.is_empty() && !root.has("contact") {
+    if chosen == Some("contact_force") && contacts.is_empty() && !root.has("contact") && !root.has_misspelt("contact") {
         table.reader.error(
             "objective.contact_force",
             CaseCode::NoContact,
-            "the objective is a contact force, but the case has no contact",
+            "the objective is a sum of contact forces, but the case has no contact",
             "add [[contact]] with slave, master and friction",
         );
     }

@@ -9,6 +9,9 @@ use super::{CaseCode, boxes, direction, name};
 const DEFAULT_ANGLE: f64 = 45.0;
 
 pub(super) fn surfaces(root: &Table<'_>, names: &mut Names) -> Vec<SurfaceSet> {
+    if root.has_misspelt("surface") {
+        names.excuse_all();
+    }
     root.tables("surface").into_iter().map(|table| surface(table, names)).collect()
 }
 
@@ -43,6 +46,9 @@ fn surface(table: Table<'_>, names: &mut Names) -> SurfaceSet {
 }
 
 pub(super) fn sets(root: &Table<'_>, names: &mut Names) -> Vec<NodeSet> {
+    if root.has_misspelt("set") {
+        names.excuse_all();
+    }
     root.tables("set").into_iter().map(|table| set(table, names)).collect()
 }
 

@@ -1,9 +1,11 @@
 //! Design, objective and optimizer.
 
+use std::fmt;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::BoxRegion;
+use super::{BoxRegion, Dimension};
 
 /// The design: a density in \[0, 1\] per element of the design bodies. Paper: section 4.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -58,7 +60,8 @@ pub struct SensitivityFilter {
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Objective {
-    /// Minus the sum of the norms of the slave nodes' contact forces. Paper: (91), (96).
+    /// Minus the sum of the norms of the slave nodes' contact forces, friction included. Not their resultant: forces in
+    /// different directions do not cancel. Paper: (91), (96).
     ContactForce {
         /// The load steps that count.
         steps: ObservedSteps,
@@ -70,7 +73,37 @@ pub enum Objective {
     },
 }
 
-/// Load steps that an objective looks at.
+impl Objective {
+    /// What θ is, in words for people: `minus the sum of the magnitudes of the nodal contact forces, …, at the last load step`.
+    pub fn about(&self) -> String {
+        let (what, steps) = match self {
+            Self::ContactForce { steps } => (
+                "minus the sum of the magnitudes of the nodal contact forces, friction included (not their resultant)",
+                steps,
+            ),
+            Self::Compliance { steps } => ("the work of the loads on the displacements", steps),
+        };
+        format!("{what}, {steps}")
+    }
+
+    /// What θ is measured in.
+    pub fn dimension(&self) -> Dimension {
+        match self {
+            Self::ContactForce { .. } => Dimension::FORCE,
+            Self::Compliance { .. } => Dimension::WORK,
+        }
+    }
+
+    /// The same where units have no names.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::ContactForce { .. } => "F",
+            Self::Compliance { .. } => "F L",
+        }
+    }
+}
+
+/// Load steps that an objective looks at, within each load case.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ObservedSteps {
@@ -81,6 +114,19 @@ pub enum ObservedSteps {
     /// These, 1 … N, ascending and unique.
     #[serde(untagged)]
     Only(Vec<usize>),
+}
+
+impl fmt::Display for ObservedSteps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Last => f.write_str("at the last load step"),
+            Self::All => f.write_str("over all load steps"),
+            Self::Only(steps) => {
+                let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
+                write!(f, "at load step{} {}", if steps.len() == 1 { "" } else { "s" }, steps.join(", "))
+            }
+        }
+    }
 }
 
 /// The optimizer and when it stops.

@@ -80,6 +80,12 @@ impl Case {
         self.load_cases.len().max(1) * self.load_path.steps
     }
 
+    /// What θ is, in words for people; `None` without an objective.
+    pub fn objective_in_words(&self) -> Option<String> {
+        let weighted = if self.load_cases.is_empty() { "" } else { " of each load case, times its weight" };
+        self.objective.as_ref().map(|objective| format!("{}{weighted}", objective.about()))
+    }
+
     /// Names of the load cases, in their order; none where there is but the one load path.
     pub fn load_case_names(&self) -> Vec<String> {
         self.load_cases.iter().map(|load_case| load_case.name.clone()).collect()

@@ -150,7 +150,7 @@ pub struct RotationAxis {
 /// Steps of pseudo-time from 0 to 1, and Newton's method in each.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct LoadPath {
-    /// Number N ≥ 1 of equal steps.
+    /// Number N ≥ 1 of equal steps, of each load case.
     pub steps: usize,
     /// When Newton's iteration has converged.
     pub tolerance: Tolerance,

@@ -30,6 +30,8 @@ impl Dimension {
     pub const VOLUME: Self = Self { force: 0, length: 3 };
     /// \[F\]
     pub const FORCE: Self = Self { force: 1, length: 0 };
+    /// \[F L\]
+    pub const WORK: Self = Self { force: 1, length: 1 };
     /// \[F/L²\]
     pub const STRESS: Self = Self { force: 1, length: -2 };
 }

@@ -6,13 +6,22 @@ function texts() {
   element("title").textContent = data.title;
   element("summary").textContent = data.summary;
   data.notes.forEach(note => { show("notes"); element("notes").append(make("p", {}, note)); });
+  const r = data.results;
+  if (r) {
+    show("results");
+    if (r.rows.length) element("results-table").append(table([], r.rows, "words"));
+    if (r.contact) {
+      element("contact-table").append(table(r.contact.columns, r.contact.rows, "wide"));
+      element("results-help").textContent = "Resultants are sums of all contact forces of a pair as vectors, friction included, of the part that is meshed. Peak pressures are those of single nodes; at edges and corners they depend on the mesh. contact.csv lists all load steps.";
+    }
+  }
   element("units").textContent = `Units are those of the case file: lengths in${data.units[0]}, forces in${data.units[1]}, tractions in${data.units[2]}.`;
   element("case").textContent = data.case_text;
   element("resolved").textContent = JSON.stringify(data.resolved, null, 1);
   element("run").append(table([], data.run, "words"));
 }
 function curves() {
-  const h = data.history;
+  const h = data.history, r = data.results;
   if (h && h.rows.length) {
     show("curves");
     const column = name => { const k = h.columns.indexOf(name); return k < 0 ? [] : h.rows.map(row => row[k]); };
@@ -21,7 +30,8 @@ function curves() {
       const figure = chart(title, x, series, options);
       if (figure) element("history-charts").append(figure);
     };
-    curve(`Objective θ (minimised)${data.units[1]}`, ["objective"]);
+    curve(`Objective θ (minimised)${r ? r.unit : ""}`, ["objective"]);
+    if (r && r.objective) { element("objective-help").hidden = false; element("objective-help").textContent = `θ is ${r.objective}.`; }
     curve("Volume fraction", ["volume_fraction"]);
     curve("Largest change of a density", ["change"], { zero: true });
     curve("Newton iterations", ["newton_iterations"], { zero: true });
@@ -62,7 +72,7 @@ function view() {
   if (density() && !open(density()).some(phi => phi > state.threshold)) state.threshold = 0;
   const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "" };
   const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "length of displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status" };
-  const available = () => state.mode === "steps" ? ["density", "displacement", "pressure", "status", "gap", "slip"].filter(f => f === "density" || (f === "status" ? frame().status : frame()[f])) : ["density", "derivative"].filter(f => frame()[f]);
+  const available = () => state.mode === "steps" ? ["density", "displacement", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? hexes.length : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
   function nodal(field) {
     const f = frame(), values = new Float32Array(nodeCount).fill(NaN);
     if (field === "displacement") { const u = open(f.displacement); for (let n = 0; n < nodeCount; n++) values[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]); return values; }
@@ -86,6 +96,11 @@ function view() {
       ranges.set(key, high > low ? [low, high] : [low, low + 1]);
     }
     return ranges.get(key);
+  }
+  // Without a designed body, or with full material everywhere, densities would give one colour.
+  if (state.mode === "steps" && (!hexes.length || open(density()).every(phi => phi === 1))) {
+    state.field = "displacement";
+    if (!hexes.length) element("view-title").textContent = "Bodies";
   }
   function positions() {
     if (state.mode !== "steps" || state.scale === 0 || !frame().displacement) return points;
@@ -161,7 +176,7 @@ function controls({ m, state, designs, steps, available, names, refresh, viewer 
     return fill;
   };
   let fields = () => {}, visibility = () => {};
-  const fitted = () => { const all = available(); if (!all.includes(state.field)) state.field = "density"; fields(all.map(f => [f, names[f]]), state.field); visibility(); };
+  const fitted = () => { const all = available(); if (!all.includes(state.field)) state.field = all[0]; fields(all.map(f => [f, names[f]]), state.field); visibility(); };
   if (designs.length && steps.length) select("Show", [["steps", "load path of the newest design"], ["designs", "designs, undeformed"]], state.mode, value => { state.mode = value; fitted(); });
   fields = select("Colour", available().map(f => [f, names[f]]), state.field, value => { state.field = value; });
   const design = designs.length > 1 ? slider("Design of iteration", 0, designs.length - 1, 1, state.design, i => String(designs[i].number), i => { state.design = i; fitted(); }) : null;

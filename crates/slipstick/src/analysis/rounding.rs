@@ -1,0 +1,86 @@
+//! Objectives that are nothing but rounding.
+
+use super::{Analysis, ForwardNotice};
+use crate::words::quantity;
+use slipstick_design::objective::Measure;
+use std::fmt;
+
+/// Values below this part of the problem's own scale are rounding: some thousand times the precision of numbers, and far
+/// below what soft, slender or nearly void structures give.
+const ROUNDING: f64 = 1e-13;
+
+/// A value of the objective that is zero but for rounding: its derivatives are no direction for an optimizer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounding {
+    /// θ.
+    pub value: f64,
+    /// What forces (or works) the motions and loads of the case stand for: E h u and the loads.
+    pub scale: f64,
+    /// What contact has to do with it.
+    pub notice: Option<ForwardNotice>,
+}
+
+impl fmt::Display for Rounding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let value = if self.value == 0.0 { "0".into() } else { format!("{:.1e}, which is rounding", self.value) };
+        write!(f, "the objective is {value}")?;
+        match self.notice {
+            Some(ForwardNotice::ContactNeverCloses) => f.write_str(": contact never closes on the path"),
+            Some(ForwardNotice::ContactOpenWhereObserved) => {
+                f.write_str(": contact is open at every load step that the objective observes")
+            }
+            None => write!(f, " beside the {} that motions and loads of the case stand for", quantity(self.scale)),
+        }
+    }
+}
+
+impl Rounding {
+    /// What the user may change.
+    pub fn cures(&self) -> &'static [&'static str] {
+        match self.notice {
+            Some(ForwardNotice::ContactNeverCloses) => &[
+                "let the motions close the gap (`place.translate`, `dirichlet.motion`): `slipstick check` shows gaps and motions",
+                "a look at the end of the path: `slipstick render RESULTS --field displacement`",
+            ],
+            Some(ForwardNotice::ContactOpenWhereObserved) => &[
+                "observe load steps at which contact is closed (`objective.contact_force.steps`): newton.csv counts the open nodes",
+                "let the motions keep the bodies pressed together until the end (`dirichlet.motion`)",
+            ],
+            None => &["motions or loads that act at the load steps that the objective observes"],
+        }
+    }
+}
+
+impl Analysis {
+    /// Whether a value of the objective is rounding, at the end of a whole path.
+    pub(super) fn rounding(&self, value: f64, notice: Option<ForwardNotice>) -> Option<Rounding> {
+        let measure = self.objective.as_ref()?.measure();
+        let (force, motion) = self.scales();
+        let scale = match measure {
+            Measure::ContactForce | Measure::Force => force,
+            Measure::Work => force * motion,
+            Measure::Other => return None,
+        };
+        // another objective may well be something where contact is open
+        let notice = notice.filter(|_| measure == Measure::ContactForce);
+        let rounding = Rounding { value, scale, notice };
+        (notice.is_some() || value.abs() <= ROUNDING * scale).then_some(rounding)
+    }
+
+    /// Characteristic force and motion: what motions and loads would press one element by, and with.
+    fn scales(&self) -> (f64, f64) {
+        let model = &self.model;
+        let modulus =
+            (0..model.density().len()).map(|e| model.solid().material(e).youngs_modulus()).fold(0.0, f64::max);
+        let size = model.smallest_element().cbrt();
+        let n = model.prescribed().fixed().len();
+        let (still, mut force) = (vec![0.0; n], vec![0.0; n]);
+        let load = |&time: &f64| {
+            model.external_force(&still, time, &mut force);
+            force.iter().map(|f| f * f).sum::<f64>().sqrt()
+        };
+        let load = self.times.iter().map(load).fold(0.0, f64::max);
+        let motion = model.prescribed().largest(&self.times) + load / (modulus * size);
+        (modulus * size * motion, motion)
+    }
+}

@@ -1,0 +1,121 @@
+//! Objectives that are nothing but rounding end an optimization, and what was done before stays.
+
+mod common;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use slipstick::analysis::ForwardNotice;
+use slipstick::build::build;
+use slipstick::case::parse_case;
+use slipstick::optimize::{Optimization, OptimizeError};
+use slipstick_design::objective::{Objective, StateDerivative, StateView};
+use slipstick_design::{ContactForce, Measure, ObservedSteps};
+use slipstick_path::Silent;
+
+/// A block pressed on a slab that is designed, or lifted off it.
+fn case(down: f64, objective: &str) -> String {
+    let material = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
+    format!(
+        "[[body]]\nname = 'slab'\nbox = {{ min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }}\n{material}\n\
+         [[body]]\nname = 'block'\nbox = {{ min = [0.6, 1.0, 0.3], max = [2.0, 1.7, 1.6], elements = [2, 1, 2] }}\n{material}\n\
+         [[contact]]\nslave = 'block_ymin'\nmaster = 'slab_ymax'\nfriction = 0.3\n[[dirichlet]]\nset = 'slab_ymin'\n\
+         [[dirichlet]]\nset = 'block_ymax'\nmotion = [{{ t = 1.0, u = [0, {:?}, 0] }}]\n[load_path]\nsteps = 2\n\
+         [[load]]\nsurface = 'slab_xmax'\ntraction = [1, 0, 0]\n\
+         [design]\nbodies = ['slab']\nvolume_fraction = 0.5\n[objective]\n{objective}\n[optimizer]\niterations = 3\n",
+        -down
+    )
+}
+
+fn optimization(text: &str) -> Optimization {
+    let resolved = parse_case(text, "case.toml").unwrap_or_else(|e| panic!("{e}"));
+    Optimization::new(&resolved.case, build(&resolved.case).unwrap()).unwrap()
+}
+
+/// The contact force, but nothing any more once it is lost.
+struct Lost {
+    force: ContactForce,
+    lost: Arc<AtomicBool>,
+}
+
+impl Objective for Lost {
+    fn name(&self) -> &str {
+        "lost"
+    }
+
+    fn observes(&self, step: usize, steps: usize) -> bool {
+        self.force.observes(step, steps)
+    }
+
+    fn value(&self, state: &StateView) -> f64 {
+        // what is left of a force by rounding
+        let factor = if self.lost.load(Ordering::SeqCst) { 1e-16 } else { 1.0 };
+        factor * self.force.value(state)
+    }
+
+    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
+        self.force.derivative(state, derivative);
+    }
+
+    fn measure(&self) -> Measure {
+        Measure::Force
+    }
+}
+
+/// Contact that opens for good is an error at once, whatever the value: with a load on the slab, its slave nodes have residual
+/// forces of the size of the tolerance.
+#[test]
+fn open_contact_is_no_objective() {
+    let mut open = optimization(&case(-0.1, "contact_force = { steps = 'all' }"));
+    let Err(OptimizeError::Rounding(forward)) = open.advance(&mut Silent) else { panic!("no contact, no objective") };
+    let rounding = forward.rounding.expect("says so");
+    assert_eq!(rounding.notice, Some(ForwardNotice::ContactNeverCloses));
+    assert!(
+        rounding.value.abs() < 1e-6 && rounding.to_string().contains("contact never closes on the path"),
+        "{rounding}"
+    );
+    assert_eq!(forward.path.steps, 2, "the path is there to be written");
+    assert!(open.state.history.is_empty() && open.state.iteration == 0);
+}
+
+/// A value that becomes rounding later ends the optimization there; the iterations before stay as they are.
+#[test]
+fn finished_iterations_stay() {
+    let mut optimization = optimization(&case(0.1, "contact_force = { steps = 'last' }"));
+    let lost = Arc::new(AtomicBool::new(false));
+    let analysis = &mut optimization.problem.analysis;
+    let (slaves, nodes) = (analysis.model.slave_nodes(), optimization.problem.mesh.nodes.len());
+    let force = ContactForce::new(slaves, nodes, ObservedSteps::Last, 0.0).unwrap();
+    analysis.set_objective(Box::new(Lost { force, lost: lost.clone() })).unwrap();
+    for _ in 0..2 {
+        assert!(optimization.advance(&mut Silent).unwrap().rounding.is_none());
+    }
+    let before = serde_json::to_string(&optimization.state).unwrap();
+    let evaluated = optimization.evaluated().cloned();
+    lost.store(true, Ordering::SeqCst);
+    let Err(OptimizeError::Rounding(forward)) = optimization.advance(&mut Silent) else { panic!("rounding") };
+    let rounding = forward.rounding.expect("says so");
+    // E h u by hand: elements of the block are the smaller, 0.7 × 0.7 × 0.65
+    let scale = 1000.0 * (0.7f64 * 0.7 * 0.65).cbrt() * 0.1;
+    assert!(
+        rounding.notice.is_none() && rounding.scale > scale && rounding.scale < 1.2 * scale,
+        "{rounding:?} {scale}"
+    );
+    assert_eq!(serde_json::to_string(&optimization.state).unwrap(), before);
+    assert_eq!(optimization.evaluated(), evaluated.as_ref());
+}
+
+/// Work and forces that are small, or have nothing to do with contact, are no rounding.
+#[test]
+fn small_objectives_go_on() {
+    // contact stays open, but the objective is the work of the load on the slab
+    let mut work = optimization(&case(-0.1, "compliance = {}"));
+    let forward = work.advance(&mut Silent).unwrap_or_else(|e| panic!("{e}"));
+    assert!(forward.notice.is_some() && forward.rounding.is_none() && forward.value > 0.0);
+    // pressed by a thousandth of the block's height on a slab of a thousandth of its stiffness, hardly filled
+    let soft = case(1e-3, "contact_force = {}").replacen("youngs_modulus = 1000.0", "youngs_modulus = 1.0", 1);
+    let soft = soft.replace("traction = [1, 0, 0]", "traction = [0, 0, 1e-9]");
+    let mut soft = optimization(&soft.replace("volume_fraction = 0.5", "volume_fraction = 0.1"));
+    let forward = soft.advance(&mut Silent).unwrap_or_else(|e| panic!("{e}"));
+    assert!(forward.rounding.is_none() && forward.value < 0.0, "{}", forward.value);
+}
