@@ -110,7 +110,7 @@ fn contact(case: &Case, table: &Table) -> Option<Table> {
     }
     columns.extend([
         "last step".into(),
-        format!("resultant on the slave there{force}"),
+        format!("resultant on the slave at that step{force}"),
         format!("its size{force}"),
         format!("largest size on the path{force}"),
         format!("peak pressure at the last step{stress}"),
