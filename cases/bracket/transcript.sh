@@ -53,8 +53,9 @@ TEXT
     show "slipstick check case.toml"
     cat <<'TEXT'
 
-The bodies cannot move freely, the sole sees the shelf, and a run needs little memory. The start design has 45 % everywhere
-but in the passive regions, which are solid, and so more than the bound; the first updates remove what is too much.
+The bodies cannot move freely, the sole sees the shelf, and a run needs little memory. The warning
+says that the start design is above the bound: it has 45 % of the material everywhere except in the
+passive regions, which are solid. The first updates remove the excess.
 
 ## The design
 

@@ -363,7 +363,7 @@ pub fn stopped(
     }
 }
 
-/// An optimization whose objective is but rounding, in words, after the path of that design has been written to `run`, if this
+/// An optimization whose objective is only rounding, in words, after the path of that design has been written to `run`, if this
 /// rank has one.
 fn without_direction(problem: &mut Problem, forward: &Forward, run: Option<&RunDirectory>) -> Failure {
     let rounding = forward.rounding.as_ref();

@@ -104,6 +104,34 @@ fn assert_same_run(found: &Path, expected: &Path, bound: f64) {
     }
 }
 
+/// An optimization of a block that is lifted off ends on all ranks with one error, and leaves the path; forces of contact pairs are
+/// those without MPI.
+#[test]
+fn an_optimization_of_rounding_ends_on_all_ranks() {
+    let place = tempfile::tempdir().expect("a directory");
+    let case = case(place.path(), "{ lagrange = {} }");
+    let run = |command: &str, ranks: Option<usize>, motion: &str, out: &str| {
+        let mut run = slipstick(ranks)?;
+        run.arg(command).arg(&case).arg("--out").arg(place.path().join(out));
+        run.args(["--set", &format!("dirichlet[1].motion=[{{ t = 1, u = {motion} }}]")]);
+        Some(run.output().expect("the program starts"))
+    };
+    let Some(output) = run("optimize", Some(2), "[0, 0.05, 0]", "away") else { return };
+    let said = text(&output.stderr);
+    assert!(!output.status.success(), "{said}");
+    assert_eq!(said.matches("there is nothing to optimize: the objective is").count(), 1, "{said}");
+    assert!(place.path().join("away/path_0010.vtu").exists(), "{said}");
+    succeeded(&run("solve", None, "[0, -0.05, 0]", "alone").expect("no MPI is needed"));
+    succeeded(&run("solve", Some(2), "[0, -0.05, 0]", "two").expect("mpirun is there"));
+    let forces = |out: &str, name: &str| column(&place.path().join(out).join("contact.csv"), name);
+    for name in ["force_x", "force_y", "peak_pressure"] {
+        let (alone, two) = (forces("alone", name), forces("two", name));
+        let largest = alone.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+        assert!(largest > 1.0 && alone.len() == 1 + 10, "{alone:?}");
+        assert!(alone.iter().zip(&two).all(|(a, b)| (a - b).abs() < 1e-8 * largest), "{name}: {alone:?} {two:?}");
+    }
+}
+
 /// Ten iterations of each method on 1, 2 and 4 ranks, against the default solver without MPI.
 #[test]
 fn designs_do_not_depend_on_the_ranks() {

@@ -27,7 +27,7 @@ pub struct Forward {
     pub value: f64,
     /// What is probably not meant.
     pub notice: Option<ForwardNotice>,
-    /// Why θ is but rounding, of a whole path.
+    /// Set where θ at the end of a whole path is only rounding.
     pub rounding: Option<Rounding>,
 }
 

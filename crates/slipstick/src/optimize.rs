@@ -70,7 +70,7 @@ pub enum OptimizeError {
     /// The optimizer failed.
     #[error("optimizer: {0}")]
     Mma(#[from] MmaError),
-    /// The objective of a design is but rounding, so that no update can follow from it; the state is that of the last
+    /// The objective of a design is only rounding, so no update can follow from it; the state is that of the last
     /// finished iteration.
     #[error("{}", .0.rounding.map_or(String::new(), |rounding| rounding.to_string()))]
     Rounding(Box<Forward>),
@@ -243,7 +243,7 @@ impl Optimization {
     /// Evaluates the current design and, unless all updates are made, updates it. Returns the forward analysis of the
     /// evaluated design, whose record is the last one of the state's history.
     ///
-    /// If the path of an updated design cannot be marched, the update is halved, a few times. A design whose objective is but
+    /// If the path of an updated design cannot be marched, the update is halved, a few times. A design whose objective is only
     /// rounding is not gone on from.
     ///
     /// # Errors

@@ -104,7 +104,7 @@ pub enum VerifyError {
     /// An analysis failed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
-    /// The objective is but rounding, and so are its differences.
+    /// The objective is only rounding, and so are its differences.
     #[error("{0}")]
     Rounding(Rounding),
     /// Stopped from outside; differences of paths that were cut short mean nothing.

@@ -1,4 +1,4 @@
-//! Objectives that are nothing but rounding end an optimization, and what was done before stays.
+//! Objectives that are only rounding end an optimization, and what was done before stays.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Objectives that are nothing but rounding.
+//! Objectives that are only rounding.
 
 use super::{Analysis, ForwardNotice};
 use crate::words::quantity;
@@ -9,7 +9,7 @@ use std::fmt;
 /// below what soft, slender or nearly void structures give.
 const ROUNDING: f64 = 1e-13;
 
-/// A value of the objective that is zero but for rounding: its derivatives are no direction for an optimizer.
+/// A value of the objective that is only rounding: its derivatives give an optimizer no direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rounding {
     /// θ.
