@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use slipstick_mesh::{
-    Body, Element, HEX_CORNERS, Mesh, WEDGE_AS_HEX, facet_area, facet_area_vector, hex_jacobian, hex_scaled_jacobian,
-    tet_scaled_jacobian, tet_volume, wedge_jacobian, wedge_scaled_jacobian,
+    Body, Element, HEX_CORNERS, Mesh, WEDGE_AS_HEX, facet_area, facet_area_vector, facet_corner_areas, hex_jacobian,
+    hex_scaled_jacobian, tet_scaled_jacobian, tet_volume, wedge_jacobian, wedge_scaled_jacobian,
 };
 
 use crate::support::{assert_close, cubes};
@@ -154,6 +154,18 @@ fn facet_areas_are_those_of_the_plane_and_of_the_projection() {
     let mesh = cubes("b", [2, 1, 1]);
     assert_eq!(mesh.bounding_box(), Some(([0.0; 3], [2.0, 1.0, 1.0])));
     assert_eq!(Mesh::default().bounding_box(), None);
+}
+
+/// By hand: of the trapezium, ¼ ∫ (1 ∓ η)(3 − η) dη at the wide and the narrow side.
+#[test]
+fn corner_areas_by_hand() {
+    let trapezium = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [3.0, 2.0, 1.0], [1.0, 2.0, 1.0]];
+    let areas = facet_corner_areas(&trapezium.into());
+    for (area, expected) in areas.iter().zip([5.0, 5.0, 4.0, 4.0]) {
+        assert_close(*area, expected / 3.0, 1e-15);
+    }
+    let triangle = [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+    assert_eq!(facet_corner_areas(&triangle.into()), [1.0, 1.0, 1.0, 0.0]);
 }
 
 proptest! {

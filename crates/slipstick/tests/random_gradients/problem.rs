@@ -127,8 +127,10 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let pivot: [f64; 3] = (turn * (centre + Vector3::new(0.0, block[1], 0.0)) + shift).into();
     let bodies = [body(r, "slab", slab, &places[0]), body(r, "block", block, &places[1])].concat();
     let friction = if chance(r, 0.12) { 0.0 } else { r.within(0.0, 2.0) };
+    // Of the seed and not drawn, so that the rest of a problem does not depend on it.
+    let edge_cover = [0.5, 0.5, 0.05, 1.0][(seed % 4) as usize];
     let text = format!(
-        "{bodies}[[contact]]\nslave = \"{}\"\nmaster = \"{}\"\nfriction = {friction:?}\n\
+        "{bodies}[[contact]]\nslave = \"{}\"\nmaster = \"{}\"\nfriction = {friction:?}\nedge_cover = {edge_cover:?}\n\
          multiplier_shape = \"{}\"\nenforcement = {enforcement}\n\
          [[dirichlet]]\nset = \"slab_ymin\"\n\
          [[dirichlet]]\nset = \"block_ymax\"\nmotion = {}\nrotation = {{ point = {pivot:?}, direction = {axis:?} }}\n\
