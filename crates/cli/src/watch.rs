@@ -4,7 +4,7 @@ use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::model::course;
 use slipstick::run::NewtonTable;
-use slipstick_path::{MarchEvent, MarchObserver, PathState};
+use slipstick_path::{MarchEvent, MarchObserver, PathState, Remedy};
 
 use crate::console::Console;
 use crate::interrupt::Interrupt;
@@ -109,14 +109,16 @@ impl<'a> Watch<'a> {
             json!({
                 "iteration": self.iteration, "step": state.completes, "time": state.time,
                 "load_case": course::named(&self.load_cases, state.time).0, "newton_iterations": iterations, "uzawa_iterations": state.report.uzawa, "rounded": state.report.rounded,
+                "rescued": state.report.rescued,
                 "open": open, "stick": stick, "slip": slip,
             }),
         );
         if self.console.tells(self.level) && !self.console.has_bar() {
             let at = self.place(state.time);
             let rounded = state.report.rounded.map_or(String::new(), |left| format!("; round-off left {left:.1e}"));
+            let rescued = if state.report.rescued { "; the contact jumps" } else { "" };
             self.console.text(&format!(
-                "  {step}  {at}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}"
+                "  {step}  {at}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}{rescued}"
             ));
         }
         if self.console.tells(2) {
@@ -142,8 +144,12 @@ impl MarchObserver for Watch<'_> {
         }
         match event {
             MarchEvent::Accepted(state) => self.accepted(state),
-            MarchEvent::Retry { step, time, failure, cut_back } => {
-                let next = if *cut_back { "half the increment" } else { "another setting of the iteration" };
+            MarchEvent::Retry { step, time, failure, remedy } => {
+                let next = match remedy {
+                    Remedy::OtherSetting => "another setting of the iteration",
+                    Remedy::HeldMultipliers => "Uzawa's iteration over all multipliers",
+                    Remedy::CutBack => "half the increment",
+                };
                 self.console.event(
                     "retry",
                     json!({

@@ -4,7 +4,7 @@ use crate::divided::{ask, serve};
 use crate::failure::{MarchFailure, StepFailure, StepFailureKind};
 use crate::linear::{KeptFactors, LinearSystem};
 use crate::newton::{self, NewtonOptions, StepReport};
-use crate::problem::{StepProblem, StepState};
+use crate::problem::{StepProblem, StepState, UzawaOptions};
 use crate::start::{self, Guide, StartValues};
 use crate::uzawa;
 use slipstick_linalg::{Ranks, own_range};
@@ -155,10 +155,24 @@ pub enum MarchEvent<'a> {
         time: f64,
         /// Why it failed.
         failure: &'a StepFailureKind,
-        /// The increment is halved (else: another start or setting).
-        cut_back: bool,
+        /// What is tried next.
+        remedy: Remedy,
     },
 }
+
+/// What is tried after a (sub-)step failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Remedy {
+    /// Another start, or another setting of the iteration.
+    OtherSetting,
+    /// Uzawa's iteration over all multipliers.
+    HeldMultipliers,
+    /// Half the increment.
+    CutBack,
+}
+
+/// Halvings after which Uzawa's iteration over all multipliers is tried; also after the last one.
+const RESCUED: [i32; 2] = [0, 2];
 
 /// Watches the march; the only place where a run meets clocks, files and screens.
 pub trait MarchObserver {
@@ -182,9 +196,10 @@ impl MarchObserver for Silent {}
 /// Marches to each of the `times` (ascending, > 0) from `start`, which lies at time 0, and again at each of the times `anew`
 /// (ascending, between two of `times`), where another load case begins.
 ///
-/// A step starts where `guide` leads, if there is one, and has its sub-steps if it holds them. A failing step is tried again from the last state, with the
-/// problem's other settings, then with half the increment, at most `max_cutbacks` halvings deep. Accepted sub-steps are
-/// states of the path like any other.
+/// A step starts where `guide` leads, if there is one, and has its sub-steps if it holds them. A failing step is tried again
+/// from the last state, with the problem's other settings, then with half the increment, at most `max_cutbacks` halvings deep.
+/// Whole, after two halvings and after the last one it is also tried with [held multipliers](StepProblem::rescue). Accepted
+/// sub-steps are states of the path like any other.
 ///
 /// # Errors
 /// [`MarchFailure`] with everything that converged before. A cancelled march is no error: it returns a shorter path.
@@ -228,7 +243,9 @@ pub fn march(
             let led = guide.and_then(|g| g.next_step(now + 1e-9 * whole)).filter(|&t| t < end && !failed);
             let last = led.is_none() && end - now <= increment * (1.0 + 1e-9);
             let target = led.unwrap_or(if last { end } else { now + increment });
-            match attempt(problem, linear, &path, target, step, options, guide, observer) {
+            let halvings = (whole / (target - now)).log2().round() as i32;
+            let rescue = RESCUED.contains(&halvings) || 0.5 * (target - now) < smallest;
+            match attempt(problem, linear, &path, target, step, options, rescue, guide, observer) {
                 Ok((state, report)) => {
                     let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
                     let completes = last.then_some(step);
@@ -263,7 +280,7 @@ pub fn march(
                         step,
                         time: target,
                         failure: &failure.kind,
-                        cut_back: true,
+                        remedy: Remedy::CutBack,
                     });
                 }
             }
@@ -272,8 +289,8 @@ pub fn march(
     Ok(path)
 }
 
-/// One increment from all start values and with all settings that the problem offers; returns the first success or the
-/// last failure.
+/// One increment from all start values and with all settings that the problem offers, at last with held multipliers if
+/// `rescue`; returns the first success or the last failure.
 fn attempt(
     problem: &mut dyn StepProblem,
     linear: &mut LinearSystem,
@@ -281,6 +298,7 @@ fn attempt(
     time: f64,
     step: usize,
     options: &MarchOptions,
+    rescue: bool,
     guide: Option<&Guide>,
     observer: &mut dyn MarchObserver,
 ) -> Result<(StepState, StepReport), StepFailure> {
@@ -290,11 +308,14 @@ fn attempt(
     let starts = start::candidates(problem, path, time, options.start, guide, linear.ranks());
     let mut starts = starts.into_iter().peekable();
     let mut setting = 0;
+    let mut rescues = 0..if rescue { usize::MAX } else { 0 };
+    let mut rescuing = None;
     loop {
         problem.begin_step(previous, time, false).map_err(as_failure)?;
         problem.vary_iteration(setting);
+        let rescue = rescuing.and_then(|attempt| problem.rescue(attempt));
         let start = starts.next().unwrap_or_else(|| previous.unknowns.clone());
-        let solved = solve_increment(problem, linear, start, time, &options.newton);
+        let solved = solve_increment(problem, linear, start, time, rescue, &options.newton);
         let accepted = solved.and_then(|(y, report)| {
             problem.vary_iteration(0);
             problem.accept(&y).map_err(as_failure)?;
@@ -308,14 +329,19 @@ fn attempt(
         };
         if starts.peek().is_none() {
             setting += 1;
-            // an inverted element is no matter of the active set; only a smaller increment helps
+            // an inverted element is no matter of the iteration's settings
             let geometric = matches!(failure.kind, StepFailureKind::State(_));
-            if geometric || !problem.vary_iteration(setting) {
-                problem.vary_iteration(0);
-                return Err(failure);
+            if geometric || rescuing.is_some() || !problem.vary_iteration(setting) {
+                setting = 0;
+                rescuing = rescues.next().filter(|attempt| problem.rescue(*attempt).is_some());
+                if rescuing.is_none() {
+                    problem.vary_iteration(0);
+                    return Err(failure);
+                }
             }
         }
-        observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, cut_back: false });
+        let remedy = if rescuing.is_some() { Remedy::HeldMultipliers } else { Remedy::OtherSetting };
+        observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, remedy });
     }
 }
 
@@ -324,12 +350,17 @@ fn solve_increment(
     linear: &mut LinearSystem,
     start: Vec<f64>,
     time: f64,
+    rescue: Option<UzawaOptions>,
     options: &NewtonOptions,
 ) -> Result<(Vec<f64>, StepReport), StepFailure> {
     let mut y = start;
     let mut target = y.clone();
     problem.prescribe(time, &mut target);
     let mut report = StepReport::default();
+    if let Some(outer) = rescue {
+        uzawa::rescue(problem, linear, &mut y, &target, options, &outer, &mut report)?;
+        return Ok((y, report));
+    }
     match problem.uzawa() {
         None => newton::solve(problem, linear, &mut y, &target, options, &mut report)?,
         Some(outer) => uzawa::solve(problem, linear, &mut y, &target, options, &outer, &mut report)?,

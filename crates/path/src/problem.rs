@@ -34,6 +34,18 @@ pub struct PreviousPullBack {
     pub history: Vec<f64>,
 }
 
+/// Which multipliers an inner solve holds fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Held {
+    /// None: displacements and multipliers are solved for together.
+    #[default]
+    None,
+    /// Those that Uzawa's iteration updates: of the augmented Lagrangian.
+    Augmented,
+    /// All, also those of the Lagrange method, while a step is [rescued](StepProblem::rescue).
+    All,
+}
+
 /// How far Uzawa's iteration goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UzawaOptions {
@@ -184,12 +196,19 @@ pub trait StepProblem {
         None
     }
 
-    /// Holds the multipliers in `y` fixed and uses the augmented traction around them, or ends that.
-    fn hold_multipliers(&mut self, held: bool) {
+    /// Offers Uzawa's iteration over all multipliers, for a step at which Newton's method fails, and prepares attempt number
+    /// `attempt` ≥ 0 of it; `None` if there is none. [`vary_iteration`](Self::vary_iteration) ends it.
+    fn rescue(&mut self, attempt: usize) -> Option<UzawaOptions> {
+        let _ = attempt;
+        None
+    }
+
+    /// Holds multipliers in `y` fixed and uses the augmented traction around them, or ends that.
+    fn hold_multipliers(&mut self, held: Held) {
         let _ = held;
     }
 
-    /// Replaces the multipliers in `y` by the augmented traction at its displacements; returns the largest violation of
+    /// Replaces the multipliers that Uzawa's iteration updates, of `y`, by the augmented traction at its displacements; returns the largest violation of
     /// the contact conditions before the update, relative so that it is unit-free (or as the method's option says).
     ///
     /// # Errors

@@ -10,7 +10,7 @@
 use crate::failure::{StepFailure, StepFailureKind};
 use crate::linear::LinearSystem;
 use crate::newton::{self, NewtonOptions, StepReport, Tolerance};
-use crate::problem::{StepProblem, UzawaOptions};
+use crate::problem::{Held, StepProblem, UzawaOptions};
 use nalgebra::{DMatrix, DVector};
 
 /// Solves one (sub-)step of the augmented Lagrangian method.
@@ -29,10 +29,33 @@ pub(crate) fn solve(
     if uzawa.memory > 0 && second_order(problem, linear, y, target, newton, uzawa, report) {
         return Ok(());
     }
-    problem.hold_multipliers(true);
-    let result = iterate(problem, linear, y, target, newton, uzawa, report);
-    problem.hold_multipliers(false);
+    problem.hold_multipliers(Held::Augmented);
+    let result = iterate(problem, linear, y, target, newton, uzawa, Held::Augmented, report);
+    problem.hold_multipliers(Held::None);
     result
+}
+
+/// Solves one (sub-)step at which Newton's method fails: Uzawa's iteration over all multipliers, those of the Lagrange method
+/// included.
+///
+/// With held multipliers the contact is as compliant as its ε, so that displacements and status follow each other where
+/// stick, slip and opening exclude each other in a state nearby: past a limit point, where the contact jumps to another
+/// equilibrium. Newton's method ends the iteration, so that the state solves the step's own equations to its tolerances.
+pub(crate) fn rescue(
+    problem: &mut dyn StepProblem,
+    linear: &mut LinearSystem,
+    y: &mut [f64],
+    target: &[f64],
+    newton: &NewtonOptions,
+    uzawa: &UzawaOptions,
+    report: &mut StepReport,
+) -> Result<(), StepFailure> {
+    problem.hold_multipliers(Held::All);
+    let result = iterate(problem, linear, y, target, newton, uzawa, Held::All, report);
+    problem.hold_multipliers(Held::None);
+    result?;
+    report.rescued = true;
+    newton::solve(problem, linear, y, target, newton, report)
 }
 
 /// Solves for displacements and multipliers together; whether the contact conditions then hold to the tolerance. Else `y`
@@ -74,6 +97,7 @@ fn iterate(
     target: &[f64],
     newton: &NewtonOptions,
     uzawa: &UzawaOptions,
+    held: Held,
     report: &mut StepReport,
 ) -> Result<(), StepFailure> {
     let split = problem.displacements();
@@ -102,9 +126,9 @@ fn iterate(
             continue;
         }
         if uzawa.memory > 0 && iteration.is_power_of_two() {
-            problem.hold_multipliers(false);
+            problem.hold_multipliers(Held::None);
             let solved = second_order(problem, linear, y, target, newton, uzawa, report);
-            problem.hold_multipliers(true);
+            problem.hold_multipliers(held);
             if solved {
                 return Ok(());
             }

@@ -5,10 +5,10 @@ mod common;
 
 use common::scene::*;
 use common::*;
-use slipstick::analysis::AnalysisError;
+use slipstick::analysis::{AnalysisError, Forward};
 use slipstick_linalg::Alone;
 use slipstick_path::{
-    Guide, IterationRecord, MarchEvent, MarchFailure, MarchObserver, Path, Silent, StateError, StepFailureKind,
+    Guide, IterationRecord, MarchEvent, MarchFailure, MarchObserver, Path, Remedy, Silent, StateError, StepFailureKind,
 };
 
 /// Uzawa's iteration without acceleration and with one pass: its inner Newton iteration alone.
@@ -63,8 +63,8 @@ struct Watch {
 
 impl MarchObserver for Watch {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
-        if let MarchEvent::Retry { failure, cut_back, .. } = event {
-            if *cut_back {
+        if let MarchEvent::Retry { failure, remedy, .. } = event {
+            if *remedy == Remedy::CutBack {
                 self.cut_backs.push((*failure).clone());
             } else {
                 self.retries += 1;
@@ -312,4 +312,63 @@ fn multiplier_updates_of_second_order_make_epsilon_a_matter_of_taste() {
     let updates = |path: &Path| path.states.iter().map(|s| s.report.uzawa).max().unwrap();
     let mut some_failed = strained.filter(|path| path.states.len() == lagrange.states.len() && updates(path) > 1);
     check(&some_failed.next().expect("a path on which an update failed"), "with failing updates");
+}
+
+/// A cube is pressed by 40 % of its height and dragged over a plate. At t = 0.315 the row of nodes behind its leading edge
+/// loses contact: the equilibrium ends at a limit point, and the cube jumps to another one, in which it slides on. Newton's
+/// method, which no longer finds a solution nearby, alternates between stick, slip and open, however small the increment.
+/// Expected: the state that the augmented Lagrangian finds, which has the same equations and another iteration.
+#[test]
+fn a_contact_that_jumps_is_followed() {
+    let text = |enforcement: &str| {
+        format!(
+            "[[body]]\nname = \"cube\"\nbox = {{ min = [-2.5, 0, -0.5], max = [-1.5, 1, 0.5], elements = [5, 5, 5] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }} }}\n\
+             [[body]]\nname = \"plate\"\nbox = {{ min = [-3, -0.1, -1], max = [3, 0, 1], elements = [1, 1, 1] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }} }}\n\
+             [[contact]]\nslave = \"cube_ymin\"\nmaster = \"plate_ymax\"\nfriction = 0.2\nenforcement = {enforcement}\n\
+             [[dirichlet]]\nset = \"cube_ymax\"\n\
+             motion = [{{ t = 0.2, u = [0, -0.4, 0] }}, {{ t = 1, u = [3, -0.4, 0] }}]\n\
+             [[dirichlet]]\nset = \"plate_ymax\"\n[[dirichlet]]\nset = \"plate_ymin\"\n\
+             [load_path]\nsteps = 50\n[design]\nbodies = [\"cube\"]\ninitial = 0.9\nsimp = {{ p = 3, min = 1e-3 }}\n[objective]\ncontact_force = {{ steps = \"all\" }}\n"
+        )
+    };
+    let run = |enforcement: &str| {
+        let mut problem = problem(&text(enforcement));
+        problem.analysis.times.truncate(18);
+        let density = vec![1.0; problem.initial_density.len()];
+        let mut watch = Watch::default();
+        let run = problem.analysis.forward(&density, &mut watch).expect("the jump is followed");
+        (run, watch, problem)
+    };
+    let (lagrange, watch, mut problem) = run(LAGRANGE);
+    let (augmented, ..) = run("{ augmented = {} }");
+    let rescued: Vec<f64> =
+        lagrange.path.states.iter().filter(|state| state.report.rescued).map(|state| state.time).collect();
+    assert_eq!(rescued, [0.32], "two halvings before it is tried");
+    assert!(watch.cut_backs.len() <= 2, "{:?}", watch.cut_backs);
+    assert!(lagrange.path.newton_iterations() < 100, "{} Newton iterations", lagrange.path.newton_iterations());
+    let forces = |run: &Forward| run.step_values.iter().filter(|value| **value != 0.0).copied().collect::<Vec<_>>();
+    assert_eq!(augmented.path.steps, 18);
+    let (lagrange_end, augmented_end) = (*forces(&lagrange).last().unwrap(), *forces(&augmented).last().unwrap());
+    assert!((lagrange_end - augmented_end).abs() < 1e-7 * augmented_end.abs(), "{lagrange_end}, {augmented_end}");
+    // The gradient is that of the states found: central differences of order 4 take the same jump.
+    let density = vec![0.9; problem.initial_density.len()];
+    let designed = designed(&problem);
+    let direction = Random::new(5).vector(designed.len(), 1.0);
+    let base = problem.analysis.forward(&density, &mut Silent).expect("converges");
+    let gradient = problem.analysis.gradient(&base).expect("a gradient");
+    let adjoint: f64 = designed.iter().zip(&direction).map(|(&e, d)| gradient[e] * d).sum();
+    let mut at = |h: f64| {
+        let mut moved = density.clone();
+        designed.iter().zip(&direction).for_each(|(&e, d)| moved[e] += h * d);
+        let run = problem.analysis.forward(&moved, &mut Silent).expect("converges");
+        assert!(run.path.states.iter().any(|state| state.report.rescued));
+        run.value
+    };
+    let h = 5e-4;
+    let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+    let error = (adjoint - difference).abs() / difference.abs();
+    println!("adjoint {adjoint:.10e}, differences {difference:.10e}, relative error {error:.1e}");
+    assert!(error < 1e-7);
 }

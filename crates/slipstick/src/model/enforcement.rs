@@ -6,7 +6,7 @@
 
 use super::{ContactModel, SlaveData};
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
-use slipstick_path::UzawaOptions;
+use slipstick_path::{Held, UzawaOptions};
 
 /// How an interface is enforced.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,6 +73,36 @@ impl Method {
     }
 }
 
+/// Which unknowns are not solved for, by which multipliers are held.
+pub(super) struct FixedUnknowns {
+    none: Vec<bool>,
+    augmented: Vec<bool>,
+    all: Vec<bool>,
+}
+
+impl FixedUnknowns {
+    /// Of displacements alone.
+    pub(super) fn new(displacements: &[bool]) -> Self {
+        let [none, augmented, all] = [(); 3].map(|()| displacements.to_vec());
+        Self { none, augmented, all }
+    }
+
+    /// Adds the multiplier of a slave node whose components are fixed as in `none` where no multiplier is held.
+    pub(super) fn add_multiplier(&mut self, none: [bool; 3], method: Method) {
+        self.none.extend(none);
+        self.augmented.extend(if method == Method::Lagrange { none } else { [true; 3] });
+        self.all.extend([true; 3]);
+    }
+
+    pub(super) fn of(&self, held: Held) -> &[bool] {
+        match held {
+            Held::None => &self.none,
+            Held::Augmented => &self.augmented,
+            Held::All => &self.all,
+        }
+    }
+}
+
 impl ContactModel {
     /// Method of slave node j.
     pub(super) fn method_of(&self, j: usize) -> Method {
@@ -117,9 +147,9 @@ impl ContactModel {
         self.slaves.iter().enumerate().map(of).collect()
     }
 
-    /// c of slave node j as the Lagrange method chooses it.
-    pub(super) fn own_stiffness(&self, j: usize) -> Stiffness {
-        let both = DEFAULT_COMPLEMENTARITY * self.hardness[j];
+    /// A multiple of the bodies' own stiffness at slave node j.
+    pub(super) fn own_stiffness(&self, j: usize, factor: f64) -> Stiffness {
+        let both = factor * self.hardness[j];
         Stiffness { normal: both, tangential: both, scaling: StiffnessScaling::Area }
     }
 

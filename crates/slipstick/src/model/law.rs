@@ -1,12 +1,13 @@
 //! The contact law of one slave node in a step: which traction acts, what its rows of C are, by the method of its pair.
 
 use super::node::{self, NodeTraction};
-use super::{ContactModel, Method};
+use super::{ContactModel, DEFAULT_COMPLEMENTARITY, Method};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, traction};
-use slipstick_contact::enforcement::{NodeMeasures, friction_share};
+use slipstick_contact::enforcement::{NodeMeasures, Stiffness, friction_share};
 use slipstick_contact::friction::Status;
+use slipstick_path::Held;
 
 /// Part of the facet size by which gap and slip are moved off the branch point where a step starts.
 const NUDGE: f64 = 1e-9;
@@ -56,7 +57,8 @@ impl ContactModel {
     pub(super) fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
         let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
         let c = match self.method_of(j) {
-            Method::Augmented => self.own_stiffness(j),
+            Method::Lagrange if self.rescue.is_some() => self.augmentation(j),
+            Method::Augmented => self.own_stiffness(j, DEFAULT_COMPLEMENTARITY),
             Method::Lagrange | Method::Penalty => self.stiffness[j].times(self.variation),
         };
         complementarity(zeta, &at, self.friction(j).0, &c)
@@ -65,14 +67,30 @@ impl ContactModel {
     /// Regularised traction of node j around the multiplier ẑ.
     pub(super) fn regularised_of(&self, j: usize, around: Vector3<f64>) -> Traction {
         let at = self.deciding_measures(j, around.fixed_rows::<2>(1).into());
-        traction(around, &at, self.friction(j).0, &self.stiffness[j])
+        traction(around, &at, self.friction(j).0, &self.augmentation(j))
+    }
+
+    /// ε of the traction of node j around its multiplier. The Lagrange method has one while a step is rescued.
+    pub(super) fn augmentation(&self, j: usize) -> Stiffness {
+        match self.method_of(j) {
+            Method::Lagrange => self.own_stiffness(j, self.rescue.unwrap_or(DEFAULT_COMPLEMENTARITY)),
+            Method::Penalty | Method::Augmented => self.stiffness[j],
+        }
+    }
+
+    /// Whether the multiplier of node j is held fixed, for Uzawa's iteration to update it.
+    pub(super) fn is_held(&self, j: usize) -> bool {
+        match (self.held, self.method_of(j)) {
+            (Held::None, _) | (_, Method::Penalty) | (Held::Augmented, Method::Lagrange) => false,
+            (Held::Augmented | Held::All, _) => true,
+        }
     }
 
     /// Traction that acts in R at node j, with its dependence on the displacements.
     pub(super) fn acting(&self, y: &[f64], j: usize) -> NodeTraction {
         let around = match self.method_of(j) {
             Method::Penalty => self.previous_traction(j),
-            Method::Augmented if self.held => self.multiplier(y, j),
+            Method::Lagrange | Method::Augmented if self.is_held(j) => self.multiplier(y, j),
             Method::Lagrange | Method::Augmented => {
                 let zeta = self.multiplier(y, j);
                 return NodeTraction {
@@ -133,10 +151,6 @@ impl ContactModel {
 
     /// Whether C of node j is part of F: not for the penalty method, and not while its multiplier is held.
     pub(super) fn has_complementarity(&self, j: usize) -> bool {
-        match self.method_of(j) {
-            Method::Lagrange => true,
-            Method::Augmented => !self.held,
-            Method::Penalty => false,
-        }
+        self.method_of(j).has_multipliers() && !self.is_held(j)
     }
 }

@@ -25,6 +25,7 @@ mod results;
 mod share;
 mod step;
 
+use enforcement::FixedUnknowns;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub use loads::Loads;
 use nalgebra::Vector3;
@@ -39,7 +40,7 @@ use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceError};
 use slipstick_linalg::BlockMatrix;
 use slipstick_mesh::Mesh;
-use slipstick_path::{StateError, StepState, Timings};
+use slipstick_path::{Held, StateError, StepState, Timings};
 use slipstick_solid::{ElementScaling, Interpolation, InvertedElements, SolidModel, model::Scatter};
 use std::ops::Range;
 
@@ -107,12 +108,14 @@ pub struct ContactModel {
     /// Constants of the law of each slave node; they belong to the model, so they do not follow the design.
     settings: Vec<NodeSettings>,
     variation: f64,
+    /// While a step is rescued, ε and c of the Lagrange method over the bodies' own stiffness.
+    rescue: Option<f64>,
     /// Whether nodes that slid before start a step as sliding on (1) or sticking (−1).
     onward: f64,
-    fixed: Vec<bool>,
-    fixed_held: Vec<bool>,
+    /// Unknowns that are not solved for, by which multipliers are held.
+    fixed: FixedUnknowns,
     groups: Vec<u32>,
-    held: bool,
+    held: Held,
     /// Evaluate what the tangent needs along with the residual.
     foresee: bool,
     pattern: ContactPattern,
@@ -182,8 +185,7 @@ impl ContactModel {
         let multipliers =
             if interfaces.iter().any(|i| i.enforcement.method.has_multipliers()) { slaves.len() } else { 0 };
         let mut groups: Vec<u32> = (0..nodes as u32).collect();
-        let mut fixed = prescribed.fixed().to_vec();
-        let mut fixed_held = fixed.clone();
+        let mut fixed = FixedUnknowns::new(prescribed.fixed());
         if multipliers > 0 {
             groups.extend(interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node));
             for model in &interfaces {
@@ -192,9 +194,7 @@ impl ContactModel {
                     // no traction acts across a symmetry plane
                     let planes = slave.mirrored.iter().filter(|&&across| across).count();
                     let none = !method.has_multipliers();
-                    let free = [none, none || planes > 0, none || planes > 1];
-                    fixed.extend(free);
-                    fixed_held.extend(if method == Method::Lagrange { free } else { [true; 3] });
+                    fixed.add_multiplier([none, none || planes > 0, none || planes > 1], method);
                 }
             }
         }
@@ -249,11 +249,11 @@ impl ContactModel {
             stiffness: Vec::new(),
             settings: Vec::new(),
             variation: 1.0,
+            rescue: None,
             onward: 1.0,
             fixed,
-            fixed_held,
             groups,
-            held: false,
+            held: Held::None,
             foresee: false,
             pattern,
             scatter: None,

@@ -2,13 +2,19 @@
 
 use super::law::LawWeights;
 use super::pattern::Coupling;
-use super::{ContactModel, Method, Uzawa, inverted, node};
+use super::{ContactModel, Method, inverted, node};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_contact::enforcement::covered;
 use slipstick_contact::kinematics::PreviousRow;
 use slipstick_linalg::BlockMatrix;
-use slipstick_path::{Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
+use slipstick_path::{Held, Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
+
+/// ε and c over the bodies' own stiffness in the attempts to rescue a step of the Lagrange method.
+const RESCUE_FACTORS: [f64; 3] = [5.0, 0.5, 50.0];
+
+/// Uzawa's iteration that rescues a step of the Lagrange method.
+const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64, memory: 8 };
 
 /// Nodes whose gap is below this fraction of their facet size have a place in the pattern before they touch.
 const NEAR: f64 = 0.1;
@@ -83,7 +89,7 @@ impl StepProblem for ContactModel {
     }
 
     fn fixed(&self) -> &[bool] {
-        if self.held { &self.fixed_held } else { &self.fixed }
+        self.fixed.of(self.held)
     }
 
     fn groups(&self) -> &[u32] {
@@ -352,7 +358,7 @@ impl StepProblem for ContactModel {
     }
 
     fn vary_iteration(&mut self, attempt: usize) -> bool {
-        (self.variation, self.onward) = (1.0, 1.0);
+        (self.variation, self.onward, self.rescue) = (1.0, 1.0, None);
         if attempt > 0 {
             // the retry starts where the step does
             self.at_start = self.start.is_some();
@@ -382,7 +388,13 @@ impl StepProblem for ContactModel {
         self.foresee = likely;
     }
 
-    fn hold_multipliers(&mut self, held: bool) {
+    fn rescue(&mut self, attempt: usize) -> Option<UzawaOptions> {
+        let factor = RESCUE_FACTORS.get(attempt).filter(|_| self.has(Method::Lagrange));
+        self.rescue = factor.copied();
+        factor.map(|_| RESCUE)
+    }
+
+    fn hold_multipliers(&mut self, held: Held) {
         self.held = held;
         // another iteration, which may begin where the step does
         self.at_start = self.start.is_some();
@@ -391,9 +403,7 @@ impl StepProblem for ContactModel {
 
     fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
         self.evaluate_all(y, false)?;
-        let Some(Uzawa { absolute, .. }) = self.uzawa else {
-            return Ok(0.0);
-        };
+        let absolute = self.held != Held::All && self.uzawa.is_some_and(|uzawa| uzawa.absolute);
         let split = self.displacement_count();
         let (mut change, mut largest): (f64, f64) = (0.0, self.floors.multiplier / (self.slaves.len() as f64).sqrt());
         for j in 0..self.slaves.len() {
@@ -401,7 +411,8 @@ impl StepProblem for ContactModel {
                 y[split + 3 * j..][..3].fill(0.0);
                 continue;
             }
-            if self.method_of(j) != Method::Augmented {
+            // after a solve for all of them, the method's own multipliers are looked at: nothing is held then
+            if self.method_of(j) != Method::Augmented && !self.is_held(j) {
                 continue;
             }
             let before = self.multiplier(y, j);
@@ -409,7 +420,7 @@ impl StepProblem for ContactModel {
             // normal and tangential conditions each for itself
             let mut difference = (now[0] - before[0]).abs().max((now[1] - before[1]).hypot(now[2] - before[2]));
             if absolute {
-                let epsilon = &self.stiffness[j];
+                let epsilon = self.augmentation(j);
                 let divisor = epsilon.scaling.divisor(&self.measures(j));
                 difference *= divisor / epsilon.normal.min(epsilon.tangential);
             }
