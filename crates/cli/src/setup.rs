@@ -319,7 +319,7 @@ pub fn volume_fraction(problem: &Problem, density: &[f64]) -> Option<f64> {
 /// A failed analysis in words, after what is left of it has been written to `run`, if this rank has one.
 pub fn failed(problem: &mut Problem, error: &AnalysisError, run: Option<&RunDirectory>) -> Failure {
     let model = &mut problem.analysis.model;
-    let report = Box::new(FailureReport::new(error, &problem.mesh, &model.slave_nodes()));
+    let report = Box::new(FailureReport::new(error, &problem.mesh, model));
     let Some(run) = run else {
         if let AnalysisError::March(failure) = error {
             failure.path.serve(&**model.share().ranks());

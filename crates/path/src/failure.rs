@@ -33,8 +33,16 @@ pub enum StateError {
         /// The search radius.
         reach: f64,
     },
+    /// Prescribed displacements push a slave node into the other surface, and no free displacement can close the gap.
+    #[error("prescribed displacements push slave node {node} into the other surface by {depth:.3e}")]
+    PrescribedPenetration {
+        /// Global node number of the deepest.
+        node: u32,
+        /// How deep it lies, by its weighted gap over its area.
+        depth: f64,
+    },
     /// A residual or an increment is NaN or infinite.
-    #[error("{quantity} is not finite at unknown {index}")]
+    #[error("{quantity} is not finite")]
     NotFinite {
         /// What.
         quantity: &'static str,
@@ -44,6 +52,13 @@ pub enum StateError {
     /// The ranks of a parallel run have different numbers where they must have the same.
     #[error("the ranks have come to different states; their machines or libraries may not be the same")]
     RanksDisagree,
+}
+
+impl StateError {
+    /// Whether what is prescribed is at fault, so that no other way to the same load step mends it.
+    pub fn is_prescribed(&self) -> bool {
+        matches!(self, Self::PrescribedPenetration { .. })
+    }
 }
 
 /// Why the iteration of one (sub-)step failed.

@@ -4,7 +4,7 @@
 //! on the present one, as long as that is foreseen to cost less than new factors; so do factors that the march kept for
 //! the adjoint. The decision rests on counts of operations, not on a clock, so that a run can be repeated bit for bit.
 
-use crate::failure::StepFailureKind;
+use crate::failure::{StateError, StepFailureKind};
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
     Backend, BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, Precision,
@@ -441,6 +441,10 @@ impl Reduced {
             FactorizationError::Singular { unknown, pivot } => {
                 let (row, component) = self.reduction.origin(unknown);
                 StepFailureKind::Singular { unknown: 3 * row + component, pivot }
+            }
+            FactorizationError::NonFinite { row, .. } => {
+                let (row, component) = self.reduction.origin(row);
+                StateError::NotFinite { quantity: "the tangent", index: 3 * row + component }.into()
             }
             error => StepFailureKind::Linear(error.to_string()),
         }

@@ -266,7 +266,8 @@ pub fn march(
                     attempts.push((target, failure.kind.clone()));
                     failed = true;
                     increment = 0.5 * (target - now);
-                    if increment < smallest {
+                    let prescribed = matches!(&failure.kind, StepFailureKind::State(state) if state.is_prescribed());
+                    if increment < smallest || prescribed {
                         return Err(Box::new(MarchFailure {
                             step,
                             increment: (now, target),

@@ -278,6 +278,7 @@ fn build_interfaces(
             }
         }
         interfaces.push(ModelInterface {
+            surfaces: [contact.slave.clone(), contact.master.clone()],
             interface,
             friction: contact.friction,
             edge_cover: contact.edge_cover,

@@ -241,6 +241,45 @@ fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
 
 /// Rank of the prescribed displacements of a body, or a part of it, in its six rigid motions.
 fn held_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> usize {
+    let gram = rigid_motions(mesh, nodes, fixed);
+    let largest = gram.diagonal().max();
+    if largest == 0.0 {
+        return 0;
+    }
+    gram.symmetric_eigenvalues().iter().filter(|&&e| e > HELD * largest).count()
+}
+
+/// Part of the largest eigenvalue below which a rigid motion is free.
+const HELD: f64 = 1e-10;
+
+/// Along which axes a body, or a part of it, can move, and about the directions of which it can turn, for all that is
+/// prescribed.
+pub(crate) fn free_motions(
+    mesh: &Mesh,
+    nodes: impl Iterator<Item = usize> + Clone,
+    fixed: &[bool],
+) -> ([bool; 3], [bool; 3]) {
+    let gram = rigid_motions(mesh, nodes, fixed);
+    let largest = gram.diagonal().max();
+    let eigen = gram.symmetric_eigen();
+    let free: Vec<usize> = (0..6).filter(|&i| eigen.eigenvalues[i] <= HELD * largest).collect();
+    let motions = DMatrix::from_fn(6, free.len(), |c, i| eigen.eigenvectors[(c, free[i])]);
+    // unit translations in the span of the free motions; unit rotations in that of their rotations, about any point
+    let translation = |c: usize| motions.row(c).norm_squared() > 1.0 - FREE;
+    let turns = motions.rows(3, 3).into_owned().svd(true, false);
+    let basis = turns.u.unwrap_or_default();
+    let strong = (0..turns.singular_values.len()).filter(|&i| turns.singular_values[i] > FREE);
+    let strong: Vec<usize> = strong.collect();
+    let rotation = |c: usize| strong.iter().map(|&i| basis[(c, i)].powi(2)).sum::<f64>() > 1.0 - FREE;
+    (std::array::from_fn(translation), std::array::from_fn(rotation))
+}
+
+/// How far the squared length of a unit vector in a subspace may be off 1.
+const FREE: f64 = 1e-6;
+
+/// Σ over the prescribed displacements of a body of the squares of what its six rigid motions, three translations and three
+/// rotations about its centre with arms relative to its size, displace there.
+fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> DMatrix<f64> {
     let count = nodes.clone().count() as f64;
     let mut centre = [0.0; 3];
     for n in nodes.clone() {
@@ -268,11 +307,7 @@ fn held_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: 
             }
         }
     }
-    let largest = gram.diagonal().max();
-    if largest == 0.0 {
-        return 0;
-    }
-    gram.symmetric_eigenvalues().iter().filter(|&&e| e > 1e-10 * largest).count()
+    gram
 }
 
 fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Result<Vec<ContactSummary>, StateError> {

@@ -196,7 +196,7 @@ fn failures_name_places_attempts_and_cures() {
     let slow = StepFailureKind::TooManyIterations { iterations: 25, changing: vec![] };
     let kinds = vec![inverted.clone(), inverted.clone(), slow.clone(), inverted];
     let failed = failure(&problem, path.clone(), kinds);
-    let report = FailureReport::of_march(&failed, &problem.mesh, &slaves);
+    let report = FailureReport::of_march(&failed, &problem.mesh, &problem.analysis.model);
     assert_eq!(report.places[0].to_string(), "element 2 of body `slab` at (2.5000, 0.5000, 0.5000)");
     assert_eq!(report.places[1].body, "block");
     assert_eq!(report.attempts.len(), 3, "two alike in a row are one");
@@ -205,11 +205,15 @@ fn failures_name_places_attempts_and_cures() {
     assert!(report.to_string().starts_with("load step 3 failed: 2 inverted elements"), "{report}");
 
     let cycling = StepFailureKind::Cycling { nodes: vec![1] };
-    let report = FailureReport::of_march(&failure(&problem, path.clone(), vec![cycling]), &problem.mesh, &slaves);
+    let report = FailureReport::of_march(
+        &failure(&problem, path.clone(), vec![cycling]),
+        &problem.mesh,
+        &problem.analysis.model,
+    );
     assert_eq!((report.places[0].number, report.places[0].position[1]), (slaves[1], 1.0));
     let index = 3 * (problem.mesh.nodes.len() + 2);
     let lost = AnalysisError::State(StateError::NotFinite { quantity: "the residual", index });
-    assert_eq!(FailureReport::new(&lost, &problem.mesh, &slaves).places[0].number, slaves[2]);
+    assert_eq!(FailureReport::new(&lost, &problem.mesh, &problem.analysis.model).places[0].number, slaves[2]);
 
     assert!(write_failure(&run, &problem.mesh, &mut problem.analysis.model, &failed).unwrap());
     assert!(run.file("failure.vtu").exists() && run.file("path_0002.vtu").exists());

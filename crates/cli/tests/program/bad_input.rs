@@ -56,6 +56,27 @@ fn bodies_without_support() {
     assert!(ran.err.contains("can move freely in 3 of 6 rigid motions"), "{}", ran.err);
 }
 
+/// What a run says that fails because nothing holds a body: node, direction, contact pair and cure, on the terminal and in the
+/// record.
+#[test]
+fn a_singular_matrix_is_explained() {
+    let gap = CASE.replace("min = [0.6, 1.0,", "min = [0.6, 1.1,").replace("u = [0, -0.1, 0]", "u = [0, 0, 0]");
+    let free = "set = \"block_ymax\"\ncomponents = [\"x\", \"z\"]";
+    let place = Place::new();
+    place.write("case.toml", &gap.replace("[0.2, -0.1, 0.05]", "[0.2, 0, 0.05]").replace("set = \"block_ymax\"", free));
+    let expected = [
+        "the tangent is singular",
+        "nothing determines the displacement along ",
+        "of body `block` at (",
+        "no support prevents motion along y",
+        "contact pair `block_ymin` on `slab_ymax`, closed at 0 of ",
+        "help: a support (`[[dirichlet]]`) of body `block` against motion along y",
+    ];
+    let ran = place.bad("solve case.toml --out results", 3, &expected);
+    assert!(!ran.err.contains("unknown"), "{}", ran.err);
+    assert!(place.read("results/run.json").contains("nothing determines the displacement along "));
+}
+
 /// Bodies that penetrate each other at the start are told before every run, with the place in the case file.
 #[test]
 fn a_penetrating_start_is_told() {

@@ -20,6 +20,7 @@ mod parameters;
 mod partition;
 mod parts;
 pub mod pattern;
+mod place;
 pub mod prescribed;
 mod results;
 mod share;
@@ -32,6 +33,7 @@ use nalgebra::Vector3;
 use node::{NodeSettings, NodeStep};
 pub use parameters::Parameter;
 use pattern::ContactPattern;
+pub use place::{PairState, Unknown};
 use prescribed::Prescribed;
 pub use results::{ContactResults, NodalContact};
 pub use share::Share;
@@ -47,6 +49,8 @@ use std::ops::Range;
 /// An interface with what the model adds to its geometry.
 #[derive(Debug, Clone)]
 pub struct ModelInterface {
+    /// Names of the slave and the master surface.
+    pub surfaces: [String; 2],
     /// Geometry.
     pub interface: ContactInterface,
     /// Coefficient of friction μ.

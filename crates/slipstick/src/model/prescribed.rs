@@ -12,6 +12,8 @@ pub struct Prescribed {
     cases: Vec<Option<usize>>,
     /// Displacement unknown, its node's reference position, component, number of its motion.
     entries: Vec<(u32, [f64; 3], u8, u32)>,
+    /// Displacement unknowns that a further motion prescribes in the same way, and its number.
+    repeated: Vec<(u32, u32)>,
     fixed: Vec<bool>,
     /// Displacement unknowns across symmetry planes, which no motion prescribes: zero.
     mirrored: Vec<u32>,
@@ -57,7 +59,7 @@ impl Prescribed {
             |motion: &Dirichlet| motion.load_case.as_ref().and_then(|name| cases.iter().position(|case| case == name));
         let cases: Vec<Option<usize>> = motions.iter().map(number).collect();
         let mut owners: Vec<Vec<u32>> = vec![Vec::new(); coordinates.len()];
-        let mut entries = Vec::new();
+        let (mut entries, mut repeated) = (Vec::new(), Vec::new());
         for (m, (motion, nodes)) in motions.iter().zip(sets).enumerate() {
             for &node in nodes {
                 let x = std::array::from_fn(|c| coordinates[3 * node as usize + c]);
@@ -73,7 +75,9 @@ impl Prescribed {
                             return Err(ConflictingMotion { node, component: c as u8, motion: m });
                         }
                         // the same in all of this one's cases
-                        Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {}
+                        Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {
+                            repeated.push((dof as u32, m as u32));
+                        }
                         _ => {
                             owners[dof].push(m as u32);
                             entries.push((dof as u32, x, c as u8, m as u32));
@@ -83,7 +87,7 @@ impl Prescribed {
             }
         }
         let fixed = owners.iter().map(|owners| !owners.is_empty()).collect();
-        Ok(Self { motions, cases, entries, fixed, mirrored: Vec::new() })
+        Ok(Self { motions, cases, entries, repeated, fixed, mirrored: Vec::new() })
     }
 
     /// The same with the components held that stand across symmetry planes: three per node in `mirrored`.
@@ -119,6 +123,25 @@ impl Prescribed {
     /// Which displacement unknowns are prescribed.
     pub fn fixed(&self) -> &[bool] {
         &self.fixed
+    }
+
+    /// The sets whose motions prescribe displacement unknown `dof`, in the order of the case, each once. A symmetry plane has
+    /// no set.
+    pub fn sets(&self, dof: usize) -> Vec<&str> {
+        let entries = self.entries.iter().map(|&(at, _, _, motion)| (at, motion));
+        let mut motions: Vec<u32> = entries
+            .chain(self.repeated.iter().copied())
+            .filter(|&(at, _)| at as usize == dof)
+            .map(|(_, m)| m)
+            .collect();
+        motions.sort_unstable();
+        let mut names: Vec<&str> = Vec::new();
+        for name in motions.into_iter().map(|motion| self.motions[motion as usize].set.as_str()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
     }
 
     /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis, then translation.

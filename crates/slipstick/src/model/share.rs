@@ -175,6 +175,9 @@ fn encode(error: &StateError) -> Vec<u8> {
         }
         StateError::NotFinite { index, .. } => message(4, bytes([*index as u32].into_iter())),
         StateError::RanksDisagree => message(5, Vec::new()),
+        StateError::PrescribedPenetration { node, depth } => {
+            message(6, [bytes([*node].into_iter()), depth.to_le_bytes().to_vec()].concat())
+        }
     }
 }
 
@@ -189,6 +192,7 @@ fn decode(message: &[u8]) -> Option<StateError> {
         2 => Some(StateError::FoldedFacet { nodes: list }),
         3 => Some(StateError::PassedThrough { node: first?, depth: length(4)?, reach: length(12)? }),
         4 => Some(StateError::NotFinite { quantity: "a part of the equations", index: first? as usize }),
+        6 => Some(StateError::PrescribedPenetration { node: first?, depth: length(4)? }),
         _ => Some(StateError::RanksDisagree),
     }
 }
@@ -209,7 +213,7 @@ fn worst(errors: Vec<StateError>) -> StateError {
         return StateError::InvertedElements { elements: inverted };
     }
     let depth = |error: &StateError| match error {
-        StateError::PassedThrough { depth, .. } => *depth,
+        StateError::PassedThrough { depth, .. } | StateError::PrescribedPenetration { depth, .. } => *depth,
         _ => f64::INFINITY,
     };
     // the first among equals
@@ -228,6 +232,7 @@ mod tests {
             StateError::FoldedSurface { node: 5 },
             StateError::FoldedFacet { nodes: vec![1, 2, 3, 4] },
             StateError::PassedThrough { node: 9, depth: 0.25, reach: 1e-3 },
+            StateError::PrescribedPenetration { node: 9, depth: 0.25 },
             StateError::RanksDisagree,
         ] {
             assert_eq!(decode(&encode(&error)), Some(error));

@@ -5,7 +5,7 @@ use super::pattern::Coupling;
 use super::{ContactModel, Method, inverted, node};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use slipstick_contact::enforcement::covered;
+use slipstick_contact::enforcement::{Freedom, covered};
 use slipstick_contact::kinematics::PreviousRow;
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{Held, Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
@@ -18,6 +18,9 @@ const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64,
 
 /// Nodes whose gap is below this fraction of their facet size have a place in the pattern before they touch.
 const NEAR: f64 = 0.1;
+
+/// Prescribed penetrations below this part of the facet size are rounding.
+const CLOSED: f64 = 1e-6;
 
 impl ContactModel {
     /// Brings kinematics and slip to the displacements in `y`; nothing is done where they are there already.
@@ -231,6 +234,8 @@ impl StepProblem for ContactModel {
 
     /// A node that was opposite to the other surface and is no more must not lie deep behind where that surface was: it
     /// would have passed through unnoticed. The previous row at the current positions tells.
+    ///
+    /// Nor may prescribed displacements alone push a node into the other surface: no multiplier can close that gap.
     fn accept(&mut self, y: &[f64]) -> Result<(), StateError> {
         self.evaluate_all(y, false)?;
         let x = self.positions(y);
@@ -245,9 +250,19 @@ impl StepProblem for ContactModel {
                 worst = Some((depth, before.node, reach));
             }
         }
-        self.share.agree(match worst {
-            Some((depth, node, reach)) => Err(StateError::PassedThrough { node, depth, reach }),
-            None => Ok(()),
+        let mut pushed: Option<(f64, u32)> = None;
+        for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
+            let at = self.measures(j);
+            let depth = -at.gap / at.area;
+            let prescribed = at.covered() && at.freedom == Freedom::None && depth > CLOSED * self.slaves[j].size;
+            if prescribed && pushed.is_none_or(|(deepest, _)| depth > deepest) {
+                pushed = Some((depth, self.kinematics[j].node));
+            }
+        }
+        self.share.agree(match (worst, pushed) {
+            (Some((depth, node, reach)), _) => Err(StateError::PassedThrough { node, depth, reach }),
+            (None, Some((depth, node))) => Err(StateError::PrescribedPenetration { node, depth }),
+            (None, None) => Ok(()),
         })
     }
 

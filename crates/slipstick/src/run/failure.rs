@@ -7,39 +7,9 @@ use serde::Serialize;
 use slipstick_mesh::Mesh;
 use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind};
 
+use super::places::{LISTED, Place, conditions, places, reason};
 use crate::analysis::AnalysisError;
-use crate::model::course;
-
-/// A place of the model that a failure names.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Place {
-    /// `element` or `node`.
-    pub kind: &'static str,
-    /// Its global number.
-    pub number: u32,
-    /// Its body.
-    pub body: String,
-    /// Reference position; of an element its centroid. \[L\]
-    pub position: [f64; 3],
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { kind, number, body, position } = self;
-        let size = position.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        let [x, y, z] = position.map(|x| coordinate(x, size));
-        write!(f, "{kind} {number} of body `{body}` at ({x}, {y}, {z})")
-    }
-}
-
-/// A coordinate in few digits; rounding beside others of this size is zero.
-fn coordinate(value: f64, size: f64) -> String {
-    match value.abs() {
-        small if small <= 1e-9 * size => "0".into(),
-        usual if (1e-2..1e6).contains(&usual) => format!("{value:.4}"),
-        _ => format!("{value:.3e}"),
-    }
-}
+use crate::model::{ContactModel, course};
 
 /// One Newton iteration that led to a failure.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -82,6 +52,9 @@ pub struct FailureReport {
     pub cause: String,
     /// Where, the first few.
     pub places: Vec<Place>,
+    /// What meets at the first place: supports, contact pairs, rigid motions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub conditions: Vec<String>,
     /// How the last iterations of the last attempt went.
     pub iterations: Vec<Iteration>,
     /// What was tried in that step, failures of one kind in a row counted together.
@@ -90,23 +63,20 @@ pub struct FailureReport {
     pub cures: Vec<String>,
 }
 
-/// Places and attempts that are listed, at most.
-const LISTED: usize = 5;
-
 impl FailureReport {
-    /// Explains a failed analysis; `slaves` are the model's slave nodes, which some failures are numbered by.
-    pub fn new(error: &AnalysisError, mesh: &Mesh, slaves: &[u32]) -> Self {
+    /// Explains a failed analysis of a model that has not been used since.
+    pub fn new(error: &AnalysisError, mesh: &Mesh, model: &ContactModel) -> Self {
         match error {
-            AnalysisError::March(failure) => Self::of_march(failure, mesh, slaves),
+            AnalysisError::March(failure) => Self::of_march(failure, mesh, model),
             AnalysisError::Sweep(error) => {
-                let mut report = Self::of_kind(&error.kind, mesh, slaves);
+                let mut report = Self::of_kind(&error.kind, mesh, model);
                 report.reached = Some(error.time);
-                report.cause = format!("adjoint at t = {:.6}: {}", error.time, error.kind);
+                report.cause = format!("adjoint at t = {:.6}: {}", error.time, report.cause);
                 report
             }
             AnalysisError::State(error) => {
-                let mut report = Self::of_kind(&StepFailureKind::State(error.clone()), mesh, slaves);
-                report.cause = format!("a converged state cannot be evaluated: {error}");
+                let mut report = Self::of_kind(&StepFailureKind::State(error.clone()), mesh, model);
+                report.cause = format!("a converged state cannot be evaluated: {}", report.cause);
                 report
             }
             AnalysisError::Unfinished { .. } => Self { cause: error.to_string(), ..Self::default() },
@@ -114,9 +84,9 @@ impl FailureReport {
     }
 
     /// Explains a failed march.
-    pub fn of_march(failure: &MarchFailure, mesh: &Mesh, slaves: &[u32]) -> Self {
+    pub fn of_march(failure: &MarchFailure, mesh: &Mesh, model: &ContactModel) -> Self {
         let mut report = match failure.attempts.last() {
-            Some((_, kind)) => Self::of_kind(kind, mesh, slaves),
+            Some((_, kind)) => Self::of_kind(kind, mesh, model),
             None => Self::empty("no attempt was made".into()),
         };
         report.step = Some(failure.step);
@@ -124,13 +94,13 @@ impl FailureReport {
         report.reached = failure.path.states.last().map(|state| state.time);
         let shown = failure.iterations.len().saturating_sub(LISTED);
         report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();
-        report.attempts = attempts(failure, mesh, slaves);
+        report.attempts = attempts(failure, mesh, model);
         let falls = failure.iterations.rchunks(LISTED).next().is_some_and(falls);
         if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) = (falls, failure.attempts.last()) {
             report.cures.insert(0, format!("{MORE_ITERATIONS}: the residual still fell"));
         }
         // The last attempt need not be the telling one: other reasons on the way have their cures too.
-        for cure in failure.attempts.iter().rev().flat_map(|(_, kind)| cures(kind)) {
+        for cure in failure.attempts.iter().rev().flat_map(|(_, kind)| cures(kind, mesh, model)) {
             if !report.cures.iter().any(|own| own.starts_with(&cure)) {
                 report.cures.push(cure);
             }
@@ -142,8 +112,9 @@ impl FailureReport {
         Self { cause, ..Self::default() }
     }
 
-    fn of_kind(kind: &StepFailureKind, mesh: &Mesh, slaves: &[u32]) -> Self {
-        Self { places: places(kind, mesh, slaves), cures: cures(kind), ..Self::empty(kind.to_string()) }
+    fn of_kind(kind: &StepFailureKind, mesh: &Mesh, model: &ContactModel) -> Self {
+        let (places, conditions) = (places(kind, mesh, model), conditions(kind, mesh, model).facts);
+        Self { places, conditions, cures: cures(kind, mesh, model), ..Self::empty(reason(kind, model)) }
     }
 }
 
@@ -158,6 +129,9 @@ impl fmt::Display for FailureReport {
         }
         for place in &self.places {
             write!(f, "\n    at {place}")?;
+        }
+        for condition in &self.conditions {
+            write!(f, "\n      {condition}")?;
         }
         if let Some(reached) = self.reached {
             write!(f, "\n    reached: t = {reached:.6}")?;
@@ -181,49 +155,8 @@ impl fmt::Display for FailureReport {
     }
 }
 
-/// The first few places that a failure names.
-fn places(kind: &StepFailureKind, mesh: &Mesh, slaves: &[u32]) -> Vec<Place> {
-    let node = |node: u32| node_place(mesh, node);
-    match kind {
-        StepFailureKind::State(StateError::InvertedElements { elements }) => {
-            elements.iter().take(LISTED).filter_map(|&element| element_place(mesh, element)).collect()
-        }
-        StepFailureKind::State(StateError::FoldedSurface { node: at } | StateError::PassedThrough { node: at, .. }) => {
-            node(*at).into_iter().collect()
-        }
-        StepFailureKind::State(StateError::FoldedFacet { nodes }) => {
-            nodes.iter().copied().take(LISTED).filter_map(node).collect()
-        }
-        StepFailureKind::State(StateError::NotFinite { index, .. }) => {
-            let row = index / 3;
-            // Rows behind those of the nodes belong to the slave nodes' multipliers.
-            let number = match row.checked_sub(mesh.nodes.len()) {
-                None => u32::try_from(row).ok(),
-                Some(multiplier) => slaves.get(multiplier).copied(),
-            };
-            number.and_then(node).into_iter().collect()
-        }
-        StepFailureKind::Cycling { nodes } | StepFailureKind::TooManyIterations { changing: nodes, .. } => {
-            let number = |position: &u32| slaves.get(*position as usize).copied();
-            nodes.iter().filter_map(number).take(LISTED).filter_map(node).collect()
-        }
-        _ => Vec::new(),
-    }
-}
-
-fn element_place(mesh: &Mesh, element: u32) -> Option<Place> {
-    let body = mesh.body_of_element(element as usize)?;
-    let (body, position) = (mesh.bodies[body].name.clone(), mesh.centroid(element as usize));
-    Some(Place { kind: "element", number: element, body, position })
-}
-
-fn node_place(mesh: &Mesh, node: u32) -> Option<Place> {
-    let body = mesh.bodies.iter().find(|body| body.nodes.contains(&(node as usize)))?;
-    Some(Place { kind: "node", number: node, body: body.name.clone(), position: mesh.nodes[node as usize] })
-}
-
 /// The attempts of the failed step in order, reasons of one kind in a row together, the middle of a long list left out.
-fn attempts(failure: &MarchFailure, mesh: &Mesh, slaves: &[u32]) -> Vec<String> {
+fn attempts(failure: &MarchFailure, mesh: &Mesh, model: &ContactModel) -> Vec<String> {
     let mut groups: Vec<(f64, f64, usize, &StepFailureKind)> = Vec::new();
     for (time, kind) in &failure.attempts {
         match groups.last_mut() {
@@ -234,10 +167,11 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, slaves: &[u32]) -> Vec<String> 
         }
     }
     let line = |(first, last, count, kind): &(f64, f64, usize, &StepFailureKind)| {
-        let place = places(kind, mesh, slaves).first().map_or(String::new(), |place| format!(", first: {place}"));
+        let place = places(kind, mesh, model).first().map_or(String::new(), |place| format!(", first: {place}"));
+        let why = reason(kind, model);
         match count {
-            1 => format!("to t = {first:.6}: {kind}{place}"),
-            _ => format!("to t = {first:.6} … {last:.6}, {count} times, at last: {kind}{place}"),
+            1 => format!("to t = {first:.6}: {why}{place}"),
+            _ => format!("to t = {first:.6} … {last:.6}, {count} times, at last: {why}{place}"),
         }
     };
     let mut lines: Vec<String> = groups.iter().map(line).collect();
@@ -256,8 +190,14 @@ fn falls(iterations: &[IterationRecord]) -> bool {
     last.residual < 0.5 * first.residual && last.contact <= first.contact
 }
 
-/// What the user may change, most promising first; names of the case file's keys in backquotes.
-fn cures(kind: &StepFailureKind) -> Vec<String> {
+/// What the user may change, most promising first: what the place tells, or what usually helps.
+fn cures(kind: &StepFailureKind, mesh: &Mesh, model: &ContactModel) -> Vec<String> {
+    let own = conditions(kind, mesh, model).cures;
+    if own.is_empty() { usual_cures(kind) } else { own }
+}
+
+/// What usually helps against such a failure; names of the case file's keys in backquotes.
+fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
     let steps = "more load steps (`load_path.steps`), so that each moves the bodies less";
     let cuts = "more halvings of a failing step (`load_path.max_cutbacks`)";
     let void = "a stiffer void (`design.simp.min`), if the place is in material of low density";
@@ -274,6 +214,7 @@ fn cures(kind: &StepFailureKind) -> Vec<String> {
         StepFailureKind::State(StateError::PassedThrough { .. }) => {
             &[steps, cuts, "a larger `contact.search_radius`, or none, which lets the program choose it"]
         }
+        StepFailureKind::State(StateError::PrescribedPenetration { .. }) => &[],
         StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
         StepFailureKind::State(StateError::RanksDisagree) => &["the same program and libraries on all machines"],
         StepFailureKind::Singular { .. } | StepFailureKind::Linear(_) => &[

@@ -1,0 +1,129 @@
+//! What an unknown is, what holds a node, and which contact conditions it has: for messages.
+
+use super::ContactModel;
+use slipstick_contact::enforcement::Freedom;
+use slipstick_contact::friction::Status;
+
+/// An unknown of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unknown {
+    /// A displacement.
+    Displacement {
+        /// Global node number.
+        node: u32,
+        /// 0, 1, 2: along x, y, z.
+        axis: usize,
+    },
+    /// A multiplier component.
+    Multiplier {
+        /// Position in the order of [`ContactModel::slave_nodes`].
+        row: usize,
+        /// 0: normal; 1, 2: tangential.
+        component: usize,
+    },
+}
+
+/// The conditions of a contact pair against the displacements that can satisfy them, at the state evaluated last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PairState {
+    /// Slave nodes.
+    pub nodes: usize,
+    /// Those in contact.
+    pub closed: usize,
+    /// Equations of these: a gap each, and the slip components of those that stick.
+    pub conditions: usize,
+    /// Displacements in these equations that are not prescribed.
+    pub free: usize,
+}
+
+impl ContactModel {
+    /// What unknown number `index` of a step is; `None` behind the last one.
+    pub fn unknown(&self, index: usize) -> Option<Unknown> {
+        let (row, component) = (index / 3, index % 3);
+        match row.checked_sub(self.displacement_count() / 3) {
+            None => u32::try_from(row).ok().map(|node| Unknown::Displacement { node, axis: component }),
+            Some(row) => (row < self.slaves.len()).then_some(Unknown::Multiplier { row, component }),
+        }
+    }
+
+    /// Which sets prescribe all of `nodes` along each axis, in backquotes, and symmetry planes; empty where one of them is free.
+    pub fn holders(&self, nodes: &[u32], axis: usize) -> Vec<String> {
+        let dof = |node: u32| 3 * node as usize + axis;
+        let mut names: Vec<String> = Vec::new();
+        if !nodes.iter().all(|&node| self.prescribed.fixed()[dof(node)]) {
+            return names;
+        }
+        for &node in nodes {
+            let sets = self.prescribed.sets(dof(node));
+            let plane = sets.is_empty().then(|| "a symmetry plane".to_owned());
+            for name in sets.iter().map(|set| format!("`{set}`")).chain(plane) {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+        }
+        names
+    }
+
+    /// Contact pairs that a node belongs to, and whether to the slave surface.
+    pub fn pairs_of(&self, node: u32) -> Vec<(usize, bool)> {
+        let mut pairs = Vec::new();
+        for (i, model) in self.interfaces.iter().enumerate() {
+            let on = |facets: &[slipstick_mesh::FacetNodes]| facets.iter().any(|facet| facet.contains(&node));
+            if on(model.interface.slave_facets()) {
+                pairs.push((i, true));
+            } else if on(model.interface.master_facets()) {
+                pairs.push((i, false));
+            }
+        }
+        pairs
+    }
+
+    /// The pair of a slave node.
+    pub fn pair_of_row(&self, row: usize) -> usize {
+        self.slaves[row].interface as usize
+    }
+
+    /// Slave and master surface of a pair: `` `a` on `b` ``.
+    pub fn pair_name(&self, pair: usize) -> String {
+        let [slave, master] = &self.interfaces[pair].surfaces;
+        format!("`{slave}` on `{master}`")
+    }
+
+    /// The master nodes opposite to a slave node at the state evaluated last.
+    pub fn opposite(&self, row: usize) -> &[u32] {
+        self.kinematics.get(row).map_or(&[], |now| &now.support[now.ring..])
+    }
+
+    /// Direction of a multiplier component at the state evaluated last.
+    pub fn direction(&self, row: usize, component: usize) -> Option<[f64; 3]> {
+        self.kinematics.get(row).map(|now| now.frame.vector(component).into())
+    }
+
+    /// The conditions of a pair at the state evaluated last.
+    pub fn pair_state(&self, pair: usize) -> PairState {
+        let rows = (0..self.slaves.len()).filter(|&row| self.pair_of_row(row) == pair);
+        let mut state = PairState { nodes: 0, closed: 0, conditions: 0, free: 0 };
+        let mut free: Vec<usize> = Vec::new();
+        for row in rows {
+            state.nodes += 1;
+            let status = self.status.get(row).copied().unwrap_or_default();
+            if status == Status::Inactive as u8 || row >= self.kinematics.len() {
+                continue;
+            }
+            state.closed += 1;
+            let slips = match self.measures(row).freedom {
+                Freedom::Full => 2,
+                Freedom::SlipAcross { .. } => 1,
+                Freedom::Gap { .. } | Freedom::None => 0,
+            };
+            state.conditions += 1 + if status == Status::Stick as u8 { slips } else { 0 };
+            let dofs = self.kinematics[row].support.iter().flat_map(|&node| (0..3).map(move |c| 3 * node as usize + c));
+            free.extend(dofs.filter(|&dof| !self.prescribed.fixed()[dof]));
+        }
+        free.sort_unstable();
+        free.dedup();
+        state.free = free.len();
+        state
+    }
+}
