@@ -165,6 +165,7 @@ impl Setup {
                 NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
                 NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
                 NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),
+                NoticeKind::AveragedNormals => (CaseCode::AveragedNormals, Severity::Warning),
                 NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
                 NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
             };

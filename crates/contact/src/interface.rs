@@ -276,7 +276,7 @@ fn slave_node(node: u32, touching: Vec<(u32, u8)>, facets: &[FacetNodes], sharp:
         })
         .collect();
     // an edge along a quadrilateral's own ξ direction: leaving corners 0 and 2, arriving at 1 and 3
-    let edge = if touching[0].1 % 2 == 0 { corners[0].next } else { corners[0].previous };
+    let edge = if touching[0].1.is_multiple_of(2) { corners[0].next } else { corners[0].previous };
     SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3], sharp }
 }
 

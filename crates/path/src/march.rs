@@ -334,7 +334,8 @@ fn attempt(
             let geometric = matches!(failure.kind, StepFailureKind::State(_));
             if geometric || rescuing.is_some() || !problem.vary_iteration(setting) {
                 setting = 0;
-                rescuing = rescues.next().filter(|attempt| problem.rescue(*attempt).is_some());
+                let hopeless = matches!(&failure.kind, StepFailureKind::State(state) if state.is_prescribed());
+                rescuing = rescues.next().filter(|attempt| !hopeless && problem.rescue(*attempt).is_some());
                 if rescuing.is_none() {
                     problem.vary_iteration(0);
                     return Err(failure);

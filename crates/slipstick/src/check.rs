@@ -4,6 +4,7 @@ mod closing;
 mod connection;
 mod distance;
 mod memory;
+mod normals;
 mod volume;
 
 use crate::build::Problem;
@@ -32,6 +33,8 @@ pub enum NoticeKind {
     NothingOpposite,
     /// No prescribed motion closes a contact pair.
     NeverCloses,
+    /// Averaged normals of a slave surface are far from those of its facets.
+    AveragedNormals,
     /// A load acts on prescribed displacements only.
     IdleLoad,
     /// The start design fills more than the bound.
@@ -80,6 +83,8 @@ pub struct ContactSummary {
     pub facets: [usize; 2],
     /// Slave nodes.
     pub slave_nodes: usize,
+    /// Slave nodes on edges that are sharper than the feature angle.
+    pub sharp_nodes: usize,
     /// Slave nodes with something opposite within the search distance.
     pub covered: usize,
     /// Smallest nodal gap (weighted gap over tributary area), negative: penetration; `None` if nothing is opposite. \[L\]
@@ -351,18 +356,28 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
                 help: "right if they meet later; else check placement and the choice of surfaces".into(),
             });
         }
+        notices.extend(normals::averaged(interface, &problem.mesh).map(|far| far.notice(i, contact, &problem.mesh)));
+        let slaves = interface.slave_nodes();
         summaries.push(ContactSummary {
             slave: contact.slave.clone(),
             master: contact.master.clone(),
             facets: [interface.slave_facets().len(), interface.master_facets().len()],
-            slave_nodes: count,
-            covered: nodes.iter().filter(|n| n.gap.is_some()).count(),
+            slave_nodes: distinct(slaves.iter().map(|slave| slave.node)),
+            sharp_nodes: distinct(slaves.iter().filter(|slave| slave.sharp).map(|slave| slave.node)),
+            covered: distinct(nodes.iter().filter(|n| n.gap.is_some()).map(|n| n.node)),
             smallest_gap: closest.map(|c| c.0),
             at_node: closest.map(|c| c.1),
             reach: interface.reach(),
         });
     }
     Ok(summaries)
+}
+
+/// How many different nodes there are among ascending ones: a node on a sharp edge comes once for each patch.
+fn distinct(nodes: impl Iterator<Item = u32>) -> usize {
+    let mut nodes: Vec<u32> = nodes.collect();
+    nodes.dedup();
+    nodes.len()
 }
 
 /// Free unknowns, bytes and operations of a factorization, bytes of the matrix.

@@ -229,6 +229,7 @@ const DOCUMENTS: &[&str] = &[
     "docs/introduction.md",
     "docs/how_to.md",
     "docs/crates.md",
+    "docs/edges.md",
     "docs/cluster.md",
     "docs/bracket.md",
     "docs/tutorials/first_design.md",

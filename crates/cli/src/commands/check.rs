@@ -77,6 +77,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     if !setup.inspection.contacts.is_empty() {
         console.text("\ncontact, at the start");
         console.lines(&contacts(&setup));
+        sharp_edges(&setup).iter().for_each(|line| console.text(line));
     }
     if let Some(objective) = setup.resolved.case.objective_in_words() {
         console.text("\nobjective");
@@ -186,6 +187,22 @@ fn contacts(setup: &Setup) -> Vec<String> {
     let [searched, gap] = ["searched to", "smallest gap"].map(|name| format!("{name}{length}"));
     let header = ["slave on master", "facets", "slave nodes", "with something opposite", "friction"];
     lines(&[&header[..], &[&searched, &gap]].concat(), &rows)
+}
+
+/// A line for each contact pair whose slave surface has sharp edges.
+fn sharp_edges(setup: &Setup) -> Vec<String> {
+    let pairs = setup.inspection.contacts.iter().zip(&setup.resolved.case.contacts);
+    let sharp = pairs.filter(|(pair, _)| pair.sharp_nodes > 0);
+    sharp
+        .map(|(pair, case)| {
+            let (nodes, slave) = (counted(pair.sharp_nodes, "node"), &pair.slave);
+            let lie = if pair.sharp_nodes == 1 { "lies" } else { "lie" };
+            format!(
+                "  {nodes} of {slave} {lie} on edges sharper than {}°: each side has its own normals",
+                case.feature_angle
+            )
+        })
+        .collect()
 }
 
 fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<String> {

@@ -319,6 +319,26 @@ fn contact_that_never_closes_is_told() {
     assert_eq!(place.good("solve case.toml --force").err, "");
 }
 
+/// Bottom and front of the block as one slave surface: `check` counts the three nodes of the edge between them, and warns where
+/// that edge counts as smooth.
+#[test]
+fn edges_of_slave_surfaces_are_reported() {
+    let place = Place::new();
+    let nose = "[[surface]]\nname = \"nose\"\nbody = \"block\"\n\
+                boxes = [{ min = [-9, 0.9, -9], max = [9, 1.1, 9] }, { min = [1.9, -9, -9], max = [2.1, 9, 9] }]\n";
+    let case = CASE.replace("slave = \"block_ymin\"", "slave = \"nose\"") + nose;
+    assert!(case.contains("slave = \"nose\""));
+    place.write("case.toml", &case);
+    let ran = place.good("check case.toml");
+    assert!(ran.out.contains("3 nodes of nose lie on edges sharper than 45°"), "{}", ran.out);
+    assert!(!ran.err.contains("averaged_normals"), "{}", ran.err);
+    let ran = place.good("check case.toml --set contact[0].feature_angle=100");
+    for part in ["3 nodes whose averaged normal", "at worst 45° at node", "[slipstick::case::averaged_normals]"] {
+        assert!(ran.err.contains(part), "{part}: {}", ran.err);
+    }
+    assert!(!ran.out.contains("sharper than"), "{}", ran.out);
+}
+
 /// An objective that is rounding ends an optimization with an error, what was computed is there, and `resume` says the same.
 #[test]
 fn an_optimization_of_rounding_ends() {

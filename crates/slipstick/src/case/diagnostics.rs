@@ -108,6 +108,8 @@ case_codes! {
     NoContact => "no_contact",
     /// No prescribed motion brings the surfaces of a contact pair together (warning).
     NeverCloses => "never_closes",
+    /// Averaged normals of a slave surface are far from those of its facets (warning).
+    AveragedNormals => "averaged_normals",
     /// The mesh generator refuses the shape.
     Mesh => "mesh",
     /// A mesh file cannot be read, or does not hold what the case asks for; as a warning, something of it was repaired or

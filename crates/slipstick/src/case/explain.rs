@@ -98,6 +98,12 @@ impl CaseCode {
                  out. The distance is exact where bodies move rigidly until they touch; of loaded, free or otherwise \
                  deformed bodies nothing is foreseen."
             }
+            AveragedNormals => {
+                "Contact acts along the normal of each slave node, the mean over the facets around it. Refine the mesh \
+                 where a curved slave surface is coarse; let `feature_angle` be smaller than the angle of an edge, so that \
+                 each side of it has normals of its own; or exchange slave and master. Nothing is lost where the surfaces \
+                 never touch at these nodes."
+            }
             Mesh => "Change the shape, its element counts or placement; the message names the defect of the mesh.",
             MeshFile => {
                 "Check the file's name, format and groups; docs/case_file.md says which formats and elements are \

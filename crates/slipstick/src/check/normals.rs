@@ -1,0 +1,78 @@
+//! Whether averaged normals of a slave surface are those of its facets.
+//!
+//! A slave node has one normal, the mean over the facets around it, unless it lies on an edge that is sharper than the feature
+//! angle. Where the mean is far from a facet's own normal, contact there pushes in a wrong direction, and normal and friction
+//! force mix: an edge with normals δ off that slides on a flat face seems to have the coefficient of friction tan(arctan μ + δ).
+
+use super::{Notice, NoticeKind};
+use crate::case::Contact;
+use crate::words::{counted, quantity, vector};
+use nalgebra::Vector3;
+use slipstick_contact::{ContactInterface, SlaveNode};
+use slipstick_mesh::Mesh;
+
+/// Angles between an averaged normal and a facet's up to this one are those of a curved surface with six elements or more on
+/// half a turn, as the coarsest meshes of use have them. \[degrees\]
+const LARGEST: f64 = 15.0;
+
+/// Slave nodes whose averaged normal is far from that of a facet.
+pub(super) struct Averaged {
+    /// How many.
+    count: usize,
+    /// The worst one, and its angle. \[degrees\]
+    worst: u32,
+    angle: f64,
+}
+
+/// The largest angle between the normal of a node and those of its facets at it, in the reference configuration; 0 at a sharp
+/// edge, where normals are not averaged over it. \[degrees\]
+fn angle(slave: &SlaveNode, mesh: &Mesh) -> f64 {
+    if slave.sharp {
+        return 0.0;
+    }
+    let at = |position: usize| Vector3::from(mesh.nodes[slave.ring[position] as usize]);
+    let normals = slave.corners.iter().filter_map(|corner| {
+        let own = at(corner.own);
+        (at(corner.next) - own).cross(&(at(corner.previous) - own)).try_normalize(0.0)
+    });
+    let normals: Vec<Vector3<f64>> = normals.collect();
+    let mut mean: Vector3<f64> = normals.iter().sum();
+    (0..3).filter(|&c| slave.mirrored[c]).for_each(|c| mean[c] = 0.0);
+    normals.iter().map(|normal| normal.angle(&mean).to_degrees()).fold(0.0, f64::max)
+}
+
+/// Of an interface: its slave nodes whose averaged normals are off by more than [`LARGEST`].
+pub(super) fn averaged(interface: &ContactInterface, mesh: &Mesh) -> Option<Averaged> {
+    let angles = interface.slave_nodes().iter().map(|slave| (angle(slave, mesh), slave.node));
+    let far: Vec<(f64, u32)> = angles.filter(|(angle, _)| *angle > LARGEST).collect();
+    // the first of those that are as bad
+    let (angle, worst) =
+        far.iter().rev().max_by(|a, b| (a.0 * 1e6).round().total_cmp(&(b.0 * 1e6).round())).copied()?;
+    Some(Averaged { count: far.len(), worst, angle })
+}
+
+impl Averaged {
+    /// In words.
+    pub fn notice(&self, pair: usize, contact: &Contact, mesh: &Mesh) -> Notice {
+        let Self { count, worst, angle } = *self;
+        let place = vector(mesh.nodes[worst as usize]);
+        let degrees = |angle: f64| quantity((10.0 * angle).round() / 10.0);
+        Notice {
+            kind: NoticeKind::AveragedNormals,
+            path: format!("contact[{pair}].slave"),
+            message: format!(
+                "`{}`, the slave of `{}`, has {} whose averaged normal is more than {LARGEST}° off a facet's, at worst {}° \
+                 at node {worst}, {place}: contact pushes in a wrong direction there",
+                contact.slave,
+                contact.master,
+                counted(count, "node"),
+                degrees(angle),
+            ),
+            help: format!(
+                "a finer mesh, if the surface is curved there; a `feature_angle` below {}, if there is an edge; or exchange \
+                 slave and master",
+                degrees(2.0 * angle)
+            ),
+        }
+    }
+}

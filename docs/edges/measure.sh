@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Writes the tables of docs/edges.md between the marks of that page; a few minutes on one core.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+source docs/tables.sh
+
+SLIPSTICK_TABLES=$work cargo test --release -p slipstick --test edges table -- --ignored
+for name in refinement overlaps meshes ssnp503 sharp; do
+    put docs/edges.md "$name" "$work/$name.md"
+done
