@@ -116,7 +116,7 @@ impl<'a> Watch<'a> {
         if self.console.tells(self.level) && !self.console.has_bar() {
             let at = self.place(state.time);
             let rounded = state.report.rounded.map_or(String::new(), |left| format!("; round-off left {left:.1e}"));
-            let rescued = if state.report.rescued { "; the contact jumps" } else { "" };
+            let rescued = if state.report.rescued { "; found with held multipliers" } else { "" };
             self.console.text(&format!(
                 "  {step}  {at}  Newton {iterations:>3}  open {open}, stick {stick}, slip {slip}{rounded}{rescued}"
             ));

@@ -291,7 +291,7 @@ pub fn march(
 }
 
 /// One increment from all start values and with all settings that the problem offers, at last with held multipliers if
-/// `rescue`; returns the first success or the last failure.
+/// `rescue`; returns the first success or the last failure of the method itself.
 fn attempt(
     problem: &mut dyn StepProblem,
     linear: &mut LinearSystem,
@@ -311,6 +311,7 @@ fn attempt(
     let mut setting = 0;
     let mut rescues = 0..if rescue { usize::MAX } else { 0 };
     let mut rescuing = None;
+    let mut before_rescue = None;
     loop {
         problem.begin_step(previous, time, false).map_err(as_failure)?;
         problem.vary_iteration(setting);
@@ -334,16 +335,22 @@ fn attempt(
             let geometric = matches!(failure.kind, StepFailureKind::State(_));
             if geometric || rescuing.is_some() || !problem.vary_iteration(setting) {
                 setting = 0;
-                let hopeless = matches!(&failure.kind, StepFailureKind::State(state) if state.is_prescribed());
+                let hopeless = match &failure.kind {
+                    StepFailureKind::State(state) => state.is_prescribed(),
+                    kind => matches!(kind, StepFailureKind::Singular { .. }),
+                };
                 rescuing = rescues.next().filter(|attempt| !hopeless && problem.rescue(*attempt).is_some());
                 if rescuing.is_none() {
                     problem.vary_iteration(0);
-                    return Err(failure);
+                    return Err(before_rescue.unwrap_or(failure));
                 }
             }
         }
         let remedy = if rescuing.is_some() { Remedy::HeldMultipliers } else { Remedy::OtherSetting };
         observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, remedy });
+        if rescuing.is_some() {
+            before_rescue.get_or_insert(failure);
+        }
     }
 }
 

@@ -30,7 +30,7 @@ pub(crate) fn solve(
         return Ok(());
     }
     problem.hold_multipliers(Held::Augmented);
-    let result = iterate(problem, linear, y, target, newton, uzawa, Held::Augmented, report);
+    let result = iterate(problem, linear, y, target, newton, uzawa, Held::Augmented, usize::MAX, report);
     problem.hold_multipliers(Held::None);
     result
 }
@@ -51,7 +51,8 @@ pub(crate) fn rescue(
     report: &mut StepReport,
 ) -> Result<(), StepFailure> {
     problem.hold_multipliers(Held::All);
-    let result = iterate(problem, linear, y, target, newton, uzawa, Held::All, report);
+    let most = RESCUE * newton.max_iterations;
+    let result = iterate(problem, linear, y, target, newton, uzawa, Held::All, most, report);
     problem.hold_multipliers(Held::None);
     result?;
     report.rescued = true;
@@ -87,6 +88,9 @@ fn second_order(
     holds
 }
 
+/// Newton iterations after which a rescue is given up, over the most of a single solve.
+const RESCUE: usize = 8;
+
 /// Part of the present violation to which the inner Newton is solved.
 const FORCING: f64 = 1e-2;
 
@@ -98,13 +102,19 @@ fn iterate(
     newton: &NewtonOptions,
     uzawa: &UzawaOptions,
     held: Held,
+    most: usize,
     report: &mut StepReport,
 ) -> Result<(), StepFailure> {
     let split = problem.displacements();
     let mut mixing = Anderson::new(uzawa.memory);
     let mut violation = f64::INFINITY;
     let mut finish = false;
+    let mut iterations = 0;
     for iteration in 1..=uzawa.max_iterations {
+        if report.iterations.len() > most {
+            break;
+        }
+        iterations = iteration;
         // without acceleration the iteration is the textbook's, with full inner solves
         let tight = finish || uzawa.memory == 0 || FORCING * violation <= smallest(newton);
         let inner = if tight { *newton } else { loosened(newton, (FORCING * violation).min(1e-3)) };
@@ -141,7 +151,7 @@ fn iterate(
         }
     }
     Err(StepFailure {
-        kind: StepFailureKind::Uzawa { iterations: uzawa.max_iterations, violation, tolerance: uzawa.tolerance },
+        kind: StepFailureKind::Uzawa { iterations, violation, tolerance: uzawa.tolerance },
         iterations: std::mem::take(&mut report.iterations),
         iterate: y.to_vec(),
     })

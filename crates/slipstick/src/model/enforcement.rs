@@ -61,7 +61,7 @@ pub struct Uzawa {
 pub const DEFAULT_STIFFNESS: f64 = 10.0;
 
 /// Default of c h A/E of the Lagrange method.
-pub const DEFAULT_COMPLEMENTARITY: f64 = 5.0;
+pub const DEFAULT_COMPLEMENTARITY: f64 = 2.0;
 
 /// Most Uzawa iterations where a tolerance far below the case's own is asked for.
 const TIGHT_ITERATIONS: usize = 10_000;
