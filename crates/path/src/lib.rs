@@ -38,7 +38,7 @@ mod uzawa;
 pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
 pub use linear::{LinearSystem, SolveCounts};
 pub use march::{MarchEvent, MarchObserver, MarchOptions, Path, PathState, Remedy, Silent, march};
-pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances};
+pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances, still_falls};
 pub use problem::{Held, PreviousPullBack, Scales, StepProblem, StepState, UzawaOptions};
 pub use start::{Guide, GuideError, StartValues};
 pub use sweep::{PathGradient, PathObjective, SweepError, SweepOptions, sweep};

@@ -3,7 +3,7 @@
 use crate::divided::{ask, serve};
 use crate::failure::{MarchFailure, StepFailure, StepFailureKind};
 use crate::linear::{KeptFactors, LinearSystem};
-use crate::newton::{self, NewtonOptions, StepReport};
+use crate::newton::{self, NewtonOptions, StepReport, still_falls};
 use crate::problem::{StepProblem, StepState, UzawaOptions};
 use crate::start::{self, Guide, StartValues};
 use crate::uzawa;
@@ -335,11 +335,8 @@ fn attempt(
             let geometric = matches!(failure.kind, StepFailureKind::State(_));
             if geometric || rescuing.is_some() || !problem.vary_iteration(setting) {
                 setting = 0;
-                let hopeless = match &failure.kind {
-                    StepFailureKind::State(state) => state.is_prescribed(),
-                    kind => matches!(kind, StepFailureKind::Singular { .. }),
-                };
-                rescuing = rescues.next().filter(|attempt| !hopeless && problem.rescue(*attempt).is_some());
+                let own = before_rescue.as_ref().unwrap_or(&failure);
+                rescuing = rescues.next().filter(|&attempt| may_be_rescued(own) && problem.rescue(attempt).is_some());
                 if rescuing.is_none() {
                     problem.vary_iteration(0);
                     return Err(before_rescue.unwrap_or(failure));
@@ -351,6 +348,17 @@ fn attempt(
         if rescuing.is_some() {
             before_rescue.get_or_insert(failure);
         }
+    }
+}
+
+/// Whether held multipliers may help: not where prescribed displacements leave no solution or nothing determines one, and not
+/// where Newton's method only needs more iterations.
+fn may_be_rescued(failure: &StepFailure) -> bool {
+    match &failure.kind {
+        StepFailureKind::State(state) => !state.is_prescribed(),
+        StepFailureKind::Singular { .. } => false,
+        StepFailureKind::TooManyIterations { .. } => !still_falls(&failure.iterations),
+        _ => true,
     }
 }
 

@@ -84,6 +84,16 @@ pub struct IterationRecord {
     pub status: [usize; 3],
 }
 
+/// Iterations by which [`still_falls`] judges.
+const JUDGED: usize = 5;
+
+/// Whether over the last iterations the balance of forces came to less than half, and the contact conditions no farther off:
+/// more of them would probably converge.
+pub fn still_falls(iterations: &[IterationRecord]) -> bool {
+    let [first, .., last] = &iterations[iterations.len().saturating_sub(JUDGED)..] else { return false };
+    last.residual < 0.5 * first.residual && last.contact <= first.contact
+}
+
 /// How a (sub-)step converged.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepReport {

@@ -43,7 +43,7 @@ fn values_and_defaults_are_as_documented() {
     assert_eq!(case.bodies[1].shape, Shape::HalfBall { radius: 1.2, elements: [10, 2, 1] });
     assert_eq!(case.bodies[1].place.translate, [-0.5, 1.2, -0.25]);
     assert_eq!(case.bodies[0].material, Material::NeoHooke { youngs_modulus: 1000.0, poisson_ratio: 0.3 });
-    assert_eq!(case.contacts[0].enforcement, lagrange(Some(5.0), None, PenaltyScaling::Area));
+    assert_eq!(case.contacts[0].enforcement, lagrange(Some(2.0), None, PenaltyScaling::Area));
     assert_eq!(case.dirichlet[0].components, [Component::X, Component::Y, Component::Z]);
     assert!(case.dirichlet[0].motion.is_empty());
     assert_eq!((case.load_path.max_newton_iterations, case.load_path.max_cutbacks), (25, 8));

@@ -60,8 +60,12 @@ pub struct Uzawa {
 /// nodes.
 pub const DEFAULT_STIFFNESS: f64 = 10.0;
 
-/// Default of c h A/E of the Lagrange method.
+/// Default of c_n h A/E of the Lagrange method.
 pub const DEFAULT_COMPLEMENTARITY: f64 = 2.0;
+
+/// c_t/c_n of the Lagrange method where they follow from a factor. Of the pairs tried, this one and the default factor need the
+/// fewest Newton iterations and sub-steps (docs/robustness.md).
+pub const TANGENTIAL_COMPLEMENTARITY: f64 = 2.5;
 
 /// Most Uzawa iterations where a tolerance far below the case's own is asked for.
 const TIGHT_ITERATIONS: usize = 10_000;
@@ -140,11 +144,18 @@ impl ContactModel {
                         StiffnessScaling::Area | StiffnessScaling::ReferenceArea => factor * hardness,
                         StiffnessScaling::Weighted => factor * hardness / slave.area,
                     };
-                    Stiffness { normal: both, tangential: both, scaling }
+                    let ratio = if method == Method::Lagrange { TANGENTIAL_COMPLEMENTARITY } else { 1.0 };
+                    Stiffness { normal: both, tangential: ratio * both, scaling }
                 }
             }
         };
         self.slaves.iter().enumerate().map(of).collect()
+    }
+
+    /// c of slave node j as the Lagrange method chooses it.
+    pub(super) fn own_complementarity(&self, j: usize) -> Stiffness {
+        let own = self.own_stiffness(j, DEFAULT_COMPLEMENTARITY);
+        Stiffness { tangential: TANGENTIAL_COMPLEMENTARITY * own.tangential, ..own }
     }
 
     /// A multiple of the bodies' own stiffness at slave node j.

@@ -58,7 +58,7 @@ impl ContactModel {
         let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
         let c = match self.method_of(j) {
             Method::Lagrange if self.rescue.is_some() => self.augmentation(j),
-            Method::Augmented => self.own_stiffness(j, DEFAULT_COMPLEMENTARITY),
+            Method::Augmented => self.own_complementarity(j),
             Method::Lagrange | Method::Penalty => self.stiffness[j].times(self.variation),
         };
         complementarity(zeta, &at, self.friction(j).0, &c)

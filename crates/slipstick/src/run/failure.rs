@@ -5,7 +5,7 @@ use std::mem::discriminant;
 
 use serde::Serialize;
 use slipstick_mesh::Mesh;
-use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind};
+use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind, still_falls};
 
 use super::places::{LISTED, Place, conditions, places, reason};
 use crate::analysis::AnalysisError;
@@ -95,8 +95,9 @@ impl FailureReport {
         let shown = failure.iterations.len().saturating_sub(LISTED);
         report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();
         report.attempts = attempts(failure, mesh, model);
-        let falls = failure.iterations.rchunks(LISTED).next().is_some_and(falls);
-        if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) = (falls, failure.attempts.last()) {
+        if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) =
+            (still_falls(&failure.iterations), failure.attempts.last())
+        {
             report.cures.insert(0, format!("{MORE_ITERATIONS}: the residual still fell"));
         }
         // The last attempt need not be the telling one: other reasons on the way have their cures too.
@@ -183,12 +184,6 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, model: &ContactModel) -> Vec<St
 }
 
 const MORE_ITERATIONS: &str = "more Newton iterations (`load_path.max_newton_iterations`)";
-
-/// Whether the balance of forces came to less than half over these iterations, and the contact conditions no farther off.
-fn falls(iterations: &[IterationRecord]) -> bool {
-    let [first, .., last] = iterations else { return false };
-    last.residual < 0.5 * first.residual && last.contact <= first.contact
-}
 
 /// What the user may change, most promising first: what the place tells, or what usually helps.
 fn cures(kind: &StepFailureKind, mesh: &Mesh, model: &ContactModel) -> Vec<String> {

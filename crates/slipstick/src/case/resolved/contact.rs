@@ -53,8 +53,8 @@ pub enum MultiplierShape {
 pub enum Enforcement {
     /// Lagrange multipliers and semi-smooth Newton. Paper: section 2.3.
     Lagrange {
-        /// Unit-free factor f of the complementarity parameters c_n = c_t = f·E/(h A). The solution does not depend on
-        /// them. `None`: they are given as `stiffness`.
+        /// Unit-free factor f of the complementarity parameters c_n = f·E/(h A) and c_t = 2.5 c_n. The solution does not
+        /// depend on them. `None`: they are given as `stiffness`.
         #[serde(skip_serializing_if = "Option::is_none")]
         complementarity_parameter: Option<f64>,
         /// c_n and c_t in units; `None`: from `complementarity_parameter`.
