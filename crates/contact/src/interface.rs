@@ -347,4 +347,43 @@ mod tests {
             }
         }
     }
+
+    /// Against a search through all masters: one slave square and layers of parallel master squares over it, near and far, of
+    /// all proportions of slave, masters and reach. What the tree leaves out takes no part.
+    #[test]
+    fn no_master_within_reach_is_missed() {
+        let square = |x: &mut Vec<f64>, [cx, cy, cz]: [f64; 3], half: f64, facing_down: bool| {
+            let first = (x.len() / 3) as u32;
+            for (a, b) in [(-half, -half), (half, -half), (half, half), (-half, half)] {
+                x.extend(if facing_down { [cx + b, cy + a, cz] } else { [cx + a, cy + b, cz] });
+            }
+            FacetNodes::from([first, first + 1, first + 2, first + 3])
+        };
+        for (half_slave, half_master, reach) in
+            [(1.0, 0.05, 0.1), (0.05, 10.0, 0.5), (0.05, 0.05, 2.0), (1.0, 1.0, 0.1)]
+        {
+            let mut x = Vec::new();
+            let slave = square(&mut x, [0.0; 3], half_slave, false);
+            // the farthest layer that couples has its centres just below, the nearest that does not just above
+            let farthest = reach + f64::sqrt(2.0) * half_master;
+            let aside = half_slave + half_master;
+            let mut masters = Vec::new();
+            for height in [0.0, 0.9 * reach, 0.999 * farthest, 1.001 * farthest].map(|h| [-h, h]).concat() {
+                for (a, b) in [(0.0, 0.0), (0.99, 0.99), (-0.99, 0.99), (0.99, -0.99), (-0.99, 0.0), (1.01, 0.0)] {
+                    masters.push(square(&mut x, [a * aside, b * aside, height], half_master, true));
+                }
+            }
+            let shape = MultiplierShape::Standard;
+            let options = InterfaceOptions { shape, rule: CellRule::Seven, reach, feature_angle: 0.5 };
+            let mut interface = ContactInterface::new(vec![slave], masters.clone(), &x, options).unwrap();
+            interface.evaluate(&x, false, &mut Vec::new()).unwrap();
+            let settings = Settings { x: &x, rule: &interface.rule, shape, reach, with_gradient: false };
+            let mut all = FacetCoupling::default();
+            all.evaluate(&slave, [false; 4], masters.iter().copied(), settings).unwrap();
+            // by counting: five of six in each layer overlap, and two of eight layers are too far
+            assert_eq!(all.nodes.len(), 4 + 4 * 5 * 6);
+            assert_eq!(interface.couplings[0].nodes, all.nodes);
+            assert_eq!(interface.couplings[0].coefficient, all.coefficient);
+        }
+    }
 }
