@@ -348,31 +348,36 @@ mod tests {
         }
     }
 
-    /// Against a search through all masters: one slave square and layers of parallel master squares over it, near and far, of
-    /// all proportions of slave, masters and reach. What the tree leaves out takes no part.
+    /// Against a search through all masters: one slave facet and layers of parallel master squares over its centre and its
+    /// corners, near and far, for all proportions of slave, masters and reach. What the tree leaves out takes no part.
     #[test]
     fn no_master_within_reach_is_missed() {
-        let square = |x: &mut Vec<f64>, [cx, cy, cz]: [f64; 3], half: f64, facing_down: bool| {
-            let first = (x.len() / 3) as u32;
-            for (a, b) in [(-half, -half), (half, -half), (half, half), (-half, half)] {
-                x.extend(if facing_down { [cx + b, cy + a, cz] } else { [cx + a, cy + b, cz] });
-            }
-            FacetNodes::from([first, first + 1, first + 2, first + 3])
-        };
-        for (half_slave, half_master, reach) in
-            [(1.0, 0.05, 0.1), (0.05, 10.0, 0.5), (0.05, 0.05, 2.0), (1.0, 1.0, 0.1)]
-        {
-            let mut x = Vec::new();
-            let slave = square(&mut x, [0.0; 3], half_slave, false);
-            // the farthest layer that couples has its centres just below, the nearest that does not just above
-            let farthest = reach + f64::sqrt(2.0) * half_master;
-            let aside = half_slave + half_master;
+        let square = |half: f64| vec![[-half, -half], [half, -half], [half, half], [-half, half]];
+        // far from the origin, and its first corner far from the others
+        let needle = vec![[5.1, 0.3], [-9.9, 0.4], [-9.9, 0.2]];
+        for (slave, half, reach) in [
+            (square(1.0), 0.05, 0.1),
+            (square(0.05), 10.0, 0.5),
+            (square(0.05), 0.05, 2.0),
+            (square(1.0), 1.0, 0.1),
+            (needle, 0.03, 0.1),
+        ] {
+            let mut x: Vec<f64> = slave.iter().flat_map(|&[a, b]| [a, b, 0.0]).collect();
+            let corners = slave.len();
+            let centre: [f64; 2] = std::array::from_fn(|c| slave.iter().map(|p| p[c]).sum::<f64>() / corners as f64);
+            // the farthest layer that couples, whose centres are beyond the reach by the radius of a square, and a farther one
+            let farthest = reach + f64::sqrt(2.0) * half;
             let mut masters = Vec::new();
             for height in [0.0, 0.9 * reach, 0.999 * farthest, 1.001 * farthest].map(|h| [-h, h]).concat() {
-                for (a, b) in [(0.0, 0.0), (0.99, 0.99), (-0.99, 0.99), (0.99, -0.99), (-0.99, 0.0), (1.01, 0.0)] {
-                    masters.push(square(&mut x, [a * aside, b * aside, height], half_master, true));
+                for at in slave.iter().chain([&centre]) {
+                    let [a, b] = [0, 1].map(|c| centre[c] + 0.99 * (at[c] - centre[c]));
+                    let first = (x.len() / 3) as u32;
+                    // it faces down
+                    x.extend(square(half).iter().flat_map(|p| [a + p[1], b + p[0], height]));
+                    masters.push(FacetNodes::from([first, first + 1, first + 2, first + 3]));
                 }
             }
+            let slave = FacetNodes::new(&[0, 1, 2, 3][..corners]).unwrap();
             let shape = MultiplierShape::Standard;
             let options = InterfaceOptions { shape, rule: CellRule::Seven, reach, feature_angle: 0.5 };
             let mut interface = ContactInterface::new(vec![slave], masters.clone(), &x, options).unwrap();
@@ -380,8 +385,8 @@ mod tests {
             let settings = Settings { x: &x, rule: &interface.rule, shape, reach, with_gradient: false };
             let mut all = FacetCoupling::default();
             all.evaluate(&slave, [false; 4], masters.iter().copied(), settings).unwrap();
-            // by counting: five of six in each layer overlap, and two of eight layers are too far
-            assert_eq!(all.nodes.len(), 4 + 4 * 5 * 6);
+            // by counting: of eight layers two are too far
+            assert_eq!(all.nodes.len(), corners + 6 * 4 * (corners + 1));
             assert_eq!(interface.couplings[0].nodes, all.nodes);
             assert_eq!(interface.couplings[0].coefficient, all.coefficient);
         }

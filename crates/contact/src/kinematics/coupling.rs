@@ -489,6 +489,26 @@ mod tests {
         }
     }
 
+    /// By dimension: D and M are areas, their derivatives lengths, in any unit of length. A power of two leaves the digits.
+    #[test]
+    fn rows_do_not_depend_on_the_unit_of_length() {
+        let unit = 0.5f64.powi(14);
+        let shapes = [MultiplierShape::Standard, MultiplierShape::Dual];
+        for ((slave, triangles), shape) in mixtures().into_iter().flat_map(|m| shapes.map(|shape| (m, shape))) {
+            let (x, facets) = scene(0.6, triangles);
+            let small: Vec<f64> = x.iter().map(|x| unit * x).collect();
+            let [one, other] = [x, small].map(|x| evaluate(slave, &x, &facets, shape, true));
+            assert_eq!(one.nodes, other.nodes);
+            let close = |a: &[f64], b: &[f64], factor: f64| {
+                let size = a.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b / factor).abs() <= 1e-13 * size)
+            };
+            assert!(close(&one.coefficient, &other.coefficient, unit * unit), "{slave:?} {triangles} {shape:?}");
+            assert!(close(&one.gradient, &other.gradient, unit), "{slave:?} {triangles} {shape:?}");
+            assert!(close(&one.facing, &other.facing, unit * unit), "{slave:?} {triangles} {shape:?}");
+        }
+    }
+
     /// A facet folded to an arrow head ends the evaluation where it may touch, and takes no part farther away.
     #[test]
     fn a_folded_facet_is_named_where_it_may_touch() {
