@@ -489,6 +489,23 @@ mod tests {
         }
     }
 
+    /// By hand: corners of a unit square under a master plane that covers it see minus the plane's normal, each on a quarter of
+    /// the square.
+    #[test]
+    fn corners_on_sharp_edges_see_the_master() {
+        let mut x = vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0];
+        let (a, b) = (0.3, -0.2);
+        x.extend(
+            [[-1.0, -1.0], [2.0, -1.0], [2.0, 2.0], [-1.0, 2.0]].iter().flat_map(|p| [p[0], p[1], a * p[0] + b * p[1]]),
+        );
+        let coupling = evaluate(SLAVE.into(), &x, &[[4, 5, 6, 7].into()], MultiplierShape::Standard, false);
+        let normal = Vector3::new(-a, -b, 1.0).normalize();
+        for j in 0..4 {
+            let seen = Vector3::from_row_slice(&coupling.facing[3 * j..][..3]);
+            assert!((seen + 0.25 * normal).norm() < 1e-15, "corner {j}: {seen}");
+        }
+    }
+
     /// By dimension: D and M are areas, their derivatives lengths, in any unit of length. A power of two leaves the digits.
     #[test]
     fn rows_do_not_depend_on_the_unit_of_length() {
