@@ -544,4 +544,15 @@ mod tests {
         assert_eq!(at(-0.1), Err(FoldedFacet([4, 5, 6, 7].into())));
         assert_eq!(at(-5.0), Ok(()));
     }
+
+    /// By hand: a master square of 20 whose centre is 9 aside covers a slave square of 0.1 all the same.
+    #[test]
+    fn a_large_master_couples_aside_of_its_centre() {
+        let mut x = vec![0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.1, 0.0, 0.1, 0.0, 0.0];
+        x.extend([[-1.0, -10.0], [19.0, -10.0], [19.0, 10.0], [-1.0, 10.0]].iter().flat_map(|p| [p[0], p[1], -0.2]));
+        let coupling = evaluate(SLAVE.into(), &x, &[[4, 5, 6, 7].into()], MultiplierShape::Standard, false);
+        assert_eq!(coupling.nodes.len(), 8);
+        let area: f64 = (0..4).flat_map(|j| &coupling.coefficient[8 * j..][..4]).sum();
+        assert!((area - 0.01).abs() < 1e-15, "{area}");
+    }
 }

@@ -138,4 +138,16 @@ mod tests {
         assert!((two * 512.0 - 1.0).abs() < 1e-15);
         assert_eq!(inverse_power(pulp::Scalar, &[0.3; 8], 0.0), [1.0; 8]);
     }
+
+    /// Expected values: the exponential function of the standard library, in the last digits where the argument is exact.
+    #[test]
+    fn exponentials_agree_with_the_library() {
+        for y in [0.0, 1.0, -1.0, 0.25, 17.5, -40.75, 333.125, -600.5, 700.0] {
+            let (shifted, remainder) = exponential(pulp::Scalar, y);
+            let n = shifted - ROUNDING;
+            let found = n.exp2() * remainder;
+            assert!((n - y * LOG2_E).abs() <= 0.5 + 1e-9);
+            assert!((found / f64::exp(y) - 1.0).abs() < 3.0 * f64::EPSILON, "exp {y}: {found}");
+        }
+    }
 }
