@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Runs what docs/robustness.md tells and puts its tables between the marks of that page; under an hour on two idle cores.
 # `measure.sh NAME …` repeats single ones: kills, faults, memory, random_gradients; and `fuzz SECONDS`, which runs every
-# fuzz target for so long and adds its executions to docs/robustness/fuzz.csv.
+# fuzz target for so long and adds its executions to docs/robustness/fuzz.csv; and `mutations`, which asks cargo-mutants for a
+# sample, runs the tests with each (docs/robustness/mutations.py) and adds what they noticed to docs/robustness/mutations.csv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -65,6 +66,38 @@ fuzz_table() {
             printf "| together | %.0f | %d | %d |\n", S / 60, E, F
         }' docs/robustness/fuzz.csv > "$tables/fuzz.md"
     put docs/robustness.md fuzz "$tables/fuzz.md"
+}
+
+mutations() {
+    docs/robustness/mutations.py docs/robustness/mutations.csv "${SLIPSTICK_MUTATIONS:-target/mutations}"
+    mutations_table
+}
+
+# The latest version in docs/robustness/mutations.csv beside the first: version, crate, sampled, unviable, noticed by the tests
+# of the crate, of the facade, unnoticed.
+mutations_table() {
+    awk -F, '
+        function share(r) { return sprintf("%.1f %%", 100 * (r[5] + r[6]) / (r[3] - r[4])) }
+        function row(name, r, first) {
+            printf "| %s | %d | %d | %d | %d | %d | %s | %s |\n", name, r[3], r[4], r[5], r[6], r[7], share(first), share(r)
+        }
+        NR > 1 {
+            if (!version) version = $1
+            if (!($2 in last)) order[++n] = $2
+            last[$2] = $0
+            if ($1 == version) first[$2] = $0
+        }
+        END {
+            print "| crate | sampled | do not compile | noticed by its own tests | by the facade'"'"'s | not noticed | share noticed at first | now |"
+            print "|---|---|---|---|---|---|---|---|"
+            for (i = 1; i <= n; i++) {
+                split(last[order[i]], r); split(first[order[i]], f)
+                for (k = 3; k <= 7; k++) { R[k] += r[k]; F[k] += f[k] }
+                row("`" order[i] "`", r, f)
+            }
+            row("together", R, F)
+        }' docs/robustness/mutations.csv > "$tables/mutations.md"
+    put docs/robustness.md mutations "$tables/mutations.md"
 }
 
 if [ "${1:-}" = fuzz ]; then

@@ -139,15 +139,16 @@ mod tests {
         assert_eq!(inverse_power(pulp::Scalar, &[0.3; 8], 0.0), [1.0; 8]);
     }
 
-    /// Expected values: the exponential function of the standard library, in the last digits where the argument is exact.
+    /// Expected values: the exponential function of the standard library. What is left of ln 2 in two parts is its own rounding,
+    /// 0.15 ε of the argument.
     #[test]
     fn exponentials_agree_with_the_library() {
-        for y in [0.0, 1.0, -1.0, 0.25, 17.5, -40.75, 333.125, -600.5, 700.0] {
+        for y in (-200..=200).map(|k| 3.5 * f64::from(k)) {
             let (shifted, remainder) = exponential(pulp::Scalar, y);
             let n = shifted - ROUNDING;
-            let found = n.exp2() * remainder;
             assert!((n - y * LOG2_E).abs() <= 0.5 + 1e-9);
-            assert!((found / f64::exp(y) - 1.0).abs() < 3.0 * f64::EPSILON, "exp {y}: {found}");
+            let error = (n.exp2() * remainder / f64::exp(y) - 1.0).abs();
+            assert!(error < (2.0 + 0.2 * y.abs()) * f64::EPSILON, "exp {y}: {error:e}");
         }
     }
 }
