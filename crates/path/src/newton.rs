@@ -422,6 +422,7 @@ impl ActiveSets {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spring::Spring;
 
     /// By definition: an absolute bound is one on the norm and on the last increment, a relative one on the part of the scale
     /// and on the next increment.
@@ -473,6 +474,32 @@ mod tests {
         assert!(progress.falls_to(3.0));
         progress.add(1.0);
         assert!(progress.falls_to(0.09) && !progress.falls_to(0.11));
+    }
+
+    /// By hand: a linear spring's residual after α times `factor` of Newton's increment is |1 − α factor| of that before. Whole
+    /// increments are taken up to a growth by 3; beyond, the first of 1, 1/2 … 1/16 that lets it fall, or the best.
+    #[test]
+    fn increments_are_damped_after_an_outburst() {
+        let fixed = [true, true, true, false, false, false];
+        for (factor, length, damped) in
+            [(1.0, 1.0, false), (3.9, 1.0, false), (4.1, 0.25, true), (10.0, 0.125, true), (-5.0, 0.0625, true)]
+        {
+            let mut spring = Spring { stiffness: [1.5, 0.5, 3.0], ..Spring::linear() };
+            spring.begin_step(&Spring::rest(), 1.0, false).unwrap();
+            let (mut y, mut residual) = (vec![0.2, 0.4, -0.1, 0.0, 0.0, 0.0], vec![0.0; 6]);
+            spring.residual(&y, &mut residual).unwrap();
+            // K is φ + 1
+            let increment: Vec<f64> = (0..6)
+                .map(|i| if i < 3 { 0.0 } else { -factor * residual[i] / (spring.stiffness[i - 3] + 1.0) })
+                .collect();
+            let before = free_norm(&residual, &fixed);
+            let mut progress = Progress::default();
+            let found = advance(&mut spring, &mut y, &increment, &mut residual, &fixed, &mut progress);
+            assert_eq!((found, progress.damped), (Ok(length), damped), "{factor}");
+            let left = free_norm(&residual, &fixed) / before;
+            assert!((left - (1.0 - length * factor).abs()).abs() < 1e-14, "{factor}: {left}");
+            assert!((0..6).all(|i| i < 3 || y[i] == length * increment[i]));
+        }
     }
 
     /// By hand: the norm over what is not prescribed.
