@@ -360,7 +360,7 @@ mod tests {
             (square(0.05), 10.0, 0.5),
             (square(0.05), 0.05, 2.0),
             (square(1.0), 1.0, 0.1),
-            (needle, 0.03, 0.1),
+            (needle, 3e-4, 0.1),
         ] {
             let mut x: Vec<f64> = slave.iter().flat_map(|&[a, b]| [a, b, 0.0]).collect();
             let corners = slave.len();

@@ -302,11 +302,14 @@ mod tests {
             close(&starts(&spring, StartValues::Extrapolated), &expected[usize::from(!steady)..]);
             close(&starts(&spring, StartValues::Previous), &[last]);
         }
-        // a motion that turns back, and a path that has begun anew
-        let mut turned = line(&Spring::default());
-        turned.states[0].state.unknowns[0] = 2.0;
+        // a motion that turns back, one that is off by 0.3 and by 0.04 of its increment, and a path that has begun anew
         let spring = Spring::default();
-        close(&candidates(&spring, &turned, 2.25, StartValues::Extrapolated, None, &Alone), &[last]);
+        for (before, steady) in [(2.0, false), (0.8 + 0.1375, false), (0.8 + 0.0183, true)] {
+            let mut turned = line(&spring);
+            turned.states[0].state.unknowns[0] = before;
+            let found = candidates(&spring, &turned, 2.25, StartValues::Extrapolated, None, &Alone);
+            close(&found, &[ahead, last][usize::from(!steady)..]);
+        }
         let mut anew = line(&spring);
         anew.states[1].rest = true;
         close(&candidates(&spring, &anew, 2.25, StartValues::Extrapolated, None, &Alone), &[last]);
