@@ -171,7 +171,7 @@ def failing(programs, number):
         command = [program, "--test-threads=2", "-q"]
         try:
             code = subprocess.run(
-                command, cwd=folder, env=environment, preexec_fn=limit, timeout=15 * LIMIT, check=False, **silent
+                command, cwd=folder, env=environment, preexec_fn=limit, timeout=3 * LIMIT, check=False, **silent
             ).returncode
         except subprocess.TimeoutExpired:
             code = 1
