@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Runs what docs/robustness.md tells and puts its tables between the marks of that page; under an hour on two idle cores.
 # `measure.sh NAME …` repeats single ones: kills, faults, memory, random_gradients; and `fuzz SECONDS`, which runs every
-# fuzz target for so long and adds its executions to docs/robustness/fuzz.csv.
+# fuzz target for so long and adds its executions to docs/robustness/fuzz.csv; and `mutations`, which asks cargo-mutants for a
+# sample, runs the tests with each (docs/robustness/mutations.py) and adds what they noticed to docs/robustness/mutations.csv.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -65,6 +66,38 @@ fuzz_table() {
             printf "| together | %.0f | %d | %d |\n", S / 60, E, F
         }' docs/robustness/fuzz.csv > "$tables/fuzz.md"
     put docs/robustness.md fuzz "$tables/fuzz.md"
+}
+
+mutations() {
+    docs/robustness/mutations.py docs/robustness/mutations.csv "${SLIPSTICK_MUTATIONS:-target/mutations}"
+    mutations_table
+}
+
+# The latest version in docs/robustness/mutations.csv, beside what the crate's own tests noticed in the first: version, crate,
+# sampled, unviable, noticed by the tests of the crate, by those of the facade alone, unnoticed.
+mutations_table() {
+    awk -F, '
+        function row(name, r, first) {
+            printf "| %s | %d | %d | %d | %d | %d | %d | %.1f %% | %.1f %% |\n", name, r[3], r[4], first, r[5], r[6], r[7],
+                100 * first / (r[3] - r[4]), 100 * (r[5] + r[6]) / (r[3] - r[4])
+        }
+        NR > 1 {
+            if (!($2 in last)) { order[++n] = $2; first[$2] = $5 }
+            last[$2] = $0
+        }
+        END {
+            print "| crate | sampled | do not compile | noticed by its own tests at first | now | by the facade alone |" \
+                " not noticed | share at first, own tests | share now |"
+            print "|---|---|---|---|---|---|---|---|---|"
+            for (i = 1; i <= n; i++) {
+                split(last[order[i]], r)
+                for (k = 3; k <= 7; k++) R[k] += r[k]
+                sum += first[order[i]]
+                row("`" order[i] "`", r, first[order[i]])
+            }
+            row("together", R, sum)
+        }' docs/robustness/mutations.csv > "$tables/mutations.md"
+    put docs/robustness.md mutations "$tables/mutations.md"
 }
 
 if [ "${1:-}" = fuzz ]; then

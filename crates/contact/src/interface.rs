@@ -347,4 +347,48 @@ mod tests {
             }
         }
     }
+
+    /// Against a search through all masters: one slave facet and layers of parallel master squares over its centre and its
+    /// corners, near and far, for all proportions of slave, masters and reach. What the tree leaves out takes no part.
+    #[test]
+    fn no_master_within_reach_is_missed() {
+        let square = |half: f64| vec![[-half, -half], [half, -half], [half, half], [-half, half]];
+        // far from the origin, and its first corner far from the others
+        let needle = vec![[5.1, 0.3], [-9.9, 0.4], [-9.9, 0.2]];
+        for (slave, half, reach) in [
+            (square(1.0), 0.05, 0.1),
+            (square(0.05), 10.0, 0.5),
+            (square(0.05), 0.05, 2.0),
+            (square(1.0), 1.0, 0.1),
+            (needle, 3e-4, 0.1),
+        ] {
+            let mut x: Vec<f64> = slave.iter().flat_map(|&[a, b]| [a, b, 0.0]).collect();
+            let corners = slave.len();
+            let centre: [f64; 2] = std::array::from_fn(|c| slave.iter().map(|p| p[c]).sum::<f64>() / corners as f64);
+            // the farthest layer that couples, whose centres are beyond the reach by the radius of a square, and a farther one
+            let farthest = reach + f64::sqrt(2.0) * half;
+            let mut masters = Vec::new();
+            for height in [0.0, 0.9 * reach, 0.999 * farthest, 1.001 * farthest].map(|h| [-h, h]).concat() {
+                for at in slave.iter().chain([&centre]) {
+                    let [a, b] = [0, 1].map(|c| centre[c] + 0.99 * (at[c] - centre[c]));
+                    let first = (x.len() / 3) as u32;
+                    // it faces down
+                    x.extend(square(half).iter().flat_map(|p| [a + p[1], b + p[0], height]));
+                    masters.push(FacetNodes::from([first, first + 1, first + 2, first + 3]));
+                }
+            }
+            let slave = FacetNodes::new(&[0, 1, 2, 3][..corners]).unwrap();
+            let shape = MultiplierShape::Standard;
+            let options = InterfaceOptions { shape, rule: CellRule::Seven, reach, feature_angle: 0.5 };
+            let mut interface = ContactInterface::new(vec![slave], masters.clone(), &x, options).unwrap();
+            interface.evaluate(&x, false, &mut Vec::new()).unwrap();
+            let settings = Settings { x: &x, rule: &interface.rule, shape, reach, with_gradient: false };
+            let mut all = FacetCoupling::default();
+            all.evaluate(&slave, [false; 4], masters.iter().copied(), settings).unwrap();
+            // by counting: of eight layers two are too far
+            assert_eq!(all.nodes.len(), corners + 6 * 4 * (corners + 1));
+            assert_eq!(interface.couplings[0].nodes, all.nodes);
+            assert_eq!(interface.couplings[0].coefficient, all.coefficient);
+        }
+    }
 }

@@ -241,6 +241,7 @@ mod tests {
         let variables = example();
         assert_eq!(variables.designed(), [1, 3, 5]);
         assert_eq!(variables.domain(), [1, 2, 3, 4, 5]);
+        assert_eq!((variables.count(), variables.element_count(), variables.roles().len()), (3, 7, 7));
         let x = [0.1, 0.3, 0.5];
         let densities = variables.apply(&x);
         assert_eq!(densities, [1.0, 0.1, 1.0, 0.3, 0.0, 0.5, 1.0]);

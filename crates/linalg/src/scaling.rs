@@ -159,4 +159,26 @@ mod tests {
             assert_eq!(s / (scaling.rows[k / n] * scaling.columns[k % n]), a.values[k]);
         }
     }
+
+    /// By definition: an earlier scaling is kept, bit for bit, while the largest entries of rows and columns are within 16 and
+    /// 1/16. Else the matrix is scaled anew. Empty rows do not matter.
+    #[test]
+    fn a_scaling_is_kept_while_it_levels() {
+        let matrix = |first: f64| {
+            let (row_offsets, columns) = (vec![0, 2, 3, 3], vec![0, 1, 1]);
+            let pattern = CsrPattern { n: 3, row_offsets, columns, groups: vec![0; 3], origins: Vec::new() };
+            CsrMatrix { pattern: Arc::new(pattern), values: vec![first, 0.5, 1.0] }
+        };
+        // all factors are one
+        let earlier = Scaling { rows: vec![1.0; 3], columns: vec![1.0; 3] };
+        for (first, kept) in [(1.0, true), (15.0, true), (1.0 / 15.0, true), (17.0, false), (1.0 / 17.0, false)] {
+            let a = matrix(first);
+            let found = Scaling::follow(Some(earlier.clone()), &a);
+            let expected = if kept { earlier.clone() } else { Scaling::equilibrate(&a) };
+            assert_eq!((&found.rows, &found.columns), (&expected.rows, &expected.columns), "{first}");
+            assert_eq!(found.rows == earlier.rows && found.columns == earlier.columns, kept, "{first}");
+        }
+        let other = Scaling { rows: vec![1.0; 2], columns: vec![1.0; 2] };
+        assert_eq!(Scaling::follow(Some(other), &matrix(1.0)).rows.len(), 3);
+    }
 }

@@ -429,3 +429,32 @@ impl GivensLeastSquares {
         y
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the normal equations: what the minimiser leaves of β e₁ is perpendicular to all columns, and its norm is the one that was
+    /// returned.
+    #[test]
+    fn least_squares_leave_what_is_perpendicular() {
+        let columns = [vec![0.8, 1.1], vec![-0.4, 0.7, 0.9], vec![0.3, -1.2, 0.5, 0.6]];
+        let beta = 1.7;
+        let mut least = GivensLeastSquares::new(beta);
+        for count in 1..=3 {
+            let norm = least.push(columns[count - 1].clone());
+            let y = least.solution();
+            let rest: Vec<f64> = (0..=count)
+                .map(|i| {
+                    let product: f64 = (0..count).map(|j| columns[j].get(i).unwrap_or(&0.0) * y[j]).sum();
+                    if i == 0 { beta - product } else { -product }
+                })
+                .collect();
+            assert!((rest.iter().map(|r| r * r).sum::<f64>().sqrt() - norm).abs() < 1e-15, "{count}: {norm}");
+            for column in &columns[..count] {
+                let along: f64 = column.iter().zip(&rest).map(|(h, r)| h * r).sum();
+                assert!(along.abs() < 1e-15, "{count}: {along}");
+            }
+        }
+    }
+}

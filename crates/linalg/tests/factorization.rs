@@ -5,7 +5,7 @@ mod common;
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
     CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolverChoice,
-    SupernodalSolver, solve_verified,
+    SupernodalSolver, Transposed, solve_verified,
 };
 use std::sync::Arc;
 
@@ -252,4 +252,57 @@ fn solvers_follow_changes_of_values_and_patterns() {
             assert!(relative_residual(a, false, &x, &b) < 1e-9, "{}", solver.name());
         }
     }
+}
+
+/// Dense blocks of unknowns, and which of them are coupled.
+fn blocks(sizes: &[usize], coupled: impl Fn(usize, usize) -> bool) -> CsrMatrix {
+    let block: Vec<usize> = sizes.iter().enumerate().flat_map(|(b, &size)| vec![b; size]).collect();
+    let n = block.len();
+    let entry = |i: usize, j: usize| if i == j { n as f64 } else { ((i * 7 + j * 3) as f64).sin() };
+    let row = |i: usize| (0..n).filter(|&j| coupled(block[i], block[j])).map(|j| (j as u32, entry(i, j))).collect();
+    csr(&(0..n).map(row).collect::<Vec<_>>(), (0..n as u32).collect())
+}
+
+/// By hand: a front of p pivots and r rows beyond has p (p + 2 r) entries and takes ⅔ p³ + 2 p² r + 2 p r² operations. A dense
+/// matrix is one front; of two blocks of 100 that a third one of 30 joins, one leaves its 30 rows to the front of the others.
+#[test]
+fn entries_and_operations_are_those_of_the_fronts() {
+    let front = |p: f64, r: f64| [p * (p + 2.0 * r), 2.0 / 3.0 * p * p * p + 2.0 * p * p * r + 2.0 * p * r * r];
+    let (one, other) = (front(100.0, 30.0), front(130.0, 0.0));
+    for (a, fronts, [entries, operations]) in [
+        (blocks(&[60], |_, _| true), 1, front(60.0, 0.0)),
+        (blocks(&[100, 100, 30], |a, b| a == b || a == 2 || b == 2), 2, [one[0] + other[0], one[1] + other[1]]),
+    ] {
+        let close = |found: f64, exact: f64| assert!((found / exact - 1.0).abs() < 1e-12, "{found} instead of {exact}");
+        let (predicted_entries, predicted_operations) = MultifrontalSolver::predict(&a.pattern).unwrap();
+        close(predicted_entries, entries);
+        close(predicted_operations, operations);
+        for (precision, size) in [(Precision::F64, 8.0), (Precision::F32, 4.0)] {
+            let factors = MultifrontalSolver::new(precision).factorize_matrix(&a).unwrap();
+            assert_eq!((factors.statistics().fronts, factors.statistics().delayed_pivots), (fronts, 0));
+            close(factors.statistics().factor_entries as f64, entries);
+            close(factors.operations(), operations);
+            // and a few lists
+            let bytes = factors.bytes() as f64;
+            assert!(bytes >= size * entries && bytes < 1.5 * size * entries, "{bytes}");
+            let transposed = Transposed(&factors);
+            assert_eq!((transposed.bytes(), transposed.operations()), (factors.bytes(), factors.operations()));
+            assert_eq!((transposed.precision(), transposed.part()), (precision, factors.part()));
+        }
+    }
+}
+
+/// By definition: once double precision is insisted on, factors are of it; solvers that make no others change nothing.
+#[test]
+fn double_precision_can_be_insisted_on() {
+    let a = blocks(&[20], |_, _| true);
+    let single = SolverChoice::Multifrontal { precision: Precision::F32 };
+    let double = SolverChoice::Multifrontal { precision: Precision::F64 };
+    for (choice, changes) in [(SolverChoice::Auto, true), (single, true), (double, false), (SolverChoice::Faer, false)]
+    {
+        let mut solver = RobustSolver::new(choice);
+        assert_eq!((solver.insist_on_double(), solver.insist_on_double()), (changes, false), "{choice:?}");
+        assert_eq!(solver.factorize(&a).unwrap().precision(), Precision::F64, "{choice:?}");
+    }
+    assert_eq!(RobustSolver::new(single).factorize(&a).unwrap().precision(), Precision::F32);
 }

@@ -25,6 +25,7 @@ fn ranges_make_up_the_whole() {
         let ranges = on_ranks(size, |rank| own_range(count, &rank));
         assert!(ranges.into_iter().flatten().eq(0..count));
     }
+    assert_eq!((Alone.rank(), Alone.size(), own_range(11, &Alone)), (0, 1, 0..11));
 }
 
 /// The rows of a rank, and of each other row the entries in its columns where `i + j` is even: what ranks add to each other's.

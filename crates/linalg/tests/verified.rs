@@ -7,6 +7,7 @@ use slipstick_linalg::{
     CsrMatrix, CsrPattern, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolveError, SolveOptions,
     SolverChoice, SupernodalSolver, Transposed, solve_from, solve_verified, solve_with,
 };
+use std::sync::Arc;
 
 const BRICK: Brick =
     Brick { nodes: [9, 8, 7], multipliers: true, contrast: 3.0, nonsymmetry: 0.05, fixed_bottom: true };
@@ -188,6 +189,38 @@ fn soft_parts_beside_stiff_ones_are_solved_as_well() {
             let found: Vec<f64> = of_both.iter().map(|x| factor * x).collect();
             let error = difference(&found, &expected);
             assert!(error < 1e-10, "{factor:e}: {error:e}");
+        }
+    }
+}
+
+/// By hand: on a cyclic shift of 40 unknowns, the residual e₀ − e₁ cannot fall below 1 before the 39th direction. So the
+/// iteration is given up as soon as its pace is seen, where that is asked for.
+#[test]
+fn hopeless_iterations_are_given_up() {
+    let n = 40;
+    let matrix = |column: &dyn Fn(usize) -> usize| {
+        let pattern = CsrPattern {
+            n,
+            row_offsets: (0..=n).collect(),
+            columns: (0..n).map(|i| column(i) as u32).collect(),
+            groups: (0..n as u32).collect(),
+            origins: vec![],
+        };
+        CsrMatrix { pattern: Arc::new(pattern), values: vec![1.0; n] }
+    };
+    let (shift, identity) = (matrix(&|i| (i + n - 1) % n), matrix(&|i| i));
+    let factors = SupernodalSolver::new().factorize(&identity).unwrap();
+    let mut b = vec![0.0; n];
+    b[0] = 1.0;
+    for (give_up_early, most) in [(false, 30), (true, 6)] {
+        let options = SolveOptions { tolerance: 1e-10, max_iterations: 30, restart: 30, give_up_early };
+        let mut x = vec![0.0; n];
+        match solve_with(&shift, factors.as_ref(), false, &b, &mut x, &options) {
+            Err(SolveError::NotConverged { report, .. }) => {
+                assert!(report.iterations <= most && (give_up_early || report.iterations == most), "{report:?}");
+                assert!(report.relative_residual >= 1.0 - 1e-12, "{report:?}");
+            }
+            other => panic!("{other:?}"),
         }
     }
 }

@@ -30,8 +30,12 @@ mod linear;
 mod march;
 mod newton;
 mod problem;
+#[cfg(test)]
+mod spring;
 mod start;
 mod sweep;
+#[cfg(test)]
+mod tests;
 mod timings;
 mod uzawa;
 

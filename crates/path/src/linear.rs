@@ -468,3 +468,54 @@ impl Reduced {
         full
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipstick_linalg::{Alone, CsrPattern};
+
+    /// Factors of which only the sizes are known.
+    struct Sizes {
+        operations: f64,
+        bytes: usize,
+        precision: Precision,
+    }
+
+    impl Factorization for Sizes {
+        fn solve(&self, _: &mut [f64]) {}
+
+        fn solve_transpose(&self, _: &mut [f64]) {}
+
+        fn n(&self) -> usize {
+            1
+        }
+
+        fn bytes(&self) -> usize {
+            self.bytes
+        }
+
+        fn precision(&self) -> Precision {
+            self.precision
+        }
+
+        fn operations(&self) -> f64 {
+            self.operations
+        }
+    }
+
+    /// By hand: new factors of 4e10 operations take 2 s, half of that in single precision. An iteration that passes over 8e8 bytes
+    /// takes 0.1 s. Half of the break-even number, 60 at most.
+    #[test]
+    fn earlier_factors_are_given_half_of_what_new_ones_cost() {
+        let pattern = CsrPattern { n: 1, row_offsets: vec![0, 1], columns: vec![0], groups: vec![0], origins: vec![] };
+        let matrix = CsrMatrix { pattern: Arc::new(pattern), values: vec![1.0] };
+        let of =
+            |operations: f64, bytes: usize, precision| budget(&matrix, &Sizes { operations, bytes, precision }, &Alone);
+        // a little more than whole numbers, since the matrix takes 12 bytes
+        assert_eq!(of(4.01e10, 800_000_000, Precision::F64), 10);
+        assert_eq!(of(4.01e10, 800_000_000, Precision::F32), 5);
+        assert_eq!(of(4.01e10, 400_000_000, Precision::F64), 20);
+        assert_eq!(of(4e12, 800_000_000, Precision::F64), 60);
+        assert_eq!(of(0.0, 800_000_000, Precision::F64), 0);
+    }
+}

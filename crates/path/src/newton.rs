@@ -435,6 +435,91 @@ impl ActiveSets {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spring::Spring;
+
+    /// By definition: an absolute bound is one on the norm and on the last increment, a relative one on the part of the scale
+    /// and on the next increment.
+    #[test]
+    fn bounds_are_on_norms_or_on_parts_of_scales() {
+        let (absolute, relative) = (Tolerance::Absolute(0.1), Tolerance::Relative(0.1));
+        let verdicts = |norm: f64| [absolute.allows(norm, 50.0), relative.allows(norm, 50.0)];
+        assert_eq!(
+            [0.05, 0.1, 0.2, 5.0, 6.0].map(verdicts),
+            [[true, true], [true, true], [false, true], [false, true], [false, false]]
+        );
+        assert!(absolute.allows_increment(0.05, 7.0, 50.0) && !absolute.allows_increment(7.0, 0.05, 50.0));
+        assert!(relative.allows_increment(7.0, 0.05, 50.0) && !relative.allows_increment(0.05, 7.0, 50.0));
+    }
+
+    /// By hand: what contracted by a hundred does so again; what was damped, or contracted by less than ten, need not.
+    #[test]
+    fn increments_are_foreseen_by_their_contraction() {
+        let record = |displacement: f64, multiplier: f64, step_length: f64| IterationRecord {
+            displacement,
+            multiplier,
+            step_length,
+            ..IterationRecord::default()
+        };
+        let close = |found: (f64, f64), exact: (f64, f64)| {
+            let apart = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b;
+            assert!(apart(found.0, exact.0) && apart(found.1, exact.1), "{found:?} instead of {exact:?}");
+        };
+        let last = record(1e-4, 3e-2, 1.0);
+        close(foreseen(None, &last), (1e-4, 3e-2));
+        // the slower of the two: 1/100 and 1/50
+        close(foreseen(Some(&record(1e-2, 1.5, 1.0)), &last), (1e-4 / 50.0, 3e-2 / 50.0));
+        close(foreseen(Some(&record(1e-3, 30.0, 1.0)), &last), (1e-4, 3e-2));
+        close(foreseen(Some(&record(1e-2, 1.5, 0.5)), &last), (1e-4, 3e-2));
+        // without multipliers
+        close(foreseen(Some(&record(1e-2, 0.0, 1.0)), &record(1e-4, 0.0, 1.0)), (1e-6, 0.0));
+    }
+
+    /// By counting: three iterations without a residual below 0.7 of the best are a stall, and it is remembered.
+    #[test]
+    fn a_stall_is_three_iterations_without_progress() {
+        let damped = |sizes: &[f64]| {
+            let mut progress = Progress::default();
+            sizes.iter().map(|&size| (progress.add(size), progress.damped).1).collect::<Vec<_>>()
+        };
+        assert_eq!(damped(&[1.0, 0.8, 0.75, 0.71, 0.1]), [false, false, false, true, true]);
+        assert_eq!(damped(&[1.0, 0.8, 0.75, 0.6, 0.5, 0.5, 0.5]), [false, false, false, false, false, false, true]);
+        let mut progress = Progress::default();
+        assert!(progress.falls_to(3.0));
+        progress.add(1.0);
+        assert!(progress.falls_to(0.09) && !progress.falls_to(0.11));
+    }
+
+    /// By hand: a linear spring's residual after α times `factor` of Newton's increment is |1 − α factor| of that before. Whole
+    /// increments are taken up to a growth by 3; beyond, the first of 1, 1/2 … 1/16 that lets it fall, or the best.
+    #[test]
+    fn increments_are_damped_after_an_outburst() {
+        let fixed = [true, true, true, false, false, false];
+        for (factor, length, damped) in
+            [(1.0, 1.0, false), (3.9, 1.0, false), (4.1, 0.25, true), (10.0, 0.125, true), (-5.0, 0.0625, true)]
+        {
+            let mut spring = Spring { stiffness: [1.5, 0.5, 3.0], ..Spring::linear() };
+            spring.begin_step(&Spring::rest(), 1.0, false).unwrap();
+            let (mut y, mut residual) = (vec![0.2, 0.4, -0.1, 0.0, 0.0, 0.0], vec![0.0; 6]);
+            spring.residual(&y, &mut residual).unwrap();
+            // K is φ + 1
+            let increment: Vec<f64> = (0..6)
+                .map(|i| if i < 3 { 0.0 } else { -factor * residual[i] / (spring.stiffness[i - 3] + 1.0) })
+                .collect();
+            let before = free_norm(&residual, &fixed);
+            let mut progress = Progress::default();
+            let found = advance(&mut spring, &mut y, &increment, &mut residual, &fixed, &mut progress);
+            assert_eq!((found, progress.damped), (Ok(length), damped), "{factor}");
+            let left = free_norm(&residual, &fixed) / before;
+            assert!((left - (1.0 - length * factor).abs()).abs() < 1e-14, "{factor}: {left}");
+            assert!((0..6).all(|i| i < 3 || y[i] == length * increment[i]));
+        }
+    }
+
+    /// By hand: the norm over what is not prescribed.
+    #[test]
+    fn norms_are_over_free_unknowns() {
+        assert_eq!(free_norm(&[3.0, 100.0, -4.0], &[false, true, false]), 5.0);
+    }
 
     #[test]
     fn an_alternating_active_set_is_recognised_and_a_settled_one_is_not() {

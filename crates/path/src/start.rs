@@ -208,3 +208,123 @@ fn extrapolated(problem: &dyn StepProblem, path: &Path, time: f64, target: &[f64
     });
     (steady && difference <= STEADY * STEADY * increment).then_some(ahead)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::march::{MarchOptions, Silent, march};
+    use crate::spring::Spring;
+    use crate::{LinearSystem, StepReport, StepState};
+    use slipstick_linalg::{Alone, SolverChoice};
+
+    fn guide() -> Guide {
+        let unknowns = [[0.0, 0.0], [1.0, -2.0], [4.0, 2.0]].map(|u| u.to_vec()).to_vec();
+        Guide::from_parts(vec![0.0, 0.5, 2.0], unknowns, 2, &Alone).unwrap()
+    }
+
+    /// By hand: a time is a part of the way between two states, and the increment between two times is added to the last
+    /// state.
+    #[test]
+    fn a_guide_is_linear_between_its_states() {
+        let guide = guide();
+        assert_eq!(
+            [0.0, 0.125, 0.5, 0.875, 2.0].map(|time| guide.at(time)),
+            [Some((0, 0.0)), Some((0, 0.25)), Some((0, 1.0)), Some((1, 0.25)), Some((1, 1.0))]
+        );
+        assert_eq!(guide.at(2.1), None);
+        // u is (0.5, −1) at 0.25 and (1.75, −1) at 0.875
+        assert_eq!(guide.ahead(&[10.0, 20.0], 0.25, 0.875, &Alone), Some(vec![11.25, 20.0]));
+        assert_eq!(guide.ahead(&[10.0, 20.0], 0.25, 2.5, &Alone), None);
+        assert_eq!(guide.ahead(&[10.0, 20.0, 30.0], 0.25, 0.875, &Alone), None);
+        assert_eq!(guide.next_step(0.5), None);
+        let holding = guide.holding_steps();
+        assert_eq!([0.0, 0.5, 1.9, 2.0].map(|time| holding.next_step(time)), [Some(0.5), Some(2.0), Some(2.0), None]);
+    }
+
+    #[test]
+    fn numbers_that_are_no_guide() {
+        let from = |times: &[f64], unknowns: &[&[f32]]| {
+            Guide::from_parts(times.to_vec(), unknowns.iter().map(|u| u.to_vec()).collect(), 2, &Alone).err()
+        };
+        let (one, other): (&[f32], &[f32]) = (&[0.0, 0.0], &[1.0, 2.0]);
+        assert_eq!(from(&[0.0, 1.0], &[one, other]), None);
+        for times in [&[0.1, 1.0][..], &[0.0, 0.0], &[0.0, f64::INFINITY], &[0.0], &[]] {
+            assert_eq!(from(times, &[one, other]), Some(GuideError::Times), "{times:?}");
+        }
+        assert_eq!(from(&[0.0, 1.0], &[one, &[1.0]]), Some(GuideError::Unknowns));
+        assert_eq!(from(&[0.0, 1.0], &[one, &[1.0, f32::NAN]]), Some(GuideError::Unknowns));
+    }
+
+    /// A path of two states, at 1 and 1.5, whose unknowns are a line in time through the driven node's motion.
+    fn line(spring: &Spring) -> Path {
+        let at = |time: f64| {
+            let mut unknowns = vec![0.0, 0.0, 0.0, 3.0 * time, 1.0 - time, 2.0];
+            spring.prescribe(time, &mut unknowns);
+            PathState {
+                time,
+                state: StepState { unknowns, history: vec![0.0; 3] },
+                completes: None,
+                report: StepReport::default(),
+                active_set: Vec::new(),
+                rest: false,
+                divided: false,
+                factors: None,
+            }
+        };
+        Path { states: vec![at(1.0), at(1.5)], steps: 0, factor_bytes: 0 }
+    }
+
+    /// By hand: the line goes on to 2.25 by one and a half of the last increment, as long as motion and loads go on as they
+    /// did, up to a tenth of their increments.
+    #[test]
+    fn start_values_go_on_where_motion_and_loads_do() {
+        let starts =
+            |spring: &Spring, values: StartValues| candidates(spring, &line(spring), 2.25, values, None, &Alone);
+        let last = [1.2, -0.6, 0.3, 4.5, -0.5, 2.0];
+        let ahead = [1.8, -0.9, 0.45, 6.75, -1.25, 2.0];
+        let close = |found: &[Vec<f64>], exact: &[[f64; 6]]| {
+            assert_eq!(found.len(), exact.len());
+            for (a, b) in found.iter().flatten().zip(exact.as_flattened()) {
+                assert!((a - b).abs() < 1e-14, "{found:?} instead of {exact:?}");
+            }
+        };
+        // from 1 to 1.5 the load grows by 0.5, and on by 0.75 would be steady; the bound is a tenth of the increment
+        for (load, steady) in [
+            ((|time| time) as fn(f64) -> f64, true),
+            (|time| if time < 2.0 { time } else { 2.31 }, true),
+            (|time| if time < 2.0 { time } else { 2.35 }, false),
+            (|time| if time < 2.0 { time } else { 2.19 }, true),
+            (|time| if time < 2.0 { time } else { 2.15 }, false),
+            (|time| 1e3 * time * time, false),
+        ] {
+            let spring = Spring { load, ..Spring::default() };
+            let expected = [ahead, last];
+            close(&starts(&spring, StartValues::Extrapolated), &expected[usize::from(!steady)..]);
+            close(&starts(&spring, StartValues::Previous), &[last]);
+        }
+        // a motion that turns back, one that is off by 0.3 and by 0.04 of its increment, and a path that has begun anew
+        let spring = Spring::default();
+        for (before, steady) in [(2.0, false), (0.8 + 0.1375, false), (0.8 + 0.0183, true)] {
+            let mut turned = line(&spring);
+            turned.states[0].state.unknowns[0] = before;
+            let found = candidates(&spring, &turned, 2.25, StartValues::Extrapolated, None, &Alone);
+            close(&found, &[ahead, last][usize::from(!steady)..]);
+        }
+        let mut anew = line(&spring);
+        anew.states[1].rest = true;
+        close(&candidates(&spring, &anew, 2.25, StartValues::Extrapolated, None, &Alone), &[last]);
+    }
+
+    /// Steps of a linear spring that start on the line through the last two states start at their solution.
+    #[test]
+    fn a_linear_path_is_extrapolated() {
+        let (mut spring, mut linear) = (Spring::linear(), LinearSystem::new(SolverChoice::Auto));
+        let options = MarchOptions::default();
+        let path = march(&mut spring, &mut linear, Spring::rest(), &[0.3, 1.0, 1.2], &[], &options, None, &mut Silent)
+            .unwrap();
+        for at in &path.states[2..] {
+            assert_eq!(at.report.iterations.len(), 1);
+            assert!(at.report.iterations[0].displacement < 1e-14);
+        }
+    }
+}

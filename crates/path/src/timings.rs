@@ -124,6 +124,21 @@ mod tests {
         assert_eq!((begin, timings.calls(Phase::Solve), timings.total()), (None, 0, 0.0));
     }
 
+    /// By hand, with a clock that goes on by a second at each reading: each call takes one.
+    #[test]
+    fn seconds_are_those_of_the_clock() {
+        thread_local!(static NOW: std::cell::Cell<f64> = const { std::cell::Cell::new(40.0) });
+        let mut timings = Timings::with_clock(|| NOW.replace(NOW.get() + 1.0));
+        for phase in [Phase::Solid, Phase::Factor, Phase::Solid] {
+            let begin = timings.begin();
+            timings.end(phase, begin);
+        }
+        let seconds = |timings: &Timings| Phase::ALL.map(|p| timings.seconds(p));
+        assert_eq!((seconds(&timings), timings.total()), ([2.0, 0.0, 0.0, 1.0, 0.0, 0.0], 3.0));
+        assert_eq!(seconds(&(timings + timings)), [4.0, 0.0, 0.0, 2.0, 0.0, 0.0]);
+        assert_eq!(seconds(&(timings + timings - timings)), [2.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    }
+
     #[test]
     fn sums_and_differences_are_by_phase() {
         let mut timings = Timings::with_clock(|| 7.0);

@@ -185,4 +185,10 @@ mod tests {
             assert!(clusters.colours.len() < 20, "{} colours", clusters.colours.len());
         }
     }
+
+    /// By hand.
+    #[test]
+    fn centres_are_means() {
+        assert_eq!(mean([[1.0, 2.0, 3.0], [3.0, 6.0, -1.0]].into_iter()), [2.0, 4.0, 1.0]);
+    }
 }

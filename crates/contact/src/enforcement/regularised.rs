@@ -170,4 +170,30 @@ mod tests {
             }
         }
     }
+
+    /// By definition: a node that nothing lies opposite bears no traction, nor does one whose gap is prescribed, however
+    /// deep they penetrate.
+    #[test]
+    fn uncovered_and_prescribed_nodes_bear_no_traction() {
+        let pressed = NodeMeasures {
+            gap: -0.1,
+            slip: Vector2::new(0.001, 0.004),
+            area: 0.7,
+            reference_area: 1.0,
+            edge_stiffness: 25.0,
+            edge_cover: 0.05,
+            freedom: Freedom::Full,
+        };
+        for scaling in [StiffnessScaling::ReferenceArea, StiffnessScaling::Weighted] {
+            let stiffness = Stiffness { normal: 30.0, tangential: 20.0, scaling };
+            let of = |at: &NodeMeasures| traction(Vector3::new(0.5, 0.05, 0.02), at, 0.4, &stiffness);
+            assert_eq!(of(&pressed).status, Status::Stick);
+            let uncovered = NodeMeasures { area: 0.0, ..pressed };
+            for at in [uncovered, NodeMeasures { freedom: Freedom::None, ..pressed }] {
+                let open = of(&at);
+                assert_eq!((open.status, open.value), (Status::Inactive, Vector3::zeros()));
+                assert_eq!((open.by_gap, open.by_multiplier), (Vector3::zeros(), Matrix3::zeros()));
+            }
+        }
+    }
 }

@@ -102,6 +102,16 @@ fn six(points: &mut Vec<CellPoint>, a: f64, b: f64, weight: f64) {
 mod tests {
     use super::*;
 
+    /// By counting: a rule that is asked for by its number of points has that many. There are five such numbers.
+    #[test]
+    fn rules_are_named_by_their_number_of_points() {
+        let found: Vec<usize> = (0..100).filter(|&points| CellRule::with_points(points).is_some()).collect();
+        assert_eq!(found, [1, 3, 6, 7, 12]);
+        for points in found {
+            assert_eq!(CellRule::with_points(points).unwrap().points().len(), points);
+        }
+    }
+
     /// ∫ over the unit triangle of λ₁^a λ₂^b = a! b! / (a + b + 2)!, times 2 for the normalised area.
     #[test]
     fn rules_integrate_monomials_to_their_degree() {

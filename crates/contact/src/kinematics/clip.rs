@@ -372,6 +372,53 @@ mod tests {
         Ok(())
     }
 
+    /// Direction of the slave's bottom edge in the tests of crossings: of no axis, with round components.
+    const ALONG: Point = [0.8, 0.6];
+
+    /// The vertex where the bottom edges of two facets cross at the angle `slope`: at 0.3 of the slave's edge and 0.4 of the
+    /// master's. All lengths are multiplied by `scale`.
+    fn crossing_at(slope: f64, scale: f64) -> Vertex {
+        let turned =
+            |p: Point| [scale * (ALONG[0] * p[0] - ALONG[1] * p[1]), scale * (ALONG[1] * p[0] + ALONG[0] * p[1])];
+        let slave = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].map(turned);
+        let master = [[-1.0, -1.6 * slope], [3.0, 2.4 * slope], [3.0, 2.0], [-1.0, 2.0]].map(turned);
+        let overlap = clip(&slave, &master, &ORDER).unwrap();
+        assert_eq!(overlap.vertices().len(), 5);
+        let exact = turned([0.6, 0.0]);
+        let apart = |v: &&Vertex| (v.position[0] - exact[0]).hypot(v.position[1] - exact[1]) < 1e-3 * scale;
+        *overlap.vertices().iter().find(apart).unwrap()
+    }
+
+    /// By hand, in any unit of length: where edges coincide up to an angle of 3e-11, the crossing stays at 0.3 of the slave's
+    /// edge. It moves by 0.7 of the motion of the edge's start and by 0.3 of that of its end.
+    #[test]
+    fn a_crossing_of_coinciding_edges_rides_on_the_first() {
+        for scale in [1e-3, 1.0, 1e3] {
+            let crossing = crossing_at(3e-11, scale);
+            for (r, row) in crossing.gradient.iter().enumerate() {
+                for (q, found) in row.iter().enumerate() {
+                    let exact = [0.7, 0.3].get(q / 2).filter(|_| q % 2 == r).unwrap_or(&0.0);
+                    assert!((found - exact).abs() < 1e-4, "scale {scale}: {found} instead of {exact} in [{r}][{q}]");
+                }
+            }
+        }
+    }
+
+    /// By hand, in any unit of length: edges at an angle s of 3e-10 do not coincide. If one of them moves across, the crossing
+    /// moves along by 1/s of that.
+    #[test]
+    fn a_crossing_of_nearly_coinciding_edges_moves_along_them() {
+        for scale in [1e-3, 1.0, 1e3] {
+            let slope = 3e-10;
+            let Vertex { gradient, .. } = crossing_at(slope, scale);
+            for (corner, share) in [(0, 0.7), (1, 0.3), (4, -0.6), (5, -0.4)] {
+                let by_motion_across = gradient.map(|row| ALONG[0] * row[2 * corner + 1] - ALONG[1] * row[2 * corner]);
+                let found = slope * (ALONG[0] * by_motion_across[0] + ALONG[1] * by_motion_across[1]);
+                assert!((found - share).abs() < 1e-4, "scale {scale}: {found} instead of {share} at corner {corner}");
+            }
+        }
+    }
+
     proptest! {
         /// Central differences of every vertex, where the topology of the overlap does not change inside the step.
         #[test]

@@ -489,6 +489,43 @@ mod tests {
         }
     }
 
+    /// By hand: corners of a unit square under a master plane that covers it see minus the plane's normal, each on a quarter of
+    /// the square.
+    #[test]
+    fn corners_on_sharp_edges_see_the_master() {
+        let mut x = vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0];
+        let (a, b) = (0.3, -0.2);
+        x.extend(
+            [[-1.0, -1.0], [2.0, -1.0], [2.0, 2.0], [-1.0, 2.0]].iter().flat_map(|p| [p[0], p[1], a * p[0] + b * p[1]]),
+        );
+        let coupling = evaluate(SLAVE.into(), &x, &[[4, 5, 6, 7].into()], MultiplierShape::Standard, false);
+        let normal = Vector3::new(-a, -b, 1.0).normalize();
+        for j in 0..4 {
+            let seen = Vector3::from_row_slice(&coupling.facing[3 * j..][..3]);
+            assert!((seen + 0.25 * normal).norm() < 1e-15, "corner {j}: {seen}");
+        }
+    }
+
+    /// By dimension: D and M are areas, their derivatives lengths, in any unit of length. A power of two leaves the digits.
+    #[test]
+    fn rows_do_not_depend_on_the_unit_of_length() {
+        let unit = 0.5f64.powi(14);
+        let shapes = [MultiplierShape::Standard, MultiplierShape::Dual];
+        for ((slave, triangles), shape) in mixtures().into_iter().flat_map(|m| shapes.map(|shape| (m, shape))) {
+            let (x, facets) = scene(0.6, triangles);
+            let small: Vec<f64> = x.iter().map(|x| unit * x).collect();
+            let [one, other] = [x, small].map(|x| evaluate(slave, &x, &facets, shape, true));
+            assert_eq!(one.nodes, other.nodes);
+            let close = |a: &[f64], b: &[f64], factor: f64| {
+                let size = a.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b / factor).abs() <= 1e-13 * size)
+            };
+            assert!(close(&one.coefficient, &other.coefficient, unit * unit), "{slave:?} {triangles} {shape:?}");
+            assert!(close(&one.gradient, &other.gradient, unit), "{slave:?} {triangles} {shape:?}");
+            assert!(close(&one.facing, &other.facing, unit * unit), "{slave:?} {triangles} {shape:?}");
+        }
+    }
+
     /// A facet folded to an arrow head ends the evaluation where it may touch, and takes no part farther away.
     #[test]
     fn a_folded_facet_is_named_where_it_may_touch() {
@@ -506,5 +543,16 @@ mod tests {
         };
         assert_eq!(at(-0.1), Err(FoldedFacet([4, 5, 6, 7].into())));
         assert_eq!(at(-5.0), Ok(()));
+    }
+
+    /// By hand: a master square of 20 whose centre is 9 aside covers a slave square of 0.1 all the same.
+    #[test]
+    fn a_large_master_couples_aside_of_its_centre() {
+        let mut x = vec![0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.1, 0.0, 0.1, 0.0, 0.0];
+        x.extend([[-1.0, -10.0], [19.0, -10.0], [19.0, 10.0], [-1.0, 10.0]].iter().flat_map(|p| [p[0], p[1], -0.2]));
+        let coupling = evaluate(SLAVE.into(), &x, &[[4, 5, 6, 7].into()], MultiplierShape::Standard, false);
+        assert_eq!(coupling.nodes.len(), 8);
+        let area: f64 = (0..4).flat_map(|j| &coupling.coefficient[8 * j..][..4]).sum();
+        assert!((area - 0.01).abs() < 1e-15, "{area}");
     }
 }

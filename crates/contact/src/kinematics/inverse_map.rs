@@ -126,4 +126,31 @@ mod tests {
         }
         assert!(folded(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), "a bow tie");
     }
+
+    /// Against the map itself: a point with chosen coordinates on a facet has the shape functions of those coordinates, to the
+    /// rounding of the positions, wherever the facet lies and in any unit of length.
+    #[test]
+    fn points_come_back_from_the_bilinear_map() {
+        for (offset, unit) in [([0.0, 0.0], 1.0), ([3e5, -2e5], 1.0), ([-4e5, 1e5], 1e-6), ([0.0, 0.0], 1e6)] {
+            let p = [[0.0, 0.1], [1.0, -0.2], [1.7, 1.9], [-0.4, 0.8]]
+                .map(|q: Point| [unit * (q[0] + offset[0]), unit * (q[1] + offset[1])]);
+            for xi in [[0.9, 0.9], [-1.0, 1.0], [0.95, -0.8], [-0.3, 0.2], [-0.9, -0.95]] {
+                let shape = CORNER.map(|[a, b]| 0.25 * (1.0 + a * xi[0]) * (1.0 + b * xi[1]));
+                let y = [0, 1].map(|c| (0..4).map(|i| shape[i] * p[i][c]).sum::<f64>());
+                let found = map_back(&p, y).map(|image| image.shape).unwrap();
+                let rounding = 1e-15 * (10.0 + offset[0].abs() + offset[1].abs());
+                assert!((0..4).all(|i| (found[i] - shape[i]).abs() < rounding), "{found:?} instead of {shape:?}");
+            }
+        }
+    }
+
+    /// A point more than ten widths off the facet has no place there: the centres of slave and master that overlap are nearer.
+    #[test]
+    fn points_far_off_have_no_place() {
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        assert!(map_back(&square, [3.0, -2.0]).is_ok());
+        for y in [[30.0, 0.5], [0.5, -30.0], [-30.0, 0.2], [0.9, 30.0]] {
+            assert_eq!(map_back(&square, y).err(), Some(Unmappable), "{y:?}");
+        }
+    }
 }

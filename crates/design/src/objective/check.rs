@@ -177,6 +177,18 @@ mod tests {
         }
     }
 
+    /// By hand: differences of sin 10³ d with steps beyond its period mean nothing. One step that agrees is enough, and of a
+    /// wrong slope the nearest difference is named.
+    #[test]
+    fn one_step_that_agrees_is_enough() {
+        let at: [f64; 3] = [0.3, -1.0, 0.2];
+        let wave = |x: &[f64]| x.iter().map(|x| (1e3 * x).sin()).sum::<f64>();
+        let slope = at.map(|x: f64| 1e3 * (1e3 * x).cos());
+        assert_eq!(compare(&at, &slope, wave), Ok(()));
+        let (derivative, difference) = compare(&at, &slope.map(|s| 1.001 * s), wave).unwrap_err();
+        assert!((derivative / difference - 1.001).abs() < 1e-4, "{derivative} {difference}");
+    }
+
     /// Not a number is never right.
     #[test]
     fn derivatives_that_are_not_finite_are_wrong() {

@@ -189,6 +189,23 @@ mod tests {
         assert_eq!(gradient(&objective, &[0.0; 12]), [0.0; 12]);
     }
 
+    /// By hand: a node is free of contact below 1e-12 of the largest force, here (2, −3, 6) × 1e4 of size 7e4, in any unit.
+    #[test]
+    fn the_largest_force_says_what_is_negligible() {
+        let objective = ContactForce::new(vec![1], 3, ObservedSteps::Last, 0.0).unwrap();
+        for unit in [1e-4, 1.0, 1e4] {
+            for (size, counts) in [(6.9e-8, false), (7.1e-8, true)] {
+                let mut force = [2e4, -3e4, 6e4, 0.0, size, 0.0, 1e4, 1e4, -1e4].map(|f| unit * f);
+                let found = objective.value(&view(&force));
+                assert_eq!(found, if counts { -unit * size } else { 0.0 }, "{unit} {size}");
+                force[4] = -force[4];
+                assert_eq!(objective.value(&view(&force)), found);
+            }
+        }
+        let regularised = ContactForce::new(vec![1], 3, ObservedSteps::Last, 1e-3).unwrap();
+        assert_eq!(regularised.threshold(&[2e4, -3e4, 6e4]), 0.0);
+    }
+
     #[test]
     fn derivative_agrees_with_central_differences() {
         for regularisation in [0.0, 1e-3, 1.0] {

@@ -317,3 +317,29 @@ struct Terms {
     to_alpha: f64,
     to_beta: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimizer::MmaParameters;
+    use slipstick_linalg::Alone;
+
+    /// By hand: a constraint of −2 with z = 0.5 of weight 0.5 and y = 0.25 leaves a slack of 2.5. It is taken where it costs less in
+    /// complementarity than the constraint is violated by, and not under a multiplier of 100.
+    #[test]
+    fn slack_is_moved_where_that_costs_little() {
+        let parameters = MmaParameters { a: 0.5, ..MmaParameters::default() };
+        let variables = [Variable { index: 0, range: 1.0, low: -0.5, upp: 0.5, alpha: -0.4, beta: 0.4 }];
+        let subproblem = Subproblem::new(&parameters, &variables, &[0.0], &[-2.0], &[vec![0.0]], &Alone);
+        for (lambda, slack) in [(1e-3, 2.5), (100.0, 1.0)] {
+            let mut at = Point { z: 0.5, y: vec![0.25], lambda: vec![lambda], slack: vec![1.0], ..subproblem.start() };
+            let found = subproblem.residual_with_free_slack(&mut at, 1e-3);
+            assert_eq!((at.slack[0], at.x[0]), (slack, 0.0));
+            // the constraint is violated by what is left of the slack, and that is part of the residual
+            let mut without = Residual { squares: 0.0, max: 0.0 };
+            without.add(if slack == 2.5 { 0.0 } else { 1.5 });
+            without.add(lambda * slack - 1e-3);
+            assert!(found.squares >= without.squares && found.max >= without.max);
+        }
+    }
+}

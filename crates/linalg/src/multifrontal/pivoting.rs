@@ -201,4 +201,19 @@ mod tests {
         let p = eliminate(vec![0.0, 1.0, 1.0, 0.0], 2, 2);
         assert_eq!(p.pivots, 2);
     }
+
+    /// By definition: a pivot reaches a hundredth of the largest entry beyond, in any unit.
+    #[test]
+    fn pivots_reach_a_part_of_what_is_beyond() {
+        for unit in [1e-6, 1.0, 1e6] {
+            for (part, pivots) in [(1.01, 1), (0.99, 0), (50.0, 1)] {
+                let pivot = -part * PIVOT_THRESHOLD * unit;
+                let p = eliminate(vec![pivot, 0.3 * unit, -unit], 3, 1);
+                assert_eq!(p.pivots, pivots, "{part} {unit}");
+                if pivots == 1 {
+                    assert_eq!(p.values, [pivot, 0.3 * unit / pivot, -unit / pivot]);
+                }
+            }
+        }
+    }
 }

@@ -138,4 +138,17 @@ mod tests {
         assert!((two * 512.0 - 1.0).abs() < 1e-15);
         assert_eq!(inverse_power(pulp::Scalar, &[0.3; 8], 0.0), [1.0; 8]);
     }
+
+    /// Expected values: the exponential function of the standard library. What is left of ln 2 in two parts is its own rounding,
+    /// 0.15 ε of the argument.
+    #[test]
+    fn exponentials_agree_with_the_library() {
+        for y in (-200..=200).map(|k| 3.5 * f64::from(k)) {
+            let (shifted, remainder) = exponential(pulp::Scalar, y);
+            let n = shifted - ROUNDING;
+            assert!((n - y * LOG2_E).abs() <= 0.5 + 1e-9);
+            let error = (n.exp2() * remainder / f64::exp(y) - 1.0).abs();
+            assert!(error < (2.0 + 0.2 * y.abs()) * f64::EPSILON, "exp {y}: {error:e}");
+        }
+    }
 }

@@ -121,3 +121,28 @@ fn determinant(f: &[[f64; 3]; 3]) -> f64 {
     let minor = |a: usize, b: usize| f[1][a] * f[2][b] - f[1][b] * f[2][a];
     f[0][0] * minor(1, 2) - f[0][1] * minor(0, 2) + f[0][2] * minor(0, 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipstick_mesh::{BoxShape, box_mesh};
+
+    /// Independent: J is the volume of the moved tetrahedron over that of the one at rest.
+    #[test]
+    fn determinants_are_ratios_of_volumes() {
+        let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.3, 0.7], elements: [1; 3], grading: [1.0; 3] };
+        let mesh = box_mesh("block", &shape).unwrap().divided(|_| true);
+        let elements: Vec<(u32, [u32; 4])> =
+            mesh.elements.iter().zip(0..).map(|(e, number)| (number, e.nodes().try_into().unwrap())).collect();
+        let batch = Batch::new(&mesh, &elements, 0).unwrap();
+        let d: Vec<f64> = (0..3 * mesh.nodes.len()).map(|i| 0.2 * (i as f64 * 1.7).sin()).collect();
+        for (lane, (_, nodes)) in elements.iter().enumerate() {
+            let rest = mesh.coordinates(nodes);
+            let moved: [[f64; 3]; 4] = std::array::from_fn(|corner| {
+                std::array::from_fn(|c| rest[corner][c] + d[3 * nodes[corner] as usize + c])
+            });
+            let ratio = tet_volume(&moved) / tet_volume(&rest);
+            assert!((batch.determinant(lane, &d) - ratio).abs() < 1e-13 * (1.0 + ratio.abs()), "{lane}: {ratio}");
+        }
+    }
+}

@@ -51,6 +51,21 @@ fn smallest_largest_value() {
     assert!((result.x[0] - 0.25).abs() < 1e-7 && (result.last.z - 0.75).abs() < 1e-7);
 }
 
+/// A third function of −1, far below the two lines, does not bind: its slack is what is left to z = 0.75, by hand 1.75, and its
+/// multiplier is 0.
+#[test]
+fn slack_is_what_is_left_to_the_largest_value() {
+    let functions = |x: &[f64]| -> Functions {
+        (0.0, vec![0.0], vec![1.0 - x[0], 0.5 + x[0], -1.0], vec![vec![-1.0], vec![1.0], vec![0.0]])
+    };
+    let parameters = MmaParameters { a: 1.0, ..tight() };
+    let MmaStep { slack, lambda, kkt_residual, .. } = run(functions, &[0.9], (0.0, 1.0), parameters, 60).last;
+    for (found, exact) in slack.iter().zip([0.0, 0.0, 1.75]) {
+        assert!((found - exact).abs() < 1e-7, "{slack:?}");
+    }
+    assert!(lambda[2] < 1e-8 && kkt_residual.max < 1e-7, "{lambda:?} {kkt_residual:?}");
+}
+
 #[test]
 fn fixed_variables_stay_and_count() {
     // min x₀ + x₁ with x₀ x₁ ≥ 4 and x₁ fixed at 2.5: x₀ = 1.6.

@@ -1,0 +1,240 @@
+//! March and sweep of a [`Spring`]: what is by hand, and the gradient against differences.
+
+use crate::spring::Spring;
+use crate::{
+    Guide, LinearSystem, MarchEvent, MarchObserver, MarchOptions, Path, PathGradient, PathObjective, Silent,
+    StartValues, StateError, StepProblem, StepState, SweepOptions, Tolerance, Tolerances, march, sweep,
+};
+use slipstick_linalg::{Alone, SolverChoice};
+
+fn linear() -> LinearSystem {
+    LinearSystem::new(SolverChoice::Auto)
+}
+
+fn options() -> MarchOptions {
+    let all = Tolerance::Relative(1e-13);
+    let mut options = MarchOptions { max_cutbacks: 2, ..MarchOptions::default() };
+    options.newton.tolerances = Tolerances { residual: all, displacement: all, contact: all, multiplier: all };
+    options.newton.linear_tolerance = 1e-13;
+    options
+}
+
+fn path(spring: &mut Spring, times: &[f64], options: &MarchOptions) -> Path {
+    march(spring, &mut linear(), Spring::rest(), times, &[], options, None, &mut Silent).unwrap()
+}
+
+/// θ = Σ over the steps n of n w · y_n, but for those that it does not see.
+struct Weights {
+    unseen: usize,
+}
+
+const W: [f64; 6] = [0.4, -1.1, 0.3, 0.9, 1.7, -0.6];
+
+impl Weights {
+    fn value(&self, path: &Path) -> f64 {
+        let seen = path.completed().filter(|(step, _)| *step != self.unseen);
+        seen.map(|(step, at)| step as f64 * W.iter().zip(&at.state.unknowns).map(|(w, y)| w * y).sum::<f64>()).sum()
+    }
+}
+
+impl PathObjective<Spring> for Weights {
+    fn add_derivative(
+        &mut self,
+        _: &Spring,
+        step: usize,
+        _: f64,
+        _: &StepState,
+        by_unknowns: &mut [f64],
+        _: &mut PathGradient,
+    ) -> Result<(), StateError> {
+        if step != self.unseen {
+            by_unknowns.iter_mut().zip(W).for_each(|(b, w)| *b += step as f64 * w);
+        }
+        Ok(())
+    }
+}
+
+/// Central differences of the whole path, with steps that the objective sees and the last one that it does not, with history,
+/// sub-steps, and with factors that were kept and used again.
+#[test]
+fn the_gradient_of_a_spring_matches_differences() {
+    for (unseen, longest_step, factor_memory) in [(0, f64::INFINITY, 0), (3, 0.12, 0), (2, 0.12, 1 << 20)] {
+        let times = [0.7, 1.0, 1.9];
+        let options = MarchOptions { factor_memory, max_cutbacks: 5, ..options() };
+        let spring = |design: usize, h: f64| {
+            let mut spring = Spring { longest_step, load: |time| 0.3 * time * time, ..Spring::default() };
+            match design {
+                0..3 => spring.stiffness[design] += h,
+                _ => spring.amplitude += h,
+            }
+            spring
+        };
+        let mut objective = Weights { unseen };
+        let mut base = spring(0, 0.0);
+        let mut linear = linear();
+        if factor_memory > 0 {
+            linear.set_budget(Some(30));
+        }
+        let marched = march(&mut base, &mut linear, Spring::rest(), &times, &[], &options, None, &mut Silent).unwrap();
+        let cut = marched.states.len() > 4;
+        assert_eq!((marched.steps, cut), (3, longest_step < 1.0));
+        assert_eq!(marched.states_with_factors() > 0, factor_memory > 0);
+        let found = sweep(
+            &mut base,
+            &mut linear,
+            &marched,
+            &mut objective,
+            &SweepOptions { linear_tolerance: 1e-13, parameters: true },
+        );
+        let PathGradient { design, parameters } = found.unwrap();
+        for (i, found) in design.iter().chain(&parameters).enumerate() {
+            let at = |h: f64| {
+                let other = path(&mut spring(i, h), &times, &options);
+                assert_eq!(other.states.len(), marched.states.len());
+                objective.value(&other)
+            };
+            let h = 1e-3;
+            let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+            assert!((found - difference).abs() < 1e-9, "{i}: {found} instead of {difference}");
+        }
+    }
+}
+
+/// By hand: the linear spring follows by φ/(φ + 1), and a path of another load case begins at rest again.
+#[test]
+fn a_linear_spring_follows() {
+    let mut spring = Spring::linear();
+    let path =
+        march(&mut spring, &mut linear(), Spring::rest(), &[0.5, 2.0], &[1.0], &options(), None, &mut Silent).unwrap();
+    let states: Vec<_> = path.states.iter().map(|s| (s.time, s.completes, s.rest)).collect();
+    assert_eq!(states, [(0.0, None, true), (0.5, Some(1), false), (1.0, None, true), (2.0, Some(2), false)]);
+    for at in &path.states {
+        let mut driven = vec![0.0; 6];
+        spring.prescribe(if at.rest { 0.0 } else { at.time }, &mut driven);
+        for c in 0..3 {
+            let share = spring.stiffness[c] / (spring.stiffness[c] + 1.0);
+            assert!((at.state.unknowns[c] - driven[c]).abs() < 1e-15);
+            assert!((at.state.unknowns[3 + c] - share * driven[c]).abs() < 1e-13);
+        }
+    }
+}
+
+/// What was tried: the target of each step that was accepted, and of each that was tried again.
+#[derive(Default)]
+struct Tried {
+    accepted: Vec<f64>,
+    again: Vec<(f64, bool)>,
+}
+
+impl MarchObserver for Tried {
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        match event {
+            MarchEvent::Accepted(at) => self.accepted.push(at.time),
+            MarchEvent::Retry { time, cut_back, .. } => self.again.push((*time, *cut_back)),
+        }
+    }
+}
+
+/// By hand: u₁ follows by t, and 0.3 is the longest step. Increments are halved twice, and doubled after each success.
+#[test]
+fn increments_are_halved_and_grow_again() {
+    let spring = || {
+        let mut spring = Spring { longest_step: 0.3, ..Spring::linear() };
+        spring.amplitude = (spring.stiffness[0] + 1.0) / spring.stiffness[0];
+        spring
+    };
+    let mut tried = Tried::default();
+    let previous = MarchOptions { start: StartValues::Previous, ..options() };
+    let follow = |guide: Option<&Guide>, options: &MarchOptions, tried: &mut Tried| {
+        march(&mut spring(), &mut linear(), Spring::rest(), &[1.0], &[], options, guide, tried)
+    };
+    let path = follow(None, &previous, &mut tried).unwrap();
+    assert_eq!(tried.accepted, [0.25, 0.5, 0.75, 1.0]);
+    assert_eq!(tried.again, [1.0, 0.5, 0.75, 1.0].map(|time| (time, true)));
+    assert_eq!(path.states.iter().map(|s| s.completes).collect::<Vec<_>>(), [None, None, None, None, Some(1)]);
+    // with a guide that holds them, the sub-steps are taken at once
+    for guide in [Guide::steps_of(&path), Guide::of(&path, &Alone).holding_steps()] {
+        let mut led = Tried::default();
+        follow(Some(&guide), &previous, &mut led).unwrap();
+        assert_eq!((led.accepted, led.again), (vec![0.25, 0.5, 0.75, 1.0], vec![]));
+    }
+    // one halving is not enough: what failed last is the step to 0.5
+    let failure = follow(None, &MarchOptions { max_cutbacks: 1, ..previous }, &mut Tried::default()).unwrap_err();
+    assert_eq!((failure.step, failure.increment), (1, (0.0, 0.5)));
+    assert_eq!(failure.attempts.iter().map(|(time, _)| *time).collect::<Vec<_>>(), [1.0, 0.5]);
+}
+
+/// A guide starts at the solution, so that its path takes one iteration a step; its unknowns are those of the path in single
+/// precision.
+#[test]
+fn a_guide_leads_to_its_own_path() {
+    let times = [0.4, 1.0];
+    let options = MarchOptions { start: StartValues::Previous, ..MarchOptions::default() };
+    let alone = path(&mut Spring::default(), &times, &options);
+    let guide = Guide::of(&alone, &Alone);
+    assert_eq!((guide.times(), guide.length()), ([0.0, 0.4, 1.0].as_slice(), 6));
+    let single = |index: usize| alone.states[index].state.unknowns.iter().map(|&v| v as f32).collect::<Vec<_>>();
+    let told = guide.with_unknowns(&Alone, |get| [0, 1, 2].map(get));
+    assert_eq!(told, [0, 1, 2].map(single));
+    let parts = Guide::from_parts(guide.times().to_vec(), told.to_vec(), 6, &Alone);
+    assert_eq!(parts.as_ref(), Ok(&guide));
+    let led =
+        march(&mut Spring::default(), &mut linear(), Spring::rest(), &times, &[], &options, Some(&guide), &mut Silent)
+            .unwrap();
+    for (led, alone) in led.states.iter().zip(&alone.states).skip(1) {
+        let iterations = |at: &crate::PathState| at.report.iterations.len();
+        assert!(
+            iterations(led) <= 2 && iterations(led) < iterations(alone),
+            "{} {}",
+            iterations(led),
+            iterations(alone)
+        );
+        for (a, b) in led.state.unknowns.iter().zip(&alone.state.unknowns) {
+            assert!((a - b).abs() < 1e-9);
+        }
+    }
+}
+
+/// Factors are kept for each set of prescribed unknowns: of six solves in turn, the first two factorize. What was
+/// forgotten is made anew.
+#[test]
+fn earlier_factors_serve_again() {
+    let mut spring = Spring::default();
+    spring.begin_step(&Spring::rest(), 1.0, false).unwrap();
+    let matrix = spring.tangent(&[0.1, -0.2, 0.3, 0.2, 0.1, 0.0]).unwrap();
+    let mut linear = linear();
+    linear.set_budget(Some(10));
+    let sets = [[true, true, true, false, false, false], [true, true, true, false, true, false]];
+    let rhs = [0.0, 0.0, 0.0, 1.0, -2.0, 0.5];
+    let solve = |linear: &mut LinearSystem, fixed: &[bool; 6]| {
+        let x = linear.solve(matrix, fixed, &[0, 1], &[], &rhs, 1e-12).unwrap();
+        let mut product = vec![0.0; 6];
+        matrix.mul(&x, &mut product);
+        for i in 0..6 {
+            assert!(if fixed[i] { x[i] == 0.0 } else { (product[i] - rhs[i]).abs() < 1e-11 });
+        }
+    };
+    for fixed in [sets[0], sets[1], sets[0], sets[0], sets[1], sets[1]] {
+        solve(&mut linear, &fixed);
+    }
+    let counts = linear.counts();
+    assert_eq!((counts.factorizations, counts.lagged, counts.given_up), (2, 4, 0));
+    linear.forget();
+    solve(&mut linear, &sets[0]);
+    assert_eq!(linear.counts().factorizations, 3);
+}
+
+/// Factors are kept as long as there is memory, counted once where states share them, and dropped on request.
+#[test]
+fn kept_factors_are_counted_and_dropped() {
+    let times = [0.5, 1.0, 1.5];
+    let mut kept = path(&mut Spring::default(), &times, &MarchOptions { factor_memory: 1 << 20, ..options() });
+    assert_eq!(kept.states_with_factors(), 3);
+    let one = kept.factor_bytes / 3;
+    assert!(one > 0);
+    let room = MarchOptions { factor_memory: 2 * one, ..options() };
+    let part = path(&mut Spring::default(), &times, &room);
+    assert_eq!((part.states_with_factors(), part.factor_bytes), (2, 2 * one));
+    kept.forget_factors();
+    assert_eq!((kept.states_with_factors(), kept.factor_bytes), (0, 0));
+}
