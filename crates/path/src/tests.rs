@@ -2,7 +2,7 @@
 
 use crate::spring::Spring;
 use crate::{
-    Guide, LinearSystem, MarchEvent, MarchObserver, MarchOptions, Path, PathGradient, PathObjective, Silent,
+    Guide, LinearSystem, MarchEvent, MarchObserver, MarchOptions, Path, PathGradient, PathObjective, Remedy, Silent,
     StartValues, StateError, StepProblem, StepState, SweepOptions, Tolerance, Tolerances, march, sweep,
 };
 use slipstick_linalg::{Alone, SolverChoice};
@@ -130,7 +130,7 @@ impl MarchObserver for Tried {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         match event {
             MarchEvent::Accepted(at) => self.accepted.push(at.time),
-            MarchEvent::Retry { time, cut_back, .. } => self.again.push((*time, *cut_back)),
+            MarchEvent::Retry { time, remedy, .. } => self.again.push((*time, *remedy == Remedy::CutBack)),
         }
     }
 }
