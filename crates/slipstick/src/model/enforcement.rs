@@ -67,6 +67,10 @@ pub const DEFAULT_COMPLEMENTARITY: f64 = 2.0;
 /// fewest Newton iterations and sub-steps (docs/robustness.md).
 pub const TANGENTIAL_COMPLEMENTARITY: f64 = 2.5;
 
+/// c h A/E in second-order updates of the augmented Lagrangian's multipliers, and ε h/E in the first attempt to rescue a step of
+/// the Lagrange method.
+pub(super) const UPDATE_STIFFNESS: f64 = 5.0;
+
 /// Most Uzawa iterations where a tolerance far below the case's own is asked for.
 const TIGHT_ITERATIONS: usize = 10_000;
 
@@ -150,12 +154,6 @@ impl ContactModel {
             }
         };
         self.slaves.iter().enumerate().map(of).collect()
-    }
-
-    /// c of slave node j as the Lagrange method chooses it.
-    pub(super) fn own_complementarity(&self, j: usize) -> Stiffness {
-        let own = self.own_stiffness(j, DEFAULT_COMPLEMENTARITY);
-        Stiffness { tangential: TANGENTIAL_COMPLEMENTARITY * own.tangential, ..own }
     }
 
     /// A multiple of the bodies' own stiffness at slave node j.

@@ -1,7 +1,8 @@
 //! The contact law of one slave node in a step: which traction acts, what its rows of C are, by the method of its pair.
 
+use super::enforcement::UPDATE_STIFFNESS;
 use super::node::{self, NodeTraction};
-use super::{ContactModel, DEFAULT_COMPLEMENTARITY, Method};
+use super::{ContactModel, Method};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, traction};
@@ -58,7 +59,7 @@ impl ContactModel {
         let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
         let c = match self.method_of(j) {
             Method::Lagrange if self.rescue.is_some() => self.augmentation(j),
-            Method::Augmented => self.own_complementarity(j),
+            Method::Augmented => self.own_stiffness(j, UPDATE_STIFFNESS),
             Method::Lagrange | Method::Penalty => self.stiffness[j].times(self.variation),
         };
         complementarity(zeta, &at, self.friction(j).0, &c)
@@ -73,7 +74,7 @@ impl ContactModel {
     /// ε of the traction of node j around its multiplier. The Lagrange method has one while a step is rescued.
     pub(super) fn augmentation(&self, j: usize) -> Stiffness {
         match self.method_of(j) {
-            Method::Lagrange => self.own_stiffness(j, self.rescue.unwrap_or(DEFAULT_COMPLEMENTARITY)),
+            Method::Lagrange => self.own_stiffness(j, self.rescue.unwrap_or(UPDATE_STIFFNESS)),
             Method::Penalty | Method::Augmented => self.stiffness[j],
         }
     }

@@ -1,5 +1,6 @@
 //! The equations of a load step and their derivatives: [`StepProblem`] for the contact model.
 
+use super::enforcement::UPDATE_STIFFNESS;
 use super::law::LawWeights;
 use super::pattern::Coupling;
 use super::{ContactModel, Method, inverted, node};
@@ -11,7 +12,7 @@ use slipstick_linalg::BlockMatrix;
 use slipstick_path::{Held, Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
 
 /// ε and c over the bodies' own stiffness in the attempts to rescue a step of the Lagrange method.
-const RESCUE_FACTORS: [f64; 3] = [5.0, 0.5, 50.0];
+const RESCUE_FACTORS: [f64; 3] = [UPDATE_STIFFNESS, 0.1 * UPDATE_STIFFNESS, 10.0 * UPDATE_STIFFNESS];
 
 /// Uzawa's iteration that rescues a step of the Lagrange method.
 const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64, memory: 8 };
