@@ -135,7 +135,12 @@ impl Path {
         self.factor_bytes = 0;
     }
 
-    /// Newton iterations of the whole path.
+    /// Newton iterations of all failed attempts on the way.
+    pub fn iterations_in_vain(&self) -> usize {
+        self.states.iter().map(|s| s.report.in_vain).sum()
+    }
+
+    /// Newton iterations that led to the states of the path.
     pub fn newton_iterations(&self) -> usize {
         self.states.iter().map(|s| s.report.iterations.len()).sum()
     }
@@ -235,6 +240,7 @@ pub fn march(
         let mut increment = whole;
         let mut failed = false;
         let mut attempts = Vec::new();
+        let mut in_vain = 0;
         loop {
             if observer.cancelled() {
                 return Ok(path);
@@ -245,8 +251,9 @@ pub fn march(
             let target = led.unwrap_or(if last { end } else { now + increment });
             let halvings = (whole / (target - now)).log2().round() as i32;
             let rescue = RESCUED.contains(&halvings) || 0.5 * (target - now) < smallest;
-            match attempt(problem, linear, &path, target, step, options, rescue, guide, observer) {
-                Ok((state, report)) => {
+            match attempt(problem, linear, &path, target, step, options, rescue, guide, &mut in_vain, observer) {
+                Ok((state, mut report)) => {
+                    report.in_vain = std::mem::take(&mut in_vain);
                     let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
                     let completes = last.then_some(step);
                     let active_set = problem.active_set().to_vec();
@@ -301,6 +308,7 @@ fn attempt(
     options: &MarchOptions,
     rescue: bool,
     guide: Option<&Guide>,
+    in_vain: &mut usize,
     observer: &mut dyn MarchObserver,
 ) -> Result<(StepState, StepReport), StepFailure> {
     let previous = &path.states.last().expect("holds the start").state;
@@ -329,6 +337,7 @@ fn attempt(
             Ok(done) => return Ok(done),
             Err(failure) => failure,
         };
+        *in_vain += failure.iterations.len();
         if starts.peek().is_none() {
             setting += 1;
             // an inverted element is no matter of the iteration's settings

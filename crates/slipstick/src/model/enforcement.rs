@@ -63,8 +63,8 @@ pub const DEFAULT_STIFFNESS: f64 = 10.0;
 /// Default of c_n h A/E of the Lagrange method.
 pub const DEFAULT_COMPLEMENTARITY: f64 = 2.0;
 
-/// c_t/c_n of the Lagrange method where they follow from a factor. Of the pairs tried, this one and the default factor need the
-/// fewest Newton iterations and sub-steps (docs/robustness.md).
+/// c_t/c_n of the Lagrange method where they follow from a factor. Over 356 random problems, a press and slide of a half ball and
+/// ironing, it and the default factor need fewer Newton iterations and sub-steps than c_t = c_n with factors of 2 or 5.
 pub const TANGENTIAL_COMPLEMENTARITY: f64 = 2.5;
 
 /// c h A/E in second-order updates of the augmented Lagrangian's multipliers, and ε h/E in the first attempt to rescue a step of

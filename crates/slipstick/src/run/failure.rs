@@ -196,6 +196,8 @@ fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
     let steps = "more load steps (`load_path.steps`), so that each moves the bodies less";
     let cuts = "more halvings of a failing step (`load_path.max_cutbacks`)";
     let void = "a stiffer void (`design.simp.min`), if the place is in material of low density";
+    let sides = "slave and master exchanged (`contact.slave`, `contact.master`): nodes of a small or sharp-edged slave open and close \
+                 as edges pass them";
     let active_set =
         "another `complementarity_parameter` (of `lagrange`) or a slightly different mesh of one contact surface";
     let support = "bodies held from the start: `slipstick check` lists rigid motions that nothing prevents";
@@ -220,9 +222,9 @@ fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
         StepFailureKind::TooManyIterations { changing, .. } if changing.is_empty() => {
             &[steps, cuts, MORE_ITERATIONS, support]
         }
-        StepFailureKind::TooManyIterations { .. } => &[steps, cuts, active_set],
+        StepFailureKind::TooManyIterations { .. } => &[sides, steps, cuts, active_set],
         StepFailureKind::Diverged => &[steps, cuts, support],
-        StepFailureKind::Cycling { .. } => &[steps, cuts, active_set],
+        StepFailureKind::Cycling { .. } => &[sides, steps, cuts, active_set],
         StepFailureKind::Uzawa { .. } => &[
             "a higher stiffness, or more iterations (`enforcement.augmented`: `stiffness`, `max_uzawa`)",
             "Lagrange multipliers (`enforcement = { lagrange = {} }`), which need no such iteration",
