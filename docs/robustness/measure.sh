@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs what docs/robustness.md tells and puts its tables between the marks of that page; under an hour on two idle cores.
-# `measure.sh NAME …` repeats single ones: kills, faults, memory, random_gradients; and `fuzz SECONDS`, which runs every
+# `measure.sh NAME …` repeats single ones: kills, faults, memory, random_gradients, hard; and `fuzz SECONDS`, which runs every
 # fuzz target for so long and adds its executions to docs/robustness/fuzz.csv; and `mutations`, which asks cargo-mutants for a
 # sample, runs the tests with each (docs/robustness/mutations.py) and adds what they noticed to docs/robustness/mutations.csv.
 set -euo pipefail
@@ -28,6 +28,12 @@ faults() {
 memory() {
     tests -p slipstick-cli --test program table_of_memory -- --ignored
     put docs/robustness.md memory "$tables/memory.md"
+}
+
+hard() {
+    tests -p slipstick --test newton table_of -- --ignored
+    put docs/robustness.md jumps "$tables/jumps.md"
+    put docs/robustness.md onset "$tables/onset.md"
 }
 
 random_gradients() {
@@ -103,7 +109,7 @@ mutations_table() {
 if [ "${1:-}" = fuzz ]; then
     fuzz "${2:-600}"
 else
-    for name in ${*:-kills faults memory random_gradients}; do
+    for name in ${*:-kills faults memory random_gradients hard}; do
         "$name"
     done
 fi

@@ -139,6 +139,8 @@ pub struct MarchFailure {
     pub iterate: Vec<f64>,
     /// The iterations that led there.
     pub iterations: Vec<IterationRecord>,
+    /// Newton iterations of all failed attempts, also of those on the way to the states that converged.
+    pub failed_iterations: usize,
     /// Everything that converged before.
     pub path: crate::Path,
 }

@@ -4,7 +4,7 @@ use crate::divided::{ask, serve};
 use crate::failure::{MarchFailure, StepFailure, StepFailureKind};
 use crate::linear::{KeptFactors, LinearSystem};
 use crate::newton::{self, NewtonOptions, StepReport, still_falls};
-use crate::problem::{StepProblem, StepState, UzawaOptions};
+use crate::problem::{Held, StepProblem, StepState, UzawaOptions};
 use crate::start::{self, Guide, StartValues};
 use crate::uzawa;
 use slipstick_linalg::{Ranks, own_range};
@@ -136,8 +136,8 @@ impl Path {
     }
 
     /// Newton iterations of all failed attempts on the way.
-    pub fn iterations_in_vain(&self) -> usize {
-        self.states.iter().map(|s| s.report.in_vain).sum()
+    pub fn failed_iterations(&self) -> usize {
+        self.states.iter().map(|s| s.report.failed_iterations).sum()
     }
 
     /// Newton iterations that led to the states of the path.
@@ -240,7 +240,7 @@ pub fn march(
         let mut increment = whole;
         let mut failed = false;
         let mut attempts = Vec::new();
-        let mut in_vain = 0;
+        let mut failed_iterations = 0;
         loop {
             if observer.cancelled() {
                 return Ok(path);
@@ -251,9 +251,20 @@ pub fn march(
             let target = led.unwrap_or(if last { end } else { now + increment });
             let halvings = (whole / (target - now)).log2().round() as i32;
             let rescue = RESCUED.contains(&halvings) || 0.5 * (target - now) < smallest;
-            match attempt(problem, linear, &path, target, step, options, rescue, guide, &mut in_vain, observer) {
+            match attempt(
+                problem,
+                linear,
+                &path,
+                target,
+                step,
+                options,
+                rescue,
+                guide,
+                &mut failed_iterations,
+                observer,
+            ) {
                 Ok((state, mut report)) => {
-                    report.in_vain = std::mem::take(&mut in_vain);
+                    report.failed_iterations = std::mem::take(&mut failed_iterations);
                     let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
                     let completes = last.then_some(step);
                     let active_set = problem.active_set().to_vec();
@@ -281,6 +292,7 @@ pub fn march(
                             attempts,
                             iterate: failure.iterate,
                             iterations: failure.iterations,
+                            failed_iterations: failed_iterations + path.failed_iterations(),
                             path,
                         }));
                     }
@@ -308,7 +320,7 @@ fn attempt(
     options: &MarchOptions,
     rescue: bool,
     guide: Option<&Guide>,
-    in_vain: &mut usize,
+    failed_iterations: &mut usize,
     observer: &mut dyn MarchObserver,
 ) -> Result<(StepState, StepReport), StepFailure> {
     let previous = &path.states.last().expect("holds the start").state;
@@ -337,7 +349,7 @@ fn attempt(
             Ok(done) => return Ok(done),
             Err(failure) => failure,
         };
-        *in_vain += failure.iterations.len();
+        *failed_iterations += failure.iterations.len();
         if starts.peek().is_none() {
             setting += 1;
             // an inverted element is no matter of the iteration's settings
@@ -383,13 +395,13 @@ fn solve_increment(
     let mut target = y.clone();
     problem.prescribe(time, &mut target);
     let mut report = StepReport::default();
-    if let Some(outer) = rescue {
-        uzawa::rescue(problem, linear, &mut y, &target, options, &outer, &mut report)?;
-        return Ok((y, report));
-    }
-    match problem.uzawa() {
+    let (outer, held) = match rescue {
+        Some(outer) => (Some(outer), Held::All),
+        None => (problem.uzawa(), Held::Augmented),
+    };
+    match outer {
         None => newton::solve(problem, linear, &mut y, &target, options, &mut report)?,
-        Some(outer) => uzawa::solve(problem, linear, &mut y, &target, options, &outer, &mut report)?,
+        Some(outer) => uzawa::solve(problem, linear, &mut y, &target, options, &outer, held, &mut report)?,
     }
     Ok((y, report))
 }

@@ -99,8 +99,8 @@ pub fn still_falls(iterations: &[IterationRecord]) -> bool {
 pub struct StepReport {
     /// All Newton iterations, of all Uzawa iterations one after the other.
     pub iterations: Vec<IterationRecord>,
-    /// Newton iterations of the attempts that failed on the way to this state, in vain.
-    pub in_vain: usize,
+    /// Newton iterations of the attempts that failed between the state before and this one.
+    pub failed_iterations: usize,
     /// Uzawa iterations (0 for methods without).
     pub uzawa: usize,
     /// Whether Newton's method failed and [Uzawa's iteration over all multipliers](crate::StepProblem::rescue) led to the

@@ -13,10 +13,16 @@ use crate::newton::{self, NewtonOptions, StepReport, Tolerance};
 use crate::problem::{Held, StepProblem, UzawaOptions};
 use nalgebra::{DMatrix, DVector};
 
-/// Solves one (sub-)step of the augmented Lagrangian method.
+/// Solves one (sub-)step by Uzawa's iteration over the multipliers `held`: those of the augmented Lagrangian method, or all of
+/// them to rescue a step at which Newton's method fails.
 ///
 /// The inner Newton uses the augmented traction z(d; ẑ) and its tangent, then ẑ ← z, until the contact conditions hold to
 /// the tolerance. Paper: (48)–(52), with the inner solve of theory §4.
+///
+/// The rescue helps past a limit point, where the contact jumps to another equilibrium and stick, slip and opening exclude
+/// each other in every state nearby: with held multipliers the contact is as compliant as its ε, so that displacements and
+/// status follow each other. Newton's method ends it, so that the state solves the step's own equations to its tolerances.
+/// Test: `a_contact_that_jumps_is_followed` (crate slipstick).
 pub(crate) fn solve(
     problem: &mut dyn StepProblem,
     linear: &mut LinearSystem,
@@ -24,39 +30,23 @@ pub(crate) fn solve(
     target: &[f64],
     newton: &NewtonOptions,
     uzawa: &UzawaOptions,
+    held: Held,
     report: &mut StepReport,
 ) -> Result<(), StepFailure> {
-    if uzawa.memory > 0 && second_order(problem, linear, y, target, newton, uzawa, report) {
+    let rescue = held == Held::All;
+    // a rescue begins where Newton's method has failed
+    if !rescue && uzawa.memory > 0 && second_order(problem, linear, y, target, newton, uzawa, report) {
         return Ok(());
     }
-    problem.hold_multipliers(Held::Augmented);
-    let result = iterate(problem, linear, y, target, newton, uzawa, Held::Augmented, usize::MAX, report);
-    problem.hold_multipliers(Held::None);
-    result
-}
-
-/// Solves one (sub-)step at which Newton's method fails: Uzawa's iteration over all multipliers, those of the Lagrange method
-/// included.
-///
-/// With held multipliers the contact is as compliant as its ε, so that displacements and status follow each other where
-/// stick, slip and opening exclude each other in a state nearby: past a limit point, where the contact jumps to another
-/// equilibrium. Newton's method ends the iteration, so that the state solves the step's own equations to its tolerances.
-pub(crate) fn rescue(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    y: &mut [f64],
-    target: &[f64],
-    newton: &NewtonOptions,
-    uzawa: &UzawaOptions,
-    report: &mut StepReport,
-) -> Result<(), StepFailure> {
-    problem.hold_multipliers(Held::All);
-    let most = RESCUE * newton.max_iterations;
-    let result = iterate(problem, linear, y, target, newton, uzawa, Held::All, most, report);
+    problem.hold_multipliers(held);
+    let result = iterate(problem, linear, y, target, newton, uzawa, held, report);
     problem.hold_multipliers(Held::None);
     result?;
-    report.rescued = true;
-    newton::solve(problem, linear, y, target, newton, report)
+    if rescue {
+        report.rescued = true;
+        newton::solve(problem, linear, y, target, newton, report)?;
+    }
+    Ok(())
 }
 
 /// Solves for displacements and multipliers together; whether the contact conditions then hold to the tolerance. Else `y`
@@ -102,7 +92,6 @@ fn iterate(
     newton: &NewtonOptions,
     uzawa: &UzawaOptions,
     held: Held,
-    most: usize,
     report: &mut StepReport,
 ) -> Result<(), StepFailure> {
     let split = problem.displacements();
@@ -110,6 +99,7 @@ fn iterate(
     let mut violation = f64::INFINITY;
     let mut finish = false;
     let mut iterations = 0;
+    let most = if held == Held::All { RESCUE * newton.max_iterations } else { usize::MAX };
     for iteration in 1..=uzawa.max_iterations {
         if report.iterations.len() > most {
             break;

@@ -31,6 +31,9 @@ pub struct IterationRecord {
     pub optimality: Option<f64>,
     /// Newton iterations of the whole path.
     pub newton_iterations: usize,
+    /// Newton iterations of failed attempts, also of the paths that could not be marched before the update was halved.
+    #[serde(default)]
+    pub failed_iterations: usize,
     /// Uzawa iterations of the whole path.
     pub uzawa_iterations: usize,
     /// Accepted (sub-)steps.
@@ -111,6 +114,8 @@ struct Marched {
     density: Vec<f64>,
     forward: Forward,
     halvings: usize,
+    /// Newton iterations of the paths that failed before.
+    lost: usize,
 }
 
 /// How often an update is halved when the path of the new design cannot be marched.
@@ -249,7 +254,7 @@ impl Optimization {
     /// # Errors
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
     pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
-        let Marched { x, density, mut forward, halvings } = self.march_or_step_back(observer)?;
+        let Marched { x, density, mut forward, halvings, lost } = self.march_or_step_back(observer)?;
         if forward.rounding.is_some() {
             forward.path.forget_factors();
             return Err(OptimizeError::Rounding(Box::new(forward)));
@@ -257,6 +262,7 @@ impl Optimization {
         let domain: Vec<f64> = self.variables.domain().iter().map(|&e| density[e as usize]).collect();
         let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
         record.halvings = halvings;
+        record.failed_iterations += lost;
         let mut next = OptimizationState { x, ..self.state.clone() };
         let mut derivative = None;
         if !self.done() {
@@ -281,18 +287,21 @@ impl Optimization {
     /// Marches with the variables of the state, or with half of their last update where that fails.
     fn march_or_step_back(&mut self, observer: &mut dyn MarchObserver) -> Result<Marched, OptimizeError> {
         let mut x = self.state.x.clone();
-        let mut halvings = 0;
+        let (mut halvings, mut lost) = (0, 0);
         loop {
             let density = self.variables.apply(&x);
             let failure = match self.problem.analysis.forward(&density, observer) {
                 Ok(forward) if forward.path.steps < self.problem.analysis.times.len() => {
                     return Err(OptimizeError::Interrupted);
                 }
-                Ok(forward) => return Ok(Marched { x, density, forward, halvings }),
+                Ok(forward) => return Ok(Marched { x, density, forward, halvings, lost }),
                 Err(failure) => failure,
             };
             let back = match (&failure, &self.state.x_before) {
-                (AnalysisError::March(_), Some(before)) if halvings < MAX_HALVINGS => before,
+                (AnalysisError::March(march), Some(before)) if halvings < MAX_HALVINGS => {
+                    lost += march.path.newton_iterations() + march.failed_iterations;
+                    before
+                }
                 _ => return Err(failure.into()),
             };
             halvings += 1;
@@ -347,6 +356,7 @@ fn record(iteration: usize, forward: &Forward, volume_fraction: f64) -> Iteratio
         objective: forward.value,
         volume_fraction,
         newton_iterations: forward.path.newton_iterations(),
+        failed_iterations: forward.path.failed_iterations(),
         uzawa_iterations: states.iter().map(|s| s.report.uzawa).sum(),
         increments: states.len() - 1,
         status: last.map_or([0; 3], |r| r.status),

@@ -2,6 +2,8 @@
 //! tolerances.
 
 mod common;
+#[path = "common/table.rs"]
+mod table;
 
 use common::scene::*;
 use common::*;
@@ -314,27 +316,31 @@ fn multiplier_updates_of_second_order_make_epsilon_a_matter_of_taste() {
     check(&some_failed.next().expect("a path on which an update failed"), "with failing updates");
 }
 
+/// The cube of [`a_contact_that_jumps_is_followed`], with so many elements, load steps and this friction.
+fn dragged(elements: [usize; 3], steps: usize, friction: f64, enforcement: &str) -> String {
+    format!(
+        "[[body]]\nname = \"cube\"\nbox = {{ min = [-2.5, 0, -0.5], max = [-1.5, 1, 0.5], elements = {elements:?} }}\n\
+         material = {{ neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }} }}\n\
+         [[body]]\nname = \"plate\"\nbox = {{ min = [-3, -0.1, -1], max = [3, 0, 1], elements = [1, 1, 1] }}\n\
+         material = {{ neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }} }}\n\
+         [[contact]]\nslave = \"cube_ymin\"\nmaster = \"plate_ymax\"\nfriction = {friction:?}\n\
+         enforcement = {enforcement}\n\
+         [[dirichlet]]\nset = \"cube_ymax\"\n\
+         motion = [{{ t = 0.2, u = [0, -0.4, 0] }}, {{ t = 1, u = [3, -0.4, 0] }}]\n\
+         [[dirichlet]]\nset = \"plate_ymax\"\n[[dirichlet]]\nset = \"plate_ymin\"\n\
+         [load_path]\nsteps = {steps}\n[design]\nbodies = [\"cube\"]\ninitial = 0.9\n\
+         simp = {{ p = 3, min = 1e-3 }}\n[objective]\ncontact_force = {{ steps = \"all\" }}\n"
+    )
+}
+
 /// A cube is pressed by 40 % of its height and dragged over a plate. At t = 0.315 the row of nodes behind its leading edge
 /// loses contact: the equilibrium ends at a limit point, and the cube jumps to another one, in which it slides on. Newton's
 /// method, which no longer finds a solution nearby, alternates between stick, slip and open, however small the increment.
 /// Expected: the state that the augmented Lagrangian finds, which has the same equations and another iteration.
 #[test]
 fn a_contact_that_jumps_is_followed() {
-    let text = |enforcement: &str| {
-        format!(
-            "[[body]]\nname = \"cube\"\nbox = {{ min = [-2.5, 0, -0.5], max = [-1.5, 1, 0.5], elements = [5, 5, 5] }}\n\
-             material = {{ neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }} }}\n\
-             [[body]]\nname = \"plate\"\nbox = {{ min = [-3, -0.1, -1], max = [3, 0, 1], elements = [1, 1, 1] }}\n\
-             material = {{ neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }} }}\n\
-             [[contact]]\nslave = \"cube_ymin\"\nmaster = \"plate_ymax\"\nfriction = 0.2\nenforcement = {enforcement}\n\
-             [[dirichlet]]\nset = \"cube_ymax\"\n\
-             motion = [{{ t = 0.2, u = [0, -0.4, 0] }}, {{ t = 1, u = [3, -0.4, 0] }}]\n\
-             [[dirichlet]]\nset = \"plate_ymax\"\n[[dirichlet]]\nset = \"plate_ymin\"\n\
-             [load_path]\nsteps = 50\n[design]\nbodies = [\"cube\"]\ninitial = 0.9\nsimp = {{ p = 3, min = 1e-3 }}\n[objective]\ncontact_force = {{ steps = \"all\" }}\n"
-        )
-    };
     let run = |enforcement: &str| {
-        let mut problem = problem(&text(enforcement));
+        let mut problem = problem(&dragged([5, 5, 5], 50, 0.2, enforcement));
         problem.analysis.times.truncate(18);
         let density = vec![1.0; problem.initial_density.len()];
         let mut watch = Watch::default();
@@ -347,6 +353,9 @@ fn a_contact_that_jumps_is_followed() {
         lagrange.path.states.iter().filter(|state| state.report.rescued).map(|state| state.time).collect();
     assert_eq!(rescued, [0.32], "two halvings before it is tried");
     assert!(watch.cut_backs.len() <= 2, "{:?}", watch.cut_backs);
+    // what failed is counted where the path goes on: some attempts of 25 iterations each
+    let failed: Vec<usize> = lagrange.path.states.iter().map(|state| state.report.failed_iterations).collect();
+    assert!(failed.iter().sum::<usize>() >= 25 && failed[..16].iter().all(|count| *count == 0), "{failed:?}");
     assert!(lagrange.path.newton_iterations() < 100, "{} Newton iterations", lagrange.path.newton_iterations());
     let forces = |run: &Forward| run.step_values.iter().filter(|value| **value != 0.0).copied().collect::<Vec<_>>();
     assert_eq!(augmented.path.steps, 18);
@@ -371,4 +380,75 @@ fn a_contact_that_jumps_is_followed() {
     let error = (adjoint - difference).abs() / difference.abs();
     println!("adjoint {adjoint:.10e}, differences {difference:.10e}, relative error {error:.1e}");
     assert!(error < 1e-7);
+}
+
+/// The dragged cube with other meshes, load steps and friction: how many paths end, and at what cost.
+#[test]
+#[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
+fn table_of_jumps() {
+    let mut table = String::from(
+        "| elements of the cube | enforcement | paths of 9 that end | with held multipliers | Newton iterations of these | in failed \
+         attempts |\n|---|---|---|---|---|---|\n",
+    );
+    for elements in [[5, 5, 5], [6, 5, 4], [10, 8, 4], [7, 6, 4], [4, 4, 3]] {
+        for (name, enforcement) in [("Lagrange", LAGRANGE), ("augmented", "{ augmented = {} }")] {
+            let (mut ended, mut rescued, mut newton, mut failed) = (0, 0, 0, 0);
+            for steps in [41, 50, 70] {
+                for friction in [0.15, 0.2, 0.3] {
+                    let mut problem = problem(&dragged(elements, steps, friction, enforcement));
+                    let density = vec![0.9; problem.initial_density.len()];
+                    let Ok(run) = problem.analysis.forward(&density, &mut Silent) else { continue };
+                    ended += 1;
+                    rescued += usize::from(run.path.states.iter().any(|state| state.report.rescued));
+                    newton += run.path.newton_iterations();
+                    failed += run.path.failed_iterations();
+                }
+            }
+            let [x, y, z] = elements;
+            table += &format!("| {x} × {y} × {z} | {name} | {ended} | {rescued} | {newton} | {failed} |\n");
+        }
+    }
+    table::publish("jumps", &table);
+}
+
+/// A half ball is pressed into a plate and then slid over it; sliding begins in step 6. The solution does not depend on c.
+#[test]
+#[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
+fn table_of_the_onset_of_sliding() {
+    let text = |c: &str| {
+        format!(
+            "[[body]]\nname = \"ball\"\nhalf_ball = {{ radius = 1.5, elements = [12, 6, 5] }}\n\
+             place = {{ translate = [-1.5, 1.5, -0.75] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1000, poisson_ratio = 0.3 }} }}\n\
+             [[body]]\nname = \"plate\"\n\
+             box = {{ min = [-4.5, -3, -4.5], max = [4.5, 0, 4.5], elements = [27, 9, 27] }}\n\
+             material = {{ neo_hooke = {{ youngs_modulus = 1000, poisson_ratio = 0.3 }} }}\n\
+             [[contact]]\nslave = \"ball_dome\"\nmaster = \"plate_ymax\"\nfriction = 0.3\n\
+             enforcement = {{ lagrange = {{ {c} }} }}\n[[dirichlet]]\nset = \"plate_ymin\"\n\
+             [[dirichlet]]\nset = \"ball_flat\"\n\
+             motion = [{{ t = 0.5, u = [0, -0.5, 0] }}, {{ t = 1, u = [1.5, -0.5, 0.75] }}]\n[load_path]\nsteps = 10\n"
+        )
+    };
+    let mut table = String::from("| c | Newton iterations by step | sum | in failed attempts |\n|---|---|---|---|\n");
+    for (name, c) in [
+        ("default, f = 2", ""),
+        ("f = 5", "complementarity_parameter = 5"),
+        ("f = 1", "complementarity_parameter = 1"),
+        ("c_n = c_t = 4000 N/cm³", "stiffness = 4000"),
+        ("c_n = c_t = 10000 N/cm³", "stiffness = 10000"),
+    ] {
+        let mut problem = problem(&text(c));
+        let density = vec![1.0; problem.initial_density.len()];
+        let path = problem.analysis.forward(&density, &mut Silent).expect("converges").path;
+        let steps: Vec<String> = (1..=10)
+            .map(|step| {
+                let of = |time: f64| (10.0 * time - 1e-9).ceil() as usize == step;
+                let states = path.states.iter().filter(|state| !state.rest && of(state.time));
+                states.map(|state| state.report.iterations.len()).sum::<usize>().to_string()
+            })
+            .collect();
+        let (sum, failed) = (path.newton_iterations(), path.failed_iterations());
+        table += &format!("| {name} | {} | {sum} | {failed} |\n", steps.join(" "));
+    }
+    table::publish("onset", &table);
 }

@@ -178,7 +178,7 @@ fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchF
     iterate[3 * (problem.mesh.nodes.len() - 1)] += 0.01;
     let attempts = kinds.into_iter().enumerate().map(|(n, kind)| (0.5f64.powi(n as i32), kind)).collect();
     let iterations = path.states.last().map_or(vec![], |state| state.report.iterations.clone());
-    MarchFailure { step: 3, increment: (0.66, 0.7), attempts, iterate, iterations, path }
+    MarchFailure { step: 3, increment: (0.66, 0.7), attempts, iterate, iterations, failed_iterations: 70, path }
 }
 
 /// What a failure names is found again in the mesh: element 2 of the slab (4 × 1 × 1 unit cubes) has its centroid at
@@ -202,6 +202,7 @@ fn failures_name_places_attempts_and_cures() {
     assert_eq!(report.attempts.len(), 3, "two alike in a row are one");
     assert!(report.attempts[0].contains("2 times") && report.attempts[1].contains("25 Newton iterations"));
     assert!(report.cures.iter().any(|cure| cure.contains("max_newton_iterations")), "cures of every reason");
+    assert!(report.to_string().contains("cost: 70 Newton iterations in failed attempts"), "{report}");
     assert!(report.to_string().starts_with("load step 3 failed: 2 inverted elements"), "{report}");
 
     let cycling = StepFailureKind::Cycling { nodes: vec![1] };

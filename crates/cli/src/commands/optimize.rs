@@ -130,7 +130,7 @@ pub fn drive(
         let seconds = clock.elapsed().as_secs_f64();
         if let Some(record) = optimization.state.history.last() {
             history.record(record, seconds)?;
-            tell(context, record, forward.path.iterations_in_vain(), seconds);
+            tell(context, record, seconds);
         }
         write_iteration(directory, optimization, iteration, resolved.case.output.every)?;
         checkpoint.newton_rows.push(watch.newton_rows());
@@ -174,13 +174,15 @@ fn write_iteration(run: &RunDirectory, optimization: &Optimization, iteration: u
     Ok(collection.save(&run.file("design.pvd"))?)
 }
 
-fn tell(context: &Context, record: &IterationRecord, in_vain: usize, seconds: f64) {
+fn tell(context: &Context, record: &IterationRecord, seconds: f64) {
     let IterationRecord { iteration, objective, volume_fraction, newton_iterations, .. } = record;
     let mut event = json!(record);
     event["seconds"] = json!(seconds);
-    event["newton_iterations_in_vain"] = json!(in_vain);
-    let failed = if in_vain > 0 { format!(" and {in_vain} in failed attempts") } else { String::new() };
     context.console.event("iteration", event);
+    let failed = match record.failed_iterations {
+        0 => String::new(),
+        failed => format!(" and {failed} in failed attempts"),
+    };
     let change = record.change.map_or("       ".into(), |change| format!("{change:.5}"));
     let [open, stick, slip] = record.status;
     // kept in a terminal too, above the bar

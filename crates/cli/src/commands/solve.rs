@@ -75,7 +75,7 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
         json!({
             "command": "solve", "directory": path, "objective": objective, "step_values": observed(&problem.analysis, &forward),
             "volume_fraction": volume_fraction(problem, density), "newton_iterations": newton,
-            "newton_iterations_in_vain": forward.path.iterations_in_vain(),
+            "failed_iterations": forward.path.failed_iterations(),
             "increments": forward.path.states.len() - 1, "open": open, "stick": stick, "slip": slip,
             "phases": phases(&problem.analysis.timings()),
         }),
@@ -84,9 +84,9 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
     if let Some(value) = objective {
         context.console.text(&format!("objective {}{}", digits(value), shares(problem, &forward)));
     }
-    let failed = match forward.path.iterations_in_vain() {
+    let failed = match forward.path.failed_iterations() {
         0 => String::new(),
-        in_vain => format!(" and {in_vain} in failed attempts"),
+        failed => format!(" and {failed} in failed attempts"),
     };
     context.console.text(&format!("{newton} Newton iterations{failed}; states in {}", path.join("path.pvd").display()));
     Ok(())

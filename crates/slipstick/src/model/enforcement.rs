@@ -63,8 +63,7 @@ pub const DEFAULT_STIFFNESS: f64 = 10.0;
 /// Default of c_n h A/E of the Lagrange method.
 pub const DEFAULT_COMPLEMENTARITY: f64 = 2.0;
 
-/// c_t/c_n of the Lagrange method where they follow from a factor. Over 356 random problems, a press and slide of a half ball and
-/// ironing, it and the default factor need fewer Newton iterations and sub-steps than c_t = c_n with factors of 2 or 5.
+/// c_t/c_n of the Lagrange method where they follow from a factor; docs/robustness.md compares choices.
 pub const TANGENTIAL_COMPLEMENTARITY: f64 = 2.5;
 
 /// c h A/E in second-order updates of the augmented Lagrangian's multipliers, and ε h/E in the first attempt to rescue a step of

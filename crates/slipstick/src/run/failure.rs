@@ -10,6 +10,7 @@ use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind,
 use super::places::{LISTED, Place, conditions, places, reason};
 use crate::analysis::AnalysisError;
 use crate::model::{ContactModel, course};
+use crate::words::counted;
 
 /// One Newton iteration that led to a failure.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -59,6 +60,8 @@ pub struct FailureReport {
     pub iterations: Vec<Iteration>,
     /// What was tried in that step, failures of one kind in a row counted together.
     pub attempts: Vec<String>,
+    /// Newton iterations of all failed attempts of the path; 0 if it was no load step.
+    pub failed_iterations: usize,
     /// What the user may change.
     pub cures: Vec<String>,
 }
@@ -95,6 +98,7 @@ impl FailureReport {
         let shown = failure.iterations.len().saturating_sub(LISTED);
         report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();
         report.attempts = attempts(failure, mesh, model);
+        report.failed_iterations = failure.failed_iterations;
         if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) =
             (still_falls(&failure.iterations), failure.attempts.last())
         {
@@ -148,6 +152,9 @@ impl fmt::Display for FailureReport {
         }
         for attempt in &self.attempts {
             write!(f, "\n      {attempt}")?;
+        }
+        if self.failed_iterations > 0 {
+            write!(f, "\n    cost: {} in failed attempts", counted(self.failed_iterations, "Newton iteration"))?;
         }
         for cure in &self.cures {
             write!(f, "\n    help: {cure}")?;
