@@ -166,6 +166,9 @@ impl Setup {
                 NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
                 NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),
                 NoticeKind::AveragedNormals => (CaseCode::AveragedNormals, Severity::Warning),
+                NoticeKind::CoarseSlave => (CaseCode::CoarseSlave, Severity::Warning),
+                NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
+                NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),
                 NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
                 NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
             };

@@ -280,10 +280,13 @@ fn slave_node(node: u32, touching: Vec<(u32, u8)>, facets: &[FacetNodes], sharp:
     SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3], sharp }
 }
 
+/// Cosines that differ by less belong to the same angle: edges of exactly the feature angle are smooth, whatever the rounding.
+const SAME_COSINE: f64 = 1e-9;
+
 /// Divides the facets around a node into patches: facets whose normals differ by at most the feature angle belong together,
 /// and so do their neighbours in turn.
 fn patches(facets: Vec<(u32, u8)>, normals: &[Vector3<f64>], feature_angle: f64) -> Vec<Vec<(u32, u8)>> {
-    let least = feature_angle.cos();
+    let least = feature_angle.cos() - SAME_COSINE;
     let smooth = |a: &(u32, u8), b: &(u32, u8)| {
         let (a, b) = (normals[a.0 as usize], normals[b.0 as usize]);
         a.dot(&b) >= least || a == Vector3::zeros() || b == Vector3::zeros()
@@ -332,7 +335,7 @@ mod tests {
             ];
             slave_topology(&[[0, 1, 2, 3].into(), [1, 4, 5, 2].into()], x.as_flattened(), f64::to_radians(feature))
         };
-        for (degrees, feature) in [(44.0, 45.0), (-44.0, 45.0), (90.0, 91.0)] {
+        for (degrees, feature) in [(44.0, 45.0), (-44.0, 45.0), (45.0, 45.0), (-60.0, 60.0), (90.0, 91.0)] {
             let nodes = folded(degrees, feature);
             assert_eq!(nodes.iter().map(|slave| slave.node).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
             assert!(nodes.iter().all(|slave| !slave.sharp));

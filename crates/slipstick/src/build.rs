@@ -81,7 +81,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         BuildError::new(
             format!("dirichlet[{}].set", e.motion),
             e,
-            "let one table move these nodes, or give both the same motion",
+            "leave this component out of one of the two tables, or give both the same motion",
         )
     })?;
     let mirrored = symmetry::mirrored(case, &mesh)?;

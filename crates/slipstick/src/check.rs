@@ -2,7 +2,9 @@
 
 mod closing;
 mod connection;
+mod design;
 mod distance;
+mod facets;
 mod memory;
 mod normals;
 mod volume;
@@ -35,10 +37,16 @@ pub enum NoticeKind {
     NeverCloses,
     /// Averaged normals of a slave surface are far from those of its facets.
     AveragedNormals,
+    /// The slave facets of a contact pair are much coarser than the master facets.
+    CoarseSlave,
     /// A load acts on prescribed displacements only.
     IdleLoad,
     /// The start design fills more than the bound.
     InitialVolume,
+    /// A box of a passive region holds no element.
+    EmptyPassiveRegion,
+    /// The radius of a filter reaches no neighbouring element.
+    IdleFilter,
 }
 
 /// Something that a run survives, but that is probably not meant.
@@ -191,6 +199,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         message: format!("the load on `{}` does nothing: what it acts on is held or driven", case.loads[load].surface),
         help: "load another surface, or prescribe fewer components there; nothing crosses a symmetry plane".into(),
     }));
+    notices.extend(design::notices(case, problem));
     let contacts = contacts(case, problem, &mut notices)?;
     let penetrating: Vec<String> =
         notices.iter().filter(|n| n.kind == NoticeKind::PenetratingStart).map(|n| n.path.clone()).collect();
@@ -357,6 +366,7 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
             });
         }
         notices.extend(normals::averaged(interface, &problem.mesh).map(|far| far.notice(i, contact, &problem.mesh)));
+        notices.extend(facets::coarse_slave(interface, i, contact, &problem.mesh));
         let slaves = interface.slave_nodes();
         summaries.push(ContactSummary {
             slave: contact.slave.clone(),

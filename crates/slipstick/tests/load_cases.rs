@@ -144,7 +144,7 @@ fn wrong_load_cases() {
         ("load_case = 'first'", "load_case = 'frist'", CaseCode::UnknownSet, "first"),
         ("name = 'second'", "name = 'first'", CaseCode::DuplicateName, "its own name"),
         ("weight = 0.2", "weight = 0.0", CaseCode::OutOfRange, ""),
-        ("load_case = 'second'\nmotion", "load_case = 'first'\nmotion", CaseCode::ConflictingDirichlet, "join"),
+        ("load_case = 'second'\nmotion", "load_case = 'first'\nmotion", CaseCode::ConflictingDirichlet, "merge"),
     ] {
         assert!(text.contains(from));
         let found = errors(&text.replacen(from, to, 1));

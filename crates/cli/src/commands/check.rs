@@ -184,7 +184,7 @@ fn contacts(setup: &Setup) -> Vec<String> {
         })
         .collect();
     let length = setup.resolved.case.units.bracket(Dimension::LENGTH);
-    let [searched, gap] = ["searched to", "smallest gap"].map(|name| format!("{name}{length}"));
+    let [searched, gap] = ["searched to", "smallest mean gap"].map(|name| format!("{name}{length}"));
     let header = ["slave on master", "facets", "slave nodes", "with something opposite", "friction"];
     lines(&[&header[..], &[&searched, &gap]].concat(), &rows)
 }

@@ -2,11 +2,12 @@
 
 use serde_json::json;
 use slipstick::build::Problem;
-use slipstick::output::Csv;
+use slipstick::output::{Cell, Csv};
 use slipstick::run::NewtonTable;
 
 use super::{digits, final_status, whole};
 use crate::args::Evaluate;
+use crate::failure::Failure;
 use crate::setup::{Run, failed, prepare, volume_fraction};
 use crate::table::lines;
 use crate::watch::Watch;
@@ -27,7 +28,8 @@ const COLUMNS: &[&str] = &[
 /// Evaluates a design, once for each coefficient of friction.
 ///
 /// # Errors
-/// As [`crate::failure::Failure`] lists them; what was evaluated before stays in the table.
+/// As [`Failure`] lists them. Where an analysis fails, the others still follow, and the last failure is
+/// returned, to which the files of a failure belong.
 pub fn run(context: &Context, args: &Evaluate) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective", "contact"])?;
     let density = setup.density_of(context, &problem, &args.design)?;
@@ -48,19 +50,34 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
     let mut watch = Watch::new(context, problem).with_table(NewtonTable::open(directory, 0)?);
     context.console.start_bar(steps * asked.len(), 0);
     let mut rows = Vec::new();
+    let mut last_failure = None;
     for (number, &coefficient) in asked.iter().enumerate() {
         watch.begin(number, steps * number);
+        let shown = coefficient.or(own);
         if let Some(coefficient) = coefficient {
             problem.analysis.model.set_friction(coefficient);
         }
         let forward = match problem.analysis.forward(density, &mut watch) {
             Ok(forward) => forward,
-            Err(error) => return Err(failed(problem, &error, Some(directory))),
+            Err(error) => {
+                // the other coefficients may well converge
+                let mut failure = failed(problem, &error, Some(directory));
+                if let (Failure::Analysis { report, .. }, Some(coefficient)) = (&mut failure, shown) {
+                    report.cause = format!("with friction {coefficient}, {}", report.cause);
+                }
+                let mut cells: Vec<Cell> = vec![Cell::from(shown)];
+                cells.resize(COLUMNS.len(), Cell::from(None::<f64>));
+                csv.row(&cells)?;
+                let mut row = vec![shown.map_or("as in the case".into(), |value| value.to_string()), "failed".into()];
+                row.resize(6, String::new());
+                rows.push(row);
+                last_failure = Some(failure);
+                continue;
+            }
         };
         watch.check()?;
         whole(context, &forward, steps)?;
         context.console.notice(forward.notice);
-        let shown = coefficient.or(own);
         let [open, stick, slip] = final_status(&forward);
         let (newton, increments) = (forward.path.newton_iterations(), forward.path.states.len() - 1);
         csv.row(&[
@@ -98,7 +115,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
         .lines(&lines(&["friction", "objective", "objective/volume fraction", "open", "stick", "slip"], &rows));
     let path = directory.path();
     context.console.event("result", json!({ "command": "evaluate", "directory": path, "evaluations": rows.len() }));
-    Ok(())
+    last_failure.map_or(Ok(()), Err)
 }
 
 /// The case's coefficient of friction, if all its contact pairs have the same.

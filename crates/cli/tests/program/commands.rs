@@ -374,6 +374,39 @@ fn an_optimization_of_rounding_ends() {
     assert!(place.good("explain never_closes").out.contains("place.translate"));
 }
 
+/// Five iterations are enough without friction, and not with it: the first row is kept, the failure names the coefficient.
+#[test]
+fn evaluate_goes_on_after_a_failure() {
+    let place = Place::new();
+    place.good("optimize case.toml --iterations 1 -q");
+    let few = "--set load_path.max_newton_iterations=5 --set load_path.max_cutbacks=0";
+    let line = format!("evaluate case.toml --design case --friction 0.3,0 {few}");
+    let expected =
+        ["load step 1 failed: with friction 0.3, no convergence in 5 Newton iterations", "kept: case_evaluate"];
+    place.bad(&line, 3, &expected);
+    let table = place.table("case_evaluate/evaluate.csv");
+    assert_eq!((table[1][0].as_str(), table[1][1].as_str()), ("0.3", ""));
+    assert!(number(&table[2][1]) < 0.0, "the analysis without friction: {:?}", table[2]);
+}
+
+/// A box beside the slab, and a radius below the distance of two centroids: elements of the slab are 1 × 0.5 × 1.
+#[test]
+fn settings_without_effect_are_told() {
+    let place = Place::with(
+        "sensitivity_filter = { radius = 1.2 }",
+        "sensitivity_filter = { radius = 0.5 }\npassive_void = [{ min = [90, 0, 0], max = [91, 1, 1] }]",
+    );
+    let told = place.good("check case.toml").err;
+    for part in [
+        "no element of the design bodies has its centroid in this box: it has no effect [slipstick::case::empty_passive_region]",
+        "the filter has no effect: the closest centroids of neighbouring elements are 0.5 apart [slipstick::case::idle_filter]",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+    let told = place.good("check case.toml --set design.sensitivity_filter.radius=0.51").err;
+    assert!(!told.contains("idle_filter"), "{told}");
+}
+
 /// A table of densities that the case does not take as it is, and a start above the bound on the volume. By hand: the upper
 /// layer of the slab, 8 of its 16 elements and of 20 in all, is solid, so half of it is filled already.
 #[test]

@@ -99,6 +99,10 @@ case_codes! {
     ContradictoryPassive => "contradictory_passive",
     /// The start design violates the volume constraint, by its density or by passive solid elements (warning).
     InitialVolume => "initial_volume",
+    /// A box of a passive region holds no element of the design (warning).
+    EmptyPassiveRegion => "empty_passive_region",
+    /// The radius of a filter reaches no neighbouring element (warning).
+    IdleFilter => "idle_filter",
     /// No condition holds a body (warning).
     UnsupportedBody => "unsupported_body",
     /// A corner of a motion lies between two load steps, which cut it off (warning).
@@ -110,6 +114,8 @@ case_codes! {
     NeverCloses => "never_closes",
     /// Averaged normals of a slave surface are far from those of its facets (warning).
     AveragedNormals => "averaged_normals",
+    /// The slave facets of a contact pair are much coarser than the master facets (warning).
+    CoarseSlave => "coarse_slave",
     /// The mesh generator refuses the shape.
     Mesh => "mesh",
     /// A mesh file cannot be read, or does not hold what the case asks for; as a warning, something of it was repaired or

@@ -82,6 +82,14 @@ impl CaseCode {
                  too: with them, start lower, as the message says. The optimizer will reach the bound, but its first \
                  designs violate it."
             }
+            EmptyPassiveRegion => {
+                "An element is passive if its centroid lies in one of the boxes. Enlarge or move the box; it refers to \
+                 coordinates after `place`."
+            }
+            IdleFilter => {
+                "The filter averages over elements whose centroids are closer than the radius. Give a radius of 1.5 to 3 times \
+                 the element size, or leave the filter out."
+            }
             UnsupportedBody => {
                 "Hold the body with a [[dirichlet]] table, or be sure that contact holds it from the start. A \
                  body that nothing holds makes the equations singular."
@@ -103,6 +111,10 @@ impl CaseCode {
                  where a curved slave surface is coarse; let `feature_angle` be smaller than the angle of an edge, so that \
                  each side of it has normals of its own; or exchange slave and master. Nothing is lost where the surfaces \
                  never touch at these nodes."
+            }
+            CoarseSlave => {
+                "Contact conditions hold at slave nodes. Where master nodes lie between them, those can penetrate. Exchange \
+                 slave and master, or refine the slave; the finer side should be the slave."
             }
             Mesh => "Change the shape, its element counts or placement; the message names the defect of the mesh.",
             MeshFile => {

@@ -15,6 +15,15 @@ use slipstick_mesh::Mesh;
 /// half a turn, as the coarsest meshes of use have them. \[degrees\]
 const LARGEST: f64 = 15.0;
 
+/// The same beside a plane: a larger angle there is not that of a curved surface, but of an edge between planes. \[degrees\]
+const LARGEST_BESIDE_PLANE: f64 = 5.0;
+
+/// A facet belongs to a plane if the angle at another of its nodes is smaller than this part of the node's own.
+const PLANE: f64 = 0.1;
+
+/// Angles that differ by less are equal. \[degrees\]
+const ROUNDING: f64 = 1e-6;
+
 /// Slave nodes whose averaged normal is far from that of a facet.
 pub(super) struct Averaged {
     /// How many.
@@ -41,10 +50,30 @@ fn angle(slave: &SlaveNode, mesh: &Mesh) -> f64 {
     normals.iter().map(|normal| normal.angle(&mean).to_degrees()).fold(0.0, f64::max)
 }
 
-/// Of an interface: its slave nodes whose averaged normals are off by more than [`LARGEST`].
+/// Whether slave facets surround a node: it does not lie on the boundary of the surface.
+fn inner(slave: &SlaveNode) -> bool {
+    let mut neighbours: Vec<usize> = slave.corners.iter().flat_map(|corner| [corner.next, corner.previous]).collect();
+    neighbours.sort_unstable();
+    neighbours.dedup();
+    neighbours.len() == slave.corners.len()
+}
+
+/// Of an interface: its slave nodes whose averaged normals are off by more than [`LARGEST`], or beside a plane by more than
+/// [`LARGEST_BESIDE_PLANE`].
 pub(super) fn averaged(interface: &ContactInterface, mesh: &Mesh) -> Option<Averaged> {
-    let angles = interface.slave_nodes().iter().map(|slave| (angle(slave, mesh), slave.node));
-    let far: Vec<(f64, u32)> = angles.filter(|(angle, _)| *angle > LARGEST).collect();
+    let slaves = interface.slave_nodes();
+    let angles: Vec<f64> = slaves.iter().map(|slave| angle(slave, mesh)).collect();
+    // the smallest angle at an inner node of each facet
+    let mut flattest = vec![f64::INFINITY; interface.slave_facets().len()];
+    for (slave, &angle) in slaves.iter().zip(&angles).filter(|(slave, _)| inner(slave)) {
+        slave.facets.iter().for_each(|&(f, _)| flattest[f as usize] = angle.min(flattest[f as usize]));
+    }
+    let too_far = |slave: &SlaveNode, angle: f64| {
+        let beside_plane = slave.facets.iter().any(|&(f, _)| flattest[f as usize] < PLANE * angle);
+        angle > ROUNDING + if beside_plane { LARGEST_BESIDE_PLANE } else { LARGEST }
+    };
+    let far = slaves.iter().zip(&angles).filter(|&(slave, &angle)| too_far(slave, angle));
+    let far: Vec<(f64, u32)> = far.map(|(slave, &angle)| (angle, slave.node)).collect();
     // the first of those that are as bad
     let (angle, worst) =
         far.iter().rev().max_by(|a, b| (a.0 * 1e6).round().total_cmp(&(b.0 * 1e6).round())).copied()?;
@@ -61,8 +90,8 @@ impl Averaged {
             kind: NoticeKind::AveragedNormals,
             path: format!("contact[{pair}].slave"),
             message: format!(
-                "`{}`, the slave of `{}`, has {} whose averaged normal is more than {LARGEST}° off a facet's, at worst {}° \
-                 at node {worst}, {place}: contact pushes in a wrong direction there",
+                "`{}`, the slave of `{}`, has {} whose averaged normal differs from a facet's by up to {}°, \
+                 at node {worst}, {place}: contact pushes in a wrong direction there, and friction appears as tan(arctan μ ± that angle)",
                 contact.slave,
                 contact.master,
                 counted(count, "node"),

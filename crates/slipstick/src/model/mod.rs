@@ -392,6 +392,11 @@ impl ContactModel {
         &self.prescribed
     }
 
+    /// Whether loads act on the bodies, besides prescribed motions.
+    pub fn has_loads(&self) -> bool {
+        !self.loads.is_empty()
+    }
+
     /// Numbers of the loads that act on prescribed displacements only, and so do nothing.
     pub fn idle_loads(&self) -> Vec<usize> {
         self.loads.idle(self.prescribed.fixed(), &self.coordinates)

@@ -31,14 +31,18 @@ pub struct OffThePlane {
     pub motion: usize,
 }
 
-/// Two motions claim the same displacement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("node {node} is moved by two different [[dirichlet]] tables in component {}", ["x", "y", "z"][*component as usize])]
+/// Two motions prescribe different displacements of one node.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("node {node} also belongs to `{set}`: `dirichlet[{first}]` prescribes another {} displacement of it", ["x", "y", "z"][*component as usize])]
 pub struct ConflictingMotion {
     /// Global node number.
     pub node: u32,
     /// 0, 1, 2.
     pub component: u8,
+    /// Number of the first table.
+    pub first: usize,
+    /// Node set of the first table.
+    pub set: String,
     /// Number of the second table.
     pub motion: usize,
 }
@@ -48,7 +52,7 @@ impl Prescribed {
     /// load cases. What one of them moves is held in the others, unless something moves it there.
     ///
     /// # Errors
-    /// [`ConflictingMotion`] where two tables that do not say the same meet in one unknown.
+    /// [`ConflictingMotion`] where two tables prescribe different values of one unknown.
     pub fn new(
         motions: Vec<Dirichlet>,
         sets: &[Vec<u32>],
@@ -71,8 +75,9 @@ impl Prescribed {
                         _ => true,
                     };
                     match owners[dof].iter().find(together) {
-                        Some(&first) if !same(&motions[first as usize], motion) => {
-                            return Err(ConflictingMotion { node, component: c as u8, motion: m });
+                        Some(&first) if !same(&motions[first as usize], motion, c) => {
+                            let (first, set) = (first as usize, motions[first as usize].set.clone());
+                            return Err(ConflictingMotion { node, component: c as u8, first, set, motion: m });
                         }
                         // the same in all of this one's cases
                         Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {
@@ -229,8 +234,14 @@ impl Prescribed {
     }
 }
 
-fn same(a: &Dirichlet, b: &Dirichlet) -> bool {
-    a.motion == b.motion && a.rotation == b.rotation
+/// Whether two motions prescribe the same displacement component `c` at all times.
+fn same(a: &Dirichlet, b: &Dirichlet, c: usize) -> bool {
+    let turns = |motion: &Dirichlet| motion.motion.iter().any(|point| point.angle != 0.0);
+    if turns(a) || turns(b) {
+        return a.motion == b.motion && a.rotation == b.rotation;
+    }
+    // both are piecewise linear between the way points
+    a.motion.iter().chain(&b.motion).all(|point| a.at(point.t).0[c] == b.at(point.t).0[c])
 }
 
 #[cfg(test)]
@@ -302,7 +313,29 @@ mod tests {
         let mut other = driven();
         other.motion.pop();
         let result = Prescribed::new(vec![driven(), driven(), other], &[vec![0], vec![0], vec![0]], &[0.0; 3], &[]);
-        assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, motion: 2 });
+        let set = "top".to_owned();
+        assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 2 });
+    }
+
+    /// A support and a motion within its plane meet at a node: they agree in y, where both hold it, and differ in x.
+    #[test]
+    fn tables_may_share_a_component_that_both_hold() {
+        let held = |components: &[Component]| Dirichlet {
+            set: "plane".into(),
+            components: components.to_vec(),
+            motion: Vec::new(),
+            rotation: None,
+            load_case: None,
+        };
+        let mut pushed = driven();
+        (pushed.motion, pushed.rotation) = (vec![Waypoint { t: 1.0, u: [2.0, 0.0, 0.0], angle: 0.0 }], None);
+        let of = |held| Prescribed::new(vec![held, pushed.clone()], &[vec![0], vec![0]], &[0.0; 3], &[]);
+        let mut d = [9.0; 3];
+        of(held(&[Component::Y])).unwrap().apply(0.5, &mut d);
+        assert_eq!(d, [1.0, 0.0, 0.0]);
+        let conflict = of(held(&[Component::X, Component::Y])).unwrap_err();
+        assert_eq!((conflict.component, conflict.first, conflict.motion), (0, 0, 1));
+        assert!(conflict.to_string().contains("`plane`"), "{conflict}");
     }
 
     /// Two cases move one node differently, and another node only in the second.
@@ -327,6 +360,7 @@ mod tests {
         prescribed.pull_back_amplitudes(2.5, &[1.0; 6], &mut slopes);
         assert_eq!(slopes, [0.0, 1.0, 1.5]);
         let twice = Prescribed::new(vec![of("a", 1.0), driven()], &[vec![0], vec![0]], &[0.0; 3], &["a"]);
-        assert_eq!(twice.unwrap_err(), ConflictingMotion { node: 0, component: 0, motion: 1 });
+        let set = "top".to_owned();
+        assert_eq!(twice.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 1 });
     }
 }

@@ -110,6 +110,13 @@ impl FailureReport {
                 report.cures.push(cure);
             }
         }
+        let diverged = |kind: &StepFailureKind| {
+            use StepFailureKind::{Diverged, State, TooManyIterations};
+            matches!(kind, Diverged | TooManyIterations { .. } | State(StateError::InvertedElements { .. }))
+        };
+        if model.has_loads() && failure.attempts.last().is_some_and(|(_, kind)| diverged(kind)) {
+            report.cures.push(SMALLER_LOAD.into());
+        }
         report
     }
 
@@ -191,6 +198,9 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, model: &ContactModel) -> Vec<St
 }
 
 const MORE_ITERATIONS: &str = "more Newton iterations (`load_path.max_newton_iterations`)";
+
+const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.motion`) in its place: beyond a limit point \
+                            a load has no equilibrium nearby";
 
 /// What the user may change, most promising first: what the place tells, or what usually helps.
 fn cures(kind: &StepFailureKind, mesh: &Mesh, model: &ContactModel) -> Vec<String> {

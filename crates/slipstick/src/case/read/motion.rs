@@ -65,17 +65,17 @@ pub(super) fn dirichlet(root: &Table<'_>, names: &Names, cases: &[LoadCase], ste
             (Some(a), Some(b)) => a == b,
             _ => true,
         };
-        let conflict = conditions.iter().any(|other| {
+        let conflict = conditions.iter().position(|other| {
             together(other)
                 && other.set == condition.set
                 && other.components.iter().any(|c| condition.components.contains(c))
         });
-        if conflict && !condition.set.is_empty() {
+        if let (Some(other), false) = (conflict, condition.set.is_empty()) {
             reader.error(
                 &path,
                 CaseCode::ConflictingDirichlet,
-                format!("a component of `{}` is prescribed twice", condition.set),
-                "join the two conditions, or give them different components",
+                format!("`dirichlet[{other}]` prescribes a component of `{}` already", condition.set),
+                "merge the two tables, or list different `components` in them",
             );
         }
         conditions.push(condition);
