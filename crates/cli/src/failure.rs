@@ -111,6 +111,7 @@ fn build_code(error: &BuildError) -> CaseCode {
         "design" if has(".volume_fraction") => CaseCode::InfeasibleVolume,
         "design" if error.message.starts_with("no element is designed") => CaseCode::EmptyDesign,
         "design" => CaseCode::ContradictoryPassive,
+        "objective" if has(".contact_force") => CaseCode::NoContact,
         "objective" => CaseCode::Steps,
         _ => CaseCode::Unsupported,
     }

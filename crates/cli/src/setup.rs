@@ -322,17 +322,17 @@ pub fn volume_fraction(problem: &Problem, density: &[f64]) -> Option<f64> {
 
 /// A failed analysis in words, after what is left of it has been written to `run`, if this rank has one.
 pub fn failed(problem: &mut Problem, error: &AnalysisError, run: Option<&RunDirectory>) -> Failure {
-    let model = &mut problem.analysis.model;
-    let report = Box::new(FailureReport::new(error, &problem.mesh, model));
+    let design = &problem.analysis.design;
+    let report = Box::new(FailureReport::new(error, &problem.mesh, design));
     let Some(run) = run else {
         if let AnalysisError::March(failure) = error {
-            failure.path.serve(&**model.share().ranks());
+            failure.path.serve(&**design.model().share().ranks());
         }
         return Failure::Analysis { report, kept: String::new() };
     };
     let directory = run.path().display();
     let kept = match error {
-        AnalysisError::March(failure) => match write_failure(run, &problem.mesh, model, failure) {
+        AnalysisError::March(failure) => match write_failure(run, &problem.mesh, design, failure) {
             Ok(true) => format!(
                 "{directory}: the states that converged (path.pvd) and the failing one (failure.vtu); \
                  `slipstick render {directory} --failure` draws it"
@@ -376,12 +376,12 @@ fn without_direction(problem: &mut Problem, forward: &Forward, run: Option<&RunD
         cures: rounding.map_or(&[][..], Rounding::cures).iter().map(|cure| (*cure).to_owned()).collect(),
         ..FailureReport::default()
     });
-    let model = &mut problem.analysis.model;
+    let design = &problem.analysis.design;
     let Some(run) = run else {
-        forward.path.serve(&**model.share().ranks());
+        forward.path.serve(&**design.model().share().ranks());
         return Failure::Analysis { report, kept: String::new() };
     };
-    let mut written = write_path(run, &problem.mesh, model, &forward.path).map(drop);
+    let mut written = write_path(run, &problem.mesh, design, &forward.path).map(drop);
     // that of an earlier iteration stays: there is none like it
     let table = run.file("design.csv");
     if !table.exists() {

@@ -89,11 +89,18 @@ pub struct ContactInterface {
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
     reach: f64,
+    /// The master facets at the reference coordinates.
+    tree: FacetTree,
+}
+
+/// Buffers of [`ContactInterface::evaluate`], and which slave nodes it evaluates.
+#[derive(Debug, Clone)]
+pub struct InterfaceWorkspace {
     tree: FacetTree,
     couplings: Vec<FacetCoupling>,
     /// Which slave nodes are evaluated, and which slave facets that takes.
-    evaluated_nodes: Vec<bool>,
-    evaluated_facets: Vec<bool>,
+    nodes: Vec<bool>,
+    facets: Vec<bool>,
 }
 
 impl ContactInterface {
@@ -125,30 +132,18 @@ impl ContactInterface {
             sharp[*facet as usize][usize::from(*corner)] = true;
         }
         let tree = FacetTree::build(&master_facets, coordinates);
-        let couplings = vec![FacetCoupling::default(); slave_facets.len()];
-        let (evaluated_nodes, evaluated_facets) = (vec![true; slave_nodes.len()], vec![true; slave_facets.len()]);
-        Ok(Self {
-            slave_facets,
-            master_facets,
-            slave_nodes,
-            sharp,
-            shape,
-            rule: rule.points(),
-            reach,
-            tree,
-            couplings,
-            evaluated_nodes,
-            evaluated_facets,
-        })
+        Ok(Self { slave_facets, master_facets, slave_nodes, sharp, shape, rule: rule.points(), reach, tree })
     }
 
-    /// Evaluates from now on the slave nodes only that `has` picks by their global numbers.
-    pub fn evaluate_only(&mut self, has: impl Fn(u32) -> bool) {
-        self.evaluated_nodes = self.slave_nodes.iter().map(|slave| has(slave.node)).collect();
+    /// Buffers for evaluating the slave nodes that `has` picks by their global numbers.
+    pub fn workspace(&self, has: impl Fn(u32) -> bool) -> InterfaceWorkspace {
         let around = |facet: &FacetNodes| facet.iter().any(|&node| has(node));
-        self.evaluated_facets = self.slave_facets.iter().map(around).collect();
-        let left = self.couplings.iter_mut().zip(&self.evaluated_facets).filter(|(_, evaluated)| !**evaluated);
-        left.for_each(|(coupling, _)| *coupling = FacetCoupling::default());
+        InterfaceWorkspace {
+            tree: self.tree.clone(),
+            couplings: vec![FacetCoupling::default(); self.slave_facets.len()],
+            nodes: self.slave_nodes.iter().map(|slave| has(slave.node)).collect(),
+            facets: self.slave_facets.iter().map(around).collect(),
+        }
     }
 
     /// The same interface with symmetry planes: `mirrored` gives for a node the coordinate axes that stand across one through
@@ -179,25 +174,27 @@ impl ContactInterface {
         self.reach
     }
 
-    /// Evaluates mortar rows and frames of all slave nodes at the current positions `x` (3 per node of the mesh); of those
-    /// that [`evaluate_only`](Self::evaluate_only) has picked, and leaves the others empty.
+    /// Evaluates mortar rows and frames at the current positions `x` (3 per node of the mesh) of the slave nodes that the
+    /// workspace is for, and leaves the others empty.
     ///
     /// The result depends on `x` alone, not on earlier evaluations nor on the number of threads.
     ///
     /// # Errors
     /// [`InterfaceError::Folded`] where the averaged normal vanishes, [`InterfaceError::FoldedFacet`].
     pub fn evaluate(
-        &mut self,
+        &self,
         x: &[f64],
         with_gradient: bool,
+        workspace: &mut InterfaceWorkspace,
         out: &mut Vec<NodeKinematics>,
     ) -> Result<(), InterfaceError> {
-        self.tree.refit(x);
+        let InterfaceWorkspace { tree, couplings, nodes, facets } = workspace;
+        tree.refit(x);
         let largest = self.master_facets.iter().map(|f| sphere(f, x).1).fold(0.0, f64::max);
-        let Self { slave_facets, master_facets, sharp, rule, tree, couplings, evaluated_facets, .. } = self;
+        let Self { slave_facets, master_facets, sharp, rule, .. } = self;
         let settings = Settings { x, rule, shape: self.shape, reach: self.reach, with_gradient };
-        let (tree, masters) = (&*tree, &*master_facets);
-        let facets = couplings.par_iter_mut().zip(&*slave_facets).zip(&*sharp).zip(&*evaluated_facets);
+        let (tree, masters) = (&*tree, master_facets);
+        let facets = couplings.par_iter_mut().zip(slave_facets).zip(sharp).zip(&*facets);
         let folded = facets.map_init(Vec::new, |hits, (((coupling, facet), sharp), &evaluated)| {
             if !evaluated {
                 return Ok(());
@@ -216,11 +213,11 @@ impl ContactInterface {
             return Err(InterfaceError::FoldedFacet { nodes });
         }
         out.resize_with(self.slave_nodes.len(), NodeKinematics::default);
-        let couplings = &self.couplings;
+        let couplings = &*couplings;
         let folded = out
             .par_iter_mut()
             .zip(&self.slave_nodes)
-            .zip(&self.evaluated_nodes)
+            .zip(&*nodes)
             .filter_map(|((row, slave), &evaluated)| {
                 let folded = evaluated && !row.gather(slave, couplings, x, with_gradient);
                 folded.then_some(slave.node)
@@ -383,15 +380,16 @@ mod tests {
             let slave = FacetNodes::new(&[0, 1, 2, 3][..corners]).unwrap();
             let shape = MultiplierShape::Standard;
             let options = InterfaceOptions { shape, rule: CellRule::Seven, reach, feature_angle: 0.5 };
-            let mut interface = ContactInterface::new(vec![slave], masters.clone(), &x, options).unwrap();
-            interface.evaluate(&x, false, &mut Vec::new()).unwrap();
+            let interface = ContactInterface::new(vec![slave], masters.clone(), &x, options).unwrap();
+            let mut workspace = interface.workspace(|_| true);
+            interface.evaluate(&x, false, &mut workspace, &mut Vec::new()).unwrap();
             let settings = Settings { x: &x, rule: &interface.rule, shape, reach, with_gradient: false };
             let mut all = FacetCoupling::default();
             all.evaluate(&slave, [false; 4], masters.iter().copied(), settings).unwrap();
             // by counting: of eight layers two are too far
             assert_eq!(all.nodes.len(), corners + 6 * 4 * (corners + 1));
-            assert_eq!(interface.couplings[0].nodes, all.nodes);
-            assert_eq!(interface.couplings[0].coefficient, all.coefficient);
+            assert_eq!(workspace.couplings[0].nodes, all.nodes);
+            assert_eq!(workspace.couplings[0].coefficient, all.coefficient);
         }
     }
 }

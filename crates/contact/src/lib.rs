@@ -21,4 +21,4 @@ pub mod kinematics;
 
 mod interface;
 
-pub use interface::{ContactInterface, InterfaceError, InterfaceOptions, SlaveNode};
+pub use interface::{ContactInterface, InterfaceError, InterfaceOptions, InterfaceWorkspace, SlaveNode};

@@ -51,9 +51,9 @@ fn evaluate(at: &Configuration, x: &[f64], shape: MultiplierShape, gradient: boo
     let (slave, master) = (facets(&at.data["slave_facets"]), facets(&at.data["master_facets"]));
     let feature_angle = std::f64::consts::FRAC_PI_4;
     let options = InterfaceOptions { shape, rule: CellRule::Seven, reach: 1.0, feature_angle };
-    let mut interface = ContactInterface::new(slave, master, x, options).unwrap();
+    let interface = ContactInterface::new(slave, master, x, options).unwrap();
     let mut rows = Vec::new();
-    interface.evaluate(x, gradient, &mut rows).unwrap();
+    interface.evaluate(x, gradient, &mut interface.workspace(|_| true), &mut rows).unwrap();
     rows
 }
 

@@ -124,6 +124,8 @@ pub struct StepFailure {
     pub iterations: Vec<IterationRecord>,
     /// The last iterate.
     pub iterate: Vec<f64>,
+    /// Whether it is the state at which the step starts.
+    pub at_start: bool,
 }
 
 /// The march failed beyond retry and cut-back. What was computed is in `path`.
@@ -137,6 +139,8 @@ pub struct MarchFailure {
     pub attempts: Vec<(f64, StepFailureKind)>,
     /// The last failing iterate, for a picture of it.
     pub iterate: Vec<f64>,
+    /// Whether it is the state at which the step starts.
+    pub at_start: bool,
     /// The iterations that led there.
     pub iterations: Vec<IterationRecord>,
     /// Newton iterations of all failed attempts, also of those on the way to the states that converged.

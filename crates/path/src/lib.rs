@@ -30,6 +30,8 @@ mod linear;
 mod march;
 mod newton;
 mod problem;
+pub mod slider;
+mod solver;
 #[cfg(test)]
 mod spring;
 mod start;
@@ -41,9 +43,13 @@ mod uzawa;
 
 pub use failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
 pub use linear::{LinearSystem, SolveCounts};
-pub use march::{MarchEvent, MarchObserver, MarchOptions, Path, PathState, Remedy, Silent, march};
+pub use march::{LoadPath, MarchEvent, MarchObserver, MarchOptions, Path, PathState, Remedy, Silent, march};
 pub use newton::{IterationRecord, NewtonOptions, StepReport, Tolerance, Tolerances, still_falls};
-pub use problem::{Held, PreviousPullBack, Scales, StepProblem, StepState, UzawaOptions};
+pub use problem::{
+    Adjoint, Attempt, Evaluated, Held, Iteration, Method, PreviousPullBack, Scales, StepProblem, StepState, Unknowns,
+    UzawaOptions, Wanted,
+};
+pub use solver::Solver;
 pub use start::{Guide, GuideError, StartValues};
 pub use sweep::{PathGradient, PathObjective, SweepError, SweepOptions, sweep};
 pub use timings::{Phase, Timings};

@@ -154,6 +154,11 @@ impl LinearSystem {
         self.timings
     }
 
+    /// Counts the time since `begin` as spent in `phase`.
+    pub(crate) fn end(&mut self, phase: Phase, begin: Option<f64>) {
+        self.timings.end(phase, begin);
+    }
+
     /// Measures time from now on, or no more, from zero.
     pub fn set_timings(&mut self, timings: Timings) {
         self.timings = timings;

@@ -1,10 +1,11 @@
 //! The march along the load path: steps, retries, cut-backs, and the store of states.
 
 use crate::divided::{ask, serve};
-use crate::failure::{MarchFailure, StepFailure, StepFailureKind};
-use crate::linear::{KeptFactors, LinearSystem};
-use crate::newton::{self, NewtonOptions, StepReport, still_falls};
-use crate::problem::{Held, StepProblem, StepState, UzawaOptions};
+use crate::failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
+use crate::linear::KeptFactors;
+use crate::newton::{self, NewtonOptions, Start, StepReport, still_falls};
+use crate::problem::{Attempt, Evaluated, Held, Iteration, Method, StepProblem, StepState, Wanted};
+use crate::solver::Solver;
 use crate::start::{self, Guide, StartValues};
 use crate::uzawa;
 use slipstick_linalg::{Ranks, own_range};
@@ -198,26 +199,42 @@ pub struct Silent;
 
 impl MarchObserver for Silent {}
 
-/// Marches to each of the `times` (ascending, > 0) from `start`, which lies at time 0, and again at each of the times `anew`
-/// (ascending, between two of `times`), where another load case begins.
+/// Where a path leads.
+#[derive(Debug, Clone)]
+pub struct LoadPath<'a> {
+    /// The state at time 0.
+    pub start: StepState,
+    /// Ends of the user's steps, ascending, > 0.
+    pub times: &'a [f64],
+    /// Times, ascending and each between two of `times`, at which another load case begins at the start.
+    pub restarts: &'a [f64],
+    /// A path to follow.
+    pub guide: Option<&'a Guide>,
+}
+
+impl<'a> LoadPath<'a> {
+    /// From `start` to each of the `times`, with one load case and without a guide.
+    pub fn new(start: StepState, times: &'a [f64]) -> Self {
+        Self { start, times, restarts: &[], guide: None }
+    }
+}
+
+/// Marches along a load path.
 ///
-/// A step starts where `guide` leads, if there is one, and has its sub-steps if it holds them. A failing step is tried again
+/// A step starts where the guide leads, if there is one, and has its sub-steps if it holds them. A failing step is tried again
 /// from the last state, with the problem's other settings, then with half the increment, at most `max_cutbacks` halvings deep.
-/// Whole, after two halvings and after the last one it is also tried with [held multipliers](StepProblem::rescue). Accepted
+/// Whole, after two halvings and after the last one it is also tried with [held multipliers](Attempt::Rescue). Accepted
 /// sub-steps are states of the path like any other.
 ///
 /// # Errors
 /// [`MarchFailure`] with everything that converged before. A cancelled march is no error: it returns a shorter path.
-pub fn march(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    start: StepState,
-    times: &[f64],
-    anew: &[f64],
+pub fn march<P: StepProblem>(
+    solver: &mut Solver<'_, P>,
+    load_path: &LoadPath<'_>,
     options: &MarchOptions,
-    guide: Option<&Guide>,
     observer: &mut dyn MarchObserver,
 ) -> Result<Path, Box<MarchFailure>> {
+    let &LoadPath { ref start, times, restarts, guide } = load_path;
     let rest = |time: f64| PathState {
         time,
         state: start.clone(),
@@ -229,11 +246,16 @@ pub fn march(
         factors: None,
     };
     let mut path = Path { states: vec![rest(0.0)], steps: 0, factor_bytes: 0 };
-    linear.forget();
+    solver.linear.forget();
+    // of the last state
+    let mut geometry: Option<P::Geometry> = None;
     for (index, &end) in times.iter().enumerate() {
         let step = index + 1;
         let before = path.states.last().expect("holds the start").time;
-        path.states.extend(anew.iter().filter(|&&time| before < time && time < end).map(|&time| rest(time)));
+        for &time in restarts.iter().filter(|&&time| before < time && time < end) {
+            path.states.push(rest(time));
+            geometry = None;
+        }
         let begin = path.states.last().expect("holds the start").time;
         let whole = end - begin;
         let smallest = whole * 0.5f64.powi(options.max_cutbacks as i32) * 0.999;
@@ -251,27 +273,18 @@ pub fn march(
             let target = led.unwrap_or(if last { end } else { now + increment });
             let halvings = (whole / (target - now)).log2().round() as i32;
             let rescue = RESCUED.contains(&halvings) || 0.5 * (target - now) < smallest;
-            match attempt(
-                problem,
-                linear,
-                &path,
-                target,
-                step,
-                options,
-                rescue,
-                guide,
-                &mut failed_iterations,
-                observer,
-            ) {
-                Ok((state, mut report)) => {
+            let increment_to = Increment { path: &path, time: target, step, rescue, options, guide };
+            match increment_to.attempt(solver, &mut geometry, &mut failed_iterations, observer) {
+                Ok((state, mut report, at)) => {
                     report.failed_iterations = std::mem::take(&mut failed_iterations);
-                    let factors = path.keep(linear.latest(problem.fixed()), options.factor_memory);
+                    let fixed = solver.problem.unknowns().fixed(Held::None);
+                    let factors = path.keep(solver.linear.latest(fixed), options.factor_memory);
                     let completes = last.then_some(step);
-                    let active_set = problem.active_set().to_vec();
-                    let (rest, divided) = (false, false);
+                    let (rest, divided, active_set) = (false, false, at.active_set);
                     let next = PathState { time: target, state, completes, report, active_set, rest, divided, factors };
                     path.states.push(next);
-                    path.divide(linear.ranks());
+                    path.divide(solver.linear.ranks());
+                    geometry = Some(at.geometry);
                     observer.on_event(&MarchEvent::Accepted(path.states.last().expect("pushed")));
                     if last {
                         path.steps = step;
@@ -291,6 +304,7 @@ pub fn march(
                             increment: (now, target),
                             attempts,
                             iterate: failure.iterate,
+                            at_start: failure.at_start,
                             iterations: failure.iterations,
                             failed_iterations: failed_iterations + path.failed_iterations(),
                             path,
@@ -309,73 +323,117 @@ pub fn march(
     Ok(path)
 }
 
-/// One increment from all start values and with all settings that the problem offers, at last with held multipliers if
-/// `rescue`; returns the first success or the last failure of the method itself.
-fn attempt(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    path: &Path,
+/// What an accepted increment comes to: state, how it converged, last evaluation.
+type Accepted<P> = (StepState, StepReport, Evaluated<P>);
+
+/// An increment from the last state of a path.
+struct Increment<'a> {
+    path: &'a Path,
     time: f64,
+    /// The user's step.
     step: usize,
-    options: &MarchOptions,
+    /// Whether held multipliers are tried.
     rescue: bool,
-    guide: Option<&Guide>,
-    failed_iterations: &mut usize,
-    observer: &mut dyn MarchObserver,
-) -> Result<(StepState, StepReport), StepFailure> {
-    let previous = &path.states.last().expect("holds the start").state;
-    let as_failure =
-        |e: crate::StateError| StepFailure { kind: e.into(), iterations: vec![], iterate: previous.unknowns.clone() };
-    let starts = start::candidates(problem, path, time, options.start, guide, linear.ranks());
-    let mut starts = starts.into_iter().peekable();
-    let mut setting = 0;
-    let mut rescues = 0..if rescue { usize::MAX } else { 0 };
-    let mut rescuing = None;
-    let mut before_rescue = None;
-    loop {
-        problem.begin_step(previous, time, false).map_err(as_failure)?;
-        problem.vary_iteration(setting);
-        let rescue = rescuing.and_then(|attempt| problem.rescue(attempt));
-        let start = starts.next().unwrap_or_else(|| previous.unknowns.clone());
-        let solved = solve_increment(problem, linear, start, time, rescue, &options.newton);
-        let accepted = solved.and_then(|(y, report)| {
-            problem.vary_iteration(0);
-            problem.accept(&y).map_err(as_failure)?;
-            let mut history = Vec::new();
-            problem.advance_history(&y, &mut history).map_err(as_failure)?;
-            Ok((StepState { unknowns: y, history }, report))
-        });
-        let failure = match accepted {
-            Ok(done) => return Ok(done),
-            Err(failure) => failure,
+    options: &'a MarchOptions,
+    guide: Option<&'a Guide>,
+}
+
+impl Increment<'_> {
+    /// From all start values and with all settings that the problem offers, at last with held multipliers; returns the first
+    /// success or the last failure of the method itself. `geometry` is that of the last state, where it is known.
+    fn attempt<P: StepProblem>(
+        &self,
+        solver: &mut Solver<'_, P>,
+        geometry: &mut Option<P::Geometry>,
+        failed_iterations: &mut usize,
+        observer: &mut dyn MarchObserver,
+    ) -> Result<Accepted<P>, StepFailure> {
+        let &Self { path, time, step, options, guide, .. } = self;
+        let problem = solver.problem;
+        let previous = &path.states.last().expect("holds the start").state;
+        let as_failure = |e: StateError| StepFailure {
+            kind: e.into(),
+            iterations: vec![],
+            iterate: previous.unknowns.clone(),
+            at_start: true,
         };
-        *failed_iterations += failure.iterations.len();
-        if starts.peek().is_none() {
-            setting += 1;
-            // an inverted element is no matter of the iteration's settings
-            let geometric = matches!(failure.kind, StepFailureKind::State(_));
-            if geometric || rescuing.is_some() || !problem.vary_iteration(setting) {
-                setting = 0;
+        let starts = start::candidates(problem, path, time, options.start, guide, solver.linear.ranks());
+        let mut starts = starts.into_iter().peekable();
+        let mut attempt = Attempt::Setting(0);
+        let mut rescues = 0..if self.rescue { usize::MAX } else { 0 };
+        let mut before_rescue = None;
+        loop {
+            let from = match geometry.take() {
+                Some(geometry) => geometry,
+                None => {
+                    let of = problem.geometry(&previous.unknowns, Wanted::Residual, solver.workspace);
+                    of.map_err(as_failure)?
+                }
+            };
+            let from = geometry.insert(from);
+            let begun = problem.begin(previous, from, time, solver.workspace).map_err(as_failure)?;
+            let start = match starts.next() {
+                Some(unknowns) if starts.peek().is_some() => Start { unknowns, geometry: None, at_start: false },
+                _ => Start { unknowns: previous.unknowns.clone(), geometry: Some(from.clone()), at_start: true },
+            };
+            let solved = solve_increment(solver, &begun, start, time, attempt, &options.newton);
+            let accepted = solved.and_then(|(unknowns, report, at)| match problem.finish(&begun, &at) {
+                Ok(history) => Ok((StepState { unknowns, history }, report, at)),
+                Err(error) => {
+                    let (kind, iterations) = (error.into(), report.iterations);
+                    Err(StepFailure { kind, iterations, iterate: unknowns, at_start: false })
+                }
+            });
+            let failure = match accepted {
+                Ok(done) => return Ok(done),
+                Err(failure) => failure,
+            };
+            *failed_iterations += failure.iterations.len();
+            if starts.peek().is_none() {
                 let own = before_rescue.as_ref().unwrap_or(&failure);
-                rescuing = rescues.next().filter(|&attempt| may_be_rescued(own) && problem.rescue(attempt).is_some());
-                if rescuing.is_none() {
-                    problem.vary_iteration(0);
-                    return Err(before_rescue.unwrap_or(failure));
+                let next = self.next_attempt(problem, attempt, &failure, own, &mut rescues);
+                match next {
+                    Some(next) => attempt = next,
+                    None => return Err(before_rescue.unwrap_or(failure)),
                 }
             }
+            let rescuing = matches!(attempt, Attempt::Rescue(_));
+            let remedy = if rescuing { Remedy::HeldMultipliers } else { Remedy::OtherSetting };
+            observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, remedy });
+            if rescuing {
+                before_rescue.get_or_insert(failure);
+            }
         }
-        let remedy = if rescuing.is_some() { Remedy::HeldMultipliers } else { Remedy::OtherSetting };
-        observer.on_event(&MarchEvent::Retry { step, time, failure: &failure.kind, remedy });
-        if rescuing.is_some() {
-            before_rescue.get_or_insert(failure);
+    }
+
+    /// What follows a failed attempt from the last state: other settings, then held multipliers if they may help the `own`
+    /// failure of the method.
+    fn next_attempt<P: StepProblem>(
+        &self,
+        problem: &P,
+        last: Attempt,
+        failure: &StepFailure,
+        own: &StepFailure,
+        rescues: &mut std::ops::Range<usize>,
+    ) -> Option<Attempt> {
+        if let Attempt::Setting(setting) = last {
+            // an inverted element is no matter of the iteration's settings
+            let geometric = matches!(failure.kind, StepFailureKind::State(_));
+            let next = Attempt::Setting(setting + 1);
+            if !geometric && problem.method(next).is_some() {
+                return Some(next);
+            }
         }
+        let next = Attempt::Rescue(rescues.next()?);
+        (may_be_rescued(own) && problem.method(next).is_some()).then_some(next)
     }
 }
 
-/// Whether held multipliers may help: not where prescribed displacements leave no solution or nothing determines one, and not
-/// where Newton's method only needs more iterations.
+/// Whether held multipliers may help: not where prescribed displacements leave no solution or nothing determines one, where
+/// the increment is too long for contact to be seen, or where Newton's method only needs more iterations.
 fn may_be_rescued(failure: &StepFailure) -> bool {
     match &failure.kind {
+        StepFailureKind::State(StateError::PassedThrough { .. }) => false,
         StepFailureKind::State(state) => !state.is_prescribed(),
         StepFailureKind::Singular { .. } => false,
         StepFailureKind::TooManyIterations { .. } => !still_falls(&failure.iterations),
@@ -383,25 +441,26 @@ fn may_be_rescued(failure: &StepFailure) -> bool {
     }
 }
 
-fn solve_increment(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    start: Vec<f64>,
+fn solve_increment<P: StepProblem>(
+    solver: &mut Solver<'_, P>,
+    step: &P::Step,
+    start: Start<P>,
     time: f64,
-    rescue: Option<UzawaOptions>,
+    attempt: Attempt,
     options: &NewtonOptions,
-) -> Result<(Vec<f64>, StepReport), StepFailure> {
-    let mut y = start;
-    let mut target = y.clone();
-    problem.prescribe(time, &mut target);
+) -> Result<(Vec<f64>, StepReport, Evaluated<P>), StepFailure> {
+    let mut target = start.unknowns.clone();
+    solver.problem.prescribe(time, &mut target);
     let mut report = StepReport::default();
-    let (outer, held) = match rescue {
-        Some(outer) => (Some(outer), Held::All),
-        None => (problem.uzawa(), Held::Augmented),
+    let (y, at) = match solver.problem.method(attempt) {
+        Some(Method::Uzawa(outer)) => {
+            uzawa::solve(solver, step, start, &target, options, (attempt, &outer), &mut report)?
+        }
+        _ => {
+            let iteration = Iteration { attempt, ..Iteration::default() };
+            let at = newton::solve(solver, step, start, &target, options, iteration, &mut report)?;
+            (at.unknowns.clone(), at)
+        }
     };
-    match outer {
-        None => newton::solve(problem, linear, &mut y, &target, options, &mut report)?,
-        Some(outer) => uzawa::solve(problem, linear, &mut y, &target, options, &outer, held, &mut report)?,
-    }
-    Ok((y, report))
+    Ok((y, report, at))
 }

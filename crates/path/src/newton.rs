@@ -1,8 +1,8 @@
 //! Semi-smooth Newton's method for one (sub-)step.
 
 use crate::failure::{StateError, StepFailure, StepFailureKind};
-use crate::linear::LinearSystem;
-use crate::problem::{Scales, StepProblem};
+use crate::problem::{Evaluated, Held, Iteration, Scales, StepProblem, Wanted};
+use crate::solver::Solver;
 
 /// A bound on a norm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,181 +142,228 @@ const LOOSEST_SOLVE: f64 = 1e-4;
 /// Largest growth of the residual over its value after the first solve that still counts as on its way.
 const DIVERGED: f64 = 1e8;
 
-/// Solves F(y) = 0 from `y`, whose prescribed entries still hold the last step's values, to the prescribed values of
-/// `target`. The Dirichlet increment is carried through the tangent: K_ff Δy_f = −F_f − K_fp Δy_p in the first solve.
+/// Unknowns where an iteration starts.
+pub(crate) struct Start<P: StepProblem> {
+    /// y. Its prescribed entries may still hold the last step's values.
+    pub unknowns: Vec<f64>,
+    /// Geometry of its displacements, if it is known.
+    pub geometry: Option<P::Geometry>,
+    /// Whether the step begins here.
+    pub at_start: bool,
+}
+
+impl<P: StepProblem> Clone for Start<P> {
+    fn clone(&self) -> Self {
+        let Self { unknowns, geometry, at_start } = self;
+        Self { unknowns: unknowns.clone(), geometry: geometry.clone(), at_start: *at_start }
+    }
+}
+
+impl<P: StepProblem> From<Evaluated<P>> for Start<P> {
+    fn from(at: Evaluated<P>) -> Self {
+        Self { unknowns: at.unknowns, geometry: Some(at.geometry), at_start: false }
+    }
+}
+
+/// Solves F(y) = 0 from `start` to the prescribed values of `target`. The Dirichlet increment is carried through the tangent:
+/// K_ff Δy_f = −F_f − K_fp Δy_p in the first solve.
 ///
 /// Where the tolerances ask for more than the positions' rounding lets the residual fall, the iteration ends at rounding:
 /// the increment is a few units in the last place of the positions, and the residual falls no more. Where the residual
 /// stalls, increments are damped by a line search.
 ///
 /// Paper: (28)–(30), (36), (45). Test: `newton_converges_quadratically` (crate slipstick).
-pub(crate) fn solve(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    y: &mut [f64],
+pub(crate) fn solve<P: StepProblem>(
+    solver: &mut Solver<'_, P>,
+    step: &P::Step,
+    start: Start<P>,
     target: &[f64],
     options: &NewtonOptions,
+    iteration: Iteration,
     report: &mut StepReport,
-) -> Result<(), StepFailure> {
-    let mut records = Vec::new();
-    let result = iterate(problem, linear, y, target, options, &mut records);
-    report.iterations.extend_from_slice(&records);
-    let result = result.map(|rounded| report.rounded = rounded);
-    result.map_err(|kind| StepFailure { kind, iterations: std::mem::take(&mut report.iterations), iterate: y.to_vec() })
+) -> Result<Evaluated<P>, StepFailure> {
+    let (y, progress, records) = (start.unknowns.clone(), Progress::default(), Vec::new());
+    let mut run = Run { solver, step, target, options, iteration, y, progress, records };
+    let result = run.iterate(&start);
+    let Run { y: iterate, records, .. } = run;
+    let at_start = start.at_start && records.is_empty();
+    report.iterations.extend(records);
+    match result {
+        Ok((at, rounded)) => {
+            report.rounded = rounded;
+            Ok(at)
+        }
+        Err(kind) => Err(StepFailure { kind, iterations: std::mem::take(&mut report.iterations), iterate, at_start }),
+    }
 }
 
-fn iterate(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    y: &mut [f64],
-    target: &[f64],
-    options: &NewtonOptions,
-    records: &mut Vec<IterationRecord>,
-) -> Result<Option<f64>, StepFailureKind> {
-    let n = problem.unknowns();
-    let displacements = problem.displacements();
-    let mut residual = vec![0.0; n];
-    problem.foresee_tangent(true);
-    problem.residual(y, &mut residual)?;
-    let mut sets = ActiveSets::default();
-    let mut reference = f64::INFINITY;
-    let mut forcing = options.linear_tolerance.max(LOOSEST_SOLVE);
-    let mut progress = Progress::default();
-    let mut last_size = f64::INFINITY;
-    for iteration in 1..=options.max_iterations {
-        let fixed = problem.fixed().to_vec();
-        let mut rhs: Vec<f64> = residual.iter().map(|r| -r).collect();
-        let groups = problem.groups().to_vec();
-        let active_set = problem.active_set().to_vec();
-        let matrix = problem.tangent(y)?;
-        let mut prescribed = vec![0.0; n];
-        if iteration == 1 {
-            for i in 0..displacements {
-                if fixed[i] {
-                    prescribed[i] = target[i] - y[i];
+/// A run of Newton's method.
+struct Run<'r, 's, P: StepProblem> {
+    solver: &'r mut Solver<'s, P>,
+    step: &'r P::Step,
+    target: &'r [f64],
+    options: &'r NewtonOptions,
+    iteration: Iteration,
+    /// The latest trial, at which the equations need not exist.
+    y: Vec<f64>,
+    progress: Progress,
+    records: Vec<IterationRecord>,
+}
+
+impl<P: StepProblem> Run<'_, '_, P> {
+    fn iterate(&mut self, start: &Start<P>) -> Result<(Evaluated<P>, Option<f64>), StepFailureKind> {
+        let problem = self.solver.problem;
+        let (n, displacements) = (problem.unknowns().count(), problem.unknowns().displacements);
+        let fixed = problem.unknowns().fixed(self.iteration.held);
+        let begin = Iteration { at_start: start.at_start, ..self.iteration };
+        let mut wanted = Wanted::Both;
+        let geometry = start.geometry.as_ref();
+        let mut at = problem.evaluate(self.step, &self.y, geometry, begin, wanted, self.solver.workspace)?;
+        let mut sets = ActiveSets::default();
+        let mut reference = f64::INFINITY;
+        let mut forcing = self.options.linear_tolerance.max(LOOSEST_SOLVE);
+        let mut last_size = f64::INFINITY;
+        for iteration in 1..=self.options.max_iterations {
+            if !wanted.derivatives() {
+                at = self.with_derivatives(at)?;
+            }
+            let mut rhs: Vec<f64> = at.residual.iter().map(|r| -r).collect();
+            let Solver { linear, workspace, .. } = &mut *self.solver;
+            let matrix = problem.tangent(self.step, &at, workspace)?;
+            if iteration == 1 {
+                let (mut prescribed, mut carried) = (vec![0.0; n], vec![0.0; n]);
+                for i in (0..displacements).filter(|&i| fixed[i]) {
+                    prescribed[i] = self.target[i] - self.y[i];
+                }
+                linear.product(matrix, &prescribed, &mut carried);
+                rhs.iter_mut().zip(&carried).for_each(|(r, c)| *r -= c);
+            }
+            let groups = &problem.unknowns().groups;
+            let mut increment = linear.solve(matrix, fixed, groups, &at.active_set, &rhs, forcing)?;
+            if iteration == 1 {
+                for i in (0..displacements).filter(|&i| fixed[i]) {
+                    increment[i] = self.target[i] - self.y[i];
                 }
             }
-            let mut carried = vec![0.0; n];
-            linear.product(matrix, &prescribed, &mut carried);
-            rhs.iter_mut().zip(&carried).for_each(|(r, c)| *r -= c);
-        }
-        let mut increment = linear.solve(matrix, &fixed, &groups, &active_set, &rhs, forcing)?;
-        for i in 0..displacements {
-            if iteration == 1 && fixed[i] {
-                increment[i] = prescribed[i];
+            finite(&increment, "the Newton increment")?;
+            wanted = if last_size > NEARLY { Wanted::Both } else { Wanted::Residual };
+            // a first increment carries the prescribed motion, so it is taken whole
+            let (next, step_length) = match iteration {
+                1 => (self.try_length(&at, &increment, 1.0, wanted)?, 1.0),
+                _ => self.advance(&at, &increment, fixed, wanted)?,
+            };
+            let record = record(iteration, displacements, &next, &increment, fixed, step_length);
+            let settled = at.active_set == next.active_set;
+            let foreseen = foreseen(self.records.last().filter(|_| settled), &record);
+            at = next;
+            self.records.push(record);
+            let scales = &at.scales;
+            if converged(&record, foreseen, scales, &self.options.tolerances) {
+                return Ok((at, None));
+            }
+            let size = record.residual / scales.force + record.contact / scales.multiplier;
+            let progress = &mut self.progress;
+            if size <= ROUNDED && record.displacement <= ROUNDING * scales.position && !progress.falls_to(size) {
+                return Ok((at, Some(size)));
+            }
+            progress.add(size);
+            last_size = size;
+            // proportional to the residual, so that convergence stays quadratic
+            forcing = (FORCING * size).min(LOOSEST_SOLVE).max(self.options.linear_tolerance);
+            if iteration == 1 {
+                reference = size.max(1.0);
+            } else if !(size < DIVERGED * reference) {
+                return Err(StepFailureKind::Diverged);
+            }
+            // damped, the residual falls from iteration to iteration, so that nothing can repeat itself
+            let cycle = sets.cycling(&at.active_set);
+            if let (Some(nodes), false, false) = (cycle, progress.damped, progress.since == 0) {
+                return Err(StepFailureKind::Cycling { nodes });
             }
         }
-        finite(&increment, "the Newton increment")?;
-        problem.foresee_tangent(last_size > NEARLY);
-        // a first increment carries the prescribed motion, so it is taken whole
-        let step_length = if iteration == 1 {
-            let start = y.to_vec();
-            try_length(problem, y, &start, &increment, 1.0, &mut residual)?;
-            1.0
-        } else {
-            advance(problem, y, &increment, &mut residual, &fixed, &mut progress)?
+        let changing = sets.changing(&at.active_set);
+        Err(StepFailureKind::TooManyIterations { iterations: self.options.max_iterations, changing })
+    }
+
+    /// The same evaluation with its derivatives.
+    fn with_derivatives(&mut self, at: Evaluated<P>) -> Result<Evaluated<P>, StateError> {
+        let (problem, wanted) = (self.solver.problem, Wanted::Derivatives);
+        let Evaluated { unknowns, residual, scales, geometry, .. } = at;
+        let workspace = &mut *self.solver.workspace;
+        let again = problem.evaluate(self.step, &unknowns, Some(&geometry), self.iteration, wanted, workspace)?;
+        Ok(Evaluated { residual, scales, ..again })
+    }
+
+    /// The first of the increment's parts α = 1, 1/2, … 1/16 whose residual exists and is small enough, the best of them if
+    /// none is, with α.
+    ///
+    /// A whole increment may let the residual grow: on the way to the right active set it often does. After a stall or an
+    /// outburst, increments are damped: the residual must fall as the linear model promises. Newton's increment is a direction
+    /// of descent of the residual's norm wherever the equations are differentiable, so a cycle between branches of the
+    /// friction law, which a smaller load increment does not end (at first contact the problem is homogeneous), ends here.
+    /// Scales are frozen at the start.
+    fn advance(
+        &mut self,
+        start: &Evaluated<P>,
+        increment: &[f64],
+        fixed: &[bool],
+        wanted: Wanted,
+    ) -> Result<(Evaluated<P>, f64), StateError> {
+        let (split, scales) = (self.solver.problem.unknowns().displacements, start.scales);
+        let size = |residual: &[f64]| {
+            free_norm(&residual[..split], &fixed[..split]) / scales.force
+                + free_norm(&residual[split..], &fixed[split..]) / scales.multiplier
         };
-        if iteration == 1 {
-            for i in 0..displacements {
-                if fixed[i] {
-                    y[i] = target[i];
+        let before = size(&start.residual);
+        let mut best: Option<(Evaluated<P>, f64, f64)> = None;
+        let mut failure = None;
+        for halvings in 0..5 {
+            let length = 0.5f64.powi(halvings);
+            match self.try_length(start, increment, length, wanted) {
+                Ok(there) => {
+                    let after = size(&there.residual);
+                    self.progress.damped |= after > OUTBURST * before.max(ROUNDED);
+                    if !self.progress.damped || after <= (1.0 - ARMIJO * length) * before {
+                        return Ok((there, length));
+                    }
+                    if best.as_ref().is_none_or(|(.., least)| after < *least) {
+                        best = Some((there, length, after));
+                    }
                 }
+                Err(error) => failure = Some(error),
             }
         }
-        let record = record(problem, iteration, &residual, &increment, &fixed, step_length);
-        let scales = problem.scales();
-        let settled = active_set == problem.active_set();
-        let next = foreseen(records.last().filter(|_| settled), &record);
-        records.push(record);
-        if converged(&record, next, &scales, &options.tolerances) {
-            return Ok(None);
-        }
-        let size = record.residual / scales.force + record.contact / scales.multiplier;
-        if size <= ROUNDED && record.displacement <= ROUNDING * scales.position && !progress.falls_to(size) {
-            return Ok(Some(size));
-        }
-        progress.add(size);
-        last_size = size;
-        // proportional to the residual, so that convergence stays quadratic
-        forcing = (FORCING * size).min(LOOSEST_SOLVE).max(options.linear_tolerance);
-        if iteration == 1 {
-            reference = size.max(1.0);
-        } else if !(size < DIVERGED * reference) {
-            return Err(StepFailureKind::Diverged);
-        }
-        // damped, the residual falls from iteration to iteration, so that nothing can repeat itself
-        let cycle = sets.cycling(problem.active_set());
-        if let (Some(nodes), false, false) = (cycle, progress.damped, progress.since == 0) {
-            return Err(StepFailureKind::Cycling { nodes });
-        }
-    }
-    let changing = sets.changing(problem.active_set());
-    Err(StepFailureKind::TooManyIterations { iterations: options.max_iterations, changing })
-}
-
-/// y ← y + α Δ with the first α of 1, 1/2, … 1/16 whose residual exists and is small enough, the best of them if none is;
-/// returns α.
-///
-/// A whole increment may let the residual grow: on the way to the right active set it often does. After a stall or an
-/// outburst, increments are damped: the residual must fall as the linear model promises. Newton's increment is a direction
-/// of descent of the residual's norm wherever the equations are differentiable, so a cycle between branches of the
-/// friction law, which a smaller load increment does not end (at first contact the problem is homogeneous), ends here.
-/// Scales are frozen at the start.
-fn advance(
-    problem: &mut dyn StepProblem,
-    y: &mut [f64],
-    increment: &[f64],
-    residual: &mut [f64],
-    fixed: &[bool],
-    progress: &mut Progress,
-) -> Result<f64, StateError> {
-    let (split, scales) = (problem.displacements(), problem.scales());
-    let size = |residual: &[f64]| {
-        free_norm(&residual[..split], &fixed[..split]) / scales.force
-            + free_norm(&residual[split..], &fixed[split..]) / scales.multiplier
-    };
-    let (start, before) = (y.to_vec(), size(residual));
-    let mut best: Option<(f64, f64)> = None;
-    let mut failure = None;
-    for halvings in 0..5 {
-        let length = 0.5f64.powi(halvings);
-        match try_length(problem, y, &start, increment, length, residual) {
-            Ok(()) => {
-                let after = size(residual);
-                progress.damped |= after > OUTBURST * before.max(ROUNDED);
-                if !progress.damped || after <= (1.0 - ARMIJO * length) * before {
-                    return Ok(length);
-                }
-                if best.is_none_or(|(_, least)| after < least) {
-                    best = Some((length, after));
-                }
+        match (best, failure) {
+            (Some((there, length, _)), _) => {
+                self.y.clone_from(&there.unknowns);
+                Ok((there, length))
             }
-            Err(error) => failure = Some(error),
+            (None, error) => Err(error.expect("every length failed")),
         }
     }
-    match (best, failure) {
-        (Some((length, _)), _) => {
-            try_length(problem, y, &start, increment, length, residual)?;
-            Ok(length)
-        }
-        (None, error) => Err(error.expect("every length failed")),
-    }
-}
 
-/// y ← start + α Δ and its residual.
-fn try_length(
-    problem: &mut dyn StepProblem,
-    y: &mut [f64],
-    start: &[f64],
-    increment: &[f64],
-    length: f64,
-    residual: &mut [f64],
-) -> Result<(), StateError> {
-    for i in 0..y.len() {
-        y[i] = start[i] + length * increment[i];
+    /// The equations at y = start + α Δ.
+    fn try_length(
+        &mut self,
+        start: &Evaluated<P>,
+        increment: &[f64],
+        length: f64,
+        wanted: Wanted,
+    ) -> Result<Evaluated<P>, StateError> {
+        for (y, (start, increment)) in self.y.iter_mut().zip(start.unknowns.iter().zip(increment)) {
+            *y = start + length * increment;
+        }
+        if self.records.is_empty() {
+            // the sum above is off by rounding
+            let fixed = self.solver.problem.unknowns().fixed(Held::None);
+            let split = self.solver.problem.unknowns().displacements;
+            (0..split).filter(|&i| fixed[i]).for_each(|i| self.y[i] = self.target[i]);
+        }
+        let workspace = &mut *self.solver.workspace;
+        let at = self.solver.problem.evaluate(self.step, &self.y, None, self.iteration, wanted, workspace)?;
+        finite(&at.residual, "the residual")?;
+        Ok(at)
     }
-    problem.residual(y, residual)?;
-    finite(residual, "the residual")
 }
 
 /// How the residual falls.
@@ -352,20 +399,21 @@ fn finite(values: &[f64], quantity: &'static str) -> Result<(), StateError> {
     }
 }
 
-fn record(
-    problem: &dyn StepProblem,
+fn record<P: StepProblem>(
     iteration: usize,
-    residual: &[f64],
+    displacements: usize,
+    at: &Evaluated<P>,
     increment: &[f64],
     fixed: &[bool],
     step_length: f64,
 ) -> IterationRecord {
-    let split = problem.displacements();
-    let norm =
-        |values: &[f64]| (free_norm(&values[..split], &fixed[..split]), free_norm(&values[split..], &fixed[split..]));
-    let ((residual, contact), (displacement, multiplier)) = (norm(residual), norm(increment));
+    let norm = |values: &[f64]| {
+        let (d, zeta) = values.split_at(displacements);
+        (free_norm(d, &fixed[..displacements]), free_norm(zeta, &fixed[displacements..]))
+    };
+    let ((residual, contact), (displacement, multiplier)) = (norm(&at.residual), norm(increment));
     let mut status = [0; 3];
-    for &s in problem.active_set() {
+    for &s in &at.active_set {
         status[s as usize] += 1;
     }
     IterationRecord {
@@ -437,7 +485,9 @@ impl ActiveSets {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::LinearSystem;
     use crate::spring::Spring;
+    use slipstick_linalg::SolverChoice;
 
     /// By definition: an absolute bound is one on the norm and on the last increment, a relative one on the part of the scale
     /// and on the next increment.
@@ -499,20 +549,30 @@ mod tests {
         for (factor, length, damped) in
             [(1.0, 1.0, false), (3.9, 1.0, false), (4.1, 0.25, true), (10.0, 0.125, true), (-5.0, 0.0625, true)]
         {
-            let mut spring = Spring { stiffness: [1.5, 0.5, 3.0], ..Spring::linear() };
-            spring.begin_step(&Spring::rest(), 1.0, false).unwrap();
-            let (mut y, mut residual) = (vec![0.2, 0.4, -0.1, 0.0, 0.0, 0.0], vec![0.0; 6]);
-            spring.residual(&y, &mut residual).unwrap();
+            let spring = Spring { stiffness: [1.5, 0.5, 3.0], ..Spring::linear() };
+            let (mut linear, mut workspace) = (LinearSystem::new(SolverChoice::Auto), Spring::workspace());
+            let (y, iteration) = (vec![0.2, 0.4, -0.1, 0.0, 0.0, 0.0], Iteration::default());
+            let step = spring.begin(&Spring::rest(), &(), 1.0, &mut workspace).unwrap();
+            let start = spring.evaluate(&step, &y, None, iteration, Wanted::Both, &mut workspace).unwrap();
             // K is φ + 1
             let increment: Vec<f64> = (0..6)
-                .map(|i| if i < 3 { 0.0 } else { -factor * residual[i] / (spring.stiffness[i - 3] + 1.0) })
+                .map(|i| if i < 3 { 0.0 } else { -factor * start.residual[i] / (spring.stiffness[i - 3] + 1.0) })
                 .collect();
-            let before = free_norm(&residual, &fixed);
-            let mut progress = Progress::default();
-            let found = advance(&mut spring, &mut y, &increment, &mut residual, &fixed, &mut progress);
-            assert_eq!((found, progress.damped), (Ok(length), damped), "{factor}");
-            let left = free_norm(&residual, &fixed) / before;
+            let mut run = Run {
+                solver: &mut Solver { problem: &spring, linear: &mut linear, workspace: &mut workspace },
+                step: &step,
+                target: &y,
+                options: &NewtonOptions::default(),
+                iteration,
+                y: y.clone(),
+                progress: Progress::default(),
+                records: vec![IterationRecord::default()],
+            };
+            let (found, taken) = run.advance(&start, &increment, &fixed, Wanted::Residual).unwrap();
+            assert_eq!((taken, run.progress.damped), (length, damped), "{factor}");
+            let left = free_norm(&found.residual, &fixed) / free_norm(&start.residual, &fixed);
             assert!((left - (1.0 - length * factor).abs()).abs() < 1e-14, "{factor}: {left}");
+            let y = found.unknowns;
             assert!((0..6).all(|i| i < 3 || y[i] == length * increment[i]));
         }
     }

@@ -42,8 +42,50 @@ pub enum Held {
     None,
     /// Those that Uzawa's iteration updates: of the augmented Lagrangian.
     Augmented,
-    /// All, also those of the Lagrange method, while a step is [rescued](StepProblem::rescue).
+    /// All, also those of the Lagrange method, while a step is [rescued](Attempt::Rescue).
     All,
+}
+
+/// The unknowns and inputs of a problem: how many there are, and which are solved for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Unknowns {
+    /// Number of displacement unknowns. They come first.
+    pub displacements: usize,
+    /// Which unknowns are not solved for, with no multiplier held, the augmented Lagrangian's held, and all held: an entry per
+    /// unknown.
+    pub fixed: [Vec<bool>; 3],
+    /// Elimination group of every block row (three unknowns), see [`slipstick_linalg::Reduction`].
+    pub groups: Vec<u32>,
+    /// Length of the history.
+    pub history: usize,
+    /// Number of design densities.
+    pub designs: usize,
+    /// Number of parameters beside the design that the path can be differentiated by: coefficients of friction, moduli,
+    /// amplitudes of prescribed motions and loads.
+    pub parameters: usize,
+}
+
+impl Unknowns {
+    /// Displacements alone, those that are `fixed` prescribed, and `designs` densities.
+    pub fn displacements(fixed: &[bool], designs: usize) -> Self {
+        Self {
+            displacements: fixed.len(),
+            fixed: [(); 3].map(|()| fixed.to_vec()),
+            groups: (0..fixed.len() as u32 / 3).collect(),
+            designs,
+            ..Self::default()
+        }
+    }
+
+    /// Number of all unknowns.
+    pub fn count(&self) -> usize {
+        self.fixed[0].len()
+    }
+
+    /// Which unknowns are prescribed, or held.
+    pub fn fixed(&self, held: Held) -> &[bool] {
+        &self.fixed[held as usize]
+    }
 }
 
 /// How far Uzawa's iteration goes.
@@ -58,28 +100,105 @@ pub struct UzawaOptions {
     pub memory: usize,
 }
 
+/// One of the ways to iterate to a state: they have the same solutions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Attempt {
+    /// With the problem's own settings (0), or with others after those have failed.
+    Setting(usize),
+    /// By Uzawa's iteration over all multipliers, with its settings of this number, where Newton's method fails. Newton's
+    /// method follows from where it ends.
+    Rescue(usize),
+}
+
+/// What a step is solved by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// Newton's method.
+    Newton,
+    /// Uzawa's iteration around Newton's method.
+    Uzawa(UzawaOptions),
+}
+
+/// Where an evaluation stands in the iteration. It steers the iteration and not its solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Iteration {
+    /// The way to iterate.
+    pub attempt: Attempt,
+    /// Multipliers that are held.
+    pub held: Held,
+    /// Whether the iteration begins, at the state at which the step does.
+    pub at_start: bool,
+}
+
+impl Default for Iteration {
+    fn default() -> Self {
+        Self { attempt: Attempt::Setting(0), held: Held::None, at_start: false }
+    }
+}
+
+/// What an evaluation is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// The residual.
+    Residual,
+    /// Tangent and pull-backs: the residual stays empty.
+    Derivatives,
+    /// Both.
+    Both,
+}
+
+impl Wanted {
+    /// Whether the residual is wanted.
+    pub fn residual(self) -> bool {
+        self != Self::Derivatives
+    }
+
+    /// Whether derivatives are wanted.
+    pub fn derivatives(self) -> bool {
+        self != Self::Residual
+    }
+}
+
+/// The equations of a step at unknowns y. It is never changed: other unknowns make another evaluation.
+#[derive(Debug, Clone)]
+pub struct Evaluated<P: StepProblem> {
+    /// y.
+    pub unknowns: Vec<f64>,
+    /// F(y), if it was [wanted](Wanted): forces, then contact conditions. \[F, F/L²\]
+    pub residual: Vec<f64>,
+    /// Sizes for relative tolerances, with the residual.
+    pub scales: Scales,
+    /// Status of every contact node (0 open, 1 stick, 2 slip).
+    pub active_set: Vec<u8>,
+    /// Geometry of the displacements.
+    pub geometry: P::Geometry,
+    /// What else the problem keeps.
+    pub state: P::State,
+}
+
 /// The equations of a load step. One implementation serves the march, the adjoint and every check of both.
 ///
-/// The previous state is set once by [`begin_step`](Self::begin_step); all other calls refer to it. Every derivative is
-/// exact for the equations that hold **at convergence**, whatever algorithm reached them.
-pub trait StepProblem {
-    /// Number of unknowns, 3 × block rows.
-    fn unknowns(&self) -> usize;
+/// A problem does not change while a path is marched. A step is a value: [`begin`](Self::begin) makes it of the previous state,
+/// [`evaluate`](Self::evaluate) makes an [`Evaluated`] of a step and unknowns y, and all else is asked of these two. Buffers
+/// that are used again lie in a workspace that the caller lends.
+///
+/// Every derivative is exact for the equations that hold **at convergence**, whatever algorithm reached them.
+///
+/// A complete implementation in few lines is [`slider`](crate::slider).
+pub trait StepProblem: Sized {
+    /// What the displacements alone determine, with their derivatives or without: a mesh's contact kinematics, say. The march
+    /// hands it on from the end of a step to the beginning of the next, the sweep from the beginning to the end of the step
+    /// before. Cloning it should be cheap.
+    type Geometry: Clone;
+    /// What a step fixes: previous state, pseudo-time.
+    type Step;
+    /// What an evaluation keeps for its derivatives.
+    type State;
+    /// Buffers.
+    type Workspace;
 
-    /// Number of displacement unknowns; they come first.
-    fn displacements(&self) -> usize;
-
-    /// Length of the history.
-    fn history_length(&self) -> usize;
-
-    /// Length of the design gradient.
-    fn designs(&self) -> usize;
-
-    /// Which unknowns are prescribed (or held, during Uzawa's inner iteration).
-    fn fixed(&self) -> &[bool];
-
-    /// Elimination group of every block row, see [`slipstick_linalg::Reduction`].
-    fn groups(&self) -> &[u32];
+    /// Numbers of unknowns and inputs, and which unknowns are prescribed.
+    fn unknowns(&self) -> &Unknowns;
 
     /// Writes the prescribed displacements of pseudo-time `time` into `y`.
     fn prescribe(&self, time: f64, y: &mut [f64]);
@@ -90,131 +209,131 @@ pub trait StepProblem {
         Vec::new()
     }
 
-    /// Sets the previous state (and what follows from it) and the pseudo-time at the end of the step; `for_adjoint` prepares
-    /// the pull-backs too.
-    ///
-    /// # Errors
-    /// If the previous state cannot be evaluated.
-    fn begin_step(&mut self, previous: &StepState, time: f64, for_adjoint: bool) -> Result<(), StateError>;
-
-    /// F(y).
+    /// Geometry of the displacements in `y`, with what `wanted` needs.
     ///
     /// # Errors
     /// If `y` is no state.
-    fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError>;
+    fn geometry(
+        &self,
+        y: &[f64],
+        wanted: Wanted,
+        workspace: &mut Self::Workspace,
+    ) -> Result<Self::Geometry, StateError>;
 
-    /// ∂F/∂y at `y`, including rows and columns of prescribed unknowns.
+    /// The step to pseudo-time `time` from the previous state, whose geometry is given: for the adjoint with derivatives.
+    ///
+    /// # Errors
+    /// If no step can begin there.
+    fn begin(
+        &self,
+        previous: &StepState,
+        geometry: &Self::Geometry,
+        time: f64,
+        workspace: &mut Self::Workspace,
+    ) -> Result<Self::Step, StateError>;
+
+    /// The equations at `y`; `geometry` is that of its displacements, where the caller has it.
     ///
     /// # Errors
     /// If `y` is no state.
-    fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError>;
+    fn evaluate(
+        &self,
+        step: &Self::Step,
+        y: &[f64],
+        geometry: Option<&Self::Geometry>,
+        iteration: Iteration,
+        wanted: Wanted,
+        workspace: &mut Self::Workspace,
+    ) -> Result<Evaluated<Self>, StateError>;
 
-    /// Tells whether [`tangent`](Self::tangent) will probably be asked for where [`residual`](Self::residual) is evaluated
-    /// next: what both need can then be computed at once.
-    fn foresee_tangent(&mut self, likely: bool) {
-        let _ = likely;
-    }
-
-    /// Sizes for relative tolerances, at the state of the last [`residual`](Self::residual).
-    fn scales(&self) -> Scales;
-
-    /// Status of every contact node (0 open, 1 stick, 2 slip) at the last [`residual`](Self::residual).
-    fn active_set(&self) -> &[u8];
-
-    /// Asked once for a converged state, before it is accepted: whether the step to it was small enough for the equations
-    /// to have seen everything on the way.
-    ///
-    /// # Errors
-    /// If it was not; the increment is then cut back.
-    fn accept(&mut self, y: &[f64]) -> Result<(), StateError> {
-        let _ = y;
-        Ok(())
-    }
-
-    /// h = G(y).
+    /// ∂F/∂y, including rows and columns of prescribed unknowns, where derivatives were wanted.
     ///
     /// # Errors
     /// If `y` is no state.
-    fn advance_history(&mut self, y: &[f64], out: &mut Vec<f64>) -> Result<(), StateError>;
+    fn tangent<'w>(
+        &self,
+        step: &Self::Step,
+        at: &Evaluated<Self>,
+        workspace: &'w mut Self::Workspace,
+    ) -> Result<&'w BlockMatrix, StateError>;
+
+    /// h = G(y) of a converged state, before it is accepted.
+    ///
+    /// # Errors
+    /// If the step to it was so large that the equations have not seen everything on the way. The increment is then cut back.
+    fn finish(&self, step: &Self::Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError>;
 
     /// Adds (∂G/∂y)ᵀ η.
     ///
     /// # Errors
-    /// If `y` is no state.
-    fn pull_back_current(&mut self, y: &[f64], eta: &[f64], out: &mut [f64]) -> Result<(), StateError>;
+    /// If ranks disagree.
+    fn pull_back_current(
+        &self,
+        step: &Self::Step,
+        at: &Evaluated<Self>,
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        let _ = (step, at, eta, out);
+        Ok(())
+    }
 
     /// Transposed derivatives of F and G with respect to the previous unknowns and history.
-    ///
-    /// # Errors
-    /// If `y` is no state.
     fn pull_back_previous(
-        &mut self,
-        y: &[f64],
+        &self,
+        step: &Self::Step,
+        at: &Evaluated<Self>,
         lambda: &[f64],
         eta: &[f64],
-        out: &mut PreviousPullBack,
-    ) -> Result<(), StateError>;
+    ) -> PreviousPullBack;
 
     /// Adds (∂F/∂φ)ᵀ λ.
     ///
     /// # Errors
     /// If `y` is no state.
-    fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError>;
+    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError>;
 
-    /// Number of parameters p beside the design that the path can be differentiated by: coefficients of friction, moduli,
-    /// amplitudes of prescribed motions and loads.
-    fn parameters(&self) -> usize {
-        0
-    }
-
-    /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ at pseudo-time `time`, with ŷ the prescribed unknowns and μ what θ changes by
-    /// with them, `by_prescribed`: an entry per unknown, of which the prescribed ones count.
+    /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ, with ŷ the prescribed unknowns and μ what θ changes by with them:
+    /// `adjoint.by_prescribed`.
     ///
     /// # Errors
     /// If `y` is no state.
     fn pull_back_parameters(
-        &mut self,
-        y: &[f64],
-        time: f64,
-        lambda: &[f64],
-        eta: &[f64],
-        by_prescribed: &[f64],
+        &self,
+        step: &Self::Step,
+        at: &Evaluated<Self>,
+        adjoint: &Adjoint<'_>,
         out: &mut [f64],
     ) -> Result<(), StateError> {
-        let _ = (y, time, lambda, eta, by_prescribed, out);
+        let _ = (step, at, adjoint, out);
         Ok(())
     }
 
-    /// Offers another setting of parameters that change the iteration but not its solution, for retry number
-    /// `attempt` ≥ 1; `false` if there is none. `attempt` = 0 restores the default.
-    fn vary_iteration(&mut self, attempt: usize) -> bool {
-        attempt == 0
+    /// What attempt `attempt` at a step is solved by; `None` if there is no such attempt.
+    fn method(&self, attempt: Attempt) -> Option<Method> {
+        (attempt == Attempt::Setting(0)).then_some(Method::Newton)
     }
 
-    /// Uzawa's iteration, if the method solves its steps by it.
-    fn uzawa(&self) -> Option<UzawaOptions> {
-        None
-    }
-
-    /// Offers Uzawa's iteration over all multipliers, for a step at which Newton's method fails, and prepares attempt number
-    /// `attempt` ≥ 0 of it; `None` if there is none. [`vary_iteration`](Self::vary_iteration) ends it.
-    fn rescue(&mut self, attempt: usize) -> Option<UzawaOptions> {
-        let _ = attempt;
-        None
-    }
-
-    /// Holds multipliers in `y` fixed and uses the augmented traction around them, or ends that.
-    fn hold_multipliers(&mut self, held: Held) {
-        let _ = held;
-    }
-
-    /// Replaces the multipliers that Uzawa's iteration updates, of `y`, by the augmented traction at its displacements; returns the largest violation of
-    /// the contact conditions before the update, relative so that it is unit-free (or as the method's option says).
+    /// y with the multipliers that Uzawa's iteration updates replaced by the augmented traction, and the largest violation of the
+    /// contact conditions before: relative, so that it is free of units, or as the method's option says.
     ///
     /// # Errors
-    /// If `y` is no state.
-    fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
-        let _ = y;
-        Ok(0.0)
+    /// If ranks disagree.
+    fn update_multipliers(&self, step: &Self::Step, at: &Evaluated<Self>) -> Result<(Vec<f64>, f64), StateError> {
+        let _ = step;
+        Ok((at.unknowns.clone(), 0.0))
     }
+}
+
+/// Adjoint variables of a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Adjoint<'a> {
+    /// λ, zero at prescribed unknowns.
+    pub lambda: &'a [f64],
+    /// η, of the history.
+    pub eta: &'a [f64],
+    /// dθ/dŷ: an entry per unknown, of which the prescribed ones count.
+    pub by_prescribed: &'a [f64],
+    /// Pseudo-time at the end of the step.
+    pub time: f64,
 }

@@ -7,7 +7,9 @@
 //!
 //! u is the free node's displacement, v that of the driven one, S has no symmetry. The design is φ, the one parameter a.
 
-use crate::{PreviousPullBack, Scales, StateError, StepProblem, StepState};
+use crate::{
+    Adjoint, Evaluated, Iteration, PreviousPullBack, Scales, StateError, StepProblem, StepState, Unknowns, Wanted,
+};
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use std::sync::Arc;
 
@@ -29,8 +31,7 @@ pub struct Spring {
     pub load: fn(f64) -> f64,
     /// A step in which u₁ moves farther is not accepted.
     pub longest_step: f64,
-    pub previous: StepState,
-    pub matrix: BlockMatrix,
+    pub unknowns: Unknowns,
 }
 
 impl Default for Spring {
@@ -43,13 +44,28 @@ impl Default for Spring {
             coupling: 1.0,
             load: |_| 0.0,
             longest_step: f64::INFINITY,
-            previous: Self::rest(),
-            matrix: BlockMatrix::new(Arc::new(BlockPattern::from_rows(&[vec![0, 1], vec![0, 1]]))),
+            unknowns: Unknowns {
+                history: 3,
+                parameters: 1,
+                ..Unknowns::displacements(&[true, true, true, false, false, false], 3)
+            },
         }
     }
 }
 
 impl Spring {
+    /// A matrix for the tangent.
+    pub fn workspace() -> BlockMatrix {
+        BlockMatrix::new(Arc::new(BlockPattern::from_rows(&[vec![0, 1], vec![0, 1]])))
+    }
+
+    /// ∂F/∂y at `y`.
+    pub fn tangent_at<'w>(&self, y: [f64; 6], matrix: &'w mut BlockMatrix) -> &'w BlockMatrix {
+        let step = self.begin(&Self::rest(), &(), 1.0, matrix).unwrap();
+        let at = self.evaluate(&step, &y, None, Iteration::default(), Wanted::Both, matrix).unwrap();
+        self.tangent(&step, &at, matrix).unwrap()
+    }
+
     /// A linear spring without a memory: u = φ/(φ + 1) v.
     pub fn linear() -> Self {
         Self { cubic: 0.0, memory: 0.0, coupling: 0.0, ..Self::default() }
@@ -68,28 +84,14 @@ impl Spring {
 }
 
 impl StepProblem for Spring {
-    fn unknowns(&self) -> usize {
-        6
-    }
+    type Geometry = ();
+    /// The previous state and the load at the end of the step.
+    type Step = (StepState, f64);
+    type State = ();
+    type Workspace = BlockMatrix;
 
-    fn displacements(&self) -> usize {
-        6
-    }
-
-    fn history_length(&self) -> usize {
-        3
-    }
-
-    fn designs(&self) -> usize {
-        3
-    }
-
-    fn fixed(&self) -> &[bool] {
-        &[true, true, true, false, false, false]
-    }
-
-    fn groups(&self) -> &[u32] {
-        &[0, 1]
+    fn unknowns(&self) -> &Unknowns {
+        &self.unknowns
     }
 
     fn prescribe(&self, time: f64, y: &mut [f64]) {
@@ -102,102 +104,100 @@ impl StepProblem for Spring {
         vec![(self.load)(time)]
     }
 
-    fn begin_step(&mut self, previous: &StepState, time: f64, _: bool) -> Result<(), StateError> {
-        self.previous = previous.clone();
-        // the load belongs to the time of the step
-        self.previous.history.push((self.load)(time));
+    fn geometry(&self, _: &[f64], _: Wanted, _: &mut BlockMatrix) -> Result<(), StateError> {
         Ok(())
     }
 
-    fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let StepState { unknowns, history } = &self.previous;
+    fn begin(&self, previous: &StepState, (): &(), time: f64, _: &mut BlockMatrix) -> Result<Self::Step, StateError> {
+        Ok((previous.clone(), (self.load)(time)))
+    }
+
+    fn evaluate(
+        &self,
+        (previous, load): &Self::Step,
+        y: &[f64],
+        _: Option<&()>,
+        _: Iteration,
+        _: Wanted,
+        _: &mut BlockMatrix,
+    ) -> Result<Evaluated<Self>, StateError> {
+        let StepState { unknowns, history } = previous;
+        let mut residual = vec![0.0; 6];
         for c in 0..3 {
             let e: [f64; 3] = std::array::from_fn(|b| y[3 + b] - y[b]);
             let coupled: f64 = (0..3).map(|b| COUPLING[c][b] * e[b]).sum();
             let spring = self.stiffness[c] * (e[c] + self.cubic * e[c].powi(3)) + self.coupling * coupled;
-            out[c] = -spring;
-            out[3 + c] = spring + y[3 + c] + self.memory * (history[c] - 0.2 * unknowns[3 + c]) - history[3];
+            residual[c] = -spring;
+            residual[3 + c] = spring + y[3 + c] + self.memory * (history[c] - 0.2 * unknowns[3 + c]) - load;
         }
-        Ok(())
+        let scales = Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0 };
+        Ok(Evaluated { unknowns: y.to_vec(), residual, scales, active_set: Vec::new(), geometry: (), state: () })
     }
 
-    fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError> {
-        let spring: [f64; 9] = std::array::from_fn(|k| self.slope(y, k / 3, k % 3));
+    fn tangent<'w>(
+        &self,
+        _: &Self::Step,
+        at: &Evaluated<Self>,
+        matrix: &'w mut BlockMatrix,
+    ) -> Result<&'w BlockMatrix, StateError> {
+        let spring: [f64; 9] = std::array::from_fn(|k| self.slope(&at.unknowns, k / 3, k % 3));
         let ground: [f64; 9] = std::array::from_fn(|k| f64::from(u8::from(k % 4 == 0)));
-        self.matrix.set_zero();
+        matrix.set_zero();
         for (row, column, sign) in [(0, 0, 1.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 1.0)] {
-            self.matrix.add(row, column, &spring.map(|s| sign * s));
+            matrix.add(row, column, &spring.map(|s| sign * s));
         }
-        self.matrix.add(1, 1, &ground);
-        Ok(&self.matrix)
+        matrix.add(1, 1, &ground);
+        Ok(matrix)
     }
 
-    fn scales(&self) -> Scales {
-        Scales { force: 1.0, displacement: 1.0, multiplier: 1.0, position: 1.0 }
-    }
-
-    fn active_set(&self) -> &[u8] {
-        &[]
-    }
-
-    fn accept(&mut self, y: &[f64]) -> Result<(), StateError> {
-        let depth = (y[3] - self.previous.unknowns[3]).abs();
+    fn finish(&self, (previous, _): &Self::Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
+        let (StepState { unknowns, history }, y) = (previous, &at.unknowns);
+        let depth = (y[3] - unknowns[3]).abs();
         if depth > self.longest_step {
             return Err(StateError::PassedThrough { node: 1, depth, reach: self.longest_step });
         }
-        Ok(())
+        Ok((0..3).map(|c| 0.5 * history[c] + 0.3 * y[3 + c].powi(2) + 0.1 * unknowns[3 + c]).collect())
     }
 
-    fn advance_history(&mut self, y: &[f64], out: &mut Vec<f64>) -> Result<(), StateError> {
-        let StepState { unknowns, history } = &self.previous;
-        *out = (0..3).map(|c| 0.5 * history[c] + 0.3 * y[3 + c].powi(2) + 0.1 * unknowns[3 + c]).collect();
-        Ok(())
-    }
-
-    fn pull_back_current(&mut self, y: &[f64], eta: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        for c in 0..3 {
-            out[3 + c] += 0.6 * y[3 + c] * eta[c];
-        }
-        Ok(())
-    }
-
-    fn pull_back_previous(
-        &mut self,
-        _: &[f64],
-        lambda: &[f64],
+    fn pull_back_current(
+        &self,
+        _: &Self::Step,
+        at: &Evaluated<Self>,
         eta: &[f64],
-        out: &mut PreviousPullBack,
+        out: &mut [f64],
     ) -> Result<(), StateError> {
-        out.unknowns = vec![0.0; 6];
         for c in 0..3 {
-            out.unknowns[3 + c] = -0.2 * self.memory * lambda[3 + c] + 0.1 * eta[c];
+            out[3 + c] += 0.6 * at.unknowns[3 + c] * eta[c];
         }
-        out.history = (0..3).map(|c| self.memory * lambda[3 + c] + 0.5 * eta[c]).collect();
         Ok(())
     }
 
-    fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+    fn pull_back_previous(&self, _: &Self::Step, _: &Evaluated<Self>, lambda: &[f64], eta: &[f64]) -> PreviousPullBack {
+        let mut unknowns = vec![0.0; 6];
         for c in 0..3 {
-            let e = y[3 + c] - y[c];
+            unknowns[3 + c] = -0.2 * self.memory * lambda[3 + c] + 0.1 * eta[c];
+        }
+        let history = (0..3).map(|c| self.memory * lambda[3 + c] + 0.5 * eta[c]).collect();
+        PreviousPullBack { unknowns, history }
+    }
+
+    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        for c in 0..3 {
+            let e = at.unknowns[3 + c] - at.unknowns[c];
             out[c] += (lambda[3 + c] - lambda[c]) * (e + self.cubic * e.powi(3));
         }
         Ok(())
     }
 
-    fn parameters(&self) -> usize {
-        1
-    }
-
     fn pull_back_parameters(
-        &mut self,
-        _: &[f64],
-        time: f64,
-        _: &[f64],
-        _: &[f64],
-        by_prescribed: &[f64],
+        &self,
+        _: &Self::Step,
+        _: &Evaluated<Self>,
+        adjoint: &Adjoint<'_>,
         out: &mut [f64],
     ) -> Result<(), StateError> {
-        out[0] += (0..3).map(|c| time * DIRECTION[c] * by_prescribed[c]).sum::<f64>();
+        // v = a v(1)
+        out[0] += (0..3).map(|c| adjoint.time * DIRECTION[c] * adjoint.by_prescribed[c]).sum::<f64>();
         Ok(())
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::divided::{ask, serve};
 use crate::march::{Path, PathState};
-use crate::problem::StepProblem;
+use crate::problem::{Held, StepProblem};
 use slipstick_linalg::{Ranks, own_range};
 
 /// Where Newton's method starts a step.
@@ -158,8 +158,8 @@ impl Guide {
 }
 
 /// Start values for the step from the path's last state to `time`, best first; the last is the last state.
-pub(crate) fn candidates(
-    problem: &dyn StepProblem,
+pub(crate) fn candidates<P: StepProblem>(
+    problem: &P,
     path: &Path,
     time: f64,
     values: StartValues,
@@ -175,18 +175,26 @@ pub(crate) fn candidates(
         StartValues::Extrapolated => extrapolated(problem, path, time, &target),
     });
     if let Some(start) = &mut ahead {
-        for (i, &fixed) in problem.fixed().iter().enumerate().take(problem.displacements()) {
+        for (i, &fixed) in prescribed(problem) {
             if fixed {
                 start[i] = target[i];
             }
         }
     }
+    // the last state itself is no start ahead
+    let ahead = ahead.filter(|ahead| *ahead != last.state.unknowns);
     ahead.into_iter().chain([last.state.unknowns.clone()]).collect()
+}
+
+/// Which displacements are prescribed.
+fn prescribed<P: StepProblem>(problem: &P) -> impl Iterator<Item = (usize, &bool)> {
+    let unknowns = problem.unknowns();
+    unknowns.fixed(Held::None).iter().enumerate().take(unknowns.displacements)
 }
 
 /// The line through the last two states at `time`; `None` where there are no two states, or where the prescribed motion
 /// or a load takes another course than before.
-fn extrapolated(problem: &dyn StepProblem, path: &Path, time: f64, target: &[f64]) -> Option<Vec<f64>> {
+fn extrapolated<P: StepProblem>(problem: &P, path: &Path, time: f64, target: &[f64]) -> Option<Vec<f64>> {
     let [.., before, last] = path.states.as_slice() else { return None };
     if last.rest {
         return None;
@@ -195,7 +203,7 @@ fn extrapolated(problem: &dyn StepProblem, path: &Path, time: f64, target: &[f64
     let ratio = (time - last.time) / (last.time - before.time);
     let ahead: Vec<f64> = from.iter().zip(to).map(|(a, b)| b + ratio * (b - a)).collect();
     let (mut increment, mut difference) = (0.0, 0.0);
-    for (i, &fixed) in problem.fixed().iter().enumerate().take(problem.displacements()) {
+    for (i, &fixed) in prescribed(problem) {
         if fixed {
             increment += (target[i] - to[i]).powi(2);
             difference += (target[i] - ahead[i]).powi(2);
@@ -212,9 +220,9 @@ fn extrapolated(problem: &dyn StepProblem, path: &Path, time: f64, target: &[f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::march::{MarchOptions, Silent, march};
+    use crate::march::{LoadPath, MarchOptions, Silent, march};
     use crate::spring::Spring;
-    use crate::{LinearSystem, StepReport, StepState};
+    use crate::{LinearSystem, Solver, StepReport, StepState};
     use slipstick_linalg::{Alone, SolverChoice};
 
     fn guide() -> Guide {
@@ -318,10 +326,10 @@ mod tests {
     /// Steps of a linear spring that start on the line through the last two states start at their solution.
     #[test]
     fn a_linear_path_is_extrapolated() {
-        let (mut spring, mut linear) = (Spring::linear(), LinearSystem::new(SolverChoice::Auto));
-        let options = MarchOptions::default();
-        let path = march(&mut spring, &mut linear, Spring::rest(), &[0.3, 1.0, 1.2], &[], &options, None, &mut Silent)
-            .unwrap();
+        let (mut linear, mut workspace) = (LinearSystem::new(SolverChoice::Auto), Spring::workspace());
+        let mut solver = Solver { problem: &Spring::linear(), linear: &mut linear, workspace: &mut workspace };
+        let load_path = LoadPath::new(Spring::rest(), &[0.3, 1.0, 1.2]);
+        let path = march(&mut solver, &load_path, &MarchOptions::default(), &mut Silent).unwrap();
         for at in &path.states[2..] {
             assert_eq!(at.report.iterations.len(), 1);
             assert!(at.report.iterations[0].displacement < 1e-14);

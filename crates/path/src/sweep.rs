@@ -1,15 +1,17 @@
 //! The adjoint sweep, written once for all methods.
 
 use crate::failure::{StateError, StepFailureKind};
-use crate::linear::{KeptFactors, LinearSystem};
+use crate::linear::KeptFactors;
 use crate::march::{Path, PathState};
-use crate::problem::{PreviousPullBack, StepProblem, StepState};
+use crate::problem::{Adjoint, Held, Iteration, PreviousPullBack, StepProblem, StepState, Wanted};
+use crate::solver::Solver;
+use crate::timings::Phase;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// An objective on a problem `P` as the sweep sees it: explicit partial derivatives at the states that complete a user's
 /// step.
-pub trait PathObjective<P: ?Sized> {
+pub trait PathObjective<P> {
     /// Adds ∂θ/∂y_n, ∂θ/∂φ and ∂θ/∂p of user step `step` (1-based) at its state.
     ///
     /// # Errors
@@ -66,39 +68,43 @@ pub struct SweepError {
 ///
 /// # Errors
 /// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance.
-pub fn sweep<P: StepProblem + ?Sized>(
-    problem: &mut P,
-    linear: &mut LinearSystem,
+pub fn sweep<P: StepProblem>(
+    solver: &mut Solver<'_, P>,
     path: &Path,
     objective: &mut dyn PathObjective<P>,
     options: &SweepOptions,
 ) -> Result<PathGradient, SweepError> {
     // whatever was solved before, the gradient is the same
-    linear.forget_factors();
-    let n = problem.unknowns();
-    let mut gradient =
-        PathGradient { design: vec![0.0; problem.designs()], parameters: vec![0.0; problem.parameters()] };
-    let mut carry = PreviousPullBack { unknowns: vec![0.0; n], history: vec![0.0; problem.history_length()] };
-    let mut earlier = Earlier::default();
+    solver.linear.forget_factors();
+    let unknowns = solver.problem.unknowns();
+    let mut run = Run {
+        solver,
+        path,
+        objective,
+        options,
+        gradient: PathGradient { design: vec![0.0; unknowns.designs], parameters: vec![0.0; unknowns.parameters] },
+        carry: PreviousPullBack { unknowns: vec![0.0; unknowns.count()], history: vec![0.0; unknowns.history] },
+        geometry: None,
+        earlier: Earlier::default(),
+    };
     let mut fetched = None;
     for index in (1..path.states.len()).rev() {
         let here = &path.states[index];
         if here.rest {
             // nothing before it matters to what comes after
-            carry.unknowns.fill(0.0);
-            carry.history.fill(0.0);
-            fetched = None;
+            run.carry.unknowns.fill(0.0);
+            run.carry.history.fill(0.0);
+            (run.geometry, fetched) = (None, None);
             continue;
         }
-        let state = fetched.take().unwrap_or_else(|| path.state(index, linear.ranks()));
-        let previous = path.state(index - 1, linear.ranks());
-        let states = [previous.as_ref(), state.as_ref()];
-        step_back(problem, linear, path, index, states, objective, options, &mut gradient, &mut carry, &mut earlier)
-            .map_err(|kind| SweepError { time: here.time, kind })?;
+        let state = fetched.take().unwrap_or_else(|| path.state(index, run.solver.linear.ranks()));
+        let previous = path.state(index - 1, run.solver.linear.ranks());
+        run.step_back(index, &previous, &state).map_err(|kind| SweepError { time: here.time, kind })?;
         fetched = Some(previous);
     }
+    let Run { gradient, solver, .. } = run;
     // factors of the sweep are of no use to what follows
-    linear.forget_factors();
+    solver.linear.forget_factors();
     if let Some(index) = gradient.design.iter().chain(&gradient.parameters).position(|g| !g.is_finite()) {
         let kind = StateError::NotFinite { quantity: "the gradient", index }.into();
         return Err(SweepError { time: 0.0, kind });
@@ -149,59 +155,72 @@ fn made_at(path: &Path, mut index: usize, factors: &Arc<KeptFactors>) -> usize {
     index
 }
 
-fn step_back<P: StepProblem + ?Sized>(
-    problem: &mut P,
-    linear: &mut LinearSystem,
-    path: &Path,
-    index: usize,
-    [previous, state]: [&StepState; 2],
-    objective: &mut dyn PathObjective<P>,
-    options: &SweepOptions,
-    gradient: &mut PathGradient,
-    carry: &mut PreviousPullBack,
-    earlier: &mut Earlier,
-) -> Result<(), StepFailureKind> {
-    let here = &path.states[index];
-    let y = &state.unknowns;
-    // the history takes no direct part in objectives, so η_n is what step n + 1 hands back
-    let eta = std::mem::take(&mut carry.history);
-    let mut rhs = std::mem::take(&mut carry.unknowns);
-    if let Some(step) = here.completes {
-        objective.add_derivative(problem, step, here.time, state, &mut rhs, gradient)?;
-    }
-    let (quiet_unknowns, quiet_history) = (rhs.iter().all(|&r| r == 0.0), eta.iter().all(|&e| e == 0.0));
-    if quiet_unknowns && quiet_history {
-        carry.unknowns = rhs;
-        carry.history = eta;
-        return Ok(());
-    }
-    problem.begin_step(previous, here.time, true)?;
-    if !quiet_history {
-        problem.pull_back_current(y, &eta, &mut rhs)?;
-    }
-    rhs.iter_mut().for_each(|r| *r = -*r);
-    let (fixed, groups) = (problem.fixed().to_vec(), problem.groups().to_vec());
-    let matrix = problem.tangent(y)?;
-    let system = linear.reduce(matrix, true, &fixed, &groups);
-    let (at_hand, tolerance) = (earlier.nearest(path, index), options.linear_tolerance);
-    let (lambda, new) = match linear.solve_similar(&system, &fixed, at_hand, &earlier.solutions, &rhs, tolerance) {
-        Some(lambda) => (lambda, None),
-        None => {
-            // the old ones go before the new ones come
-            earlier.factors = None;
-            let (lambda, new) = linear.solve_anew(&system, &fixed, &here.active_set, &rhs, tolerance)?;
-            (lambda, Some(new))
+/// A sweep on its way.
+struct Run<'r, 's, P: StepProblem> {
+    solver: &'r mut Solver<'s, P>,
+    path: &'r Path,
+    objective: &'r mut dyn PathObjective<P>,
+    options: &'r SweepOptions,
+    gradient: PathGradient,
+    /// What the step after hands back.
+    carry: PreviousPullBack,
+    /// Geometry of the state that comes next, where the step after has evaluated it.
+    geometry: Option<P::Geometry>,
+    earlier: Earlier,
+}
+
+impl<P: StepProblem> Run<'_, '_, P> {
+    fn step_back(&mut self, index: usize, previous: &StepState, state: &StepState) -> Result<(), StepFailureKind> {
+        let here = &self.path.states[index];
+        let problem = self.solver.problem;
+        let geometry = self.geometry.take();
+        // the history takes no direct part in objectives, so η_n is what step n + 1 hands back
+        let PreviousPullBack { unknowns: mut rhs, history: eta } = std::mem::take(&mut self.carry);
+        if let Some(step) = here.completes {
+            self.objective.add_derivative(problem, step, here.time, state, &mut rhs, &mut self.gradient)?;
         }
-    };
-    if options.parameters {
-        // dθ/dŷ at the prescribed unknowns, whose rows the solve left out
-        let mut by_prescribed = vec![0.0; lambda.len()];
-        linear.product_transpose(matrix, &lambda, &mut by_prescribed);
-        by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
-        problem.pull_back_parameters(y, here.time, &lambda, &eta, &by_prescribed, &mut gradient.parameters)?;
+        let (quiet_unknowns, quiet_history) = (rhs.iter().all(|&r| r == 0.0), eta.iter().all(|&e| e == 0.0));
+        if quiet_unknowns && quiet_history {
+            self.carry = PreviousPullBack { unknowns: rhs, history: eta };
+            return Ok(());
+        }
+        let Solver { linear, workspace, .. } = &mut *self.solver;
+        let from = problem.geometry(&previous.unknowns, Wanted::Derivatives, workspace)?;
+        let step = problem.begin(previous, &from, here.time, workspace)?;
+        let (iteration, wanted) = (Iteration::default(), Wanted::Derivatives);
+        let at = problem.evaluate(&step, &state.unknowns, geometry.as_ref(), iteration, wanted, workspace)?;
+        self.geometry = Some(from);
+        if !quiet_history {
+            problem.pull_back_current(&step, &at, &eta, &mut rhs)?;
+        }
+        rhs.iter_mut().for_each(|r| *r = -*r);
+        let (fixed, groups) = (problem.unknowns().fixed(Held::None), &problem.unknowns().groups);
+        let matrix = problem.tangent(&step, &at, workspace)?;
+        let system = linear.reduce(matrix, true, fixed, groups);
+        let (earlier, tolerance) = (&mut self.earlier, self.options.linear_tolerance);
+        let at_hand = earlier.nearest(self.path, index);
+        let (lambda, new) = match linear.solve_similar(&system, fixed, at_hand, &earlier.solutions, &rhs, tolerance) {
+            Some(lambda) => (lambda, None),
+            None => {
+                // the old ones go before the new ones come
+                earlier.factors = None;
+                let (lambda, new) = linear.solve_anew(&system, fixed, &here.active_set, &rhs, tolerance)?;
+                (lambda, Some(new))
+            }
+        };
+        let begin = linear.timings().begin();
+        if self.options.parameters {
+            // dθ/dŷ at the prescribed unknowns, whose rows the solve left out
+            let mut by_prescribed = vec![0.0; lambda.len()];
+            linear.product_transpose(matrix, &lambda, &mut by_prescribed);
+            by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
+            let adjoint = Adjoint { lambda: &lambda, eta: &eta, by_prescribed: &by_prescribed, time: here.time };
+            problem.pull_back_parameters(&step, &at, &adjoint, &mut self.gradient.parameters)?;
+        }
+        problem.pull_back_design(&at, &lambda, &mut self.gradient.design)?;
+        self.carry = problem.pull_back_previous(&step, &at, &lambda, &eta);
+        linear.end(Phase::PullBack, begin);
+        earlier.add(self.path, index, lambda, new);
+        Ok(())
     }
-    problem.pull_back_design(y, &lambda, &mut gradient.design)?;
-    problem.pull_back_previous(y, &lambda, &eta, carry)?;
-    earlier.add(path, index, lambda, new);
-    Ok(())
 }

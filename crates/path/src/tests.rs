@@ -2,8 +2,9 @@
 
 use crate::spring::Spring;
 use crate::{
-    Guide, LinearSystem, MarchEvent, MarchObserver, MarchOptions, Path, PathGradient, PathObjective, Remedy, Silent,
-    StartValues, StateError, StepProblem, StepState, SweepOptions, Tolerance, Tolerances, march, sweep,
+    Guide, LinearSystem, LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient,
+    PathObjective, Remedy, Silent, Solver, StartValues, StateError, StepProblem, StepState, SweepOptions, Tolerance,
+    Tolerances, march, sweep,
 };
 use slipstick_linalg::{Alone, SolverChoice};
 
@@ -19,8 +20,19 @@ fn options() -> MarchOptions {
     options
 }
 
-fn path(spring: &mut Spring, times: &[f64], options: &MarchOptions) -> Path {
-    march(spring, &mut linear(), Spring::rest(), times, &[], options, None, &mut Silent).unwrap()
+fn path(spring: &Spring, times: &[f64], options: &MarchOptions) -> Path {
+    follow(spring, &mut linear(), &LoadPath::new(Spring::rest(), times), options, &mut Silent).unwrap()
+}
+
+fn follow(
+    spring: &Spring,
+    linear: &mut LinearSystem,
+    load_path: &LoadPath<'_>,
+    options: &MarchOptions,
+    observer: &mut dyn MarchObserver,
+) -> Result<Path, Box<MarchFailure>> {
+    let mut solver = Solver { problem: spring, linear, workspace: &mut Spring::workspace() };
+    march(&mut solver, load_path, options, observer)
 }
 
 /// θ = Σ over the steps n of n w · y_n, but for those that it does not see.
@@ -70,26 +82,23 @@ fn the_gradient_of_a_spring_matches_differences() {
             spring
         };
         let mut objective = Weights { unseen };
-        let mut base = spring(0, 0.0);
+        let base = spring(0, 0.0);
         let mut linear = linear();
         if factor_memory > 0 {
             linear.set_budget(Some(30));
         }
-        let marched = march(&mut base, &mut linear, Spring::rest(), &times, &[], &options, None, &mut Silent).unwrap();
+        let (rest, mut workspace) = (Spring::rest(), Spring::workspace());
+        let mut solver = Solver { problem: &base, linear: &mut linear, workspace: &mut workspace };
+        let marched = march(&mut solver, &LoadPath::new(rest, &times), &options, &mut Silent).unwrap();
         let cut = marched.states.len() > 4;
         assert_eq!((marched.steps, cut), (3, longest_step < 1.0));
         assert_eq!(marched.states_with_factors() > 0, factor_memory > 0);
-        let found = sweep(
-            &mut base,
-            &mut linear,
-            &marched,
-            &mut objective,
-            &SweepOptions { linear_tolerance: 1e-13, parameters: true },
-        );
+        let found =
+            sweep(&mut solver, &marched, &mut objective, &SweepOptions { linear_tolerance: 1e-13, parameters: true });
         let PathGradient { design, parameters } = found.unwrap();
         for (i, found) in design.iter().chain(&parameters).enumerate() {
             let at = |h: f64| {
-                let other = path(&mut spring(i, h), &times, &options);
+                let other = path(&spring(i, h), &times, &options);
                 assert_eq!(other.states.len(), marched.states.len());
                 objective.value(&other)
             };
@@ -103,9 +112,9 @@ fn the_gradient_of_a_spring_matches_differences() {
 /// By hand: the linear spring follows by φ/(φ + 1), and a path of another load case begins at rest again.
 #[test]
 fn a_linear_spring_follows() {
-    let mut spring = Spring::linear();
-    let path =
-        march(&mut spring, &mut linear(), Spring::rest(), &[0.5, 2.0], &[1.0], &options(), None, &mut Silent).unwrap();
+    let spring = Spring::linear();
+    let load_path = LoadPath { restarts: &[1.0], ..LoadPath::new(Spring::rest(), &[0.5, 2.0]) };
+    let path = follow(&spring, &mut linear(), &load_path, &options(), &mut Silent).unwrap();
     let states: Vec<_> = path.states.iter().map(|s| (s.time, s.completes, s.rest)).collect();
     assert_eq!(states, [(0.0, None, true), (0.5, Some(1), false), (1.0, None, true), (2.0, Some(2), false)]);
     for at in &path.states {
@@ -146,9 +155,12 @@ fn increments_are_halved_and_grow_again() {
     let mut tried = Tried::default();
     let previous = MarchOptions { start: StartValues::Previous, ..options() };
     let follow = |guide: Option<&Guide>, options: &MarchOptions, tried: &mut Tried| {
-        march(&mut spring(), &mut linear(), Spring::rest(), &[1.0], &[], options, guide, tried)
+        let load_path = LoadPath { guide, ..LoadPath::new(Spring::rest(), &[1.0]) };
+        follow(&spring(), &mut linear(), &load_path, options, tried)
     };
     let path = follow(None, &previous, &mut tried).unwrap();
+    // each of the four states that were refused took an iteration
+    assert!(path.failed_iterations() >= 4);
     assert_eq!(tried.accepted, [0.25, 0.5, 0.75, 1.0]);
     assert_eq!(tried.again, [1.0, 0.5, 0.75, 1.0].map(|time| (time, true)));
     assert_eq!(path.states.iter().map(|s| s.completes).collect::<Vec<_>>(), [None, None, None, None, Some(1)]);
@@ -170,7 +182,7 @@ fn increments_are_halved_and_grow_again() {
 fn a_guide_leads_to_its_own_path() {
     let times = [0.4, 1.0];
     let options = MarchOptions { start: StartValues::Previous, ..MarchOptions::default() };
-    let alone = path(&mut Spring::default(), &times, &options);
+    let alone = path(&Spring::default(), &times, &options);
     let guide = Guide::of(&alone, &Alone);
     assert_eq!((guide.times(), guide.length()), ([0.0, 0.4, 1.0].as_slice(), 6));
     let single = |index: usize| alone.states[index].state.unknowns.iter().map(|&v| v as f32).collect::<Vec<_>>();
@@ -178,9 +190,8 @@ fn a_guide_leads_to_its_own_path() {
     assert_eq!(told, [0, 1, 2].map(single));
     let parts = Guide::from_parts(guide.times().to_vec(), told.to_vec(), 6, &Alone);
     assert_eq!(parts.as_ref(), Ok(&guide));
-    let led =
-        march(&mut Spring::default(), &mut linear(), Spring::rest(), &times, &[], &options, Some(&guide), &mut Silent)
-            .unwrap();
+    let load_path = LoadPath { guide: Some(&guide), ..LoadPath::new(Spring::rest(), &times) };
+    let led = follow(&Spring::default(), &mut linear(), &load_path, &options, &mut Silent).unwrap();
     for (led, alone) in led.states.iter().zip(&alone.states).skip(1) {
         let iterations = |at: &crate::PathState| at.report.iterations.len();
         assert!(
@@ -199,9 +210,8 @@ fn a_guide_leads_to_its_own_path() {
 /// forgotten is made anew.
 #[test]
 fn earlier_factors_serve_again() {
-    let mut spring = Spring::default();
-    spring.begin_step(&Spring::rest(), 1.0, false).unwrap();
-    let matrix = spring.tangent(&[0.1, -0.2, 0.3, 0.2, 0.1, 0.0]).unwrap();
+    let mut workspace = Spring::workspace();
+    let matrix = Spring::default().tangent_at([0.1, -0.2, 0.3, 0.2, 0.1, 0.0], &mut workspace);
     let mut linear = linear();
     linear.set_budget(Some(10));
     let sets = [[true, true, true, false, false, false], [true, true, true, false, true, false]];
@@ -228,12 +238,12 @@ fn earlier_factors_serve_again() {
 #[test]
 fn kept_factors_are_counted_and_dropped() {
     let times = [0.5, 1.0, 1.5];
-    let mut kept = path(&mut Spring::default(), &times, &MarchOptions { factor_memory: 1 << 20, ..options() });
+    let mut kept = path(&Spring::default(), &times, &MarchOptions { factor_memory: 1 << 20, ..options() });
     assert_eq!(kept.states_with_factors(), 3);
     let one = kept.factor_bytes / 3;
     assert!(one > 0);
     let room = MarchOptions { factor_memory: 2 * one, ..options() };
-    let part = path(&mut Spring::default(), &times, &room);
+    let part = path(&Spring::default(), &times, &room);
     assert_eq!((part.states_with_factors(), part.factor_bytes), (2, 2 * one));
     kept.forget_factors();
     assert_eq!((kept.states_with_factors(), kept.factor_bytes), (0, 0));

@@ -8,13 +8,14 @@
 //! well as the present violation deserves, and to the full tolerances before the iteration ends.
 
 use crate::failure::{StepFailure, StepFailureKind};
-use crate::linear::LinearSystem;
-use crate::newton::{self, NewtonOptions, StepReport, Tolerance};
-use crate::problem::{Held, StepProblem, UzawaOptions};
+use crate::newton::{self, NewtonOptions, Start, StepReport, Tolerance};
+use crate::problem::{Attempt, Evaluated, Held, Iteration, StepProblem, UzawaOptions};
+use crate::solver::Solver;
 use nalgebra::{DMatrix, DVector};
 
 /// Solves one (sub-)step by Uzawa's iteration over the multipliers `held`: those of the augmented Lagrangian method, or all of
-/// them to rescue a step at which Newton's method fails.
+/// them to rescue a step at which Newton's method fails. Returns the unknowns and the last evaluation, which may hold the
+/// multipliers before their last update.
 ///
 /// The inner Newton uses the augmented traction z(d; ẑ) and its tangent, then ẑ ← z, until the contact conditions hold to
 /// the tolerance. Paper: (48)–(52), with the inner solve of theory §4.
@@ -23,59 +24,33 @@ use nalgebra::{DMatrix, DVector};
 /// each other in every state nearby: with held multipliers the contact is as compliant as its ε, so that displacements and
 /// status follow each other. Newton's method ends it, so that the state solves the step's own equations to its tolerances.
 /// Test: `a_contact_that_jumps_is_followed` (crate slipstick).
-pub(crate) fn solve(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    y: &mut [f64],
+pub(crate) fn solve<P: StepProblem>(
+    solver: &mut Solver<'_, P>,
+    step: &P::Step,
+    start: Start<P>,
     target: &[f64],
     newton: &NewtonOptions,
-    uzawa: &UzawaOptions,
-    held: Held,
+    (attempt, uzawa): (Attempt, &UzawaOptions),
     report: &mut StepReport,
-) -> Result<(), StepFailure> {
-    let rescue = held == Held::All;
+) -> Result<(Vec<f64>, Evaluated<P>), StepFailure> {
+    let rescue = matches!(attempt, Attempt::Rescue(_));
+    let held = if rescue { Held::All } else { Held::Augmented };
+    let mut outer =
+        Outer { solver, step, target, newton, uzawa, iteration: Iteration { attempt, held, at_start: false } };
     // a rescue begins where Newton's method has failed
-    if !rescue && uzawa.memory > 0 && second_order(problem, linear, y, target, newton, uzawa, report) {
-        return Ok(());
+    if !rescue && uzawa.memory > 0 {
+        if let Some(at) = outer.second_order(start.clone(), report) {
+            return Ok((at.unknowns.clone(), at));
+        }
     }
-    problem.hold_multipliers(held);
-    let result = iterate(problem, linear, y, target, newton, uzawa, held, report);
-    problem.hold_multipliers(Held::None);
-    result?;
-    if rescue {
-        report.rescued = true;
-        newton::solve(problem, linear, y, target, newton, report)?;
+    let (y, at) = outer.iterate(start, report)?;
+    if !rescue {
+        return Ok((y, at));
     }
-    Ok(())
-}
-
-/// Solves for displacements and multipliers together; whether the contact conditions then hold to the tolerance. Else `y`
-/// is as before.
-fn second_order(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    y: &mut [f64],
-    target: &[f64],
-    newton: &NewtonOptions,
-    uzawa: &UzawaOptions,
-    report: &mut StepReport,
-) -> bool {
-    let mut trial = y.to_vec();
-    let mut attempt = StepReport::default();
-    let result = newton::solve(problem, linear, &mut trial, target, newton, &mut attempt);
-    report.uzawa += 1;
-    if let Err(mut failure) = result {
-        report.iterations.append(&mut failure.iterations);
-        return false;
-    }
-    report.iterations.append(&mut attempt.iterations);
-    let mut updated = trial.clone();
-    let holds = problem.update_multipliers(&mut updated).is_ok_and(|violation| violation <= uzawa.tolerance);
-    if holds {
-        report.rounded = attempt.rounded;
-        y.copy_from_slice(&trial);
-    }
-    holds
+    report.rescued = true;
+    let start = Start { unknowns: y, geometry: Some(at.geometry), at_start: false };
+    let at = newton::solve(solver, step, start, target, newton, Iteration { attempt, ..Iteration::default() }, report)?;
+    Ok((at.unknowns.clone(), at))
 }
 
 /// Newton iterations after which a rescue is given up, over the most of a single solve.
@@ -84,67 +59,100 @@ const RESCUE: usize = 8;
 /// Part of the present violation to which the inner Newton is solved.
 const FORCING: f64 = 1e-2;
 
-fn iterate(
-    problem: &mut dyn StepProblem,
-    linear: &mut LinearSystem,
-    y: &mut [f64],
-    target: &[f64],
-    newton: &NewtonOptions,
-    uzawa: &UzawaOptions,
-    held: Held,
-    report: &mut StepReport,
-) -> Result<(), StepFailure> {
-    let split = problem.displacements();
-    let mut mixing = Anderson::new(uzawa.memory);
-    let mut violation = f64::INFINITY;
-    let mut finish = false;
-    let mut iterations = 0;
-    let most = if held == Held::All { RESCUE * newton.max_iterations } else { usize::MAX };
-    for iteration in 1..=uzawa.max_iterations {
-        if report.iterations.len() > most {
-            break;
-        }
-        iterations = iteration;
-        // without acceleration the iteration is the textbook's, with full inner solves
-        let tight = finish || uzawa.memory == 0 || FORCING * violation <= smallest(newton);
-        let inner = if tight { *newton } else { loosened(newton, (FORCING * violation).min(1e-3)) };
-        newton::solve(problem, linear, y, target, &inner, report)?;
+/// What an Uzawa iteration is about.
+struct Outer<'r, 's, P: StepProblem> {
+    solver: &'r mut Solver<'s, P>,
+    step: &'r P::Step,
+    target: &'r [f64],
+    newton: &'r NewtonOptions,
+    uzawa: &'r UzawaOptions,
+    iteration: Iteration,
+}
+
+impl<P: StepProblem> Outer<'_, '_, P> {
+    /// Solves for displacements and multipliers together; the solution, if the contact conditions hold there to the tolerance.
+    fn second_order(&mut self, start: Start<P>, report: &mut StepReport) -> Option<Evaluated<P>> {
+        let mut attempt = StepReport::default();
+        let together = Iteration { held: Held::None, ..self.iteration };
+        let result = newton::solve(self.solver, self.step, start, self.target, self.newton, together, &mut attempt);
         report.uzawa += 1;
-        let before = y[split..].to_vec();
-        violation = problem.update_multipliers(y).map_err(|e| StepFailure {
-            kind: e.into(),
-            iterations: report.iterations.clone(),
-            iterate: y.to_vec(),
-        })?;
-        if violation <= uzawa.tolerance {
-            if tight {
-                return Ok(());
+        let at = match result {
+            Ok(at) => at,
+            Err(mut failure) => {
+                report.iterations.append(&mut failure.iterations);
+                return None;
             }
-            // the conditions hold, the balance of forces not yet to its tolerances: one more full solve
-            mixing.clear();
-            finish = true;
-            continue;
-        }
-        if uzawa.memory > 0 && iteration.is_power_of_two() {
-            problem.hold_multipliers(Held::None);
-            let solved = second_order(problem, linear, y, target, newton, uzawa, report);
-            problem.hold_multipliers(held);
-            if solved {
-                return Ok(());
-            }
-        }
-        let mixed = mixing.mix(&before, &y[split..]);
-        // others are unknowns of the inner solve
-        let held = &problem.fixed()[split..];
-        for ((y, mixed), held) in y[split..].iter_mut().zip(mixed).zip(held) {
-            *y = if *held { mixed } else { *y };
-        }
+        };
+        report.iterations.append(&mut attempt.iterations);
+        let (_, violation) = self.solver.problem.update_multipliers(self.step, &at).ok()?;
+        (violation <= self.uzawa.tolerance).then(|| {
+            report.rounded = attempt.rounded;
+            at
+        })
     }
-    Err(StepFailure {
-        kind: StepFailureKind::Uzawa { iterations, violation, tolerance: uzawa.tolerance },
-        iterations: std::mem::take(&mut report.iterations),
-        iterate: y.to_vec(),
-    })
+
+    fn iterate(
+        &mut self,
+        mut start: Start<P>,
+        report: &mut StepReport,
+    ) -> Result<(Vec<f64>, Evaluated<P>), StepFailure> {
+        let (newton, uzawa, held) = (self.newton, self.uzawa, self.iteration.held);
+        let problem = self.solver.problem;
+        let split = problem.unknowns().displacements;
+        let mut mixing = Anderson::new(uzawa.memory);
+        let mut violation = f64::INFINITY;
+        let mut finish = false;
+        let mut iterations = 0;
+        let most = if held == Held::All { RESCUE * newton.max_iterations } else { usize::MAX };
+        for iteration in 1..=uzawa.max_iterations {
+            if report.iterations.len() > most {
+                break;
+            }
+            iterations = iteration;
+            // without acceleration the iteration is the textbook's, with full inner solves
+            let tight = finish || uzawa.memory == 0 || FORCING * violation <= smallest(newton);
+            let inner = if tight { *newton } else { loosened(newton, (FORCING * violation).min(1e-3)) };
+            let at = newton::solve(self.solver, self.step, start, self.target, &inner, self.iteration, report)?;
+            report.uzawa += 1;
+            let updated = problem.update_multipliers(self.step, &at);
+            let (mut y, now) = updated.map_err(|error| StepFailure {
+                kind: error.into(),
+                iterations: report.iterations.clone(),
+                iterate: at.unknowns.clone(),
+                at_start: false,
+            })?;
+            violation = now;
+            if violation <= uzawa.tolerance {
+                if tight {
+                    return Ok((y, at));
+                }
+                // the conditions hold, the balance of forces not yet to its tolerances: one more full solve
+                mixing.clear();
+                finish = true;
+                start = Start { unknowns: y, geometry: Some(at.geometry), at_start: false };
+                continue;
+            }
+            if uzawa.memory > 0 && iteration.is_power_of_two() {
+                let trial = Start { unknowns: y.clone(), geometry: Some(at.geometry.clone()), at_start: false };
+                if let Some(at) = self.second_order(trial, report) {
+                    return Ok((at.unknowns.clone(), at));
+                }
+            }
+            let mixed = mixing.mix(&at.unknowns[split..], &y[split..]);
+            // others are unknowns of the inner solve
+            let held = &problem.unknowns().fixed(held)[split..];
+            for ((y, mixed), held) in y[split..].iter_mut().zip(mixed).zip(held) {
+                *y = if *held { mixed } else { *y };
+            }
+            start = Start { unknowns: y, geometry: Some(at.geometry), at_start: false };
+        }
+        Err(StepFailure {
+            kind: StepFailureKind::Uzawa { iterations, violation, tolerance: uzawa.tolerance },
+            iterations: std::mem::take(&mut report.iterations),
+            iterate: start.unknowns,
+            at_start: false,
+        })
+    }
 }
 
 /// The smallest relative tolerance; where one is absolute, it cannot be compared with a violation: all solves are tight.

@@ -24,12 +24,13 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::time::Instant;
 
+use slipstick::analysis::Analysis;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
 use slipstick::run::load_density;
 use slipstick_linalg::{CsrMatrix, Precision, Reduction, SolverChoice};
 use slipstick_mesh::Mesh;
-use slipstick_path::{LinearSystem, Silent, StepProblem};
+use slipstick_path::{Held, Iteration, LinearSystem, Silent, StepProblem, Wanted};
 
 /// Height of each block; both are about 2 × 2 wide.
 const HEIGHT: f64 = 0.5;
@@ -54,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         _ => return Err("arguments: number of unknowns, file to write; or a case file, results, file to write".into()),
     };
-    let (mesh, slaves) = (problem.mesh, problem.analysis.model.slave_nodes());
+    let (mesh, slaves) = (problem.mesh, problem.analysis.model().slave_nodes());
     let seconds = start.elapsed().as_secs_f64();
     write(&matrix, &reduction, &mesh, &slaves, file)?;
     println!("{file}: {} unknowns, {} entries, made in {seconds:.1} s", matrix.n(), matrix.values.len());
@@ -136,11 +137,14 @@ fn converged_tangent(problem: &mut Problem, density: &[f64]) -> Result<(Reductio
     let [.., previous, last] = forward.path.states.as_slice() else {
         return Err("the path is empty".into());
     };
-    let model = &mut problem.analysis.model;
-    model.begin_step(&previous.state, last.time, false)?;
-    let (fixed, groups) = (model.fixed().to_vec(), model.groups().to_vec());
-    let tangent = model.tangent(&last.state.unknowns)?;
-    let reduction = Reduction::new(tangent.pattern(), &fixed, &groups);
+    let Analysis { design, workspace, .. } = &mut problem.analysis;
+    let wanted = Wanted::Derivatives;
+    let geometry = design.geometry(&previous.state.unknowns, wanted, workspace)?;
+    let step = design.begin(&previous.state, &geometry, last.time, workspace)?;
+    let at = design.evaluate(&step, &last.state.unknowns, None, Iteration::default(), wanted, workspace)?;
+    let tangent = design.tangent(&step, &at, workspace)?;
+    let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);
+    let reduction = Reduction::new(tangent.pattern(), fixed, groups);
     let free = reduction.reduce(tangent);
     Ok((reduction, free))
 }

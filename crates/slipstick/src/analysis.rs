@@ -4,14 +4,14 @@ mod chain;
 mod pairs;
 mod rounding;
 
-use crate::model::{ContactModel, Parameter};
+use crate::model::{ContactModel, Design, Parameter, Workspace};
 use chain::{Adapter, Forces};
 pub use pairs::{PairResult, pair_results};
 pub use rounding::Rounding;
 use slipstick_design::objective::{Objective, StateView, WrongDerivative, check_derivatives};
 use slipstick_path::{
-    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, StateError,
-    SweepError, SweepOptions, Timings, march, sweep,
+    Guide, LinearSystem, LoadPath, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, Solver,
+    StateError, SweepError, SweepOptions, Timings, march, sweep,
 };
 
 /// A forward analysis with the objective's value.
@@ -95,12 +95,14 @@ pub enum ObjectiveRefused {
 
 /// A model with load steps, objective and solver: everything that a density determines.
 pub struct Analysis {
-    /// The discrete problem.
-    pub model: ContactModel,
+    /// The discrete problem with the densities of the last analysis.
+    pub design: Design,
+    /// Buffers of its evaluations.
+    pub workspace: Workspace,
     /// Ends of the user's steps in pseudo-time, ascending.
     pub times: Vec<f64>,
     /// Pseudo-times, between two of the steps, at which another load case begins at rest.
-    pub anew: Vec<f64>,
+    pub restarts: Vec<f64>,
     /// What is minimised, if anything; [`set_objective`](Self::set_objective) sets one of your own.
     pub objective: Option<Box<dyn Objective>>,
     /// March settings.
@@ -114,15 +116,41 @@ pub struct Analysis {
 }
 
 impl Analysis {
+    /// The discrete problem without its densities.
+    pub fn model(&self) -> &ContactModel {
+        self.design.model()
+    }
+
+    /// Sets the density of every element, 1 outside of the design.
+    pub fn set_density(&mut self, density: &[f64]) {
+        self.design = Design::new(self.design.model().clone(), density);
+        self.workspace.forget();
+    }
+
+    /// Sets the coefficient of friction of all contact pairs.
+    pub fn set_friction(&mut self, friction: f64) {
+        self.design.of_changed_model(|model| model.set_friction(friction));
+    }
+
+    /// Sets when Uzawa's iteration stops; nothing where no contact pair has it.
+    pub(crate) fn set_uzawa(&mut self, uzawa: Option<crate::model::Uzawa>) {
+        self.design.of_changed_model(|model| model.set_uzawa(uzawa));
+    }
+
+    /// Sets the tolerance of Uzawa's iteration, relative; nothing where no contact pair has it.
+    pub(crate) fn set_uzawa_tolerance(&mut self, tolerance: f64) {
+        self.design.of_changed_model(|model| model.set_uzawa_tolerance(tolerance));
+    }
+
     /// Measures from now on, with `clock` (seconds from any origin), where the time goes.
     pub fn measure(&mut self, clock: fn() -> f64) {
-        self.model.set_timings(Timings::with_clock(clock));
+        self.workspace.timings = Timings::with_clock(clock);
         self.linear.set_timings(Timings::with_clock(clock));
     }
 
     /// Where the time went since [`measure`](Self::measure).
     pub fn timings(&self) -> Timings {
-        self.model.timings() + self.linear.timings()
+        self.workspace.timings + self.linear.timings()
     }
 
     /// Takes an objective in the place of the one that is there. Debug builds check its derivatives before
@@ -152,7 +180,7 @@ impl Analysis {
         let steps = self.times.len();
         for (step, &time) in (1..=steps).zip(&self.times).filter(|(step, _)| objective.observes(*step, steps)) {
             let mut external_force = vec![0.0; displacement.len()];
-            self.model.external_force(&displacement, time, &mut external_force);
+            self.model().external_force(&displacement, time, &mut external_force);
             let (displacement, internal_force) = (&displacement[..], &internal_force[..]);
             let external_force = &external_force[..];
             check_derivatives(
@@ -165,8 +193,8 @@ impl Analysis {
 
     /// Displacements of all nodes that are small beside the elements, and the internal forces there.
     fn some_state(&self) -> (Vec<f64>, Vec<f64>) {
-        let n = self.model.prescribed().fixed().len();
-        let size = self.model.smallest_element().cbrt();
+        let n = self.model().prescribed().fixed().len();
+        let size = self.model().smallest_element().cbrt();
         let mut force = vec![0.0; n];
         let mut amplitude = 1e-2 * size;
         loop {
@@ -174,7 +202,7 @@ impl Analysis {
             let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() - 0.5;
             let displacement: Vec<f64> = (0..n).map(|i| amplitude * spread(i)).collect();
             // at rest no element is inverted, so this ends
-            if self.model.internal_force(&displacement, &mut force).is_ok() {
+            if self.design.internal_force(&displacement, &mut force).is_ok() {
                 return (displacement, force);
             }
             amplitude *= 0.1;
@@ -186,20 +214,21 @@ impl Analysis {
     /// # Errors
     /// [`AnalysisError::March`] with what converged before the failure.
     pub fn forward(&mut self, density: &[f64], observer: &mut dyn MarchObserver) -> Result<Forward, AnalysisError> {
-        self.model.set_density(density);
-        let rest = self.model.rest();
+        self.set_density(density);
         // without an objective there is no gradient to keep factors for
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
         let options = MarchOptions { factor_memory, ..self.march };
-        let guide = self.guide.as_ref();
-        let path = march(&mut self.model, &mut self.linear, rest, &self.times, &self.anew, &options, guide, observer)?;
+        let (start, guide) = (self.design.model().rest(), self.guide.as_ref());
+        let load_path = LoadPath { start, times: &self.times, restarts: &self.restarts, guide };
+        let Self { design, linear, workspace, .. } = self;
+        let path = march(&mut Solver { problem: &*design, linear, workspace }, &load_path, &options, observer)?;
         let mut step_values = vec![0.0; self.times.len()];
         let steps = self.times.len();
         if let Some(objective) = &self.objective {
             for (index, at) in path.states.iter().enumerate() {
                 if let Some(step) = at.completes.filter(|&step| objective.observes(step, steps)) {
                     let state = path.state(index, self.linear.ranks());
-                    let forces = Forces::at(&self.model, at.time, &state)?;
+                    let forces = Forces::at(&self.design, at.time, &state)?;
                     step_values[step - 1] = objective.value(&forces.view(step, steps, at.time, &state));
                 }
             }
@@ -213,7 +242,7 @@ impl Analysis {
     /// Whether contact is open where it should count; nothing is said of a path that was cut short.
     fn notice(&self, path: &Path) -> Option<ForwardNotice> {
         let steps = self.times.len();
-        if path.steps < steps || self.model.interfaces().is_empty() {
+        if path.steps < steps || self.model().interfaces().is_empty() {
             return None;
         }
         let closed = |state: &PathState| state.active_set.iter().any(|&status| status != 0);
@@ -246,10 +275,11 @@ impl Analysis {
     pub fn gradients(&mut self, forward: &Forward) -> Result<Gradients, AnalysisError> {
         let PathGradient { design, parameters } = self.sweep_back(forward, true)?;
         // without friction, θ has a kink: a coefficient cannot become negative
-        let interfaces = self.model.interfaces();
+        let interfaces = self.model().interfaces();
         let smooth =
             |p: &Parameter| !matches!(p, Parameter::Friction { interface } if interfaces[*interface].friction == 0.0);
-        let parameters = self.model.parameter_names().into_iter().zip(parameters).filter(|(p, _)| smooth(p)).collect();
+        let parameters =
+            self.model().parameter_names().into_iter().zip(parameters).filter(|(p, _)| smooth(p)).collect();
         Ok(Gradients { density: design, parameters })
     }
 
@@ -258,14 +288,14 @@ impl Analysis {
         if steps < all {
             return Err(AnalysisError::Unfinished { steps, all });
         }
-        if self.model.density() != forward.density {
-            self.model.set_density(&forward.density);
+        if self.design.density() != forward.density {
+            self.set_density(&forward.density);
         }
         let options = SweepOptions { parameters, ..self.sweep };
-        let objective = self.objective.take().expect("a gradient needs an objective");
-        let mut adapter = Adapter { objective: objective.as_ref(), steps: self.times.len(), parameters };
-        let result = sweep(&mut self.model, &mut self.linear, &forward.path, &mut adapter, &options);
-        self.objective = Some(objective);
-        result.map_err(Into::into)
+        let Self { design, linear, workspace, objective, .. } = self;
+        let objective = objective.as_deref().expect("a gradient needs an objective");
+        let mut adapter = Adapter { objective, steps: all, parameters };
+        let mut solver = Solver { problem: &*design, linear, workspace };
+        sweep(&mut solver, &forward.path, &mut adapter, &options).map_err(Into::into)
     }
 }

@@ -11,8 +11,8 @@ use crate::machine::Machine;
 use crate::model::course;
 use crate::model::prescribed::Prescribed;
 use crate::model::{
-    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Loads, Method,
-    ModelInterface, Share, Uzawa,
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loads, Method,
+    ModelInterface, ModelParts, Share, Uzawa, Workspace,
 };
 use mesh::nodes_of;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
@@ -24,6 +24,7 @@ use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tol
 use slipstick_solid::{
     EnergyInterpolation, Formulation, Interpolation, Material, NeoHooke, Section, Simp, SolidModel, StVenantKirchhoff,
 };
+use std::sync::Arc;
 
 /// A case that is right in itself but cannot be built: where in the case, why, and what mends it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -119,24 +120,14 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     };
     let largest = prescribed.largest(&times);
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
-    let model = ContactModel::new(
-        &mesh,
-        share,
-        solid,
-        interfaces,
-        uzawa,
-        prescribed,
-        loads,
-        interpolation,
-        designed,
-        &initial_density,
-        largest,
-    );
+    let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads };
+    let model = ContactModel::new(&mesh, parts, &initial_density, largest);
     let objective = build_objective(case, &model, mesh.nodes.len())?;
     let analysis = Analysis {
-        model,
+        design: Design::new(Arc::new(model), &initial_density),
+        workspace: Workspace::default(),
         times,
-        anew: (1..load_cases.len()).map(course::start).collect(),
+        restarts: (1..load_cases.len()).map(course::start).collect(),
         objective,
         march: march_options(case),
         sweep: SweepOptions { linear_tolerance: linear_tolerance(case), ..SweepOptions::default() },
@@ -367,6 +358,12 @@ fn slaves(model: &ContactModel) -> Vec<u32> {
     nodes
 }
 
+/// Whether no slave node can move in any direction.
+fn all_prescribed(model: &ContactModel) -> bool {
+    let (nodes, fixed) = (model.slave_nodes(), model.prescribed().fixed());
+    !nodes.is_empty() && nodes.iter().all(|&node| fixed[3 * node as usize..][..3] == [true; 3])
+}
+
 fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Option<Box<dyn Objective>>, BuildError> {
     let Some(objective) = &case.objective else {
         return Ok(None);
@@ -383,6 +380,11 @@ fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Op
     steps.check(case.load_path.steps).map_err(fail)?;
     let objective: Box<dyn Objective> = match objective {
         case::Objective::Compliance { .. } => Box::new(Compliance::new(steps)),
+        case::Objective::ContactForce { .. } if all_prescribed(model) => {
+            let message = "the objective would always be 0: all components of all slave nodes are prescribed, and their forces do not count";
+            let help = "exchange slave and master, or prescribe fewer components";
+            return Err(BuildError::new("objective.contact_force", message, help));
+        }
         case::Objective::ContactForce { .. } => Box::new(
             ContactForce::new(slaves(model), nodes, steps, 0.0)
                 .map_err(fail)?

@@ -9,12 +9,13 @@ mod memory;
 mod normals;
 mod volume;
 
+use crate::analysis::Analysis;
 use crate::build::Problem;
 use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
 use nalgebra::DMatrix;
 use serde::Serialize;
 use slipstick_mesh::{Element, Mesh};
-use slipstick_path::{StateError, StepProblem};
+use slipstick_path::{Held, Iteration, StateError, StepProblem, Wanted};
 
 pub use memory::RankMemory;
 pub use volume::start_volume;
@@ -93,7 +94,7 @@ pub struct ContactSummary {
     pub slave_nodes: usize,
     /// Slave nodes on edges that are sharper than the feature angle.
     pub sharp_nodes: usize,
-    /// Slave nodes with something opposite within the search distance.
+    /// Slave nodes that face the master within the search radius.
     pub covered: usize,
     /// Smallest nodal gap (weighted gap over tributary area), negative: penetration; `None` if nothing is opposite. \[L\]
     pub smallest_gap: Option<f64>,
@@ -177,7 +178,7 @@ const PENETRATION: f64 = 1e-6;
 /// If the reference configuration itself cannot be evaluated.
 pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateError> {
     let mut notices = Vec::new();
-    let bodies = bodies(&problem.mesh, problem.analysis.model.prescribed().fixed());
+    let bodies = bodies(&problem.mesh, problem.analysis.model().prescribed().fixed());
     for (b, body) in bodies.iter().enumerate() {
         if body.free_motions > 0 {
             notices.push(Notice {
@@ -192,8 +193,8 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
             });
         }
     }
-    notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model.prescribed().fixed()));
-    notices.extend(problem.analysis.model.idle_loads().into_iter().map(|load| Notice {
+    notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model().prescribed().fixed()));
+    notices.extend(problem.analysis.model().idle_loads().into_iter().map(|load| Notice {
         kind: NoticeKind::IdleLoad,
         path: format!("load[{load}].surface"),
         message: format!("the load on `{}` does nothing: what it acts on is held or driven", case.loads[load].surface),
@@ -277,6 +278,9 @@ pub(crate) fn free_motions(
     let largest = gram.diagonal().max();
     let eigen = gram.symmetric_eigen();
     let free: Vec<usize> = (0..6).filter(|&i| eigen.eigenvalues[i] <= HELD * largest).collect();
+    if free.is_empty() {
+        return ([false; 3], [false; 3]);
+    }
     let motions = DMatrix::from_fn(6, free.len(), |c, i| eigen.eigenvectors[(c, free[i])]);
     // unit translations in the span of the free motions; unit rotations in that of their rotations, about any point
     let translation = |c: usize| motions.row(c).norm_squared() > 1.0 - FREE;
@@ -325,11 +329,11 @@ fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed:
 }
 
 fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Result<Vec<ContactSummary>, StateError> {
-    let rest = problem.analysis.model.rest();
-    let found = problem.analysis.model.contact_results(&rest, &rest)?.nodes;
+    let rest = problem.analysis.model().rest();
+    let found = problem.analysis.design.contact_results(&rest, &rest)?.nodes;
     let mut start = 0;
     let mut summaries = Vec::new();
-    for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model.interfaces()).enumerate() {
+    for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model().interfaces()).enumerate() {
         let interface = &model.interface;
         let count = interface.slave_nodes().len();
         let nodes = &found[start..start + count];
@@ -392,12 +396,16 @@ fn distinct(nodes: impl Iterator<Item = u32>) -> usize {
 
 /// Free unknowns, bytes and operations of a factorization, bytes of the matrix.
 fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64, f64), StateError> {
-    let model = &mut problem.analysis.model;
-    let rest = model.rest();
-    model.begin_step(&rest, 0.0, false)?;
-    let (fixed, groups) = (model.fixed().to_vec(), model.groups().to_vec());
-    let matrix = model.tangent(&rest.unknowns)?;
-    let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), &fixed, &groups);
+    let Analysis { design, workspace, .. } = &mut problem.analysis;
+    let rest = design.model().rest();
+    let wanted = Wanted::Derivatives;
+    let geometry = design.geometry(&rest.unknowns, wanted, workspace)?;
+    let step = design.begin(&rest, &geometry, 0.0, workspace)?;
+    let iteration = Iteration { at_start: true, ..Iteration::default() };
+    let at = design.evaluate(&step, &rest.unknowns, Some(&geometry), iteration, wanted, workspace)?;
+    let matrix = design.tangent(&step, &at, workspace)?;
+    let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);
+    let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), fixed, groups);
     let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
     let size = slipstick_linalg::MultifrontalSolver::predict(reduction.pattern());
     let (entries, operations) = size.unwrap_or((0.0, 0.0));

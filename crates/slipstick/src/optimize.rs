@@ -155,7 +155,7 @@ impl Optimization {
             Some(filter) => {
                 let centroids = problem.mesh.centroids();
                 let centroids: Vec<[f64; 3]> = domain.iter().map(|&e| centroids[e]).collect();
-                let ranks = problem.analysis.model.share().ranks().clone();
+                let ranks = problem.analysis.model().share().ranks().clone();
                 let planes: Vec<_> = case.symmetries.iter().map(|s| (s.normal.index(), s.at)).collect();
                 Some(
                     SensitivityFilter::on_ranks(&centroids, &domain_volumes, filter.radius, &planes, ranks)

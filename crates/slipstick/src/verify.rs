@@ -127,13 +127,13 @@ pub fn verify_gradient(
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<GradientCheck, VerifyError> {
-    let saved = (analysis.march.newton, analysis.model.uzawa(), analysis.guide.take());
+    let saved = (analysis.march.newton, analysis.model().uzawa(), analysis.guide.take());
     analysis.march.newton.max_iterations += 5;
     analysis.march.newton.linear_tolerance = saved.0.linear_tolerance.min(1e-12);
     set_tolerance(analysis, options.forward_tolerance);
     let result = compare(analysis, density, designed, options, observer);
     analysis.march.newton = saved.0;
-    analysis.model.set_uzawa(saved.1);
+    analysis.set_uzawa(saved.1);
     analysis.guide = saved.2;
     result
 }
@@ -142,7 +142,7 @@ fn set_tolerance(analysis: &mut Analysis, tolerance: f64) {
     let bound = Tolerance::Relative(tolerance);
     analysis.march.newton.tolerances =
         Tolerances { residual: bound, displacement: bound, contact: bound, multiplier: bound };
-    analysis.model.set_uzawa_tolerance(tolerance);
+    analysis.set_uzawa_tolerance(tolerance);
 }
 
 /// The whole path at these densities.
@@ -428,7 +428,7 @@ fn same_steps(a: &Forward, b: &Forward) -> bool {
 
 /// Slave nodes with another status in one of the other paths of the same steps, as (user step, global node).
 fn changes(base: &Forward, others: [&Forward; 2], analysis: &Analysis) -> Vec<(usize, u32)> {
-    let slaves = analysis.model.slave_nodes();
+    let slaves = analysis.model().slave_nodes();
     let mut all = Vec::new();
     for other in others {
         let mut step = 1;

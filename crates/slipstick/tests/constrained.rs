@@ -101,17 +101,17 @@ struct Forces {
 fn forces(problem: &mut Problem, run: &Forward) -> Forces {
     let states: Vec<_> = run.path.states.iter().map(|at| at.state.clone()).collect();
     let [.., before, last] = &states[..] else { panic!("a path") };
-    let results = problem.analysis.model.contact_results(before, last).unwrap();
+    let results = problem.analysis.design.contact_results(before, last).unwrap();
     let d = &last.unknowns[..3 * problem.mesh.nodes.len()];
     let mut force = vec![0.0; d.len()];
-    problem.analysis.model.internal_force(d, &mut force).unwrap();
+    problem.analysis.design.internal_force(d, &mut force).unwrap();
     let mut outer = vec![0.0; d.len()];
-    problem.analysis.model.external_force(d, run.path.states.last().unwrap().time, &mut outer);
+    problem.analysis.model().external_force(d, run.path.states.last().unwrap().time, &mut outer);
     // what supports add to contact and loads for equilibrium
     for ((force, contact), outer) in force.iter_mut().zip(&results.force).zip(&outer) {
         *force -= contact + outer;
     }
-    let fixed = problem.analysis.model.prescribed().fixed();
+    let fixed = problem.analysis.model().prescribed().fixed();
     let size = norm(&results.force);
     let free: f64 = (0..force.len()).filter(|&i| !fixed[i]).map(|i| force[i].powi(2)).sum::<f64>().sqrt();
     assert!(free < 1e-6 * size, "equilibrium is off by {:e}", free / size);

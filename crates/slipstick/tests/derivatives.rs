@@ -7,9 +7,10 @@ use common::scene::*;
 use common::*;
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick::build::Problem;
+use slipstick::model::{Design, Step, Workspace};
 use slipstick_contact::enforcement::lagrange::complementarity;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling, friction_share};
-use slipstick_path::{Held, PreviousPullBack, StateError, StepProblem, StepState};
+use slipstick_path::{Evaluated, Held, Iteration, StateError, StepProblem, StepState, Unknowns, Wanted};
 
 const FRICTION: f64 = 0.4;
 /// Pseudo-time of the state: there is no load that depends on it.
@@ -47,6 +48,7 @@ struct Generic {
     density: Vec<f64>,
     previous: StepState,
     y: Vec<f64>,
+    iteration: Iteration,
 }
 
 /// A state in which all three statuses occur; the first of a few seeds that has one.
@@ -67,10 +69,18 @@ fn generic_at(corner: [f64; 3], enforcement: &str, shape: &'static str, held: bo
     };
     let mut problem = problem(&scene.text());
     let density = random_density(&problem, 1);
-    let model = &mut problem.analysis.model;
-    model.set_density(&density);
-    model.hold_multipliers(if held { Held::All } else { Held::None });
-    let (n, split) = (model.unknowns(), model.displacements());
+    problem.analysis.set_density(&density);
+    let iteration = Iteration { held: if held { Held::All } else { Held::None }, ..Iteration::default() };
+    let Unknowns { displacements: split, history, .. } = *problem.analysis.design.unknowns();
+    let n = problem.analysis.design.unknowns().count();
+    let mut generic = Generic {
+        ratio: ratio(enforcement),
+        problem,
+        density,
+        previous: StepState::default(),
+        y: Vec::new(),
+        iteration,
+    };
     for seed in 1..1000 {
         let mut random = Random::new(seed);
         let mut state = || {
@@ -79,21 +89,18 @@ fn generic_at(corner: [f64; 3], enforcement: &str, shape: &'static str, held: bo
             y
         };
         let (previous, y) = (state(), state());
-        let previous = StepState { unknowns: previous, history: random.vector(model.history_length(), 5.0) };
-        model.begin_step(&previous, TIME, true).unwrap();
-        let mut out = vec![0.0; n];
-        model.residual(&y, &mut out).unwrap();
-        let statuses = model.active_set().to_vec();
+        generic.previous = StepState { unknowns: previous, history: random.vector(history, 5.0) };
+        let statuses = generic.evaluate(&y).active_set;
         let various = (0..3).all(|s| statuses.iter().filter(|&&a| a == s).count() >= 2);
         // far from every switch, so that no difference crosses one
         let settled = (0..50).all(|_| {
             let mut near = |t: usize, y: f64| y + random.within(-1.0, 1.0) * if t < split { 2e-4 } else { 0.2 };
             let moved: Vec<f64> = y.iter().enumerate().map(|(t, y)| near(t, *y)).collect();
-            model.residual(&moved, &mut out).unwrap();
-            model.active_set() == statuses
+            generic.evaluate(&moved).active_set == statuses
         });
         if various && settled {
-            return Generic { ratio: ratio(enforcement), problem, density, previous, y };
+            generic.y = y;
+            return generic;
         }
     }
     panic!("no seed has open, sticking and slipping nodes");
@@ -119,35 +126,47 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Generic {
-    fn residual(&mut self, y: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; y.len()];
-        self.problem.analysis.model.residual(y, &mut out).unwrap();
-        out
+    fn design(&self) -> &Design {
+        &self.problem.analysis.design
     }
 
-    fn history(&mut self, y: &[f64]) -> Vec<f64> {
-        let mut out = Vec::new();
-        self.problem.analysis.model.advance_history(y, &mut out).unwrap();
-        out
+    fn split(&self) -> usize {
+        self.design().unknowns().displacements
     }
 
-    fn begin(&mut self, previous: &StepState) {
-        self.problem.analysis.model.begin_step(previous, TIME, true).unwrap();
+    /// The step from the previous state, with derivatives.
+    fn step(&self, workspace: &mut Workspace) -> Step {
+        let geometry = self.design().geometry(&self.previous.unknowns, Wanted::Derivatives, workspace).unwrap();
+        self.design().begin(&self.previous, &geometry, TIME, workspace).unwrap()
+    }
+
+    /// The equations at `y`, with derivatives.
+    fn evaluate(&self, y: &[f64]) -> Evaluated<Design> {
+        let mut workspace = Workspace::default();
+        let step = self.step(&mut workspace);
+        self.design().evaluate(&step, y, None, self.iteration, Wanted::Both, &mut workspace).unwrap()
+    }
+
+    fn residual(&self, y: &[f64]) -> Vec<f64> {
+        self.evaluate(y).residual
+    }
+
+    fn history(&self, y: &[f64]) -> Vec<f64> {
+        let mut workspace = Workspace::default();
+        self.design().finish(&self.step(&mut workspace), &self.evaluate(y)).unwrap()
     }
 
     /// The measures of all slave nodes at `y`.
-    fn measures(&mut self, y: &[f64]) -> Vec<NodeMeasures> {
-        let (previous, state) = (self.previous.clone(), StepState { unknowns: y.to_vec(), history: vec![] });
-        let model = &mut self.problem.analysis.model;
-        let nodes = model.contact_results(&previous, &state).unwrap().nodes.len();
-        (0..nodes).map(|j| model.measures(j)).collect()
+    fn measures(&self, y: &[f64]) -> Vec<NodeMeasures> {
+        let contact = self.design().contact_at(&self.previous, y, false).unwrap();
+        (0..).map_while(|j| contact.measures(j).copied()).collect()
     }
 
     /// The parameter c_n of every active node, from C_n = c_n (g̃ + k ζ_n).
-    fn parameters(&mut self) -> Vec<f64> {
+    fn parameters(&self) -> Vec<f64> {
         let y = self.y.clone();
         let out = self.residual(&y);
-        let split = self.problem.analysis.model.displacements();
+        let split = self.split();
         let measures = self.measures(&y);
         measures
             .iter()
@@ -160,9 +179,9 @@ impl Generic {
     }
 
     /// F with the parameters c, which steer the iteration only and are not differentiated, held at `parameters`.
-    fn frozen(&mut self, y: &[f64], parameters: &[f64], statuses: &[u8]) -> Vec<f64> {
+    fn frozen(&self, y: &[f64], parameters: &[f64], statuses: &[u8]) -> Vec<f64> {
         let mut out = self.residual(y);
-        let split = self.problem.analysis.model.displacements();
+        let split = self.split();
         let before = self.measures(&self.previous.unknowns.clone());
         let measures = self.measures(y);
         for (j, at) in measures.iter().enumerate().filter(|(j, _)| statuses[*j] != 0) {
@@ -180,12 +199,14 @@ impl Generic {
     }
 }
 
-fn check_tangent(name: &str, generic: &mut Generic, with_multipliers: bool) {
+fn check_tangent(name: &str, generic: &Generic, with_multipliers: bool) {
     let y = generic.y.clone();
-    let split = generic.problem.analysis.model.displacements();
+    let split = generic.split();
     let n = if with_multipliers { y.len() } else { split };
     let columns: Vec<Vec<f64>> = {
-        let matrix = generic.problem.analysis.model.tangent(&y).unwrap();
+        let mut workspace = Workspace::default();
+        let step = generic.step(&mut workspace);
+        let matrix = generic.design().tangent(&step, &generic.evaluate(&y), &mut workspace).unwrap();
         (0..n)
             .map(|t| {
                 let (mut unit, mut column) = (vec![0.0; y.len()], vec![0.0; y.len()]);
@@ -198,8 +219,7 @@ fn check_tangent(name: &str, generic: &mut Generic, with_multipliers: bool) {
     let mut statuses = Vec::new();
     let mut parameters = Vec::new();
     if with_multipliers {
-        generic.residual(&y);
-        statuses = generic.problem.analysis.model.active_set().to_vec();
+        statuses = generic.evaluate(&y).active_set;
         parameters = generic.parameters();
     }
     // blocks (R, C) × (d, ζ): each against its own largest entry
@@ -236,9 +256,9 @@ fn check_tangent(name: &str, generic: &mut Generic, with_multipliers: bool) {
 fn tangent_matches_finite_differences() {
     for (name, enforcement, shape) in variants() {
         let with_multipliers = !enforcement.contains("penalty");
-        check_tangent(&name, &mut generic(&enforcement, shape, false), with_multipliers);
+        check_tangent(&name, &generic(&enforcement, shape, false), with_multipliers);
         if with_multipliers {
-            check_tangent(&format!("{name}, held"), &mut generic(&enforcement, shape, true), false);
+            check_tangent(&format!("{name}, held"), &generic(&enforcement, shape, true), false);
         }
     }
 }
@@ -250,13 +270,13 @@ fn tangent_on_slivers_matches_finite_differences() {
     for (name, enforcement, shape) in variants() {
         let with_multipliers = !enforcement.contains("penalty");
         for held in [false, true].into_iter().filter(|held| !held || !enforcement.contains("penalty")) {
-            let mut generic = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, held);
+            let generic = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, held);
             let y = generic.y.clone();
             let measures = generic.measures(&y);
-            let active = generic.problem.analysis.model.active_set().to_vec();
+            let active = generic.evaluate(&y).active_set;
             let soft = measures.iter().zip(&active).filter(|(at, a)| **a != 0 && at.compliance().0 > 0.0).count();
             assert_eq!(soft > 0, with_multipliers, "{name}: {soft} active slivers");
-            check_tangent(&format!("{name}, held: {held}"), &mut generic, with_multipliers && !held);
+            check_tangent(&format!("{name}, held: {held}"), &generic, with_multipliers && !held);
         }
     }
 }
@@ -267,7 +287,7 @@ fn previous_pull_back_matches_finite_differences() {
     for (name, enforcement, shape) in variants() {
         check_previous_pull_back(&name, generic(&enforcement, shape, false));
         // the same where the previous rows of some nodes are slivers, which friction depends on
-        let mut sliver = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, false);
+        let sliver = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, false);
         let (previous, reference) = (sliver.previous.clone(), sliver.measures(&sliver.y.clone()));
         let before = sliver.measures(&previous.unknowns);
         let shares = before.iter().zip(&reference).map(|(b, r)| friction_share(b.area, r.reference_area).0);
@@ -280,11 +300,12 @@ fn check_previous_pull_back(name: &str, mut generic: Generic) {
     let (y, previous) = (generic.y.clone(), generic.previous.clone());
     let mut random = Random::new(17);
     let (lambda, eta) = (random.vector(y.len(), 1.0), random.vector(previous.history.len(), 1.0));
-    let mut found = PreviousPullBack::default();
-    generic.begin(&previous);
-    generic.problem.analysis.model.pull_back_previous(&y, &lambda, &eta, &mut found).unwrap();
+    let found = {
+        let mut workspace = Workspace::default();
+        generic.design().pull_back_previous(&generic.step(&mut workspace), &generic.evaluate(&y), &lambda, &eta)
+    };
     let mut product = |previous: &StepState| {
-        generic.begin(previous);
+        generic.previous.clone_from(previous);
         vec![dot(&lambda, &generic.residual(&y)) + dot(&eta, &generic.history(&y))]
     };
     let by_unknown: Vec<f64> = (0..y.len())
@@ -317,33 +338,34 @@ fn current_and_design_pull_back_match_finite_differences() {
     for (name, enforcement, shape) in variants() {
         let mut generic = generic(&enforcement, shape, false);
         let (y, previous) = (generic.y.clone(), generic.previous.clone());
-        generic.begin(&previous);
         let mut random = Random::new(23);
         let eta = random.vector(previous.history.len(), 1.0);
         if !eta.is_empty() {
             let mut found = vec![0.0; y.len()];
-            generic.problem.analysis.model.pull_back_current(&y, &eta, &mut found).unwrap();
+            let (mut workspace, at) = (Workspace::default(), generic.evaluate(&y));
+            let step = generic.step(&mut workspace);
+            generic.design().pull_back_current(&step, &at, &eta, &mut found).unwrap();
             let expected: Vec<f64> =
                 (0..y.len()).map(|t| difference(&y, t, 1e-5, |y| vec![dot(&eta, &generic.history(y))])[0]).collect();
             let error = deviation(&found, &expected);
             println!("{name}, current: {error:.1e}");
             assert!(error < BOUND, "{name}, current: {error:e}");
         }
-        let split = generic.problem.analysis.model.displacements();
+        let split = generic.split();
         let mut lambda = random.vector(y.len(), 1.0);
-        let design = |generic: &mut Generic, lambda: &[f64]| {
+        let design = |lambda: &[f64]| {
             let mut found = vec![0.0; generic.density.len()];
-            generic.problem.analysis.model.pull_back_design(&y, lambda, &mut found).unwrap();
+            generic.design().pull_back_design(&generic.evaluate(&y), lambda, &mut found).unwrap();
             found
         };
-        let found = design(&mut generic, &lambda);
+        let found = design(&lambda);
         lambda[split..].fill(0.0);
-        assert_eq!(found, design(&mut generic, &lambda));
+        assert_eq!(found, design(&lambda));
         let density = generic.density.clone();
         let expected: Vec<f64> = (0..density.len())
             .map(|e| {
                 difference(&density, e, 1e-3, |density| {
-                    generic.problem.analysis.model.set_density(density);
+                    generic.problem.analysis.set_density(density);
                     vec![dot(&lambda, &generic.residual(&y))]
                 })[0]
             })
@@ -371,7 +393,7 @@ fn sticking_traction_is_kept_under_rotation() {
             }
         }
         previous.history.iter_mut().for_each(|h| *h *= 0.1);
-        generic.begin(&previous);
+        generic.previous.clone_from(&previous);
         for (axis, degrees) in [(Vector3::y(), 30.0), (Vector3::y(), 120.0), (Vector3::new(1.0, 0.3, -2.0), 75.0)] {
             let turn = Rotation3::from_axis_angle(&Unit::new_normalize(axis), f64::to_radians(degrees));
             let mut turned = Vec::new();
@@ -381,9 +403,8 @@ fn sticking_traction_is_kept_under_rotation() {
                 turned.extend_from_slice(moved.as_slice());
             }
             let history = generic.history(&turned);
-            generic.residual(&turned);
-            let sticking: Vec<usize> =
-                (0..history.len() / 2).filter(|&j| generic.problem.analysis.model.active_set()[j] == 1).collect();
+            let statuses = generic.evaluate(&turned).active_set;
+            let sticking: Vec<usize> = (0..history.len() / 2).filter(|&j| statuses[j] == 1).collect();
             assert!(sticking.len() >= 4, "{sticking:?}");
             let scale = largest(previous.history.iter().copied());
             for j in sticking {
@@ -399,15 +420,19 @@ fn sticking_traction_is_kept_under_rotation() {
 /// A block that a step moves as a whole: down through the slab beyond the search radius, or sideways off its edge.
 #[test]
 fn a_step_beyond_the_search_radius_is_refused() {
-    let mut problem = problem(&Scene::default().text());
+    let problem = problem(&Scene::default().text());
     let block = problem.mesh.bodies[1].nodes.clone();
-    let model = &mut problem.analysis.model;
-    let reach = model.interfaces()[0].interface.reach();
-    model.begin_step(&model.rest(), TIME, false).unwrap();
+    let (design, mut workspace) = (&problem.analysis.design, Workspace::default());
+    let reach = design.model().interfaces()[0].interface.reach();
+    let rest = design.model().rest();
+    let geometry = design.geometry(&rest.unknowns, Wanted::Residual, &mut workspace).unwrap();
+    let step = design.begin(&rest, &geometry, TIME, &mut workspace).unwrap();
     let mut after = |u: [f64; 3]| {
-        let mut y = model.rest().unknowns;
+        let mut y = rest.unknowns.clone();
         block.clone().for_each(|n| y[3 * n..3 * n + 3].copy_from_slice(&u));
-        model.accept(&y)
+        let wanted = Wanted::Derivatives;
+        let at = design.evaluate(&step, &y, None, Iteration::default(), wanted, &mut workspace).unwrap();
+        design.finish(&step, &at).map(|_| ())
     };
     assert_eq!(after([0.0, -0.5 * reach, 0.0]), Ok(()));
     assert_eq!(after([10.0 * reach, 0.0, 0.0]), Ok(()));

@@ -120,7 +120,7 @@ fn wrong_objectives_are_refused() {
     let refused = analysis.set_objective(Box::new(Wrong { factor: 1.0, step: 5 }));
     assert!(matches!(refused, Err(ObjectiveRefused::NoSteps { steps: 4, .. })), "{refused:?}");
     // those that the library brings pass, by the slave nodes' forces
-    let nodes = analysis.model.slave_nodes();
+    let nodes = analysis.model().slave_nodes();
     let contact = ContactForce::new(nodes, problem.mesh.nodes.len(), ObservedSteps::All, 0.0).expect("right");
     analysis.check_objective(&contact).expect("right");
 }

@@ -48,7 +48,7 @@ fn explained(text: &str, parts: &[&str]) -> (FailureReport, StepFailureKind) {
     let mut problem = problem(text);
     let density = problem.initial_density.clone();
     let error = problem.analysis.forward(&density, &mut Silent).map(drop).expect_err("it fails");
-    let report = FailureReport::new(&error, &problem.mesh, &problem.analysis.model);
+    let report = FailureReport::new(&error, &problem.mesh, &problem.analysis.design);
     let AnalysisError::March(failure) = &error else { panic!("{error}") };
     let kind = failure.attempts.last().expect("an attempt").1.clone();
     let told = report.to_string();
@@ -209,7 +209,7 @@ fn unknowns_and_supports_have_names() {
         pair(0.3, LAGRANGE)
     );
     let problem = problem(&block_and_slab(0.0, &more));
-    let (model, count) = (&problem.analysis.model, problem.mesh.nodes.len());
+    let (model, count) = (problem.analysis.model(), problem.mesh.nodes.len());
     assert_eq!(model.unknown(3 * 5 + 1), Some(Unknown::Displacement { node: 5, axis: 1 }));
     assert_eq!(model.unknown(3 * (count + 2)), Some(Unknown::Multiplier { row: 2, component: 0 }));
     assert_eq!(model.unknown(3 * (count + 9)), None);
@@ -224,4 +224,15 @@ fn unknowns_and_supports_have_names() {
     assert_eq!(model.holders(&[corner, at([1.0, 2.0, 1.0])], 2), [""; 0]);
     assert_eq!(model.pairs_of(corner), [(0, true)]);
     assert_eq!(model.pair_name(0), "`block_ymin` on `slab_ymax`");
+}
+
+/// Nodes of void elements without any stiffness, in a body whose supports prevent every rigid motion.
+#[test]
+fn void_without_stiffness() {
+    let more = "[design]\nbodies = [\"block\"]\nvolume_fraction = 0.5\nsimp = { p = 3, min = 0 }\npassive_void = [{ min = [0, 1, 0], max = [0.5, 2, 0.5] }]\n[[dirichlet]]\nset = \"block_xmax\"\n";
+    let report = singular(
+        &block_and_slab(0.1, more),
+        &["supports prevent every rigid motion of body `block`", "no support holds node "],
+    );
+    assert!(report.cures.iter().any(|cure| cure.contains("design.simp.min")), "{:?}", report.cures);
 }

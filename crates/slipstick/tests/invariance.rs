@@ -148,12 +148,12 @@ fn forces_balance() {
                 contact.iter().map(|c| Vector3::from(c.global_multiplier) * c.covered_area).sum();
             let states: Vec<_> = run.path.states.iter().map(|at| at.state.clone()).collect();
             let [.., before, last] = &states[..] else { panic!("a path") };
-            let results = problem.analysis.model.contact_results(before, last).unwrap();
-            let pairs = pair_results(problem.analysis.model.interfaces(), &results);
+            let results = problem.analysis.design.contact_results(before, last).unwrap();
+            let pairs = pair_results(problem.analysis.model().interfaces(), &results);
             let [pair] = &pairs[..] else { panic!("one pair") };
             let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];
             let mut force = vec![0.0; d.len()];
-            problem.analysis.model.internal_force(d, &mut force).unwrap();
+            problem.analysis.design.internal_force(d, &mut force).unwrap();
             let total = |set: &str| -> Vector3<f64> {
                 let nodes = problem.mesh.set_nodes(set).unwrap();
                 nodes.iter().map(|&n| Vector3::from_column_slice(&force[3 * n as usize..][..3])).sum()

@@ -6,9 +6,10 @@ use common::*;
 use nalgebra::{Matrix3, Vector3};
 use slipstick::build::{Problem, build_mesh};
 use slipstick::case::parse_case;
-use slipstick::model::{ContactModel, Loads, Share};
+use slipstick::model::{ContactModel, Design, Loads, ModelParts, Share};
 use slipstick_contact::friction::Status;
 use slipstick_mesh::{BoxShape, Element, Mesh, box_mesh};
+use std::sync::Arc;
 
 const LOWER: (f64, f64) = (1000.0, 0.3);
 const UPPER: (f64, f64) = (300.0, 0.2);
@@ -297,23 +298,23 @@ fn inclined(stack: &Stack) -> Problem {
         node[1] += (1.0 - (node[1] - 1.0).abs()) * (0.2 * node[0] - 0.1 * node[2]);
     }
     let mut problem = problem(&stack.text());
-    let model = &problem.analysis.model;
+    let model = &problem.analysis.model();
     let materials =
         stack.moduli.iter().map(|&(e, nu)| slipstick_solid::NeoHooke::new(e, nu).unwrap()).collect::<Vec<_>>();
     let solid = slipstick_solid::SolidModel::new(&mesh, materials).unwrap();
-    problem.analysis.model = ContactModel::new(
-        &mesh,
-        Share::whole(),
+    let parts = ModelParts {
+        share: Share::whole(),
         solid,
-        model.interfaces().to_vec(),
-        model.uzawa(),
-        model.prescribed().clone(),
-        Loads::default(),
-        slipstick_solid::Simp { penalization: 1.0, minimum: 0.0 }.into(),
-        vec![false; mesh.elements.len()],
-        &vec![1.0; mesh.elements.len()],
-        PRESSED,
-    );
+        designed: vec![false; mesh.elements.len()],
+        interpolation: slipstick_solid::Simp { penalization: 1.0, minimum: 0.0 }.into(),
+        interfaces: model.interfaces().to_vec(),
+        uzawa: model.uzawa(),
+        prescribed: model.prescribed().clone(),
+        loads: Loads::default(),
+    };
+    let density = vec![1.0; mesh.elements.len()];
+    let model = ContactModel::new(&mesh, parts, &density, PRESSED);
+    problem.analysis.design = Design::new(Arc::new(model), &density);
     problem.mesh = mesh;
     problem
 }

@@ -107,12 +107,12 @@ fn augmented_lagrangian_matches_the_independent_implementation() {
 fn lagrange_path_matches_step_by_step() {
     let reference = reference();
     for friction in [0.5, 0.2] {
-        let (mut problem, _, _, forward) = run(friction, "{ lagrange = {} }");
+        let (problem, _, _, forward) = run(friction, "{ lagrange = {} }");
         let steps = reference[format!("mu{friction}")]["LMM"]["steps"].as_array().unwrap();
         let states: Vec<_> = forward.path.states.iter().map(|s| s.state.clone()).collect();
         assert_eq!(states.len(), steps.len() + 1, "no step was cut back");
         for (n, expected) in steps.iter().enumerate() {
-            let found = problem.analysis.model.contact_results(&states[n], &states[n + 1]).unwrap().nodes;
+            let found = problem.analysis.design.contact_results(&states[n], &states[n + 1]).unwrap().nodes;
             for (j, offset) in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].iter().enumerate() {
                 let at = [0.6 + 0.8 * offset[0], 1.0, 0.1 + 0.8 * offset[1]];
                 let node = problem.mesh.nearest_node(at, Some(&problem.mesh.set_nodes("cube_ymin").unwrap())).unwrap();

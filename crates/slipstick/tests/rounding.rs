@@ -84,7 +84,7 @@ fn finished_iterations_stay() {
     let mut optimization = optimization(&case(0.1, "contact_force = { steps = 'last' }"));
     let lost = Arc::new(AtomicBool::new(false));
     let analysis = &mut optimization.problem.analysis;
-    let (slaves, nodes) = (analysis.model.slave_nodes(), optimization.problem.mesh.nodes.len());
+    let (slaves, nodes) = (analysis.model().slave_nodes(), optimization.problem.mesh.nodes.len());
     let force = ContactForce::new(slaves, nodes, ObservedSteps::Last, 0.0).unwrap();
     analysis.set_objective(Box::new(Lost { force, lost: lost.clone() })).unwrap();
     for _ in 0..2 {

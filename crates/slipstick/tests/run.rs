@@ -159,7 +159,7 @@ fn tables_and_fields_of_a_path() {
     assert_eq!(text.lines().count(), 1 + table.0.rows());
     assert!(text.lines().last().unwrap().starts_with("0,3,1.0,"), "{text}");
 
-    assert_eq!(write_path(&run, &problem.mesh, &mut problem.analysis.model, &forward.path).unwrap(), 4);
+    assert_eq!(write_path(&run, &problem.mesh, &problem.analysis.design, &forward.path).unwrap(), 4);
     for step in 0..=3 {
         assert!(run.file(&RunDirectory::numbered("path", step)).exists());
     }
@@ -178,7 +178,16 @@ fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchF
     iterate[3 * (problem.mesh.nodes.len() - 1)] += 0.01;
     let attempts = kinds.into_iter().enumerate().map(|(n, kind)| (0.5f64.powi(n as i32), kind)).collect();
     let iterations = path.states.last().map_or(vec![], |state| state.report.iterations.clone());
-    MarchFailure { step: 3, increment: (0.66, 0.7), attempts, iterate, iterations, failed_iterations: 70, path }
+    MarchFailure {
+        step: 3,
+        increment: (0.66, 0.7),
+        attempts,
+        iterate,
+        at_start: false,
+        iterations,
+        failed_iterations: 70,
+        path,
+    }
 }
 
 /// What a failure names is found again in the mesh: element 2 of the slab (4 × 1 × 1 unit cubes) has its centroid at
@@ -191,12 +200,12 @@ fn failures_name_places_attempts_and_cures() {
     let mut path = problem.analysis.forward(&density, &mut Silent).unwrap().path;
     path.states.truncate(3);
     path.steps = 2;
-    let slaves = problem.analysis.model.slave_nodes();
+    let slaves = problem.analysis.model().slave_nodes();
     let inverted = StepFailureKind::State(StateError::InvertedElements { elements: vec![2, 4] });
     let slow = StepFailureKind::TooManyIterations { iterations: 25, changing: vec![] };
     let kinds = vec![inverted.clone(), inverted.clone(), slow.clone(), inverted];
     let failed = failure(&problem, path.clone(), kinds);
-    let report = FailureReport::of_march(&failed, &problem.mesh, &problem.analysis.model);
+    let report = FailureReport::of_march(&failed, &problem.mesh, &problem.analysis.design);
     assert_eq!(report.places[0].to_string(), "element 2 of body `slab` at (2.5000, 0.5000, 0.5000)");
     assert_eq!(report.places[1].body, "block");
     assert_eq!(report.attempts.len(), 3, "two alike in a row are one");
@@ -209,19 +218,19 @@ fn failures_name_places_attempts_and_cures() {
     let report = FailureReport::of_march(
         &failure(&problem, path.clone(), vec![cycling]),
         &problem.mesh,
-        &problem.analysis.model,
+        &problem.analysis.design,
     );
     assert_eq!((report.places[0].number, report.places[0].position[1]), (slaves[1], 1.0));
     let index = 3 * (problem.mesh.nodes.len() + 2);
     let lost = AnalysisError::State(StateError::NotFinite { quantity: "the residual", index });
-    assert_eq!(FailureReport::new(&lost, &problem.mesh, &problem.analysis.model).places[0].number, slaves[2]);
+    assert_eq!(FailureReport::new(&lost, &problem.mesh, &problem.analysis.design).places[0].number, slaves[2]);
 
-    assert!(write_failure(&run, &problem.mesh, &mut problem.analysis.model, &failed).unwrap());
+    assert!(write_failure(&run, &problem.mesh, &problem.analysis.design, &failed).unwrap());
     assert!(run.file("failure.vtu").exists() && run.file("path_0002.vtu").exists());
     assert!(!run.file("path_0003.vtu").exists());
     let mut lost = failed;
     lost.iterate[0] = f64::NAN;
     fs::remove_file(run.file("failure.vtu")).unwrap();
-    assert!(!write_failure(&run, &problem.mesh, &mut problem.analysis.model, &lost).unwrap());
+    assert!(!write_failure(&run, &problem.mesh, &problem.analysis.design, &lost).unwrap());
     assert!(!run.file("failure.vtu").exists(), "a state that is no number is not drawn");
 }

@@ -24,8 +24,8 @@ fn gradient_with_interpolated_energy() {
         let mut problem = problem(&scene.text());
         let density = [0.21, 0.24, 0.22, 0.6, 0.25];
         let shares: Vec<f64> = {
-            problem.analysis.model.set_density(&density);
-            problem.analysis.model.scalings().iter().map(|s| s.gamma).collect()
+            problem.analysis.set_density(&density);
+            problem.analysis.design.scalings().iter().map(|s| s.gamma).collect()
         };
         assert!(shares.iter().filter(|g| (0.2..0.999).contains(*g)).count() >= 4, "{shares:?}");
         let checked = check_gradient(&mut problem, &density);
@@ -74,7 +74,7 @@ fn a_void_that_inverts_is_marched_through() {
     let run = forward(&mut stabilised, &density);
     assert_eq!(run.path.steps, 5);
     let d = &run.path.states.last().unwrap().state.unknowns[..3 * stabilised.mesh.nodes.len()];
-    let smallest = stabilised.analysis.model.solid().smallest_determinants(d);
+    let smallest = stabilised.analysis.model().solid().smallest_determinants(d);
     let of = |kind: f64| smallest.iter().zip(&density).filter(move |(_, x)| **x == kind).map(|(j, _)| *j);
     assert!(of(0.0).any(|j| j < 0.0) && of(1.0).all(|j| j > 0.0), "{smallest:?}");
 }

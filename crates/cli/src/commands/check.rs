@@ -85,7 +85,7 @@ pub fn run(context: &Context, args: &Check) -> Outcome {
     }
     console.text("\nsize");
     console.lines(&size(&setup.inspection, seconds, args.ranks.map(usize::from)));
-    console.text(if setup.warnings == 0 { "\nnothing to complain about" } else { "\nsee the warnings" });
+    console.text(if setup.warnings == 0 { "\nno warnings" } else { "\nsee the warnings" });
     Ok(())
 }
 
@@ -184,8 +184,8 @@ fn contacts(setup: &Setup) -> Vec<String> {
         })
         .collect();
     let length = setup.resolved.case.units.bracket(Dimension::LENGTH);
-    let [searched, gap] = ["searched to", "smallest mean gap"].map(|name| format!("{name}{length}"));
-    let header = ["slave on master", "facets", "slave nodes", "with something opposite", "friction"];
+    let [searched, gap] = ["search radius", "smallest mean gap"].map(|name| format!("{name}{length}"));
+    let header = ["slave on master", "facets", "slave nodes", "facing the master", "friction"];
     lines(&[&header[..], &[&searched, &gap]].concat(), &rows)
 }
 

@@ -55,7 +55,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
         watch.begin(number, steps * number);
         let shown = coefficient.or(own);
         if let Some(coefficient) = coefficient {
-            problem.analysis.model.set_friction(coefficient);
+            problem.analysis.set_friction(coefficient);
         }
         let forward = match problem.analysis.forward(density, &mut watch) {
             Ok(forward) => forward,
@@ -120,7 +120,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
 
 /// The case's coefficient of friction, if all its contact pairs have the same.
 fn own_friction(problem: &Problem) -> Option<f64> {
-    let mut all = problem.analysis.model.interfaces().iter().map(|interface| interface.friction);
+    let mut all = problem.analysis.model().interfaces().iter().map(|interface| interface.friction);
     let first = all.next()?;
     all.all(|other| other == first).then_some(first)
 }

@@ -147,7 +147,7 @@ pub fn drive(
     context.console.end_bar();
     if let Some(forward) = &last {
         let problem = &mut optimization.problem;
-        write_path(directory, &problem.mesh, &mut problem.analysis.model, &forward.path)?;
+        write_path(directory, &problem.mesh, &problem.analysis.design, &forward.path)?;
     }
     tell_result(context, optimization, directory);
     Ok(())
@@ -162,7 +162,7 @@ fn write_iteration(run: &RunDirectory, optimization: &Optimization, iteration: u
         return Ok(());
     }
     let name = RunDirectory::numbered("design", iteration);
-    let pieces = run.pieces(optimization.problem.analysis.model.share(), mesh.elements.len());
+    let pieces = run.pieces(optimization.problem.analysis.model().share(), mesh.elements.len());
     write_design(&run.file(&name), mesh, iteration, &design.density, gradient, pieces.as_deref())?;
     let mut collection = Pvd::default();
     for number in 0..=iteration {

@@ -64,7 +64,7 @@ fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -
         forward.path.serve(problem.analysis.linear.ranks());
         return Err(failure);
     }
-    write_path(directory, &problem.mesh, &mut problem.analysis.model, &forward.path)?;
+    write_path(directory, &problem.mesh, &problem.analysis.design, &forward.path)?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
     let (path, [open, stick, slip]) = (directory.path(), final_status(&forward));

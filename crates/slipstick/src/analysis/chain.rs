@@ -1,6 +1,6 @@
 //! From an objective on displacements and forces to one on the unknowns, the design and the parameters.
 
-use crate::model::ContactModel;
+use crate::model::Design;
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_path::{PathGradient, PathObjective, StateError, StepState};
 
@@ -11,11 +11,11 @@ pub(super) struct Forces {
 }
 
 impl Forces {
-    pub(super) fn at(model: &ContactModel, time: f64, state: &StepState) -> Result<Self, StateError> {
-        let n = model.prescribed().fixed().len();
+    pub(super) fn at(design: &Design, time: f64, state: &StepState) -> Result<Self, StateError> {
+        let n = design.model().prescribed().fixed().len();
         let (mut internal, mut external) = (vec![0.0; n], vec![0.0; n]);
-        model.internal_force(&state.unknowns[..n], &mut internal)?;
-        model.external_force(&state.unknowns[..n], time, &mut external);
+        design.internal_force(&state.unknowns[..n], &mut internal)?;
+        design.model().external_force(&state.unknowns[..n], time, &mut external);
         Ok(Self { internal, external })
     }
 
@@ -42,10 +42,10 @@ pub(super) struct Adapter<'a> {
     pub(super) parameters: bool,
 }
 
-impl PathObjective<ContactModel> for Adapter<'_> {
+impl PathObjective<Design> for Adapter<'_> {
     fn add_derivative(
         &mut self,
-        model: &ContactModel,
+        design: &Design,
         step: usize,
         time: f64,
         state: &StepState,
@@ -55,7 +55,7 @@ impl PathObjective<ContactModel> for Adapter<'_> {
         if !self.objective.observes(step, self.steps) {
             return Ok(());
         }
-        let forces = Forces::at(model, time, state)?;
+        let forces = Forces::at(design, time, state)?;
         let n = forces.internal.len();
         let d = &state.unknowns[..n];
         let [mut by_displacement, mut by_internal, mut by_external] = std::array::from_fn(|_| vec![0.0; n]);
@@ -67,13 +67,13 @@ impl PathObjective<ContactModel> for Adapter<'_> {
                 external_force: &mut by_external,
             },
         );
-        model.add_internal_tangent_product(d, &by_internal, &mut by_displacement)?;
-        model.pull_back_external_force(d, time, &by_external, &mut by_displacement);
+        design.add_internal_tangent_product(d, &by_internal, &mut by_displacement)?;
+        design.model().pull_back_external_force(d, time, &by_external, &mut by_displacement);
         by_unknowns.iter_mut().zip(&by_displacement).for_each(|(to, from)| *to += from);
-        model.pull_back_density(d, &by_internal, &mut to.design)?;
+        design.pull_back_density(d, &by_internal, &mut to.design)?;
         if self.parameters {
-            model.pull_back_moduli(d, &by_internal, &mut to.parameters)?;
-            model.pull_back_loads(d, time, &by_external, &mut to.parameters);
+            design.pull_back_moduli(d, &by_internal, &mut to.parameters)?;
+            design.model().pull_back_loads(d, time, &by_external, &mut to.parameters);
         }
         Ok(())
     }

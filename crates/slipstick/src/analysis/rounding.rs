@@ -69,9 +69,9 @@ impl Analysis {
 
     /// Characteristic force and motion: what motions and loads would press one element by, and with.
     fn scales(&self) -> (f64, f64) {
-        let model = &self.model;
+        let model = self.model();
         let modulus =
-            (0..model.density().len()).map(|e| model.solid().material(e).youngs_modulus()).fold(0.0, f64::max);
+            (0..model.solid().elements()).map(|e| model.solid().material(e).youngs_modulus()).fold(0.0, f64::max);
         let size = model.smallest_element().cbrt();
         let n = model.prescribed().fixed().len();
         let (still, mut force) = (vec![0.0; n], vec![0.0; n]);

@@ -78,7 +78,7 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
     };
     let pairs: Vec<_> = case.contacts.iter().map(|c| Some((surface(&c.slave)?, surface(&c.master)?))).collect();
     let loaded: Vec<usize> = case.loads.iter().filter_map(|load| Some(surface(&load.surface)?.1)).collect();
-    let fixed = problem.analysis.model.prescribed().fixed();
+    let fixed = problem.analysis.model().prescribed().fixed();
     let steady =
         |body: usize| !loaded.contains(&body) && held_motions(mesh, mesh.bodies[body].nodes.clone(), fixed) == 6;
     let open: Vec<Option<Open>> = pairs
@@ -117,7 +117,7 @@ fn approach(case: &Case, problem: &Problem, facets: [&[FacetNodes]; 2], bodies: 
             last.copy_from_slice(&reference);
             known = gap;
         }
-        problem.analysis.model.prescribed().apply(time, &mut prescribed);
+        problem.analysis.model().prescribed().apply(time, &mut prescribed);
         for body in bodies {
             let pose = Pose::of(case, problem, body, load_case, own, &prescribed)?;
             mesh.bodies[body]
@@ -177,7 +177,7 @@ impl Pose {
         prescribed: &[f64],
     ) -> Option<Self> {
         let mesh = &problem.mesh;
-        let fixed = problem.analysis.model.prescribed().fixed();
+        let fixed = problem.analysis.model().prescribed().fixed();
         let name = case.load_cases.get(load_case).map(|load_case| &load_case.name);
         let acting = case.dirichlet.iter().filter(|d| d.load_case.is_none() || d.load_case.as_ref() == name);
         let of_table = acting.map(|condition| {

@@ -111,7 +111,7 @@ impl RankMemory {
 /// States of the path and of start values.
 fn states(case: &Case, problem: &Problem) -> f64 {
     let steps = case.steps();
-    let (mesh, model) = (&problem.mesh, &problem.analysis.model);
+    let (mesh, model) = (&problem.mesh, problem.analysis.model());
     let displacements = 3.0 * mesh.nodes.len() as f64;
     // Multipliers, and as much again for history and statuses.
     let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64);

@@ -4,9 +4,9 @@
 //! rows it has. Uzawa's iteration goes over all nodes of the augmented Lagrangian together, while the multipliers of the
 //! Lagrange method are unknowns of its inner solves.
 
-use super::{ContactModel, SlaveData};
+use super::ContactModel;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
-use slipstick_path::{Held, UzawaOptions};
+use slipstick_path::UzawaOptions;
 
 /// How an interface is enforced.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,36 +80,6 @@ impl Method {
     }
 }
 
-/// Which unknowns are not solved for, by which multipliers are held.
-pub(super) struct FixedUnknowns {
-    none: Vec<bool>,
-    augmented: Vec<bool>,
-    all: Vec<bool>,
-}
-
-impl FixedUnknowns {
-    /// Of displacements alone.
-    pub(super) fn new(displacements: &[bool]) -> Self {
-        let [none, augmented, all] = [(); 3].map(|()| displacements.to_vec());
-        Self { none, augmented, all }
-    }
-
-    /// Adds the multiplier of a slave node whose components are fixed as in `none` where no multiplier is held.
-    pub(super) fn add_multiplier(&mut self, none: [bool; 3], method: Method) {
-        self.none.extend(none);
-        self.augmented.extend(if method == Method::Lagrange { none } else { [true; 3] });
-        self.all.extend([true; 3]);
-    }
-
-    pub(super) fn of(&self, held: Held) -> &[bool] {
-        match held {
-            Held::None => &self.none,
-            Held::Augmented => &self.augmented,
-            Held::All => &self.all,
-        }
-    }
-}
-
 impl ContactModel {
     /// Method of slave node j.
     pub(super) fn method_of(&self, j: usize) -> Method {
@@ -127,52 +97,18 @@ impl ContactModel {
         if self.has(Method::Penalty) { 2 * self.slaves.len() } else { 0 }
     }
 
-    /// ε or c of every slave node, as given or from the present hardness; that of the start design for the penalty method.
-    pub(super) fn node_stiffness(&self) -> Vec<Stiffness> {
-        let of = |(j, slave): (usize, &SlaveData)| {
-            let Enforcement { method, stiffness } = self.interfaces[slave.interface as usize].enforcement;
-            let hardness = if method == Method::Penalty { self.start_hardness[j] } else { self.hardness[j] };
-            match stiffness {
-                // weighted measures of the half are half of the whole's
-                GivenStiffness::Absolute(Stiffness { normal, tangential, scaling: StiffnessScaling::Weighted }) => {
-                    Stiffness {
-                        normal: normal * slave.images,
-                        tangential: tangential * slave.images,
-                        scaling: StiffnessScaling::Weighted,
-                    }
-                }
-                GivenStiffness::Absolute(stiffness) => stiffness,
-                GivenStiffness::Relative { factor, scaling } => {
-                    let both = match scaling {
-                        StiffnessScaling::Area | StiffnessScaling::ReferenceArea => factor * hardness,
-                        StiffnessScaling::Weighted => factor * hardness / slave.area,
-                    };
-                    let ratio = if method == Method::Lagrange { TANGENTIAL_COMPLEMENTARITY } else { 1.0 };
-                    Stiffness { normal: both, tangential: ratio * both, scaling }
-                }
-            }
-        };
-        self.slaves.iter().enumerate().map(of).collect()
-    }
-
-    /// A multiple of the bodies' own stiffness at slave node j.
-    pub(super) fn own_stiffness(&self, j: usize, factor: f64) -> Stiffness {
-        let both = factor * self.hardness[j];
-        Stiffness { normal: both, tangential: both, scaling: StiffnessScaling::Area }
-    }
-
     /// Uzawa's iteration, where an interface has the augmented Lagrangian.
     pub fn uzawa(&self) -> Option<Uzawa> {
         self.uzawa
     }
 
     /// Sets when Uzawa's iteration stops; nothing where no interface has it.
-    pub fn set_uzawa(&mut self, uzawa: Option<Uzawa>) {
+    pub(crate) fn set_uzawa(&mut self, uzawa: Option<Uzawa>) {
         self.uzawa = self.uzawa.and(uzawa);
     }
 
     /// Sets the tolerance of Uzawa's iteration, relative; nothing where no interface has it.
-    pub fn set_uzawa_tolerance(&mut self, tolerance: f64) {
+    pub(crate) fn set_uzawa_tolerance(&mut self, tolerance: f64) {
         if let Some(Uzawa { options, absolute }) = &mut self.uzawa {
             *absolute = false;
             options.tolerance = tolerance;

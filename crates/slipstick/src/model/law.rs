@@ -1,17 +1,103 @@
 //! The contact law of one slave node in a step: which traction acts, what its rows of C are, by the method of its pair.
 
 use super::enforcement::UPDATE_STIFFNESS;
-use super::node::{self, NodeTraction};
-use super::{ContactModel, Method};
+use super::node::NodeTraction;
+use super::{Design, Method, Step};
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::lagrange::{Complementarity, complementarity};
 use slipstick_contact::enforcement::regularised::{Traction, traction};
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, friction_share};
 use slipstick_contact::friction::Status;
-use slipstick_path::Held;
+use slipstick_path::{Attempt, Held, Iteration, UzawaOptions};
 
 /// Part of the facet size by which gap and slip are moved off the branch point where a step starts.
 const NUDGE: f64 = 1e-9;
+
+/// ε and c over the bodies' own stiffness in the attempts to rescue a step of the Lagrange method.
+const RESCUE_FACTORS: [f64; 3] = [UPDATE_STIFFNESS, 0.1 * UPDATE_STIFFNESS, 10.0 * UPDATE_STIFFNESS];
+
+/// Uzawa's iteration that rescues a step of the Lagrange method.
+const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64, memory: 8 };
+
+/// What an [`Iteration`] means for the laws. None of it changes a solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Steering {
+    /// Factor on c of the Lagrange method.
+    variation: f64,
+    /// Whether nodes that slid before start a step as sliding on (1) or sticking (−1).
+    onward: f64,
+    /// While a step is rescued, ε and c of the Lagrange method over the bodies' own stiffness.
+    rescue: Option<f64>,
+    held: Held,
+    at_start: bool,
+}
+
+impl Steering {
+    /// Multipliers that are held.
+    pub fn held(&self) -> Held {
+        self.held
+    }
+}
+
+/// The law of a node at a state: the one equation that its method has for it.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum NodeLaw {
+    /// The multiplier ζ is an unknown, and C its equation.
+    Multiplier {
+        /// ζ. \[F/L²\]
+        value: Vector3<f64>,
+        /// C with its derivatives.
+        equation: Complementarity,
+    },
+    /// The traction follows from gap and slip, around a history or a multiplier that is held.
+    Regularised(Traction),
+}
+
+impl NodeLaw {
+    /// Open, stick or slip.
+    pub fn status(&self) -> Status {
+        match self {
+            Self::Multiplier { equation, .. } => equation.status,
+            Self::Regularised(traction) => traction.status,
+        }
+    }
+
+    /// Traction that acts in R. \[F/L²\]
+    pub fn value(&self) -> Vector3<f64> {
+        match self {
+            Self::Multiplier { value, .. } => *value,
+            Self::Regularised(traction) => traction.value,
+        }
+    }
+
+    /// The same with its dependence on the displacements.
+    pub fn traction(&self) -> NodeTraction {
+        match self {
+            Self::Multiplier { value, equation } => NodeTraction {
+                status: equation.status,
+                value: *value,
+                by_gap: Vector3::zeros(),
+                by_slip: Matrix3x2::zeros(),
+                by_area: Vector3::zeros(),
+                by_direction: Matrix3x2::zeros(),
+            },
+            Self::Regularised(t) => NodeTraction {
+                status: t.status,
+                value: t.value,
+                by_gap: t.by_gap,
+                by_slip: t.by_slip,
+                by_area: t.by_area,
+                by_direction: t.by_direction,
+            },
+        }
+    }
+
+    /// Whether the node has a part in the tangent. An open node without multiplier has none: its C = ζ = 0 stays, its force
+    /// stays zero, and its adjoint multiplies nothing.
+    pub fn contributes(&self) -> bool {
+        self.status() != Status::Inactive || self.value() != Vector3::zeros()
+    }
+}
 
 /// Derivatives of λᵀF + ηᵀG through the law of one node.
 pub(super) struct LawWeights {
@@ -25,133 +111,145 @@ pub(super) struct LawWeights {
     pub by_history: Option<Vector2<f64>>,
 }
 
-impl ContactModel {
+impl Design {
+    /// What attempt `attempt` at a step varies; `None` if there is no such attempt.
+    fn settings(&self, attempt: Attempt) -> Option<Steering> {
+        let model = &*self.model;
+        let lagrange = model.has(Method::Lagrange);
+        let others = model.has(Method::Penalty) || model.has(Method::Augmented);
+        let own = Steering { variation: 1.0, onward: 1.0, rescue: None, held: Held::None, at_start: false };
+        match attempt {
+            Attempt::Setting(0) => Some(own),
+            Attempt::Setting(1) => (lagrange || others).then_some(Steering {
+                variation: if lagrange { 10.0 } else { 1.0 },
+                onward: if others { -1.0 } else { 1.0 },
+                ..own
+            }),
+            Attempt::Setting(2) => lagrange.then_some(Steering { variation: 0.1, ..own }),
+            Attempt::Setting(_) => None,
+            Attempt::Rescue(number) => {
+                let factor = RESCUE_FACTORS.get(number).filter(|_| lagrange);
+                factor.map(|&factor| Steering { rescue: Some(factor), ..own })
+            }
+        }
+    }
+
+    /// What a step is solved by in attempt `attempt`.
+    pub(super) fn solution(&self, attempt: Attempt) -> Option<slipstick_path::Method> {
+        use slipstick_path::Method as Solution;
+        let Steering { rescue, .. } = self.settings(attempt)?;
+        let uzawa = self.model.uzawa.map(|uzawa| uzawa.options);
+        let options = if rescue.is_some() { Some(RESCUE) } else { uzawa };
+        Some(options.map_or(Solution::Newton, Solution::Uzawa))
+    }
+
+    pub(super) fn steering(&self, iteration: Iteration) -> Steering {
+        let Iteration { attempt, held, at_start } = iteration;
+        let own = self.settings(attempt).or_else(|| self.settings(Attempt::Setting(0)));
+        Steering { held, at_start, ..own.expect("a problem has settings of its own") }
+    }
+
     /// The measures that decide about branches of the contact law for a node with the given tangential traction.
     ///
     /// Where a step starts, they are ambiguous: a node that slid before lies exactly on the friction cone, a touching one
     /// has no gap, and rounding would choose the branch of Newton's first tangent. They are taken a little inside of
     /// touching and of sliding on, which is what most nodes do, so that the iteration depends on no rounding; in a retry
     /// inside of sticking, which suits a reversal.
-    fn deciding_measures(&self, j: usize, tangential: Vector2<f64>) -> NodeMeasures {
-        let mut at = self.measures(j);
-        if self.starting {
-            let nudge = NUDGE * self.slaves[j].size * at.area;
+    fn deciding(
+        &self,
+        j: usize,
+        measures: &NodeMeasures,
+        tangential: Vector2<f64>,
+        steering: &Steering,
+    ) -> NodeMeasures {
+        let mut at = *measures;
+        if steering.at_start {
+            let nudge = NUDGE * self.model.slaves[j].size * at.area;
             at.gap -= nudge;
             let size = tangential.norm();
             if size > 0.0 {
-                at.slip += tangential * (self.onward * nudge / size);
+                at.slip += tangential * (steering.onward * nudge / size);
             }
         }
         at
     }
 
-    /// Coefficient of friction that acts at node j, and its slope in the tributary area of the node's previous row.
-    pub(super) fn friction(&self, j: usize) -> (f64, f64) {
-        let slave = &self.slaves[j];
-        let (share, slope) = friction_share(self.previous_kinematics[j].area, slave.area);
-        let friction = self.interfaces[slave.interface as usize].friction;
+    /// Coefficient of friction that acts at node j in a step, and its slope in the tributary area of the node's previous row.
+    pub(super) fn friction(&self, step: &Step, j: usize) -> (f64, f64) {
+        let slave = &self.model.slaves[j];
+        let (share, slope) = friction_share(step.previous.nodes[j].area, slave.area);
+        let friction = self.model.interfaces[slave.interface as usize].friction;
         (friction * share, friction * slope)
+    }
+
+    /// The law of node j at `y`.
+    pub(super) fn law(
+        &self,
+        step: &Step,
+        j: usize,
+        measures: &NodeMeasures,
+        y: &[f64],
+        steering: &Steering,
+    ) -> NodeLaw {
+        let around = match self.model.method_of(j) {
+            Method::Penalty => step.previous_traction(j),
+            Method::Lagrange | Method::Augmented if self.is_held(j, steering.held) => self.model.multiplier(y, j),
+            Method::Lagrange | Method::Augmented => {
+                let value = self.model.multiplier(y, j);
+                return NodeLaw::Multiplier {
+                    value,
+                    equation: self.complementarity(step, j, measures, value, steering),
+                };
+            }
+        };
+        NodeLaw::Regularised(self.regularised(step, j, measures, around, steering))
     }
 
     /// C of node j for multiplier ζ. The augmented Lagrangian needs it where its multipliers are free, in the second-order
     /// update and in the adjoint; its ε, which may be anything, would be a poor c there.
-    pub(super) fn complementarity_of(&self, j: usize, zeta: Vector3<f64>) -> Complementarity {
-        let at = self.deciding_measures(j, zeta.fixed_rows::<2>(1).into());
-        let c = match self.method_of(j) {
-            Method::Lagrange if self.rescue.is_some() => self.augmentation(j),
+    fn complementarity(
+        &self,
+        step: &Step,
+        j: usize,
+        measures: &NodeMeasures,
+        zeta: Vector3<f64>,
+        steering: &Steering,
+    ) -> Complementarity {
+        let at = self.deciding(j, measures, zeta.fixed_rows::<2>(1).into(), steering);
+        let c = match self.model.method_of(j) {
+            Method::Lagrange if steering.rescue.is_some() => self.augmentation(j, steering),
             Method::Augmented => self.own_stiffness(j, UPDATE_STIFFNESS),
-            Method::Lagrange | Method::Penalty => self.stiffness[j].times(self.variation),
+            Method::Lagrange | Method::Penalty => self.stiffness[j].times(steering.variation),
         };
-        complementarity(zeta, &at, self.friction(j).0, &c)
+        complementarity(zeta, &at, self.friction(step, j).0, &c)
     }
 
     /// Regularised traction of node j around the multiplier ẑ.
-    pub(super) fn regularised_of(&self, j: usize, around: Vector3<f64>) -> Traction {
-        let at = self.deciding_measures(j, around.fixed_rows::<2>(1).into());
-        traction(around, &at, self.friction(j).0, &self.augmentation(j))
+    pub(super) fn regularised(
+        &self,
+        step: &Step,
+        j: usize,
+        measures: &NodeMeasures,
+        around: Vector3<f64>,
+        steering: &Steering,
+    ) -> Traction {
+        let at = self.deciding(j, measures, around.fixed_rows::<2>(1).into(), steering);
+        traction(around, &at, self.friction(step, j).0, &self.augmentation(j, steering))
     }
 
     /// ε of the traction of node j around its multiplier. The Lagrange method has one while a step is rescued.
-    pub(super) fn augmentation(&self, j: usize) -> Stiffness {
-        match self.method_of(j) {
-            Method::Lagrange => self.own_stiffness(j, self.rescue.unwrap_or(UPDATE_STIFFNESS)),
+    pub(super) fn augmentation(&self, j: usize, steering: &Steering) -> Stiffness {
+        match self.model.method_of(j) {
+            Method::Lagrange => self.own_stiffness(j, steering.rescue.unwrap_or(UPDATE_STIFFNESS)),
             Method::Penalty | Method::Augmented => self.stiffness[j],
         }
     }
 
     /// Whether the multiplier of node j is held fixed, for Uzawa's iteration to update it.
-    pub(super) fn is_held(&self, j: usize) -> bool {
-        match (self.held, self.method_of(j)) {
+    pub(super) fn is_held(&self, j: usize, held: Held) -> bool {
+        match (held, self.model.method_of(j)) {
             (Held::None, _) | (_, Method::Penalty) | (Held::Augmented, Method::Lagrange) => false,
             (Held::Augmented | Held::All, _) => true,
         }
-    }
-
-    /// Traction that acts in R at node j, with its dependence on the displacements.
-    pub(super) fn acting(&self, y: &[f64], j: usize) -> NodeTraction {
-        let around = match self.method_of(j) {
-            Method::Penalty => self.previous_traction(j),
-            Method::Lagrange | Method::Augmented if self.is_held(j) => self.multiplier(y, j),
-            Method::Lagrange | Method::Augmented => {
-                let zeta = self.multiplier(y, j);
-                return NodeTraction {
-                    status: self.complementarity_of(j, zeta).status,
-                    value: zeta,
-                    by_gap: Vector3::zeros(),
-                    by_slip: Matrix3x2::zeros(),
-                    by_area: Vector3::zeros(),
-                    by_direction: Matrix3x2::zeros(),
-                };
-            }
-        };
-        let t = self.regularised_of(j, around);
-        NodeTraction {
-            status: t.status,
-            value: t.value,
-            by_gap: t.by_gap,
-            by_slip: t.by_slip,
-            by_area: t.by_area,
-            by_direction: t.by_direction,
-        }
-    }
-
-    /// Whether node j has a part in the tangent. An open node without multiplier has none: its C = ζ = 0 stays, its force
-    /// stays zero, and its adjoint multiplies nothing.
-    pub(super) fn contributes(&self, y: &[f64], j: usize) -> bool {
-        let acting = self.acting(y, j);
-        acting.status != Status::Inactive || acting.value != Vector3::zeros()
-    }
-
-    /// Tangential traction of node j at the end of the previous step, of the penalty method.
-    pub(super) fn previous_traction(&self, j: usize) -> Vector3<f64> {
-        Vector3::new(0.0, self.previous_history[2 * j], self.previous_history[2 * j + 1])
-    }
-
-    /// How λᵀF + ηᵀG depends on slip, friction and history of node j, whose state is evaluated.
-    pub(super) fn law_weights(&self, j: usize, y: &[f64], lambda: &[f64], eta: &[f64]) -> LawWeights {
-        if self.method_of(j).has_multipliers() {
-            let at = self.displacement_count() + 3 * j;
-            let mu = Vector3::new(lambda[at], lambda[at + 1], lambda[at + 2]);
-            let c = self.complementarity_of(j, self.multiplier(y, j));
-            let by_slip = c.by_slip.tr_mul(&mu);
-            let by_stiffness = c.by_edge_stiffness.dot(&mu);
-            return LawWeights { by_slip, by_friction: c.by_friction.dot(&mu), by_stiffness, by_history: None };
-        }
-        let t = self.regularised_of(j, self.previous_traction(j));
-        let mut weight = node::relative_adjoint(&self.kinematics[j], lambda);
-        weight[1] += eta[2 * j];
-        weight[2] += eta[2 * j + 1];
-        let by_history = t.by_multiplier.tr_mul(&weight).fixed_rows::<2>(1).into();
-        LawWeights {
-            by_slip: t.by_slip.tr_mul(&weight),
-            by_friction: t.by_friction.dot(&weight),
-            by_stiffness: t.by_stiffness.dot(&weight),
-            by_history: Some(by_history),
-        }
-    }
-
-    /// Whether C of node j is part of F: not for the penalty method, and not while its multiplier is held.
-    pub(super) fn has_complementarity(&self, j: usize) -> bool {
-        self.method_of(j).has_multipliers() && !self.is_held(j)
     }
 }

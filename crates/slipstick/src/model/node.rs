@@ -6,7 +6,6 @@ use slipstick_contact::enforcement::{Freedom, NodeMeasures};
 use slipstick_contact::friction::Status;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
-use slipstick_linalg::BlockMatrix;
 
 /// Constants of a slave node that its contact law depends on.
 #[derive(Debug, Clone, Copy)]
@@ -119,7 +118,8 @@ impl NodeStep {
     /// left of that with the gap closed is slip.
     ///
     /// Along one prescribed axis k this is the slip perpendicular to the tangential part of k, and with two none, unless the
-    /// free axes do not move the gap. The prescribed slip is what remains when the free axes close the present gap.
+    /// free axes do not move the gap. The prescribed slip is what remains when the free axes close the present gap; where
+    /// nothing slips at present, as in a step without motion, there is none, whatever gap a compliant condition leaves.
     fn freedom(&self, now: &NodeKinematics, resting: f64) -> Freedom {
         let normal = now.frame.vector(0);
         let count = self.prescribed.iter().filter(|&&p| p).count();
@@ -129,14 +129,15 @@ impl NodeStep {
             (1, Some(axis), _) => match self.prescribed_direction(now) {
                 None => Freedom::None,
                 Some((direction, length)) => {
-                    let slip = direction.dot(&self.slip) + now.gap() * normal[axis] / length;
-                    Freedom::SlipAcross { direction, driven: slip.abs() > resting }
+                    let present = direction.dot(&self.slip);
+                    let slip = present + now.gap() * normal[axis] / length;
+                    Freedom::SlipAcross { direction, driven: slip.abs().min(present.abs()) > resting }
                 }
             },
             (2, _, Some(axis)) if normal[axis] * normal[axis] > PERPENDICULAR => {
                 let along = Vector2::new(now.frame.vector(1)[axis], now.frame.vector(2)[axis]);
                 let slip = self.slip - along * (now.gap() / normal[axis]);
-                Freedom::Gap { driven: slip.norm() > resting }
+                Freedom::Gap { driven: slip.norm().min(self.slip.norm()) > resting }
             }
             _ => Freedom::None,
         }
@@ -210,14 +211,9 @@ pub fn add_force(now: &NodeKinematics, traction: &Vector3<f64>, out: &mut [f64])
     }
 }
 
-/// Adds ∂f/∂x of the node's contact force: `∂f_sc/∂x_t = ∂b_js/∂x_t z_c + b_js ∂z_c/∂x_t`, z = Σ_b (frame)_b ζ_b.
-///
-/// Test: `tangent_matches_finite_differences` (tests/derivatives.rs).
-pub fn add_force_tangent(now: &NodeKinematics, step: &NodeStep, traction: &NodeTraction, matrix: &mut BlockMatrix) {
+/// ∂z_c/∂x_t of the node's traction z = Σ_b (frame)_b ζ_b, row by row over the step's support.
+pub fn traction_slope(now: &NodeKinematics, step: &NodeStep, traction: &NodeTraction) -> Vec<f64> {
     let columns = 3 * step.support.len();
-    let own = 3 * now.support.len();
-    let z = now.frame.to_global(&traction.value);
-    // ∂z_c/∂x_t
     let mut slope = vec![0.0; 3 * columns];
     let mut row = Vec::new();
     for b in 0..3 {
@@ -240,54 +236,18 @@ pub fn add_force_tangent(now: &NodeKinematics, step: &NodeStep, traction: &NodeT
             }
         }
     }
-    for (s, &row_node) in now.support.iter().enumerate() {
-        let coefficient = now.coefficient[s];
-        let gradient = &now.gradient[s * own..][..own];
-        for (t, &column_node) in step.support.iter().enumerate() {
-            let mut block = [0.0; 9];
-            for c in 0..3 {
-                for d in 0..3 {
-                    let at = 3 * t + d;
-                    block[3 * c + d] = coefficient * slope[c * columns + at];
-                    if at < own {
-                        block[3 * c + d] += gradient[at] * z[c];
-                    }
-                }
-            }
-            matrix.add(row_node as usize, column_node as usize, &block);
-        }
-    }
+    slope
 }
 
-/// Adds ∂f/∂ζ, the column blocks of a multiplier node: `∂f_sc/∂ζ_b = b_js (frame)_b,c`.
-pub fn add_multiplier_column(now: &NodeKinematics, column: usize, matrix: &mut BlockMatrix) {
-    for (&node, b) in now.support.iter().zip(&now.coefficient) {
-        let block = std::array::from_fn(|e| b * now.frame.basis[(e % 3, e / 3)]);
-        matrix.add(node as usize, column, &block);
-    }
-}
-
-/// Adds the row blocks of a multiplier node: ∂C/∂x through gap, slip and area, and ∂C/∂ζ.
-pub fn add_complementarity_row(
-    now: &NodeKinematics,
-    step: &NodeStep,
-    law: &Complementarity,
-    row: usize,
-    matrix: &mut BlockMatrix,
-) {
-    matrix.add(row, row, &std::array::from_fn(|e| law.by_multiplier[(e / 3, e % 3)]));
+/// ∂C/∂x_t through gap, slip, area and the direction of prescribed slip, a row for each component of C.
+pub fn condition_slopes(now: &NodeKinematics, step: &NodeStep, law: &Complementarity) -> [Vec<f64>; 3] {
     let mut rows: [Vec<f64>; 3] = Default::default();
     for b in 0..3 {
         let by_slip = [law.by_slip[(b, 0)], law.by_slip[(b, 1)]];
         step.law_row(now, law.by_gap[b], by_slip, law.by_area[b], &mut rows[b]);
         step.add_direction_row(now, law.by_direction.row(b).transpose(), &mut rows[b]);
     }
-    if rows.iter().flatten().all(|&v| v == 0.0) {
-        return;
-    }
-    for (t, &node) in step.support.iter().enumerate() {
-        matrix.add(row, node as usize, &std::array::from_fn(|e| rows[e / 3][3 * t + e % 3]));
-    }
+    rows
 }
 
 /// The node's local relative adjoint displacement p_b = (frame)_b · Σ_s b_js λ_s: how λᵀ R depends on ζ.

@@ -1,8 +1,9 @@
 //! Derivatives with respect to what is no density: friction, moduli, amplitudes of motions and loads.
 
-use super::{ContactModel, Enforcement, GivenStiffness, LEAST_SHARE, Method, SlaveData, inverted};
+use super::evaluated::{ContactState, Step};
+use super::law::LawWeights;
+use super::{ContactModel, Design, Enforcement, GivenStiffness, LEAST_SHARE, Method, SlaveData};
 use slipstick_contact::enforcement::friction_share;
-use slipstick_path::StateError;
 use slipstick_solid::ElementScaling;
 use std::ops::Range;
 
@@ -42,37 +43,11 @@ impl ContactModel {
         interfaces.chain(bodies).chain(motions).chain(loads).collect()
     }
 
-    /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface, at an evaluated state.
-    pub(super) fn pull_back_friction(&self, y: &[f64], lambda: &[f64], eta: &[f64], out: &mut [f64]) {
-        for (j, slave) in self.slaves.iter().enumerate().filter(|(j, _)| self.own[*j]) {
-            let share = friction_share(self.previous_kinematics[j].area, slave.area).0;
-            out[slave.interface as usize] += share * self.law_weights(j, y, lambda, eta).by_friction;
-        }
-    }
-
-    /// Adds ∂(λᵀF + ηᵀG)/∂E of every body through stiffnesses that are multiples of the bodies' own at the start design: of
-    /// contact at partly covered nodes, and of the penalty method where it is not given in units. At an evaluated state.
-    pub(super) fn pull_back_stiffness(&self, y: &[f64], lambda: &[f64], eta: &[f64], out: &mut [f64]) {
-        let first = self.interfaces.len();
-        for (j, slave) in self.slaves.iter().enumerate().filter(|(j, _)| self.own[*j]) {
-            let Enforcement { method, stiffness } = self.interfaces[slave.interface as usize].enforcement;
-            let absolute = method == Method::Penalty && matches!(stiffness, GivenStiffness::Absolute(_));
-            let by_stiffness = self.law_weights(j, y, lambda, eta).by_stiffness;
-            if absolute || by_stiffness == 0.0 {
-                continue;
-            }
-            for (body, share) in self.start_shares[j].iter().enumerate().filter(|(_, share)| **share != 0.0) {
-                let modulus = self.solid.material(self.bodies[body].start).youngs_modulus();
-                out[first + body] += by_stiffness * share / modulus;
-            }
-        }
-    }
-
     /// ∂ln k/∂ln E of every body for the bodies' own stiffness k at each slave node, k = s m/(s + m)/h with the mean moduli s
     /// and m of both sides, densities included.
-    pub(super) fn hardness_shares(&self) -> Vec<Vec<f64>> {
+    pub(super) fn stiffness_shares(&self, scalings: &[ElementScaling]) -> Vec<Vec<f64>> {
         let moduli = |elements: &[u32]| -> Vec<f64> {
-            let of = |e: u32| self.scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus();
+            let of = |e: u32| scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus();
             let within = |body: &Range<usize>| {
                 elements.iter().filter(|&&e| body.contains(&(e as usize))).map(|&e| of(e)).sum::<f64>()
             };
@@ -94,33 +69,10 @@ impl ContactModel {
         self.slaves.iter().zip(&self.slave_elements).map(shares).collect()
     }
 
-    /// Adds λᵀ ∂f_int/∂E of every body: its elements' λᵀ f_int over E.
-    ///
-    /// # Errors
-    /// If elements are inverted.
-    pub fn pull_back_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        self.share.add(out, |out| self.pull_back_own_moduli(d, lambda, out))
-    }
-
-    /// The part of this rank.
-    pub(super) fn pull_back_own_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let whole: Vec<ElementScaling> =
-            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma: 0.0 }).collect();
-        let mut works = vec![0.0; self.solid.elements()];
-        let lambda = &lambda[..self.displacement_count()];
-        self.solid.pull_back_density(d, &self.scalings, &whole, lambda, &mut works).map_err(inverted)?;
-        let first = self.interfaces.len();
-        for (body, elements) in self.bodies.iter().enumerate() {
-            out[first + body] +=
-                elements.clone().map(|e| works[e] / self.solid.material(e).youngs_modulus()).sum::<f64>();
-        }
-        Ok(())
-    }
-
     /// Adds (∂ŷ/∂a)ᵀ μ of every motion and λᵀ ∂F/∂a of every load.
     pub(super) fn pull_back_amplitudes(
         &self,
-        y: &[f64],
+        d: &[f64],
         time: f64,
         lambda: &[f64],
         by_prescribed: &[f64],
@@ -129,13 +81,63 @@ impl ContactModel {
         let first = self.interfaces.len() + self.bodies.len();
         self.prescribed.pull_back_amplitudes(time, by_prescribed, &mut out[first..]);
         // R has minus the external force
-        let weights: Vec<f64> = lambda[..self.displacement_count()].iter().map(|l| -l).collect();
-        self.pull_back_loads(&y[..self.displacement_count()], time, &weights, out);
+        let weights: Vec<f64> = lambda.iter().map(|l| -l).collect();
+        self.pull_back_loads(d, time, &weights, out);
     }
 
     /// Adds weightsᵀ ∂f_ext/∂a of every load.
     pub(crate) fn pull_back_loads(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
         let first = out.len() - self.loads.len();
         self.loads.pull_back_amplitudes(time, &self.positions(d), weights, &mut out[first..]);
+    }
+
+    /// External force at displacements `d` and pseudo-time `time`. \[F\]
+    pub fn external_force(&self, d: &[f64], time: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        if !self.loads.is_empty() {
+            self.loads.add_residual(time, &self.positions(d), out);
+            out.iter_mut().for_each(|f| *f = -*f);
+        }
+    }
+
+    /// Adds the transposed derivative of [`external_force`](Self::external_force) with respect to the displacements, times
+    /// `weights`.
+    pub fn pull_back_external_force(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
+        if !self.loads.is_empty() {
+            let weights: Vec<f64> = weights.iter().map(|w| -w).collect();
+            self.loads.add_transposed_product(time, &self.positions(d), &weights, out);
+        }
+    }
+}
+
+impl Design {
+    /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface, and ∂(λᵀF + ηᵀG)/∂E of every body through stiffnesses that are multiples of the
+    /// bodies' own at the start design: of contact at partly covered nodes, and of the penalty method where it is not given in
+    /// units.
+    pub(super) fn pull_back_contact(
+        &self,
+        step: &Step,
+        contact: &ContactState,
+        lambda: &[f64],
+        eta: &[f64],
+        out: &mut [f64],
+    ) {
+        let model = &*self.model;
+        let first = model.interfaces.len();
+        for (j, now, node) in contact.own() {
+            let slave = &model.slaves[j];
+            let LawWeights { by_friction, by_stiffness, .. } = self.law_weights(j, now, &node.law, lambda, eta);
+            let share = friction_share(step.previous.nodes[j].area, slave.area).0;
+            out[slave.interface as usize] += share * by_friction;
+            let Enforcement { method, stiffness } = model.interfaces[slave.interface as usize].enforcement;
+            let absolute = method == Method::Penalty && matches!(stiffness, GivenStiffness::Absolute(_));
+            if absolute || by_stiffness == 0.0 {
+                continue;
+            }
+            for (body, share) in model.start.shares[j].iter().enumerate().filter(|(_, share)| **share != 0.0) {
+                let modulus = model.solid.material(model.bodies[body].start).youngs_modulus();
+                out[first + body] += by_stiffness * share / modulus;
+            }
+        }
     }
 }

@@ -4,23 +4,36 @@ use slipstick_linalg::BlockPattern;
 use slipstick_mesh::FacetNodes;
 use std::sync::Arc;
 
-/// Builds and keeps the pattern; it is rebuilt only when a coupling leaves it.
-///
-/// A rebuild takes all nodes near contact along, not only those in contact, and all nodes of the master facets around those
-/// that they couple with, so that sliding does not leave the pattern at once. The first rebuild of a step forgets
-/// couplings that slid away, later ones only add, so that a step cannot alternate between two patterns.
+/// What patterns are built from.
 #[derive(Debug, Clone)]
 pub struct ContactPattern {
     bulk: Vec<Vec<u32>>,
-    /// Per slave node: every node that its mortar row may reach, ascending; empty for nodes away from contact.
-    reach: Vec<Vec<u32>>,
     /// Per node: nodes that share a master facet with it; empty away from masters.
     ring: Vec<Vec<u32>>,
     /// Whether slave nodes have block rows of multipliers, and of which this rank has them.
     multipliers: bool,
     own: Vec<bool>,
-    forget: bool,
+}
+
+/// The pattern in use; it is rebuilt only when a coupling leaves it.
+///
+/// A rebuild takes all nodes near contact along, not only those in contact, and all nodes of the master facets around those
+/// that they couple with, so that sliding does not leave the pattern at once. The first rebuild of a step forgets
+/// couplings that slid away, later ones only add, so that a step cannot alternate between two patterns.
+#[derive(Debug, Clone, Default)]
+pub struct PatternInUse {
+    /// Per slave node: every node that its mortar row may reach, ascending; empty for nodes away from contact.
+    reach: Vec<Vec<u32>>,
+    /// Whether the next rebuild is the first one of a step.
+    first: bool,
     pattern: Option<Arc<BlockPattern>>,
+}
+
+impl PatternInUse {
+    /// Tells that a new step begins.
+    pub fn begin_step(&mut self) {
+        self.first = true;
+    }
 }
 
 /// What a slave node asks of the pattern.
@@ -51,37 +64,30 @@ impl ContactPattern {
             around.sort_unstable();
             around.dedup();
         }
-        Self { bulk, reach: vec![Vec::new(); own.len()], ring, multipliers, own, forget: true, pattern: None }
-    }
-
-    /// Forgets all couplings, so that a march does not depend on what was solved before it.
-    pub fn reset(&mut self) {
-        self.reach.iter_mut().for_each(Vec::clear);
-        self.forget = true;
-        self.pattern = None;
-    }
-
-    /// Tells that a new step begins.
-    pub fn begin_step(&mut self) {
-        self.forget = true;
+        Self { bulk, ring, multipliers, own }
     }
 
     /// Number of block rows.
     pub fn rows(&self) -> usize {
-        self.bulk.len() + if self.multipliers { self.reach.len() } else { 0 }
+        self.bulk.len() + if self.multipliers { self.own.len() } else { 0 }
     }
 
     /// The pattern that holds the needed couplings (one per slave node), and whether it is a new one.
-    pub fn covering<'a>(&mut self, couplings: impl Iterator<Item = Coupling<'a>> + Clone) -> (Arc<BlockPattern>, bool) {
+    pub fn covering<'a>(
+        &self,
+        couplings: impl Iterator<Item = Coupling<'a>> + Clone,
+        in_use: &mut PatternInUse,
+    ) -> (Arc<BlockPattern>, bool) {
+        in_use.reach.resize(self.own.len(), Vec::new());
         let inside = |reach: &[u32], c: &Coupling<'_>| c.support.iter().all(|n| reach.binary_search(n).is_ok());
-        let fits = couplings.clone().zip(&self.reach).all(|(c, reach)| !c.needed || inside(reach, &c));
-        if let (true, Some(pattern)) = (fits, &self.pattern) {
+        let fits = couplings.clone().zip(&in_use.reach).all(|(c, reach)| !c.needed || inside(reach, &c));
+        if let (true, Some(pattern)) = (fits, &in_use.pattern) {
             return (pattern.clone(), false);
         }
-        if std::mem::take(&mut self.forget) {
-            self.reach.iter_mut().for_each(Vec::clear);
+        if std::mem::take(&mut in_use.first) {
+            in_use.reach.iter_mut().for_each(Vec::clear);
         }
-        for (c, reach) in couplings.zip(&mut self.reach) {
+        for (c, reach) in couplings.zip(&mut in_use.reach) {
             if c.needed || c.near {
                 for &n in c.support {
                     reach.push(n);
@@ -91,18 +97,18 @@ impl ContactPattern {
                 reach.dedup();
             }
         }
-        let pattern = Arc::new(self.build());
-        self.pattern = Some(pattern.clone());
+        let pattern = Arc::new(self.build(&in_use.reach));
+        in_use.pattern = Some(pattern.clone());
         (pattern, true)
     }
 
-    fn build(&self) -> BlockPattern {
+    fn build(&self, reach: &[Vec<u32>]) -> BlockPattern {
         let nodes = self.bulk.len();
         let mut rows: Vec<Vec<u32>> = self.bulk.clone();
         if self.multipliers {
-            rows.resize(nodes + self.reach.len(), Vec::new());
+            rows.resize(nodes + reach.len(), Vec::new());
         }
-        for (j, reach) in self.reach.iter().enumerate() {
+        for (j, reach) in reach.iter().enumerate() {
             for &s in reach {
                 rows[s as usize].extend_from_slice(reach);
                 if self.multipliers {

@@ -1,6 +1,7 @@
 //! What an unknown is, what holds a node, and which contact conditions it has: for messages.
 
 use super::ContactModel;
+use super::evaluated::ContactState;
 use slipstick_contact::enforcement::Freedom;
 use slipstick_contact::friction::Status;
 
@@ -23,8 +24,8 @@ pub enum Unknown {
     },
 }
 
-/// The conditions of a contact pair against the displacements that can satisfy them, at the state evaluated last.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The conditions of a contact pair against the displacements that can satisfy them, at a state.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PairState {
     /// Slave nodes.
     pub nodes: usize,
@@ -90,35 +91,26 @@ impl ContactModel {
         format!("`{slave}` on `{master}`")
     }
 
-    /// The master nodes opposite to a slave node at the state evaluated last.
-    pub fn opposite(&self, row: usize) -> &[u32] {
-        self.kinematics.get(row).map_or(&[], |now| &now.support[now.ring..])
-    }
-
-    /// Direction of a multiplier component at the state evaluated last.
-    pub fn direction(&self, row: usize, component: usize) -> Option<[f64; 3]> {
-        self.kinematics.get(row).map(|now| now.frame.vector(component).into())
-    }
-
-    /// The conditions of a pair at the state evaluated last.
-    pub fn pair_state(&self, pair: usize) -> PairState {
+    /// The conditions of a pair at a state.
+    pub fn pair_state(&self, pair: usize, contact: &ContactState) -> PairState {
         let rows = (0..self.slaves.len()).filter(|&row| self.pair_of_row(row) == pair);
         let mut state = PairState { nodes: 0, closed: 0, conditions: 0, free: 0 };
         let mut free: Vec<usize> = Vec::new();
         for row in rows {
             state.nodes += 1;
-            let status = self.status.get(row).copied().unwrap_or_default();
-            if status == Status::Inactive as u8 || row >= self.kinematics.len() {
-                continue;
-            }
+            let status = contact.status(row);
+            let Some(measures) = contact.measures(row).filter(|_| status != Status::Inactive as u8) else { continue };
             state.closed += 1;
-            let slips = match self.measures(row).freedom {
+            let slips = match measures.freedom {
                 Freedom::Full => 2,
                 Freedom::SlipAcross { .. } => 1,
                 Freedom::Gap { .. } | Freedom::None => 0,
             };
             state.conditions += 1 + if status == Status::Stick as u8 { slips } else { 0 };
-            let dofs = self.kinematics[row].support.iter().flat_map(|&node| (0..3).map(move |c| 3 * node as usize + c));
+            let dofs = contact.kinematics.nodes[row]
+                .support
+                .iter()
+                .flat_map(|&node| (0..3).map(move |c| 3 * node as usize + c));
             free.extend(dofs.filter(|&dof| !self.prescribed.fixed()[dof]));
         }
         free.sort_unstable();

@@ -10,9 +10,12 @@
 //! f_k = Σ_j D_jk z_j      f_l = −Σ_j M_jl z_j      t_k = −f_k / a_k      p_k = Σ_j D_jk ζ_nj / a_k
 //! ```
 
-use super::ContactModel;
+use super::evaluated::{ContactState, NodeState};
+use super::{ContactModel, Design};
 use slipstick_contact::friction::Status;
+use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_mesh::{FacetCorners, facet_corner_areas};
+use slipstick_path::{StateError, StepState};
 
 /// Contact results at the mortar row of a slave node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,13 +57,24 @@ pub struct ContactResults {
     pub pressure: Vec<f64>,
 }
 
-impl ContactModel {
-    /// Contact results of the slave nodes of the share, whose kinematics are evaluated at `y`, at positions `x`.
-    pub(super) fn results_at(&self, y: &[f64], x: &[f64]) -> ContactResults {
-        let nodes: Vec<NodalContact> = (0..self.slaves.len()).map(|j| self.nodal_contact(y, j)).collect();
+impl Design {
+    /// Contact results of all slave nodes at a state; on any rank, without the others.
+    ///
+    /// # Errors
+    /// If the state cannot be evaluated.
+    pub fn contact_results(&self, previous: &StepState, state: &StepState) -> Result<ContactResults, StateError> {
+        let contact = self.contact_at(previous, &state.unknowns, false)?;
+        Ok(contact.results(&self.model, &self.model.positions(&state.unknowns)))
+    }
+}
+
+impl ContactState {
+    /// Contact results at positions `x`.
+    fn results(&self, model: &ContactModel, x: &[f64]) -> ContactResults {
+        let nodes: Vec<NodalContact> = self.own().map(|(_, now, node)| NodalContact::of(now, node)).collect();
         let mut force = vec![0.0; x.len()];
         let (mut traction, mut pressure) = (vec![0.0; x.len()], vec![0.0; x.len() / 3]);
-        for (at, now) in nodes.iter().zip(&self.kinematics) {
+        for (at, (_, now, _)) in nodes.iter().zip(self.own()) {
             for (s, (&node, b)) in now.support.iter().zip(&now.coefficient).enumerate() {
                 for (c, z) in at.global_multiplier.iter().enumerate() {
                     // minus: the force of the slave's surroundings on the contact is b z
@@ -74,22 +88,23 @@ impl ContactModel {
                 }
             }
         }
-        for (node, area) in self.surface_areas(x).into_iter().enumerate().filter(|(_, area)| *area > 0.0) {
+        for (node, area) in model.surface_areas(x).into_iter().enumerate().filter(|(_, area)| *area > 0.0) {
             pressure[node] /= area;
             traction[3 * node..3 * node + 3].iter_mut().for_each(|t| *t /= area);
         }
         ContactResults { nodes, force, traction, pressure }
     }
+}
 
-    fn nodal_contact(&self, y: &[f64], j: usize) -> NodalContact {
-        let acting = self.acting(y, j);
-        let at = self.measures(j);
+impl NodalContact {
+    fn of(now: &NodeKinematics, node: &NodeState) -> Self {
+        let (at, value) = (&node.measures, node.law.value());
         let per_area = |v: f64| if at.covered() { v / at.area } else { 0.0 };
-        NodalContact {
-            node: self.kinematics[j].node,
-            status: acting.status,
-            multiplier: acting.value.into(),
-            global_multiplier: self.kinematics[j].frame.to_global(&acting.value).into(),
+        Self {
+            node: now.node,
+            status: node.law.status(),
+            multiplier: value.into(),
+            global_multiplier: now.frame.to_global(&value).into(),
             gap: at.covered().then(|| at.gap / at.area),
             weighted_gap: at.gap,
             weighted_slip: at.slip.into(),
@@ -97,7 +112,9 @@ impl ContactModel {
             covered_area: at.area,
         }
     }
+}
 
+impl ContactModel {
     /// a_k = ∫ N_k dA over all slave surfaces at positions `x`, for every node; zero away from them. \[L²\]
     fn surface_areas(&self, x: &[f64]) -> Vec<f64> {
         let mut areas = vec![0.0; x.len() / 3];

@@ -96,6 +96,16 @@ impl Share {
         }
     }
 
+    /// Adds up the ranks' parts of numbers, and of statuses.
+    pub fn join(&self, parts: &mut [&mut [f64]], status: &mut [u8]) {
+        if self.is_part() {
+            let mut own: Vec<f64> = status.iter().map(|&s| f64::from(s)).collect();
+            self.sum(parts);
+            self.sum(&mut [&mut own]);
+            status.iter_mut().zip(own).for_each(|(to, status)| *to = status as u8);
+        }
+    }
+
     /// Adds to `to`, which is the same on all ranks, what `add` adds on each of them.
     ///
     /// # Errors

@@ -1,21 +1,18 @@
-//! The equations of a load step and their derivatives: [`StepProblem`] for the contact model.
+//! The equations of a load step and their derivatives: [`StepProblem`] for a design.
 
-use super::enforcement::UPDATE_STIFFNESS;
+use super::evaluated::{ContactState, Kinematics, Step, Workspace};
 use super::law::LawWeights;
+use super::law::NodeLaw;
 use super::pattern::Coupling;
-use super::{ContactModel, Method, inverted, node};
+use super::{Design, Method, assembly, inverted, node};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use slipstick_contact::enforcement::{Freedom, covered};
-use slipstick_contact::kinematics::PreviousRow;
 use slipstick_linalg::BlockMatrix;
-use slipstick_path::{Held, Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState, UzawaOptions};
-
-/// ε and c over the bodies' own stiffness in the attempts to rescue a step of the Lagrange method.
-const RESCUE_FACTORS: [f64; 3] = [UPDATE_STIFFNESS, 0.1 * UPDATE_STIFFNESS, 10.0 * UPDATE_STIFFNESS];
-
-/// Uzawa's iteration that rescues a step of the Lagrange method.
-const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64, memory: 8 };
+use slipstick_path::{
+    Adjoint, Attempt, Evaluated, Held, Iteration, Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState,
+    Unknowns, Wanted,
+};
+use std::sync::Arc;
 
 /// Nodes whose gap is below this fraction of their facet size have a place in the pattern before they touch.
 const NEAR: f64 = 0.1;
@@ -23,272 +20,177 @@ const NEAR: f64 = 0.1;
 /// Prescribed penetrations below this part of the facet size are rounding.
 const CLOSED: f64 = 1e-6;
 
-impl ContactModel {
-    /// Brings kinematics and slip to the displacements in `y`; nothing is done where they are there already.
-    pub(super) fn evaluate(&mut self, y: &[f64], with_gradient: bool) -> Result<(), StateError> {
-        let d = &y[..self.displacement_count()];
-        if fits(&self.evaluated, d, with_gradient) {
-            return Ok(());
-        }
-        self.evaluated = None;
-        let begin = self.timings.begin();
-        let x = self.positions(y);
-        if !fits(&self.kinematics_at, d, with_gradient) {
-            self.kinematics_at = None;
-            Self::kinematics_of(&mut self.interfaces, &x, with_gradient, &mut self.kinematics)?;
-            self.kinematics_at = Some((d.to_vec(), with_gradient));
-        }
-        let fixed = self.prescribed.fixed();
-        self.steps
-            .par_iter_mut()
-            .zip(&self.kinematics)
-            .zip(&self.previous_rows)
-            .zip(&self.own)
-            .filter(|(_, own)| **own)
-            .for_each(|(((step, now), previous), _)| step.evaluate(now, previous, &x, fixed, with_gradient));
-        self.timings.end(Phase::Contact, begin);
-        self.evaluated = Some((d.to_vec(), with_gradient));
-        self.starting = self.at_start && self.start.as_deref() == Some(d);
-        Ok(())
-    }
+impl StepProblem for Design {
+    type Geometry = Arc<Kinematics>;
+    type Step = Step;
+    type State = ContactState;
+    type Workspace = Workspace;
 
-    /// Previous rows and kinematics at displacements `d`.
-    fn evaluate_previous(&mut self, d: &[f64], for_adjoint: bool) -> Result<(), StateError> {
-        // the march was at this state last; the sweep comes to the state that it left to, and keeps it for `evaluate`
-        if !fits(&self.previous_at, d, for_adjoint) {
-            std::mem::swap(&mut self.kinematics, &mut self.previous_kinematics);
-            std::mem::swap(&mut self.kinematics_at, &mut self.previous_at);
-        }
-        if !fits(&self.previous_at, d, for_adjoint) {
-            self.previous_at = None;
-            let x = self.positions(d);
-            Self::kinematics_of(&mut self.interfaces, &x, for_adjoint, &mut self.previous_kinematics)?;
-            self.previous_at = Some((d.to_vec(), for_adjoint));
-        }
-        self.previous_rows = self.previous_kinematics.iter().map(PreviousRow::from).collect();
-        Ok(())
-    }
-}
-
-/// Whether kinematics at a place serve for displacements `d`.
-fn fits(at: &Option<(Vec<f64>, bool)>, d: &[f64], with_gradient: bool) -> bool {
-    at.as_ref().is_some_and(|(at, gradient)| at == d && (*gradient || !with_gradient))
-}
-
-impl StepProblem for ContactModel {
-    fn unknowns(&self) -> usize {
-        3 * self.block_rows()
-    }
-
-    fn displacements(&self) -> usize {
-        self.displacement_count()
-    }
-
-    fn history_length(&self) -> usize {
-        self.tangential_history()
-    }
-
-    fn designs(&self) -> usize {
-        self.solid.elements()
-    }
-
-    fn fixed(&self) -> &[bool] {
-        self.fixed.of(self.held)
-    }
-
-    fn groups(&self) -> &[u32] {
-        &self.groups
+    fn unknowns(&self) -> &Unknowns {
+        &self.model.unknowns
     }
 
     fn prescribe(&self, time: f64, y: &mut [f64]) {
-        self.prescribed.apply(time, y);
+        self.model.prescribed.apply(time, y);
     }
 
     fn load_factors(&self, time: f64) -> Vec<f64> {
-        self.loads.factors(time)
+        self.model.loads.factors(time)
     }
 
-    fn begin_step(&mut self, previous: &StepState, time: f64, for_adjoint: bool) -> Result<(), StateError> {
-        self.time = time;
-        let begin = self.timings.begin();
-        let d = &previous.unknowns[..self.displacement_count()];
-        let result = self.evaluate_previous(d, for_adjoint);
-        self.timings.end(Phase::Contact, begin);
-        self.agree(result)?;
-        self.share.check_same(&previous.unknowns)?;
-        self.previous_history.clone_from(&previous.history);
-        self.start = (!for_adjoint).then(|| previous.unknowns[..self.displacement_count()].to_vec());
-        self.at_start = !for_adjoint;
-        self.evaluated = None;
-        self.pattern.begin_step();
-        Ok(())
+    fn geometry(&self, y: &[f64], wanted: Wanted, workspace: &mut Workspace) -> Result<Arc<Kinematics>, StateError> {
+        let begin = workspace.timings.begin();
+        let result = self.model.kinematics(y, wanted.derivatives(), workspace);
+        workspace.timings.end(Phase::Contact, begin);
+        self.model.share.agree(result)
+    }
+
+    fn begin(
+        &self,
+        previous: &StepState,
+        geometry: &Arc<Kinematics>,
+        time: f64,
+        workspace: &mut Workspace,
+    ) -> Result<Step, StateError> {
+        self.model.share.check_same(&previous.unknowns)?;
+        workspace.pattern.begin_step();
+        Ok(Step::new(geometry.clone(), &previous.history, time))
     }
 
     /// R, and below it C where the method has multipliers. Paper: (18), (27), (35), (44).
-    fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let split = self.displacement_count();
-        let begin = self.timings.begin();
-        let solid = self.solid.internal_force(&y[..split], &self.scalings, &mut self.internal).map_err(inverted);
-        self.timings.end(Phase::Solid, begin);
-        let result = solid.and_then(|()| self.evaluate(y, self.foresee));
-        self.agree(result)?;
-        out[..split].copy_from_slice(&self.internal);
-        if !self.loads.is_empty() && self.share.has_rest() {
-            self.loads.add_residual(self.time, &self.positions(y), &mut out[..split]);
+    fn evaluate(
+        &self,
+        step: &Step,
+        y: &[f64],
+        geometry: Option<&Arc<Kinematics>>,
+        iteration: Iteration,
+        wanted: Wanted,
+        workspace: &mut Workspace,
+    ) -> Result<Evaluated<Self>, StateError> {
+        let model = &*self.model;
+        let split = model.displacement_count();
+        let mut internal = Vec::new();
+        let mut result = Ok(());
+        if wanted.residual() {
+            let begin = workspace.timings.begin();
+            internal.resize(split, 0.0);
+            result = model.solid.internal_force(&y[..split], &self.scalings, &mut internal).map_err(inverted);
+            workspace.timings.end(Phase::Solid, begin);
         }
-        out[split..].fill(0.0);
+        let begin = workspace.timings.begin();
+        let known = geometry.filter(|known| known.with_gradient || !wanted.derivatives());
+        let kinematics = result.and_then(|()| match known {
+            Some(known) => Ok(known.clone()),
+            None => model.kinematics(y, wanted.derivatives(), workspace),
+        });
+        let contact = kinematics.map(|kinematics| self.contact(step, y, kinematics, iteration, &model.own));
+        workspace.timings.end(Phase::Contact, begin);
+        let contact = model.share.agree(contact)?;
+        let mut status: Vec<u8> = (0..model.slaves.len()).map(|j| contact.status(j)).collect();
+        let mut residual = Vec::new();
         let mut squares = 0.0;
-        for j in 0..self.slaves.len() {
-            if !self.own[j] {
-                continue;
-            }
-            let acting = self.acting(y, j);
-            self.status[j] = acting.status as u8;
-            squares += acting.value.norm_squared();
-            node::add_force(&self.kinematics[j], &acting.value, &mut out[..split]);
-            if self.has_complementarity(j) {
-                let c = self.complementarity_of(j, self.multiplier(y, j));
-                out[split + 3 * j..][..3].copy_from_slice(c.value.as_slice());
-            }
+        if wanted.residual() {
+            residual = self.residual(step, y, &internal, &contact, &mut squares);
+            model.share.join(&mut [&mut internal, &mut residual, std::slice::from_mut(&mut squares)], &mut status);
         }
-        self.join_residual(out, &mut squares);
-        self.traction_norm = squares.sqrt();
-        Ok(())
+        let scales = self.scales(y, &internal, squares.sqrt());
+        let (unknowns, geometry) = (y.to_vec(), contact.kinematics.clone());
+        Ok(Evaluated { unknowns, residual, scales, active_set: status, geometry, state: contact })
     }
 
     /// Paper: the matrix of (36), and of (45). Test: `tangent_matches_finite_differences` (tests/derivatives.rs).
-    fn tangent(&mut self, y: &[f64]) -> Result<&BlockMatrix, StateError> {
-        let split = self.displacement_count();
-        self.evaluate_all(y, true)?;
-        let wants: Vec<(bool, bool)> = (0..self.slaves.len())
-            .map(|j| {
-                if !self.own[j] {
-                    return (false, false);
-                }
-                let at = self.measures(j);
-                (self.contributes(y, j), at.covered() && at.gap < NEAR * self.slaves[j].size * at.area)
-            })
-            .collect();
-        let couplings = self.steps.iter().zip(&wants);
-        let couplings = couplings.map(|(s, &(needed, near))| Coupling { support: &s.support, needed, near });
-        let begin = self.timings.begin();
-        let (pattern, grown) = self.pattern.covering(couplings);
-        if grown || self.matrix.is_none() {
-            self.scatter = Some(self.solid.scatter(&pattern));
-            self.matrix = Some(BlockMatrix::new(pattern));
-        }
-        self.timings.end(Phase::Analysis, begin);
-        let mut matrix = self.matrix.take().expect("made above");
-        let begin = self.timings.begin();
-        matrix.set_zero();
-        let scatter = self.scatter.as_ref().expect("made with the matrix");
-        let result = self.solid.add_tangent(&y[..split], &self.scalings, scatter, &mut matrix).map_err(inverted);
-        if !self.loads.is_empty() && self.share.has_rest() {
-            self.loads.add_tangent(self.time, &self.positions(y), &mut matrix);
-        }
-        self.timings.end(Phase::Solid, begin);
-        let begin = self.timings.begin();
-        if result.is_ok() {
-            for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
-                let (now, step, row) = (&self.kinematics[j], &self.steps[j], split / 3 + j);
-                if !self.contributes(y, j) {
-                    if self.method_of(j).has_multipliers() {
-                        matrix.add(row, row, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-                    }
-                    continue;
-                }
-                node::add_force_tangent(now, step, &self.acting(y, j), &mut matrix);
-                if self.has_complementarity(j) {
-                    let c = self.complementarity_of(j, self.multiplier(y, j));
-                    node::add_multiplier_column(now, row, &mut matrix);
-                    node::add_complementarity_row(now, step, &c, row, &mut matrix);
-                }
+    fn tangent<'w>(
+        &self,
+        step: &Step,
+        at: &Evaluated<Self>,
+        workspace: &'w mut Workspace,
+    ) -> Result<&'w BlockMatrix, StateError> {
+        let model = &*self.model;
+        let (split, y) = (model.displacement_count(), &at.unknowns);
+        let begin = workspace.timings.begin();
+        let couplings = at.state.nodes.iter().enumerate().map(|(j, node)| match node {
+            Some(node) => {
+                let measures = &node.measures;
+                let near = measures.covered() && measures.gap < NEAR * model.slaves[j].size * measures.area;
+                Coupling { support: &node.step.support, needed: node.law.contributes(), near }
             }
+            None => Coupling { support: &[], needed: false, near: false },
+        });
+        let (pattern, grown) = model.pattern.covering(couplings, &mut workspace.pattern);
+        if grown || workspace.matrix.is_none() {
+            workspace.scatter = Some(model.solid.scatter(&pattern));
+            workspace.matrix = Some(BlockMatrix::new(pattern));
         }
-        self.timings.end(Phase::Contact, begin);
-        self.matrix = Some(matrix);
-        // the branch at the start matters to the first tangent only; what follows sees the measures as they are
-        if self.starting {
-            self.at_start = false;
-            self.evaluated = None;
+        workspace.timings.end(Phase::Analysis, begin);
+        let begin = workspace.timings.begin();
+        let Workspace { scatter, matrix, .. } = workspace;
+        let (scatter, matrix) = (scatter.as_ref().expect("made above"), matrix.as_mut().expect("made above"));
+        matrix.set_zero();
+        let result = model.solid.add_tangent(&y[..split], &self.scalings, scatter, matrix).map_err(inverted);
+        if !model.loads.is_empty() && model.share.has_rest() {
+            model.loads.add_tangent(step.time, &model.positions(y), matrix);
         }
-        self.agree(result)?;
-        Ok(self.matrix.as_ref().expect("put back above"))
-    }
-
-    fn scales(&self) -> Scales {
-        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let displacement = self.evaluated.as_ref().map_or(0.0, |(d, _)| norm(d));
-        let position =
-            self.evaluated.as_ref().map_or_else(|| norm(&self.coordinates), |(d, _)| norm(&self.positions(d)));
-        Scales {
-            force: norm(&self.internal).max(self.floors.force),
-            displacement: displacement.max(self.floors.displacement),
-            multiplier: self.traction_norm.max(self.floors.multiplier),
-            position,
+        workspace.timings.end(Phase::Solid, begin);
+        let begin = workspace.timings.begin();
+        let matrix = workspace.matrix.as_mut().expect("made above");
+        if result.is_ok() {
+            assembly::add_tangent(model, &at.state, matrix);
         }
-    }
-
-    fn active_set(&self) -> &[u8] {
-        &self.status
+        workspace.timings.end(Phase::Contact, begin);
+        model.share.agree(result)?;
+        Ok(workspace.matrix.as_ref().expect("made above"))
     }
 
     /// A node that was opposite to the other surface and is no more must not lie deep behind where that surface was: it
     /// would have passed through unnoticed. The previous row at the current positions tells.
     ///
     /// Nor may prescribed displacements alone push a node into the other surface: no multiplier can close that gap.
-    fn accept(&mut self, y: &[f64]) -> Result<(), StateError> {
-        self.evaluate_all(y, false)?;
-        let x = self.positions(y);
+    fn finish(&self, step: &Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
+        let model = &*self.model;
+        let x = model.positions(&at.unknowns);
         let mut worst: Option<(f64, u32, f64)> = None;
-        for (j, before) in self.previous_kinematics.iter().enumerate().filter(|(j, _)| self.own[*j]) {
-            let reach = self.interfaces[self.slaves[j].interface as usize].interface.reach();
-            if self.measures(j).covered() || !covered(before.area, self.slaves[j].area) {
-                continue;
-            }
-            let depth = -before.gap_at(&x) / before.area;
-            if depth > reach && worst.is_none_or(|(deepest, ..)| depth > deepest) {
-                worst = Some((depth, before.node, reach));
-            }
-        }
         let mut pushed: Option<(f64, u32)> = None;
-        for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
-            let at = self.measures(j);
-            let depth = -at.gap / at.area;
-            let prescribed = at.covered() && at.freedom == Freedom::None && depth > CLOSED * self.slaves[j].size;
+        for (j, now, node) in at.state.own() {
+            let (before, slave, measures) = (&step.previous.nodes[j], &model.slaves[j], &node.measures);
+            let reach = model.interfaces[slave.interface as usize].interface.reach();
+            if !measures.covered() && covered(before.area, slave.area) {
+                let depth = -before.gap_at(&x) / before.area;
+                if depth > reach && worst.is_none_or(|(deepest, ..)| depth > deepest) {
+                    worst = Some((depth, before.node, reach));
+                }
+            }
+            let depth = -measures.gap / measures.area;
+            let prescribed = measures.covered() && measures.freedom == Freedom::None && depth > CLOSED * slave.size;
             if prescribed && pushed.is_none_or(|(deepest, _)| depth > deepest) {
-                pushed = Some((depth, self.kinematics[j].node));
+                pushed = Some((depth, now.node));
             }
         }
-        self.share.agree(match (worst, pushed) {
+        model.share.agree(match (worst, pushed) {
             (Some((depth, node, reach)), _) => Err(StateError::PassedThrough { node, depth, reach }),
             (None, Some((depth, node))) => Err(StateError::PrescribedPenetration { node, depth }),
             (None, None) => Ok(()),
-        })
+        })?;
+        let mut history = vec![0.0; model.unknowns.history];
+        if !history.is_empty() {
+            for (j, _, node) in at.state.own().filter(|(j, ..)| model.method_of(*j) == Method::Penalty) {
+                history[2 * j..][..2].copy_from_slice(&node.law.value().as_slice()[1..]);
+            }
+            model.share.sum(&mut [&mut history]);
+        }
+        Ok(history)
     }
 
-    fn advance_history(&mut self, y: &[f64], out: &mut Vec<f64>) -> Result<(), StateError> {
-        out.clear();
-        if !self.has(Method::Penalty) {
-            return Ok(());
-        }
-        self.evaluate_all(y, false)?;
-        for j in 0..self.slaves.len() {
-            let own = self.own[j] && self.method_of(j) == Method::Penalty;
-            let tangential = if own { self.acting(y, j).value } else { Vector3::zeros() };
-            out.extend([tangential[1], tangential[2]]);
-        }
-        self.share.sum(&mut [&mut *out]);
-        Ok(())
-    }
-
-    fn pull_back_current(&mut self, y: &[f64], eta: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        self.evaluate_all(y, true)?;
-        self.share.add(out, |out| {
-            for j in (0..self.slaves.len()).filter(|&j| self.own[j] && self.method_of(j) == Method::Penalty) {
+    fn pull_back_current(
+        &self,
+        _: &Step,
+        at: &Evaluated<Self>,
+        eta: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), StateError> {
+        self.model.share.add(out, |out| {
+            for (j, now, node) in at.state.own().filter(|(j, ..)| self.model.method_of(*j) == Method::Penalty) {
                 let weight = Vector3::new(0.0, eta[2 * j], eta[2 * j + 1]);
-                let acting = self.acting(y, j);
-                node::add_traction_pull_back(&self.kinematics[j], &self.steps[j], &acting, &weight, out);
+                node::add_traction_pull_back(now, &node.step, &node.law.traction(), &weight, out);
             }
             Ok(())
         })
@@ -303,149 +205,135 @@ impl StepProblem for ContactModel {
     ///   the paper carries ∂t_τ/∂d on in (74), the history has its own adjoint η.
     ///
     /// Paper: (62)–(67), (71)–(77), (85). Test: `previous_pull_back_matches_finite_differences` (tests/derivatives.rs).
-    fn pull_back_previous(
-        &mut self,
-        y: &[f64],
-        lambda: &[f64],
-        eta: &[f64],
-        out: &mut PreviousPullBack,
-    ) -> Result<(), StateError> {
-        self.evaluate_all(y, true)?;
-        let begin = self.timings.begin();
-        out.unknowns.clear();
-        out.unknowns.resize(self.unknowns(), 0.0);
-        out.history.clear();
-        out.history.resize(self.history_length(), 0.0);
-        let x = self.positions(y);
-        for j in (0..self.slaves.len()).filter(|&j| self.own[j]) {
-            let now = &self.kinematics[j];
-            let LawWeights { by_slip, by_friction, by_history, .. } = self.law_weights(j, y, lambda, eta);
+    fn pull_back_previous(&self, step: &Step, at: &Evaluated<Self>, lambda: &[f64], eta: &[f64]) -> PreviousPullBack {
+        let model = &*self.model;
+        let mut out = PreviousPullBack {
+            unknowns: vec![0.0; model.unknowns.count()],
+            history: vec![0.0; model.unknowns.history],
+        };
+        let x = model.positions(&at.unknowns);
+        for (j, now, node) in at.state.own() {
+            let LawWeights { by_slip, by_friction, by_history, .. } = self.law_weights(j, now, &node.law, lambda, eta);
             if let Some(by_history) = by_history {
                 out.history[2 * j..][..2].copy_from_slice(by_history.as_slice());
             }
-            let previous = &self.previous_kinematics[j];
+            let previous = &step.previous.nodes[j];
             if by_slip[0] != 0.0 || by_slip[1] != 0.0 {
                 previous.add_previous_slip_gradient(&now.frame, &x, by_slip, &mut out.unknowns);
             }
-            let by_area = by_friction * self.friction(j).1;
+            let by_area = by_friction * self.friction(step, j).1;
             if by_area != 0.0 {
                 previous.add_area_gradient(by_area, &mut out.unknowns);
             }
         }
-        self.share.sum(&mut [&mut out.unknowns, &mut out.history]);
-        self.timings.end(Phase::PullBack, begin);
-        Ok(())
+        model.share.sum(&mut [&mut out.unknowns, &mut out.history]);
+        out
     }
 
     /// Through the internal force alone: contact knows no density, and C has no part in it.
     ///
     /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences` (tests/derivatives.rs).
-    fn pull_back_design(&mut self, y: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        let begin = self.timings.begin();
-        let split = self.displacement_count();
-        self.pull_back_density(&y[..split], &lambda[..split], out)?;
-        self.timings.end(Phase::PullBack, begin);
-        Ok(())
-    }
-
-    fn parameters(&self) -> usize {
-        self.parameter_names().len()
+    fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let split = self.model.displacement_count();
+        self.pull_back_density(&at.unknowns[..split], &lambda[..split], out)
     }
 
     fn pull_back_parameters(
-        &mut self,
-        y: &[f64],
-        time: f64,
-        lambda: &[f64],
-        eta: &[f64],
-        by_prescribed: &[f64],
+        &self,
+        step: &Step,
+        at: &Evaluated<Self>,
+        adjoint: &Adjoint<'_>,
         out: &mut [f64],
     ) -> Result<(), StateError> {
-        self.evaluate_all(y, true)?;
-        let begin = self.timings.begin();
-        self.share.add(out, |out| {
-            self.pull_back_friction(y, lambda, eta, out);
-            self.pull_back_stiffness(y, lambda, eta, out);
-            self.pull_back_own_moduli(&y[..self.displacement_count()], lambda, out)
+        let &Adjoint { lambda, eta, by_prescribed, time } = adjoint;
+        let split = self.model.displacement_count();
+        let d = &at.unknowns[..split];
+        self.model.share.add(out, |out| {
+            self.pull_back_contact(step, &at.state, lambda, eta, out);
+            self.pull_back_own_moduli(d, lambda, out)
         })?;
-        self.pull_back_amplitudes(y, time, lambda, by_prescribed, out);
-        self.timings.end(Phase::PullBack, begin);
+        self.model.pull_back_amplitudes(d, time, &lambda[..split], by_prescribed, out);
         Ok(())
     }
 
-    fn vary_iteration(&mut self, attempt: usize) -> bool {
-        (self.variation, self.onward, self.rescue) = (1.0, 1.0, None);
-        if attempt > 0 {
-            // the retry starts where the step does
-            self.at_start = self.start.is_some();
-            self.evaluated = None;
+    fn method(&self, attempt: Attempt) -> Option<slipstick_path::Method> {
+        self.solution(attempt)
+    }
+
+    fn update_multipliers(&self, step: &Step, at: &Evaluated<Self>) -> Result<(Vec<f64>, f64), StateError> {
+        let model = &*self.model;
+        let steering = &at.state.steering;
+        let rescue = steering.held() == Held::All;
+        let absolute = !rescue && model.uzawa.is_some_and(|uzawa| uzawa.absolute);
+        let split = model.displacement_count();
+        let mut y = at.unknowns.clone();
+        if model.share.is_part() {
+            // the others' multipliers come with the sum
+            (0..model.slaves.len()).filter(|&j| !model.own[j]).for_each(|j| y[split + 3 * j..][..3].fill(0.0));
         }
-        let (lagrange, others) = (self.has(Method::Lagrange), self.has(Method::Penalty) || self.has(Method::Augmented));
-        match attempt {
-            0 => true,
-            1 => {
-                self.variation = if lagrange { 10.0 } else { 1.0 };
-                self.onward = if others { -1.0 } else { 1.0 };
-                lagrange || others
-            }
-            2 => {
-                self.variation = if lagrange { 0.1 } else { 1.0 };
-                lagrange
-            }
-            _ => false,
-        }
-    }
-
-    fn uzawa(&self) -> Option<UzawaOptions> {
-        self.uzawa.map(|uzawa| uzawa.options)
-    }
-
-    fn foresee_tangent(&mut self, likely: bool) {
-        self.foresee = likely;
-    }
-
-    fn rescue(&mut self, attempt: usize) -> Option<UzawaOptions> {
-        let factor = RESCUE_FACTORS.get(attempt).filter(|_| self.has(Method::Lagrange));
-        self.rescue = factor.copied();
-        factor.map(|_| RESCUE)
-    }
-
-    fn hold_multipliers(&mut self, held: Held) {
-        self.held = held;
-        // another iteration, which may begin where the step does
-        self.at_start = self.start.is_some();
-        self.evaluated = None;
-    }
-
-    fn update_multipliers(&mut self, y: &mut [f64]) -> Result<f64, StateError> {
-        self.evaluate_all(y, false)?;
-        let absolute = self.held != Held::All && self.uzawa.is_some_and(|uzawa| uzawa.absolute);
-        let split = self.displacement_count();
-        let (mut change, mut largest): (f64, f64) = (0.0, self.floors.multiplier / (self.slaves.len() as f64).sqrt());
-        for j in 0..self.slaves.len() {
-            if !self.own[j] {
-                y[split + 3 * j..][..3].fill(0.0);
-                continue;
-            }
+        let mut change: f64 = 0.0;
+        let mut largest = model.floors.multiplier / (model.slaves.len() as f64).sqrt();
+        for (j, _, node) in at.state.own() {
             // after a solve for all of them, the method's own multipliers are looked at: nothing is held then
-            if self.method_of(j) != Method::Augmented && !self.is_held(j) {
+            if model.method_of(j) != Method::Augmented && !self.is_held(j, steering.held()) {
                 continue;
             }
-            let before = self.multiplier(y, j);
-            let now = self.regularised_of(j, before).value;
+            let before = model.multiplier(&at.unknowns, j);
+            let now = self.regularised(step, j, &node.measures, before, steering).value;
             // normal and tangential conditions each for itself
             let mut difference = (now[0] - before[0]).abs().max((now[1] - before[1]).hypot(now[2] - before[2]));
             if absolute {
-                let epsilon = self.augmentation(j);
-                let divisor = epsilon.scaling.divisor(&self.measures(j));
+                let epsilon = self.augmentation(j, steering);
+                let divisor = epsilon.scaling.divisor(&node.measures);
                 difference *= divisor / epsilon.normal.min(epsilon.tangential);
             }
             change = change.max(difference);
             largest = largest.max(now.norm());
             y[split + 3 * j..][..3].copy_from_slice(now.as_slice());
         }
-        self.share.sum(&mut [&mut y[split..]]);
-        let (change, largest) = (self.share.largest(change), self.share.largest(largest));
-        Ok(if absolute { change } else { change / largest })
+        model.share.sum(&mut [&mut y[split..]]);
+        let (change, largest) = (model.share.largest(change), model.share.largest(largest));
+        Ok((y, if absolute { change } else { change / largest }))
+    }
+}
+
+impl Design {
+    /// F of this rank, and the sum of squares of its tractions.
+    fn residual(
+        &self,
+        step: &Step,
+        y: &[f64],
+        internal: &[f64],
+        contact: &ContactState,
+        squares: &mut f64,
+    ) -> Vec<f64> {
+        let model = &*self.model;
+        let split = internal.len();
+        let mut out = internal.to_vec();
+        if !model.loads.is_empty() && model.share.has_rest() {
+            model.loads.add_residual(step.time, &model.positions(y), &mut out);
+        }
+        out.resize(model.unknowns.count(), 0.0);
+        for (j, now, node) in contact.own() {
+            let value = node.law.value();
+            *squares += value.norm_squared();
+            node::add_force(now, &value, &mut out[..split]);
+            if let NodeLaw::Multiplier { equation, .. } = &node.law {
+                out[split + 3 * j..][..3].copy_from_slice(equation.value.as_slice());
+            }
+        }
+        out
+    }
+
+    /// Sizes of forces, displacements, tractions and positions at `y`.
+    fn scales(&self, y: &[f64], internal: &[f64], traction: f64) -> Scales {
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let floors = &self.model.floors;
+        Scales {
+            force: norm(internal).max(floors.force),
+            displacement: norm(&y[..self.model.displacement_count()]).max(floors.displacement),
+            multiplier: traction.max(floors.multiplier),
+            position: norm(&self.model.positions(y)),
+        }
     }
 }

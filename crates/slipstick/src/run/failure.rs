@@ -7,9 +7,9 @@ use serde::Serialize;
 use slipstick_mesh::Mesh;
 use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind, still_falls};
 
-use super::places::{LISTED, Place, conditions, places, reason};
+use super::places::{LISTED, Place, Trial, conditions, places, reason};
 use crate::analysis::AnalysisError;
-use crate::model::{ContactModel, course};
+use crate::model::{Design, course};
 use crate::words::counted;
 
 /// One Newton iteration that led to a failure.
@@ -67,10 +67,11 @@ pub struct FailureReport {
 }
 
 impl FailureReport {
-    /// Explains a failed analysis of a model that has not been used since.
-    pub fn new(error: &AnalysisError, mesh: &Mesh, model: &ContactModel) -> Self {
+    /// Explains a failed analysis of a design.
+    pub fn new(error: &AnalysisError, mesh: &Mesh, design: &Design) -> Self {
+        let model = Trial { model: design.model(), contact: None };
         match error {
-            AnalysisError::March(failure) => Self::of_march(failure, mesh, model),
+            AnalysisError::March(failure) => Self::of_march(failure, mesh, design),
             AnalysisError::Sweep(error) => {
                 let mut report = Self::of_kind(&error.kind, mesh, model);
                 report.reached = Some(error.time);
@@ -87,7 +88,14 @@ impl FailureReport {
     }
 
     /// Explains a failed march.
-    pub fn of_march(failure: &MarchFailure, mesh: &Mesh, model: &ContactModel) -> Self {
+    pub fn of_march(failure: &MarchFailure, mesh: &Mesh, design: &Design) -> Self {
+        let contact = failure.path.states.last().filter(|last| {
+            // the last state is whole on every rank
+            let whole = failure.iterate.len() == last.state.unknowns.len();
+            whole && failure.iterate.iter().all(|value| value.is_finite())
+        });
+        let contact = contact.and_then(|last| design.contact_at(&last.state, &failure.iterate, failure.at_start).ok());
+        let model = Trial { model: design.model(), contact: contact.as_ref() };
         let mut report = match failure.attempts.last() {
             Some((_, kind)) => Self::of_kind(kind, mesh, model),
             None => Self::empty("no attempt was made".into()),
@@ -124,7 +132,7 @@ impl FailureReport {
         Self { cause, ..Self::default() }
     }
 
-    fn of_kind(kind: &StepFailureKind, mesh: &Mesh, model: &ContactModel) -> Self {
+    fn of_kind(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Self {
         let (places, conditions) = (places(kind, mesh, model), conditions(kind, mesh, model).facts);
         Self { places, conditions, cures: cures(kind, mesh, model), ..Self::empty(reason(kind, model)) }
     }
@@ -171,7 +179,7 @@ impl fmt::Display for FailureReport {
 }
 
 /// The attempts of the failed step in order, reasons of one kind in a row together, the middle of a long list left out.
-fn attempts(failure: &MarchFailure, mesh: &Mesh, model: &ContactModel) -> Vec<String> {
+fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
     let mut groups: Vec<(f64, f64, usize, &StepFailureKind)> = Vec::new();
     for (time, kind) in &failure.attempts {
         match groups.last_mut() {
@@ -203,7 +211,7 @@ const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.m
                             a load has no equilibrium nearby";
 
 /// What the user may change, most promising first: what the place tells, or what usually helps.
-fn cures(kind: &StepFailureKind, mesh: &Mesh, model: &ContactModel) -> Vec<String> {
+fn cures(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
     let own = conditions(kind, mesh, model).cures;
     if own.is_empty() { usual_cures(kind) } else { own }
 }

@@ -7,8 +7,38 @@ use slipstick_mesh::Mesh;
 use slipstick_path::{StateError, StepFailureKind};
 
 use crate::check::free_motions;
-use crate::model::{ContactModel, PairState, Unknown};
+use crate::model::{ContactModel, ContactState, PairState, Unknown};
 use crate::words::{counted, vector};
+
+/// A model at the state at which it failed.
+#[derive(Clone, Copy)]
+pub(super) struct Trial<'a> {
+    pub model: &'a ContactModel,
+    /// `None` where that state cannot be evaluated, or is not known.
+    pub contact: Option<&'a ContactState>,
+}
+
+impl std::ops::Deref for Trial<'_> {
+    type Target = ContactModel;
+
+    fn deref(&self) -> &ContactModel {
+        self.model
+    }
+}
+
+impl Trial<'_> {
+    fn opposite(&self, row: usize) -> &[u32] {
+        self.contact.map_or(&[], |contact| contact.opposite(row))
+    }
+
+    fn direction(&self, row: usize, component: usize) -> Option<[f64; 3]> {
+        self.contact?.direction(row, component)
+    }
+
+    fn pair(&self, pair: usize) -> PairState {
+        self.contact.map_or_else(PairState::default, |contact| self.model.pair_state(pair, contact))
+    }
+}
 
 /// A place of the model that a failure names.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,7 +75,7 @@ fn coordinate(value: f64, size: f64) -> String {
 pub(super) const LISTED: usize = 5;
 
 /// The first few places that a failure names.
-pub(super) fn places(kind: &StepFailureKind, mesh: &Mesh, model: &ContactModel) -> Vec<Place> {
+pub(super) fn places(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Vec<Place> {
     let node = |node: u32| node_place(mesh, node);
     let slaves = model.slave_nodes();
     match kind {
@@ -88,7 +118,7 @@ fn node_place(mesh: &Mesh, node: u32) -> Option<Place> {
 }
 
 /// Why a step failed, an unknown by its meaning.
-pub(super) fn reason(kind: &StepFailureKind, model: &ContactModel) -> String {
+pub(super) fn reason(kind: &StepFailureKind, model: Trial<'_>) -> String {
     let along = |index: usize| model.unknown(index).map(|unknown| meaning(unknown, model));
     match kind {
         StepFailureKind::Singular { unknown, .. } => match along(*unknown) {
@@ -103,7 +133,7 @@ pub(super) fn reason(kind: &StepFailureKind, model: &ContactModel) -> String {
     }
 }
 
-fn meaning(unknown: Unknown, model: &ContactModel) -> String {
+fn meaning(unknown: Unknown, model: Trial<'_>) -> String {
     match unknown {
         Unknown::Displacement { axis, .. } => format!("displacement along {}", AXES[axis]),
         Unknown::Multiplier { row, component } => {
@@ -141,7 +171,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const ALONG: f64 = 0.1;
 
 /// What meets at the place of a failure: of a singular matrix, and of a prescribed penetration; nothing of others.
-pub(super) fn conditions(kind: &StepFailureKind, mesh: &Mesh, model: &ContactModel) -> Conditions {
+pub(super) fn conditions(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Conditions {
     match kind {
         StepFailureKind::Singular { unknown, .. } => match model.unknown(*unknown) {
             Some(Unknown::Displacement { node, axis }) => of_displacement(node, axis, mesh, model),
@@ -154,7 +184,7 @@ pub(super) fn conditions(kind: &StepFailureKind, mesh: &Mesh, model: &ContactMod
 }
 
 /// A displacement that nothing determines belongs to a motion that nothing resists.
-fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: &ContactModel) -> Conditions {
+fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: Trial<'_>) -> Conditions {
     let mut found = Conditions { facts: vec![node_support(node, model)], cures: Vec::new() };
     for (pair, slave) in model.pairs_of(node) {
         let side = if slave { "slave" } else { "master" };
@@ -185,7 +215,7 @@ fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: &ContactModel) ->
         if !model.pairs_of(node).iter().any(|&(own, _)| own == pair) {
             found.facts.push(format!("body `{name}` is in {}", pair_in_numbers(pair, model)));
         }
-        if model.pair_state(pair).closed == 0 { open.push(pair) } else { closed.push(pair) }
+        if model.pair(pair).closed == 0 { open.push(pair) } else { closed.push(pair) }
     }
     // contact that is closed prevents some of these motions, but not that of the unknown
     let against = if closed.is_empty() { motions } else { format!("motion along {}", AXES[axis]) };
@@ -215,7 +245,7 @@ fn rigid((moves, turns): ([bool; 3], [bool; 3])) -> Option<String> {
 }
 
 /// A traction that nothing determines belongs to a contact condition that follows from others or contradicts them.
-fn of_multiplier(row: usize, component: usize, model: &ContactModel) -> Conditions {
+fn of_multiplier(row: usize, component: usize, model: Trial<'_>) -> Conditions {
     let pair = model.pair_of_row(row);
     let name = model.pair_name(pair);
     let node = model.slave_nodes()[row];
@@ -224,7 +254,7 @@ fn of_multiplier(row: usize, component: usize, model: &ContactModel) -> Conditio
     if let Some(held) = held(opposite, model).filter(|_| !opposite.is_empty()) {
         found.facts.push(format!("all master nodes opposite are held {held}"));
     }
-    let PairState { conditions, free, .. } = model.pair_state(pair);
+    let PairState { conditions, free, .. } = model.pair(pair);
     let (sets, left) = (counted(conditions, "condition"), counted(free, "displacement"));
     found.facts.push(format!("contact pair {name} sets {sets} at its closed nodes, for which {left} are free"));
     let direction = model.direction(row, component).unwrap_or_default();
@@ -242,7 +272,7 @@ fn of_multiplier(row: usize, component: usize, model: &ContactModel) -> Conditio
 }
 
 /// Prescribed displacements on both sides close the gap further than it is open.
-fn of_penetration(node: u32, model: &ContactModel) -> Conditions {
+fn of_penetration(node: u32, model: Trial<'_>) -> Conditions {
     let mut found = Conditions { facts: vec![node_support(node, model)], cures: Vec::new() };
     let Some(row) = model.slave_nodes().iter().position(|&slave| slave == node) else { return found };
     let name = model.pair_name(model.pair_of_row(row));
@@ -273,14 +303,14 @@ fn of_penetration(node: u32, model: &ContactModel) -> Conditions {
 }
 
 /// A contact pair with how many of its nodes are closed.
-fn pair_in_numbers(pair: usize, model: &ContactModel) -> String {
-    let PairState { nodes, closed, .. } = model.pair_state(pair);
+fn pair_in_numbers(pair: usize, model: Trial<'_>) -> String {
+    let PairState { nodes, closed, .. } = model.pair(pair);
     let name = model.pair_name(pair);
     format!("contact pair {name}, closed at {closed} of {}", counted(nodes, "slave node"))
 }
 
 /// What holds a node: `` node 7 is held along x and z by `a` ``.
-fn node_support(node: u32, model: &ContactModel) -> String {
+fn node_support(node: u32, model: Trial<'_>) -> String {
     match held(&[node], model) {
         Some(held) => format!("node {node} is held {held}"),
         None => format!("no support holds node {node}"),
@@ -288,7 +318,7 @@ fn node_support(node: u32, model: &ContactModel) -> String {
 }
 
 /// Along which axes all of these nodes are held, and by what; `None`: along none.
-fn held(nodes: &[u32], model: &ContactModel) -> Option<String> {
+fn held(nodes: &[u32], model: Trial<'_>) -> Option<String> {
     let mut groups: Vec<([bool; 3], Vec<String>)> = Vec::new();
     for axis in 0..3 {
         let names = model.holders(nodes, axis);

@@ -83,7 +83,7 @@ pub fn forward(problem: &mut Problem, density: &[f64]) -> Forward {
 pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalContact>> {
     let (path, ranks) = (&forward.path, problem.analysis.linear.ranks());
     let states: Vec<_> = (0..path.states.len()).map(|index| path.state(index, ranks).into_owned()).collect();
-    states.windows(2).map(|w| problem.analysis.model.contact_results(&w[0], &w[1]).unwrap().nodes).collect()
+    states.windows(2).map(|w| problem.analysis.design.contact_results(&w[0], &w[1]).unwrap().nodes).collect()
 }
 
 /// Status of every slave node at every accepted state after the start: `O`pen, s`t`ick, s`l`ip, one word a state.

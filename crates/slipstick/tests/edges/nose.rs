@@ -109,7 +109,7 @@ fn a_sharp_slave_edge_slides_with_coulombs_ratio() {
     for (angle, tilt) in [(90.0, 0.0), (90.0, 5.0), (60.0, 5.0), (75.0, 25.0)] {
         for (shape, slide) in [("standard", 0.9), ("standard", -0.9), ("dual", -0.9)] {
             let mut solved = Drag { angle, tilt, shape, slide, ..Drag::default() }.solve();
-            let nodes = solved.problem.analysis.model.interfaces()[0].interface.slave_nodes();
+            let nodes = solved.problem.analysis.model().interfaces()[0].interface.slave_nodes();
             let sharp = nodes.iter().filter(|slave| slave.sharp);
             assert_eq!(sharp.count(), 2 * 3, "three nodes with two patches each");
             let last = solved.steps();

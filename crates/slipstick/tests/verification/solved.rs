@@ -82,8 +82,8 @@ impl Solved {
         let mut force = vec![0.0; d.len()];
         let time = self.problem.analysis.times[step - 1];
         let mut loads = force.clone();
-        self.problem.analysis.model.external_force(d, time, &mut loads);
-        self.problem.analysis.model.internal_force(d, &mut force).expect("a converged state");
+        self.problem.analysis.model().external_force(d, time, &mut loads);
+        self.problem.analysis.design.internal_force(d, &mut force).expect("a converged state");
         force.iter_mut().zip(loads).for_each(|(f, load)| *f -= load);
         force
     }
@@ -108,7 +108,7 @@ impl Solved {
         let at = self.at(step);
         let states = &self.forward.path.states;
         let (previous, state) = (states[at - 1].state.clone(), states[at].state.clone());
-        self.problem.analysis.model.contact_results(&previous, &state).expect("a converged state").nodes
+        self.problem.analysis.design.contact_results(&previous, &state).expect("a converged state").nodes
     }
 }
 

@@ -41,7 +41,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     if analysis.objective.is_some() {
         recomputed = timed(analysis, ranks.as_ref(), now, |analysis| analysis.gradient(&forward))?.1;
     }
-    let [elements_here, slave_nodes_here] = analysis.model.own_parts();
+    let [elements_here, slave_nodes_here] = analysis.model().own_parts();
     let counts = analysis.linear.counts();
     Ok(json!({
         "rank": ranks.rank(), "elements_here": elements_here, "slave_nodes_here": slave_nodes_here,

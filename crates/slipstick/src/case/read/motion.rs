@@ -6,6 +6,7 @@ use super::super::resolved::{
 };
 use super::super::typed::Table;
 use super::{CaseCode, direction, load_case};
+use crate::words::quantity;
 
 pub(super) const COMPONENTS: [(&str, Component); 3] = [("x", Component::X), ("y", Component::Y), ("z", Component::Z)];
 
@@ -142,8 +143,26 @@ fn motion(table: &Table<'_>, components: &[Component], has_axis: bool, steps: us
             "give the way points an angle in degrees, or remove `rotation`",
         );
     }
+    let mut last = (0.0, 0.0);
+    for point in &points {
+        // within a load step, displacements go straight: a turn by more would be another motion
+        let turn = (point.angle - last.1).abs() / ((point.t - last.0) * steps as f64);
+        if point.t > last.0 && turn > LARGEST_TURN * (1.0 + 1e-9) {
+            table.reader.error(
+                &table.path_of("motion"),
+                CaseCode::Motion,
+                format!("rotates by {}° in one load step; the limit is {LARGEST_TURN}°", quantity(turn)),
+                format!("set `load_path.steps` to {:.0} or more", (turn / LARGEST_TURN * steps as f64).ceil()),
+            );
+            break;
+        }
+        last = (point.t, point.angle);
+    }
     points
 }
+
+/// Largest prescribed rotation in a load step. \[degrees\]
+const LARGEST_TURN: f64 = 90.0;
 
 fn waypoint(table: Table<'_>, last: &Waypoint, components: &[Component], has_axis: bool, steps: usize) -> Waypoint {
     let t = time(&table, last.t, steps);

@@ -1,0 +1,177 @@
+//! What the density determines: how stiff every element is, and what follows from that at the contact.
+
+use super::enforcement::{Enforcement, GivenStiffness, Method, TANGENTIAL_COMPLEMENTARITY};
+use super::{ContactModel, LEAST_SHARE, SlaveData, inverted};
+use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
+use slipstick_path::StateError;
+use slipstick_solid::ElementScaling;
+use std::sync::Arc;
+
+/// A model with the density of every element. Its steps are those of [`StepProblem`](slipstick_path::StepProblem).
+#[derive(Debug, Clone)]
+pub struct Design {
+    pub(super) model: Arc<ContactModel>,
+    density: Vec<f64>,
+    pub(super) scalings: Vec<ElementScaling>,
+    slopes: Vec<ElementScaling>,
+    /// The bodies' own stiffness at each slave node: E_eff/h. \[F/L³\]
+    local_stiffness: Vec<f64>,
+    /// ε or c of each slave node.
+    pub(super) stiffness: Vec<Stiffness>,
+}
+
+impl Design {
+    /// A model with the density of every element, 1 outside of the design. Values are taken as they are; the caller keeps
+    /// them in [0, 1].
+    ///
+    /// # Panics
+    /// If there is not one density for each element.
+    pub fn new(model: Arc<ContactModel>, density: &[f64]) -> Self {
+        assert_eq!(density.len(), model.solid.elements(), "one density for each element");
+        let (scalings, slopes) = model.scale(density);
+        let local_stiffness = model.local_stiffness(&scalings);
+        let stiffness = model.node_stiffness(&local_stiffness);
+        Self { model, density: density.to_vec(), scalings, slopes, local_stiffness, stiffness }
+    }
+
+    /// The same densities in a model that `change` has made another.
+    pub(crate) fn of_changed_model(&mut self, change: impl FnOnce(&mut ContactModel)) {
+        change(Arc::make_mut(&mut self.model));
+    }
+
+    /// What does not depend on the density.
+    pub fn model(&self) -> &Arc<ContactModel> {
+        &self.model
+    }
+
+    /// The density of every element.
+    pub fn density(&self) -> &[f64] {
+        &self.density
+    }
+
+    /// What the density makes of every element.
+    pub fn scalings(&self) -> &[ElementScaling] {
+        &self.scalings
+    }
+
+    /// Derivatives of [`scalings`](Self::scalings) with respect to the element's density: zero outside of the design.
+    pub fn scaling_slopes(&self) -> &[ElementScaling] {
+        &self.slopes
+    }
+
+    /// A multiple of the bodies' own stiffness at slave node j.
+    pub(super) fn own_stiffness(&self, j: usize, factor: f64) -> Stiffness {
+        let both = factor * self.local_stiffness[j];
+        Stiffness { normal: both, tangential: both, scaling: StiffnessScaling::Area }
+    }
+
+    /// Internal force at displacements `d`. \[F\]
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn internal_force(&self, d: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let result = self.model.solid.internal_force(d, &self.scalings, out).map_err(inverted);
+        self.model.share.agree(result)?;
+        self.model.share.sum(&mut [out]);
+        Ok(())
+    }
+
+    /// Adds K v with K = ∂f_int/∂d, which is symmetric.
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn add_internal_tangent_product(&self, d: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let solid = &self.model.solid;
+        self.model.share.add(out, |out| solid.add_tangent_product(d, &self.scalings, v, out).map_err(inverted))
+    }
+
+    /// Adds λᵀ ∂f_int/∂φ of every element.
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn pull_back_density(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let (solid, scalings, slopes) = (&self.model.solid, &self.scalings, &self.slopes);
+        self.model.share.add(out, |out| solid.pull_back_density(d, scalings, slopes, lambda, out).map_err(inverted))
+    }
+
+    /// Adds λᵀ ∂f_int/∂E of every body: its elements' λᵀ f_int over E.
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn pull_back_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        self.model.share.add(out, |out| self.pull_back_own_moduli(d, lambda, out))
+    }
+
+    /// The part of this rank.
+    pub(super) fn pull_back_own_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
+        let model = &*self.model;
+        let whole: Vec<ElementScaling> =
+            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma: 0.0 }).collect();
+        let mut works = vec![0.0; model.solid.elements()];
+        let lambda = &lambda[..model.displacement_count()];
+        model.solid.pull_back_density(d, &self.scalings, &whole, lambda, &mut works).map_err(inverted)?;
+        let first = model.interfaces.len();
+        for (body, elements) in model.bodies.iter().enumerate() {
+            out[first + body] +=
+                elements.clone().map(|e| works[e] / model.solid.material(e).youngs_modulus()).sum::<f64>();
+        }
+        Ok(())
+    }
+}
+
+impl ContactModel {
+    /// What densities make of every element, and the derivative: zero outside of the design.
+    pub(super) fn scale(&self, density: &[f64]) -> (Vec<ElementScaling>, Vec<ElementScaling>) {
+        let none = ElementScaling { factor: 0.0, gamma: 0.0 };
+        let of = |(&density, &designed): (&f64, &bool)| match designed {
+            true => (self.interpolation.scaling(density), self.interpolation.derivative(density)),
+            false => (ElementScaling::SOLID, none),
+        };
+        density.iter().zip(&self.designed).map(of).unzip()
+    }
+
+    /// The bodies' own stiffness at each slave node, with these scalings: moduli of both sides in series over the facet size.
+    /// \[F/L³\]
+    pub(super) fn local_stiffness(&self, scalings: &[ElementScaling]) -> Vec<f64> {
+        let modulus = |elements: &[u32]| {
+            let of = |&e: &u32| scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus();
+            elements.iter().map(of).sum::<f64>() / elements.len() as f64
+        };
+        let master: Vec<f64> = self.master_elements.iter().map(|m| modulus(m)).collect();
+        let of = |(slave, elements): (&SlaveData, &Vec<u32>)| {
+            let (s, m) = (modulus(elements), master[slave.interface as usize]);
+            // the two sides give way one after the other; φ_min = 0 and φ = 0 would leave nothing
+            (s * m / (s + m)).max(LEAST_SHARE * s.max(m)) / slave.size
+        };
+        self.slaves.iter().zip(&self.slave_elements).map(of).collect()
+    }
+
+    /// ε or c of every slave node, as given or from the bodies' own stiffness: of the present design, or of the start design
+    /// for the penalty method.
+    fn node_stiffness(&self, local_stiffness: &[f64]) -> Vec<Stiffness> {
+        let of = |(j, slave): (usize, &SlaveData)| {
+            let Enforcement { method, stiffness } = self.interfaces[slave.interface as usize].enforcement;
+            let local = if method == Method::Penalty { self.start.local_stiffness[j] } else { local_stiffness[j] };
+            match stiffness {
+                // weighted measures of the half are half of the whole's
+                GivenStiffness::Absolute(Stiffness { normal, tangential, scaling: StiffnessScaling::Weighted }) => {
+                    Stiffness {
+                        normal: normal * slave.images,
+                        tangential: tangential * slave.images,
+                        scaling: StiffnessScaling::Weighted,
+                    }
+                }
+                GivenStiffness::Absolute(stiffness) => stiffness,
+                GivenStiffness::Relative { factor, scaling } => {
+                    let both = match scaling {
+                        StiffnessScaling::Area | StiffnessScaling::ReferenceArea => factor * local,
+                        StiffnessScaling::Weighted => factor * local / slave.area,
+                    };
+                    let ratio = if method == Method::Lagrange { TANGENTIAL_COMPLEMENTARITY } else { 1.0 };
+                    Stiffness { normal: both, tangential: ratio * both, scaling }
+                }
+            }
+        };
+        self.slaves.iter().enumerate().map(of).collect()
+    }
+}

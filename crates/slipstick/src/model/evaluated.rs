@@ -1,0 +1,247 @@
+//! What a load step fixes, and what an evaluation of its equations knows about the contact.
+
+use super::law::{LawWeights, NodeLaw, Steering};
+use super::node::{self, NodeStep};
+use super::{ContactModel, Design, ModelInterface};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use slipstick_contact::enforcement::NodeMeasures;
+use slipstick_contact::kinematics::{NodeKinematics, PreviousRow};
+use slipstick_contact::{InterfaceError, InterfaceWorkspace};
+use slipstick_linalg::BlockMatrix;
+use slipstick_path::{Iteration, StateError, StepState, Timings};
+use slipstick_solid::model::Scatter;
+use std::sync::Arc;
+
+use super::pattern::PatternInUse;
+
+/// Mortar rows and frames of all slave nodes at some positions.
+#[derive(Debug, Default)]
+pub struct Kinematics {
+    /// In the order of [`ContactModel::slave_nodes`]; empty for nodes of other ranks.
+    pub nodes: Vec<NodeKinematics>,
+    /// Whether gradients came with them.
+    pub with_gradient: bool,
+}
+
+/// What a load step fixes.
+#[derive(Debug)]
+pub struct Step {
+    /// The state before it.
+    pub(super) previous: Arc<Kinematics>,
+    /// Mortar rows of that.
+    pub(super) rows: Vec<PreviousRow>,
+    /// Tangential tractions of the penalty method there.
+    pub(super) history: Vec<f64>,
+    /// Pseudo-time at its end.
+    pub(super) time: f64,
+}
+
+impl Step {
+    pub(super) fn new(previous: Arc<Kinematics>, history: &[f64], time: f64) -> Self {
+        let rows = previous.nodes.iter().map(PreviousRow::from).collect();
+        Self { previous, rows, history: history.to_vec(), time }
+    }
+
+    /// Tangential traction of node j at the end of the previous step, of the penalty method.
+    pub(super) fn previous_traction(&self, j: usize) -> Vector3<f64> {
+        Vector3::new(0.0, self.history[2 * j], self.history[2 * j + 1])
+    }
+}
+
+/// A slave node at a state: measures against the previous step, and its law.
+#[derive(Debug)]
+pub struct NodeState {
+    pub(super) step: NodeStep,
+    pub(super) measures: NodeMeasures,
+    pub(super) law: NodeLaw,
+}
+
+/// The contact at a state.
+#[derive(Debug)]
+pub struct ContactState {
+    pub(super) kinematics: Arc<Kinematics>,
+    /// Slave nodes, in the order of [`ContactModel::slave_nodes`]; `None` for those of other ranks.
+    pub(super) nodes: Vec<Option<NodeState>>,
+    pub(super) steering: Steering,
+}
+
+impl ContactState {
+    /// Slave nodes of this rank: number, kinematics, state.
+    pub(super) fn own(&self) -> impl Iterator<Item = (usize, &NodeKinematics, &NodeState)> {
+        let nodes = self.nodes.iter().zip(&self.kinematics.nodes).enumerate();
+        nodes.filter_map(|(j, (node, now))| node.as_ref().map(|node| (j, now, node)))
+    }
+
+    /// Measures of slave node j; `None` of other ranks' nodes.
+    pub fn measures(&self, j: usize) -> Option<&NodeMeasures> {
+        self.nodes.get(j)?.as_ref().map(|node| &node.measures)
+    }
+
+    /// Status of slave node j (0 open, 1 stick, 2 slip).
+    pub fn status(&self, j: usize) -> u8 {
+        self.nodes.get(j).and_then(Option::as_ref).map_or(0, |node| node.law.status() as u8)
+    }
+
+    /// The master nodes opposite to slave node j.
+    pub fn opposite(&self, j: usize) -> &[u32] {
+        self.kinematics.nodes.get(j).map_or(&[], |now| &now.support[now.ring..])
+    }
+
+    /// Direction of a multiplier component of slave node j.
+    pub fn direction(&self, j: usize, component: usize) -> Option<[f64; 3]> {
+        self.kinematics.nodes.get(j).map(|now| now.frame.vector(component).into())
+    }
+}
+
+/// Buffers that evaluations use again. They hold nothing that a result depends on.
+#[derive(Default)]
+pub struct Workspace {
+    interfaces: Vec<InterfaceWorkspace>,
+    /// Kinematics that were in use. Those that nobody else holds any more lend their memory.
+    kinematics: Vec<Arc<Kinematics>>,
+    pub(super) pattern: PatternInUse,
+    pub(super) scatter: Option<Scatter>,
+    pub(super) matrix: Option<BlockMatrix>,
+    /// Time spent on solids and contact, if it is measured.
+    pub timings: Timings,
+}
+
+impl std::fmt::Debug for Workspace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Workspace").field("interfaces", &self.interfaces.len()).finish_non_exhaustive()
+    }
+}
+
+impl Workspace {
+    /// Forgets the sparsity pattern, so that a march does not depend on what was solved before it.
+    pub fn forget(&mut self) {
+        (self.pattern, self.scatter, self.matrix) = (PatternInUse::default(), None, None);
+    }
+
+    /// Kinematics to overwrite.
+    fn spare(&mut self) -> Arc<Kinematics> {
+        let free = self.kinematics.iter_mut().position(|kept| Arc::get_mut(kept).is_some());
+        free.map_or_else(Arc::default, |free| self.kinematics.swap_remove(free))
+    }
+}
+
+impl ContactModel {
+    /// Mortar rows and frames of the slave nodes of this rank at displacements `d`.
+    pub(super) fn kinematics(
+        &self,
+        d: &[f64],
+        with_gradient: bool,
+        workspace: &mut Workspace,
+    ) -> Result<Arc<Kinematics>, StateError> {
+        if workspace.interfaces.len() != self.interfaces.len() {
+            let of = |model: &ModelInterface| model.interface.workspace(|node| self.share.has_node(node));
+            workspace.interfaces = self.interfaces.iter().map(of).collect();
+        }
+        let mut spare = workspace.spare();
+        let out = Arc::get_mut(&mut spare).expect("nobody else holds it");
+        let result = self.kinematics_of(&self.positions(d), with_gradient, &mut workspace.interfaces, out);
+        workspace.kinematics.push(spare.clone());
+        result.map(|()| spare)
+    }
+
+    fn kinematics_of(
+        &self,
+        x: &[f64],
+        with_gradient: bool,
+        workspaces: &mut [InterfaceWorkspace],
+        out: &mut Kinematics,
+    ) -> Result<(), StateError> {
+        out.with_gradient = with_gradient;
+        // each interface takes its part of the nodes, whose memory is used again
+        let mut rest = std::mem::take(&mut out.nodes);
+        for (model, workspace) in self.interfaces.iter().zip(workspaces) {
+            let later = rest.split_off(model.interface.slave_nodes().len().min(rest.len()));
+            model.interface.evaluate(x, with_gradient, workspace, &mut rest).map_err(|e| match e {
+                InterfaceError::Folded { node } => StateError::FoldedSurface { node },
+                InterfaceError::FoldedFacet { nodes } => StateError::FoldedFacet { nodes: nodes.to_vec() },
+                other => unreachable!("interface was built: {other}"),
+            })?;
+            out.nodes.append(&mut rest);
+            rest = later;
+        }
+        Ok(())
+    }
+}
+
+impl Design {
+    /// The contact at `y` in a step, whose kinematics are known: each node's law is evaluated here, once.
+    pub(super) fn contact(
+        &self,
+        step: &Step,
+        y: &[f64],
+        kinematics: Arc<Kinematics>,
+        iteration: Iteration,
+        own: &[bool],
+    ) -> ContactState {
+        let model = &*self.model;
+        let (x, fixed) = (model.positions(y), model.prescribed.fixed());
+        let steering = self.steering(iteration);
+        let of = |(j, (now, previous)): (usize, (&NodeKinematics, &PreviousRow))| {
+            own[j].then(|| {
+                let mut at = NodeStep::default();
+                at.evaluate(now, previous, &x, fixed, kinematics.with_gradient);
+                let measures = at.measures(now, &model.settings[j]);
+                let law = self.law(step, j, &measures, y, &steering);
+                NodeState { step: at, measures, law }
+            })
+        };
+        let nodes = kinematics.nodes.par_iter().zip(&step.rows).enumerate().map(of).collect();
+        ContactState { kinematics, nodes, steering }
+    }
+
+    /// The contact of all slave nodes at unknowns `y` after a previous state; on any rank, without the others. `at_start` says
+    /// that `y` is where a step starts.
+    ///
+    /// # Errors
+    /// If one of the two states cannot be evaluated.
+    pub fn contact_at(&self, previous: &StepState, y: &[f64], at_start: bool) -> Result<ContactState, StateError> {
+        let model = &*self.model;
+        let mut workspaces: Vec<_> = model.interfaces.iter().map(|i| i.interface.workspace(|_| true)).collect();
+        let mut at = |y: &[f64]| {
+            let mut out = Kinematics::default();
+            model.kinematics_of(&model.positions(y), false, &mut workspaces, &mut out).map(|()| Arc::new(out))
+        };
+        let step = Step::new(at(&previous.unknowns)?, &previous.history, 0.0);
+        let iteration = Iteration { at_start, ..Iteration::default() };
+        Ok(self.contact(&step, y, at(y)?, iteration, &vec![true; model.slaves.len()]))
+    }
+
+    /// How λᵀF + ηᵀG depends on slip, friction and history of node j.
+    pub(super) fn law_weights(
+        &self,
+        j: usize,
+        now: &NodeKinematics,
+        law: &NodeLaw,
+        lambda: &[f64],
+        eta: &[f64],
+    ) -> LawWeights {
+        match law {
+            NodeLaw::Multiplier { equation: c, .. } => {
+                let mu = self.model.multiplier(lambda, j);
+                LawWeights {
+                    by_slip: c.by_slip.tr_mul(&mu),
+                    by_friction: c.by_friction.dot(&mu),
+                    by_stiffness: c.by_edge_stiffness.dot(&mu),
+                    by_history: None,
+                }
+            }
+            NodeLaw::Regularised(t) => {
+                let mut weight = node::relative_adjoint(now, lambda);
+                weight[1] += eta[2 * j];
+                weight[2] += eta[2 * j + 1];
+                LawWeights {
+                    by_slip: t.by_slip.tr_mul(&weight),
+                    by_friction: t.by_friction.dot(&weight),
+                    by_stiffness: t.by_stiffness.dot(&weight),
+                    by_history: Some(t.by_multiplier.tr_mul(&weight).fixed_rows::<2>(1).into()),
+                }
+            }
+        }
+    }
+}
