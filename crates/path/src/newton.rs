@@ -103,7 +103,7 @@ pub struct StepReport {
     pub failed_iterations: usize,
     /// Uzawa iterations (0 for methods without).
     pub uzawa: usize,
-    /// Whether Newton's method failed and [Uzawa's iteration over all multipliers](crate::StepProblem::rescue) led to the
+    /// Whether Newton's method failed and [Uzawa's iteration over all multipliers](crate::Attempt::Rescue) led to the
     /// state: it may lie beyond a jump of the contact.
     pub rescued: bool,
     /// Where the last Newton iteration ended at the rounding of the positions, the relative residual that it left; `None`

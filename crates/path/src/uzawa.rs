@@ -38,10 +38,11 @@ pub(crate) fn solve<P: StepProblem>(
     let mut outer =
         Outer { solver, step, target, newton, uzawa, iteration: Iteration { attempt, held, at_start: false } };
     // a rescue begins where Newton's method has failed
-    if !rescue && uzawa.memory > 0 {
-        if let Some(at) = outer.second_order(start.clone(), report) {
-            return Ok((at.unknowns.clone(), at));
-        }
+    if !rescue
+        && uzawa.memory > 0
+        && let Some(at) = outer.second_order(start.clone(), report)
+    {
+        return Ok((at.unknowns.clone(), at));
     }
     let (y, at) = outer.iterate(start, report)?;
     if !rescue {

@@ -10,7 +10,7 @@
 use std::error::Error;
 
 use slipstick::build::build;
-use slipstick::case::{Case, Material, Shape, parse_case};
+use slipstick::case::{Case, Shape, parse_case};
 use slipstick::model::Parameter;
 use slipstick_path::{MarchEvent, MarchObserver};
 
@@ -38,7 +38,7 @@ pub fn case(numbers: Numbers) -> Result<Case, Box<dyn Error>> {
     if let Shape::Box { elements, .. } = &mut case.bodies[cuboid].shape {
         *elements = [8, 2, 2];
     }
-    case.bodies[cube].material = Material::NeoHooke { youngs_modulus: numbers.modulus, poisson_ratio: 0.3 };
+    case.bodies[cube].material.youngs_modulus = numbers.modulus;
     case.contacts[0].friction = numbers.friction;
     for waypoint in &mut case.dirichlet[1].motion {
         waypoint.u = waypoint.u.map(|u| numbers.amplitude * u);

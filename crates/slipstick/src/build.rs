@@ -21,9 +21,7 @@ use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, ObservedSteps, Weighted};
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
-use slipstick_solid::{
-    EnergyInterpolation, Formulation, Interpolation, Material, NeoHooke, Section, Simp, SolidModel, StVenantKirchhoff,
-};
+use slipstick_solid::{EnergyInterpolation, Formulation, Interpolation, Section, Simp, SolidModel};
 use std::sync::Arc;
 
 /// A case that is right in itself but cannot be built: where in the case, why, and what mends it.
@@ -139,15 +137,8 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
 
 /// What the elements of body `b` are made of.
 fn section((b, body): (usize, &case::Body)) -> Result<Section, BuildError> {
-    let material = match body.material {
-        case::Material::NeoHooke { youngs_modulus, poisson_ratio } => {
-            NeoHooke::new(youngs_modulus, poisson_ratio).map(Material::from)
-        }
-        case::Material::StVenantKirchhoff { youngs_modulus, poisson_ratio } => {
-            StVenantKirchhoff::new(youngs_modulus, poisson_ratio).map(Material::from)
-        }
-    };
-    let material = material.map_err(|e| {
+    let case::Material { law, youngs_modulus, poisson_ratio } = body.material;
+    let material = law.with_constants(youngs_modulus, poisson_ratio).map_err(|e| {
         BuildError::new(format!("body[{b}].material"), e, "give a positive modulus and -1 < ratio < 0.5")
     })?;
     let formulation = match body.element {

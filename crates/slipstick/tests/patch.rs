@@ -208,6 +208,21 @@ fn uniaxial_strain_passes_through_any_meshes() {
     }
 }
 
+/// By hand: under uniaxial strain, linear elastic bodies carry the same pressure M ε with M = λ + 2μ; the strains of both add
+/// up to [`PRESSED`]. In full elements and with B̄.
+#[test]
+fn linear_elastic_bodies_share_a_pressure() {
+    let stack = Stack::default();
+    let [lower, upper] = stack.moduli.map(|(e, nu)| e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu)));
+    let pressure = PRESSED / (1.0 / lower + 1.0 / upper);
+    for element in ["full", "f_bar"] {
+        let text = stack.text().replace("neo_hooke", "linear_elastic");
+        let text = text.replace("[[body]]", &format!("[[body]]\nelement = \"{element}\""));
+        let axial = [1.0 - pressure / lower, 1.0 - pressure / upper];
+        check(&format!("linear elastic, {element}"), &mut problem(&text), [1.0, 1.0], axial, pressure);
+    }
+}
+
 /// The same with tetrahedra on either side and on both.
 #[test]
 fn uniaxial_strain_passes_through_tetrahedra() {

@@ -21,6 +21,13 @@ impl ElementScaling {
     pub const fn stiffness(factor: f64) -> Self {
         Self { factor, gamma: 1.0 }
     }
+
+    /// As a law feels it, or its derivative: at small strains Ψ is Ψ_L, and the energy is factor · Ψ_L whatever γ is. With γ = 0
+    /// the elements evaluate the law at rest, where nothing inverts.
+    #[inline(always)]
+    pub(crate) fn effective(self, small_strains: bool) -> Self {
+        if small_strains { Self { gamma: 0.0, ..self } } else { self }
+    }
 }
 
 /// Energy interpolation: void elements follow linear elasticity, which no deformation can invert.

@@ -1,4 +1,4 @@
-//! Deformable solids: hex8, wedge6 and tet4 elements, hyperelastic laws, SIMP-scaled stiffness.
+//! Deformable solids: hex8, wedge6 and tet4 elements, elastic laws, SIMP-scaled stiffness.
 //!
 //! Total Lagrangian, 2×2×2 Gauss points in hexahedra and wedges, one in tetrahedra. The crate knows neither time nor contact; a
 //! density enters only as a scaling of each element's energy ([`simp`], [`interpolation`]).
@@ -7,15 +7,19 @@ mod assembly;
 mod clusters;
 pub mod hex8;
 pub mod interpolation;
+pub mod law;
 pub mod load;
-pub mod material;
 pub mod model;
+mod power;
+#[cfg(test)]
+mod reference;
+mod registers;
 pub mod section;
 pub mod simp;
 mod tet4;
 
 pub use interpolation::{ElementScaling, EnergyInterpolation, Interpolation};
-pub use material::{Material, MaterialError, NeoHooke, StVenantKirchhoff};
+pub use law::*;
 pub use model::{InvertedElements, SolidModel};
 pub use section::{Formulation, Section};
 pub use simp::Simp;

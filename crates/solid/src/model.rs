@@ -6,7 +6,7 @@ use crate::assembly::{
 use crate::clusters::Clusters;
 use crate::hex8::{self, ReferenceGeometry};
 use crate::interpolation::ElementScaling;
-use crate::material::Material;
+use crate::law::Material;
 use crate::section::Section;
 use crate::tet4::{self, Batch};
 use pulp::Arch;
@@ -18,7 +18,7 @@ use slipstick_mesh::{Element, Mesh};
 const CHUNK: usize = 64;
 
 /// Elements whose deformation gradient, at γ u with interpolated energy, has J ≤ 0 (or is not finite) at a Gauss point: the
-/// trial state is no state.
+/// trial state is no state. Laws of small strains have no such limit: of those, only elements whose force is not finite.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{} inverted element{}, first: {}", elements.len(), if elements.len() == 1 { "" } else { "s" }, elements[0])]
 pub struct InvertedElements {
@@ -274,7 +274,7 @@ impl SolidModel {
     /// Adds λᵀ ∂f_int/∂φ_e of every element to `out`; `slopes` holds the derivatives of the scalings with respect to the
     /// densities φ_e. Elements whose scaling depends on nothing are passed over.
     ///
-    /// Paper: (88), (89). Tests: `density_pull_back_matches_differences`, `interpolated_pull_back_matches_differences`.
+    /// Paper: (88), (89). Tests: `kernels_agree_with_the_reference_element`, `interpolated_pull_back_matches_differences`.
     ///
     /// # Errors
     /// [`InvertedElements`]; `out` is then as before.

@@ -1,6 +1,6 @@
 //! What the elements of a body are made of, and how they are integrated.
 
-use crate::material::Material;
+use crate::law::Material;
 
 /// How an element sees the deformation gradient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,7 +4,7 @@ use slipstick_linalg::{
     BlockMatrix, BlockPattern, LinearSolver, Reduction, RobustSolver, SolverChoice, solve_verified,
 };
 use slipstick_mesh::{Body, BoxShape, Mesh, box_mesh};
-use slipstick_solid::{ElementScaling, Formulation, NeoHooke, Section, SolidModel, StVenantKirchhoff};
+use slipstick_solid::{ElementScaling, Formulation, LawKind, NeoHooke, Section, SolidModel};
 use std::sync::Arc;
 
 /// Hexahedra, wedges along z, wedges along x and tetrahedra in the four quarters of a block; all faces fit. Inner nodes are
@@ -39,14 +39,16 @@ fn inner(mesh: &Mesh) -> Vec<usize> {
 #[test]
 fn wedges_deform_uniformly() {
     let mesh = distorted();
-    let (neo_hooke, svk) = (NeoHooke::new(100.0, 0.25).unwrap(), StVenantKirchhoff::new(100.0, 0.25).unwrap());
-    let bar = Section { material: neo_hooke.into(), formulation: Formulation::FBar };
+    let laws = LawKind::ALL.iter().map(|law| law.with_constants(100.0, 0.25).unwrap());
+    let sections = laws.flat_map(|material| {
+        [Formulation::Full, Formulation::FBar].map(|formulation| Section { material, formulation })
+    });
     let h = [[-0.1, 0.2, 0.05], [0.1, 0.15, -0.1], [0.0, 0.1, 0.08]];
     let f = std::array::from_fn(|a| std::array::from_fn(|b| h[a][b] + f64::from(a == b)));
     let d: Vec<f64> =
         mesh.nodes.iter().flat_map(|x| h.map(|row| (0..3).map(|b| row[b] * x[b]).sum::<f64>() + 1.0)).collect();
     assert_eq!(inner(&mesh).len(), 9);
-    for section in [neo_hooke.into(), svk.into(), bar] {
+    for section in sections {
         let model = SolidModel::new(&mesh, vec![section]).unwrap();
         let scalings = vec![ElementScaling::SOLID; model.elements()];
         assert!((model.element_volumes().iter().sum::<f64>() - 32.0).abs() < 1e-12);

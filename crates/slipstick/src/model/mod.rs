@@ -64,7 +64,7 @@ pub struct ModelInterface {
     /// Coefficient of friction μ.
     pub friction: f64,
     /// Part of the area around a slave node below which its contact condition is compliant,
-    /// [`NodeMeasures::compliance`].
+    /// [`compliance`](slipstick_contact::enforcement::NodeMeasures::compliance).
     pub edge_cover: f64,
     /// How contact and friction are enforced.
     pub enforcement: Enforcement,

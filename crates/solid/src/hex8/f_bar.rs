@@ -21,14 +21,14 @@
 //! centre and without a potential; Simo, Taylor, Pister, Comput. Methods Appl. Mech. Engrg. 51 (1985) 177–208, for θ; Moran,
 //! Ortiz, Shih, Int. J. Numer. Methods Engrg. 29 (1990) 483–514.
 
-use super::geometry::{AtPoints, POINTS, ReferenceGeometry};
+use super::geometry::ReferenceGeometry;
+use super::integrate::{Corners, displacement_gradient, finite, integrate, to_parent};
 use super::kernel::{Deformation, Scratch};
-use super::law::{Law, Local};
 use super::moduli::{Blocks, add_blocks};
-use super::power::inverse_power;
-use super::registers::{
-    Corners, Matrices, Matrix, array, contract, displacement_gradient, finite, integrate, load, load_matrix, product,
-    store, store_matrix, to_parent,
+use crate::law::{Law, Local};
+use crate::power::inverse_power;
+use crate::registers::{
+    AtPoints, Matrices, Matrix, POINTS, array, contract, load, load_matrix, product, store, store_matrix,
 };
 use pulp::Simd;
 

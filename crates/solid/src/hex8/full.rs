@@ -1,13 +1,11 @@
 //! Fully integrated elements: F as it is at each Gauss point.
 
-use super::geometry::{AtPoints, PARENT_BY_POINT, POINTS, ReferenceGeometry, pair};
+use super::geometry::{PARENT_BY_POINT, ReferenceGeometry, pair};
+use super::integrate::{Corners, displacement_gradient, finite, integrate, to_parent};
 use super::kernel::{Deformation, Scratch};
-use super::law::{Law, Local};
 use super::moduli;
-use super::registers::{
-    Corners, array, displacement_gradient, finite, integrate, load, product, store, store_matrix, to_parent,
-};
-use crate::material::NeoHooke;
+use crate::law::{Law, Local};
+use crate::registers::{AtPoints, POINTS, array, load, product, store, store_matrix};
 use pulp::Simd;
 
 impl Deformation {
@@ -76,9 +74,26 @@ pub(super) fn tangent_product<S: Simd, R>(
     finite(integrate(simd, stress), then)
 }
 
-/// See [`super::kernel::tangent`]: of any law, by its moduli at each point.
+/// See [`super::kernel::tangent`].
 #[inline(always)]
 pub(super) fn tangent<S: Simd>(
+    simd: S,
+    scratch: &mut Scratch,
+    law: &impl Law,
+    at: &ReferenceGeometry,
+    factor: f64,
+    d: &Corners,
+    add: impl FnMut(usize, usize, [f64; 9]),
+) -> Option<()> {
+    match law.volumetric_exponent() {
+        Some(exponent) => by_spatial_gradients(simd, scratch, law, exponent, at, factor, d, add),
+        None => by_moduli(simd, scratch, law, at, factor, d, add),
+    }
+}
+
+/// Of any law, by its moduli at each point.
+#[inline(always)]
+fn by_moduli<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     law: &impl Law,
@@ -110,15 +125,16 @@ pub(super) fn tangent<S: Simd>(
     Some(())
 }
 
-/// See [`super::kernel::tangent`]: that of neo-Hooke, written out.
+/// Of laws with a [`Law::volumetric_exponent`] e, written out.
 ///
-/// With T_ia,kb = Σ w 2c J^(−2β) g_ia g_kb the entry (a, b) of block (i, k) is 2β T_ia,kb + T_ib,ka + δ_ab 2c ∫ G_i·G_k.
+/// With T_ia,kb = Σ w μ v g_ia g_kb the entry (a, b) of block (i, k) is e T_ia,kb + T_ib,ka + δ_ab μ ∫ G_i·G_k.
 /// The last integral does not depend on the state. The sum over points is a product of matrices.
 #[inline(always)]
-pub(super) fn neo_hooke_tangent<S: Simd>(
+fn by_spatial_gradients<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
-    material: &NeoHooke,
+    law: &impl Law,
+    exponent: f64,
     at: &ReferenceGeometry,
     factor: f64,
     d: &Corners,
@@ -129,8 +145,8 @@ pub(super) fn neo_hooke_tangent<S: Simd>(
     if !deformation.is_admissible() {
         return None;
     }
-    let volumetric = material.volumetric(simd, &deformation.determinant);
-    let (modulus, exponent) = (factor * material.modulus(), material.exponent());
+    let volumetric = law.volumetric(simd, &deformation.determinant);
+    let modulus = factor * law.shear_modulus();
     let mut weights = [0.0; POINTS];
     for p in 0..POINTS {
         weights[p] = modulus * at.weights[p] * volumetric[p];

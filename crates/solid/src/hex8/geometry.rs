@@ -1,10 +1,6 @@
 //! The parent cube of a hex8 and the reference geometry of an element.
 
-/// Number of Gauss points.
-pub const POINTS: usize = 8;
-
-/// One number per Gauss point.
-pub(crate) type AtPoints = [f64; POINTS];
+use crate::registers::{AtPoints, POINTS};
 
 /// Signs of the corners in the parent cube, VTK numbering. Gauss point p lies at corner p, divided by √3.
 pub(super) const CORNER: [[f64; 3]; 8] = [

@@ -9,13 +9,11 @@
 //! With γ = 1 these are the plain integrals, at their cost. The rest is compiled apart from them.
 
 use super::geometry::ReferenceGeometry;
-use super::kernel::{self, Scratch};
-use super::registers::Corners;
+use super::integrate::Corners;
+use super::kernel::{self, REST, Scratch};
 use crate::interpolation::ElementScaling;
 use crate::section::Section;
 use pulp::{Simd, WithSimd};
-
-const REST: Corners = [[0.0; 3]; 8];
 
 /// Internal force; `None` where the finite-strain part is inverted or the force not finite.
 #[inline(always)]
@@ -79,7 +77,7 @@ pub(crate) fn tangent<S: Simd>(
 /// ∂f/∂s = f/s,     ∂f/∂γ = s [ f(γd) + γ K(γd) d − 2γ K(0) d ]
 /// ```
 ///
-/// Paper: (88), (89). Tests: `density_pull_back_matches_differences`, `interpolated_pull_back_matches_differences`.
+/// Paper: (88), (89). Tests: `kernels_agree_with_the_reference_element`, `interpolated_pull_back_matches_differences`.
 #[inline(always)]
 pub(crate) fn pull_back<S: Simd>(
     simd: S,

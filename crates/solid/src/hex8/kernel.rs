@@ -6,13 +6,16 @@
 
 use super::f_bar::{self, Mean};
 use super::full;
-use super::geometry::{AtPoints, POINTS, ReferenceGeometry};
-use super::law::Law;
+use super::geometry::ReferenceGeometry;
+use super::integrate::{Corners, displacement_gradient};
 use super::moduli::Moduli;
-use super::registers::{Corners, Matrices, displacement_gradient, invert, store, store_matrix};
-use crate::material::Material;
+use crate::law::{Law, with_law};
+use crate::registers::{AtPoints, Matrices, POINTS, invert, store, store_matrix};
 use crate::section::{Formulation, Section};
 use pulp::{Simd, WithSimd};
+
+/// No displacements. Laws of small strains are evaluated here, where nothing is inverted: the force is K(0) d.
+pub(super) const REST: Corners = [[0.0; 3]; 8];
 
 /// F, F⁻¹ and J at the Gauss points.
 pub(super) struct Deformation {
@@ -32,7 +35,7 @@ pub(crate) struct Scratch {
     pub(super) weighted: [[[f64; 8]; 3]; POINTS],
     /// Spatial gradients g_ia, as `[point][3 i + a]`.
     pub(super) gradients: [[f64; 24]; POINTS],
-    /// Sums over the points, see [`full::neo_hooke_tangent`].
+    /// Sums over the points, see `by_spatial_gradients` in full.rs.
     pub(super) sums: [[f64; 24]; 3],
     pub(super) further: Further,
 }
@@ -120,10 +123,7 @@ pub(super) fn internal_force<S: Simd, R>(
     then: impl FnOnce(&Corners) -> R,
 ) -> Option<R> {
     let formulation = section.formulation;
-    match section.material {
-        Material::NeoHooke(law) => simd.vectorize(Force { law, formulation, scratch, at, factor, d, then }),
-        Material::StVenantKirchhoff(law) => simd.vectorize(Force { law, formulation, scratch, at, factor, d, then }),
-    }
+    with_law!(section.material, law => simd.vectorize(Force { law, formulation, scratch, at, factor, d, then }))
 }
 
 /// Product of the tangent at stiffness `factor` times that of the material with corner displacements `direction`; `None`
@@ -140,14 +140,9 @@ pub(super) fn tangent_product<S: Simd, R>(
     then: impl FnOnce(&Corners) -> R,
 ) -> Option<R> {
     let formulation = section.formulation;
-    match section.material {
-        Material::NeoHooke(law) => {
-            simd.vectorize(Product { law, formulation, scratch, at, factor, d, direction, then })
-        }
-        Material::StVenantKirchhoff(law) => {
-            simd.vectorize(Product { law, formulation, scratch, at, factor, d, direction, then })
-        }
-    }
+    with_law!(section.material, law => {
+        simd.vectorize(Product { law, formulation, scratch, at, factor, d, direction, then })
+    })
 }
 
 /// Tangent at stiffness `factor` times that of the material: calls `add` with i, k and the row-major 3×3 block of every
@@ -163,10 +158,7 @@ pub(super) fn tangent<S: Simd>(
     add: impl FnMut(usize, usize, [f64; 9]),
 ) -> Option<()> {
     let formulation = section.formulation;
-    match section.material {
-        Material::NeoHooke(law) => simd.vectorize(Tangent { law, formulation, scratch, at, factor, d, add }),
-        Material::StVenantKirchhoff(law) => simd.vectorize(Tangent { law, formulation, scratch, at, factor, d, add }),
-    }
+    with_law!(section.material, law => simd.vectorize(Tangent { law, formulation, scratch, at, factor, d, add }))
 }
 
 struct Force<'a, L, T> {
@@ -185,6 +177,9 @@ impl<L: Law, R, T: FnOnce(&Corners) -> R> WithSimd for Force<'_, L, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { law, formulation, scratch, at, factor, d, then } = self;
+        if law.small_strains() {
+            return Product { law, formulation, scratch, at, factor, d: &REST, direction: d, then }.with_simd(simd);
+        }
         match formulation {
             Formulation::Full => full::internal_force(simd, scratch, &law, at, factor, d, then),
             Formulation::FBar => f_bar::internal_force(simd, scratch, &law, at, factor, d, then),
@@ -209,6 +204,7 @@ impl<L: Law, R, T: FnOnce(&Corners) -> R> WithSimd for Product<'_, L, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { law, formulation, scratch, at, factor, d, direction, then } = self;
+        let d = if law.small_strains() { &REST } else { d };
         match formulation {
             Formulation::Full => full::tangent_product(simd, scratch, &law, at, factor, d, direction, then),
             Formulation::FBar => f_bar::tangent_product(simd, scratch, &law, at, factor, d, direction, then),
@@ -232,8 +228,9 @@ impl<L: Law, A: FnMut(usize, usize, [f64; 9])> WithSimd for Tangent<'_, L, A> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { law, formulation, scratch, at, factor, d, add } = self;
+        let d = if law.small_strains() { &REST } else { d };
         match formulation {
-            Formulation::Full => law.tangent(simd, scratch, at, factor, d, add),
+            Formulation::Full => full::tangent(simd, scratch, &law, at, factor, d, add),
             Formulation::FBar => f_bar::tangent(simd, scratch, &law, at, factor, d, add),
         }
     }

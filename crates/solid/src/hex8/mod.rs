@@ -7,8 +7,8 @@
 //! K_ia,kb  = Σ w 2c [ δ_ab G_i·G_k + J^(−2β) (2β g_ia g_kb + g_ka g_ib) ]
 //! ```
 //!
-//! `law.rs` holds the stresses of the materials, `full.rs` and `f_bar.rs` the formulations, `moduli.rs` the tangent of any law,
-//! `kernel.rs` chooses among them. Where the energy is interpolated ([`ElementScaling::gamma`] below 1), these are taken at γ d, and the integrals of linear
+//! `full.rs` and `f_bar.rs` hold the formulations, `moduli.rs` the tangent of any [law](crate::law), `kernel.rs` chooses among
+//! them. Where the energy is interpolated ([`ElementScaling::gamma`] below 1), these are taken at γ d, and the integrals of linear
 //! elasticity, K(0), are added with the weight 1 − γ².
 //!
 //! **Wedges** are integrated as hexahedra in which two edges have no length ([`slipstick_mesh::WEDGE_AS_HEX`]). The shape
@@ -21,15 +21,14 @@
 
 mod f_bar;
 mod full;
-pub(crate) mod geometry;
+mod geometry;
+mod integrate;
 pub(crate) mod interpolated;
 pub(crate) mod kernel;
-pub(crate) mod law;
 mod moduli;
-mod power;
-pub(crate) mod registers;
 
-pub use geometry::{POINTS, ReferenceGeometry};
+pub use crate::registers::POINTS;
+pub use geometry::ReferenceGeometry;
 
 use crate::interpolation::ElementScaling;
 use crate::section::{Formulation, Section};
@@ -39,7 +38,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// Internal force f = ∂W/∂d of the element at displacements `d`. \[F\]. `None` if J ≤ 0 at a Gauss point (at γ d where the
 /// energy is interpolated), or if the force is not finite.
 ///
-/// Paper: (18), (100). Tests: `force_is_the_gradient_of_the_energy`, `reference_element` (tests/reference.rs).
+/// Paper: (18), (100). Test: `kernels_agree_with_the_reference_element`.
 pub fn internal_force(
     section: &Section,
     scaling: ElementScaling,
@@ -60,7 +59,7 @@ pub fn internal_force(
 
 /// Tangent ∂f/∂d: block (i, k) at `[8 i + k]`, row-major 3×3. \[F/L\]. Symmetric. `None` as for [`internal_force`].
 ///
-/// Test: `tangent_is_the_derivative_of_the_force`.
+/// Test: `kernels_agree_with_the_reference_element`.
 pub fn tangent(
     section: &Section,
     scaling: ElementScaling,
@@ -106,7 +105,7 @@ pub(crate) fn transposed(b: [f64; 9]) -> [f64; 9] {
 
 /// Energy W of the element. \[F L\]. `None` if J ≤ 0 at a Gauss point, at γ d where the energy is interpolated.
 pub fn energy(section: &Section, scaling: ElementScaling, at: &ReferenceGeometry, d: &[[f64; 3]; 8]) -> Option<f64> {
-    let ElementScaling { factor, gamma } = scaling;
+    let ElementScaling { factor, gamma } = scaling.effective(section.material.small_strains());
     let finite = finite_strain_energy(section, at, &d.map(|d| d.map(|d| gamma * d)))?;
     if gamma == 1.0 {
         return Some(factor * finite);

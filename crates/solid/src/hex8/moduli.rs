@@ -1,7 +1,8 @@
 //! Tangents of any law from its moduli: the changes of stress under the nine unit changes of F at each Gauss point.
 
-use super::geometry::{AtPoints, PARENT_BY_POINT, POINTS, ReferenceGeometry};
-use super::registers::{Matrix, array, load, store, to_parent};
+use super::geometry::{PARENT_BY_POINT, ReferenceGeometry};
+use super::integrate::to_parent;
+use crate::registers::{AtPoints, Matrix, POINTS, array, load, store};
 use pulp::Simd;
 
 /// K_ia,kb of one element as `[a][b][i][k]`, of which those with a ≤ b are used.

@@ -1,13 +1,11 @@
 //! The integrals over a batch, generic over the instruction set: a register holds a few elements.
 
 use super::{Batch, LANES};
-use crate::hex8::geometry::AtPoints;
-use crate::hex8::law::{Law, Local};
-use crate::hex8::registers::{
-    Matrices, Matrix, array, contract, invert, load, load_matrix, product, store, store_matrix,
-};
 use crate::interpolation::ElementScaling;
-use crate::material::Material;
+use crate::law::{Law, Local, Material, with_law};
+use crate::registers::{
+    AtPoints, Matrices, Matrix, array, contract, invert, load, load_matrix, product, store, store_matrix,
+};
 use pulp::Simd;
 
 const ZERO: Matrices = [[[0.0; LANES]; 3]; 3];
@@ -58,12 +56,12 @@ impl Work {
 
     /// Evaluates the deformation at displacements `d`. Which elements are admissible is up to the caller.
     #[inline(always)]
-    fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, scalings: &[ElementScaling], d: &[f64], shear_modulus: f64) {
+    fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, scalings: &[ElementScaling], d: &[f64], law: &impl Law) {
         self.modulus = [0.0; LANES];
         self.gamma = ONES;
         for (lane, &number) in batch.numbers().iter().enumerate() {
-            let ElementScaling { factor, gamma } = scalings[number as usize];
-            self.modulus[lane] = factor * batch.volumes[lane] * shear_modulus;
+            let ElementScaling { factor, gamma } = scalings[number as usize].effective(law.small_strains());
+            self.modulus[lane] = factor * batch.volumes[lane] * law.shear_modulus();
             self.gamma[lane] = gamma;
         }
         self.interpolated = self.gamma != ONES;
@@ -140,15 +138,12 @@ impl Work {
         scalings: &[ElementScaling],
         d: &[f64],
     ) {
-        match material {
-            Material::NeoHooke(law) => self.force_of(simd, law, batch, scalings, d),
-            Material::StVenantKirchhoff(law) => self.force_of(simd, law, batch, scalings, d),
-        }
+        with_law!(material, law => self.force_of(simd, law, batch, scalings, d))
     }
 
     #[inline(always)]
     fn force_of<S: Simd>(&mut self, simd: S, law: &impl Law, batch: &Batch, scalings: &[ElementScaling], d: &[f64]) {
-        self.deform(simd, batch, scalings, d, law.shear_modulus());
+        self.deform(simd, batch, scalings, d, law);
         let volumetric = law.volumetric(simd, &self.determinant);
         let rest = if self.interpolated { law.volumetric(simd, &ONES) } else { ONES };
         let [finite, linear] = self.weights(OF_FORCE);
@@ -174,10 +169,7 @@ impl Work {
         d: &[f64],
         direction: &[f64],
     ) {
-        match material {
-            Material::NeoHooke(law) => self.product_of(simd, law, batch, scalings, d, direction),
-            Material::StVenantKirchhoff(law) => self.product_of(simd, law, batch, scalings, d, direction),
-        }
+        with_law!(material, law => self.product_of(simd, law, batch, scalings, d, direction))
     }
 
     #[inline(always)]
@@ -190,7 +182,7 @@ impl Work {
         d: &[f64],
         direction: &[f64],
     ) {
-        self.deform(simd, batch, scalings, d, law.shear_modulus());
+        self.deform(simd, batch, scalings, d, law);
         let change = field_gradient(simd, batch, direction);
         let moduli = Moduli::new(simd, law, self);
         for v in 0..LANES / S::F64_LANES {
@@ -210,15 +202,12 @@ impl Work {
         scalings: &[ElementScaling],
         d: &[f64],
     ) {
-        match material {
-            Material::NeoHooke(law) => self.tangents_of(simd, law, batch, scalings, d),
-            Material::StVenantKirchhoff(law) => self.tangents_of(simd, law, batch, scalings, d),
-        }
+        with_law!(material, law => self.tangents_of(simd, law, batch, scalings, d))
     }
 
     #[inline(always)]
     fn tangents_of<S: Simd>(&mut self, simd: S, law: &impl Law, batch: &Batch, scalings: &[ElementScaling], d: &[f64]) {
-        self.deform(simd, batch, scalings, d, law.shear_modulus());
+        self.deform(simd, batch, scalings, d, law);
         let moduli = Moduli::new(simd, law, self);
         for v in 0..LANES / S::F64_LANES {
             for b in 0..3 {
@@ -287,7 +276,7 @@ impl Moduli {
 /// λ · ∂f/∂φ of the elements, where `slopes` holds the derivatives of the scalings with respect to the densities; see
 /// [`crate::hex8::interpolated::pull_back`]. NaN of inverted elements.
 ///
-/// Test: `interpolated_pull_back_matches_differences` (tests/reference.rs).
+/// Test: `interpolated_pull_back_matches_differences` (tests/assembly.rs).
 #[inline(always)]
 pub(crate) fn pull_back<S: Simd>(
     simd: S,
@@ -298,10 +287,7 @@ pub(crate) fn pull_back<S: Simd>(
     d: &[f64],
     adjoint: &[f64],
 ) -> AtPoints {
-    match material {
-        Material::NeoHooke(law) => pull_back_of(simd, work, law, batch, [scalings, slopes], d, adjoint),
-        Material::StVenantKirchhoff(law) => pull_back_of(simd, work, law, batch, [scalings, slopes], d, adjoint),
-    }
+    with_law!(material, law => pull_back_of(simd, work, law, batch, [scalings, slopes], d, adjoint))
 }
 
 #[inline(always)]
@@ -314,7 +300,7 @@ fn pull_back_of<S: Simd>(
     d: &[f64],
     adjoint: &[f64],
 ) -> AtPoints {
-    work.deform(simd, batch, scalings, d, law.shear_modulus());
+    work.deform(simd, batch, scalings, d, law);
     let lambda = field_gradient(simd, batch, adjoint);
     let volumetric = law.volumetric(simd, &work.determinant);
     let rest = law.volumetric(simd, &ONES);
@@ -330,7 +316,8 @@ fn pull_back_of<S: Simd>(
     }
     let mut out = [0.0; LANES];
     for (lane, &number) in batch.numbers().iter().enumerate() {
-        let (ElementScaling { factor, gamma }, slope) = (scalings[number as usize], slopes[number as usize]);
+        let [ElementScaling { factor, gamma }, slope] =
+            [scalings, slopes].map(|of| of[number as usize].effective(law.small_strains()));
         let by_factor = gamma * force[lane] + (1.0 - gamma * gamma) * linear[lane];
         let by_gamma = factor * (force[lane] + gamma * (finite[lane] - 2.0 * linear[lane]));
         let modulus = batch.volumes[lane] * law.shear_modulus();

@@ -14,9 +14,9 @@ mod kernel;
 
 pub(crate) use kernel::{Work, pull_back};
 
-use crate::hex8::geometry::{AtPoints, POINTS};
 use crate::interpolation::ElementScaling;
-use crate::material::Material;
+use crate::law::{Material, determinant, small_strain_energy};
+use crate::registers::{AtPoints, POINTS};
 use slipstick_mesh::{Mesh, tet_volume};
 
 /// Elements of a batch.
@@ -88,7 +88,7 @@ impl Batch {
 
     /// Energy of one element; `None` if J ≤ 0, at γ d where the energy is interpolated. \[F L\]
     pub fn energy(&self, lane: usize, material: &Material, scaling: ElementScaling, d: &[f64]) -> Option<f64> {
-        let ElementScaling { factor, gamma } = scaling;
+        let ElementScaling { factor, gamma } = scaling.effective(material.small_strains());
         let h = self.displacement_gradient(lane, d);
         let f = plus_identity(&h, gamma);
         if !(determinant(&f) > 0.0) {
@@ -96,11 +96,7 @@ impl Batch {
         }
         let mut energy = material.energy(&f);
         if gamma != 1.0 {
-            let (e, nu) = (material.youngs_modulus(), material.poisson_ratio());
-            let (mu, lambda) = (e / (2.0 * (1.0 + nu)), e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
-            let trace = h[0][0] + h[1][1] + h[2][2];
-            let squares: f64 = (0..9).map(|n| (0.5 * (h[n / 3][n % 3] + h[n % 3][n / 3])).powi(2)).sum();
-            energy += (1.0 - gamma * gamma) * (0.5 * lambda * trace * trace + mu * squares);
+            energy += (1.0 - gamma * gamma) * small_strain_energy(material.constants(), &h);
         }
         Some(factor * self.volumes[lane] * energy)
     }
@@ -115,11 +111,6 @@ impl Batch {
 /// 1 + γ H.
 fn plus_identity(h: &[[f64; 3]; 3], gamma: f64) -> [[f64; 3]; 3] {
     std::array::from_fn(|a| std::array::from_fn(|b| f64::from(a == b) + gamma * h[a][b]))
-}
-
-fn determinant(f: &[[f64; 3]; 3]) -> f64 {
-    let minor = |a: usize, b: usize| f[1][a] * f[2][b] - f[1][b] * f[2][a];
-    f[0][0] * minor(1, 2) - f[0][1] * minor(0, 2) + f[0][2] * minor(0, 1)
 }
 
 #[cfg(test)]

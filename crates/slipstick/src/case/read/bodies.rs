@@ -1,14 +1,13 @@
 //! Bodies (`[[body]]`).
 
 use super::super::names::Names;
-use super::super::resolved::{Body, Element, Material, Placement, Rotate, Shape};
+use super::super::resolved::{Body, Element, LawKind, Material, Placement, Rotate, Shape};
 use super::super::typed::Table;
 use super::mesh_file::{MeshFiles, mesh_file};
 use super::{CaseCode, direction, name};
 use slipstick_mesh as mesh;
 
 const SHAPES: &[&str] = &["box", "half_ball", "hollow_cylinder", "half_ring", "mesh"];
-const MATERIALS: &[&str] = &["neo_hooke", "st_venant_kirchhoff"];
 /// What goes on after a shape that cannot be read.
 const STAND_IN: Shape = Shape::Box { min: [0.0; 3], max: [1.0; 3], elements: [1; 3], grading: [1.0; 3] };
 /// More elements than any run can hold.
@@ -153,7 +152,7 @@ fn place(table: Table<'_>) -> Placement {
 }
 
 fn material(table: &Table<'_>) -> Material {
-    let stand_in = Material::NeoHooke { youngs_modulus: 1.0, poisson_ratio: 0.3 };
+    let stand_in = Material { law: LawKind::ALL[0], youngs_modulus: 1.0, poisson_ratio: 0.3 };
     if !table.has("material") {
         table.note_missing(
             "material",
@@ -163,16 +162,12 @@ fn material(table: &Table<'_>) -> Material {
     let Some(material) = table.table("material") else {
         return stand_in;
     };
-    let chosen = material.choose("the material", MATERIALS);
-    let law = chosen.and_then(|key| material.table(key)).map(|constants| {
-        let (youngs_modulus, poisson_ratio) = elastic_constants(constants);
-        match chosen {
-            Some("st_venant_kirchhoff") => Material::StVenantKirchhoff { youngs_modulus, poisson_ratio },
-            _ => Material::NeoHooke { youngs_modulus, poisson_ratio },
-        }
+    let read = material.choose("the material", LawKind::WORDS).and_then(|word| {
+        let (youngs_modulus, poisson_ratio) = elastic_constants(material.table(word)?);
+        Some(Material { law: LawKind::from_word(word)?, youngs_modulus, poisson_ratio })
     });
     material.finish();
-    law.unwrap_or(stand_in)
+    read.unwrap_or(stand_in)
 }
 
 /// Poisson's ratios from which on fully integrated elements are noticeably too stiff.
@@ -182,10 +177,7 @@ const LOCKING: f64 = 0.45;
 const UNLOCKED: &str = "mesh the body with hexahedra and element = \"f_bar\", or take a ratio below 0.45";
 
 fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material, element: Element) {
-    let (key, ratio) = match *material {
-        Material::NeoHooke { poisson_ratio, .. } => ("neo_hooke", poisson_ratio),
-        Material::StVenantKirchhoff { poisson_ratio, .. } => ("st_venant_kirchhoff", poisson_ratio),
-    };
+    let (law, ratio) = (material.law.word(), material.poisson_ratio);
     let count = |is: fn(&mesh::Element) -> bool| match shape {
         Some(Shape::Mesh(file)) => file.mesh.elements.iter().filter(|&element| is(element)).count(),
         _ => 0,
@@ -201,7 +193,7 @@ fn warn_of_locking(table: &Table<'_>, shape: Option<&Shape>, material: &Material
         );
         warn("element", message, "right where hexahedra are beside them; else leave it out");
     }
-    let ratio_key = format!("material.{key}.poisson_ratio");
+    let ratio_key = format!("material.{law}.poisson_ratio");
     if ratio >= LOCKING && tetrahedra > 0 {
         let message = format!("tetrahedra lock at a Poisson's ratio of {ratio}: they are too stiff");
         warn(&ratio_key, message, UNLOCKED);

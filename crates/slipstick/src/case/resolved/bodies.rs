@@ -1,9 +1,13 @@
 //! Bodies.
 
-use schemars::JsonSchema;
-use serde::Serialize;
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 use super::MeshFile;
+pub use slipstick_solid::LawKind;
 
 /// A body: shape, place, material.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -148,24 +152,56 @@ pub struct Rotate {
     pub degrees: f64,
 }
 
-/// A material law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Material {
-    /// Coupled compressible neo-Hooke. Paper: (100).
-    NeoHooke {
-        /// Young's modulus E > 0. \[F/L²\]
-        youngs_modulus: f64,
-        /// Poisson's ratio, −1 < ν < 1/2.
-        poisson_ratio: f64,
-    },
-    /// St. Venant-Kirchhoff; softens in compression.
-    StVenantKirchhoff {
-        /// Young's modulus E > 0. \[F/L²\]
-        youngs_modulus: f64,
-        /// Poisson's ratio, −1 < ν < 1/2.
-        poisson_ratio: f64,
-    },
+/// A material: a law and the constants of its small-strain limit. A case file has the law's word as a key, and the constants
+/// below it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// The law.
+    pub law: LawKind,
+    /// Young's modulus E > 0. \[F/L²\]
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, −1 < ν < 1/2.
+    pub poisson_ratio: f64,
+}
+
+/// The constants of every law.
+#[derive(Serialize, JsonSchema)]
+struct ElasticConstants {
+    /// Young's modulus E > 0. \[F/L²\]
+    youngs_modulus: f64,
+    /// Poisson's ratio, −1 < ν < 1/2.
+    poisson_ratio: f64,
+}
+
+/// As a case file has it.
+impl Serialize for Material {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { law, youngs_modulus, poisson_ratio } = *self;
+        let mut map = serializer.serialize_map(Some(1))?;
+        map.serialize_entry(law.word(), &ElasticConstants { youngs_modulus, poisson_ratio })?;
+        map.end()
+    }
+}
+
+impl JsonSchema for Material {
+    fn schema_name() -> Cow<'static, str> {
+        "Material".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let constants = generator.subschema_for::<ElasticConstants>();
+        let variant = |law: &LawKind| {
+            let (word, about) = (law.word(), law.about());
+            json_schema!({
+                "description": about,
+                "type": "object",
+                "properties": { word: constants },
+                "required": [word],
+            })
+        };
+        let laws: Vec<Schema> = LawKind::ALL.iter().map(variant).collect();
+        json_schema!({ "description": "A material law.", "oneOf": laws })
+    }
 }
 
 /// The formulation of a body's elements.

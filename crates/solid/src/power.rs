@@ -1,7 +1,6 @@
-//! Powers at all Gauss points at once.
+//! Powers at all points at once.
 
-use super::geometry::{AtPoints, POINTS};
-use super::registers::{load, store};
+use crate::registers::{AtPoints, POINTS, load, store};
 use pulp::Simd;
 use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 
@@ -24,7 +23,7 @@ const LARGEST: f64 = 708.0;
 /// With x = 2ᵏ m and m in [√½, √2): ln x = k ln 2 + 2 artanh s, s = (m − 1)/(m + 1); then exp y = 2ⁿ exp r with
 /// |r| ≤ ½ ln 2. Both series break off where the next term is below 2⁻⁵⁵ of the result.
 #[inline(always)]
-pub(super) fn inverse_power<S: Simd>(simd: S, x: &AtPoints, exponent: f64) -> AtPoints {
+pub(crate) fn inverse_power<S: Simd>(simd: S, x: &AtPoints, exponent: f64) -> AtPoints {
     let mut fraction = [0.0; POINTS];
     let mut binary_exponent = [0.0; POINTS];
     for p in 0..POINTS {

@@ -1,0 +1,100 @@
+//! The reference element: the energy as in a textbook, in scalar code; dual numbers give its derivatives. It shares no code
+//! with the kernels, which must agree with it (`reference/tests.rs`). A new element starts here.
+
+use crate::law::{Real, determinant, small_strain_energy};
+use crate::{Formulation, Section};
+use std::{array::from_fn, ops::Add, ops::Div, ops::Mul, ops::Sub};
+
+/// x + x′ε with ε² = 0. Dual numbers of dual numbers have second derivatives: `slope.slope`.
+#[derive(Debug, Clone, Copy)]
+pub struct Dual<T> {
+    pub value: T,
+    pub slope: T,
+}
+
+impl<T: Real> From<f64> for Dual<T> {
+    fn from(x: f64) -> Self {
+        Self { value: x.into(), slope: 0.0.into() }
+    }
+}
+
+macro_rules! rule_of_differentiation {
+    ($trait:ident, $name:ident, $x:ident, $y:ident, $value:expr, $slope:expr) => {
+        impl<T: Real> $trait for Dual<T> {
+            type Output = Self;
+            fn $name(self, $y: Self) -> Self {
+                let $x = self;
+                Self { value: $value, slope: $slope }
+            }
+        }
+    };
+}
+rule_of_differentiation!(Add, add, x, y, x.value + y.value, x.slope + y.slope);
+rule_of_differentiation!(Sub, sub, x, y, x.value - y.value, x.slope - y.slope);
+rule_of_differentiation!(Mul, mul, x, y, x.value * y.value, x.slope * y.value + x.value * y.slope);
+rule_of_differentiation!(Div, div, x, y, x.value / y.value, (x.slope - x.value / y.value * y.slope) / y.value);
+
+impl<T: Real> Real for Dual<T> {
+    fn ln(self) -> Self {
+        Self { value: self.value.ln(), slope: self.slope / self.value }
+    }
+    fn exp_m1(self) -> Self {
+        Self { value: self.value.exp_m1(), slope: self.slope * (self.value.exp_m1() + 1.0.into()) }
+    }
+}
+
+/// Corner i of the parent cube.
+fn corner(i: usize) -> [f64; 3] {
+    [(i ^ (i >> 1)) & 1, (i >> 1) & 1, i >> 2].map(|bit| 2.0 * bit as f64 - 1.0)
+}
+
+/// Shape functions of a tetrahedron, wedge or hexahedron, by its number of nodes, at a point of the parent element.
+fn shapes<T: Real>(nodes: usize, [x, y, z]: [T; 3]) -> Vec<T> {
+    let (one, half) = (T::from(1.0), |sign: f64, x: T| T::from(0.5) + T::from(0.5 * sign) * x);
+    match nodes {
+        4 => vec![one - x - y - z, x, y, z],
+        6 => (0..6).map(|i| [one - x - y, x, y][i % 3] * half([-1.0, 1.0][i / 3], z)).collect(),
+        _ => (0..8).map(corner).map(|[a, b, c]| half(a, x) * half(b, y) * half(c, z)).collect(),
+    }
+}
+
+/// Points of the parent element and their weights. A wedge's are those of a cube, two edges of which are shrunk to a point.
+fn quadrature(nodes: usize) -> Vec<([f64; 3], f64)> {
+    let gauss = (0..8).map(|i| corner(i).map(|sign| sign / 3.0_f64.sqrt()));
+    match nodes {
+        4 => vec![([0.25; 3], 1.0 / 6.0)],
+        6 => gauss.map(|[x, y, z]| ([0.25 * (1.0 + x) * (1.0 - y), 0.5 * (1.0 + y), z], 0.125 * (1.0 - y))).collect(),
+        _ => gauss.map(|point| (point, 1.0)).collect(),
+    }
+}
+
+/// W = s Σ w [Ψ(F̄) + (1 − γ²) Ψ_L(H̄)] of the element with n nodes X and displacements u; H = ∂u/∂X, F = 1 + γH. Full: F̄ = F
+/// and H̄ = H. F̄: H̄ = H + (mean of tr H − tr H)/3; F̄ = (mean of J / J)^(1/3) F, or 1 + γH̄ if the law has small strains.
+pub fn energy<T: Real>(section: &Section, x: &[[f64; 3]], u: &[[T; 3]], [s, gamma]: [T; 2]) -> T {
+    let (law, full, n) = (&section.material, section.formulation == Formulation::Full, x.len());
+    let (zero, one, third) = (T::from(0.0), T::from(1.0), T::from(1.0 / 3.0));
+    let at_point = |(at, weight): ([f64; 3], f64)| -> (T, [[T; 3]; 3]) {
+        let slopes: [Vec<_>; 3] = from_fn(|b| shapes(n, from_fn(|c| Dual { value: at[c], slope: f64::from(b == c) })));
+        let dx = from_fn(|a| from_fn(|b| T::from((0..n).map(|i| x[i][a] * slopes[b][i].slope).sum())));
+        let du = |a: usize, b: usize| (0..n).fold(zero, |sum, i| sum + u[i][a] * T::from(slopes[b][i].slope));
+        // Cramer's rule solves H ∂X/∂ξ = ∂u/∂ξ.
+        let replaced = |a, b| from_fn(|c| if c == b { from_fn(|beta| du(a, beta)) } else { dx[c] });
+        let h = from_fn(|a| from_fn(|b| determinant(&replaced(a, b)) / determinant(&dx)));
+        (T::from(weight) * determinant(&dx), h)
+    };
+    let points: Vec<_> = quadrature(n).into_iter().map(at_point).collect();
+    let integral = |f: &dyn Fn(&[[T; 3]; 3]) -> T| points.iter().fold(zero, |sum, (w, h)| sum + *w * f(h));
+    let mean = |f: &dyn Fn(&[[T; 3]; 3]) -> T| integral(f) / integral(&|_| one);
+    let plus = |h: &[[T; 3]; 3], x: T| from_fn(|a| from_fn(|b| if a == b { h[a][b] + x } else { h[a][b] }));
+    let f = |h: &[[T; 3]; 3]| -> [[T; 3]; 3] { plus(&h.map(|row| row.map(|h| gamma * h)), one) };
+    let (trace, j) = (|h: &[[T; 3]; 3]| h[0][0] + h[1][1] + h[2][2], |h: &[[T; 3]; 3]| determinant(&f(h)));
+    let (mean_trace, mean_j) = (mean(&trace), mean(&j));
+    s * integral(&|h| {
+        let h_bar = if full { *h } else { plus(h, third * (mean_trace - trace(h))) };
+        let ratio = |h| (third * (mean_j / j(h)).ln()).exp_m1() + one;
+        let f_bar = if full || law.small_strains() { f(&h_bar) } else { f(h).map(|row| row.map(|f| ratio(h) * f)) };
+        law.energy(&f_bar) + (one - gamma * gamma) * small_strain_energy(law.constants(), &h_bar)
+    })
+}
+
+pub mod tests;
