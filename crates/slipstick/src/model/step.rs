@@ -91,8 +91,8 @@ impl StepProblem for Design {
         let mut squares = 0.0;
         if wanted.residual() {
             residual = self.residual(step, y, &internal, &contact, &mut squares);
-            model.share.join(&mut [&mut internal, &mut residual, std::slice::from_mut(&mut squares)], &mut status);
         }
+        model.share.join(&mut [&mut internal, &mut residual, std::slice::from_mut(&mut squares)], &mut status);
         let scales = self.scales(y, &internal, squares.sqrt());
         let (unknowns, geometry) = (y.to_vec(), contact.kinematics.clone());
         Ok(Evaluated { unknowns, residual, scales, active_set: status, geometry, state: contact })
