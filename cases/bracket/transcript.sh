@@ -29,22 +29,24 @@ rm -rf case
     cat <<'TEXT'
 # A bracket, from geometry to a printed part
 
-A wall bracket hangs on two pins. A pad is pressed on its shelf and drawn towards the tip, with friction. 45 % of the
-bracket's material may stay; the design is to carry as much as possible where the pad ends. This page is written by
-[a script](../cases/bracket/transcript.sh) that runs each command below and keeps what it prints.
+A wall bracket is held by two pins. A pad is pressed onto its shelf and drawn towards the tip, with
+friction. The bracket may keep 45 % of its material; the design should carry as much force as
+possible at the final position of the pad. This page is written by [a
+script](../cases/bracket/transcript.sh) that runs each command below and records its output.
 
 ## The mesh
 
-[bracket.geo](../cases/bracket/bracket.geo) draws the side view, leaves squares around the pins that stay solid, and
-extrudes all of it to hexahedra. Its physical groups name what the case needs: the volumes `bracket` and `pad`, the surfaces
-`shelf`, `pins`, `sole` and `grip`. The pad's sole is crowned, so that it does not run on its edges.
+[bracket.geo](../cases/bracket/bracket.geo) draws the side view, with squares around the pins that
+stay solid, and extrudes it to hexahedra. Its physical groups name the parts that the case needs:
+the volumes `bracket` and `pad`, and the surfaces `shelf`, `pins`, `sole` and `grip`. The pad's sole
+is crowned, so that it does not slide on its edges.
 
 TEXT
     show "gmsh -3 bracket.geo -o bracket.msh" "nodes|Writing"
     cat <<'TEXT'
 
-`slipstick new my-mesh --mesh bracket.msh` writes a case with these names to correct. [case.toml](../cases/bracket/case.toml)
-is what became of it:
+`slipstick new my-mesh --mesh bracket.msh` writes a case with these names as a starting point. The
+result of editing it is [case.toml](../cases/bracket/case.toml):
 
 TEXT
     printf '```toml\n'
@@ -53,15 +55,15 @@ TEXT
     show "slipstick check case.toml"
     cat <<'TEXT'
 
-The bodies cannot move freely, the sole sees the shelf, and a run needs little memory. The warning
-says that the start design is above the bound: it has 45 % of the material everywhere except in the
+The bodies cannot move freely, the sole faces the shelf, and a run needs little memory. The warning
+says that the initial design exceeds the bound: it has a density of 45 % everywhere except in the
 passive regions, which are solid. The first updates remove the excess.
 
 ## The design
 
 TEXT
     show "slipstick optimize case.toml" "^ +[0-9]*[05]  objective|^objective"
-    printf '\nEvery fifth of the iterations is shown.\n\n'
+    printf '\nEvery fifth iteration is shown.\n\n'
     show "slipstick render case --view front --out $figures/bracket_end.png"
     show "slipstick render case --iteration \$(tail -1 case/history.csv | cut -d, -f1) --out $figures/bracket_design.png"
     cat <<'TEXT'
@@ -69,21 +71,21 @@ TEXT
 ![The bracket at the end of the path, from the side](figures/bracket_end.png)
 ![The design](figures/bracket_design.png)
 
-## To show and to print
+## Report and export
 
 TEXT
     show "slipstick report case"
     show "slipstick export case --threshold 0.5 --smooth 40 --stl case/bracket.stl --3mf case/bracket.3mf"
     cat <<'TEXT'
 
-`report.html` is one file that any browser opens. The surface, looked at by another program:
+`report.html` is a single file that opens in any browser. Another program checks the surface:
 
 TEXT
     show "python3 surface.py case/bracket.stl case/bracket.3mf"
     python3 picture.py case/bracket.stl $figures/bracket_part.png 2> /dev/null
-    printf '\n![The part as it is printed](figures/bracket_part.png)\n'
+    printf '\n![The part as printed](figures/bracket_part.png)\n'
     printf '\n## Time\n\n'
-    printf '| | s |\n|---|--:|\n| mesh | %s |\n| `check` | %s |\n| `optimize` | %s |\n| `report` | %s |\n| `export` | %s |\n| all of this page | %s |\n' \
+    printf '| | s |\n|---|--:|\n| mesh | %s |\n| `check` | %s |\n| `optimize` | %s |\n| `report` | %s |\n| `export` | %s |\n| this whole page | %s |\n' \
         "$(seconds gmsh)" "$(seconds 'slipstick check')" "$(seconds 'slipstick optimize')" "$(seconds 'slipstick report')" \
         "$(seconds 'slipstick export')" "$(($(date +%s) - start))"
     printf '\nMeasured on %s cores with %s.\n' "$(nproc)" "$(slipstick --version)"

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Writes docs/crates.md: the crates of the default build, counted by `cargo tree`, and why each is there.
+# Writes docs/crates.md: the crates of the default build, counted by `cargo tree`, and the purpose of each.
 #
 #   docs/crates/list.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-# Names of all crates below a package, for building and running it on this kind of machine.
+# Names of all crates below a package, for building and running it on this platform.
 names() { cargo tree --offline "$@" -e normal,build --prefix none --no-dedupe | sed 's/ (.*//' | sort -u; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -13,13 +13,13 @@ direct=($(grep -h 'workspace = true' crates/*/Cargo.toml | sed -n 's/^\([a-z0-9_
     grep -v -E '^(slipstick|version|edition|rust-version|license|lints)' | sort -u |
     grep -v -E '^(cc|pkg-config|criterion|num-dual|proptest|tempfile)$'))
 for crate in "${direct[@]}"; do
-    # one version where the tree has several: the newest
+    # if the tree has several versions, use the newest
     said=$(cargo pkgid --offline -p "$crate" 2>&1 || true)
     spec=$(sed -n "s/^.*[ #]\($crate@.*\)$/\1/p" <<< "$said" | tail -1)
     names -p "$spec" > "$folder/$crate"
 done
 
-# A crate, who uses it, what for; how many lie below it, and how many of those nothing else needs.
+# A crate, its users and purpose; the number of crates below it, and how many of those nothing else needs.
 row() {
     local below alone
     below=$(sed '/^'"$1"' /d' "$folder/$1" | wc -l)
@@ -32,29 +32,30 @@ own=$(names -p slipstick-cli | grep -c -E '^slipstick')
 lean=$(names -p slipstick-cli --no-default-features | wc -l)
 {
     cat <<TEXT
-# The crates it is built from
+# The crates that slipstick depends on
 
-The program is built from $all crates, $own of them its own; \`--no-default-features\`, which leaves METIS and with it the C compiler out,
-from $lean. This page is written by \`docs/crates/list.sh\`; "below" counts what \`cargo tree\` shows below a crate, "alone" what of that no other
-crate of the table needs.
+The program is built from $all crates, $own of which are its own. With \`--no-default-features\`, which
+omits METIS and therefore needs no C compiler, it is built from $lean. This page is written by
+\`docs/crates/list.sh\`. The column "below" counts the crates that \`cargo tree\` shows below a crate;
+"alone" counts those of them that no other crate in the table needs.
 
 | crate | used by | below | alone | for |
 |---|---|--:|--:|---|
 TEXT
-    row base64 "meshio, slipstick" "binary data in VTU files and in the page of a run"
+    row base64 "meshio, slipstick" "binary data in VTU files and in report pages"
     row clap cli "the command line, its help and errors"
-    row clap_complete cli "completion of commands in shells"
+    row clap_complete cli "command completion in shells"
     row clap_mangen cli "the manual page"
     row ctrlc cli "Ctrl-C stops a run when the current attempt at a load step ends"
     row dyn-stack linalg "memory of faer's kernels"
     row faer linalg "dense kernels of the fronts, and its sparse LU as a second solver"
     row flate2 meshio "compressed VTU files"
-    row indicatif cli "the bar of progress"
-    row metis-sys linalg "nested dissection by METIS (a C library, Apache 2.0, built along); feature \`metis\`"
-    row miette "slipstick, cli" "errors with the line of the case file that they are about"
-    row nalgebra "contact, path, slipstick" "vectors and matrices of three entries"
+    row indicatif cli "the progress bar"
+    row metis-sys linalg "nested dissection by METIS (a C library, Apache 2.0, bundled); feature \`metis\`"
+    row miette "slipstick, cli" "errors that show the line of the case file"
+    row nalgebra "contact, path, slipstick" "vectors and matrices of size three"
     row png slipstick "pictures"
-    row pulp "linalg" "SIMD by the instruction set found at run time"
+    row pulp "linalg" "SIMD for the instruction set detected at run time"
     row quick-xml "meshio, slipstick" "VTU and 3MF files"
     row rayon "most" "all cores"
     row schemars slipstick "the JSON schema of case files"
@@ -62,15 +63,15 @@ TEXT
     row serde_json "slipstick, cli" "checkpoints, records of runs, \`--json\`"
     row sha2 slipstick "hashes of meshes and checkpoints"
     row strsim slipstick "“did you mean”"
-    row thiserror "all" "types of errors"
-    row toml "slipstick, cli" "case files, with the place of every value"
+    row thiserror "all" "error types"
+    row toml "slipstick, cli" "case files, with the position of every value"
     row toml_edit slipstick "\`--set\`"
     row zip slipstick "3MF files"
     cat <<'TEXT'
 
-For tests and benchmarks alone: `proptest` (random inputs), `num-dual` (derivatives by dual numbers, to compare), `criterion` (times), `tempfile`.
+Only for tests and benchmarks: `proptest` (random inputs), `num-dual` (reference derivatives by dual numbers), `criterion` (timing), `tempfile`.
 TEXT
-    printf '\nTheir licences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
+    printf '\nLicences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
         sed 's/.*|//' | sort -u | sed '/^$/d' | paste -sd';' | sed 's/;/; /g')"
 } > docs/crates.md.new
 mv docs/crates.md.new docs/crates.md

@@ -4,18 +4,16 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use slipstick::build::build;
+use slipstick::build;
 use slipstick::case::{Resolved, parse_case_with, utf8};
 use slipstick::check::{bytes_to_build, inspect};
+use slipstick::design::Functions;
+use slipstick::linalg::Alone;
+use slipstick::mesh::Mesh;
+use slipstick::meshio::{FileMesh, vtu as vtu_file};
 use slipstick::optimize::{Optimization, OptimizationState};
 use slipstick::run::{Checkpoint, RunDirectory, StartValuesFile, read_density, sha256};
-use slipstick_linalg::Alone;
-use slipstick_mesh::Mesh;
-use slipstick_meshio::{FileMesh, vtu as vtu_file};
 use tempfile::TempDir;
-
-#[path = "../../crates/linalg/tests/common/thread_ranks.rs"]
-mod thread_ranks;
 
 /// The mesh file that every name in a fuzzed case stands for.
 const MESH: &[u8] = include_bytes!("../../crates/meshio/tests/data/gmsh_41_ascii.msh");
@@ -55,7 +53,7 @@ pub fn model(data: &[u8]) {
     if elements.fold(0, usize::saturating_add) > 200 {
         return;
     }
-    match build(&resolved.case) {
+    match build::build(&resolved.case) {
         Ok(mut problem) => drop(inspect(&resolved.case, &mut problem)),
         Err(error) => {
             assert!(!error.message.is_empty() && !error.help.is_empty(), "{error:?}");
@@ -114,7 +112,8 @@ struct Small {
 
 fn optimization() -> Optimization {
     let resolved = read(SMALL).expect("a case");
-    Optimization::new(&resolved.case, build(&resolved.case).expect("a problem")).expect("an optimization")
+    let problem = build::build(&resolved.case).expect("a problem");
+    build::optimization(&resolved.case, problem).expect("an optimization")
 }
 
 /// The small case's mesh and a folder for files, made once per process.
@@ -170,8 +169,10 @@ fn next_update(state: &mut OptimizationState) {
     let n = state.x.len();
     let slope: Vec<f64> = (0..n).map(|i| (i as f64).sin() - 0.3).collect();
     let volume = vec![vec![1.0 / n as f64; n]];
-    let level = state.x.iter().sum::<f64>() / n as f64 - 0.5;
-    let step = state.mma.update(&state.x, &vec![0.0; n], &vec![1.0; n], 1.0, &slope, &[level], &volume);
+    let level = [state.x.iter().sum::<f64>() / n as f64 - 0.5];
+    let (lower, upper) = (vec![0.0; n], vec![1.0; n]);
+    let functions = Functions::new(1.0, &slope, &level, &volume);
+    let step = state.mma.update(&state.x, [&lower, &upper], &functions);
     if let Ok(step) = step {
         assert!(step.x.iter().all(|value| (0.0..=1.0).contains(value)), "{:?}", step.x);
     }
@@ -183,7 +184,7 @@ pub fn start_values(data: &[u8]) {
     stored(run.path(), "start_values_0.bin", data);
     let name = serde_json::json!({ "file": "start_values_0.bin", "sha256": sha256(data) });
     let file: StartValuesFile = serde_json::from_value(name).expect("a name");
-    thread_ranks::on_ranks(2, |rank| drop(file.read(run, &rank)));
+    slipstick::ranks::threads::on_ranks(2, |rank| drop(file.read(run, &rank)));
     if let Ok(guide) = file.read(run, &Alone) {
         assert!(guide.length() > 0 && data.len() > 4 * guide.length() * guide.times().len());
     }

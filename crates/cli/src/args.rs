@@ -1,4 +1,4 @@
-//! The command line, as typed.
+//! The command line as parsed.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -23,32 +23,32 @@ use values::{count, fraction, memory, not_negative, override_of, positive, size,
     propagate_version = true,
     arg_required_else_help = true,
     after_help = "Exit codes:\n  0  done\n  2  wrong command line, case file or other input; results cannot be written\n  \
-                  3  the analysis failed, or a gradient is not what differences say\n  4  interrupted: Ctrl-C stops when the current attempt at a load step ends, twice at once; finished iterations are on disk\n\n\
+                  3  the analysis failed, or a gradient does not agree with finite differences\n  4  interrupted: the first Ctrl-C stops when the current attempt at a load step ends, the second one at once; finished iterations are on disk\n\n\
                   A first run:\n  slipstick new half-ball\n  slipstick check half_ball.toml\n  \
                   slipstick optimize half_ball.toml"
 )]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
-    /// Options of every command.
+    /// Options of all commands.
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Options of every command.
+/// Options of all commands.
 #[derive(Debug, Clone, Args)]
 pub struct Common {
     /// Print results and errors as JSON, one object per line, on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// Threads; results do not depend on them [default: the case file's, else all cores]
+    /// Number of threads; results do not depend on it [default: from the case file, otherwise all cores]
     #[arg(long, global = true, value_name = "NUMBER", value_parser = count)]
     pub threads: Option<NonZeroUsize>,
     /// Print errors only
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// Print more: load steps; twice: Newton iterations
+    /// Print load steps; given twice, also Newton iterations
     #[arg(short, long, global = true, action = ArgAction::Count)]
     pub verbose: u8,
 }
@@ -58,54 +58,54 @@ pub struct Common {
 pub enum Command {
     /// Write a commented case file to start from
     New(New),
-    /// Look at a case without running it: sets, surfaces, initial gaps, loose bodies, size
+    /// Check a case without running it: sets, surfaces, initial gaps, loose bodies, problem size
     Check(Check),
-    /// Forward analysis of the start design, or of a given one
+    /// Run a forward analysis of the initial design, or of a given one
     Solve(Solve),
-    /// Objective and its gradient with respect to the densities
+    /// Compute the objective and its gradient with respect to the densities
     Gradient(Gradient),
     /// Optimize the design
     Optimize(Optimize),
-    /// Check derivatives on your own model
+    /// Compare derivatives with finite differences on your own model
     Verify(Verify),
-    /// Go on with an optimization that was interrupted, or make more iterations
+    /// Continue an interrupted optimization, or run more iterations
     Resume(Resume),
-    /// Evaluate a design under other conditions
+    /// Evaluate a design under different conditions
     Evaluate(Evaluate),
     /// Draw results as a PNG picture
     Render(Render),
-    /// Do all runs that a file lists, but those that are done, with tables and pictures
+    /// Run every entry of a study that has not finished yet, with tables and pictures
     Study(Study),
-    /// Write a run as one web page: a view that turns, curves, tables, the case
+    /// Write a run as one web page: an interactive view, curves, tables, the case
     Report(Report),
     /// Write a design as a closed triangle surface for CAD, meshing or printing
     Export(Export),
-    /// Explain the code of an error or warning about a case file
+    /// Explain an error or warning about a case file, by its code
     Explain(Explain),
-    /// Write the JSON schema of case files, with which editors complete and check them
+    /// Write the JSON schema of case files, for completion and checks in editors
     Schema(SchemaOf),
-    /// Write the script that completes commands and options in a shell
+    /// Write the script for completing commands and options in a shell
     Completions(Completions),
     /// Write the manual page
     #[command(hide = true)]
     Man(Man),
-    /// Measure where the time of analysis and gradient goes, by size and number of threads
+    /// Measure the time of analysis and gradient by phase, for several sizes and numbers of threads
     Bench(Bench),
 }
 
 /// Arguments of `new`.
 #[derive(Debug, Clone, Args)]
 pub struct New {
-    /// Which template; without it, all are listed
+    /// The template; if omitted, the available ones are listed
     #[arg(value_name = "TEMPLATE")]
     pub template: Option<String>,
-    /// Write a case for this mesh (.msh, .inp, .vtu), with its bodies and surfaces by name: the template `my-mesh`
+    /// Write a case for this mesh (.msh, .inp, .vtu), with its bodies and surfaces by name (template `my-mesh`)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub mesh: Option<PathBuf>,
-    /// File to write; `-` is standard output [default: the template's name, or the mesh file's, with `.toml`]
+    /// File to write; `-` is standard output [default: the name of the template or of the mesh file, with `.toml`]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
-    /// Replace the file where it exists
+    /// Replace the file if it exists
     #[arg(long)]
     pub force: bool,
 }
@@ -116,34 +116,34 @@ pub struct CaseFile {
     /// The case file
     #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
     pub case: PathBuf,
-    /// Replace or add a value, as in `contact[0].friction=0.1`; may be given several times
+    /// Replace or add a value, for instance `contact[0].friction=0.1`; may be given several times
     #[arg(long, value_name = "KEY=VALUE", value_parser = override_of)]
     pub set: Vec<Override>,
 }
 
 impl From<&Path> for CaseFile {
-    /// The file as it is.
+    /// The case file without replaced values.
     fn from(case: &Path) -> Self {
         Self { case: case.to_owned(), set: Vec::new() }
     }
 }
 
-/// Where results go.
+/// Options for output.
 #[derive(Debug, Clone, Args)]
 pub struct Out {
-    /// Directory for results [default: the case file's `output.directory`, else its name without `.toml`, beside it; all
-    /// commands but `optimize` add `_` and their name]
+    /// Directory for results [default: `output.directory` of the case file, otherwise its name without `.toml`, next to
+    /// it; all commands except `optimize` append `_` and their name]
     #[arg(short, long, value_name = "DIRECTORY", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
-    /// Replace results of an earlier run in that directory
+    /// Replace the results of an earlier run in that directory
     #[arg(long)]
     pub force: bool,
 }
 
-/// A design other than the case's uniform start.
+/// A design other than the case's uniform initial design.
 #[derive(Debug, Clone, Args)]
 pub struct DesignFrom {
-    /// Take the densities from results of an optimization: its directory, or a table of densities (.csv)
+    /// Read the densities from the results of an optimization: its directory, or a table of densities (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: Option<PathBuf>,
 }
@@ -157,7 +157,7 @@ pub struct Check {
     /// Print the case with all defaults filled in, as a case file
     #[arg(long)]
     pub resolved: bool,
-    /// Predict memory on so many ranks of MPI as well, which a build with PETSc runs on
+    /// Also predict the memory on this many MPI ranks (for a build with PETSc)
     #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub ranks: Option<NonZeroUsize>,
 }
@@ -171,7 +171,7 @@ pub struct Solve {
     /// The design.
     #[command(flatten)]
     pub design: DesignFrom,
-    /// Where results go.
+    /// Options for output.
     #[command(flatten)]
     pub out: Out,
 }
@@ -185,7 +185,7 @@ pub struct Gradient {
     /// The design.
     #[command(flatten)]
     pub design: DesignFrom,
-    /// Where results go.
+    /// Options for output.
     #[command(flatten)]
     pub out: Out,
 }
@@ -199,10 +199,10 @@ pub struct Optimize {
     /// The start design.
     #[command(flatten)]
     pub design: DesignFrom,
-    /// Where results go.
+    /// Options for output.
     #[command(flatten)]
     pub out: Out,
-    /// Most iterations [default: the case file's]
+    /// Maximum number of iterations [default: from the case file]
     #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub iterations: Option<NonZeroUsize>,
 }
@@ -210,16 +210,16 @@ pub struct Optimize {
 /// Arguments of `verify`.
 #[derive(Debug, Clone, Args)]
 pub struct Verify {
-    /// What to check.
+    /// The derivative to check.
     #[command(subcommand)]
     pub what: VerifyWhat,
 }
 
-/// What `verify` checks.
+/// Derivatives that `verify` can check.
 #[derive(Debug, Clone, Subcommand)]
 pub enum VerifyWhat {
-    /// The gradient against central differences (one-sided at densities near 0 or 1), at halved steps: the error falls as the
-    /// square of the step, but at kinks
+    /// Compare the gradient with central differences (one-sided at densities near 0 or 1) at successively halved steps;
+    /// the error decreases with the square of the step, except at kinks
     Gradient(VerifyGradient),
 }
 
@@ -232,22 +232,23 @@ pub struct VerifyGradient {
     /// The design.
     #[command(flatten)]
     pub design: DesignFrom,
-    /// Elements to differentiate by one at a time, spread over the design; costs two analyses each and step
+    /// Number of single elements to vary, spread over the design; each costs two analyses per step
     #[arg(long, value_name = "NUMBER", default_value_t = 5)]
     pub elements: usize,
-    /// Random directions over the whole design, and as many over the densities near 0 or 1; cost as much as an element
+    /// Number of random directions over the whole design, and of further ones over the densities near 0 or 1; each
+    /// costs as much as an element
     #[arg(long, value_name = "NUMBER", default_value_t = 2)]
     pub directions: usize,
     /// First step in density
     #[arg(long, value_name = "STEP", default_value = "1e-4", value_parser = step)]
     pub step: f64,
-    /// How often the step is halved
+    /// How often to halve the step
     #[arg(long, value_name = "NUMBER", default_value_t = 3)]
     pub halvings: u32,
-    /// Relative error up to which the gradient counts as right
+    /// Largest relative error for which the gradient counts as right
     #[arg(long, value_name = "ERROR", default_value = "1e-5", value_parser = positive)]
     pub tolerance: f64,
-    /// Where results go.
+    /// Options for output.
     #[command(flatten)]
     pub out: Out,
 }
@@ -258,10 +259,10 @@ pub struct Resume {
     /// Directory of the optimization
     #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
     pub results: PathBuf,
-    /// Most iterations in all [default: what was asked for before]
+    /// Maximum number of iterations in total [default: as in the original run]
     #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub iterations: Option<NonZeroUsize>,
-    /// Refused, with what does it: a run keeps its case
+    /// Refused, since a run keeps its case; the message names the alternative
     #[arg(long, value_name = "KEY=VALUE", hide = true)]
     pub set: Vec<String>,
 }
@@ -272,13 +273,13 @@ pub struct Evaluate {
     /// The case file.
     #[command(flatten)]
     pub case: CaseFile,
-    /// Take the densities from results of an optimization: its directory, or a table of densities (.csv)
+    /// Read the densities from the results of an optimization: its directory, or a table of densities (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: PathBuf,
-    /// Coefficients of friction for all contact pairs, one evaluation each [default: the case file's]
+    /// Coefficients of friction, one evaluation for each, applied to all contact pairs [default: from the case file]
     #[arg(long, value_name = "MU", value_delimiter = ',', value_parser = not_negative)]
     pub friction: Vec<f64>,
-    /// Where results go.
+    /// Options for output.
     #[command(flatten)]
     pub out: Out,
 }
@@ -286,52 +287,53 @@ pub struct Evaluate {
 /// Arguments of `render`.
 #[derive(Debug, Clone, Args)]
 pub struct Render {
-    /// Directory of a run; with --history several, or tables of histories (.csv)
+    /// Directory of a run; with --history, several directories or tables of histories (.csv)
     #[arg(value_name = "RESULTS", required = true, value_hint = ValueHint::AnyPath)]
     pub results: Vec<PathBuf>,
-    /// Objectives and volume fractions over the iterations, all runs in one frame
+    /// Draw objectives and volume fractions over the iterations, all runs in one chart
     #[arg(long, conflicts_with_all = ["field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
     pub history: bool,
-    /// Only these runs, by name, in this order; with --history
+    /// Only these runs, by name, in this order (with --history)
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "history")]
     pub runs: Vec<String>,
-    /// Text above; with --history
+    /// Title of the chart (with --history)
     #[arg(long, value_name = "TEXT", requires = "history")]
     pub title: Option<String>,
-    /// What gives the colours: pressure, gap, displacement, …; an unknown name lists all [default: density, or where all
-    /// densities are 1, as without a designed body, contact pressure or displacement]
+    /// Field to colour by: pressure, gap, displacement, …; an unknown name lists the available ones [default: density;
+    /// if all densities are 1, as without a designed body, contact pressure or displacement]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
-    /// The state at the end of a load step [default: the newest design, at the last step where that is there]
+    /// Draw the state at the end of a load step [default: the newest design, at the last load step if available]
     #[arg(long, value_name = "NUMBER", conflicts_with = "iteration")]
     pub step: Option<usize>,
-    /// The design of an iteration, undeformed
+    /// Draw the design of an iteration, undeformed
     #[arg(long, value_name = "NUMBER")]
     pub iteration: Option<usize>,
-    /// The iterate at which a load step failed for good, by default with the smallest determinant of each element
+    /// Draw the iterate at which a load step finally failed, by default with the smallest determinant of each element
     #[arg(long, conflicts_with_all = ["step", "iteration"])]
     pub failure: bool,
-    /// From where: iso, front, side, top, …; an unknown name lists all [default: iso; contact from its side]
+    /// View: iso, front, side, top, …; an unknown name lists the available ones [default: iso; for contact fields, from
+    /// the contact side]
     #[arg(long, value_name = "NAME")]
     pub view: Option<String>,
-    /// Factor on displacements, 0 for the undeformed shape [default: 1]
+    /// Factor on displacements; 0 draws the undeformed shape [default: 1]
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
-    /// Elements with no more density are left out [default: 0.5; 0 where the design has none above, and with
-    /// --failure; with --smooth the one of the densities' volume]
+    /// Leave out elements whose density does not exceed this value [default: 0.5; 0 if no density exceeds 0.5, and with
+    /// --failure; with --smooth, the value that preserves the volume of the densities]
     #[arg(long, value_name = "DENSITY", value_parser = fraction)]
     pub threshold: Option<f64>,
-    /// The design as the smooth surface that `export` writes, undeformed, above the density of the same volume unless
-    /// --threshold says another
+    /// Draw the design, undeformed, as the smooth surface that `export` writes; it has the same volume as the densities
+    /// unless --threshold is given
     #[arg(long, conflicts_with_all = ["field", "failure", "deformed"])]
     pub smooth: bool,
-    /// Show these bodies and nothing else [default: those with the field, others as context]
+    /// Draw only these bodies [default: those with the field, the others as context]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub bodies: Vec<String>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
     pub size: (u32, u32),
-    /// File to write [default: picture.png in the directory; history.png with --history, if it is one directory]
+    /// File to write [default: picture.png in the directory; with --history of a single directory, history.png]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
 }
@@ -339,13 +341,13 @@ pub struct Render {
 /// Arguments of `study`.
 #[derive(Debug, Clone, Args)]
 pub struct Study {
-    /// The list of runs, a TOML file
+    /// The study, a TOML file with a list of runs
     #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
     pub study: PathBuf,
     /// Only these runs, by name
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// Say what would be done, and do nothing
+    /// Print what would be done, without doing it
     #[arg(long)]
     pub plan: bool,
 }
@@ -353,13 +355,13 @@ pub struct Study {
 /// Arguments of `bench`.
 #[derive(Debug, Clone, Args)]
 pub struct Bench {
-    /// A case file [default: a half ball pressed into a plate and slid over it, in several sizes]
+    /// A case file [default: a half-ball pressed into a plate and slid over it, in several sizes]
     #[arg(value_name = "CASE", value_hint = ValueHint::FilePath)]
     pub case: Option<PathBuf>,
     /// The design.
     #[command(flatten)]
     pub design: DesignFrom,
-    /// Sizes of the half ball on its plate: elements, about; on ranks of MPI the first
+    /// Approximate numbers of elements of the half-ball on its plate; on MPI ranks only the first is used
     #[arg(
         long,
         value_name = "NUMBERS",
@@ -369,19 +371,19 @@ pub struct Bench {
         value_parser = count
     )]
     pub sizes: Vec<NonZeroUsize>,
-    /// Numbers of threads; on ranks of MPI the first
+    /// Numbers of threads; on MPI ranks only the first is used
     #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2", value_parser = count)]
     pub threads: Vec<NonZeroUsize>,
-    /// Load steps from the start of the path [default: all of a case; 10 of the half ball's 50]
+    /// Number of load steps from the start of the path [default: all of a case; 10 of the half-ball's 50]
     #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub steps: Option<NonZeroUsize>,
-    /// Memory for factors that are kept for the gradient [default: the case's `adjoint.memory`]
+    /// Memory for factors that are kept for the gradient [default: `adjoint.memory` of the case]
     #[arg(long, value_name = "MEMORY", value_parser = memory)]
     pub memory: Option<Memory>,
-    /// Measure the time that processors spend on it, all threads together, instead of the time that passes
+    /// Measure processor time, summed over all threads, instead of wall time
     #[arg(long)]
     pub cpu: bool,
-    /// Measure in this process, once
+    /// Measure once, in this process
     #[arg(long, hide = true)]
     pub worker: bool,
 }

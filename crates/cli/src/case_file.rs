@@ -1,4 +1,4 @@
-//! Reading a case file and showing what is wrong with it.
+//! Reads a case file and shows its errors.
 
 use std::fmt::Write as _;
 use std::io;
@@ -15,16 +15,16 @@ use slipstick::run::mesh_files;
 pub enum Unreadable {
     /// The file cannot be read.
     Io(io::Error),
-    /// What is to be replaced has no place in the file.
+    /// A value to be replaced has no place in the file.
     Override(OverrideError),
-    /// The file is no text.
+    /// The file is not UTF-8 text.
     Encoding(NotUtf8),
-    /// The file is wrong.
+    /// The file has errors.
     Wrong(CaseErrors),
 }
 
-/// Reads a case file, replaces values, and checks it. Places in messages are those of the changed text, which the name of
-/// the file says.
+/// Reads a case file, replaces values, and checks it. Places in messages refer to the changed text; the file name in
+/// messages says so.
 ///
 /// # Errors
 ///
@@ -39,7 +39,7 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<Resolved, Unreadable>
     parse_case_with(&changed, &name, &mesh_files(path)).map_err(Unreadable::Wrong)
 }
 
-/// Diagnostics for people: with the lines of the file on a terminal, else `file:line:column: …`.
+/// Diagnostics for people: with the lines of the file on a terminal, otherwise `file:line:column: …`.
 pub fn report(diagnostics: &[CaseDiagnostic], terminal: bool) -> String {
     let mut text = String::new();
     let handler = miette::GraphicalReportHandler::new();

@@ -1,4 +1,4 @@
-//! Where text and events go: people read text, programs read one JSON object per line.
+//! Output of text and events: people read text, programs read one JSON object per line.
 
 use std::cell::OnceCell;
 use std::io::{self, IsTerminal, Write};
@@ -14,10 +14,10 @@ use crate::args::Common;
 use crate::case_file;
 use crate::failure::Failure;
 
-/// Where text and events go.
+/// Output of text and events.
 ///
-/// Results stand on standard output, warnings and errors on standard error; with `--json` all of them are events on
-/// standard output.
+/// Results are written to standard output, warnings and errors to standard error; with `--json`, all of them are events
+/// on standard output.
 #[derive(Debug)]
 pub struct Console {
     json: bool,
@@ -26,12 +26,12 @@ pub struct Console {
     /// Errors are not shown either.
     silent: bool,
     bar: OnceCell<ProgressBar>,
-    /// Why standard output could not be written, the first time.
+    /// The first error in writing standard output.
     refused: OnceCell<io::Error>,
 }
 
 impl Console {
-    /// As the options say.
+    /// A console with these options.
     pub fn new(common: &Common) -> Self {
         Self {
             json: common.json,
@@ -43,7 +43,7 @@ impl Console {
         }
     }
 
-    /// Says nothing any more: another rank speaks.
+    /// Silences the console: another rank writes.
     pub fn silence(&mut self) {
         (self.json, self.quiet, self.verbose, self.silent) = (false, true, 0, true);
     }
@@ -53,53 +53,53 @@ impl Console {
         self.json
     }
 
-    /// Whether this much is to be told: 0 always (but when quiet), 1 load steps, 2 Newton iterations.
+    /// Whether this level is printed: 0 always (unless quiet), 1 load steps, 2 Newton iterations.
     pub fn tells(&self, level: u8) -> bool {
         !self.quiet && self.verbose >= level
     }
 
-    /// A line for people.
+    /// Prints a line for people.
     pub fn text(&self, line: &str) {
         if !self.json && !self.quiet {
             self.suspended(|| self.put(line));
         }
     }
 
-    /// Lines for people.
+    /// Prints lines for people.
     pub fn lines(&self, lines: &[String]) {
         lines.iter().for_each(|line| self.text(line));
     }
 
-    /// Text that is the command's result itself, like a case file.
+    /// Prints text that is itself the result of the command, like a case file.
     pub fn raw(&self, text: &str) {
         let mut out = io::stdout().lock();
         let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
-        // A reader that has seen enough and closed the pipe is no error.
+        // It is not an error if the reader closes the pipe early.
         if let Err(error) = written.or_else(unless_closed) {
             let _ = self.refused.set(error);
         }
     }
 
-    /// A line to standard output.
+    /// Writes a line to standard output.
     fn put(&self, line: &str) {
         self.raw(&format!("{line}\n"));
     }
 
-    /// Whether all that was said on standard output could be written.
+    /// Checks that everything could be written to standard output.
     ///
     /// # Errors
-    /// [`Failure::Input`], for the end of a command that has done its work: its results are on disk.
+    /// [`Failure::Input`], at the end of a command that has done its work: its results are on disk.
     pub fn check(&self) -> Outcome {
         match self.refused.get() {
             Some(error) => Err(Failure::input(
                 format!("cannot write to standard output: {error}"),
-                "check where it is directed to; files are complete",
+                "check where it is redirected to; files are complete",
             )),
             None => Ok(()),
         }
     }
 
-    /// An object for programs; `value` is an object, which gets the key `event`.
+    /// Writes an object for programs; `value` is an object, to which the key `event` is added.
     pub fn event(&self, name: &str, mut value: Value) {
         if self.json {
             value["event"] = name.into();
@@ -107,12 +107,12 @@ impl Console {
         }
     }
 
-    /// Warnings about the case file.
+    /// Prints warnings about the case file.
     pub fn warnings(&self, diagnostics: &[CaseDiagnostic]) {
         self.diagnostics("warning", diagnostics, !self.quiet);
     }
 
-    /// A warning about something else.
+    /// Prints any other warning.
     pub fn warning(&self, message: &str) {
         self.event("warning", json!({ "message": message }));
         if !self.json && !self.quiet {
@@ -120,10 +120,10 @@ impl Console {
         }
     }
 
-    /// What is probably not meant about a path.
+    /// Prints a likely mistake in a path.
     pub fn notice(&self, notice: Option<ForwardNotice>) {
         let Some(notice) = notice else { return };
-        let help = "check motions, gaps (`slipstick check`) and the steps of the objective";
+        let help = "check the motions, the gaps (`slipstick check`) and the steps of the objective";
         self.event("warning", json!({ "code": notice, "message": notice.to_string(), "help": help }));
         if !self.json && !self.quiet {
             self.suspended(|| complain(&format!("warning: {notice}\n    help: {help}\n")));
@@ -141,19 +141,19 @@ impl Console {
         }
     }
 
-    /// Why the command ends.
+    /// Prints why the command ends.
     pub fn failure(&self, failure: &Failure) {
         if !self.silent {
             self.speak(failure);
         }
     }
 
-    /// Why the command ends, of a silent rank too.
+    /// Prints why the command ends, even on a silent rank.
     pub fn speak(&self, failure: &Failure) {
         self.end_bar();
         let exit = failure.exit() as u8;
         match failure {
-            // Where events cannot be written, the error must not be lost with them.
+            // If events cannot be written, the error must still be shown.
             _ if self.refused.get().is_some() => complain(&format!("{}\n", failure.text())),
             Failure::Case(diagnostics) => self.diagnostics("error", diagnostics, true),
             _ if !self.json => complain(&format!("{}\n", failure.text())),
@@ -171,8 +171,8 @@ impl Console {
         }
     }
 
-    /// Shows a progress bar of so many load steps where a person watches a terminal; `done` of them are behind. Once
-    /// for a command.
+    /// Shows a progress bar for this many load steps on a terminal; `done` of them are finished. Called once per
+    /// command.
     pub fn start_bar(&self, total: usize, done: usize) {
         let watched = io::stderr().is_terminal() && io::stdout().is_terminal();
         if self.json || self.quiet || self.verbose > 0 || !watched {
@@ -188,12 +188,12 @@ impl Console {
         bar.enable_steady_tick(Duration::from_millis(500));
     }
 
-    /// Whether a bar is shown, so that lines of progress are not needed.
+    /// Whether a bar is shown, which makes lines of progress unnecessary.
     pub fn has_bar(&self) -> bool {
         self.bar.get().is_some_and(|bar| !bar.is_finished())
     }
 
-    /// Moves the bar to so many load steps.
+    /// Moves the bar to this many load steps.
     pub fn progress(&self, position: usize) {
         if let Some(bar) = self.bar.get() {
             bar.set_position(position as u64);
@@ -207,14 +207,14 @@ impl Console {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn end_bar(&self) {
         if let Some(bar) = self.bar.get() {
             bar.finish_and_clear();
         }
     }
 
-    /// Writes while the bar steps aside.
+    /// Writes while the bar is hidden.
     fn suspended(&self, write: impl FnOnce()) {
         match self.bar.get() {
             Some(bar) => bar.suspend(write),
@@ -223,12 +223,12 @@ impl Console {
     }
 }
 
-/// Text to standard error; where that cannot be written either, nobody is left to be told.
+/// Writes text to standard error; if that fails too, there is nothing left to do.
 pub fn complain(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
-/// A pipe whose reader has closed it is no error.
+/// A pipe that its reader has closed is not an error.
 pub fn unless_closed(error: io::Error) -> io::Result<()> {
     if error.kind() == io::ErrorKind::BrokenPipe { Ok(()) } else { Err(error) }
 }

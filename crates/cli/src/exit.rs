@@ -2,7 +2,7 @@
 
 use std::process::{ExitCode, Termination};
 
-/// The program's exit codes. Wrong command lines end with 2 too; that is clap's own code.
+/// The program's exit codes. Invalid command lines also end with 2, which is clap's own code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
@@ -12,7 +12,7 @@ pub enum Exit {
     BadInput = 2,
     /// The analysis failed.
     AnalysisFailed = 3,
-    /// Interrupted; what was reached is on disk.
+    /// Interrupted; the results so far are on disk.
     Interrupted = 4,
 }
 

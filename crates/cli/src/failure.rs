@@ -1,4 +1,4 @@
-//! Why a command ends without what was asked for.
+//! Why a command failed.
 
 use std::path::PathBuf;
 
@@ -6,58 +6,59 @@ use slipstick::build::BuildError;
 use slipstick::case::{CaseCode, CaseDiagnostic, CaseErrors, Severity, SourceMap};
 use slipstick::export::ExportError;
 use slipstick::output::OutputError;
-use slipstick::run::{ExitState, FailureReport, PictureError, RunError};
+use slipstick::picture::PictureError;
+use slipstick::run::{ExitState, FailureReport, RunError};
 
 use crate::exit::Exit;
 
-/// Why a command ends without what was asked for; says which exit code that is.
+/// Why a command failed, which determines the exit code.
 #[derive(Debug)]
 pub enum Failure {
-    /// The case file is wrong.
+    /// The case file has errors.
     Case(Vec<CaseDiagnostic>),
     /// Other input is wrong: a file, a directory, an option.
     Input {
-        /// What is wrong, with its place.
+        /// What is wrong, and where.
         message: String,
-        /// What mends it.
+        /// The remedy.
         cure: String,
     },
     /// The analysis failed.
     Analysis {
-        /// Where, why, what was tried, what may help.
+        /// Where and why, what was tried, and what may help.
         report: Box<FailureReport>,
-        /// What was kept, and where.
+        /// The results that were kept, and where they are.
         kept: String,
     },
-    /// A verification found a difference, or could compare nothing.
+    /// A verification found a discrepancy, or could not compare anything.
     Check {
-        /// What it found.
+        /// Its result.
         message: String,
         /// What to do about it.
         cure: String,
     },
     /// Stopped by the user.
     Interrupted {
-        /// What was reached.
+        /// The progress so far.
         message: String,
-        /// The directory that `slipstick resume` goes on with.
+        /// The directory from which `slipstick resume` continues.
         resume: Option<PathBuf>,
     },
 }
 
 impl Failure {
-    /// Wrong input other than a case file.
+    /// Makes an error about input other than a case file.
     pub fn input(message: impl Into<String>, cure: impl Into<String>) -> Self {
         Self::Input { message: message.into(), cure: cure.into() }
     }
 
-    /// An error of building, at its place in the case file.
+    /// An error from building the model, at its place in the case file.
     pub fn build(error: &BuildError, map: &SourceMap) -> Self {
         let code = build_code(error);
         Self::Case(vec![map.diagnostic(Severity::Error, &error.path, code, &error.message, &error.help)])
     }
 
-    /// How the program ends.
+    /// The exit code.
     pub fn exit(&self) -> Exit {
         match self {
             Self::Case(_) | Self::Input { .. } => Exit::BadInput,
@@ -66,7 +67,7 @@ impl Failure {
         }
     }
 
-    /// How a run's record says so.
+    /// The exit state in the run's record.
     pub fn state(&self) -> ExitState {
         match self {
             Self::Interrupted { .. } => ExitState::Interrupted,
@@ -74,7 +75,7 @@ impl Failure {
         }
     }
 
-    /// In one text, without colours.
+    /// The complete message, without colours.
     pub fn text(&self) -> String {
         match self {
             Self::Case(diagnostics) => {
@@ -87,13 +88,13 @@ impl Failure {
             Self::Analysis { report, kept } => format!("error: {report}\n    kept: {kept}"),
             Self::Interrupted { message, resume: None } => format!("interrupted: {message}"),
             Self::Interrupted { message, resume: Some(directory) } => {
-                format!("interrupted: {message}\n    go on with: slipstick resume {}", directory.display())
+                format!("interrupted: {message}\n    continue with: slipstick resume {}", directory.display())
             }
         }
     }
 }
 
-/// The stable code of what only building finds out, from its place in the case.
+/// The stable code of an error that is only found while building, from its place in the case.
 fn build_code(error: &BuildError) -> CaseCode {
     let path = error.path.as_str();
     let has = |part: &str| path.contains(part);

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::console::complain;
 use crate::exit::Exit;
 
-/// What the first Ctrl-C is answered with. The book quotes it (docs/how_to.md).
+/// Reply to the first Ctrl-C. The book quotes it (docs/how_to.md).
 pub const STOPPING: &str = "stopping when the current attempt at a load step ends; Ctrl-C again stops at once";
 
 /// Whether the user wants to stop.
@@ -16,7 +16,7 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens to Ctrl-C, and to the request to terminate where the system has one; `speaks` tells that it was heard.
+    /// Listens for Ctrl-C, and for the request to terminate on systems that have one; `speaks` makes it print a reply.
     pub fn install(speaks: bool) -> Self {
         let interrupt = Self::default();
         let pressed = Arc::clone(&interrupt.pressed);
@@ -29,7 +29,7 @@ impl Interrupt {
             }
             complain(&format!("\n{STOPPING}\n"));
         };
-        // Without a handler the system's own ends the program at once, and what is on disk is good then too.
+        // Without this handler, the default one ends the program at once, and the files on disk are valid then too.
         if let Err(error) = ctrlc::set_handler(handler) {
             complain(&format!("warning: Ctrl-C will stop at once: {error}\n"));
         }

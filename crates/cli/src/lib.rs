@@ -1,7 +1,7 @@
 //! The parts of the slipstick program.
 //!
-//! [`run`] does what a command line asks for. The program adds nothing to the method: it reads cases, watches analyses,
-//! and keeps the directory of a run ([`slipstick::run`]).
+//! [`run`] executes a command line. The program adds nothing to the method: it reads cases, observes analyses, and
+//! manages the directory of a run ([`slipstick::run`]).
 
 pub mod args;
 pub mod case_file;
@@ -13,6 +13,7 @@ pub mod failure;
 pub mod interrupt;
 pub mod memory;
 pub mod parallel;
+pub mod runs;
 pub mod setup;
 pub mod table;
 pub mod watch;
@@ -24,13 +25,13 @@ use failure::Failure;
 use interrupt::Interrupt;
 use parallel::Parallel;
 
-/// What every command works with.
+/// The context of every command.
 pub struct Context {
-    /// Where text and events go.
+    /// Output of text and events.
     pub console: Console,
     /// Whether the user wants to stop.
     pub interrupt: Interrupt,
-    /// The other ranks, if there are some.
+    /// The other ranks, if any.
     pub parallel: Parallel,
     /// Options of every command.
     pub common: args::Common,
@@ -38,7 +39,7 @@ pub struct Context {
     pub line: Vec<String>,
 }
 
-/// Does what the command line asks for.
+/// Executes the command line.
 pub fn run(cli: Cli, line: Vec<String>) -> Exit {
     let mut console = Console::new(&cli.common);
     let parallel = match Parallel::join() {
@@ -72,7 +73,7 @@ fn execute(context: &Context, command: &Command) -> Outcome {
             | Command::Bench(_)
     );
     if context.parallel.size() > 1 && !divided {
-        return Err(Failure::input("this command runs on one rank", "leave mpirun out"));
+        return Err(Failure::input("this command runs on one rank", "start it without mpirun"));
     }
     match command {
         Command::New(args) => commands::new::run(context, args),

@@ -11,7 +11,7 @@ fn main() -> Exit {
     Cli::try_parse().map_or_else(|error| explain(&error), |cli| slipstick_cli::run(cli, line))
 }
 
-/// Help and version, which were asked for, or what is wrong with the command line.
+/// Prints help or version if requested, or the error in the command line.
 fn explain(error: &Error) -> Exit {
     let written = error.print().or_else(unless_closed);
     if error.use_stderr() || written.is_err() { Exit::BadInput } else { Exit::Ok }

@@ -1,10 +1,10 @@
-//! How much memory this process can have.
+//! The memory that is available to this process.
 
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// Memory that this process can have in all: what it has, and what the system can give without swapping, within the limits
-/// of the process: of its address space (`ulimit -v`) and of its control groups (containers). `None` where nothing is told.
+/// Total memory available to this process: what it already uses plus what the system can provide without swapping,
+/// within the limits on its address space (`ulimit -v`) and of its control groups (containers). `None` if unknown.
 /// \[bytes\]
 pub fn available() -> Option<f64> {
     let status = read_to_string("/proc/self/status").ok()?;
@@ -15,7 +15,7 @@ pub fn available() -> Option<f64> {
     Some(left + parse(&status, "VmRSS:").unwrap_or(0.0))
 }
 
-/// Most memory that this process has had; `None` where the system does not tell. \[bytes\]
+/// Peak memory of this process; `None` if the system does not provide it. \[bytes\]
 pub fn peak() -> Option<f64> {
     parse(&read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
@@ -27,15 +27,15 @@ fn parse(text: &str, name: &str) -> Option<f64> {
     Some(1024.0 * kilobytes)
 }
 
-/// What the soft limit of the address space in `/proc/self/limits` leaves; `None` if it is unlimited.
+/// What remains of the soft limit on the address space in `/proc/self/limits`; `None` if it is unlimited.
 fn address_space(limits: &str, status: &str) -> Option<f64> {
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: f64 = line.split_whitespace().next()?.parse().ok()?;
     Some((limit - parse(status, "VmSize:").unwrap_or(0.0)).max(0.0))
 }
 
-/// What the tightest control group (version 2) of those that `/proc/self/cgroup` names leaves; `None` without a limit. File
-/// contents in memory that can be dropped do not count as used.
+/// What remains of the tightest limit of the control groups (version 2) in `/proc/self/cgroup`; `None` without a limit.
+/// File contents in memory that can be dropped do not count as used.
 fn control_groups(groups: &str, root: &Path) -> Option<f64> {
     let group = groups.lines().find_map(|line| line.strip_prefix("0::/"))?;
     let left = |folder: &Path| {
@@ -46,7 +46,7 @@ fn control_groups(groups: &str, root: &Path) -> Option<f64> {
         });
         Some((limit - used + droppable.unwrap_or(0.0)).max(0.0))
     };
-    // In a container, the group's own name need not be a folder there.
+    // In a container, there may be no folder with the group's own name.
     root.join(group).ancestors().take_while(|folder| folder.starts_with(root)).filter_map(left).reduce(f64::min)
 }
 
@@ -74,7 +74,8 @@ mod tests {
         assert_eq!(address_space(&limits("1024"), "VmSize:  24 kB\n"), Some(0.0));
     }
 
-    /// The Linux kernel's documentation of control groups: `memory.max` is `max` without a limit, and binds all below.
+    /// According to the Linux kernel's documentation of control groups, `memory.max` is `max` without a limit, and also
+    /// applies to all groups below.
     #[test]
     fn the_tightest_control_group_counts() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use slipstick::linalg::Ranks;
 use slipstick::machine::Machine;
-use slipstick_linalg::Ranks;
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};

@@ -3,24 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use slipstick::analysis::{Analysis, AnalysisError, Forward, Rounding};
 use slipstick::build::{Problem, build_on};
 use slipstick::case::{Body, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
 use slipstick::check::{Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
-use slipstick::optimize::OptimizeError;
-use slipstick::run::{
-    ExitState, FailureReport, RunDirectory, RunError, RunPart, RunRecord, keep_mesh_files, load_density,
-    write_densities, write_failure, write_path,
-};
+use slipstick::design::{DesignMap, DesignVariables, Role};
+use slipstick::run::load_density;
 use slipstick::words::{counted, quantity};
-use slipstick_design::{DesignMap, DesignVariables, Role};
 
 use crate::args::{CaseFile, DesignFrom, Out};
 use crate::case_file::{self, Unreadable};
 use crate::commands::bytes;
 use crate::failure::Failure;
 use crate::memory;
-use crate::watch::Watch;
 use crate::{Context, Outcome};
 
 /// A case that is read and looked at; the problem built from it goes its own way.
@@ -216,6 +210,16 @@ impl Setup {
         !self.resolved.case.contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master))
     }
 
+    /// Whether results in this directory would take the place of the design that is asked for.
+    pub fn replaces_design(&self, path: &Path) -> bool {
+        let same = |results: &PathBuf| {
+            let from = if results.is_file() { results.parent().unwrap_or(Path::new("")) } else { results };
+            let from = if from.as_os_str().is_empty() { Path::new(".") } else { from };
+            matches!((from.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b)
+        };
+        self.design_of.get().is_some_and(same)
+    }
+
     /// Densities to analyse: the case's uniform start, or those of an earlier run.
     ///
     /// # Errors
@@ -318,174 +322,4 @@ pub fn volume_fraction(problem: &Problem, density: &[f64]) -> Option<f64> {
     let volumes = problem.mesh.element_volumes();
     let sum = |value: &dyn Fn(usize) -> f64| domain.iter().map(|&e| value(e as usize)).sum::<f64>();
     Some(sum(&|e| volumes[e] * density[e]) / sum(&|e| volumes[e]))
-}
-
-/// A failed analysis in words, after what is left of it has been written to `run`, if this rank has one.
-pub fn failed(problem: &mut Problem, error: &AnalysisError, run: Option<&RunDirectory>) -> Failure {
-    let design = &problem.analysis.design;
-    let report = Box::new(FailureReport::new(error, &problem.mesh, design));
-    let Some(run) = run else {
-        if let AnalysisError::March(failure) = error {
-            failure.path.serve(&**design.model().share().ranks());
-        }
-        return Failure::Analysis { report, kept: String::new() };
-    };
-    let directory = run.path().display();
-    let kept = match error {
-        AnalysisError::March(failure) => match write_failure(run, &problem.mesh, design, failure) {
-            Ok(true) => format!(
-                "{directory}: the states that converged (path.pvd) and the failing one (failure.vtu); \
-                 `slipstick render {directory} --failure` draws it"
-            ),
-            Ok(false) => format!("{directory}: the states that converged (path.pvd)"),
-            Err(error) => format!("nothing more: {error}"),
-        },
-        _ => directory.to_string(),
-    };
-    Failure::Analysis { report, kept }
-}
-
-/// An optimization that stopped short, in words.
-pub fn stopped(
-    problem: &mut Problem,
-    resolved: &Resolved,
-    error: &OptimizeError,
-    run: Option<&RunDirectory>,
-) -> Failure {
-    match error {
-        OptimizeError::Build(error) => Failure::build(error, &resolved.source_map),
-        OptimizeError::Analysis(error) => failed(problem, error, run),
-        OptimizeError::Mma(error) => Failure::Check {
-            message: format!("the optimizer failed: {error}"),
-            cure: "look at history.csv; a smaller `optimizer.mma.move_limit` may help".into(),
-        },
-        OptimizeError::Rounding(forward) => without_direction(problem, forward, run),
-        OptimizeError::Interrupted => Failure::Interrupted {
-            message: "finished iterations are kept".into(),
-            resume: run.map(|run| run.path().to_owned()),
-        },
-    }
-}
-
-/// An optimization whose objective is only rounding, in words, after the path of that design has been written to `run`, if this
-/// rank has one.
-fn without_direction(problem: &mut Problem, forward: &Forward, run: Option<&RunDirectory>) -> Failure {
-    let rounding = forward.rounding.as_ref();
-    let report = Box::new(FailureReport {
-        cause: rounding.map_or(String::new(), |rounding| format!("there is nothing to optimize: {rounding}")),
-        cures: rounding.map_or(&[][..], Rounding::cures).iter().map(|cure| (*cure).to_owned()).collect(),
-        ..FailureReport::default()
-    });
-    let design = &problem.analysis.design;
-    let Some(run) = run else {
-        forward.path.serve(&**design.model().share().ranks());
-        return Failure::Analysis { report, kept: String::new() };
-    };
-    let mut written = write_path(run, &problem.mesh, design, &forward.path).map(drop);
-    // that of an earlier iteration stays: there is none like it
-    let table = run.file("design.csv");
-    if !table.exists() {
-        let table = write_densities(&table, &problem.mesh, &forward.density, None);
-        written = written.and(table.map_err(RunError::from));
-    }
-    let directory = run.path().display();
-    let kept = match written {
-        Ok(()) => format!("{directory}: finished iterations, and the load path of this design (path.pvd)"),
-        Err(error) => format!("finished iterations; nothing more: {error}"),
-    };
-    Failure::Analysis { report, kept }
-}
-
-/// The part of an analysis that a rank has which does not lead: the first one tells and writes what comes out.
-///
-/// # Errors
-/// That of the analysis.
-pub fn follow<T>(
-    context: &Context,
-    problem: &mut Problem,
-    analyse: impl FnOnce(&mut Analysis, &mut Watch<'_>) -> Result<T, AnalysisError>,
-) -> Outcome {
-    let mut watch = Watch::new(context, problem);
-    let result = analyse(&mut problem.analysis, &mut watch);
-    result.map(drop).map_err(|error| failed(problem, &error, None))
-}
-
-/// A run in progress: its directory and record.
-pub struct Run {
-    /// The directory.
-    pub directory: RunDirectory,
-    record: RunRecord,
-}
-
-impl Run {
-    /// Starts a run in its own directory.
-    ///
-    /// # Errors
-    /// [`Failure::Input`] if the directory holds a run or cannot be written.
-    pub fn start(context: &Context, setup: &Setup, out: &Out, command: &str) -> Outcome<Self> {
-        let path = setup.directory(out, command);
-        // a run that may overwrite must not take away what it starts from
-        let same = |results: &PathBuf| {
-            let from = if results.is_file() { results.parent().unwrap_or(Path::new("")) } else { results };
-            let from = if from.as_os_str().is_empty() { Path::new(".") } else { from };
-            matches!((from.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b)
-        };
-        if setup.design_of.get().is_some_and(same) {
-            return Err(Failure::input(
-                format!("{} holds the design that is asked for: results would take its place", path.display()),
-                "give results a directory of their own with --out",
-            ));
-        }
-        let directory = RunDirectory::create(&path, out.force)?.in_pieces(setup.resolved.case.output.pieces);
-        let text = setup.resolved.source_map.text();
-        let part = RunPart::starting(context.line.clone(), setup.threads);
-        let file = setup.file.display().to_string();
-        let mut record = RunRecord::starting(part, &setup.resolved.case, &file, text);
-        // First of all files: it marks the directory as a run's, should this process be killed before the others are there.
-        record.write(&directory)?;
-        slipstick::output::write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
-        record.inputs = keep_mesh_files(&directory, &setup.resolved.case, &setup.file)?;
-        record.write(&directory)?;
-        let started = serde_json::json!({
-            "command": command, "case": file, "directory": path, "threads": setup.threads,
-            "unknowns": setup.inspection.unknowns,
-            "steps": setup.inspection.steps,
-        });
-        context.console.event("start", started);
-        Ok(Self { directory, record })
-    }
-
-    /// Takes up an earlier run.
-    ///
-    /// # Errors
-    /// [`Failure::Input`] if the record cannot be written.
-    pub fn take_up(context: &Context, directory: RunDirectory, record: RunRecord, threads: usize) -> Outcome<Self> {
-        let record = record.resumed(RunPart::starting(context.line.clone(), threads));
-        record.write(&directory)?;
-        let path = directory.path();
-        context
-            .console
-            .event("start", serde_json::json!({ "command": "resume", "directory": path, "threads": threads }));
-        Ok(Self { directory, record })
-    }
-
-    /// SHA-256 of the case's text.
-    pub fn case_sha256(&self) -> &str {
-        &self.record.case_sha256
-    }
-
-    /// Records how the run ended and hands the outcome on.
-    ///
-    /// # Errors
-    /// Those of the outcome; [`Failure::Input`] if the record cannot be written.
-    pub fn end<T>(mut self, outcome: Outcome<T>) -> Outcome<T> {
-        match &outcome {
-            Ok(_) => self.record.end(ExitState::Finished, None),
-            Err(failure) => self.record.end(failure.state(), Some(failure.text())),
-        }
-        let written = self.record.write(&self.directory);
-        let value = outcome?;
-        written?;
-        Ok(value)
-    }
 }

@@ -1,15 +1,19 @@
 //! Watches a march: shows load steps, keeps the table of Newton iterations, asks whether to stop.
 
 use serde_json::json;
+use slipstick::analysis::ForwardNotice;
 use slipstick::build::Problem;
+use slipstick::drive::{DesignEvaluated, DriveObserver};
 use slipstick::model::course;
-use slipstick::run::NewtonTable;
-use slipstick_path::{MarchEvent, MarchObserver, PathState, Remedy};
+use slipstick::optimize::IterationRecord;
+use slipstick::path::{MarchEvent, MarchObserver, PathState, Remedy};
+use slipstick::run::{NewtonTable, RunError};
 
+use crate::Context;
+use crate::commands::digits;
 use crate::console::Console;
 use crate::interrupt::Interrupt;
 use crate::parallel::Parallel;
-use crate::{Context, Outcome};
 
 /// The observer of all analyses of a command.
 pub struct Watch<'a> {
@@ -26,6 +30,10 @@ pub struct Watch<'a> {
     newton_iterations: usize,
     headline: String,
     load_cases: Vec<String>,
+    /// Load steps of an analysis.
+    steps_of_path: usize,
+    /// What was said of the path before.
+    notice: Option<ForwardNotice>,
 }
 
 impl<'a> Watch<'a> {
@@ -43,6 +51,8 @@ impl<'a> Watch<'a> {
             newton_iterations: 0,
             headline: String::new(),
             load_cases: problem.load_cases.clone(),
+            steps_of_path: problem.analysis.times.len(),
+            notice: None,
         }
     }
 
@@ -66,22 +76,12 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Text that stands before that of the load step below a bar.
-    pub fn set_headline(&mut self, headline: String) {
-        self.headline = headline;
-    }
-
-    /// Rows of `newton.csv` so far.
-    pub fn newton_rows(&self) -> usize {
-        self.newton.as_ref().map_or(0, NewtonTable::rows)
-    }
-
     /// Whether all that was seen could be written.
     ///
     /// # Errors
     /// The first failure to write.
-    pub fn check(&mut self) -> Outcome {
-        Ok(self.newton.as_mut().map_or(Ok(()), NewtonTable::check)?)
+    pub fn check(&mut self) -> Result<(), RunError> {
+        self.newton.as_mut().map_or(Ok(()), NewtonTable::check)
     }
 
     /// A pseudo-time, and before it the load case where it has a name.
@@ -167,5 +167,35 @@ impl MarchObserver for Watch<'_> {
 
     fn cancelled(&self) -> bool {
         self.parallel.any(self.interrupt.requested())
+    }
+}
+
+impl DriveObserver for Watch<'_> {
+    fn begins(&mut self, iteration: usize) {
+        self.begin(iteration, self.steps_of_path * iteration);
+        self.headline = format!("iteration {iteration}: ");
+    }
+
+    fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
+        let DesignEvaluated { record, notice, seconds } = *design;
+        // Told again only after it was otherwise.
+        self.console.notice(notice.filter(|notice| Some(*notice) != self.notice));
+        self.notice = notice;
+        let IterationRecord { iteration, objective, volume_fraction, newton_iterations, .. } = record;
+        let mut event = json!(record);
+        event["seconds"] = json!(seconds);
+        self.console.event("iteration", event);
+        let failed = match record.failed_iterations {
+            0 => String::new(),
+            failed => format!(" and {failed} in failed attempts"),
+        };
+        let change = record.change.map_or("       ".into(), |change| format!("{change:.5}"));
+        let [open, stick, slip] = record.status;
+        // kept in a terminal too, above the bar
+        self.console.text(&format!(
+            "{iteration:>5}  objective {:>14}  volume {volume_fraction:.5}  change {change}  Newton {newton_iterations:>4}{failed}  \
+             open {open}, stick {stick}, slip {slip}  {seconds:.1} s",
+            digits(*objective)
+        ));
     }
 }

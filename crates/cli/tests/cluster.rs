@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use slipstick::linalg::largest_or_nan;
 use slipstick::output::read_fields;
-use slipstick_linalg::largest_or_nan;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_slipstick");
 

@@ -8,11 +8,11 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use slipstick_mesh::{FacetNodes, FacetTree};
 
-/// What a contact interface cannot be built from, or evaluated at.
+/// Why a contact interface cannot be built or evaluated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InterfaceError {
-    /// A surface has no facet.
+    /// A surface has no facets.
     #[error("the {side} surface has no facets; name a surface of the body's boundary")]
     Empty {
         /// "slave" or "master".
@@ -43,48 +43,49 @@ fn list(nodes: &FacetNodes) -> String {
     numbers.join(", ")
 }
 
-/// A slave node and the slave facets around it. At an edge sharper than the feature angle there is one for each of the smooth
-/// patches that meet there, with the facets of that patch.
+/// A slave node and the slave facets around it. At an edge sharper than the feature angle there is one entry for each
+/// of the smooth patches that meet there, with the facets of that patch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SlaveNode {
     /// Global node number.
     pub node: u32,
-    /// All nodes of the slave facets around it, ascending, itself included.
+    /// All nodes of the slave facets around it, ascending, including the node itself.
     pub ring: Vec<u32>,
     /// Its corners in these facets, as ring positions.
     pub corners: Vec<RingCorner>,
-    /// Ring position of the neighbour whose edge fixes the tangent's material direction.
+    /// Ring position of the neighbour that defines the material direction of the tangent.
     pub edge: usize,
-    /// The facets around it: number of the slave facet, and which of its corners the node is.
+    /// The facets around it: number of the slave facet, and the corner of the facet at this node.
     pub facets: Vec<(u32, u8)>,
-    /// Coordinate axes that stand across a symmetry plane through the node.
+    /// Coordinate axes normal to a symmetry plane through the node.
     pub mirrored: [bool; 3],
-    /// The node lies on a sharp edge, and these are the facets of one patch: the frame takes the master's normal.
+    /// Whether the node lies on a sharp edge and the facets are those of one patch: then the frame uses the master's
+    /// normal.
     pub sharp: bool,
 }
 
-/// How an interface is discretized.
+/// Discretization of an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InterfaceOptions {
     /// Shape functions of the multipliers.
     pub shape: MultiplierShape,
     /// Integration rule of the mortar cells.
     pub rule: CellRule,
-    /// Distance along the slave normal within which facets are coupled at all; it must exceed the largest relative motion
-    /// of one step, and stay below the bodies' thickness. \[L\]
+    /// Distance along the slave normal within which facets are coupled; it must exceed the largest relative motion of
+    /// one step, and be less than the thickness of the bodies. \[L\]
     pub reach: f64,
-    /// Angle between the normals of neighbouring slave facets above which the edge between them is sharp, in the reference
-    /// configuration. \[rad\]
+    /// Angle between the normals of neighbouring slave facets above which the edge between them is sharp, in the
+    /// reference configuration. \[rad\]
     pub feature_angle: f64,
 }
 
-/// Slave and master surface with what the mortar integrals need; geometry is passed at evaluation.
+/// Slave and master surface with the data for the mortar integrals; positions are passed to the evaluation.
 #[derive(Debug, Clone)]
 pub struct ContactInterface {
     slave_facets: Vec<FacetNodes>,
     master_facets: Vec<FacetNodes>,
     slave_nodes: Vec<SlaveNode>,
-    /// Which corners of each slave facet lie on a sharp edge.
+    /// The corners of each slave facet that lie on a sharp edge.
     sharp: Vec<[bool; 4]>,
     shape: MultiplierShape,
     rule: Vec<CellPoint>,
@@ -93,22 +94,22 @@ pub struct ContactInterface {
     tree: FacetTree,
 }
 
-/// Buffers of [`ContactInterface::evaluate`], and which slave nodes it evaluates.
+/// Buffers of [`ContactInterface::evaluate`], and the slave nodes that it evaluates.
 #[derive(Debug, Clone)]
 pub struct InterfaceWorkspace {
     tree: FacetTree,
     couplings: Vec<FacetCoupling>,
-    /// Which slave nodes are evaluated, and which slave facets that takes.
+    /// The slave nodes to evaluate, and the slave facets that are needed for them.
     nodes: Vec<bool>,
     facets: Vec<bool>,
 }
 
 impl ContactInterface {
-    /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise from outside), triangles
-    /// and quadrilaterals in any mixture, at the reference `coordinates` (3 per node).
+    /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise from outside),
+    /// triangles and quadrilaterals in any mixture, at the reference `coordinates` (3 per node).
     ///
     /// # Errors
-    /// Empty surfaces and nodes that lie on both.
+    /// If a surface is empty, or a node lies on both surfaces.
     pub fn new(
         slave_facets: Vec<FacetNodes>,
         master_facets: Vec<FacetNodes>,
@@ -135,7 +136,7 @@ impl ContactInterface {
         Ok(Self { slave_facets, master_facets, slave_nodes, sharp, shape, rule: rule.points(), reach, tree })
     }
 
-    /// Buffers for evaluating the slave nodes that `has` picks by their global numbers.
+    /// Buffers for evaluating the slave nodes that `has` selects by their global numbers.
     pub fn workspace(&self, has: impl Fn(u32) -> bool) -> InterfaceWorkspace {
         let around = |facet: &FacetNodes| facet.iter().any(|&node| has(node));
         InterfaceWorkspace {
@@ -146,14 +147,14 @@ impl ContactInterface {
         }
     }
 
-    /// The same interface with symmetry planes: `mirrored` gives for a node the coordinate axes that stand across one through
-    /// it.
+    /// The same interface with symmetry planes: `mirrored` returns for a node the coordinate axes normal to the planes
+    /// through it.
     pub fn with_symmetry(mut self, mirrored: impl Fn(u32) -> [bool; 3]) -> Self {
         self.slave_nodes.iter_mut().for_each(|slave| slave.mirrored = mirrored(slave.node));
         self
     }
 
-    /// The slave nodes, ascending by global number, and patch after patch at sharp edges: the order of all nodal contact
+    /// The slave nodes, ascending by global number, and patch by patch at sharp edges: the order of all nodal contact
     /// quantities.
     pub fn slave_nodes(&self) -> &[SlaveNode] {
         &self.slave_nodes
@@ -174,13 +175,13 @@ impl ContactInterface {
         self.reach
     }
 
-    /// Evaluates mortar rows and frames at the current positions `x` (3 per node of the mesh) of the slave nodes that the
-    /// workspace is for, and leaves the others empty.
+    /// Evaluates mortar rows and frames at the current positions `x` (3 per node of the mesh) of the slave nodes of the
+    /// workspace, and leaves the others empty.
     ///
-    /// The result depends on `x` alone, not on earlier evaluations nor on the number of threads.
+    /// The result depends only on `x`, not on earlier evaluations or the number of threads.
     ///
     /// # Errors
-    /// [`InterfaceError::Folded`] where the averaged normal vanishes, [`InterfaceError::FoldedFacet`].
+    /// [`InterfaceError::Folded`] if an averaged normal vanishes, [`InterfaceError::FoldedFacet`].
     pub fn evaluate(
         &self,
         x: &[f64],
@@ -207,7 +208,7 @@ impl ContactInterface {
             let candidates = hits.iter().map(|&h| masters[h as usize]);
             coupling.evaluate(facet, *sharp, candidates, settings)
         });
-        // the first in the order of the facets, whichever thread comes first
+        // the first in the order of the facets, regardless of which thread finishes first
         let folded: Vec<FacetNodes> = folded.filter_map(|result| result.err().map(|facet| facet.0)).collect();
         if let Some(&nodes) = folded.first() {
             return Err(InterfaceError::FoldedFacet { nodes });
@@ -272,16 +273,17 @@ fn slave_node(node: u32, touching: Vec<(u32, u8)>, facets: &[FacetNodes], sharp:
             RingCorner { own: at(node), next: at(facet[next]), previous: at(facet[previous]) }
         })
         .collect();
-    // an edge along a quadrilateral's own ξ direction: leaving corners 0 and 2, arriving at 1 and 3
+    // an edge along the quadrilateral's own ξ direction: from corner 0 to 1, or from 2 to 3
     let edge = if touching[0].1.is_multiple_of(2) { corners[0].next } else { corners[0].previous };
     SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3], sharp }
 }
 
-/// Cosines that differ by less belong to the same angle: edges of exactly the feature angle are smooth, whatever the rounding.
+/// Cosines that differ by less belong to the same angle: edges at exactly the feature angle are smooth, regardless of
+/// round-off.
 const SAME_COSINE: f64 = 1e-9;
 
-/// Divides the facets around a node into patches: facets whose normals differ by at most the feature angle belong together,
-/// and so do their neighbours in turn.
+/// Divides the facets around a node into patches: facets whose normals differ by at most the feature angle belong
+/// together, transitively.
 fn patches(facets: Vec<(u32, u8)>, normals: &[Vector3<f64>], feature_angle: f64) -> Vec<Vec<(u32, u8)>> {
     let least = feature_angle.cos() - SAME_COSINE;
     let smooth = |a: &(u32, u8), b: &(u32, u8)| {
@@ -316,8 +318,8 @@ fn normal(facet: &FacetNodes, x: &[f64]) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    /// Two unit squares that share the edge of nodes 1 and 2, folded by an angle: patches meet there where it is sharper than
-    /// the feature angle, and nowhere else.
+    /// Two unit squares that share the edge of nodes 1 and 2, folded by an angle: patches meet there only if the angle
+    /// is larger than the feature angle.
     #[test]
     fn nodes_at_sharp_edges_have_a_patch_for_each_side() {
         let folded = |degrees: f64, feature: f64| {
@@ -348,8 +350,9 @@ mod tests {
         }
     }
 
-    /// Against a search through all masters: one slave facet and layers of parallel master squares over its centre and its
-    /// corners, near and far, for all proportions of slave, masters and reach. What the tree leaves out takes no part.
+    /// Compared with a search through all masters: one slave facet and layers of parallel master squares over its
+    /// centre and its corners, near and far, for all proportions of slave, masters and reach. Facets that the tree
+    /// excludes do not couple.
     #[test]
     fn no_master_within_reach_is_missed() {
         let square = |half: f64| vec![[-half, -half], [half, -half], [half, half], [-half, half]];
@@ -365,7 +368,8 @@ mod tests {
             let mut x: Vec<f64> = slave.iter().flat_map(|&[a, b]| [a, b, 0.0]).collect();
             let corners = slave.len();
             let centre: [f64; 2] = std::array::from_fn(|c| slave.iter().map(|p| p[c]).sum::<f64>() / corners as f64);
-            // the farthest layer that couples, whose centres are beyond the reach by the radius of a square, and a farther one
+            // the farthest layer that couples, with centres beyond the reach by the radius of a square, and a farther
+            // one
             let farthest = reach + f64::sqrt(2.0) * half;
             let mut masters = Vec::new();
             for height in [0.0, 0.9 * reach, 0.999 * farthest, 1.001 * farthest].map(|h| [-h, h]).concat() {

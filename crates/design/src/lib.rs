@@ -1,23 +1,24 @@
 //! Design variables, filters, objectives, constraints and the optimizer.
 //!
-//! The crate sees element densities, element volumes and nodal forces; it knows no contact and no mesh. In the
-//! order in which an optimization meets them:
+//! The crate works with element densities, element volumes and nodal forces; it does not depend on contact or meshes.
+//! In the order in which an optimization uses them:
 //!
-//! | module | holds |
+//! | module | contents |
 //! |---|---|
 //! | [`variables`] | which elements are designed, passive solid or passive void; the initial design |
 //! | [`map`] | the chain from design variables to densities and its exact transpose |
-//! | [`filter`] | density filter and projection (design maps), Sigmund's sensitivity filter (no design map) |
-//! | [`objective`] | what is minimised, with exact partial derivatives |
+//! | [`filter`] | density filter and projection (design maps), Sigmund's sensitivity filter (not a design map) |
+//! | [`objective`] | objectives, with exact partial derivatives |
 //! | [`volume`] | the volume constraint |
 //! | [`optimizer`] | the method of moving asymptotes, scaling, optimality residual |
 //!
 //! A design map changes the function that is optimized, so its gradient is pulled back exactly. The sensitivity filter
-//! changes only the gradient that the optimizer sees; it comes after every gradient that a finite-difference check sees.
+//! changes only the gradient that the optimizer sees; it is applied after any gradient that is compared with finite
+//! differences.
 //!
-//! All results are the same, bit for bit, for any number of threads. On several ranks, the lists of the sensitivity filter
-//! and the subproblem of the optimizer, which are the large things here, are divided among them
-//! ([`own_range`](slipstick_linalg::own_range)); what goes in and comes out is whole on each.
+//! All results are the same, bit for bit, for any number of threads. On several ranks, the largest data of this crate,
+//! the lists of the sensitivity filter and the subproblem of the optimizer, are distributed
+//! ([`own_range`](slipstick_ranks::own_range)); inputs and outputs are replicated on each rank.
 
 pub mod filter;
 pub mod map;
@@ -26,16 +27,12 @@ pub mod optimizer;
 pub mod variables;
 pub mod volume;
 
-#[cfg(test)]
-#[path = "../../linalg/tests/common/thread_ranks.rs"]
-mod thread_ranks;
-
 pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter};
 pub use map::{Chain, DesignMap, Identity, OnElements};
 pub use objective::{
     Compliance, ContactForce, Measure, Objective, ObjectiveError, ObservedSteps, ReactionForce, StateDerivative,
     StateView, Weighted, WrongDerivative, check_derivatives,
 };
-pub use optimizer::{KktResidual, Mma, MmaError, MmaParameters, MmaStep, Scaling, kkt_residual};
+pub use optimizer::{Functions, KktResidual, Mma, MmaError, MmaParameters, MmaStep, Scaling, kkt_residual};
 pub use variables::{DesignError, DesignVariables, Passives, Role};
 pub use volume::{VolumeConstraint, VolumeError};

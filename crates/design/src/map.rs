@@ -1,22 +1,22 @@
-//! From design variables to densities, and the transpose for gradients.
+//! Maps from design variables to densities, and their transposes for gradients.
 
 /// A differentiable map from design variables `x` to densities `φ`, with its exact transpose.
 ///
-/// Lengths of `x` and `φ` may differ; each implementation states its own. Both are dimensionless.
+/// `x` and `φ` may have different lengths, which each implementation documents. Both are dimensionless.
 ///
 /// # Panics
 ///
-/// Implementations panic when a slice has another length than the map was made for: that is an error of the calling
-/// program, never of its input.
+/// Implementations panic if a slice does not have the length for which the map was built: that is an error of the
+/// calling program, never of its input.
 pub trait DesignMap: Send + Sync {
     /// Densities `φ(x)`.
     fn apply(&self, x: &[f64]) -> Vec<f64>;
 
-    /// Pulls a gradient back: `(∂φ/∂x)ᵀ dθ/dφ` at `x`, of the length of `x`.
+    /// Pulls a gradient back: `(∂φ/∂x)ᵀ dθ/dφ` at `x`, with the length of `x`.
     fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64>;
 }
 
-/// The densities are the design variables.
+/// The identity: the densities are the design variables.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Identity;
 
@@ -49,7 +49,8 @@ impl DesignMap for Chain {
     }
 
     fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64> {
-        // Each map is differentiated where it was applied, so the way up is walked first and remembered.
+        // Each map is differentiated at the point where it was applied, so the forward values are computed and stored
+        // first.
         let mut inputs = Vec::with_capacity(self.maps.len());
         let mut value = x.to_vec();
         for map in &self.maps {
@@ -61,7 +62,7 @@ impl DesignMap for Chain {
     }
 }
 
-/// Applies a map of the listed elements' densities to those entries of a longer vector; the others pass unchanged.
+/// Applies a map of the listed elements' densities to these entries of a longer vector; the others are unchanged.
 ///
 /// Keeps a filter inside the design domain, so that densities do not leak from or to bodies that are not designed.
 pub struct OnElements<M> {
@@ -70,7 +71,7 @@ pub struct OnElements<M> {
 }
 
 impl<M: DesignMap> OnElements<M> {
-    /// `map` takes and gives `elements.len()` densities in the order of `elements`.
+    /// `map` takes and returns `elements.len()` densities in the order of `elements`.
     pub fn new(elements: Vec<u32>, map: M) -> Self {
         Self { elements, map }
     }

@@ -1,4 +1,4 @@
-//! Which elements are designed, which are passive, and where the design starts.
+//! The designed and the passive elements, and the initial design.
 
 mod error;
 
@@ -6,16 +6,16 @@ pub use error::DesignError;
 
 use crate::map::DesignMap;
 
-/// What an element is to the design.
+/// The role of an element in the design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Not in the design domain: full material, no share in the design volume.
+    /// Not in the design domain: full material, not part of the design volume.
     Outside,
-    /// In the design domain with a design variable of its own.
+    /// In the design domain, with its own design variable.
     Designed,
     /// In the design domain, always φ = 1.
     Solid,
-    /// In the design domain, always φ = 0, so that only the smallest stiffness of the interpolation (86) is left.
+    /// In the design domain, always φ = 0, so that only the minimum stiffness of the interpolation (86) remains.
     Void,
 }
 
@@ -32,7 +32,7 @@ impl Role {
 
 /// The map between design variables (one per designed element) and densities of all elements.
 ///
-/// As a [`DesignMap`] it puts the variables in their elements and the fixed densities of [`Role`] in all others.
+/// As a [`DesignMap`] it assigns the variables to their elements and the fixed densities of [`Role`] to all others.
 #[derive(Clone, Debug)]
 pub struct DesignVariables {
     roles: Vec<Role>,
@@ -42,11 +42,12 @@ pub struct DesignVariables {
 
 impl DesignVariables {
     /// `domain`: elements of the design domain of a mesh with `element_count` elements; `solid`, `void`: its passive
-    /// elements. Lists need no order and may name an element more than once.
+    /// elements. Lists may be in any order and may contain an element more than once.
     ///
     /// # Errors
     ///
-    /// An element out of range, passive outside the domain, or both solid and void; a domain without designed elements.
+    /// If an element is out of range, passive outside the domain, or both solid and void; or if the domain has no
+    /// designed elements.
     pub fn new(element_count: usize, domain: &[u32], solid: &[u32], void: &[u32]) -> Result<Self, DesignError> {
         let mut roles = vec![Role::Outside; element_count];
         for &element in domain {
@@ -103,18 +104,18 @@ impl DesignVariables {
         &self.domain
     }
 
-    /// The entries of the designed elements out of a vector over all elements: inverse of the map for densities, its
+    /// The entries of the designed elements in a vector over all elements: the inverse of the map for densities, its
     /// transpose for gradients.
     ///
     /// # Panics
     ///
-    /// If `all` has not one entry per element.
+    /// If `all` does not have one entry per element.
     pub fn restrict(&self, all: &[f64]) -> Vec<f64> {
         assert_eq!(all.len(), self.roles.len(), "one entry per element");
         self.designed.iter().map(|&element| all[element as usize]).collect()
     }
 
-    /// The map that resets passive elements, to follow a filter that has blurred them.
+    /// The map that resets passive elements, for use after a filter that blurs them.
     pub fn passives(&self) -> Passives {
         Passives { fixed: self.roles.iter().map(|role| role.fixed_density()).collect() }
     }
@@ -123,7 +124,7 @@ impl DesignVariables {
     ///
     /// # Errors
     ///
-    /// Not one volume per element, or a volume in the domain that is not finite and positive.
+    /// If there is not one volume per element, or a volume in the domain is not finite and positive.
     pub fn domain_volumes(&self, volumes: &[f64]) -> Result<Vec<f64>, DesignError> {
         if volumes.len() != self.roles.len() {
             return Err(DesignError::VolumeCount { expected: self.roles.len(), found: volumes.len() });
@@ -140,7 +141,7 @@ impl DesignVariables {
         Ok(domain_volumes)
     }
 
-    /// Smallest and largest solid fraction of the design domain that the passive elements leave possible.
+    /// Smallest and largest solid fraction of the design domain that the passive elements allow.
     ///
     /// # Errors
     ///
@@ -155,17 +156,17 @@ impl DesignVariables {
         Ok((solid / all, (solid + designed) / all))
     }
 
-    /// Checks that some design has at most the solid fraction `limit`.
+    /// Checks that a design with at most the solid fraction `limit` exists.
     ///
     /// # Errors
     ///
-    /// [`DesignError::Fraction`] if the passive solid elements alone are more, and as [`Self::domain_volumes`].
+    /// [`DesignError::Fraction`] if the passive solid elements alone exceed it, and those of [`Self::domain_volumes`].
     pub fn check_limit(&self, volumes: &[f64], limit: f64) -> Result<(), DesignError> {
         let (smallest, largest) = self.fraction_range(volumes)?;
         if limit >= smallest { Ok(()) } else { Err(DesignError::Fraction { fraction: limit, smallest, largest }) }
     }
 
-    /// Variables that are all `value`.
+    /// Variables that are all equal to `value`.
     ///
     /// # Errors
     ///
@@ -178,11 +179,11 @@ impl DesignVariables {
         }
     }
 
-    /// Equal variables with which the design domain, passive elements included, has the solid fraction `fraction`.
+    /// Equal variables for which the design domain, including passive elements, has the solid fraction `fraction`.
     ///
     /// # Errors
     ///
-    /// [`DesignError::Fraction`] if the passive elements make it impossible, and as [`Self::domain_volumes`].
+    /// [`DesignError::Fraction`] if the passive elements make this impossible, and those of [`Self::domain_volumes`].
     pub fn uniform_with_fraction(&self, volumes: &[f64], fraction: f64) -> Result<Vec<f64>, DesignError> {
         let (smallest, largest) = self.fraction_range(volumes)?;
         // `largest > smallest` holds: there is a designed element, and its volume is positive.
@@ -254,7 +255,7 @@ mod tests {
     #[test]
     fn initial_design_meets_the_fraction_with_passives() {
         let variables = example();
-        // Solid 2 of 20, designed 14 of 20: 0.45 asks for (9 − 2)/14 = 0.5.
+        // Solid 2 of 20, designed 14 of 20: 0.45 requires (9 − 2)/14 = 0.5.
         let x = variables.uniform_with_fraction(&VOLUMES, 0.45).unwrap();
         assert!(x.iter().all(|value| (value - 0.5).abs() < 1e-15));
         let constraint = VolumeConstraint::new(variables.domain_volumes(&VOLUMES).unwrap(), 0.45).unwrap();

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why a volume constraint cannot be made.
+/// Why a volume constraint cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum VolumeError {
     /// A volume is negative, infinite or not a number.
@@ -19,14 +19,14 @@ pub enum VolumeError {
     /// The limit is outside (0, 1].
     #[error("volume fraction {fraction} is outside (0, 1]")]
     Fraction {
-        /// The limit asked for.
+        /// The requested limit.
         fraction: f64,
     },
 }
 
-/// At most a fraction of the design domain is solid: `g(φ) = Σ_e φ_e v_e / (V_design · V_max) − 1 ≤ 0`.
+/// Bounds the solid fraction of the design domain: `g(φ) = Σ_e φ_e v_e / (V_design · V_max) − 1 ≤ 0`.
 ///
-/// Relative to its limit, so that `g = 0.01` is one per cent too much. Paper: (87).
+/// It is relative to the limit: `g = 0.01` means one per cent too much. Paper: (87).
 #[derive(Clone, Debug)]
 pub struct VolumeConstraint {
     volumes: Vec<f64>,
@@ -35,8 +35,8 @@ pub struct VolumeConstraint {
 }
 
 impl VolumeConstraint {
-    /// `volumes`: `v_e` of every element, 0 for elements outside the design domain \[L³\]; `fraction`: the limit `V_max`
-    /// in (0, 1\], of the whole domain with its passive elements.
+    /// `volumes`: `v_e` of every element, 0 for elements outside the design domain \[L³\]; `fraction`: the limit
+    /// `V_max` in (0, 1\], of the whole domain with its passive elements.
     ///
     /// # Errors
     ///
@@ -60,7 +60,7 @@ impl VolumeConstraint {
         self.design_volume
     }
 
-    /// `V_max`, the largest solid fraction allowed.
+    /// `V_max`, the largest allowed solid fraction.
     pub fn limit(&self) -> f64 {
         self.fraction
     }
@@ -76,7 +76,7 @@ impl VolumeConstraint {
         solid / self.design_volume
     }
 
-    /// `g(φ)`, not positive where the constraint holds.
+    /// `g(φ)`, not positive if the constraint is satisfied.
     ///
     /// # Panics
     ///
@@ -103,7 +103,7 @@ mod tests {
         let densities = [0.5, 1.0, 0.25, 1.0];
         assert!((constraint.fraction(&densities) - 3.0 / 7.0).abs() < 1e-15);
         assert!((constraint.value(&densities) - (3.0 / 2.8 - 1.0)).abs() < 1e-15);
-        // Linear: the value at the limit is zero, and the gradient carries one design to any other.
+        // Linear: the value at the limit is zero, and the gradient maps one design to any other.
         assert!(constraint.value(&[0.4; 4]).abs() < 1e-15);
         let gradient = constraint.gradient();
         let change: f64 = gradient.iter().zip(densities).map(|(g, density)| g * (density - 0.4)).sum();

@@ -32,9 +32,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         multifrontal(&a, Precision::F32)?;
         if with_faer {
             let mut solver = SupernodalSolver::new();
-            solver.factorize(&a)?;
+            let symbolic = solver.analyse(&a.pattern)?;
+            solver.factorize(&symbolic, &a)?;
             let start = Instant::now();
-            let factors = solver.factorize(&a)?;
+            let factors = solver.factorize(&symbolic, &a)?;
             let seconds = start.elapsed().as_secs_f64();
             println!("  faer LU       factor {seconds:7.3} s  ({:.1} × multifrontal)", seconds / double);
             solves(&a, factors.as_ref())?;
@@ -47,11 +48,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn multifrontal(a: &CsrMatrix, precision: Precision) -> Result<f64, Box<dyn Error>> {
     let mut solver = MultifrontalSolver::new(precision);
     let start = Instant::now();
-    solver.analyse(&a.pattern)?;
+    let symbolic = solver.analyse(&a.pattern)?;
     let analysis = start.elapsed().as_secs_f64();
-    solver.factorize(a)?;
+    solver.factorize(&symbolic, a)?;
     let start = Instant::now();
-    let factors = solver.factorize_matrix(a)?;
+    let factors = solver.factorize_matrix(&symbolic, a)?;
     let seconds = start.elapsed().as_secs_f64();
     let facts = factors.statistics();
     println!(

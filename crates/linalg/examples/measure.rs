@@ -11,7 +11,7 @@
 mod exported;
 
 use exported::{read, status};
-use slipstick_linalg::{Factorization, MultifrontalSolver, Precision, solve_verified};
+use slipstick_linalg::{Factorization, LinearSolver, MultifrontalSolver, Precision, solve_verified};
 use std::error::Error;
 use std::time::Instant;
 
@@ -31,12 +31,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let b: Vec<f64> = (0..a.n()).map(|i| (i as f64 * i as f64 * 0.618_034).sin()).collect();
     let before = status("VmRSS:");
     let mut solver = MultifrontalSolver::new(precision);
-    let (analysis, result) = timed(|| solver.analyse(&a.pattern));
-    result?;
+    let (analysis, symbolic) = timed(|| solver.analyse(&a.pattern));
+    let symbolic = symbolic?;
     let (mut factor, mut solves, mut kept) = (f64::INFINITY, [f64::INFINITY; 2], None);
     for _ in 0..runs.max(1) {
         drop(kept.take()); // the old factors are gone before the new ones come
-        let (seconds, factors) = timed(|| solver.factorize_matrix(&a));
+        let (seconds, factors) = timed(|| solver.factorize_matrix(&symbolic, &a));
         factor = factor.min(seconds);
         kept = Some(factors?);
         let factors = kept.as_ref().ok_or("just set")?;

@@ -1,5 +1,6 @@
 //! Matrices of 3×3 blocks on a node-to-node sparsity pattern.
 
+use crate::identity::PatternId;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,9 +11,10 @@ const ROWS_PER_TASK: usize = 512;
 /// Sparsity of a square matrix of 3×3 blocks.
 ///
 /// A block row per mesh node, followed by a block row per contact-multiplier node. Columns ascend
-/// within each row.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// within each row. It is immutable.
+#[derive(Debug, Clone)]
 pub struct BlockPattern {
+    id: PatternId,
     row_offsets: Vec<usize>,
     columns: Vec<u32>,
 }
@@ -47,7 +49,12 @@ impl BlockPattern {
             columns.extend_from_slice(row);
             row_offsets.push(columns.len());
         }
-        Self { row_offsets, columns }
+        Self { id: PatternId::mint(), row_offsets, columns }
+    }
+
+    /// Identity, shared by clones only.
+    pub fn id(&self) -> PatternId {
+        self.id
     }
 
     /// Number of block rows, which is the number of block columns.
@@ -77,6 +84,15 @@ impl BlockPattern {
         self.columns.len()
     }
 }
+
+impl PartialEq for BlockPattern {
+    /// Whether the content is equal. Only patterns with different identities are compared entry by entry.
+    fn eq(&self, other: &Self) -> bool {
+        self.id == other.id || (&self.row_offsets, &self.columns) == (&other.row_offsets, &other.columns)
+    }
+}
+
+impl Eq for BlockPattern {}
 
 /// A square sparse matrix of 3×3 blocks, each stored row by row.
 #[derive(Debug, Clone)]
@@ -221,6 +237,15 @@ mod tests {
         // Block (1, 1) is the third block: its entries are 19..=27.
         let expected = 19.0 * v[3] + 20.0 * v[4] + 21.0 * v[5];
         assert!((av[3] - expected).abs() < 1e-13);
+    }
+
+    /// Clones share an identity; a second pattern with the same content is equal but has its own.
+    #[test]
+    fn patterns_are_told_apart() {
+        let (one, other) = (BlockPattern::from_rows(&[vec![0], vec![1]]), BlockPattern::from_rows(&[vec![0], vec![1]]));
+        assert!(one.clone().id() == one.id() && one.id() != other.id());
+        assert_eq!(one, other);
+        assert_ne!(one, BlockPattern::from_rows(&[vec![0, 1], vec![1]]));
     }
 
     #[test]

@@ -1,73 +1,148 @@
 //! Scalar sparse matrices by rows.
 
+use crate::identity::PatternId;
 use crate::operator::Operator;
-use crate::ranks::{Alone, Ranks};
+use crate::solver::FactorizationError;
 use rayon::prelude::*;
+use slipstick_ranks::{Alone, Ranks};
+use std::ops::Range;
 use std::sync::Arc;
+use thiserror::Error;
 
 /// Rows below which a product is not worth splitting among threads.
 const ROWS_PER_TASK: usize = 1024;
 
-/// Sparsity of a square scalar matrix, by rows.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// Sparsity of a square scalar matrix, by rows. The constructor checks it; it is immutable.
+#[derive(Debug, Clone)]
 pub struct CsrPattern {
-    /// Number of rows and columns.
+    id: PatternId,
+    row_offsets: Vec<usize>,
+    columns: Vec<u32>,
+    groups: Vec<u32>,
+    origins: Vec<u32>,
+}
+
+/// The arguments of [`CsrPattern::new`] contradict each other.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error(
+    "the sparsity pattern of {n} rows is inconsistent: {n} + 1 offsets must ascend from 0 to the number of columns, \
+     the columns of a row must ascend below {n}, and every row must have a group"
+)]
+pub struct PatternError {
+    /// Number of rows, which is the number of groups.
     pub n: usize,
-    /// Start of each row in `columns`, then the number of entries. `n + 1` items.
-    pub row_offsets: Vec<usize>,
-    /// Column of each entry, ascending within a row.
-    pub columns: Vec<u32>,
-    /// Elimination group of each unknown: unknowns of one group are eliminated one after the other. A
-    /// contact multiplier shares the group of its slave node, whose displacements come first: once they
-    /// are eliminated, its pivots are no longer zero. Any numbers will do. `n` items.
-    pub groups: Vec<u32>,
-    /// Number of each unknown before prescribed ones were removed: three times its block row plus its component. Block
-    /// rows are named like groups: an unknown whose block row is not its group is a multiplier. `n` items, or none where
-    /// nobody asks.
-    pub origins: Vec<u32>,
 }
 
 /// A square scalar sparse matrix by rows. Entries may be zero; the pattern stays.
 #[derive(Debug, Clone)]
 pub struct CsrMatrix {
-    /// The sparsity; solvers keep their analysis while this is the same allocation.
+    /// The sparsity.
     pub pattern: Arc<CsrPattern>,
-    /// The entries, in the order of `pattern.columns`.
+    /// The entries, in the order of [`CsrPattern::columns`].
     pub values: Vec<f64>,
 }
 
 impl CsrPattern {
+    /// A pattern with a new identity. `groups` sets the number of rows, n.
+    ///
+    /// * `row_offsets` (n + 1 items): start of each row in `columns`, then the number of entries.
+    /// * `columns`: column of each entry, ascending within each row.
+    /// * `groups` (n items): see [`CsrPattern::groups`].
+    /// * `origins` (n items, or none if no solver needs them): see [`CsrPattern::origins`].
+    ///
+    /// # Errors
+    /// If a length, an offset or a column violates this.
+    pub fn new(
+        row_offsets: Vec<usize>,
+        columns: Vec<u32>,
+        groups: Vec<u32>,
+        origins: Vec<u32>,
+    ) -> Result<Self, PatternError> {
+        let n = groups.len();
+        let consistent = row_offsets.len() == n + 1
+            && (origins.is_empty() || origins.len() == n)
+            && row_offsets[0] == 0
+            && row_offsets[n] == columns.len()
+            && row_offsets.windows(2).all(|w| {
+                w[0] <= w[1] && w[1] <= columns.len() && {
+                    let row = &columns[w[0]..w[1]];
+                    row.windows(2).all(|c| c[0] < c[1]) && row.last().is_none_or(|&c| (c as usize) < n)
+                }
+            });
+        let id = PatternId::mint();
+        if consistent { Ok(Self { id, row_offsets, columns, groups, origins }) } else { Err(PatternError { n }) }
+    }
+
+    /// Number of rows and columns.
+    pub fn n(&self) -> usize {
+        self.groups.len()
+    }
+
     /// Number of stored entries.
     pub fn entries(&self) -> usize {
         self.columns.len()
     }
 
-    /// Whether offsets, columns and groups have the lengths and ranges that the documentation of
-    /// the fields states. Solvers refuse a pattern that is not.
-    pub fn is_consistent(&self) -> bool {
-        self.row_offsets.len() == self.n + 1
-            && self.groups.len() == self.n
-            && (self.origins.is_empty() || self.origins.len() == self.n)
-            && self.row_offsets[0] == 0
-            && self.row_offsets[self.n] == self.columns.len()
-            && self.row_offsets.windows(2).all(|w| {
-                w[0] <= w[1] && w[1] <= self.columns.len() && {
-                    let row = &self.columns[w[0]..w[1]];
-                    row.windows(2).all(|c| c[0] < c[1]) && row.last().is_none_or(|&c| (c as usize) < self.n)
-                }
-            })
+    /// Identity, shared by clones only.
+    pub fn id(&self) -> PatternId {
+        self.id
+    }
+
+    /// Start of each row in [`CsrPattern::columns`], then the number of entries. n + 1 items.
+    pub fn row_offsets(&self) -> &[usize] {
+        &self.row_offsets
+    }
+
+    /// Column of each entry, ascending within a row.
+    pub fn columns(&self) -> &[u32] {
+        &self.columns
+    }
+
+    /// Positions of the entries of row `i` in [`CsrPattern::columns`].
+    pub fn row_range(&self, i: usize) -> Range<usize> {
+        self.row_offsets[i]..self.row_offsets[i + 1]
+    }
+
+    /// Columns of row `i`, ascending.
+    pub fn row(&self, i: usize) -> &[u32] {
+        &self.columns[self.row_range(i)]
+    }
+
+    /// Elimination group of each unknown, n items: a solver eliminates the unknowns of a group one after the other. A
+    /// contact multiplier shares the group of its slave node, whose displacements come first: once they are eliminated,
+    /// the multiplier's pivots are no longer zero. Group numbers are arbitrary.
+    pub fn groups(&self) -> &[u32] {
+        &self.groups
+    }
+
+    /// Number of each unknown before prescribed ones were removed, three times its block row plus its component; n
+    /// items, or none. Groups are named after block rows: an unknown whose block row differs from its group is a
+    /// multiplier.
+    pub fn origins(&self) -> &[u32] {
+        &self.origins
     }
 }
+
+impl PartialEq for CsrPattern {
+    /// Whether the content is equal. Only patterns with different identities are compared entry by entry.
+    fn eq(&self, other: &Self) -> bool {
+        let same_rows = || self.row_offsets == other.row_offsets && self.columns == other.columns;
+        let same_unknowns = || self.groups == other.groups && self.origins == other.origins;
+        self.id == other.id || same_rows() && same_unknowns()
+    }
+}
+
+impl Eq for CsrPattern {}
 
 impl CsrMatrix {
     /// Number of rows and columns.
     pub fn n(&self) -> usize {
-        self.pattern.n
+        self.pattern.n()
     }
 
     /// Columns and values of row `i`.
     pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
-        let range = self.pattern.row_offsets[i]..self.pattern.row_offsets[i + 1];
+        let range = self.pattern.row_range(i);
         (&self.pattern.columns[range.clone()], &self.values[range])
     }
 
@@ -128,6 +203,21 @@ impl CsrMatrix {
         (0..self.n()).map(|i| self.row(i).1.iter().fold(0.0, |m: f64, x| m.max(x.abs()))).collect()
     }
 
+    /// Checks that every entry of the pattern has a finite value.
+    ///
+    /// # Errors
+    /// [`FactorizationError::Values`] or [`FactorizationError::NonFinite`].
+    pub fn check(&self) -> Result<(), FactorizationError> {
+        let (values, entries) = (self.values.len(), self.pattern.entries());
+        if values != entries {
+            return Err(FactorizationError::Values { values, entries });
+        }
+        match self.first_non_finite() {
+            Some((row, column)) => Err(FactorizationError::NonFinite { row, column }),
+            None => Ok(()),
+        }
+    }
+
     /// Row and column of the first entry that is not finite.
     pub fn first_non_finite(&self) -> Option<(usize, usize)> {
         let k = self.values.iter().position(|a| !a.is_finite())?;
@@ -181,9 +271,8 @@ mod tests {
 
     fn example() -> CsrMatrix {
         // [ 2 0 -1 ; 0 3 0 ; 4 5 0 ]
-        let (row_offsets, columns) = (vec![0, 2, 3, 5], vec![0, 2, 1, 0, 1]);
-        let pattern = CsrPattern { n: 3, row_offsets, columns, groups: vec![0, 1, 2], origins: Vec::new() };
-        CsrMatrix { pattern: Arc::new(pattern), values: vec![2.0, -1.0, 3.0, 4.0, 5.0] }
+        let pattern = CsrPattern::new(vec![0, 2, 3, 5], vec![0, 2, 1, 0, 1], vec![0, 1, 2], vec![]);
+        CsrMatrix { pattern: Arc::new(pattern.unwrap()), values: vec![2.0, -1.0, 3.0, 4.0, 5.0] }
     }
 
     #[test]
@@ -200,12 +289,36 @@ mod tests {
     }
 
     #[test]
-    fn consistency_is_checked() {
-        let a = example();
-        assert!(a.pattern.is_consistent());
-        let mut unsorted = (*a.pattern).clone();
-        unsorted.columns.swap(0, 1);
-        assert!(!unsorted.is_consistent());
+    fn inconsistent_patterns_are_refused() {
+        let new = |offsets: &[usize], columns: &[u32], groups: &[u32], origins: &[u32]| {
+            CsrPattern::new(offsets.to_vec(), columns.to_vec(), groups.to_vec(), origins.to_vec())
+        };
+        assert!(new(&[0, 2, 3], &[0, 1, 1], &[5, 5], &[]).is_ok());
+        assert!(new(&[0], &[], &[], &[]).is_ok());
+        for (offsets, columns, groups, origins) in [
+            (&[0, 2, 3][..], &[1, 0, 1][..], &[5, 5][..], &[][..]), // columns descend
+            (&[0, 2, 3], &[1, 1, 1], &[5, 5], &[]),                 // a column comes twice
+            (&[0, 2, 3], &[0, 2, 1], &[5, 5], &[]),                 // and one is none
+            (&[0, 2, 2], &[0, 1, 1], &[5, 5], &[]),                 // the last entry is of no row
+            (&[1, 2, 3], &[0, 1, 1], &[5, 5], &[]),                 // nor is the first
+            (&[0, 9, 3], &[0, 1, 1], &[5, 5], &[]),                 // a row ends beyond the last
+            (&[0, 3], &[0, 1, 1], &[5, 5], &[]),                    // fewer rows than groups
+            (&[0, 2, 3], &[0, 1, 1], &[5, 5], &[0]),                // fewer origins than rows
+        ] {
+            let n = groups.len();
+            assert_eq!(new(offsets, columns, groups, origins), Err(PatternError { n }), "{offsets:?} {columns:?}");
+        }
+        assert!(new(&[], &[], &[], &[]).is_err());
+    }
+
+    /// Clones share an identity; a second pattern with the same content is equal but has its own.
+    #[test]
+    fn patterns_are_told_apart() {
+        let (one, other) = (example().pattern, example().pattern);
+        assert!((*one).clone().id() == one.id() && one.id() != other.id());
+        assert_eq!(one, other);
+        let others = CsrPattern::new(vec![0, 2, 3, 5], vec![0, 2, 1, 0, 1], vec![0, 1, 1], vec![]).unwrap();
+        assert_ne!(*one, others);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Which rank has which unknowns of a distributed vector, and what neighbours tell each other.
 
 use crate::csr::CsrPattern;
-use crate::ranks::Ranks;
+use slipstick_ranks::Ranks;
 
 /// Unknowns of the ranks: each has one owner. A rank holds the entries of its own unknowns, ascending, and borrows those
 /// of others that its part of a matrix touches.
@@ -45,11 +45,11 @@ impl Layout {
     /// first rank's. All ranks call this with patterns of the same unknowns in the same groups, each with the entries of its
     /// part.
     pub fn new(pattern: &CsrPattern, owners: &[u32], ranks: &dyn Ranks) -> Self {
-        let (n, size) = (pattern.n, ranks.size());
+        let (n, size) = (pattern.n(), ranks.size());
         if size == 1 {
             return Self::whole(n);
         }
-        let owner = |unknown: usize| Self::owner(owners, pattern.groups[unknown], size);
+        let owner = |unknown: usize| Self::owner(owners, pattern.groups()[unknown], size);
         let mut next = vec![0_u32; size + 1];
         for unknown in 0..n {
             next[owner(unknown) + 1] += 1;
@@ -59,9 +59,9 @@ impl Layout {
         }
         let mut numbers = Vec::with_capacity(n);
         let mut touched = vec![false; n];
-        for (row, window) in pattern.row_offsets.windows(2).enumerate() {
-            touched[row] |= window[0] < window[1];
-            pattern.columns[window[0]..window[1]].iter().for_each(|&column| touched[column as usize] = true);
+        for row in 0..n {
+            touched[row] |= !pattern.row(row).is_empty();
+            pattern.row(row).iter().for_each(|&column| touched[column as usize] = true);
         }
         let (mut own, mut by_owner) = (Vec::new(), vec![Vec::new(); size]);
         for unknown in 0..n {
@@ -200,13 +200,8 @@ mod tests {
 
     /// By hand: ranks 0, 1, 2 own the unknowns {1, 5}, {0, 3, 4}, {2}; the part of rank 1 touches 0, 2, 4 and 5.
     fn example() -> Layout {
-        let pattern = CsrPattern {
-            n: 6,
-            row_offsets: vec![0, 1, 1, 3, 3, 3, 3],
-            columns: vec![5, 0, 4],
-            groups: vec![7, 2, 4, 7, 7, 99],
-            origins: Vec::new(),
-        };
+        let (offsets, groups) = (vec![0, 1, 1, 3, 3, 3, 3], vec![7, 2, 4, 7, 7, 99]);
+        let pattern = CsrPattern::new(offsets, vec![5, 0, 4], groups, vec![]).unwrap();
         Layout::new(&pattern, &[9, 9, 0, 9, 2, 9, 9, 1], &SecondOfThree)
     }
 
@@ -235,7 +230,7 @@ mod tests {
         let layout = Layout::whole(3);
         let x = [1.0, 2.0, 3.0];
         assert_eq!((layout.own(), layout.number(2), layout.entry(1)), (3, 2, Some(1)));
-        let alone = &crate::ranks::Alone;
+        let alone = &slipstick_ranks::Alone;
         assert_eq!(layout.collect(&layout.spread(&layout.restrict(&x), alone), alone), x);
         assert_eq!(layout.join(&x, alone), x);
     }

@@ -1,16 +1,16 @@
 //! Block-sparse matrices and direct solvers with transposed solves.
 //!
-//! The tangent of a load step is assembled into a [`BlockMatrix`] of 3×3 blocks: one block row per
-//! mesh node, followed by one per contact-multiplier node. A [`Reduction`] removes the prescribed
-//! unknowns and yields a scalar [`CsrMatrix`]. A [`LinearSolver`] factorizes it; the
-//! [`Factorization`] solves with the matrix *and* with its transpose, since the adjoint of every
-//! step needs the latter. [`solve_verified`] measures the true residual of every solution and
-//! improves it by preconditioned GMRES, so that a factorization in single precision, or one of a
-//! nearby matrix, serves as well.
+//! The tangent of a load step is assembled into a [`BlockMatrix`] of 3×3 blocks: one block row per mesh node, followed
+//! by one per contact-multiplier node. A [`Reduction`] removes the prescribed unknowns and yields a scalar
+//! [`CsrMatrix`]. A [`LinearSolver`] analyses its pattern, which gives a [`Symbolic`] value, and factorizes it with
+//! that; the [`Factorization`] solves with the matrix *and* with its transpose, since the adjoint of every step needs
+//! the latter, and tells its [`Cost`]. [`solve_verified`] measures the true residual of every solution and improves it
+//! by preconditioned GMRES, so that a factorization in single precision, or one of a nearby matrix, serves as well.
 //!
-//! Solvers: [`MultifrontalSolver`] (the default: nested dissection by METIS, or minimum degree
-//! without the feature `metis`, threshold pivoting with delayed pivots, single or double precision), [`SupernodalSolver`] (faer's left-looking LU with full partial pivoting:
-//! the reference and the last resort) and [`RobustSolver`], which tries them in turn.
+//! Solvers: [`MultifrontalSolver`] (the default: nested dissection by METIS, or minimum degree without the feature
+//! `metis`, threshold pivoting with delayed pivots, single or double precision), [`SupernodalSolver`] (faer's
+//! left-looking LU with full partial pivoting: the reference and the last resort) and [`RobustSolver`], which tries a
+//! chain of solvers in turn: these, or any others.
 //!
 //! ```
 //! use slipstick_linalg::{
@@ -27,7 +27,7 @@
 //! }
 //! let reduction = Reduction::new(&pattern, &[true, true, true, false, false, false], &[0, 1]);
 //! let matrix = reduction.reduce(&tangent);
-//! let factors = RobustSolver::new(SolverChoice::Auto).factorize(&matrix)?;
+//! let factors = RobustSolver::new(SolverChoice::Auto).analyse_and_factorize(&matrix)?;
 //! let mut x = vec![0.0; reduction.free()];
 //! solve_verified(&matrix, factors.as_ref(), false, &[1.0, 0.0, -4.0], &mut x, 1e-10)?;
 //! assert_eq!(x, [0.5, 0.0, -2.0]);
@@ -42,33 +42,36 @@
 
 pub mod block;
 pub mod csr;
+pub mod identity;
 pub mod layout;
 #[cfg(feature = "metis")]
 mod metis;
 pub mod multifrontal;
 pub mod operator;
-pub mod ranks;
 pub mod reduce;
 pub mod robust;
 mod scaling;
 pub mod solver;
 pub mod span;
 pub mod supernodal;
+pub mod symbolic;
 pub mod verified;
 
 pub use block::{BlockMatrix, BlockPattern};
-pub use csr::{CsrMatrix, CsrPattern};
+pub use csr::{CsrMatrix, CsrPattern, PatternError};
+pub use identity::PatternId;
 pub use layout::Layout;
 #[cfg(feature = "metis")]
 pub use metis::partition_graph;
 pub use multifrontal::{MultifrontalFactorization, MultifrontalSolver};
 pub use operator::{Operator, Summed};
-pub use ranks::{Alone, Ranks, Traffic, largest_or_nan, own_range};
 pub use reduce::Reduction;
-pub use robust::{RobustSolver, SolverChoice, test_on};
+pub use robust::{Link, RobustSolver, SolverChoice, test_on};
+pub use slipstick_ranks::{Alone, Ranks, Traffic, largest_or_nan, own_range};
 pub use solver::{
-    Backend, FactorPart, Factorization, FactorizationError, LinearSolver, Precision, Transposed, check_matrix,
+    Backend, Cost, FactorPart, Factorization, FactorizationError, LinearSolver, Pivot, Precision, Transposed,
 };
 pub use span::best_in_span;
 pub use supernodal::SupernodalSolver;
+pub use symbolic::Symbolic;
 pub use verified::{SolveError, SolveOptions, SolveReport, solve_from, solve_verified, solve_with};

@@ -2,8 +2,11 @@
 
 use crate::csr::CsrMatrix;
 use crate::layout::Layout;
-use crate::ranks::{Alone, Ranks};
 use crate::scaling::Scaling;
+use slipstick_ranks::{Alone, Ranks};
+
+/// Memory of an entry of a [`CsrMatrix`]: value and column. \[bytes\]
+const ENTRY_BYTES: f64 = 12.0;
 
 /// A square matrix that can be multiplied, as it is and transposed.
 ///
@@ -39,6 +42,10 @@ pub trait Operator {
     /// however stiff what they belong to.
     fn row_weights(&self, transpose: bool) -> Vec<f64>;
 
+    /// Cost of a product with the whole matrix, summed over the ranks, in the unit of [`Cost`](crate::Cost). All ranks
+    /// call this together and get the same number. \[bytes moved\]
+    fn product_cost(&self) -> f64;
+
     /// `r = b − A x`, or `r = b − Aᵀ x` where `transpose` is set.
     fn residual(&self, transpose: bool, x: &[f64], b: &[f64], r: &mut [f64]) {
         if transpose {
@@ -54,7 +61,7 @@ pub trait Operator {
 
 impl Operator for CsrMatrix {
     fn n(&self) -> usize {
-        self.pattern.n
+        self.pattern.n()
     }
 
     fn mul(&self, x: &[f64], y: &mut [f64]) {
@@ -85,6 +92,11 @@ impl Operator for CsrMatrix {
 
     fn row_weights(&self, transpose: bool) -> Vec<f64> {
         Scaling::equilibrate(self).of(transpose)
+    }
+
+    /// One pass over values and columns.
+    fn product_cost(&self) -> f64 {
+        ENTRY_BYTES * self.values.len() as f64
     }
 }
 
@@ -148,5 +160,11 @@ impl Operator for Summed<'_> {
             *sizes = self.layout.spread(&own, self.ranks);
         });
         self.layout.restrict(&scaling.of(transpose))
+    }
+
+    fn product_cost(&self) -> f64 {
+        let mut sum = [self.part.product_cost()];
+        self.ranks.sum(&mut sum);
+        sum[0]
     }
 }

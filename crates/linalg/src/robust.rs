@@ -1,14 +1,15 @@
-//! A solver that falls back to a more robust method when one fails.
+//! A chain of solvers: where one fails, the next one is tried.
 
 use crate::csr::{CsrMatrix, CsrPattern};
-use crate::layout::Layout;
 use crate::multifrontal::MultifrontalSolver;
 use crate::operator::Operator;
-use crate::ranks::{Alone, Ranks};
-use crate::solver::{Backend, Factorization, FactorizationError, LinearSolver, Precision};
+use crate::solver::{Backend, Factorization, FactorizationError, LinearSolver, Pivot, Precision};
 use crate::supernodal::SupernodalSolver;
+use crate::symbolic::Symbolic;
 use crate::verified::{SolveOptions, solve_weighted};
-use std::sync::Arc;
+use std::borrow::Cow;
+use std::fmt;
+use std::sync::{Arc, OnceLock};
 
 /// Relative residual that factors must reach on a test vector, with the help of GMRES. A singular
 /// matrix cannot reach it, for the vector has a part of about 1/√n outside of its range.
@@ -24,7 +25,7 @@ const TEST_ITERATIONS: usize = 12;
 /// Unknowns above which faer is not tried as a fallback: it would need more than 12 GB.
 const LARGEST_FALLBACK: usize = 120_000;
 
-/// Which direct solver to use.
+/// Which direct solvers to use: names of the usual chains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverChoice {
     /// Multifrontal in single precision, then in double, then faer.
@@ -39,116 +40,191 @@ pub enum SolverChoice {
     Faer,
 }
 
-/// Facade over the solvers: tries them in turn until factors pass a test solve.
-///
-/// The chain is multifrontal in single precision (unless double is chosen), multifrontal in double precision, faer
-/// (up to 120 000 unknowns). A matrix that double precision finds singular is reported at once.
-#[derive(Debug)]
-pub struct RobustSolver {
-    choice: SolverChoice,
-    multifrontal: MultifrontalSolver,
-    supernodal: SupernodalSolver,
-    used: Option<Method>,
-}
-
-/// A link of the chain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Method {
-    Multifrontal(Precision),
-    Supernodal,
-}
-
-impl Method {
-    fn name(self) -> &'static str {
+impl SolverChoice {
+    /// The solvers in turn. As a fallback, faer is tried up to 120 000 unknowns.
+    pub fn chain(self) -> Vec<Link> {
+        let faer = Link::new(SupernodalSolver::new());
+        let double = MultifrontalSolver::new(Precision::F64);
         match self {
-            Self::Multifrontal(Precision::F64) => "multifrontal LU in double precision",
-            Self::Multifrontal(Precision::F32) => "multifrontal LU in single precision",
-            Self::Supernodal => "supernodal LU",
+            Self::Faer => vec![faer],
+            Self::Auto | Self::Multifrontal { precision: Precision::F32 } => {
+                let single = double.in_precision(Precision::F32);
+                vec![Link::new(single), Link::new(double), faer.up_to(LARGEST_FALLBACK)]
+            }
+            Self::Multifrontal { precision: Precision::F64 } => vec![Link::new(double), faer.up_to(LARGEST_FALLBACK)],
         }
     }
+}
+
+impl Backend for SolverChoice {
+    fn solver(&self) -> Box<dyn LinearSolver> {
+        Box::new(RobustSolver::new(*self))
+    }
+}
+
+/// A solver in a chain, and the sizes of the matrices for which it is tried.
+pub struct Link {
+    solver: Box<dyn LinearSolver>,
+    most_unknowns: usize,
+    /// Whether it is no longer tried because its factors are in single precision.
+    passed_over: bool,
+}
+
+impl Link {
+    /// `solver`, tried for matrices of any size.
+    pub fn new(solver: impl LinearSolver + 'static) -> Self {
+        Self { solver: Box::new(solver), most_unknowns: usize::MAX, passed_over: false }
+    }
+
+    /// The same solver, tried only for matrices of at most `unknowns` unknowns.
+    pub fn up_to(self, unknowns: usize) -> Self {
+        Self { most_unknowns: unknowns, ..self }
+    }
+
+    fn takes(&self, n: usize) -> bool {
+        !self.passed_over && n <= self.most_unknowns
+    }
+
+    /// Factors that have passed a test.
+    fn attempt(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        let factors = self.solver.factorize(symbolic, a)?;
+        let weights = factors.row_scaling().map_or_else(|| Cow::Owned(a.row_weights(false)), Cow::Borrowed);
+        test_on(a, &weights, factors.as_ref(), false, self.solver.name()).map_err(|error| {
+            let double = factors.precision() == Precision::F64;
+            match factors.weakest_pivot().filter(|pivot| double && pivot.size < SINGULAR_PIVOT) {
+                Some(Pivot { unknown, size }) => FactorizationError::Singular { unknown, pivot: size },
+                None => error,
+            }
+        })?;
+        Ok(factors)
+    }
+}
+
+impl fmt::Debug for Link {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, most) = (self.solver.name(), self.most_unknowns);
+        f.debug_struct("Link").field("solver", &name).field("most_unknowns", &most).finish_non_exhaustive()
+    }
+}
+
+/// Tries a chain of solvers in turn until factors pass a test solve. For one rank.
+///
+/// If a solver fails, or its factors fail the test, the next solver is tried. Two failures end the chain at once: a
+/// matrix that is not finite, and one that a solver in double precision finds singular. If all solvers fail, the error
+/// is that of the last one.
+///
+/// A chain is a list; any [`LinearSolver`] can be in it:
+///
+/// ```
+/// use slipstick_linalg::{Link, MultifrontalSolver, Precision, RobustSolver, SolverChoice, SupernodalSolver};
+///
+/// let usual = RobustSolver::new(SolverChoice::Auto);
+/// // faer up to 5000 unknowns, then the usual ones
+/// let mut chain = SolverChoice::Auto.chain();
+/// chain.insert(0, Link::new(SupernodalSolver::new()).up_to(5000));
+/// let solver = RobustSolver::of(chain);
+/// ```
+#[derive(Debug)]
+pub struct RobustSolver {
+    chain: Vec<Link>,
+    used: Option<&'static str>,
+}
+
+/// The analyses of a chain. Those of the fallbacks are made when they are first needed.
+struct Analyses {
+    /// Names of the solvers that these are of.
+    solvers: Vec<&'static str>,
+    made: Vec<OnceLock<Symbolic>>,
 }
 
 impl RobustSolver {
-    /// A solver of the given kind, without an analysis yet.
+    /// With the chain of `choice`.
     pub fn new(choice: SolverChoice) -> Self {
-        Self {
-            choice,
-            multifrontal: MultifrontalSolver::new(Precision::F64),
-            supernodal: SupernodalSolver::new(),
-            used: None,
-        }
+        Self::of(choice.chain())
     }
 
-    /// Name of the method behind the latest successful factorization.
+    /// With the solvers of `chain`, the first one first.
+    pub fn of(chain: Vec<Link>) -> Self {
+        Self { chain, used: None }
+    }
+
+    /// Name of the solver behind the latest successful factorization.
     pub fn used(&self) -> Option<&'static str> {
-        self.used.map(Method::name)
+        self.used
     }
 
-    /// Drops what is kept of earlier patterns, so that what follows does not depend on them.
-    pub fn forget(&mut self) {
-        self.multifrontal.forget();
+    fn solvers(&self) -> Vec<&'static str> {
+        self.chain.iter().map(|link| link.solver.name()).collect()
     }
 
-    fn chain(&self, n: usize) -> Vec<Method> {
-        use Method::{Multifrontal, Supernodal};
-        let mut chain = match self.choice {
-            SolverChoice::Faer => return vec![Supernodal],
-            SolverChoice::Auto | SolverChoice::Multifrontal { precision: Precision::F32 } => {
-                vec![Multifrontal(Precision::F32), Multifrontal(Precision::F64)]
-            }
-            SolverChoice::Multifrontal { precision: Precision::F64 } => vec![Multifrontal(Precision::F64)],
-        };
-        if n <= LARGEST_FALLBACK {
-            chain.push(Supernodal);
+    /// The analyses in `symbolic`, if they are of this pattern and this chain.
+    fn analyses<'s>(&self, symbolic: &'s Symbolic, pattern: &CsrPattern) -> Option<&'s Analyses> {
+        let of_pattern = symbolic.content::<Analyses>().filter(|_| symbolic.is_of(pattern));
+        of_pattern.filter(|analyses| analyses.solvers == self.solvers())
+    }
+}
+
+impl Analyses {
+    /// The analysis of a link, made if needed, with the help of those of the other links and of `earlier` ones.
+    fn of(
+        &self,
+        link: usize,
+        solver: &dyn LinearSolver,
+        pattern: &Arc<CsrPattern>,
+        earlier: &[Symbolic],
+    ) -> Result<&Symbolic, FactorizationError> {
+        if let Some(symbolic) = self.made[link].get() {
+            return Ok(symbolic);
         }
-        chain
+        let symbolic = solver.analyse_after(pattern, &[&self.all(), earlier].concat())?;
+        Ok(self.made[link].get_or_init(|| symbolic))
     }
 
-    fn attempt(&mut self, method: Method, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
-        let factors: Box<dyn Factorization> = match method {
-            Method::Multifrontal(precision) => {
-                self.multifrontal.set_precision(precision);
-                let factors = self.multifrontal.factorize_matrix(a)?;
-                let facts = factors.statistics();
-                test_on(a, factors.row_scaling(), &factors, false, method.name()).map_err(|error| {
-                    if precision == Precision::F64 && facts.smallest_pivot < SINGULAR_PIVOT {
-                        let (unknown, pivot) = (facts.weakest_unknown, facts.smallest_pivot);
-                        FactorizationError::Singular { unknown, pivot }
-                    } else {
-                        error
-                    }
-                })?;
-                Box::new(factors)
-            }
-            Method::Supernodal => {
-                let factors = self.supernodal.factorize_matrix(a)?;
-                test_on(a, &a.row_weights(false), &factors, false, method.name())?;
-                Box::new(factors)
-            }
-        };
-        self.used = Some(method);
-        Ok(factors)
+    fn all(&self) -> Vec<Symbolic> {
+        self.made.iter().filter_map(|symbolic| symbolic.get().cloned()).collect()
     }
 }
 
 impl LinearSolver for RobustSolver {
     fn name(&self) -> &'static str {
-        match self.choice {
-            SolverChoice::Faer => "supernodal LU",
-            _ => "multifrontal LU with fallbacks",
+        match self.chain.as_slice() {
+            [link] => link.solver.name(),
+            _ => "chain of solvers",
         }
     }
 
-    fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
-        use FactorizationError::{NonFinite, Pattern, Singular};
+    /// Analyses for the first solver; `factorize` adds the analyses of the fallbacks if it needs them.
+    fn analyse_after(&self, pattern: &Arc<CsrPattern>, earlier: &[Symbolic]) -> Result<Symbolic, FactorizationError> {
+        if let Some(symbolic) = earlier.iter().find(|symbolic| self.analyses(symbolic, pattern).is_some()) {
+            return Ok(symbolic.clone());
+        }
+        let parts = |symbolic: &Symbolic| match symbolic.content::<Analyses>() {
+            Some(analyses) => analyses.all(),
+            None => vec![symbolic.clone()],
+        };
+        let earlier: Vec<Symbolic> = earlier.iter().flat_map(parts).collect();
+        let analyses = Analyses { solvers: self.solvers(), made: vec![OnceLock::new(); self.chain.len()] };
+        let first = self.chain.iter().enumerate().find(|(_, link)| link.takes(pattern.n()));
+        if let Some((index, link)) = first {
+            // if this fails, so does the same call in `factorize`, which then tries the next solver
+            let _ = analyses.of(index, link.solver.as_ref(), pattern, &earlier);
+        }
+        Ok(Symbolic::new(pattern, analyses))
+    }
+
+    fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        use FactorizationError::{Analysis, NonFinite, Singular, Values};
+        let analyses = self.analyses(symbolic, &a.pattern).ok_or(Analysis { n: a.n() })?;
         let mut failure = None;
-        for method in self.chain(a.n()) {
-            match self.attempt(method, a) {
-                Ok(factors) => return Ok(factors),
-                Err(error @ (NonFinite { .. } | Pattern { .. })) => return Err(error),
-                Err(error @ Singular { .. }) if method != Method::Multifrontal(Precision::F32) => {
-                    return Err(error);
+        for (index, link) in self.chain.iter_mut().enumerate().filter(|(_, link)| link.takes(a.n())) {
+            let symbolic = analyses.of(index, link.solver.as_ref(), &a.pattern, &[]);
+            match symbolic.and_then(|symbolic| link.attempt(symbolic, a)) {
+                Ok(factors) => {
+                    self.used = Some(link.solver.name());
+                    return Ok(factors);
                 }
+                Err(error @ (NonFinite { .. } | Values { .. } | Analysis { .. })) => return Err(error),
+                Err(error @ Singular { .. }) if link.solver.precision() == Precision::F64 => return Err(error),
                 // The latest failure is that of the most accurate method.
                 Err(error) => failure = Some(error),
             }
@@ -160,34 +236,22 @@ impl LinearSolver for RobustSolver {
         }))
     }
 
+    /// The precision of the first solver.
+    fn precision(&self) -> Precision {
+        let first = self.chain.iter().find(|link| !link.passed_over);
+        first.map_or(Precision::F64, |link| link.solver.precision())
+    }
+
+    /// Skips the solvers in single precision; if there are no others, insists with each of them.
     fn insist_on_double(&mut self) -> bool {
-        let single = SolverChoice::Multifrontal { precision: Precision::F32 };
-        let changes = self.choice == SolverChoice::Auto || self.choice == single;
-        if changes {
-            self.choice = SolverChoice::Multifrontal { precision: Precision::F64 };
+        let is_double = |link: &Link| link.solver.precision() == Precision::F64;
+        let alternative = self.chain.iter().any(is_double);
+        let mut changes = false;
+        for link in self.chain.iter_mut().filter(|link| !link.passed_over && !is_double(link)) {
+            link.passed_over = alternative;
+            changes |= alternative || link.solver.insist_on_double();
         }
         changes
-    }
-
-    fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
-        match self.choice {
-            SolverChoice::Faer => Ok(()),
-            _ => self.multifrontal.analyse(pattern),
-        }
-    }
-}
-
-impl Backend for SolverChoice {
-    fn solver(&self) -> Box<dyn LinearSolver> {
-        Box::new(RobustSolver::new(*self))
-    }
-
-    fn ranks(&self) -> &dyn Ranks {
-        &Alone
-    }
-
-    fn layout(&self, pattern: &CsrPattern) -> Layout {
-        Layout::whole(pattern.n)
     }
 }
 

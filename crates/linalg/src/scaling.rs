@@ -139,13 +139,8 @@ mod tests {
         let n = 12;
         let entry =
             |i: usize, j: usize| (1.0 + ((i * 7 + j * 3) % 5) as f64) * 10f64.powi(i as i32 * 2 - 12 + j as i32);
-        let pattern = CsrPattern {
-            n,
-            row_offsets: (0..=n).map(|i| i * n).collect(),
-            columns: (0..n * n).map(|k| (k % n) as u32).collect(),
-            groups: vec![0; n],
-            origins: Vec::new(),
-        };
+        let columns = (0..n * n).map(|k| (k % n) as u32).collect();
+        let pattern = CsrPattern::new((0..=n).map(|i| i * n).collect(), columns, vec![0; n], vec![]).unwrap();
         let values: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
         let a = CsrMatrix { pattern: Arc::new(pattern), values };
         let scaling = Scaling::equilibrate(&a);
@@ -165,8 +160,7 @@ mod tests {
     #[test]
     fn a_scaling_is_kept_while_it_levels() {
         let matrix = |first: f64| {
-            let (row_offsets, columns) = (vec![0, 2, 3, 3], vec![0, 1, 1]);
-            let pattern = CsrPattern { n: 3, row_offsets, columns, groups: vec![0; 3], origins: Vec::new() };
+            let pattern = CsrPattern::new(vec![0, 2, 3, 3], vec![0, 1, 1], vec![0; 3], vec![]).unwrap();
             CsrMatrix { pattern: Arc::new(pattern), values: vec![first, 0.5, 1.0] }
         };
         // all factors are one

@@ -2,7 +2,8 @@
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::layout::Layout;
-use crate::ranks::Ranks;
+use crate::symbolic::Symbolic;
+use slipstick_ranks::{Alone, Ranks};
 use std::fmt::Debug;
 use std::sync::Arc;
 use thiserror::Error;
@@ -18,25 +19,66 @@ pub enum Precision {
     F32,
 }
 
-/// A direct solver. It keeps its symbolic analysis while matrices share the same pattern
-/// allocation (`Arc::ptr_eq`).
+/// A direct solver. It analyses a pattern once and factorizes any number of matrices on it; the caller keeps the
+/// analysis.
+///
+/// ```
+/// # use slipstick_linalg::{CsrMatrix, CsrPattern, LinearSolver, MultifrontalSolver, Precision};
+/// # use std::sync::Arc;
+/// let pattern = Arc::new(CsrPattern::new(vec![0, 1, 2], vec![0, 1], vec![0, 1], vec![])?);
+/// let mut solver = MultifrontalSolver::new(Precision::F64);
+/// let symbolic = solver.analyse(&pattern)?;
+/// for values in [[2.0, 4.0], [8.0, 16.0]] {
+///     let a = CsrMatrix { pattern: pattern.clone(), values: values.to_vec() };
+///     let mut x = [16.0, 16.0];
+///     solver.factorize(&symbolic, &a)?.solve(&mut x);
+///     assert_eq!(x, [16.0 / values[0], 16.0 / values[1]]);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait LinearSolver: Send {
     /// Short name for reports.
     fn name(&self) -> &'static str;
 
-    /// Factorizes `a`.
+    /// Analyses `pattern`, with the help of `earlier` analyses, the most useful first.
+    ///
+    /// An earlier analysis of `pattern` by this solver is returned as it is. From those of other patterns, the solver
+    /// may take over what still serves, for instance the elimination order. It ignores analyses of other solvers. A
+    /// solver for several ranks is called on all of them together, each with its own pattern and analyses, and takes
+    /// over only what serves on all ranks.
     ///
     /// # Errors
-    /// A [`FactorizationError`] that names the unknown where the matrix is singular or not finite.
-    fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError>;
+    /// If the pattern is too large for the solver.
+    fn analyse_after(&self, pattern: &Arc<CsrPattern>, earlier: &[Symbolic]) -> Result<Symbolic, FactorizationError>;
 
-    /// Prepares for matrices on `pattern`; otherwise the first factorization does.
+    /// Analyses `pattern` without earlier analyses.
     ///
     /// # Errors
-    /// If the pattern is inconsistent or too large for the solver.
-    fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
-        let _ = pattern;
-        Ok(())
+    /// As [`LinearSolver::analyse_after`].
+    fn analyse(&self, pattern: &Arc<CsrPattern>) -> Result<Symbolic, FactorizationError> {
+        self.analyse_after(pattern, &[])
+    }
+
+    /// Factorizes `a` with the analysis of its pattern. A solver for several ranks is called on all of them together.
+    ///
+    /// # Errors
+    /// A [`FactorizationError`] that names the unknown where the matrix is singular or not finite;
+    /// [`FactorizationError::Analysis`] if `symbolic` belongs to another pattern or another solver.
+    fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError>;
+
+    /// Analyses the pattern of `a` and factorizes `a`: for a single matrix on its pattern.
+    ///
+    /// # Errors
+    /// As [`LinearSolver::analyse`] and [`LinearSolver::factorize`].
+    fn analyse_and_factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        let symbolic = self.analyse(&a.pattern)?;
+        self.factorize(&symbolic, a)
+    }
+
+    /// Number format of the next factors. A matrix that is singular in single precision may be regular in double
+    /// precision.
+    fn precision(&self) -> Precision {
+        Precision::F64
     }
 
     /// Makes factors of double precision only from now on; whether that changes anything.
@@ -48,16 +90,43 @@ pub trait LinearSolver: Send {
 /// Makes solvers, and says which ranks share the matrices that they are given.
 ///
 /// With several ranks, each hands its part to [`LinearSolver::factorize`]: the matrix is their sum. Right-hand sides and
-/// solutions are divided by the [`Layout`] of its pattern: each rank has the entries of its own unknowns.
+/// solutions are divided by the [`Layout`] of its pattern: each rank has the entries of its own unknowns. The default
+/// implementations of `ranks` and `layout` are those of a single rank.
 pub trait Backend: Send + Sync + Debug {
-    /// A new solver, without an analysis yet.
+    /// A new solver.
     fn solver(&self) -> Box<dyn LinearSolver>;
 
     /// The ranks whose parts are summed.
-    fn ranks(&self) -> &dyn Ranks;
+    fn ranks(&self) -> &dyn Ranks {
+        &Alone
+    }
 
     /// How vectors are divided that belong to matrices on a pattern. All ranks call it together.
-    fn layout(&self, pattern: &CsrPattern) -> Layout;
+    fn layout(&self, pattern: &CsrPattern) -> Layout {
+        Layout::whole(pattern.n())
+    }
+}
+
+/// Modelled cost of factors.
+///
+/// The unit is the time that a core takes to move one byte between memory and its registers: a pass over b bytes costs
+/// b. Each solver converts its floating-point operations into this unit. Costs follow from counts, never from a clock.
+/// They are therefore the same in every run and on all ranks, and decisions based on them are reproducible bit for bit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// Cost of another factorization like this one, without the analysis. \[bytes moved\]
+    pub factorization: f64,
+    /// Cost of one solve. \[bytes moved\]
+    pub substitution: f64,
+}
+
+/// A pivot and its unknown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pivot {
+    /// The unknown.
+    pub unknown: usize,
+    /// Absolute value in the matrix whose rows and columns are scaled to about one.
+    pub size: f64,
 }
 
 /// What a rank has of the factors of a matrix.
@@ -94,15 +163,25 @@ pub trait Factorization: Send + Sync {
     /// Number format of the factors.
     fn precision(&self) -> Precision;
 
-    /// Floating-point operations that the factorization took, to weigh a new one against more iterations with this one;
-    /// zero if unknown.
-    fn operations(&self) -> f64 {
-        0.0
+    /// Costs of new factors and of a solve with these, equal on all ranks: they decide how long factors are reused for
+    /// other matrices. `None` if the solver cannot estimate them; its factors are then not reused.
+    fn cost(&self) -> Option<Cost> {
+        None
     }
 
     /// What this rank has of the factors and did for them; all of it on one rank.
     fn part(&self) -> FactorPart {
-        FactorPart { bytes: self.bytes(), operations: self.operations() }
+        FactorPart { bytes: self.bytes(), operations: 0.0 }
+    }
+
+    /// Factors that scale the rows of the matrix to about one, an entry per unknown, if the solver has computed them.
+    fn row_scaling(&self) -> Option<&[f64]> {
+        None
+    }
+
+    /// The smallest pivot, if the solver knows it: there, the matrix is closest to singular.
+    fn weakest_pivot(&self) -> Option<Pivot> {
+        None
     }
 
     /// Solves with several right-hand sides, one after the other in `rhs`, on one rank.
@@ -148,12 +227,16 @@ impl Factorization for Transposed<'_> {
         self.0.precision()
     }
 
-    fn operations(&self) -> f64 {
-        self.0.operations()
+    fn cost(&self) -> Option<Cost> {
+        self.0.cost()
     }
 
     fn part(&self) -> FactorPart {
         self.0.part()
+    }
+
+    fn weakest_pivot(&self) -> Option<Pivot> {
+        self.0.weakest_pivot()
     }
 }
 
@@ -168,13 +251,21 @@ pub(crate) fn check_columns(n: usize, length: usize) {
 /// Why a matrix could not be factorized.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FactorizationError {
-    /// The pattern contradicts itself.
+    /// The number of values differs from the number of entries.
+    #[error("the matrix has {values} values, but its sparsity pattern has {entries} entries")]
+    Values {
+        /// Number of values.
+        values: usize,
+        /// Number of entries of the pattern.
+        entries: usize,
+    },
+    /// The analysis belongs to another pattern or another solver.
     #[error(
-        "the sparsity pattern is inconsistent: offsets, ascending columns, groups and values must \
-         match its {n} rows"
+        "the symbolic analysis does not belong to this solver and the pattern of this matrix of {n} unknowns; analyse \
+         the pattern before the factorization"
     )]
-    Pattern {
-        /// Rows stated by the pattern.
+    Analysis {
+        /// Number of unknowns of the matrix.
         n: usize,
     },
     /// An entry is NaN or infinite.
@@ -220,19 +311,4 @@ pub enum FactorizationError {
         /// What happened.
         reason: String,
     },
-}
-
-/// Refuses patterns and values that would make a solver go astray.
-///
-/// # Errors
-/// [`FactorizationError::Pattern`], unless the pattern is known; [`FactorizationError::NonFinite`].
-pub fn check_matrix(a: &CsrMatrix, known_pattern: bool) -> Result<(), FactorizationError> {
-    let consistent = known_pattern || a.pattern.is_consistent();
-    if !consistent || a.values.len() != a.pattern.columns.len() {
-        return Err(FactorizationError::Pattern { n: a.pattern.n });
-    }
-    match a.first_non_finite() {
-        Some((row, column)) => Err(FactorizationError::NonFinite { row, column }),
-        None => Ok(()),
-    }
 }

@@ -2,7 +2,7 @@
 
 use crate::csr::norm_on;
 use crate::operator::Operator;
-use crate::ranks::Ranks;
+use slipstick_ranks::Ranks;
 
 /// Part of a product that must be new, not a combination of the others', for its vector to count.
 const NEW: f64 = 1e-6;
@@ -63,13 +63,7 @@ mod tests {
 
     /// [ 2 1 0 ; 0 3 0 ; 0 0 4 ]
     fn example() -> CsrMatrix {
-        let pattern = CsrPattern {
-            n: 3,
-            row_offsets: vec![0, 2, 3, 4],
-            columns: vec![0, 1, 1, 2],
-            groups: vec![0, 1, 2],
-            origins: Vec::new(),
-        };
+        let pattern = CsrPattern::new(vec![0, 2, 3, 4], vec![0, 1, 1, 2], vec![0, 1, 2], vec![]).unwrap();
         CsrMatrix { pattern: Arc::new(pattern), values: vec![2.0, 1.0, 3.0, 4.0] }
     }
 

@@ -6,7 +6,8 @@
 
 use crate::csr::{CsrMatrix, CsrPattern, largest};
 use crate::scaling::Scaling;
-use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision, check_columns, check_matrix};
+use crate::solver::{Factorization, FactorizationError, LinearSolver, Precision, check_columns};
+use crate::symbolic::Symbolic;
 use dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::LuError;
 use faer::sparse::linalg::lu::{LuRef, NumericLu, SymbolicLu, factorize_symbolic_lu};
@@ -18,57 +19,35 @@ const NAME: &str = "supernodal LU";
 
 /// Sparse LU of the equilibrated matrix by faer, in double precision.
 #[derive(Debug, Default)]
-pub struct SupernodalSolver {
-    analysis: Option<Analysis>,
-}
+pub struct SupernodalSolver;
 
+/// What is known of a pattern.
 #[derive(Debug)]
 struct Analysis {
-    pattern: Arc<CsrPattern>,
     row_offsets: Vec<u32>,
     symbolic: Arc<SymbolicLu<u32>>,
 }
 
 impl SupernodalSolver {
-    /// A solver without an analysis yet.
+    /// A solver.
     pub fn new() -> Self {
-        Self::default()
-    }
-
-    fn analyse(&mut self, pattern: &Arc<CsrPattern>) -> Result<(), FactorizationError> {
-        if self.analysis.as_ref().is_some_and(|known| Arc::ptr_eq(&known.pattern, pattern)) {
-            return Ok(());
-        }
-        let failed = |reason: &str| backend(pattern.n, reason);
-        if u32::try_from(pattern.entries()).is_err() {
-            return Err(failed("more than 2^32 entries"));
-        }
-        let row_offsets: Vec<u32> = pattern.row_offsets.iter().map(|&o| o as u32).collect();
-        // Rows read as columns: faer factorizes Aᵀ, and solves swap roles below.
-        let n = pattern.n;
-        let transposed = SymbolicSparseColMatRef::new_checked(n, n, &row_offsets, None, &pattern.columns);
-        let symbolic =
-            factorize_symbolic_lu(transposed, Default::default()).map_err(|error| failed(&error.to_string()))?;
-        let pattern = Arc::clone(pattern);
-        self.analysis = Some(Analysis { pattern, row_offsets, symbolic: Arc::new(symbolic) });
-        Ok(())
+        Self
     }
 
     /// As [`LinearSolver::factorize`], with the concrete type.
     ///
     /// # Errors
     /// As [`LinearSolver::factorize`].
-    pub fn factorize_matrix(&mut self, a: &CsrMatrix) -> Result<SupernodalFactorization, FactorizationError> {
-        let known = self.analysis.as_ref().is_some_and(|x| Arc::ptr_eq(&x.pattern, &a.pattern));
-        check_matrix(a, known)?;
-        self.analyse(&a.pattern)?;
+    pub fn factorize_matrix(
+        &mut self,
+        symbolic: &Symbolic,
+        a: &CsrMatrix,
+    ) -> Result<SupernodalFactorization, FactorizationError> {
+        let Analysis { row_offsets, symbolic } = symbolic.content_for(a)?;
         let n = a.n();
-        let Some(Analysis { pattern, row_offsets, symbolic }) = &self.analysis else {
-            return Err(backend(n, "the analysis is missing"));
-        };
         let scaling = Scaling::equilibrate(a);
         let values = scaling.apply(a, |x| x);
-        let structure = SymbolicSparseColMatRef::new_checked(n, n, row_offsets, None, &pattern.columns);
+        let structure = SymbolicSparseColMatRef::new_checked(n, n, row_offsets, None, a.pattern.columns());
         let transposed = SparseColMatRef::new(structure, &values);
         let mut numeric = NumericLu::new();
         let scratch = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
@@ -98,8 +77,25 @@ impl LinearSolver for SupernodalSolver {
         NAME
     }
 
-    fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
-        Ok(Box::new(self.factorize_matrix(a)?))
+    fn analyse_after(&self, pattern: &Arc<CsrPattern>, earlier: &[Symbolic]) -> Result<Symbolic, FactorizationError> {
+        let same = |symbolic: &&Symbolic| symbolic.is_of(pattern) && symbolic.content::<Analysis>().is_some();
+        if let Some(symbolic) = earlier.iter().find(same) {
+            return Ok(symbolic.clone());
+        }
+        let n = pattern.n();
+        if u32::try_from(pattern.entries()).is_err() {
+            return Err(backend(n, "more than 2^32 entries"));
+        }
+        let row_offsets: Vec<u32> = pattern.row_offsets().iter().map(|&o| o as u32).collect();
+        // Rows read as columns: faer factorizes Aᵀ, and solves swap roles below.
+        let transposed = SymbolicSparseColMatRef::new_checked(n, n, &row_offsets, None, pattern.columns());
+        let symbolic =
+            factorize_symbolic_lu(transposed, Default::default()).map_err(|error| backend(n, &error.to_string()))?;
+        Ok(Symbolic::new(pattern, Analysis { row_offsets, symbolic: Arc::new(symbolic) }))
+    }
+
+    fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        Ok(Box::new(self.factorize_matrix(symbolic, a)?))
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::csr::{largest, norm_on};
 use crate::operator::Operator;
-use crate::ranks::Ranks;
 use crate::solver::Factorization;
+use slipstick_ranks::Ranks;
 use thiserror::Error;
 
 /// Backward error at which an iteration that stalls has met the rounding errors of the residual

@@ -1,16 +1,14 @@
 //! Matrices in parts, with vectors divided among ranks, against the same matrix on one.
 
 mod common;
-#[path = "common/thread_ranks.rs"]
-mod thread_ranks;
 
 use common::{Brick, Random, difference};
 use slipstick_linalg::{
-    Alone, CsrMatrix, CsrPattern, Factorization, Layout, MultifrontalFactorization, MultifrontalSolver, Operator,
-    Precision, Ranks, SolveError, Summed, best_in_span, own_range, solve_verified,
+    Alone, CsrMatrix, CsrPattern, Factorization, Layout, MultifrontalFactorization, Operator, Precision, Ranks,
+    SolveError, Summed, best_in_span, own_range, solve_verified,
 };
+use slipstick_ranks::threads::on_ranks;
 use std::sync::Arc;
-use thread_ranks::on_ranks;
 
 const BRICK: Brick = Brick { nodes: [6, 5, 4], multipliers: true, contrast: 2.0, nonsymmetry: 0.2, fixed_bottom: true };
 
@@ -31,20 +29,21 @@ fn ranges_make_up_the_whole() {
 /// The rows of a rank, and of each other row the entries in its columns where `i + j` is even: what ranks add to each other's.
 fn part(a: &CsrMatrix, rank: usize) -> CsrMatrix {
     let owners = owners();
-    let owner = |i: usize| owners[a.pattern.groups[i] as usize] as usize;
-    let mut pattern = CsrPattern { row_offsets: vec![0], columns: Vec::new(), ..(*a.pattern).clone() };
-    let mut values = Vec::new();
+    let owner = |i: usize| owners[a.pattern.groups()[i] as usize] as usize;
+    let (mut row_offsets, mut all_columns, mut values) = (vec![0], Vec::new(), Vec::new());
     for i in 0..a.n() {
         let (columns, entries) = a.row(i);
         for (&j, &v) in columns.iter().zip(entries) {
             let assembles = if (i + j as usize).is_multiple_of(2) { owner(j as usize) } else { owner(i) };
             if assembles == rank {
-                pattern.columns.push(j);
+                all_columns.push(j);
                 values.push(v);
             }
         }
-        pattern.row_offsets.push(values.len());
+        row_offsets.push(values.len());
     }
+    let (groups, origins) = (a.pattern.groups().to_vec(), a.pattern.origins().to_vec());
+    let pattern = CsrPattern::new(row_offsets, all_columns, groups, origins).unwrap();
     CsrMatrix { pattern: Arc::new(pattern), values }
 }
 
@@ -132,7 +131,7 @@ fn divided_systems_are_solved() {
     let a = BRICK.reduced(3).0;
     let mut nearby = a.clone();
     nearby.values.iter_mut().enumerate().for_each(|(k, v)| *v *= 1.0 + 0.02 * (k as f64).sin());
-    let factors = MultifrontalSolver::new(Precision::F64).factorize_matrix(&nearby).unwrap();
+    let factors = MultifrontalFactorization::of(&nearby, Precision::F64).unwrap();
     let (b, other) = (Random(8).vector(a.n()), Random(9).vector(a.n()));
     for transpose in [false, true] {
         let mut expected = vec![0.0; a.n()];
@@ -176,7 +175,7 @@ fn only_what_is_touched_is_borrowed() {
         let layout = Layout::new(&mine.pattern, &owners(), &ranks);
         let local = layout.spread(&vec![1.0; layout.own()], &ranks);
         let touched: Vec<bool> =
-            (0..a.n()).map(|i| !mine.row(i).0.is_empty() || mine.pattern.columns.contains(&(i as u32))).collect();
+            (0..a.n()).map(|i| !mine.row(i).0.is_empty() || mine.pattern.columns().contains(&(i as u32))).collect();
         (0..a.n()).all(|i| local[i] == f64::from(u8::from(touched[i] || layout.entry(i).is_some())))
     });
     assert_eq!(far, [true; 4]);

@@ -4,8 +4,8 @@ mod common;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
-    CsrMatrix, CsrPattern, LinearSolver, MultifrontalSolver, Precision, RobustSolver, SolveError, SolveOptions,
-    SolverChoice, SupernodalSolver, Transposed, solve_from, solve_verified, solve_with,
+    CsrMatrix, CsrPattern, LinearSolver, MultifrontalFactorization, MultifrontalSolver, Precision, RobustSolver,
+    SolveError, SolveOptions, SolverChoice, SupernodalSolver, Transposed, solve_from, solve_verified, solve_with,
 };
 use std::sync::Arc;
 
@@ -17,9 +17,9 @@ fn single_precision_factors_give_double_precision_solutions() {
     let (a, _) = BRICK.reduced(1);
     let b = Random(2).vector(a.n());
     let mut solver = RobustSolver::new(SolverChoice::Multifrontal { precision: Precision::F32 });
-    let factors = solver.factorize(&a).unwrap();
+    let factors = solver.analyse_and_factorize(&a).unwrap();
     assert_eq!(factors.precision(), Precision::F32);
-    let reference = SupernodalSolver::new().factorize(&a).unwrap();
+    let reference = SupernodalSolver::new().analyse_and_factorize(&a).unwrap();
     for transpose in [false, true] {
         let mut x = vec![f64::NAN; a.n()];
         let report = solve_verified(&a, factors.as_ref(), transpose, &b, &mut x, 1e-12).unwrap();
@@ -39,7 +39,7 @@ fn single_precision_factors_give_double_precision_solutions() {
 #[test]
 fn single_precision_factors_take_any_scale_of_right_hand_side() {
     let (a, _) = BRICK.reduced(3);
-    let factors = MultifrontalSolver::new(Precision::F32).factorize(&a).unwrap();
+    let factors = MultifrontalSolver::new(Precision::F32).analyse_and_factorize(&a).unwrap();
     for scale in [1e-200, 1e150] {
         let b: Vec<f64> = Random(4).vector(a.n()).iter().map(|b| b * scale).collect();
         let mut x = vec![0.0; a.n()];
@@ -51,7 +51,7 @@ fn single_precision_factors_take_any_scale_of_right_hand_side() {
 #[test]
 fn factors_of_a_nearby_matrix_precondition() {
     let (a, _) = BRICK.reduced(5);
-    let factors = MultifrontalSolver::new(Precision::F32).factorize(&a).unwrap();
+    let factors = MultifrontalSolver::new(Precision::F32).analyse_and_factorize(&a).unwrap();
     let mut nearby = a.clone();
     let mut random = Random(6);
     nearby.values.iter_mut().for_each(|v| *v *= 1.0 + 0.01 * random.next());
@@ -69,7 +69,7 @@ fn factors_of_a_nearby_matrix_precondition() {
 #[test]
 fn a_given_start_is_used_and_does_no_harm() {
     let (a, _) = BRICK.reduced(5);
-    let factors = MultifrontalSolver::new(Precision::F32).factorize_matrix(&a).unwrap();
+    let factors = MultifrontalFactorization::of(&a, Precision::F32).unwrap();
     let mut nearby = a.clone();
     let mut random = Random(6);
     nearby.values.iter_mut().for_each(|v| *v *= 1.0 + 0.01 * random.next());
@@ -103,7 +103,7 @@ fn hopeless_factors_are_reported() {
     let mut other = a.clone();
     let mut random = Random(8);
     other.values.iter_mut().for_each(|v| *v = *v * random.next() + 0.1 * random.next());
-    let factors = SupernodalSolver::new().factorize(&other).unwrap();
+    let factors = SupernodalSolver::new().analyse_and_factorize(&other).unwrap();
     let b = random.vector(a.n());
     let mut x = vec![0.0; a.n()];
     let options = SolveOptions { tolerance: 1e-10, max_iterations: 5, restart: 5, give_up_early: false };
@@ -121,7 +121,7 @@ fn hopeless_factors_are_reported() {
 #[test]
 fn a_tolerance_below_rounding_ends_at_the_attainable_accuracy() {
     let (a, _) = BRICK.reduced(9);
-    let factors = MultifrontalSolver::new(Precision::F64).factorize(&a).unwrap();
+    let factors = MultifrontalSolver::new(Precision::F64).analyse_and_factorize(&a).unwrap();
     let b = Random(10).vector(a.n());
     let mut x = vec![0.0; a.n()];
     let report = solve_verified(&a, factors.as_ref(), false, &b, &mut x, 1e-30).unwrap();
@@ -131,7 +131,7 @@ fn a_tolerance_below_rounding_ends_at_the_attainable_accuracy() {
 #[test]
 fn bad_right_hand_sides_are_refused() {
     let (a, _) = Brick { nodes: [3, 3, 3], ..BRICK }.reduced(11);
-    let factors = MultifrontalSolver::new(Precision::F64).factorize(&a).unwrap();
+    let factors = MultifrontalSolver::new(Precision::F64).analyse_and_factorize(&a).unwrap();
     let mut x = vec![0.0; a.n()];
     let mut b = vec![1.0; a.n()];
     b[4] = f64::NAN;
@@ -149,7 +149,7 @@ fn bad_right_hand_sides_are_refused() {
 #[test]
 fn a_matrix_with_nan_does_not_pass() {
     let (a, _) = Brick { nodes: [3, 3, 3], ..BRICK }.reduced(12);
-    let factors = MultifrontalSolver::new(Precision::F64).factorize(&a).unwrap();
+    let factors = MultifrontalSolver::new(Precision::F64).analyse_and_factorize(&a).unwrap();
     let mut values = a.values.clone();
     values[7] = f64::NAN;
     let broken = CsrMatrix { pattern: a.pattern.clone(), values };
@@ -165,21 +165,15 @@ fn a_matrix_with_nan_does_not_pass() {
 fn soft_parts_beside_stiff_ones_are_solved_as_well() {
     let (soft, _) = Brick { multipliers: false, contrast: 1.0, ..BRICK }.reduced(1);
     let n = soft.n();
-    let pattern = CsrPattern {
-        n: 2 * n,
-        row_offsets: (0..=2 * n).map(|i| soft.pattern.row_offsets[i % n] + i / n * soft.values.len()).collect(),
-        columns: [0, n].iter().flat_map(|first| soft.pattern.columns.iter().map(|&j| j + *first as u32)).collect(),
-        groups: (0..2 * n as u32).collect(),
-        origins: vec![],
-    };
-    assert_eq!(pattern.row_offsets[n], soft.values.len());
-    let pattern =
-        CsrPattern { row_offsets: [&pattern.row_offsets[..2 * n], &[2 * soft.values.len()]].concat(), ..pattern };
+    let (offsets, columns, entries) = (soft.pattern.row_offsets(), soft.pattern.columns(), soft.values.len());
+    let offsets = offsets.iter().copied().chain(offsets[1..].iter().map(|offset| offset + entries)).collect();
+    let columns = [0, n].iter().flat_map(|first| columns.iter().map(|&j| j + *first as u32)).collect();
+    let pattern = CsrPattern::new(offsets, columns, (0..2 * n as u32).collect(), vec![]).unwrap();
     let values = [1e12, 1.0].iter().flat_map(|factor| soft.values.iter().map(move |value| factor * value)).collect();
     let both = CsrMatrix { pattern: pattern.into(), values };
     let b = Random(3).vector(2 * n);
-    let alone = SupernodalSolver::new().factorize(&soft).unwrap();
-    let single = MultifrontalSolver::new(Precision::F32).factorize(&both).unwrap();
+    let alone = SupernodalSolver::new().analyse_and_factorize(&soft).unwrap();
+    let single = MultifrontalSolver::new(Precision::F32).analyse_and_factorize(&both).unwrap();
     for transpose in [false, true] {
         let mut x = vec![0.0; 2 * n];
         solve_verified(&both, single.as_ref(), transpose, &b, &mut x, 1e-10).unwrap();
@@ -199,17 +193,12 @@ fn soft_parts_beside_stiff_ones_are_solved_as_well() {
 fn hopeless_iterations_are_given_up() {
     let n = 40;
     let matrix = |column: &dyn Fn(usize) -> usize| {
-        let pattern = CsrPattern {
-            n,
-            row_offsets: (0..=n).collect(),
-            columns: (0..n).map(|i| column(i) as u32).collect(),
-            groups: (0..n as u32).collect(),
-            origins: vec![],
-        };
+        let columns = (0..n).map(|i| column(i) as u32).collect();
+        let pattern = CsrPattern::new((0..=n).collect(), columns, (0..n as u32).collect(), vec![]).unwrap();
         CsrMatrix { pattern: Arc::new(pattern), values: vec![1.0; n] }
     };
     let (shift, identity) = (matrix(&|i| (i + n - 1) % n), matrix(&|i| i));
-    let factors = SupernodalSolver::new().factorize(&identity).unwrap();
+    let factors = SupernodalSolver::new().analyse_and_factorize(&identity).unwrap();
     let mut b = vec![0.0; n];
     b[0] = 1.0;
     for (give_up_early, most) in [(false, 30), (true, 6)] {

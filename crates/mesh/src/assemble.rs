@@ -1,4 +1,4 @@
-//! Bodies put in their places and several meshes put into one.
+//! Places bodies and merges meshes.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -33,12 +33,12 @@ impl Rotation {
     /// # Errors
     /// [`MeshError::Parameter`] if the axis has no direction or a number is not finite.
     pub fn matrix(&self) -> Result<[[f64; 3]; 3], MeshError> {
-        // Scaled by the largest component first: squares of tiny or huge components would under- or overflow.
+        // Scaled by the largest component first: otherwise squares of tiny or huge components would under- or overflow.
         let largest = self.axis.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
         let scaled = self.axis.map(|c| c / largest);
         if !(largest > 0.0 && scaled.iter().all(|c| c.is_finite())) {
             let value = format!("{:?}", self.axis);
-            return Err(MeshError::parameter("rotate.axis", value, "give a finite direction other than zero"));
+            return Err(MeshError::parameter("rotate.axis", value, "give a finite, nonzero direction"));
         }
         if !self.degrees.is_finite() {
             return Err(MeshError::parameter("rotate.degrees", self.degrees, "give a finite angle in degrees"));
@@ -92,12 +92,12 @@ impl Mesh {
         Ok(())
     }
 
-    /// One mesh of all the given ones, in their order; nodes and elements are renumbered, nothing is glued.
+    /// Merges meshes into one, in the given order; nodes and elements are renumbered, and no nodes are joined.
     ///
     /// # Errors
-    /// [`MeshError::DuplicateName`] if two meshes have a body, or a node set or surface, of the same name (sets and
-    /// surfaces share one name space across meshes, because [`Mesh::set_nodes`] finds both);
-    /// [`MeshError::TooLarge`] if the numbers do not fit 32 bits.
+    /// [`MeshError::DuplicateName`] if two meshes have bodies, or node sets or surfaces, with the same name (sets and
+    /// surfaces share one namespace across meshes, because [`Mesh::set_nodes`] finds both); [`MeshError::TooLarge`] if
+    /// the numbers do not fit 32 bits.
     pub fn merge(meshes: Vec<Mesh>) -> Result<Mesh, MeshError> {
         let mut whole = Mesh::default();
         for mesh in meshes {
@@ -111,11 +111,11 @@ impl Mesh {
         let (node_count, element_count) = (self.nodes.len(), self.elements.len());
         count32("nodes", node_count.checked_add(other.nodes.len()))?;
         count32("elements", element_count.checked_add(other.elements.len()))?;
-        // Fits: the sums with `other` just did.
+        // Cannot overflow: the sums with `other` were just checked.
         let (first_node, first_element) = (node_count as u32, element_count as u32);
         let shift = |range: Range<usize>, by: usize| range.start + by..range.end + by;
 
-        // Saturating: a number far out of range must not wrap round into it.
+        // Saturating: a number far out of range must not wrap around into the valid range.
         self.nodes.extend(other.nodes);
         self.elements.extend(other.elements.iter().map(|element| element.map(|n| n.saturating_add(first_node))));
         for mut body in other.bodies {

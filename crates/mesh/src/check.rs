@@ -1,4 +1,4 @@
-//! Checks that a mesh is fit for analysis, and the repair of facets.
+//! Checks whether a mesh is suitable for analysis, and repairs facets.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -7,9 +7,9 @@ use crate::topology::{Face, faces_of, keys, single};
 use crate::{Element, Facet, FacetNodes, Mesh, MeshDefect, MeshError, Surface};
 
 impl Mesh {
-    /// All defects of the mesh: none if it is fit for analysis. Never panics, whatever the mesh holds.
+    /// All defects of the mesh; empty if it is suitable for analysis. Never panics, whatever the mesh contains.
     ///
-    /// Elements with node numbers out of range are left out of the checks of shape and ownership.
+    /// Elements with node numbers out of range are excluded from the checks of shape and ownership.
     pub fn check(&self) -> Vec<MeshDefect> {
         let mut check = Check::new(self);
         check.bodies();
@@ -33,9 +33,11 @@ impl Mesh {
         if defects.is_empty() { Ok(()) } else { Err(MeshError::Defects(defects)) }
     }
 
-    /// Turns all facets that are faces of their elements outward and uncrosses them; returns how many it changed.
+    /// Orients all facets that are faces of their elements outward, and corrects crosswise node orders; returns how
+    /// many it changed.
     ///
-    /// Each keeps its first node. Facets that are no faces of their elements stay as they are, for [`Mesh::check`].
+    /// Each keeps its first node. Facets that are not faces of their elements are left unchanged; [`Mesh::check`]
+    /// reports them.
     pub fn orient_facets(&mut self) -> usize {
         let mut changed = 0;
         for facet in self.surfaces.values_mut().flat_map(|surface| &mut surface.facets) {
@@ -52,14 +54,14 @@ impl Mesh {
     }
 }
 
-/// The facet's nodes as the outward face of its element, from the same first node; `None` if it is no face.
+/// The facet's nodes as the outward face of its element, starting at the same node; `None` if it is not a face.
 fn outward_nodes(element: &Element, facet: &Facet) -> Option<FacetNodes> {
     let key = facet.nodes.sorted();
     let side = (0..element.sides()).map(|side| element.side(side)).find(|side| side.sorted() == key)?;
     side.starting_at(facet.nodes[0])
 }
 
-/// No body owns it.
+/// The element belongs to no body.
 const NOBODY: usize = usize::MAX;
 
 struct Check<'a> {
@@ -70,7 +72,7 @@ struct Check<'a> {
     in_range: Vec<bool>,
     /// All faces, sorted by their nodes.
     faces: Vec<Face>,
-    /// Quadrilaterals that two triangles cover, and these, sorted by their nodes.
+    /// Quadrilaterals that are covered by two triangles, and these triangles, sorted by their nodes.
     divided: BTreeSet<FacetNodes>,
     defects: Vec<MeshDefect>,
 }
@@ -93,7 +95,7 @@ impl<'a> Check<'a> {
         self.mesh.bodies.get(body).map_or_else(|| "(none)".into(), |body| body.name.clone())
     }
 
-    /// Elements that `bad` holds for, by body.
+    /// Elements for which `bad` is true, by body.
     fn by_body(&self, bad: impl Fn(usize) -> bool) -> BTreeMap<usize, Vec<u32>> {
         let mut elements: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for element in (0..self.owner.len()).filter(|&element| bad(element)) {
@@ -142,7 +144,7 @@ impl<'a> Check<'a> {
         for (body, elements) in self.by_body(repeats) {
             self.defects.push(MeshDefect::RepeatedNode { body: self.body_name(body), elements });
         }
-        // NaN stands for what other checks report: it is not counted as inverted here.
+        // NaN means a defect that other checks report: it does not count as inverted here.
         let least: Vec<f64> = (0..mesh.elements.len())
             .map(|element| if self.in_range[element] { mesh.least_jacobian(element) } else { f64::NAN })
             .collect();
@@ -152,7 +154,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Each node must belong to one body's elements, and lie in that body's range.
+    /// Each node must belong to the elements of exactly one body, and lie in that body's range.
     fn owners(&mut self) {
         let mesh = self.mesh;
         let mut body_of = vec![NOBODY; mesh.nodes.len()];
@@ -188,7 +190,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A face may bound two elements at most, and from opposite sides.
+    /// A face may bound at most two elements, on opposite sides.
     fn shared_faces(&mut self) {
         let mut elements = BTreeSet::new();
         for same in self.faces.chunk_by(|a, b| a.key == b.key).filter(|same| same.len() > 1) {
@@ -248,19 +250,19 @@ impl<'a> Check<'a> {
     }
 }
 
-/// Whether the two are the same cycle, whatever node they start at.
+/// Whether the two are the same cycle, regardless of their first node.
 fn same_winding(a: FacetNodes, b: FacetNodes) -> bool {
     b.starting_at(a[0]) == Some(a)
 }
 
-/// What is wrong with a body's range, which must start where the last one ended or later and end within `count`.
+/// The error in a body's range, which must start at or after the end of the previous one and end within `count`.
 fn range_fault(what: &str, range: &Range<usize>, last_end: usize, count: usize) -> Option<String> {
     if range.is_empty() {
-        Some(format!("has no {what}: remove it or give it some"))
+        Some(format!("has no {what}: remove the body or add some"))
     } else if range.end > count {
         Some(format!("has {what} up to {}, but the mesh has only {count}: correct its range", range.end))
     } else if range.start < last_end {
-        Some(format!("has {what} {range:?} that belong to the body before it: number {what} body by body"))
+        Some(format!("has {what} {range:?} that belong to the previous body: number {what} body by body"))
     } else {
         None
     }

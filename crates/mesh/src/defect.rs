@@ -1,9 +1,9 @@
-//! What can be wrong with a mesh, as [`Mesh::check`](crate::Mesh::check) reports it.
+//! Defects of a mesh, as [`Mesh::check`](crate::Mesh::check) reports them.
 
 /// One kind of defect with all its places. Node, element and facet numbers count from 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshDefect {
-    /// A body's ranges of elements or nodes cannot be.
+    /// A body's ranges of elements or nodes are invalid.
     #[error("body `{body}` {reason}")]
     BodyRange {
         /// The body.
@@ -11,7 +11,7 @@ pub enum MeshDefect {
         /// What is wrong with its ranges.
         reason: String,
     },
-    /// Elements that no body owns.
+    /// Elements that belong to no body.
     #[error("element(s) {} belong to no body: give each body its range of elements", few(elements))]
     ElementsWithoutBody {
         /// The elements.
@@ -36,9 +36,9 @@ pub enum MeshDefect {
         /// The nodes.
         nodes: Vec<u32>,
     },
-    /// Elements that name a node twice, as wedges and pyramids written as hexahedra do.
+    /// Elements that contain a node twice, such as wedges and pyramids written as hexahedra.
     #[error(
-        "body `{body}`: element(s) {} name a node twice: only true tetrahedra, wedges and hexahedra are \
+        "body `{body}`: element(s) {} contain a node twice: only genuine tetrahedra, wedges and hexahedra are \
          supported",
         few(elements)
     )]
@@ -50,7 +50,7 @@ pub enum MeshDefect {
     },
     /// Elements whose Jacobian determinant is not positive at a corner or Gauss point.
     #[error(
-        "body `{body}`: element(s) {} are inverted or degenerate (least Jacobian determinant {worst:.3e}): \
+        "body `{body}`: element(s) {} are inverted or degenerate (smallest Jacobian determinant {worst:.3e}): \
          correct their numbering or shape",
         few(elements)
     )]
@@ -59,22 +59,22 @@ pub enum MeshDefect {
         body: String,
         /// The elements.
         elements: Vec<u32>,
-        /// The least Jacobian determinant of all of them. \[L³\]
+        /// The smallest Jacobian determinant of all of them. \[L³\]
         worst: f64,
     },
-    /// Elements that share a face with more than one other, or lie on the same side of it.
-    #[error("element(s) {} overlap at a face that they share: remove doubled elements", few(elements))]
+    /// Elements that share a face with more than one other element, or lie on the same side of it.
+    #[error("element(s) {} overlap at a shared face: remove duplicate elements", few(elements))]
     OverlappingFaces {
         /// The elements.
         elements: Vec<u32>,
     },
-    /// Nodes of no element: they would have no stiffness.
+    /// Nodes that belong to no element: they would have no stiffness.
     #[error("node(s) {} belong to no element: remove them", few(nodes))]
     UnusedNodes {
         /// The nodes.
         nodes: Vec<u32>,
     },
-    /// Nodes that elements of two bodies use: bodies meet in contact only.
+    /// Nodes that elements of two bodies share: bodies may only interact through contact.
     #[error("bodies `{}` and `{}` share node(s) {}: give each body its own nodes", bodies[0], bodies[1], few(nodes))]
     SharedNodes {
         /// The two bodies.
@@ -82,8 +82,8 @@ pub enum MeshDefect {
         /// The nodes.
         nodes: Vec<u32>,
     },
-    /// Nodes that a body's elements use, but that lie outside of its range of nodes.
-    #[error("body `{body}` uses node(s) {} outside of its range of nodes: number the nodes body by body", few(nodes))]
+    /// Nodes that a body's elements use, but that lie outside its range of nodes.
+    #[error("body `{body}` uses node(s) {} outside its range of nodes: number the nodes body by body", few(nodes))]
     NodesOutsideBody {
         /// The body.
         body: String,
@@ -104,8 +104,11 @@ pub enum MeshDefect {
         /// The node set.
         set: String,
     },
-    /// Facets that are not a face of the element they name (or wind crosswise around it).
-    #[error("surface `{surface}`: facet(s) {} are no faces of their elements: correct nodes or element", few(facets))]
+    /// Facets that are not faces of their element (or whose nodes are in crosswise order).
+    #[error(
+        "surface `{surface}`: facet(s) {} are not faces of their elements: correct their nodes or element",
+        few(facets)
+    )]
     StrayFacets {
         /// The surface.
         surface: String,
@@ -121,14 +124,17 @@ pub enum MeshDefect {
         facets: Vec<u32>,
     },
     /// Facets between two elements.
-    #[error("surface `{surface}`: facet(s) {} lie between two elements: a surface must be outside", few(facets))]
+    #[error(
+        "surface `{surface}`: facet(s) {} lie between two elements: a surface must be on the boundary",
+        few(facets)
+    )]
     InteriorFacets {
         /// The surface.
         surface: String,
         /// Positions in the surface.
         facets: Vec<u32>,
     },
-    /// Facets that stand in the surface already.
+    /// Facets that are already in the surface.
     #[error("surface `{surface}`: facet(s) {} repeat earlier ones: remove them", few(facets))]
     RepeatedFacets {
         /// The surface.
@@ -138,7 +144,7 @@ pub enum MeshDefect {
     },
 }
 
-/// The first few numbers, and how many there are in all.
+/// The first few numbers, and the total if there are more.
 fn few(numbers: &[u32]) -> String {
     const SHOWN: usize = 8;
     let shown: Vec<String> = numbers.iter().take(SHOWN).map(u32::to_string).collect();

@@ -1,4 +1,4 @@
-//! Hexahedra divided into tetrahedra or wedges.
+//! Divides hexahedra into tetrahedra or wedges.
 
 use crate::{Body, Element, Facet, FacetNodes, HEX_FACES, Mesh, Surface};
 
@@ -7,10 +7,10 @@ const ALONG: [[[usize; 4]; 2]; 3] =
     [[[0, 3, 7, 4], [1, 2, 6, 5]], [[0, 4, 5, 1], [3, 7, 6, 2]], [[0, 1, 2, 3], [4, 5, 6, 7]]];
 
 impl Mesh {
-    /// The mesh with the `chosen` hexahedra divided into six tetrahedra each, and with their facets in two triangles;
-    /// the nodes stay.
+    /// The mesh with each of the `chosen` hexahedra divided into six tetrahedra, and their facets into two triangles;
+    /// the nodes stay the same.
     ///
-    /// Every quadrilateral is divided from its lowest node on, so that neighbours agree. Source: J. Dompierre et al., How
+    /// Every quadrilateral is divided at its lowest node, so that neighbours agree. Source: J. Dompierre et al., How
     /// to subdivide pyramids, prisms, and hexahedra into tetrahedra, 8th Int. Meshing Roundtable (1999) 195–204.
     ///
     /// # Panics
@@ -23,10 +23,10 @@ impl Mesh {
         })
     }
 
-    /// The mesh with hexahedra divided into two wedges each; the nodes stay. The axis of the wedges is the parent direction
-    /// `along` (0, 1 or 2 for ξ, η, ζ); `None` leaves the hexahedron whole.
+    /// The mesh with each hexahedron divided into two wedges; the nodes stay the same. The axis of the wedges is the
+    /// parent direction `along` (0, 1 or 2 for ξ, η, ζ); `None` leaves the hexahedron undivided.
     ///
-    /// The faces at both ends of the axis become two triangles each, divided from the lowest node of the face at −1. In a
+    /// The faces at both ends of the axis become two triangles each, divided at the lowest node of the face at −1. In a
     /// mesh of [`box_mesh`](crate::box_mesh), neighbours along the axis agree, and so do the tetrahedra of
     /// [`divided`](Self::divided).
     ///
@@ -40,11 +40,11 @@ impl Mesh {
         })
     }
 
-    /// The mesh with the parts of hexahedra in their places. `divide` is given each hexahedron by number and nodes and adds
-    /// its parts to the list, or none if it stays.
+    /// The mesh with hexahedra replaced by their parts. `divide` receives the number and nodes of each hexahedron and
+    /// adds its parts to the list, or none if it stays.
     fn with_parts(&self, divide: impl Fn(usize, &[u32; 8], &mut Vec<Element>)) -> Mesh {
         let mut elements = Vec::with_capacity(self.elements.len());
-        // where the parts of each element begin
+        // first part of each element
         let mut first = Vec::with_capacity(self.elements.len() + 1);
         for (number, element) in self.elements.iter().enumerate() {
             first.push(elements.len());
@@ -85,7 +85,7 @@ impl Mesh {
     }
 }
 
-/// Two wedges between opposite faces, divided from the lowest node of the first face on.
+/// Two wedges between opposite faces, divided at the lowest node of the first face.
 fn wedges(hex: &[u32; 8], along: usize) -> [[u32; 6]; 2] {
     let [mut start, mut end] = ALONG[along].map(|face| face.map(|corner| hex[corner]));
     let lowest = (0..4).min_by_key(|&corner| start[corner]).unwrap_or(0);
@@ -99,7 +99,7 @@ fn wedges(hex: &[u32; 8], along: usize) -> [[u32; 6]; 2] {
     [half([0, 1, 2]), half([0, 2, 3])]
 }
 
-/// The lowest node with each half of the three faces that do not have it.
+/// The lowest node combined with each half of the three faces that do not contain it.
 fn tetrahedra(hex: &[u32; 8]) -> [[u32; 4]; 6] {
     let apex = *hex.iter().min().unwrap_or(&hex[0]);
     let mut out = [[0; 4]; 6];

@@ -1,21 +1,21 @@
-//! What can go wrong when a mesh is made, put together or selected from.
+//! Errors of generating meshes, merging them and selecting from them.
 
 use crate::{FacetNodes, MeshDefect};
 
-/// An error of this crate: names the place and the cure.
+/// An error of this crate; the message contains the place and the cure.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshError {
-    /// A parameter of a generator, placement or selector is out of its range.
+    /// A parameter of a generator, placement or selector is out of range.
     #[error("`{parameter}` is {value}: {cure}")]
     Parameter {
-        /// The parameter, as the field is called.
+        /// The parameter, by the name of its field.
         parameter: String,
         /// The value that was given.
         value: String,
-        /// What the value must be.
+        /// Which values are allowed.
         cure: String,
     },
-    /// Two of the merged meshes use one name.
+    /// Two of the merged meshes use the same name.
     #[error("two merged meshes both have a {kind} called `{name}`: rename one of them")]
     DuplicateName {
         /// `body`, `node set`, `surface` or `set or surface`.
@@ -36,7 +36,7 @@ pub enum MeshError {
         facet: usize,
         /// Its nodes.
         nodes: FacetNodes,
-        /// What it is instead.
+        /// Why it does not.
         reason: &'static str,
     },
     /// The mesh does not pass [`Mesh::check`](crate::Mesh::check).
@@ -54,7 +54,7 @@ impl MeshError {
     }
 }
 
-/// The number of nodes or elements as a 32-bit number, or an error.
+/// The count of nodes or elements as a 32-bit number, or an error.
 pub(crate) fn count32(what: &'static str, count: Option<usize>) -> Result<u32, MeshError> {
     count.and_then(|count| u32::try_from(count).ok()).ok_or(MeshError::TooLarge { what })
 }

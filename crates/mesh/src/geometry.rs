@@ -82,7 +82,7 @@ fn hex_least_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
     })
 }
 
-/// Corners of the hexahedron that a wedge is, see [`WEDGE_AS_HEX`].
+/// Corners of a wedge as a hexahedron, see [`WEDGE_AS_HEX`].
 fn as_hex(corners: &[[f64; 3]; 6]) -> [[f64; 3]; 8] {
     WEDGE_AS_HEX.map(|corner| corners[corner])
 }
@@ -90,9 +90,9 @@ fn as_hex(corners: &[[f64; 3]; 6]) -> [[f64; 3]; 8] {
 /// Volume \[L³\] and first moment about corner 0 \[L⁴\].
 ///
 /// det J is quadratic in each natural coordinate and X·det J cubic, and two Gauss points per direction integrate
-/// cubics: both are exact for any trilinear hexahedron, and for a wedge as one.
+/// cubics: both are exact for any trilinear hexahedron, and for a wedge represented as one.
 fn hex_moments(corners: &[[f64; 3]; 8]) -> (f64, [f64; 3]) {
-    // Relative to a corner: far from the origin the differences would lose digits.
+    // Relative to a corner: far from the origin, differences would lose digits.
     let local = corners.map(|x| subtract(x, corners[0]));
     let (mut volume, mut moment) = (0.0, [0.0; 3]);
     for corner in &HEX_CORNERS {
@@ -109,16 +109,16 @@ fn hex_moments(corners: &[[f64; 3]; 8]) -> (f64, [f64; 3]) {
     (volume, moment)
 }
 
-/// Parent coordinates (r, s, ζ) of the corners of a wedge6: r and s are the area coordinates of the second and third corner
-/// of the triangle.
+/// Parent coordinates (r, s, ζ) of the corners of a wedge6: r and s are the area coordinates of the second and third
+/// corner of the triangle.
 pub const WEDGE_CORNERS: [[f64; 3]; 6] =
     [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
 
-/// Jacobian determinant det ∂X/∂(r, s, ζ) of a wedge, with the area coordinates r and s of the second and third corner of
-/// its triangle and −1 ≤ ζ ≤ 1. \[L³\]
+/// Jacobian determinant det ∂X/∂(r, s, ζ) of a wedge, with the area coordinates r and s of the second and third corner
+/// of its triangle and −1 ≤ ζ ≤ 1. \[L³\]
 ///
-/// Positive in a well-shaped element with the numbering of [`WEDGE_TRIANGLES`](crate::WEDGE_TRIANGLES); a right prism has its
-/// volume everywhere.
+/// Positive in a well-shaped element with the numbering of [`WEDGE_TRIANGLES`](crate::WEDGE_TRIANGLES); a right prism
+/// has its volume everywhere.
 pub fn wedge_jacobian(corners: &[[f64; 3]; 6], [r, s, zeta]: [f64; 3]) -> f64 {
     let [below, above] = [0.5 * (1.0 - zeta), 0.5 * (1.0 + zeta)];
     let along = |corner: usize| -> [f64; 3] {
@@ -134,8 +134,8 @@ pub fn wedge_jacobian(corners: &[[f64; 3]; 6], [r, s, zeta]: [f64; 3]) -> f64 {
 
 /// Scaled Jacobian of a wedge: 2/√3 times the smallest determinant of a corner's three *unit* edges. \[–\]
 ///
-/// 1 for a right prism on an equilateral triangle, 0 for a flat corner or an edge without length, negative for an inverted
-/// one. Source: the metric of that name of the Verdict library, as VTK 9 has it.
+/// 1 for a right prism on an equilateral triangle, 0 for a flat corner or an edge without length, negative for an
+/// inverted one. Source: the metric with that name in the Verdict library, as implemented in VTK 9.
 pub fn wedge_scaled_jacobian(corners: &[[f64; 3]; 6]) -> f64 {
     (0..6).fold(f64::INFINITY, |least, corner| {
         let triangle = 3 * (corner / 3);
@@ -168,7 +168,8 @@ fn tet_edges(corners: &[[f64; 3]; 4]) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| subtract(corners[i + 1], corners[0]))
 }
 
-/// Volume of a tetrahedron, negative if it is inside out: the corners 0, 1, 2 must be seen counter-clockwise from corner
+/// Volume of a tetrahedron, negative if it is inside out: the corners 0, 1, 2 must be seen counter-clockwise from
+/// corner
 /// 3. \[L³\]
 pub fn tet_volume(corners: &[[f64; 3]; 4]) -> f64 {
     let [a, b, c] = tet_edges(corners);
@@ -177,8 +178,8 @@ pub fn tet_volume(corners: &[[f64; 3]; 4]) -> f64 {
 
 /// Scaled Jacobian of a tetrahedron: √2 times the smallest determinant of a corner's three *unit* edges. \[–\]
 ///
-/// 1 for a regular one, 0 for a flat one, negative for an inverted one. Source: the Verdict library's metric of that
-/// name (C. J. Stimpson et al., SAND2007-1751, 2007).
+/// 1 for a regular one, 0 for a flat one, negative for an inverted one. Source: the metric with that name in the
+/// Verdict library (C. J. Stimpson et al., SAND2007-1751, 2007).
 pub fn tet_scaled_jacobian(corners: &[[f64; 3]; 4]) -> f64 {
     let largest = (0..4).fold(0.0_f64, |largest, i| {
         let lengths = (1..4).map(|k| norm(subtract(corners[(i + k) % 4], corners[i]))).product::<f64>();
@@ -187,7 +188,8 @@ pub fn tet_scaled_jacobian(corners: &[[f64; 3]; 4]) -> f64 {
     if largest == 0.0 { 0.0 } else { 6.0 * std::f64::consts::SQRT_2 * tet_volume(corners) / largest }
 }
 
-/// Vector area ∫ n dA of a facet, of a bilinear one ½ (x₂ − x₀) × (x₃ − x₁), exact also when warped. \[L²\]
+/// Vector area ∫ n dA of a facet; for a bilinear one ½ (x₂ − x₀) × (x₃ − x₁), which is exact even if it is warped.
+/// \[L²\]
 ///
 /// Points to the side from which the nodes are seen counter-clockwise.
 pub fn facet_area_vector(corners: &FacetCorners) -> [f64; 3] {
@@ -198,7 +200,7 @@ pub fn facet_area_vector(corners: &FacetCorners) -> [f64; 3] {
     .map(|c| 0.5 * c)
 }
 
-/// Area ∫ dA of a facet, of a bilinear one with 2×2 Gauss points: exact when plane and convex. \[L²\]
+/// Area ∫ dA of a facet; for a bilinear one with 2×2 Gauss points, exact if it is plane and convex. \[L²\]
 pub fn facet_area(corners: &FacetCorners) -> f64 {
     match corners {
         FacetCorners::Triangle(_) => norm(facet_area_vector(corners)),
@@ -206,7 +208,7 @@ pub fn facet_area(corners: &FacetCorners) -> f64 {
     }
 }
 
-/// Areas ∫ N_k dA of a facet's corners, which add up to [`facet_area`]; the fourth of a triangle is 0. \[L²\]
+/// Areas ∫ N_k dA of a facet's corners, whose sum is [`facet_area`]; the fourth of a triangle is 0. \[L²\]
 ///
 /// Test: `corner_areas_by_hand`.
 pub fn facet_corner_areas(corners: &FacetCorners) -> [f64; 4] {
@@ -239,7 +241,7 @@ fn area_elements([x0, x1, x2, x3]: &[[f64; 3]; 4]) -> [([f64; 2], f64); 4] {
 }
 
 impl Mesh {
-    /// Volume of one element, exact also for the trilinear shape; negative if it is inside out. \[L³\]
+    /// Volume of one element, exact for the trilinear shape too; negative if it is inside out. \[L³\]
     pub fn element_volume(&self, element: usize) -> f64 {
         match &self.elements[element] {
             Element::Tet4(nodes) => tet_volume(&self.coordinates(nodes)),
@@ -253,10 +255,10 @@ impl Mesh {
         (0..self.elements.len()).map(|element| self.element_volume(element)).collect()
     }
 
-    /// Centre of volume ∫X dV / ∫dV of one element, exact also for the trilinear shape. \[L\]
+    /// Centroid ∫X dV / ∫dV of one element, exact for the trilinear shape too. \[L\]
     ///
-    /// An element without positive volume has no such point; the mean of its corners stands in, so that the result is
-    /// finite. [`Mesh::check`] reports such elements.
+    /// An element without positive volume has no such point; the mean of its corners is used instead, so that the
+    /// result is finite. [`Mesh::check`] reports such elements.
     pub fn centroid(&self, element: usize) -> [f64; 3] {
         if let Some(nodes) = self.elements[element].as_hex() {
             let corners = self.coordinates(&nodes);
@@ -274,7 +276,7 @@ impl Mesh {
         std::array::from_fn(|c| nodes.iter().map(|&n| self.nodes[n as usize][c]).sum::<f64>() / nodes.len() as f64)
     }
 
-    /// Centres of volume of all elements. \[L\]
+    /// Centroids of all elements. \[L\]
     pub fn centroids(&self) -> Vec<[f64; 3]> {
         (0..self.elements.len()).map(|element| self.centroid(element)).collect()
     }

@@ -1,13 +1,13 @@
 //! Meshes of tetrahedra, wedges and hexahedra of several bodies, with named node sets and oriented surfaces.
 //!
-//! This crate knows geometry and topology only; it knows no physics.
+//! This crate covers only geometry and topology, no physics.
 //!
-//! * [`Mesh`] is the data model; [`Mesh::merge`] and [`Mesh::transform`] put bodies together.
+//! * [`Mesh`] is the data model; [`Mesh::merge`] and [`Mesh::transform`] assemble bodies.
 //! * [`box_mesh`], [`half_ball`], [`hollow_cylinder`] and [`half_ring`] generate single bodies.
-//! * [`Mesh::check`] finds what would spoil an analysis, each [`MeshDefect`] with its place and cure.
-//! * [`FacetTree`] finds the facets of a surface near a given box, for contact search.
+//! * [`Mesh::check`] finds defects that would spoil an analysis; each [`MeshDefect`] has its place and cure.
+//! * [`FacetTree`] finds the facets of a surface near a given box, for the contact search.
 //!
-//! Lengths carry the user's unit \[L\]; y is up; node, element and facet numbers count from 0.
+//! Lengths are in the user's unit \[L\]; y is up; node, element and facet numbers count from 0.
 //!
 //! ```
 //! use slipstick_mesh::{BoxShape, Mesh, Placement, box_mesh};

@@ -8,7 +8,7 @@ use crate::{Element, FacetNodes};
 /// A face of an element on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Facet {
-    /// Global node numbers, counter-clockwise seen from outside of the body.
+    /// Global node numbers, counter-clockwise seen from outside the body.
     pub nodes: FacetNodes,
     /// The element that the facet bounds.
     pub element: u32,
@@ -34,9 +34,9 @@ impl Surface {
 /// One deformable body: contiguous ranges of the mesh's elements and nodes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Body {
-    /// The name that the case file uses.
+    /// Its name in the case file.
     pub name: String,
-    /// Its elements, of one type or of several.
+    /// Its elements, of one or several types.
     pub elements: Range<usize>,
     /// Its nodes. Bodies share no nodes.
     pub nodes: Range<usize>,
@@ -58,7 +58,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Coordinates of some nodes, as of an element's corners. \[L\]
+    /// Coordinates of several nodes, for instance of an element's corners. \[L\]
     ///
     /// # Panics
     /// If there is no such node.

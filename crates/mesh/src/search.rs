@@ -36,7 +36,8 @@ impl Bounds {
         boxes.iter().copied().reduce(Self::join).unwrap_or(EMPTY)
     }
 
-    /// Written by what excludes a hit, so that a NaN hits: it then reaches the contact terms and is noticed there.
+    /// Formulated as a negated exclusion, so that a NaN counts as a hit: it then reaches the contact terms and is
+    /// detected there.
     fn meets(&self, min: &[f64; 3], max: &[f64; 3]) -> bool {
         !(0..3).any(|c| self.min[c] > max[c] || self.max[c] < min[c])
     }
@@ -47,17 +48,17 @@ impl Bounds {
     }
 }
 
-/// The box of nothing.
+/// The empty box.
 const EMPTY: Bounds = Bounds { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
 
 /// Facets per leaf: below this, testing each box is cheaper than descending.
 const LEAF: usize = 4;
 
-/// A node of the tree. Nodes are stored depth first, so a first child stands right behind its parent.
+/// A node of the tree. Nodes are stored depth first, so the first child directly follows its parent.
 #[derive(Debug, Clone, Copy)]
 struct Branch {
     bounds: Bounds,
-    /// The next node of the walk if this one is missed: behind its whole subtree.
+    /// The next node of the traversal if this one is missed: the one after its whole subtree.
     skip: usize,
     /// A leaf's facets are `first..first + count` of the tree's order; an inner node has `count` 0.
     first: usize,
@@ -66,12 +67,12 @@ struct Branch {
 
 /// A tree of axis-aligned boxes over the facets of one surface in the current configuration.
 ///
-/// Built once per surface and refitted as the bodies move; after very large motions a new tree is quicker to query,
-/// while its answers are the same. Queries need no memory of their own and can run in parallel.
+/// It is built once per surface and refitted as the bodies move. After very large motions a new tree gives faster
+/// queries, but the results are the same. Queries allocate no memory and can run in parallel.
 #[derive(Debug, Clone)]
 pub struct FacetTree {
     branches: Vec<Branch>,
-    /// Facet numbers in the order of the leaves, and with them their nodes and boxes.
+    /// Facet numbers in the order of the leaves, with their nodes and boxes in the same order.
     order: Vec<u32>,
     facets: Vec<FacetNodes>,
     boxes: Vec<Bounds>,
@@ -106,7 +107,7 @@ impl FacetTree {
         for (bounds, &facet) in self.boxes.iter_mut().zip(&self.facets) {
             *bounds = Bounds::of_facet(facet, coordinates);
         }
-        // Children stand behind their parents, so backwards they come first.
+        // Children follow their parents, so in reverse order they come first.
         for i in (0..self.branches.len()).rev() {
             let Branch { first, count, .. } = self.branches[i];
             self.branches[i].bounds = if count > 0 {
@@ -120,7 +121,7 @@ impl FacetTree {
 
     /// Pushes the numbers of all facets whose box meets the box `min..max` (touching counts), ascending.
     ///
-    /// `hits` keeps what it held; nothing else is allocated. A box with a NaN meets everything.
+    /// `hits` keeps its previous entries; nothing else is allocated. A box with a NaN meets everything.
     pub fn query(&self, min: [f64; 3], max: [f64; 3], hits: &mut Vec<u32>) {
         let start = hits.len();
         let mut i = 0;
@@ -171,7 +172,7 @@ fn split(branches: &mut Vec<Branch>, order: &mut [u32], first: usize, boxes: &[B
         let spreads = [spread(0), spread(1), spread(2)];
         let widest = (1..3).fold(0, |best, c| if spreads[c] > spreads[best] { c } else { best });
         let half = order.len() / 2;
-        // Ties go by number: the tree depends on its input only.
+        // Ties are broken by number, so the tree depends only on its input.
         order.select_nth_unstable_by(half, |&f, &g| {
             let (a, b) = (boxes[f as usize].centre(widest), boxes[g as usize].centre(widest));
             a.total_cmp(&b).then(f.cmp(&g))

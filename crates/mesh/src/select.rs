@@ -1,4 +1,4 @@
-//! Finding bodies, sets and nodes by name or by place.
+//! Selection of bodies, sets and nodes by name or position.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,8 @@ use crate::geometry::{dot, norm, subtract};
 use crate::{Body, Mesh, MeshError};
 
 impl Mesh {
-    /// The nodes of a node set, or else of a surface; ascending and unique. `None` if there is neither.
+    /// The nodes of a node set or, if there is none with this name, of a surface; ascending and unique. `None` if there
+    /// is neither.
     pub fn set_nodes(&self, name: &str) -> Option<Cow<'_, [u32]>> {
         match self.node_sets.get(name) {
             Some(nodes) => Some(Cow::Borrowed(nodes)),
@@ -22,7 +23,7 @@ impl Mesh {
         names
     }
 
-    /// The body of the given name.
+    /// The body with the given name.
     pub fn body(&self, name: &str) -> Option<&Body> {
         self.bodies.iter().find(|body| body.name == name)
     }
@@ -34,12 +35,12 @@ impl Mesh {
 
     /// Nodes (of `within`, if given) with min ≤ X ≤ max in each direction, ascending.
     ///
-    /// The bounds belong to the box, but there is no tolerance: leave a margin around coordinates that are rounded.
+    /// Bounds are included, but there is no tolerance: leave a margin for rounded coordinates.
     pub fn nodes_in_box(&self, min: [f64; 3], max: [f64; 3], within: Option<&[u32]>) -> Vec<u32> {
         self.nodes_where(within, |x| (0..3).all(|c| min[c] <= x[c] && x[c] <= max[c]))
     }
 
-    /// Nodes (of `within`, if given) no further than `tolerance` \[L\] from a plane, ascending.
+    /// Nodes (of `within`, if given) at most `tolerance` \[L\] from a plane, ascending.
     ///
     /// # Errors
     /// [`MeshError::Parameter`] if the normal has no direction or the tolerance is negative or not finite.
@@ -52,7 +53,7 @@ impl Mesh {
     ) -> Result<Vec<u32>, MeshError> {
         let length = norm(normal);
         if !(length > 0.0 && length.is_finite()) {
-            return Err(MeshError::parameter("normal", format!("{normal:?}"), "give a direction other than zero"));
+            return Err(MeshError::parameter("normal", format!("{normal:?}"), "give a nonzero direction"));
         }
         not_negative("tolerance", tolerance)?;
         Ok(self.nodes_where(within, |x| dot(subtract(x, point), normal).abs() <= tolerance * length))
@@ -73,7 +74,7 @@ impl Mesh {
         let axis = subtract(end, start);
         let length = norm(axis);
         if !(length > 0.0 && length.is_finite()) {
-            return Err(MeshError::parameter("end", format!("{end:?}"), "give a point apart from `start`"));
+            return Err(MeshError::parameter("end", format!("{end:?}"), "give a point different from `start`"));
         }
         not_negative("radius", radius)?;
         let axis = axis.map(|c| c / length);
@@ -85,7 +86,8 @@ impl Mesh {
         }))
     }
 
-    /// The node (of `within`, if given) nearest to a point; the lowest number of several. `None` if there is none.
+    /// The node (of `within`, if given) nearest to a point; if there are several, the one with the lowest number.
+    /// `None` if there is none.
     pub fn nearest_node(&self, point: [f64; 3], within: Option<&[u32]>) -> Option<u32> {
         let mut nearest: Option<(f64, u32)> = None;
         self.visit(within, |node, x| {
@@ -104,13 +106,13 @@ impl Mesh {
                 kept.push(node);
             }
         });
-        // `within` may come in any order.
+        // `within` may be in any order.
         kept.sort_unstable();
         kept.dedup();
         kept
     }
 
-    /// Calls `see` for each node (of `within`, if given); numbers that the mesh does not have are passed over.
+    /// Calls `see` for each node (of `within`, if given); numbers that the mesh does not have are skipped.
     fn visit(&self, within: Option<&[u32]>, mut see: impl FnMut(u32, [f64; 3])) {
         match within {
             Some(nodes) => {

@@ -1,4 +1,4 @@
-//! Which elements, nodes and faces hang together.
+//! Connectivity of elements, nodes and faces.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -9,7 +9,7 @@ use crate::{Body, Facet, FacetNodes, Mesh, MeshError, Surface};
 /// The elements around each node, as compressed rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeElements {
-    /// Row n is `elements[offsets[n]..offsets[n + 1]]`; one entry more than nodes.
+    /// Row n is `elements[offsets[n]..offsets[n + 1]]`; one more entry than nodes.
     pub offsets: Vec<usize>,
     /// Element numbers, ascending in each row.
     pub elements: Vec<u32>,
@@ -22,7 +22,7 @@ impl NodeElements {
     }
 }
 
-/// A face of an element, found by its sorted nodes.
+/// A face of an element, identified by its sorted nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Face {
     pub key: FacetNodes,
@@ -30,19 +30,19 @@ pub(crate) struct Face {
     pub side: u8,
 }
 
-/// All faces of one key in a list sorted by key.
+/// All faces with one key in a list sorted by key.
 pub(crate) fn faces_of(faces: &[Face], key: FacetNodes) -> &[Face] {
     let start = faces.partition_point(|face| face.key < key);
     let end = start + faces[start..].partition_point(|face| face.key == key);
     &faces[start..end]
 }
 
-/// The faces that bound one element only, of a list sorted by key.
+/// The faces in a list sorted by key that bound only one element.
 pub(crate) fn single(faces: &[Face]) -> Vec<Face> {
     faces.chunk_by(|a, b| a.key == b.key).filter(|same| same.len() == 1).map(|same| same[0]).collect()
 }
 
-/// All of some faces, as sorted nodes.
+/// All faces in the given triples, as sorted nodes.
 pub(crate) fn keys(divided: &[[FacetNodes; 3]]) -> BTreeSet<FacetNodes> {
     divided.iter().flatten().map(|face| face.sorted()).collect()
 }
@@ -53,7 +53,8 @@ impl Mesh {
         self.elements[element as usize].side(side)
     }
 
-    /// All faces of the given elements, sorted by key: faces between two elements stand side by side.
+    /// All faces of the given elements, sorted by key, so that the two copies of a face between two elements are
+    /// adjacent.
     pub(crate) fn sorted_faces(&self, elements: Range<usize>) -> Vec<Face> {
         let mut faces: Vec<Face> = elements
             .flat_map(|element| (0..self.elements[element].sides()).map(move |side| (element as u32, side)))
@@ -63,11 +64,11 @@ impl Mesh {
         faces
     }
 
-    /// All faces of a body that bound one element only, outward, in the order of elements and their sides. A
-    /// quadrilateral that two triangles cover is no boundary, and neither are they.
+    /// All faces of a body that bound only one element, oriented outward, in the order of elements and their sides. A
+    /// quadrilateral that is covered by two triangles does not belong to the boundary, nor do the triangles.
     ///
     /// # Panics
-    /// If there is no body of this index or its elements are out of range (see [`Mesh::check`]).
+    /// If there is no body with this index or its elements are out of range (see [`Mesh::check`]).
     pub fn boundary(&self, body: usize) -> Surface {
         let mut faces = single(&self.sorted_faces(self.bodies[body].elements.clone()));
         let divided = keys(&self.divided_faces(&faces));
@@ -80,8 +81,8 @@ impl Mesh {
         Facet { nodes: self.side_nodes(face.element, face.side as usize), element: face.element }
     }
 
-    /// Of faces that bound one element only, sorted by their nodes, each quadrilateral that two triangles cover, and
-    /// these in its winding: as where hexahedra meet tetrahedra.
+    /// Among faces that bound only one element, sorted by their nodes, finds each quadrilateral that is covered by two
+    /// triangles, and these triangles in its winding, as at interfaces of hexahedra and tetrahedra.
     pub(crate) fn divided_faces(&self, faces: &[Face]) -> Vec<[FacetNodes; 3]> {
         let mut divided = Vec::new();
         if faces.iter().all(|face| face.key.len() == faces[0].key.len()) {
@@ -100,19 +101,21 @@ impl Mesh {
         divided
     }
 
-    /// Quadrilateral faces that two triangular faces of other elements cover, as between hexahedra and tetrahedra, each with
-    /// these, outward from the element of the quadrilateral. Displacements agree on their edges, and on the diagonal at its ends only.
+    /// Quadrilateral faces that are covered by two triangular faces of other elements, as between hexahedra and
+    /// tetrahedra, each with these triangles, oriented outward from the element of the quadrilateral. Displacements
+    /// agree on the edges of the quadrilateral, but on the diagonal only at its ends.
     ///
     /// # Panics
-    /// If there is no body of this index or its elements are out of range (see [`Mesh::check`]).
+    /// If there is no body with this index or its elements are out of range (see [`Mesh::check`]).
     pub fn divided_quadrilaterals(&self, body: usize) -> Vec<[FacetNodes; 3]> {
         let faces = single(&self.sorted_faces(self.bodies[body].elements.clone()));
         self.divided_faces(&faces)
     }
 
-    /// The surface that the given facets make up, in their order: each gets its element and turns outward.
+    /// The surface that consists of the given facets, in their order: each facet is assigned its element and oriented
+    /// outward.
     ///
-    /// For readers: mesh files know facets by their nodes, in any winding.
+    /// For mesh readers: mesh files give facets by their nodes, in any winding.
     ///
     /// # Errors
     /// [`MeshError::NotOnBoundary`] if one is not the face of exactly one element.
@@ -121,7 +124,7 @@ impl Mesh {
         let divided = keys(&self.divided_faces(&single(&faces)));
         let facets = facets.iter().enumerate().map(|(facet, &nodes)| match faces_of(&faces, nodes.sorted()) {
             [face] if !divided.contains(&face.key) => Ok(self.facet(face)),
-            [] => Err(MeshError::NotOnBoundary { facet, nodes, reason: "is no face of any element" }),
+            [] => Err(MeshError::NotOnBoundary { facet, nodes, reason: "is not a face of any element" }),
             _ => Err(MeshError::NotOnBoundary { facet, nodes, reason: "lies between two elements" }),
         });
         Ok(Surface { facets: facets.collect::<Result<_, _>>()? })
@@ -143,13 +146,13 @@ impl Mesh {
         Surface { facets }
     }
 
-    /// The nodes of each part of a body that hangs together, ascending; parts in the order of their first nodes.
+    /// The nodes of each connected part of a body, ascending; parts in the order of their first nodes.
     ///
     /// # Panics
-    /// If there is no body of this index or its elements are out of range (see [`Mesh::check`]).
+    /// If there is no body with this index or its elements are out of range (see [`Mesh::check`]).
     pub fn connected_parts(&self, body: usize) -> Vec<Vec<u32>> {
         let Body { elements, nodes, .. } = &self.bodies[body];
-        // Each node points at an earlier one of its part, the first one at itself.
+        // Each node points to an earlier one of its part; the first one points to itself.
         let mut earlier: Vec<usize> = (0..nodes.len()).collect();
         fn first(earlier: &mut [usize], mut node: usize) -> usize {
             while earlier[node] != node {
@@ -173,14 +176,14 @@ impl Mesh {
         parts.into_values().collect()
     }
 
-    /// Pairs of a body's nodes that are no further apart than `tolerance` \[L\], ascending: the elements around them are
-    /// not connected there. Of more than two nodes at one place, some pairs may be left out, but no node.
+    /// Pairs of a body's nodes with a distance of at most `tolerance` \[L\], ascending: the elements around them are
+    /// not connected there. If more than two nodes coincide, some pairs may be left out, but each node is in a pair.
     ///
     /// # Panics
     /// As [`Mesh::connected_parts`].
     pub fn coincident_nodes(&self, body: usize, tolerance: f64) -> Vec<[u32; 2]> {
         let nodes = self.bodies[body].nodes.clone();
-        // Of two points that near, at least one of eight grids, shifted by half a cell, has both in one cell.
+        // For two points that close, at least one of eight grids, shifted by half a cell, has both in the same cell.
         let size = 4.0 * tolerance.max(f64::MIN_POSITIVE);
         let mut pairs = BTreeSet::new();
         for shift in 0..8 {
@@ -225,15 +228,16 @@ impl Mesh {
         NodeElements { offsets, elements }
     }
 
-    /// For each node itself and all nodes that share an element with it, ascending: the rows of a nodal sparsity.
+    /// For each node, the node itself and all nodes that share an element with it, ascending: the rows of a nodal
+    /// sparsity pattern.
     pub fn node_neighbours(&self) -> Vec<Vec<u32>> {
         let mut rows = self.node_neighbours_in(|_| true);
-        // a node without elements has itself
+        // a node without elements has only itself
         rows.iter_mut().zip(0..).filter(|(row, _)| row.is_empty()).for_each(|(row, node)| row.push(node));
         rows
     }
 
-    /// The same of some elements: the rows of nodes without such elements are empty.
+    /// The same for some of the elements; rows of nodes without such elements are empty.
     pub fn node_neighbours_in(&self, has: impl Fn(usize) -> bool) -> Vec<Vec<u32>> {
         let around = self.node_elements();
         let mut seen = vec![u32::MAX; self.nodes.len()];
@@ -254,9 +258,10 @@ impl Mesh {
             .collect()
     }
 
-    /// The elements in colours: elements of one colour share no node, so they can be assembled at the same time.
+    /// A colouring of the elements: elements of one colour share no nodes, so they can be assembled in parallel.
     ///
-    /// Greedy in the order of the elements, so it depends on the mesh only; elements ascend in each colour.
+    /// It is greedy in the order of the elements, so it depends only on the mesh; elements are ascending in each
+    /// colour.
     pub fn element_colours(&self) -> Vec<Vec<u32>> {
         let around = self.node_elements();
         let mut colours: Vec<Vec<u32>> = Vec::new();

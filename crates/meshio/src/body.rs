@@ -1,4 +1,4 @@
-//! One body out of a file's mesh.
+//! Extracts one body from a file's mesh.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -10,52 +10,53 @@ use slipstick_mesh::{
 use crate::unusable::refuse_unusable;
 use crate::{CellKind, FileMesh, MeshFileError};
 
-/// A body that was read, and what was done to it on the way.
+/// A body and the changes that were made while reading it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadBody {
-    /// The body alone, as the generators of [`slipstick_mesh`] make theirs.
+    /// The mesh of this body alone, as from a generator of [`slipstick_mesh`].
     pub mesh: Mesh,
-    /// What was repaired or left out, for the user to know.
+    /// Repairs and omissions, for the user's information.
     pub notices: Vec<String>,
 }
 
-/// How cells of second order are taken.
+/// How second-order cells are treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Order {
-    /// As they stand in the file.
+    /// Unchanged.
     AsWritten,
     /// By their corners.
     First,
 }
 
-/// Node of the file that no element of the body has.
+/// A node of the file that belongs to no element of the body.
 const ELSEWHERE: u32 = u32::MAX;
-/// Mid-side node that was dropped from the body's elements.
+/// A mid-side node that was dropped from the body's elements.
 const DROPPED: u32 = u32::MAX - 1;
 
 impl FileMesh {
-    /// The body of the given name: the tetrahedra, wedges and hexahedra of the set `part` (of the whole file without one),
-    /// with coordinates multiplied by `scale`.
+    /// Extracts a body with the given name: the tetrahedra, wedges and hexahedra of the set `part` (or of the whole
+    /// file), with coordinates multiplied by `scale`.
     ///
-    /// Nodes and elements keep their order. Of hexahedra and wedges that are numbered inside out, bottom and top are swapped,
-    /// of tetrahedra the first two nodes; an element that stands twice with the same nodes is taken once. Sets become
-    /// `{name}_{set}`, or keep their name if it begins so already: of triangles, quadrilaterals and faces, surfaces; of
-    /// nodes, points and lines, node sets. What lies on other parts is left out, and so is a set of nodes that a surface has
-    /// the name of.
+    /// Nodes and elements keep their order. If hexahedra or wedges are numbered inside out, bottom and top are swapped;
+    /// for tetrahedra, the first two nodes are swapped. An element that appears twice with the same nodes is used once.
+    /// A set becomes `{name}_{set}`, or keeps its name if it already begins with `{name}_`. Sets of triangles,
+    /// quadrilaterals and faces become surfaces; sets of nodes, points and lines become node sets. Anything on other
+    /// parts is left out, and so is a node set with the same name as a surface.
     ///
     /// # Errors
-    /// No such part, solid cells that are no sound tetrahedra, wedges or hexahedra of first order, or a facet on the body's
-    /// nodes that is not on its boundary.
+    /// If there is no such part, if solid cells are not valid first-order tetrahedra, wedges or hexahedra, or if a
+    /// facet on the body's nodes is not on its boundary.
     pub fn body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         self.read(name, part, scale, Order::AsWritten)
     }
 
-    /// As [`body`](Self::body), with mid-side nodes dropped: cells of second order become those of first order with the same
-    /// corners, solids as well as triangles, quadrilaterals and lines of sets. Sets of nodes keep the corners in them. Curved
+    /// Like [`body`](Self::body), but drops mid-side nodes: second-order cells become first-order cells with the same
+    /// corners, both solids and the triangles, quadrilaterals and lines of sets. Node sets keep their corners. Curved
     /// edges become straight.
     ///
     /// # Errors
-    /// Those of [`body`](Self::body); and a mid-side node that is a corner of another element, which would not fit any more.
+    /// Those of [`body`](Self::body); and if a mid-side node is a corner of another element, since the two would no
+    /// longer be conforming.
     pub fn first_order_body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         self.read(name, part, scale, Order::First)
     }
@@ -92,12 +93,12 @@ impl FileMesh {
         }
         for (set, nodes) in extraction.node_sets() {
             if nodes.is_empty() {
-                notices.push(format!("the node set `{set}` is left out: it has mid-side nodes only"));
+                notices.push(format!("the node set `{set}` is left out: it has only mid-side nodes"));
                 continue;
             }
             match mesh.surfaces.get(&own(set)) {
                 Some(surface) if surface.nodes() == nodes => {}
-                Some(_) => notices.push(format!("the node set `{set}` is left out: a surface has its name")),
+                Some(_) => notices.push(format!("the node set `{set}` is left out: a surface has the same name")),
                 None if mesh.node_sets.insert(own(set), nodes).is_some() => return Err(doubled(&own(set))),
                 None => {}
             }
@@ -106,19 +107,19 @@ impl FileMesh {
     }
 }
 
-/// Two sets would have one name.
+/// Two sets would have the same name.
 fn doubled(name: &str) -> MeshFileError {
     let message = format!("two sets of the file are called `{name}` on this body");
     MeshFileError::new("the file", message, "rename one of them")
 }
 
-/// What is taken out of the file.
+/// The part of the file that is extracted.
 struct Extraction<'a> {
     file: &'a FileMesh,
     order: Order,
-    /// Whether all solid cells are.
+    /// Whether all solid cells are extracted.
     whole: bool,
-    /// The cells of the body, each set of nodes once.
+    /// The cells of the body, without cells that repeat the nodes of another.
     chosen: Vec<u32>,
     /// The nodes of the body, in the file's order.
     kept: Vec<u32>,
@@ -149,12 +150,12 @@ impl<'a> Extraction<'a> {
         Ok(out)
     }
 
-    /// Shape and order in which a cell is taken.
+    /// Shape and order as which a cell is read.
     fn kind(&self, cell: u32) -> CellKind {
         self.order.of(self.file.cells.kind(cell as usize))
     }
 
-    /// Nodes of a cell of that kind, by the file's positions.
+    /// Nodes of a cell of that kind, as positions in the file.
     fn nodes(&self, cell: u32) -> &'a [u32] {
         &self.file.cells.nodes(cell as usize)[..self.kind(cell).node_count()]
     }
@@ -165,12 +166,14 @@ impl<'a> Extraction<'a> {
         let number = |cell: u32| self.file.cells.number(cell as usize);
         let other = self.chosen.iter().find(has).map_or(0, |&other| number(other));
         let node = self.file.point_numbers[node as usize];
-        let message =
-            format!("its mid-side node {node} is a corner of element {other}, which would not fit without it");
-        self.at(cell, &message, "write all elements of the body in one order")
+        let message = format!(
+            "its mid-side node {node} is a corner of element {other}; without it, the two elements would not be \
+             conforming"
+        );
+        self.at(cell, &message, "write all elements of the body with the same order")
     }
 
-    /// The elements by the body's nodes, and those cells that were inside out.
+    /// The elements in the body's node numbers, and the cells that were inside out.
     fn elements(&self) -> Result<(Vec<Element>, Vec<u32>), MeshFileError> {
         let mut flipped = Vec::new();
         let mut elements = Vec::with_capacity(self.chosen.len());
@@ -188,7 +191,7 @@ impl<'a> Extraction<'a> {
                 }
                 Orientation::Folded => {
                     let (message, cure) = match element {
-                        Element::Tet4(_) => ("the tetrahedron is flat", "correct its nodes, or mesh anew"),
+                        Element::Tet4(_) => ("the tetrahedron is flat", "correct its nodes, or remesh"),
                         Element::Wedge6(_) => ("the wedge is folded or flat", ANGLES),
                         Element::Hex8(_) => ("the hexahedron is folded or flat", ANGLES),
                     };
@@ -200,7 +203,7 @@ impl<'a> Extraction<'a> {
         Ok((elements, flipped))
     }
 
-    /// A cell that must be a true tetrahedron, wedge or hexahedron, by the file's nodes.
+    /// A cell that must be a genuine tetrahedron, wedge or hexahedron, in the file's nodes.
     fn element(&self, cell: u32) -> Result<Element, MeshFileError> {
         let (kind, nodes) = (self.kind(cell), self.nodes(cell));
         let element = match (kind, nodes) {
@@ -210,9 +213,9 @@ impl<'a> Extraction<'a> {
             _ => return Err(self.at(cell, &format!("a {} cannot be an element", kind.label()), kind.cure())),
         };
         if (1..nodes.len()).any(|i| nodes[..i].contains(&nodes[i])) {
-            let cure = "collapsed elements are not supported: write wedges as such (Gmsh: prisms; Abaqus: C3D6; VTK: type \
-                        13), or mesh with true tetrahedra, wedges and hexahedra";
-            return Err(self.at(cell, "the element names a node twice", cure));
+            let cure = "collapsed elements are not supported: write wedges as such (Gmsh: prisms; Abaqus: C3D6; VTK: \
+                        type 13), or mesh with true tetrahedra, wedges and hexahedra";
+            return Err(self.at(cell, "the element contains a node twice", cure));
         }
         Ok(element)
     }
@@ -223,13 +226,13 @@ impl<'a> Extraction<'a> {
         MeshFileError::new(place, message, cure)
     }
 
-    /// Where some nodes are, and their numbers.
+    /// Mean position and numbers of nodes.
     fn around(&self, nodes: &[u32]) -> String {
         let numbers: Vec<u64> = nodes.iter().map(|&node| self.file.point_numbers[node as usize]).collect();
         format!("at {}, nodes {numbers:?}", self.file.middle(nodes))
     }
 
-    /// Whether a node of the file is one of the body's.
+    /// Whether a node of the file belongs to the body.
     fn has(&self, node: u32) -> bool {
         self.local[node as usize] < DROPPED
     }
@@ -242,7 +245,7 @@ impl<'a> Extraction<'a> {
     fn surfaces(&self, mesh: &Mesh) -> Result<BTreeMap<&'a str, Surface>, MeshFileError> {
         let found = self.facets()?;
         let local: Vec<FacetNodes> = found.iter().map(|facet| facet.local).collect();
-        // One call for all: it sorts the faces of the whole body.
+        // A single call for all sets, since it sorts the faces of the whole body.
         let facets = mesh.surface_of_facets(&local).map_err(|error| match error {
             MeshError::NotOnBoundary { facet, reason, .. } => {
                 let SetFacet { set, nodes, .. } = found[facet];
@@ -263,7 +266,7 @@ impl<'a> Extraction<'a> {
         Ok(surfaces)
     }
 
-    /// The facets of all sets that have all their nodes on the body.
+    /// The facets of all sets with all their nodes on the body.
     fn facets(&self) -> Result<Vec<SetFacet<'a>>, MeshFileError> {
         let mut facets = Vec::new();
         let cells = &self.file.cells;
@@ -274,12 +277,12 @@ impl<'a> Extraction<'a> {
                     continue;
                 }
                 let (CellKind::Triangle3 | CellKind::Quad4, Some(nodes)) = (kind, FacetNodes::new(nodes)) else {
-                    let message = format!("a {} of the surface `{set}` is no face of an element", kind.label());
+                    let message = format!("a {} of the surface `{set}` is not a face of an element", kind.label());
                     return Err(self.at(cell, &message, kind.cure()));
                 };
                 let Some(local) = self.local_of(nodes) else {
-                    let message = format!("a facet of the surface `{set}` has nodes that no element has");
-                    return Err(self.at(cell, &message, "mesh volume and surface together, and merge doubled nodes"));
+                    let message = format!("a facet of the surface `{set}` has nodes that belong to no element");
+                    return Err(self.at(cell, &message, "mesh volume and surface together, and merge duplicate nodes"));
                 };
                 facets.push(SetFacet { set, nodes, local });
             }
@@ -295,7 +298,8 @@ impl<'a> Extraction<'a> {
         Ok(facets)
     }
 
-    /// Node sets, and sets of points and lines, with at least one node on the body; empty if all of them were dropped.
+    /// Node sets, and sets of points and lines, with at least one node on the body; empty if all nodes of the set were
+    /// dropped.
     fn node_sets(&self) -> BTreeMap<&'a str, Vec<u32>> {
         let cells = &self.file.cells;
         let mut sets: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
@@ -344,7 +348,7 @@ fn chosen(file: &FileMesh, part: Option<&str>, order: Order) -> Result<Vec<u32>,
             (Some(part), true) if (0..file.cells.len() as u32).any(|cell| solid(&cell)) => MeshFileError::new(
                 format!("part `{part}`"),
                 "the file names no set of solid elements",
-                "leave `part` out, or name the volume (Gmsh: a physical volume; Abaqus: *ELSET)",
+                "omit `part`, or name the volume (Gmsh: a physical volume; Abaqus: *ELSET)",
             ),
             _ => MeshFileError::new(
                 "the file",
@@ -371,7 +375,8 @@ impl Order {
     }
 }
 
-const ANGLES: &str = "correct its nodes: all angles must be below 180°, in the order of Gmsh and Abaqus";
+const ANGLES: &str =
+    "correct its nodes: they must be in the order of Gmsh and Abaqus, and all angles must be below 180°";
 
 enum Orientation {
     Sound,
@@ -379,7 +384,7 @@ enum Orientation {
     Folded,
 }
 
-/// By the Jacobian determinants at the corners: all positive, all negative, or not of one sign.
+/// Orientation from the Jacobian determinants at the corners: all positive, all negative, or of mixed sign.
 fn orientation(element: &Element, points: &[[f64; 3]]) -> Orientation {
     let at = |node: u32| points[node as usize];
     let jacobians = match element {

@@ -1,9 +1,9 @@
-//! Nodes and cells as they are read, by the file's own numbers.
+//! Collects nodes and cells by the file's own numbers while reading.
 
 use crate::file_mesh::Cells;
 use crate::{CellKind, FileMesh, MeshFileError};
 
-/// Positions of things by the numbers that the file gives them.
+/// Positions of items by their numbers in the file.
 #[derive(Debug, Default)]
 pub(crate) struct Numbers {
     /// Ascending.
@@ -11,7 +11,7 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
-    /// Of things in the order of the file; the error is a number that stands twice.
+    /// Index of items in the order of the file; the error is a number that appears twice.
     pub fn new(numbers: &[u64]) -> Result<Self, u64> {
         let mut sorted: Vec<(u64, u32)> = numbers.iter().copied().zip(0..).collect();
         sorted.sort_unstable();
@@ -21,9 +21,9 @@ impl Numbers {
         }
     }
 
-    /// The position of what has this number.
+    /// The position of the item with this number.
     pub fn position(&self, number: u64) -> Option<u32> {
-        // Most files count without gaps.
+        // Most files number without gaps.
         let first = self.sorted.first()?.0;
         let guess = usize::try_from(number.checked_sub(first)?).ok();
         if let Some(&(found, position)) = guess.and_then(|guess| self.sorted.get(guess))
@@ -59,25 +59,26 @@ impl Builder {
         self.point_numbers.push(number);
     }
 
-    /// Begins a cell, whose nodes are then pushed to `nodes`; its position.
+    /// Begins a cell, whose nodes are then pushed to `nodes`; returns its position.
     pub fn cell(&mut self, kind: CellKind, number: u64) -> u32 {
         self.kinds.push(kind);
         self.cell_numbers.push(number);
         (self.kinds.len() - 1) as u32
     }
 
-    /// The mesh without sets, and where the numbers of its nodes stand.
+    /// The mesh without sets, and the index of its node numbers.
     ///
     /// # Errors
-    /// A node number that stands twice, or that a cell has and no node; more nodes or cells than 32 bits count.
+    /// If a node number appears twice, if a cell refers to a node that does not exist, or if there are more nodes or
+    /// cells than 32 bits can count.
     pub fn finish(self) -> Result<(FileMesh, Numbers), MeshFileError> {
         if u32::try_from(self.points.len().max(self.kinds.len())).is_err() {
             let message = "there are more than 4,294,967,295 nodes or elements";
-            return Err(MeshFileError::new("the file", message, "mesh more coarsely"));
+            return Err(MeshFileError::new("the file", message, "use a coarser mesh"));
         }
         let numbers = Numbers::new(&self.point_numbers).map_err(|number| {
             let message = "the node is defined twice";
-            MeshFileError::new(format!("node {number}"), message, "give each node a number of its own")
+            MeshFileError::new(format!("node {number}"), message, "give each node a unique number")
         })?;
         let mut cells = Cells { kinds: self.kinds, offsets: vec![0], nodes: vec![], numbers: self.cell_numbers };
         cells.offsets.reserve(cells.kinds.len());

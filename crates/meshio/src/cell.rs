@@ -1,27 +1,27 @@
-//! The kinds of cells that mesh files hold.
+//! The kinds of cells in mesh files.
 
 macro_rules! cell_kinds {
     ($($variant:ident $name:literal $label:literal $dimension:literal $nodes:literal $corners:ident,)+) => {
-        /// The shape and order of a cell. Only [`CellKind::Tet4`], [`CellKind::Wedge6`] and [`CellKind::Hex8`] can become
-        /// elements, only [`CellKind::Triangle3`] and [`CellKind::Quad4`] facets, and those of second order by their corners.
-        /// The others are read so that they can be passed over or named in an error.
+        /// The shape and order of a cell. Only [`CellKind::Tet4`], [`CellKind::Wedge6`] and [`CellKind::Hex8`] can
+        /// become elements, only [`CellKind::Triangle3`] and [`CellKind::Quad4`] facets, and second-order cells by
+        /// their corners. The others are read so that they can be skipped or named in an error.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum CellKind {
             $(#[doc = concat!("`", $name, "`")] $variant,)+
         }
 
         impl CellKind {
-            /// Name with the number of nodes, like `hex8`.
+            /// Name with the number of nodes, for instance `hex8`.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)+ }
             }
 
-            /// The name, with that of Abaqus and CalculiX where they have one: `hex20 (C3D20)`.
+            /// The name, with the name in Abaqus and CalculiX if there is one: `hex20 (C3D20)`.
             pub fn label(self) -> &'static str {
                 match self { $(Self::$variant => $label,)+ }
             }
 
-            /// 0 for points to 3 for solids.
+            /// From 0 for points to 3 for solids.
             pub fn dimension(self) -> u8 {
                 match self { $(Self::$variant => $dimension,)+ }
             }
@@ -31,7 +31,7 @@ macro_rules! cell_kinds {
                 match self { $(Self::$variant => $nodes,)+ }
             }
 
-            /// The cell of first order with the same corners, which are the first nodes of any cell.
+            /// The first-order cell with the same corners, which are the first nodes of any cell.
             pub fn first_order(self) -> Self {
                 match self { $(Self::$variant => Self::$corners,)+ }
             }
@@ -61,12 +61,12 @@ cell_kinds! {
     Hex27 "hex27" "hex27 (C3D27)" 3 27 Hex8,
 }
 
-/// What makes elements of second order usable.
-const FIRST_ORDER: &str = "`first_order = true` in the body's `mesh` drops mid-side nodes; or write first order (Gmsh: \
-                           Mesh.ElementOrder = 1; Abaqus: C3D4, C3D6, C3D8)";
+/// How to make second-order elements usable.
+const FIRST_ORDER: &str = "`first_order = true` in the body's `mesh` drops mid-side nodes; or write first-order \
+                           elements (Gmsh: Mesh.ElementOrder = 1; Abaqus: C3D4, C3D6, C3D8)";
 
 impl CellKind {
-    /// Whether the cell has nodes besides its corners.
+    /// Whether the cell has nodes other than its corners.
     pub fn is_second_order(self) -> bool {
         self.first_order() != self
     }
@@ -80,10 +80,11 @@ impl CellKind {
     pub(crate) fn cure(self) -> &'static str {
         match self.first_order() {
             Self::Pyramid5 => {
-                "pyramids are not supported: mesh with hexahedra, wedges or tetrahedra alone, or name a `part` without pyramids"
+                "pyramids are not supported: use only hexahedra, wedges or tetrahedra, or name a `part` without \
+                 pyramids"
             }
             _ if self.is_second_order() => FIRST_ORDER,
-            _ => "surfaces must be of triangles and quadrilaterals, bodies of tetrahedra, wedges and hexahedra",
+            _ => "surfaces must consist of triangles and quadrilaterals, bodies of tetrahedra, wedges and hexahedra",
         }
     }
 }

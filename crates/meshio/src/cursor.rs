@@ -1,9 +1,9 @@
-//! A place in a file's bytes, from which numbers are read as text or as binary.
+//! A position in a file's bytes, from which numbers are read as text or as binary.
 
 use crate::MeshFileError;
 use crate::error::DAMAGED;
 
-/// How numbers stand in the file.
+/// How numbers are encoded in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Encoding {
     Ascii,
@@ -11,7 +11,7 @@ pub(crate) enum Encoding {
     BigEndian,
 }
 
-/// A place in a file's bytes.
+/// A position in a file's bytes.
 pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -23,7 +23,7 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, encoding: Encoding::Ascii }
     }
 
-    /// Where it stands, for messages.
+    /// The position, for messages.
     pub fn place(&self) -> String {
         match self.encoding {
             Encoding::Ascii => format!("line {}", 1 + self.bytes[..self.at].iter().filter(|&&b| b == b'\n').count()),
@@ -35,7 +35,7 @@ impl<'a> Cursor<'a> {
         MeshFileError::new(self.place(), message, cure)
     }
 
-    /// A capacity for `count` things of at least `size` bytes each that the rest of the file can fill.
+    /// A capacity for `count` items of at least `size` bytes each, limited by the rest of the file.
     pub fn capacity(&self, count: u64, size: usize) -> usize {
         usize::try_from(count).unwrap_or(usize::MAX).min((self.bytes.len() - self.at) / size)
     }
@@ -45,13 +45,13 @@ impl<'a> Cursor<'a> {
         self.at += rest.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(rest.len());
     }
 
-    /// Whether nothing but white space is left.
+    /// Whether only white space is left.
     pub fn at_end(&mut self) -> bool {
         self.skip_whitespace();
         self.at == self.bytes.len()
     }
 
-    /// The rest of the line, trimmed; goes on behind it.
+    /// The rest of the line, trimmed; continues after it.
     pub fn line(&mut self) -> Result<&'a str, MeshFileError> {
         let rest = &self.bytes[self.at..];
         let length = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
@@ -60,25 +60,24 @@ impl<'a> Cursor<'a> {
         Ok(line.trim())
     }
 
-    /// Goes on behind the next occurrence of `text`.
+    /// Continues after the next occurrence of `text`.
     pub fn skip_past(&mut self, text: &str) -> Result<(), MeshFileError> {
         let rest = &self.bytes[self.at..];
         let found = rest.windows(text.len()).position(|window| window == text.as_bytes());
-        let found = found.ok_or_else(|| self.error(format!("there is no {text} from here on"), DAMAGED))?;
+        let found = found.ok_or_else(|| self.error(format!("there is no {text} after this place"), DAMAGED))?;
         self.at += found + text.len();
         Ok(())
     }
 
-    /// The next word of text, whatever the encoding.
+    /// The next word of text, with any encoding.
     pub fn word(&mut self) -> Result<&'a str, MeshFileError> {
         self.skip_whitespace();
         let rest = &self.bytes[self.at..];
         let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         if length == 0 {
-            return Err(self.error("the file ends here, but something must follow", DAMAGED));
+            return Err(self.error("the file ends unexpectedly", DAMAGED));
         }
-        let word =
-            std::str::from_utf8(&rest[..length]).map_err(|_| self.error("no text where some must be", DAMAGED))?;
+        let word = std::str::from_utf8(&rest[..length]).map_err(|_| self.error("text is expected here", DAMAGED))?;
         self.at += length;
         Ok(word)
     }
@@ -90,14 +89,14 @@ impl<'a> Cursor<'a> {
         let word = self.word()?;
         word.parse().map_err(|_| {
             self.at = before;
-            self.error(format!("`{}` stands where {what} must be", shortened(word)), DAMAGED)
+            self.error(format!("`{}` was found where {what} is expected", shortened(word)), DAMAGED)
         })
     }
 
-    /// The next N bytes, in the order of little endian.
+    /// The next N bytes, in little-endian order.
     fn binary<const N: usize>(&mut self) -> Result<[u8; N], MeshFileError> {
         let Some((&(mut bytes), _)) = self.bytes[self.at..].split_first_chunk::<N>() else {
-            return Err(self.error("the file ends here, but something must follow", DAMAGED));
+            return Err(self.error("the file ends unexpectedly", DAMAGED));
         };
         self.at += N;
         if self.encoding == Encoding::BigEndian {
@@ -114,13 +113,13 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A 32-bit integer that is no less than zero.
+    /// A 32-bit integer that is not negative.
     pub fn count(&mut self) -> Result<u64, MeshFileError> {
         let value = self.int()?;
-        u64::try_from(value).map_err(|_| self.error(format!("{value} is less than zero"), DAMAGED))
+        u64::try_from(value).map_err(|_| self.error(format!("{value} must not be negative"), DAMAGED))
     }
 
-    /// A 64-bit number of things, or of one of them.
+    /// A 64-bit count or number.
     pub fn size(&mut self) -> Result<u64, MeshFileError> {
         match self.encoding {
             Encoding::Ascii => self.parsed("a whole number"),
@@ -143,14 +142,14 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Keeps squares and cubes of lengths finite.
+/// Limit that keeps squares and cubes of lengths finite.
 const LARGEST: f64 = 1e50;
 
 pub(crate) fn finite(value: f64) -> Option<f64> {
     (value.abs() <= LARGEST).then_some(value)
 }
 
-/// A word of a damaged file, as far as a message can show it.
+/// A word of a possibly damaged file, shortened for a message.
 pub(crate) fn shortened(word: &str) -> String {
     word.chars().filter(|c| !c.is_control()).take(40).collect()
 }

@@ -1,6 +1,6 @@
-//! What can be wrong with a mesh file.
+//! Errors of mesh files.
 
-/// A mesh file that cannot be read or used: where in the file, why, and what mends it.
+/// A mesh file that cannot be read or used: place in the file, reason and remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {message}; {cure}")]
 pub struct MeshFileError {
@@ -8,7 +8,7 @@ pub struct MeshFileError {
     pub place: String,
     /// What is wrong.
     pub message: String,
-    /// What mends it.
+    /// The remedy.
     pub cure: String,
 }
 
@@ -18,5 +18,5 @@ impl MeshFileError {
     }
 }
 
-/// What to do about a file that is not as its format asks.
-pub(crate) const DAMAGED: &str = "the file is cut off or damaged: write it again";
+/// The remedy for a file that violates its format.
+pub(crate) const DAMAGED: &str = "the file is incomplete or damaged: write it again";

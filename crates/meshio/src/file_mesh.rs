@@ -1,4 +1,4 @@
-//! What a mesh file says, in the file's own terms.
+//! The contents of a mesh file, in the file's own terms.
 
 use std::collections::BTreeMap;
 
@@ -8,19 +8,19 @@ use crate::{CellKind, MeshFileError, abaqus, gmsh, vtu};
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Cells {
     pub(crate) kinds: Vec<CellKind>,
-    /// Cell i has the nodes `nodes[offsets[i]..offsets[i + 1]]`; one entry more than cells.
+    /// Cell i has the nodes `nodes[offsets[i]..offsets[i + 1]]`; one more entry than cells.
     pub(crate) offsets: Vec<usize>,
     pub(crate) nodes: Vec<u32>,
     pub(crate) numbers: Vec<u64>,
 }
 
 impl Cells {
-    /// How many there are.
+    /// Number of cells.
     pub fn len(&self) -> usize {
         self.kinds.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no cells.
     pub fn is_empty(&self) -> bool {
         self.kinds.is_empty()
     }
@@ -35,7 +35,7 @@ impl Cells {
         &self.nodes[self.offsets[cell]..self.offsets[cell + 1]]
     }
 
-    /// The number that the file gives the cell; in a VTU file its position.
+    /// The number of the cell in the file; for a VTU file, its position.
     pub fn number(&self, cell: usize) -> u64 {
         self.numbers[cell]
     }
@@ -51,12 +51,12 @@ pub struct ElementFace {
     pub side: u8,
 }
 
-/// A mesh as it stands in a file.
+/// A mesh as stored in a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FileMesh {
     /// Coordinates of all nodes, in the file's unit of length.
     pub points: Vec<[f64; 3]>,
-    /// The numbers that the file gives the nodes; in a VTU file their positions.
+    /// The numbers of the nodes in the file; for a VTU file, their positions.
     pub point_numbers: Vec<u64>,
     /// All cells.
     pub cells: Cells,
@@ -66,12 +66,12 @@ pub struct FileMesh {
     pub node_sets: BTreeMap<String, Vec<u32>>,
     /// Named sets of faces of solid cells, each ascending and unique.
     pub face_sets: BTreeMap<String, Vec<ElementFace>>,
-    /// What was read in another sense than written, for the user to know.
+    /// Data that were reinterpreted while reading, for the user's information.
     pub notices: Vec<String>,
 }
 
 impl FileMesh {
-    /// Reads a file's bytes; the first character tells the format: `$` Gmsh, `*` Abaqus, `<` VTU.
+    /// Reads a file's bytes; the first character determines the format: `$` Gmsh, `*` Abaqus, `<` VTU.
     ///
     /// # Errors
     /// [`MeshFileError`] at the first place that cannot be read.
@@ -83,13 +83,13 @@ impl FileMesh {
             Some(b'<') => vtu::mesh(text),
             _ => Err(MeshFileError::new(
                 "the start of the file",
-                "the format is not known",
-                "mesh files are Gmsh's .msh (2.2 or 4.1), Abaqus' .inp and VTK's .vtu",
+                "unknown format",
+                "supported mesh files are Gmsh's .msh (2.2 or 4.1), Abaqus' .inp and VTK's .vtu",
             )),
         }
     }
 
-    /// Names of the sets that hold solid cells: what [`FileMesh::body`] takes as a part.
+    /// Names of the sets that contain solid cells, which [`FileMesh::body`] accepts as parts.
     pub fn parts(&self) -> impl Iterator<Item = &str> {
         let solid = |cells: &Vec<u32>| cells.iter().any(|&cell| self.cells.kind(cell as usize).dimension() == 3);
         self.cell_sets.iter().filter(move |(_, cells)| solid(cells)).map(|(name, _)| name.as_str())

@@ -1,15 +1,15 @@
-//! Elements of a body that are not supported, counted by kind.
+//! Reports unsupported elements of a body, counted by kind.
 
 use std::collections::BTreeMap;
 
 use crate::body::Order;
 use crate::{CellKind, FileMesh, MeshFileError};
 
-/// Sets of solid elements that an error names, at most.
+/// Maximum number of sets of solid elements that an error lists.
 const MOST_PARTS: usize = 8;
 
 impl FileMesh {
-    /// How many solid elements of each kind a part has, or the whole file without one.
+    /// Number of solid elements of each kind in a part, or in the whole file.
     pub fn solids(&self, part: Option<&str>) -> BTreeMap<CellKind, usize> {
         match part {
             None => self.count(0..self.cells.len() as u32),
@@ -25,7 +25,7 @@ impl FileMesh {
         counts
     }
 
-    /// The mean of some nodes, for messages.
+    /// The mean position of nodes, for messages.
     pub(crate) fn middle(&self, nodes: &[u32]) -> String {
         let mut mean = [0.0; 3];
         let points = nodes.iter().map(|&node| self.points[node as usize]);
@@ -34,8 +34,8 @@ impl FileMesh {
     }
 }
 
-/// An error if some of a body's cells cannot become elements: how many of which kind, in which parts of the file if the body
-/// is all of it, and where the first one is.
+/// Returns an error if some of a body's cells cannot become elements. It states how many of which kind there are, in
+/// which parts of the file if the body is the whole file, and where the first one is.
 pub(crate) fn refuse_unusable(
     file: &FileMesh,
     body: &str,
@@ -50,7 +50,7 @@ pub(crate) fn refuse_unusable(
     let pyramids = |kind: CellKind| kind.first_order() == CellKind::Pyramid5;
     let mut reasons = Vec::new();
     let mut cures = Vec::new();
-    for (what, is_pyramid) in [("of second order", false), ("pyramids", true)] {
+    for (what, is_pyramid) in [("second-order", false), ("pyramids", true)] {
         let mut of_this = counts.clone();
         of_this.retain(|&kind, _| pyramids(kind) == is_pyramid);
         let Some((kind, _)) = of_this.first_key_value() else { continue };
@@ -72,7 +72,7 @@ fn listed(counts: &BTreeMap<CellKind, usize>) -> String {
     counts.iter().map(|(kind, count)| format!("{count} {}", kind.label())).collect::<Vec<_>>().join(", ")
 }
 
-/// Which parts of the file have how many of them; nothing without named parts.
+/// Their number in each part of the file; empty without named parts.
 fn by_part(file: &FileMesh, usable: impl Fn(CellKind) -> bool) -> String {
     let mut parts = Vec::new();
     for part in file.parts() {

@@ -1,9 +1,11 @@
 //! What can go wrong on the path, in types that name the place.
 
 use crate::newton::IterationRecord;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// A trial state at which the equations cannot be evaluated. It is a failed Newton step, never a number that travels on.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 pub enum StateError {
     /// Elements with J ≤ 0 at a Gauss point.
     #[error("{} inverted element{} (first: {})", elements.len(), if elements.len() == 1 { "" } else { "s" }, elements[0])]
@@ -45,7 +47,7 @@ pub enum StateError {
     #[error("{quantity} is not finite")]
     NotFinite {
         /// What.
-        quantity: &'static str,
+        quantity: Cow<'static, str>,
         /// First such unknown.
         index: usize,
     },

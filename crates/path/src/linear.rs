@@ -2,13 +2,15 @@
 //!
 //! Factors serve more than once: while the active set is almost the same, the factors of an earlier tangent precondition GMRES
 //! on the present one, as long as that is foreseen to cost less than new factors; so do factors that the march kept for
-//! the adjoint. The decision rests on counts of operations, not on a clock, so that a run can be repeated bit for bit.
+//! the adjoint. The decision rests on the cost that the factors report ([`slipstick_linalg::Cost`]), which follows from
+//! counts and not from a clock, so that a run can be repeated bit for bit.
 
 use crate::failure::{StateError, StepFailureKind};
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
-    Backend, BlockMatrix, BlockPattern, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, Precision,
-    Ranks, Reduction, SolveError, SolveOptions, Summed, Transposed, best_in_span, solve_from, solve_verified,
+    Backend, BlockMatrix, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, Operator, PatternId,
+    Precision, Ranks, Reduction, SolveError, SolveOptions, Summed, Symbolic, Transposed, best_in_span, solve_from,
+    solve_verified,
 };
 use std::sync::Arc;
 
@@ -20,7 +22,7 @@ pub struct LinearSystem {
     /// The one in use last.
     now: Slot,
     other: Slot,
-    /// Iterations that earlier factors are given, instead of what counts of operations foresee.
+    /// Iterations that earlier factors are given, instead of what their cost suggests.
     budget: Option<usize>,
     counts: SolveCounts,
     timings: Timings,
@@ -30,12 +32,14 @@ pub struct LinearSystem {
 struct Slot {
     solver: Box<dyn LinearSolver>,
     cached: Option<Cached>,
+    /// The latest analysis, of the pattern of `cached` or of one before.
+    symbolic: Option<Symbolic>,
     lagged: Option<Arc<KeptFactors>>,
 }
 
 impl Slot {
     fn new(backend: &dyn Backend) -> Self {
-        Self { solver: backend.solver(), cached: None, lagged: None }
+        Self { solver: backend.solver(), cached: None, symbolic: None, lagged: None }
     }
 
     fn is_of(&self, fixed: &[bool]) -> bool {
@@ -61,7 +65,7 @@ pub struct SolveCounts {
 }
 
 struct Cached {
-    pattern: Arc<BlockPattern>,
+    pattern: PatternId,
     fixed: Vec<bool>,
     reduction: Arc<Reduction>,
     multipliers: Arc<[bool]>,
@@ -107,11 +111,6 @@ pub(crate) struct Reduced {
     unknowns: usize,
 }
 
-/// Floating-point operations per second of a factorization, and bytes per second of a solve, on one core. Only their
-/// ratio matters; measured in `docs/performance.md`.
-const FACTOR_RATE: f64 = 2e10;
-const MEMORY_RATE: f64 = 8e9;
-
 /// What is added to the diagonal of the multipliers' rows, whose entries are of the size of 1, where contact conditions
 /// repeat each other or a prescribed displacement.
 const REGULARISATION: f64 = 1e-7;
@@ -124,6 +123,9 @@ const MOST_CHANGED: usize = 4;
 
 /// Fewer iterations than this are not worth an attempt.
 const LEAST_BUDGET: usize = 3;
+
+/// Most iterations with earlier factors: each keeps two vectors.
+const MOST_BUDGET: f64 = 60.0;
 
 impl LinearSystem {
     /// With solvers of the given kind, like a [`SolverChoice`](slipstick_linalg::SolverChoice).
@@ -203,8 +205,7 @@ impl LinearSystem {
     /// The free part of `matrix`, or of its transpose; prepares for its pattern.
     pub(crate) fn reduce(&mut self, matrix: &BlockMatrix, transposed: bool, fixed: &[bool], groups: &[u32]) -> Reduced {
         self.take_up(fixed);
-        let fits =
-            self.now.cached.as_ref().is_some_and(|c| Arc::ptr_eq(&c.pattern, matrix.pattern()) && c.fixed == fixed);
+        let fits = self.now.cached.as_ref().is_some_and(|c| c.pattern == matrix.pattern().id() && c.fixed == fixed);
         // a rank may have a new pattern where another has not, but a layout is made together
         if self.backend.ranks().any(!fits) {
             let begin = self.timings.begin();
@@ -216,7 +217,7 @@ impl LinearSystem {
             let kept = self.now.cached.take().filter(|_| fits);
             let reduction = kept.map_or_else(|| Arc::new(new()), |cached| cached.reduction);
             let layout = Arc::new(self.backend.layout(reduction.pattern()));
-            let (pattern, fixed) = (matrix.pattern().clone(), fixed.to_vec());
+            let (pattern, fixed) = (matrix.pattern().id(), fixed.to_vec());
             // a node's block row leads its own group, a multiplier's stands in that of its slave node
             let multipliers = groups.iter().enumerate().map(|(row, &group)| group as usize != row).collect();
             self.now.cached = Some(Cached { pattern, fixed, reduction, multipliers, layout });
@@ -243,14 +244,16 @@ impl LinearSystem {
         // the old ones of this system go first: they are no longer needed, and memory is
         self.now.lagged = None;
         let begin = self.timings.begin();
-        self.now.solver.analyse(&system.matrix.pattern).map_err(fail)?;
+        let pattern = &system.matrix.pattern;
+        let symbolic = self.now.solver.analyse_after(pattern, self.now.symbolic.as_slice()).map_err(fail)?;
+        let symbolic = &*self.now.symbolic.insert(symbolic);
         self.timings.end(Phase::Analysis, begin);
         self.counts.factorizations += 1;
         let begin = self.timings.begin();
         let mut singular = None;
-        let factors = match self.now.solver.factorize(&system.matrix) {
+        let factors = match self.now.solver.factorize(symbolic, &system.matrix) {
             Err(error @ FactorizationError::Singular { .. }) => {
-                let factors = self.now.solver.factorize(&system.regularised());
+                let factors = self.now.solver.factorize(symbolic, &system.regularised());
                 singular = Some(system.failure(error.clone()));
                 factors.map_err(|_| error)
             }
@@ -382,14 +385,13 @@ impl LinearSystem {
     ) -> Option<Vec<f64>> {
         let at_hand = at_hand.filter(|f| f.fixed == fixed)?;
         let ranks = self.backend.ranks();
-        let budget = self.budget.unwrap_or_else(|| budget(&system.matrix, at_hand.factors.as_ref(), ranks));
+        let (matrix, factors) = (&system.on(ranks), at_hand.factors.as_ref());
+        let budget = self.budget.unwrap_or_else(|| budget(matrix, factors));
         if budget < LEAST_BUDGET {
             return None;
         }
         let options = SolveOptions { tolerance, max_iterations: budget, restart: budget, give_up_early: true };
         let begin = self.timings.begin();
-        let matrix = &system.on(ranks);
-        let factors = at_hand.factors.as_ref();
         let result = if at_hand.transposed == system.transposed {
             solve_from(matrix, factors, false, rhs, &mut x, &options)
         } else {
@@ -410,15 +412,12 @@ impl LinearSystem {
     }
 }
 
-/// How many iterations with given factors are cheaper than new factors: the same on all ranks.
-fn budget(matrix: &CsrMatrix, factors: &dyn Factorization, ranks: &dyn Ranks) -> usize {
-    let mut entries = [matrix.values.len() as f64];
-    ranks.sum(&mut entries);
-    let single = factors.precision() == Precision::F32;
-    let factor_time = factors.operations() / if single { 2.0 * FACTOR_RATE } else { FACTOR_RATE };
-    // one pass over both factors and over the matrix
-    let iteration_time = (factors.bytes() as f64 + 12.0 * entries[0]) / MEMORY_RATE;
-    (PATIENCE * factor_time / iteration_time).min(60.0) as usize
+/// How many iterations with given factors are cheaper than new factors, equal on all ranks; zero if the factors report
+/// no cost.
+fn budget(matrix: &dyn Operator, factors: &dyn Factorization) -> usize {
+    let Some(cost) = factors.cost() else { return 0 };
+    let iteration = cost.substitution + matrix.product_cost();
+    (PATIENCE * cost.factorization / iteration).min(MOST_BUDGET) as usize
 }
 
 impl Reduced {
@@ -430,7 +429,7 @@ impl Reduced {
         let mut matrix = self.matrix.clone();
         for unknown in 0..matrix.n() {
             if self.multipliers[self.reduction.origin(unknown).0] {
-                let start = matrix.pattern.row_offsets[unknown];
+                let start = matrix.pattern.row_range(unknown).start;
                 let place = matrix.row(unknown).0.iter().position(|&column| column as usize == unknown);
                 if let Some(place) = place {
                     matrix.values[start + place] += REGULARISATION;
@@ -449,7 +448,7 @@ impl Reduced {
             }
             FactorizationError::NonFinite { row, .. } => {
                 let (row, component) = self.reduction.origin(row);
-                StateError::NotFinite { quantity: "the tangent", index: 3 * row + component }.into()
+                StateError::NotFinite { quantity: "the tangent".into(), index: 3 * row + component }.into()
             }
             error => StepFailureKind::Linear(error.to_string()),
         }
@@ -477,16 +476,12 @@ impl Reduced {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use slipstick_linalg::{Alone, CsrPattern};
+    use slipstick_linalg::{Cost, CsrPattern};
 
-    /// Factors of which only the sizes are known.
-    struct Sizes {
-        operations: f64,
-        bytes: usize,
-        precision: Precision,
-    }
+    /// Factors that have nothing but a cost, or not even that.
+    struct Costly(Option<Cost>);
 
-    impl Factorization for Sizes {
+    impl Factorization for Costly {
         fn solve(&self, _: &mut [f64]) {}
 
         fn solve_transpose(&self, _: &mut [f64]) {}
@@ -496,31 +491,30 @@ mod tests {
         }
 
         fn bytes(&self) -> usize {
-            self.bytes
+            0
         }
 
         fn precision(&self) -> Precision {
-            self.precision
+            Precision::F64
         }
 
-        fn operations(&self) -> f64 {
-            self.operations
+        fn cost(&self) -> Option<Cost> {
+            self.0
         }
     }
 
-    /// By hand: new factors of 4e10 operations take 2 s, half of that in single precision. An iteration that passes over 8e8 bytes
-    /// takes 0.1 s. Half of the break-even number, 60 at most.
+    /// By hand: a product with a matrix of one entry costs 12, a solve 88, so an iteration costs 100. The budget is
+    /// half of the break-even number, at most 60, and zero if the cost is unknown.
     #[test]
     fn earlier_factors_are_given_half_of_what_new_ones_cost() {
-        let pattern = CsrPattern { n: 1, row_offsets: vec![0, 1], columns: vec![0], groups: vec![0], origins: vec![] };
+        let pattern = CsrPattern::new(vec![0, 1], vec![0], vec![0], vec![]).unwrap();
         let matrix = CsrMatrix { pattern: Arc::new(pattern), values: vec![1.0] };
-        let of =
-            |operations: f64, bytes: usize, precision| budget(&matrix, &Sizes { operations, bytes, precision }, &Alone);
-        // a little more than whole numbers, since the matrix takes 12 bytes
-        assert_eq!(of(4.01e10, 800_000_000, Precision::F64), 10);
-        assert_eq!(of(4.01e10, 800_000_000, Precision::F32), 5);
-        assert_eq!(of(4.01e10, 400_000_000, Precision::F64), 20);
-        assert_eq!(of(4e12, 800_000_000, Precision::F64), 60);
-        assert_eq!(of(0.0, 800_000_000, Precision::F64), 0);
+        let of = |factorization, substitution| budget(&matrix, &Costly(Some(Cost { factorization, substitution })));
+        assert_eq!(of(2000.0, 88.0), 10);
+        assert_eq!(of(2199.0, 88.0), 10);
+        assert_eq!(of(2000.0, 38.0), 20);
+        assert_eq!(of(2e6, 88.0), 60);
+        assert_eq!(of(0.0, 88.0), 0);
+        assert_eq!(budget(&matrix, &Costly(None)), 0);
     }
 }

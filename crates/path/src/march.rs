@@ -1,6 +1,6 @@
 //! The march along the load path: steps, retries, cut-backs, and the store of states.
 
-use crate::divided::{ask, serve};
+use crate::divided::on_first;
 use crate::failure::{MarchFailure, StateError, StepFailure, StepFailureKind};
 use crate::linear::KeptFactors;
 use crate::newton::{self, NewtonOptions, Start, StepReport, still_falls};
@@ -80,20 +80,14 @@ impl Path {
         Cow::Owned(StepState { unknowns: ranks.join(&state.unknowns), history: ranks.join(&state.history) })
     }
 
-    /// Does work of the first rank, say with files, that asks for states by number; the other ranks [`serve`](Self::serve)
-    /// meanwhile.
+    /// Does work on the first rank, such as writing files, that asks for states by number; all ranks call it. `None` on the
+    /// other ranks, which send their parts meanwhile.
     pub fn with_states<'a, R>(
         &'a self,
         ranks: &dyn Ranks,
         work: impl FnOnce(&mut dyn FnMut(usize) -> Cow<'a, StepState>) -> R,
-    ) -> R {
-        ask(ranks, |index| self.state(index, ranks), work)
-    }
-
-    /// What the other ranks do while the first works [`with_states`](Self::with_states); called on the first, it is such work
-    /// that asks for none.
-    pub fn serve(&self, ranks: &dyn Ranks) {
-        serve(ranks, |index| self.state(index, ranks));
+    ) -> Option<R> {
+        on_first(ranks, |index| self.state(index, ranks), work)
     }
 
     /// Leaves to each rank its part of what the next steps do not start from.

@@ -394,7 +394,7 @@ impl Progress {
 
 fn finite(values: &[f64], quantity: &'static str) -> Result<(), StateError> {
     match values.iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(StateError::NotFinite { quantity, index }),
+        Some(index) => Err(StateError::NotFinite { quantity: quantity.into(), index }),
         None => Ok(()),
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A start value changes the way to a solution, not the solution: every one is tried before the increment is cut back.
 
-use crate::divided::{ask, serve};
+use crate::divided::on_first;
 use crate::march::{Path, PathState};
 use crate::problem::{Held, StepProblem};
 use slipstick_linalg::{Ranks, own_range};
@@ -112,15 +112,14 @@ impl Guide {
         self.length
     }
 
-    /// Does work of the first rank that asks for the unknowns of states by number; the other ranks [`serve`](Self::serve)
-    /// meanwhile.
-    pub fn with_unknowns<R>(&self, ranks: &dyn Ranks, work: impl FnOnce(&mut dyn FnMut(usize) -> Vec<f32>) -> R) -> R {
-        ask(ranks, |index| self.whole(index, ranks), work)
-    }
-
-    /// What the other ranks do while the first works [`with_unknowns`](Self::with_unknowns).
-    pub fn serve(&self, ranks: &dyn Ranks) {
-        serve(ranks, |index| self.whole(index, ranks));
+    /// Does work on the first rank that asks for the unknowns of states by number; all ranks call it. `None` on the other
+    /// ranks, which send their parts meanwhile.
+    pub fn with_unknowns<R>(
+        &self,
+        ranks: &dyn Ranks,
+        work: impl FnOnce(&mut dyn FnMut(usize) -> Vec<f32>) -> R,
+    ) -> Option<R> {
+        on_first(ranks, |index| self.whole(index, ranks), work)
     }
 
     /// The unknowns of a state from all ranks.

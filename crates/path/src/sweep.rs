@@ -106,7 +106,7 @@ pub fn sweep<P: StepProblem>(
     // factors of the sweep are of no use to what follows
     solver.linear.forget_factors();
     if let Some(index) = gradient.design.iter().chain(&gradient.parameters).position(|g| !g.is_finite()) {
-        let kind = StateError::NotFinite { quantity: "the gradient", index }.into();
+        let kind = StateError::NotFinite { quantity: "the gradient".into(), index }.into();
         return Err(SweepError { time: 0.0, kind });
     }
     Ok(gradient)

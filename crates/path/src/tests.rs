@@ -186,7 +186,7 @@ fn a_guide_leads_to_its_own_path() {
     let guide = Guide::of(&alone, &Alone);
     assert_eq!((guide.times(), guide.length()), ([0.0, 0.4, 1.0].as_slice(), 6));
     let single = |index: usize| alone.states[index].state.unknowns.iter().map(|&v| v as f32).collect::<Vec<_>>();
-    let told = guide.with_unknowns(&Alone, |get| [0, 1, 2].map(get));
+    let told = guide.with_unknowns(&Alone, |get| [0, 1, 2].map(get)).unwrap();
     assert_eq!(told, [0, 1, 2].map(single));
     let parts = Guide::from_parts(guide.times().to_vec(), told.to_vec(), 6, &Alone);
     assert_eq!(parts.as_ref(), Ok(&guide));

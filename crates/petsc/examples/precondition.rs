@@ -12,7 +12,7 @@
 #[path = "../../linalg/examples/exported/mod.rs"]
 mod exported;
 
-use slipstick_linalg::{Backend, CsrMatrix, CsrPattern, Ranks, Summed, solve_verified};
+use slipstick_linalg::{Backend, CsrMatrix, CsrPattern, PatternError, Ranks, Summed, solve_verified};
 use slipstick_petsc::{ContactZone, PetscBackend, Session};
 use std::error::Error;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // bodies are numbered one after the other: equal shares of the nodes
     let nodes = file.coordinates.len();
     let owners: Vec<u32> = (0..nodes).map(|node| (node * session.size() / nodes) as u32).collect();
-    let mine = part(&file.matrix, &owners, session.rank() as u32);
+    let mine = part(&file.matrix, &owners, session.rank() as u32)?;
     let n = file.matrix.n();
     drop(file.matrix);
     let mut zone = ContactZone::new(file.coordinates, file.slaves);
@@ -44,13 +44,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut solver = backend.solver();
     // with the analysis, and the proof that the transpose is solved
     let start = seconds();
-    let factors = solver.factorize(&mine)?;
+    let symbolic = solver.analyse(&mine.pattern)?;
+    let factors = solver.factorize(&symbolic, &mine)?;
     let first = session.largest(seconds() - start);
     let bytes = factors.bytes();
     drop(factors);
     count.store(0, Ordering::Relaxed);
     let start = seconds();
-    let factors = solver.factorize(&mine)?;
+    let factors = solver.factorize(&symbolic, &mine)?;
     let second = session.largest(seconds() - start);
     let test = count.load(Ordering::Relaxed);
     let layout = backend.layout(&mine.pattern);
@@ -82,18 +83,18 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Rows of the nodes of a rank.
-fn part(a: &CsrMatrix, owners: &[u32], rank: u32) -> CsrMatrix {
-    let mut pattern = CsrPattern { row_offsets: vec![0], columns: Vec::new(), ..(*a.pattern).clone() };
-    let mut values = Vec::new();
+fn part(a: &CsrMatrix, owners: &[u32], rank: u32) -> Result<CsrMatrix, PatternError> {
+    let (mut row_offsets, mut all_columns, mut values) = (vec![0], Vec::new(), Vec::new());
     for i in 0..a.n() {
-        if owners[a.pattern.groups[i] as usize] == rank {
+        if owners[a.pattern.groups()[i] as usize] == rank {
             let (columns, entries) = a.row(i);
-            pattern.columns.extend(columns);
+            all_columns.extend(columns);
             values.extend(entries);
         }
-        pattern.row_offsets.push(values.len());
+        row_offsets.push(values.len());
     }
-    CsrMatrix { pattern: Arc::new(pattern), values }
+    let (groups, origins) = (a.pattern.groups().to_vec(), a.pattern.origins().to_vec());
+    Ok(CsrMatrix { pattern: Arc::new(CsrPattern::new(row_offsets, all_columns, groups, origins)?), values })
 }
 
 /// Time of the processor that this process has used. \[s\]

@@ -4,7 +4,7 @@ use crate::factors::Kind;
 use crate::solver::{PetscBackend, PetscSolver};
 use slipstick_linalg::{
     Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, Layout, LinearSolver, Operator,
-    Precision, SolveError, SolveOptions, Summed, check_matrix, solve_with, test_on,
+    Precision, SolveError, SolveOptions, Summed, Symbolic, solve_with, test_on,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -48,17 +48,23 @@ pub(crate) struct ContactZoneSolver {
     data: Arc<ContactZone>,
     zone: PetscSolver,
     bulk: PetscSolver,
-    places: Option<Places>,
     proved: bool,
 }
 
 /// Which unknowns and entries are whose, on one pattern.
 #[derive(Debug)]
-struct Places {
-    whole: Arc<CsrPattern>,
+struct Analysis {
     layout: Arc<Layout>,
-    zone: Arc<Part>,
-    bulk: Arc<Part>,
+    /// `None` where there is no contact.
+    zone: Option<Block>,
+    bulk: Block,
+}
+
+/// A block of the matrix, and the analysis of its pattern.
+#[derive(Debug)]
+struct Block {
+    part: Arc<Part>,
+    symbolic: Symbolic,
 }
 
 /// A block of the matrix with a numbering of its own.
@@ -81,39 +87,37 @@ impl ContactZoneSolver {
     pub(crate) fn new(backend: &PetscBackend, data: Arc<ContactZone>) -> Self {
         let zone = PetscSolver::of(backend, Kind::Zone);
         let bulk = PetscSolver::of(backend, Kind::Bulk(data.coordinates.clone()));
-        Self { backend: backend.clone(), data, zone, bulk, places: None, proved: false }
+        Self { backend: backend.clone(), data, zone, bulk, proved: false }
     }
 
     /// The blocks on a pattern, the same choice on all ranks.
-    fn places(&mut self, pattern: &Arc<CsrPattern>) -> Result<&Places, FactorizationError> {
-        let ranks = self.backend.ranks();
-        let known = self.places.as_ref().is_some_and(|p| Arc::ptr_eq(&p.whole, pattern));
-        if ranks.any(!known) || self.places.is_none() {
-            self.places = None;
-            if ranks.any(pattern.origins.len() != pattern.n) {
-                return Err(FactorizationError::Pattern { n: pattern.n });
-            }
-            let nodes = self.data.coordinates.len();
-            let layout = Arc::new(self.backend.layout(pattern));
-            let bulk = Part::new(&self.backend, pattern, &layout, 3 * nodes, |i| {
-                let origin = pattern.origins[i];
-                (origin < 3 * nodes as u32).then_some(origin)
-            });
-            let marked = self.zone_of(pattern);
-            let mut next = 0;
-            let numbers: Vec<Option<u32>> = marked
-                .iter()
-                .map(|&inside| {
-                    inside.then(|| {
-                        next += 1;
-                        next - 1
-                    })
-                })
-                .collect();
-            let zone = Part::new(&self.backend, pattern, &layout, next as usize, |i| numbers[i]);
-            self.places = Some(Places { whole: pattern.clone(), layout, zone: Arc::new(zone), bulk: Arc::new(bulk) });
+    fn blocks(&self, pattern: &CsrPattern) -> Result<Analysis, FactorizationError> {
+        let n = pattern.n();
+        let told = pattern.origins().len() == n && pattern.origins().windows(2).all(|pair| pair[0] < pair[1]);
+        if self.backend.ranks().any(!told) {
+            let reason = "the pattern does not state the block rows of its unknowns in ascending order".into();
+            return Err(FactorizationError::Backend { solver: self.name(), n, reason });
         }
-        Ok(self.places.as_ref().expect("made above"))
+        let nodes = self.data.coordinates.len();
+        let layout = Arc::new(self.backend.layout(pattern));
+        let bulk = Part::new(&self.backend, pattern, &layout, 3 * nodes, |i| {
+            let origin = pattern.origins()[i];
+            (origin < 3 * nodes as u32).then_some(origin)
+        });
+        let marked = self.zone_of(pattern);
+        let mut next = 0;
+        let numbers: Vec<Option<u32>> = marked
+            .iter()
+            .map(|&inside| {
+                inside.then(|| {
+                    next += 1;
+                    next - 1
+                })
+            })
+            .collect();
+        let zone = Part::new(&self.backend, pattern, &layout, next as usize, |i| numbers[i]);
+        let zone = (zone.pattern.n() > 0).then(|| Block::new(zone, &self.zone)).transpose()?;
+        Ok(Analysis { layout, zone, bulk: Block::new(bulk, &self.bulk)? })
     }
 
     /// Whether each unknown is in the zone.
@@ -123,13 +127,14 @@ impl ContactZoneSolver {
         for &node in self.data.slaves.iter().filter(|&&node| node < nodes) {
             slave[node as usize] = true;
         }
-        let of_slave = |i: usize| slave.get(pattern.groups[i] as usize).is_some_and(|&is| is);
+        let of_slave = |i: usize| slave.get(pattern.groups()[i] as usize).is_some_and(|&is| is);
         // multipliers as well where they are not with their slave node
-        let mut inside: Vec<bool> = (0..pattern.n).map(|i| of_slave(i) || pattern.origins[i] >= 3 * nodes).collect();
+        let mut inside: Vec<bool> =
+            (0..pattern.n()).map(|i| of_slave(i) || pattern.origins()[i] >= 3 * nodes).collect();
         for _ in 0..self.data.layers {
             let mut reached: Vec<f64> = inside.iter().map(|&is| f64::from(u8::from(is))).collect();
-            for (row, window) in pattern.row_offsets.windows(2).enumerate() {
-                let columns = &pattern.columns[window[0]..window[1]];
+            for row in 0..pattern.n() {
+                let columns = pattern.row(row);
                 if inside[row] {
                     columns.iter().for_each(|&column| reached[column as usize] = 1.0);
                 } else if columns.iter().any(|&column| inside[column as usize]) {
@@ -169,6 +174,12 @@ impl ContactZoneSolver {
     }
 }
 
+impl Block {
+    fn new(part: Part, solver: &PetscSolver) -> Result<Self, FactorizationError> {
+        Ok(Self { symbolic: solver.analyse(&part.pattern)?, part: Arc::new(part) })
+    }
+}
+
 impl Part {
     /// The block of the unknowns that get a `number` below `n`.
     fn new(
@@ -179,7 +190,7 @@ impl Part {
         number: impl Fn(usize) -> Option<u32>,
     ) -> Self {
         let mut present = vec![None; n];
-        for outer in 0..whole.n {
+        for outer in 0..whole.n() {
             if let Some(inner) = number(outer) {
                 present[inner as usize] = Some(outer);
             }
@@ -189,16 +200,15 @@ impl Part {
         for (inner, outer) in present.iter().enumerate() {
             match outer {
                 Some(row) => {
-                    let range = whole.row_offsets[*row]..whole.row_offsets[*row + 1];
-                    for (k, &column) in range.clone().zip(&whole.columns[range]) {
+                    for (k, &column) in whole.row_range(*row).zip(whole.row(*row)) {
                         if let Some(column) = number(column as usize) {
                             entries.push(k);
                             targets.push(columns.len());
                             columns.push(column);
                         }
                     }
-                    groups.push(whole.groups[*row]);
-                    origins.push(whole.origins[*row]);
+                    groups.push(whole.groups()[*row]);
+                    origins.push(whole.origins()[*row]);
                 }
                 // a prescribed unknown of a node: a row of the identity, in proportion, on the rank that owns it
                 None => {
@@ -212,7 +222,9 @@ impl Part {
             }
             row_offsets.push(columns.len());
         }
-        let pattern = Arc::new(CsrPattern { n, row_offsets, columns, groups, origins });
+        let pattern = CsrPattern::new(row_offsets, columns, groups, origins).map(Arc::new).expect(
+            "the numbers of a block's unknowns ascend like those of the whole, and there is an offset for each",
+        );
         let inside = backend.layout(&pattern);
         // what is of one group is of one rank, in the block as in the whole
         let shared = (0..layout.own() as u32).filter_map(|outer| {
@@ -248,30 +260,37 @@ impl LinearSolver for ContactZoneSolver {
         "PETSc by a contact zone"
     }
 
-    fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
-        let known = self.places.as_ref().is_some_and(|p| Arc::ptr_eq(&p.whole, &a.pattern));
-        self.zone.agree(check_matrix(a, known), a.n())?;
-        let places = self.places(&a.pattern)?;
-        let (layout, zone_part, bulk_part) = (places.layout.clone(), places.zone.clone(), places.bulk.clone());
-        let zone = match zone_part.pattern.n {
-            0 => None,
-            _ => Some(self.zone.factorize(&zone_part.of(a, 0.0))?),
+    fn analyse_after(&self, pattern: &Arc<CsrPattern>, earlier: &[Symbolic]) -> Result<Symbolic, FactorizationError> {
+        let same = |symbolic: &&Symbolic| symbolic.is_of(pattern) && symbolic.content::<Analysis>().is_some();
+        let known = earlier.iter().find(same);
+        // if any rank has a new pattern, all ranks make a new analysis
+        if let (false, Some(symbolic)) = (self.backend.ranks().any(known.is_none()), known) {
+            return Ok(symbolic.clone());
+        }
+        Ok(Symbolic::new(pattern, self.blocks(pattern)?))
+    }
+
+    fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+        let analysis = symbolic.content_for::<Analysis>(a);
+        self.zone.agree(analysis.as_ref().map(|_| ()).map_err(Clone::clone), a.n())?;
+        let Analysis { layout, zone, bulk } = analysis?;
+        let zone = match zone {
+            None => None,
+            Some(Block { part, symbolic }) => Some((self.zone.factorize(symbolic, &part.of(a, 0.0))?, part.clone())),
         };
         let ranks = self.backend.ranks();
         let mut sums = [a.largest_in_rows().iter().sum(), a.values.len() as f64];
         ranks.sum(&mut sums);
         let [sizes, entries] = sums;
         let filler = sizes / a.n().max(1) as f64;
-        let bulk = self.bulk.factorize(&bulk_part.of(a, filler))?;
+        let bulk_factors = self.bulk.factorize(&bulk.symbolic, &bulk.part.of(a, filler))?;
         let factors = ContactZoneFactorization {
             cycle: Cycle {
                 a: a.clone(),
-                layout,
+                layout: layout.clone(),
                 backend: self.backend.clone(),
                 zone,
-                zone_part,
-                bulk,
-                bulk_part,
+                bulk: (bulk_factors, bulk.part.clone()),
                 entries: (entries / ranks.size() as f64) as usize,
             },
             iterations: self.data.iterations.clone(),
@@ -287,10 +306,8 @@ struct Cycle {
     layout: Arc<Layout>,
     backend: PetscBackend,
     /// `None` where there is no contact.
-    zone: Option<Box<dyn Factorization>>,
-    zone_part: Arc<Part>,
-    bulk: Box<dyn Factorization>,
-    bulk_part: Arc<Part>,
+    zone: Option<(Box<dyn Factorization>, Arc<Part>)>,
+    bulk: (Box<dyn Factorization>, Arc<Part>),
     /// Entries of the matrix on a rank, on average: what is decided by memory is then decided alike on all ranks.
     entries: usize,
 }
@@ -305,11 +322,8 @@ impl Cycle {
         let matrix = self.matrix();
         let mut x = vec![0.0; rhs.len()];
         let mut left = rhs.to_vec();
-        let bulk = (&self.bulk, &self.bulk_part);
-        let turns = match &self.zone {
-            Some(zone) => vec![bulk, (zone, &self.zone_part), bulk],
-            None => vec![bulk],
-        };
+        let bulk = &self.bulk;
+        let turns = self.zone.as_ref().map_or(vec![bulk], |zone| vec![bulk, zone, bulk]);
         for (k, (factors, part)) in turns.into_iter().enumerate() {
             if k > 0 {
                 matrix.residual(transpose, &x, rhs, &mut left);
@@ -340,12 +354,12 @@ impl Factorization for Cycle {
     }
 
     fn bytes(&self) -> usize {
-        self.zone.as_ref().map_or(0, |zone| zone.bytes()) + self.bulk.bytes() + 8 * self.entries
+        self.zone.as_ref().map_or(0, |(zone, _)| zone.bytes()) + self.bulk.0.bytes() + 8 * self.entries
     }
 
     fn part(&self) -> FactorPart {
-        let zone = self.zone.as_ref().map_or(FactorPart::default(), |zone| zone.part());
-        FactorPart { bytes: zone.bytes + self.bulk.part().bytes + 8 * self.a.values.len(), ..zone }
+        let zone = self.zone.as_ref().map_or(FactorPart::default(), |(zone, _)| zone.part());
+        FactorPart { bytes: zone.bytes + self.bulk.0.part().bytes + 8 * self.a.values.len(), ..zone }
     }
 
     fn precision(&self) -> Precision {

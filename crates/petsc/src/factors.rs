@@ -39,7 +39,7 @@ impl DistributedMatrix {
     ) -> Result<Self, PetscError> {
         let block = if matches!(kind, Kind::Bulk(_)) { 3 } else { 1 };
         let (rows, columns) = places(pattern, layout);
-        let (own, n, count) = (layout.own() as i64, pattern.n as i64, rows.len() as i64);
+        let (own, n, count) = (layout.own() as i64, pattern.n() as i64, rows.len() as i64);
         let mut matrix = Self { session: session.clone(), raw: std::ptr::null_mut() };
         let calls = session.calls();
         // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. What was made is freed by `Drop`.
@@ -84,10 +84,10 @@ impl Drop for DistributedMatrix {
 fn places(pattern: &CsrPattern, layout: &Layout) -> (Vec<i32>, Vec<i32>) {
     let number = |unknown: usize| layout.number(unknown) as i32;
     let mut rows = Vec::with_capacity(pattern.entries());
-    for (row, window) in pattern.row_offsets.windows(2).enumerate() {
-        rows.resize(window[1], number(row));
+    for row in 0..pattern.n() {
+        rows.resize(pattern.row_range(row).end, number(row));
     }
-    (rows, pattern.columns.iter().map(|&column| number(column as usize)).collect())
+    (rows, pattern.columns().iter().map(|&column| number(column as usize)).collect())
 }
 
 /// What a factorization tells of itself.

@@ -33,7 +33,7 @@ pub(crate) fn rehearse(session: &Session, options: &str, contact_zone: bool) -> 
     }
     let failed = |reason: String| PetscError::Rehearsal { reason };
     let part = lattice(nodes, session.rank() == 0);
-    let factors = backend.solver().factorize(&part).map_err(|error| failed(error.to_string()))?;
+    let factors = backend.solver().analyse_and_factorize(&part).map_err(|error| failed(error.to_string()))?;
     let layout = backend.layout(&part.pattern);
     let matrix = Summed { part: &part, layout: &layout, ranks: session };
     let rhs: Vec<f64> = (0..layout.own()).map(|i| (layout.unknown(i) as f64).sin()).collect();
@@ -54,14 +54,7 @@ fn place(node: usize) -> [usize; 3] {
 
 /// Springs between next nodes and to the ground, the same in all directions; or, on the other ranks, nothing.
 fn lattice(nodes: usize, whole: bool) -> CsrMatrix {
-    let mut pattern = CsrPattern {
-        n: 3 * nodes,
-        row_offsets: vec![0],
-        columns: Vec::new(),
-        groups: (0..3 * nodes).map(|i| i as u32 / 3).collect(),
-        origins: (0..3 * nodes as u32).collect(),
-    };
-    let mut values = Vec::new();
+    let (mut row_offsets, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
     for i in 0..3 * nodes {
         let (node, [x, y, _]) = (i / 3, place(i / 3));
         let near = [
@@ -74,10 +67,13 @@ fn lattice(nodes: usize, whole: bool) -> CsrMatrix {
             (node + LAYER < nodes, node + LAYER, -1.0),
         ];
         for (_, other, stiffness) in near.into_iter().filter(|(is, ..)| whole && *is) {
-            pattern.columns.push((3 * other + i % 3) as u32);
+            columns.push((3 * other + i % 3) as u32);
             values.push(stiffness);
         }
-        pattern.row_offsets.push(values.len());
+        row_offsets.push(values.len());
     }
+    let unknowns = 0..3 * nodes as u32;
+    let pattern = CsrPattern::new(row_offsets, columns, unknowns.clone().map(|i| i / 3).collect(), unknowns.collect())
+        .expect("near nodes are listed in their order");
     CsrMatrix { pattern: Arc::new(pattern), values }
 }

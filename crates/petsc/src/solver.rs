@@ -5,10 +5,10 @@ use crate::error::PetscError;
 use crate::factors::{DistributedMatrix, Factors, Facts, Kind};
 use crate::session::Session;
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, Layout, LinearSolver, Operator,
-    Precision, Ranks, Summed, check_matrix, test_on,
+    Backend, Cost, CsrMatrix, CsrPattern, FactorPart, Factorization, FactorizationError, Layout, LinearSolver,
+    Operator, Precision, Ranks, Summed, Symbolic, test_on,
 };
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Percentages by which MUMPS may exceed its estimate of memory, one after the other: its default first.
 const WORKSPACE: [i32; 5] = [0, 50, 100, 300, 1000];
@@ -18,6 +18,16 @@ const TOO_LITTLE_WORKSPACE: [i32; 6] = [-8, -9, -11, -14, -15, -20];
 
 /// The error of MUMPS (INFOG(1)) that tells of a singular matrix.
 const SINGULAR: i32 = -10;
+
+/// Bytes that a core moves during a solve in the time of one floating-point operation of a factorization: the ratio of
+/// the multifrontal solver in double precision. MUMPS factorizes at a similar rate (31 Gflop/s on a core,
+/// `docs/cluster.md`).
+const BYTES_PER_OPERATION: f64 = 0.4;
+
+/// Kinds of errors in messages between ranks.
+const NON_FINITE: u64 = 0;
+const VALUES: u64 = 1;
+const ANALYSIS: u64 = 2;
 
 /// Methods that PETSc believes to solve with the transpose: BoomerAMG returns without having done anything, SuperLU_DIST is
 /// wrong where it scales rows and columns, which depends on the matrix.
@@ -75,21 +85,25 @@ pub struct PetscSolver {
     session: Session,
     owners: Arc<[u32]>,
     kind: Kind,
-    system: Option<System>,
     proved: bool,
 }
 
 /// What serves all matrices on one pattern.
 #[derive(Debug)]
-struct System {
-    pattern: Arc<CsrPattern>,
+struct Analysis {
     layout: Arc<Layout>,
     /// Entries of all ranks.
     entries: f64,
-    matrix: Arc<DistributedMatrix>,
+    /// PETSc's own analysis is part of these.
+    objects: Mutex<Objects>,
+}
+
+/// PETSc's matrix and factors for a pattern, which are reused.
+#[derive(Debug, Default)]
+struct Objects {
+    /// `None` before the first factorization, and if the latest factors still need their entries.
+    matrix: Option<Arc<DistributedMatrix>>,
     factors: Option<Arc<Factors>>,
-    /// Whether the matrix belongs to factors that go on with it.
-    spent: bool,
 }
 
 impl PetscSolver {
@@ -101,7 +115,7 @@ impl PetscSolver {
     /// A solver for a part of a preconditioner, which is not tested for itself.
     pub(crate) fn of(backend: &PetscBackend, kind: Kind) -> Self {
         let (session, owners) = (backend.session.clone(), backend.owners.clone());
-        Self { session, owners, kind, system: None, proved: false }
+        Self { session, owners, kind, proved: false }
     }
 
     fn fail(n: usize, reason: impl Into<String>) -> FactorizationError {
@@ -113,49 +127,41 @@ impl PetscSolver {
         if !self.session.any(here.is_err()) {
             return Ok(());
         }
-        let message = match &here {
+        let message: Vec<u8> = match &here {
             Ok(()) => Vec::new(),
-            Err(FactorizationError::NonFinite { row, column }) => {
-                [*row as u64, *column as u64].iter().flat_map(|v| v.to_le_bytes()).collect()
-            }
-            Err(_) => vec![0],
+            Err(FactorizationError::NonFinite { row, column }) => words(&[NON_FINITE, *row as u64, *column as u64]),
+            Err(FactorizationError::Values { values, entries }) => words(&[VALUES, *values as u64, *entries as u64]),
+            Err(_) => words(&[ANALYSIS]),
         };
         let first = self.session.gather(&message).into_iter().find(|m| !m.is_empty()).unwrap_or_default();
-        let number = |at: usize| first.get(at..at + 8).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
-        Err(match (number(0), number(8)) {
-            (Some(row), Some(column)) => FactorizationError::NonFinite { row: row as usize, column: column as usize },
-            _ => FactorizationError::Pattern { n },
+        let told: Vec<u64> = first.as_chunks::<8>().0.iter().map(|bytes| u64::from_le_bytes(*bytes)).collect();
+        Err(match told[..] {
+            [NON_FINITE, row, column] => FactorizationError::NonFinite { row: row as usize, column: column as usize },
+            [VALUES, values, entries] => {
+                FactorizationError::Values { values: values as usize, entries: entries as usize }
+            }
+            _ => FactorizationError::Analysis { n },
         })
     }
 
-    /// The system of this pattern, made where any rank has a new one.
-    fn system(&mut self, a: &CsrMatrix) -> Result<&mut System, PetscError> {
-        let known = self.system.as_ref().is_some_and(|s| Arc::ptr_eq(&s.pattern, &a.pattern));
-        if self.session.any(!known) || self.system.is_none() {
-            self.system = None;
-            let pattern = a.pattern.clone();
-            let layout = Arc::new(Layout::new(&pattern, &self.owners, &self.session));
-            let mut entries = [pattern.entries() as f64];
-            self.session.sum(&mut entries);
-            let matrix = Arc::new(DistributedMatrix::new(&self.session, &pattern, &layout, &self.kind)?);
-            self.system = Some(System { pattern, layout, entries: entries[0], matrix, factors: None, spent: false });
-        }
-        Ok(self.system.as_mut().expect("made above"))
-    }
-
     /// New factors of `a`, not yet tested.
-    fn factors(&mut self, a: &CsrMatrix) -> Result<(Arc<Factors>, Facts), PetscError> {
-        let (session, kind) = (self.session.clone(), self.kind.clone());
-        let system = self.system(a)?;
-        if std::mem::take(&mut system.spent) {
-            system.matrix = Arc::new(DistributedMatrix::new(&session, &system.pattern, &system.layout, &kind)?);
-        }
-        system.matrix.set(&a.values)?;
+    fn factors(
+        &self,
+        analysis: &Analysis,
+        objects: &mut Objects,
+        a: &CsrMatrix,
+    ) -> Result<(Arc<Factors>, Facts), PetscError> {
+        let (session, kind, layout) = (&self.session, &self.kind, &analysis.layout);
+        let matrix = match objects.matrix.take() {
+            Some(matrix) => matrix,
+            None => Arc::new(DistributedMatrix::new(session, &a.pattern, layout, kind)?),
+        };
+        matrix.set(&a.values)?;
         // factors that are still in use stay
-        let kept = system.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
+        let kept = objects.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
         let factors = match kept {
             Some(factors) => factors,
-            None => Arc::new(Factors::new(&session, &system.matrix, &system.layout, &kind)?),
+            None => Arc::new(Factors::new(session, &matrix, layout, kind)?),
         };
         let mut facts = factors.renew(WORKSPACE[0])?;
         for workspace in &WORKSPACE[1..] {
@@ -165,13 +171,12 @@ impl PetscSolver {
             facts = factors.renew(*workspace)?;
         }
         if facts.bytes == 0 {
-            facts.bytes = (12.0 * system.entries / session.size() as f64) as usize;
+            facts.bytes = (12.0 * analysis.entries / session.size() as f64) as usize;
             facts.part.bytes = facts.bytes;
         }
         // an iteration goes on with its matrix, which must then stay as it is
-        system.spent = !facts.direct;
         if facts.direct {
-            system.factors = Some(factors.clone());
+            *objects = Objects { matrix: Some(matrix), factors: Some(factors.clone()) };
         }
         Ok((factors, facts))
     }
@@ -206,17 +211,36 @@ impl LinearSolver for PetscSolver {
         "PETSc"
     }
 
-    fn factorize(&mut self, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
+    fn analyse_after(&self, pattern: &Arc<CsrPattern>, earlier: &[Symbolic]) -> Result<Symbolic, FactorizationError> {
+        let n = pattern.n();
+        if n > i32::MAX as usize {
+            return Err(Self::fail(n, "there are more than 2^31 unknowns"));
+        }
+        let same = |symbolic: &&Symbolic| symbolic.is_of(pattern) && symbolic.content::<Analysis>().is_some();
+        let known = earlier.iter().find(same);
+        // if any rank has a new pattern, all ranks make a new analysis
+        if let (false, Some(symbolic)) = (self.session.any(known.is_none()), known) {
+            return Ok(symbolic.clone());
+        }
+        let layout = Arc::new(Layout::new(pattern, &self.owners, &self.session));
+        let mut entries = [pattern.entries() as f64];
+        self.session.sum(&mut entries);
+        Ok(Symbolic::new(pattern, Analysis { layout, entries: entries[0], objects: Mutex::default() }))
+    }
+
+    fn factorize(&mut self, symbolic: &Symbolic, a: &CsrMatrix) -> Result<Box<dyn Factorization>, FactorizationError> {
         let n = a.n();
-        let known = self.system.as_ref().is_some_and(|s| Arc::ptr_eq(&s.pattern, &a.pattern));
-        let here = if n > i32::MAX as usize { Err(FactorizationError::Pattern { n }) } else { check_matrix(a, known) };
-        self.agree(here, n)?;
-        let made = self.factors(a);
+        let analysis = symbolic.content_for::<Analysis>(a);
+        self.agree(analysis.as_ref().map(|_| ()).map_err(Clone::clone), n)?;
+        let analysis = analysis?;
+        // `factors` takes the objects out while it works, so that a panic leaves none
+        let mut objects = analysis.objects.lock().unwrap_or_else(PoisonError::into_inner);
+        let made = self.factors(analysis, &mut objects, a);
         let failed = self.session.any(made.is_err());
         let (factors, facts) = match made {
             Ok(made) if !failed => made,
             other => {
-                self.system = None;
+                *objects = Objects::default();
                 let reason = other.err().map_or("it failed on another rank".into(), |error| error.to_string());
                 return Err(Self::fail(n, reason));
             }
@@ -233,13 +257,17 @@ impl LinearSolver for PetscSolver {
             };
             return Err(Self::fail(n, reason));
         }
-        let layout = self.system.as_ref().expect("made with the factors").layout.clone();
-        let factors = PetscFactorization { factors, layout, facts };
+        let factors = PetscFactorization { factors, layout: analysis.layout.clone(), facts };
         if matches!(self.kind, Kind::Whole) {
             self.prove(a, &factors)?;
         }
         Ok(Box::new(factors))
     }
+}
+
+/// Numbers as a message.
+fn words(numbers: &[u64]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
 /// Factors on all ranks.
@@ -282,8 +310,10 @@ impl Factorization for PetscFactorization {
         Precision::F64
     }
 
-    fn operations(&self) -> f64 {
-        self.facts.operations
+    /// From the operations of all ranks and the largest part of the factors; `None` if PETSc reports no operations.
+    fn cost(&self) -> Option<Cost> {
+        let factorization = BYTES_PER_OPERATION * self.facts.operations;
+        (factorization > 0.0).then_some(Cost { factorization, substitution: self.facts.bytes as f64 })
     }
 
     fn part(&self) -> FactorPart {

@@ -7,7 +7,7 @@ mod mpirun;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
-    Backend, CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalSolver, Precision, Ranks, Summed,
+    Backend, CsrMatrix, CsrPattern, Factorization, MultifrontalFactorization, Precision, Ranks, Summed, Symbolic,
     solve_verified,
 };
 use slipstick_petsc::{ContactZone, PetscBackend, Session};
@@ -81,19 +81,20 @@ fn messages_arrive(session: &Session) {
 /// The part of a rank: some entries are one rank's, others all ranks' in equal shares.
 fn part(a: &CsrMatrix, session: &Session) -> CsrMatrix {
     let (rank, size) = (session.rank(), session.size());
-    let mut pattern = CsrPattern { row_offsets: vec![0], columns: Vec::new(), ..(*a.pattern).clone() };
-    let mut values = Vec::new();
+    let (mut row_offsets, mut all_columns, mut values) = (vec![0], Vec::new(), Vec::new());
     for i in 0..a.n() {
         let (columns, entries) = a.row(i);
         for (&j, &v) in columns.iter().zip(entries) {
             let shared = (7 * i + j as usize).is_multiple_of(5);
             if shared || (i / 40 + j as usize / 50) % size == rank {
-                pattern.columns.push(j);
+                all_columns.push(j);
                 values.push(if shared { v / size as f64 } else { v });
             }
         }
-        pattern.row_offsets.push(values.len());
+        row_offsets.push(values.len());
     }
+    let (groups, origins) = (a.pattern.groups().to_vec(), a.pattern.origins().to_vec());
+    let pattern = CsrPattern::new(row_offsets, all_columns, groups, origins).expect("a part of a pattern");
     CsrMatrix { pattern: Arc::new(pattern), values }
 }
 
@@ -116,15 +117,21 @@ fn matrices_in_parts_are_solved(session: &Session, zone: Option<ContactZone>, ot
     let mut changed = whole.clone();
     changed.values.iter_mut().enumerate().for_each(|(k, v)| *v *= 1.0 + 0.05 * (k as f64).sin());
     let mut solver = backend.solver();
+    let mut known: Option<Symbolic> = None;
+    let mut factorize = |part: &CsrMatrix| {
+        let symbolic = solver.analyse_after(&part.pattern, known.as_slice()).expect("an analysis");
+        solver.factorize(known.insert(symbolic), part).expect("factors")
+    };
     let first_part = part(&whole, session);
     let mut second_part = part(&changed, session);
     second_part.pattern = first_part.pattern.clone();
     let other = other.reduced(4).0;
     let other_part = part(&other, session);
-    let first = solver.factorize(&first_part).expect("factors");
+    let first = factorize(&first_part);
     for (a, mine) in [(&changed, &second_part), (&other, &other_part), (&whole, &first_part)] {
-        let factors = solver.factorize(mine).expect("factors");
-        assert_eq!(factors.operations() > 0.0, direct);
+        let factors = factorize(mine);
+        assert_eq!(factors.cost().is_some(), direct);
+        assert!(factors.cost().is_none_or(|cost| cost.factorization > 0.0 && cost.substitution > 0.0));
         check(session, &backend, a, mine, factors.as_ref());
     }
     check(session, &backend, &whole, &first_part, first.as_ref());
@@ -132,7 +139,7 @@ fn matrices_in_parts_are_solved(session: &Session, zone: Option<ContactZone>, ot
 
 fn check(session: &Session, backend: &PetscBackend, a: &CsrMatrix, mine: &CsrMatrix, factors: &dyn Factorization) {
     let b = Random(8).vector(a.n());
-    let exact = MultifrontalSolver::new(Precision::F64).factorize(a).expect("factors");
+    let exact = MultifrontalFactorization::of(a, Precision::F64).expect("factors");
     for transpose in [false, true] {
         let layout = backend.layout(&mine.pattern);
         let (mut x, mut y) = (vec![0.0; layout.own()], vec![0.0; a.n()]);
@@ -141,7 +148,7 @@ fn check(session: &Session, backend: &PetscBackend, a: &CsrMatrix, mine: &CsrMat
             solve_verified(&summed, factors, transpose, &layout.restrict(&b), &mut x, 1e-11).expect("a solution");
         assert!(report.iterations <= 3, "{report:?}");
         let x = layout.join(&x, session);
-        solve_verified(a, exact.as_ref(), transpose, &b, &mut y, 1e-12).expect("a solution");
+        solve_verified(a, &exact, transpose, &b, &mut y, 1e-12).expect("a solution");
         assert!(relative_residual(a, transpose, &x, &b) < 1e-10);
         assert!(difference(&x, &y) < 1e-8, "{}", difference(&x, &y));
         assert_same(session, &x);
@@ -157,10 +164,11 @@ fn bad_matrices_are_refused_everywhere(session: &Session) {
     if session.rank() + 1 == session.size() {
         mine.values[11] = f64::NAN;
     }
-    let error = solver.factorize(&mine).err().expect("NaN is refused").to_string();
+    let error = solver.analyse_and_factorize(&mine).err().expect("NaN is refused").to_string();
     assert!(error.contains("is not finite"), "{error}");
     let loose = Brick { fixed_bottom: false, multipliers: false, nonsymmetry: 0.0, ..BRICK }.reduced(3).0;
-    let error = solver.factorize(&part(&loose, session)).err().expect("a loose body is refused").to_string();
+    let error =
+        solver.analyse_and_factorize(&part(&loose, session)).err().expect("a loose body is refused").to_string();
     assert!(error.contains("singular"), "{error}");
     let all = session.gather(error.as_bytes());
     assert!(all.iter().all(|other| other == error.as_bytes()));

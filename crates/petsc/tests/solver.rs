@@ -19,7 +19,7 @@ fn methods_without_transposed_solves_are_refused() {
     let solve_with = |a: &CsrMatrix, options: &str| -> Result<(), String> {
         let b = Random(2).vector(a.n());
         session.set_options(options).map_err(|e| e.to_string())?;
-        let factors = backend.solver().factorize(a).map_err(|e| e.to_string())?;
+        let factors = backend.solver().analyse_and_factorize(a).map_err(|e| e.to_string())?;
         for transpose in [false, true] {
             let mut x = vec![0.0; a.n()];
             solve_verified(a, factors.as_ref(), transpose, &b, &mut x, 1e-10).map_err(|e| e.to_string())?;

@@ -5,7 +5,7 @@
 //! cargo run --release -p slipstick --example cube_on_cuboid
 //! ```
 //!
-//! prints a Markdown table and writes `docs/figures/cube_on_cuboid.csv` and `.svg`. The values are those of an
+//! prints a Markdown table and writes `docs/figures/cube_on_cuboid.csv` and `.svg`. The values agree with an
 //! independent implementation to 1e-9 (θ) and 1e-7 (sensitivities): `tests/reference.rs`.
 
 use std::error::Error;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use slipstick::build::build;
 use slipstick::case::parse_case;
 use slipstick::output::{Cell, Csv, write_atomically};
-use slipstick_path::Silent;
+use slipstick::path::Silent;
 
 const CASE: &str = include_str!("../../../cases/cube_on_cuboid/case.toml");
 const FRICTION: [f64; 2] = [0.5, 0.2];
@@ -72,7 +72,7 @@ fn analyse(friction: f64, method: String, enforcement: &str) -> Result<Result51,
     Ok(Result51 { friction, method, value: forward.value, gradient })
 }
 
-/// ‖dθ/dφ − that of the Lagrange multiplier method‖ over the norm of the latter.
+/// Norm of the difference between dθ/dφ and that of the Lagrange multiplier method, relative to the latter.
 fn deviation(of: &Result51, results: &[Result51]) -> f64 {
     let reference = results.iter().find(|r| r.friction == of.friction && r.method == "LMM");
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
@@ -119,8 +119,8 @@ mod svg {
     /// Left, top, right and bottom of the drawing area within its panel.
     const AREA: [f64; 4] = [62.0, 84.0, 546.0, 330.0];
     const GROUPS: [&str; 6] = ["①", "②", "③", "④", "cube", "θ"];
-    /// Penalty in blues that darken with the stiffness, then two colours that differ from them and from each other
-    /// for colour-blind eyes too.
+    /// Blues that darken with the stiffness for the penalty method, then two colours that differ from them and from
+    /// each other, also for colour-blind readers.
     const COLOURS: [&str; 7] = ["#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c", "#e6a100", "#b2182b"];
 
     pub(super) fn figure(results: &[Result51]) -> String {

@@ -15,9 +15,10 @@
 //! writes the tangent at the end of the path of a case with the latest design of a run.
 //!
 //! The file holds little-endian numbers without gaps: n and the number of entries (u64), row offsets (n + 1 u64),
-//! columns (u32), elimination groups (n u32), values (f64), numbers of the unknowns among all, three to a block row (n
-//! u32), the number of nodes (u64), their coordinates (f64), the number of slave nodes (u64), these (u32). `crates/linalg/examples/factor.rs`,
-//! `crates/petsc/examples/precondition.rs` and `crates/linalg/benches/compare_pardiso.py` read it.
+//! columns (u32), elimination groups (n u32), values (f64), numbers of the unknowns among all unknowns, three per block
+//! row (n u32), the number of nodes (u64), their coordinates (f64), the number of slave nodes (u64), these (u32).
+//! `crates/linalg/examples/factor.rs`, `crates/petsc/examples/precondition.rs` and
+//! `crates/linalg/benches/compare_pardiso.py` read it.
 
 use std::error::Error;
 use std::fs::File;
@@ -27,10 +28,10 @@ use std::time::Instant;
 use slipstick::analysis::Analysis;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
+use slipstick::linalg::{CsrMatrix, Precision, Reduction, SolverChoice};
+use slipstick::mesh::Mesh;
+use slipstick::path::{Held, Iteration, LinearSystem, Silent, StepProblem, Wanted};
 use slipstick::run::load_density;
-use slipstick_linalg::{CsrMatrix, Precision, Reduction, SolverChoice};
-use slipstick_mesh::Mesh;
-use slipstick_path::{Held, Iteration, LinearSystem, Silent, StepProblem, Wanted};
 
 /// Height of each block; both are about 2 × 2 wide.
 const HEIGHT: f64 = 0.5;
@@ -154,8 +155,8 @@ fn write(a: &CsrMatrix, reduction: &Reduction, mesh: &Mesh, slaves: &[u32], file
     let mut long = |number: usize| out.write_all(&(number as u64).to_le_bytes());
     long(a.n())?;
     long(a.values.len())?;
-    a.pattern.row_offsets.iter().try_for_each(|&offset| long(offset))?;
-    a.pattern.columns.iter().chain(&a.pattern.groups).try_for_each(|number| out.write_all(&number.to_le_bytes()))?;
+    a.pattern.row_offsets().iter().try_for_each(|&offset| long(offset))?;
+    a.pattern.columns().iter().chain(a.pattern.groups()).try_for_each(|number| out.write_all(&number.to_le_bytes()))?;
     a.values.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
     let origins = (0..a.n()).map(|unknown| reduction.origin(unknown));
     origins.into_iter().try_for_each(|(row, b)| out.write_all(&((3 * row + b) as u32).to_le_bytes()))?;

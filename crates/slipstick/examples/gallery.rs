@@ -13,15 +13,15 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use slipstick::build::build;
+use slipstick::build::{build, optimization};
 use slipstick::case::parse_case;
-use slipstick::optimize::{IterationRecord, Optimization};
+use slipstick::mesh::Mesh;
+use slipstick::optimize::IterationRecord;
+use slipstick::path::Silent;
 use slipstick::render::{
     Canvas, Cut, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, history_picture,
     state_picture,
 };
-use slipstick_mesh::Mesh;
-use slipstick_path::Silent;
 
 /// Elements below count as void in the pictures.
 const THRESHOLD: f64 = 0.5;
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(arguments.next().unwrap_or_else(|| "docs/figures".into()));
 
     let case = parse_case(&std::fs::read_to_string(&file)?, &file.to_string_lossy())?.case;
-    let mut optimization = Optimization::new(&case, build(&case)?)?;
+    let mut optimization = optimization(&case, build(&case)?)?;
     if let Some(iterations) = iterations {
         optimization.set_iterations(iterations);
     }
@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The design beside a section through the deformed state at the end of the path.
+/// The design next to a section through the deformed state at the end of the path.
 fn design_and_state(outcome: &Outcome<'_>) -> Result<Picture, RenderError> {
     let Outcome { mesh, density, displacement, .. } = *outcome;
     let canvas = Canvas { width: 640, height: 540, ..Canvas::default() };

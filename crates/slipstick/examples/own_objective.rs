@@ -1,18 +1,20 @@
-//! An objective of one's own: how far the top of a slab settles under a block that is pressed on and drawn over it.
+//! A user-defined objective: the settlement of the top of a slab under a block that is pressed onto it and drawn over
+//! it.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example own_objective
 //! ```
 //!
-//! What an objective has to give are its value at a state and its partial derivatives by displacements and internal forces.
-//! Friction, path and density are the adjoint's. `tests/examples.rs` compares the gradient with finite differences.
+//! An objective must provide its value at a state and its partial derivatives with respect to displacements and
+//! internal forces. The adjoint takes care of friction, path and density. `tests/examples.rs` compares the gradient
+//! with finite differences.
 
 use std::error::Error;
 
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
-use slipstick_design::{Objective, StateDerivative, StateView};
-use slipstick_path::Silent;
+use slipstick::design::{Objective, StateDerivative, StateView};
+use slipstick::path::Silent;
 
 const CASE: &str = r#"
 [[body]]
@@ -71,7 +73,7 @@ impl Objective for Settlement {
     }
 }
 
-/// The problem with the objective, its derivatives checked.
+/// The problem with the objective, after a check of its derivatives.
 pub fn problem() -> Result<Problem, Box<dyn Error>> {
     let mut problem = build(&parse_case(CASE, "own_objective")?.case)?;
     let mut nodes: Vec<u32> =
@@ -79,13 +81,13 @@ pub fn problem() -> Result<Problem, Box<dyn Error>> {
     nodes.sort_unstable();
     nodes.dedup();
     let objective = Settlement { nodes };
-    // `set_objective` does so by itself in debug builds
+    // `set_objective` does this automatically in debug builds
     problem.analysis.check_objective(&objective)?;
     problem.analysis.set_objective(Box::new(objective))?;
     Ok(problem)
 }
 
-/// Prints θ and the elements whose density changes it most.
+/// Prints θ and the elements whose densities affect it most.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let mut problem = problem()?;
     let density = problem.initial_density.clone();

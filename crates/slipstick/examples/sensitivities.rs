@@ -1,5 +1,5 @@
-//! A problem changed in code, a run that is watched, and what its contact forces depend on: friction, Young's moduli, the
-//! amplitude of the motion, and the densities.
+//! Changes a problem in code, observes its run, and computes the derivatives of its contact forces with respect to
+//! friction, Young's moduli, the amplitude of the motion, and the densities.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example sensitivities
@@ -12,12 +12,12 @@ use std::error::Error;
 use slipstick::build::build;
 use slipstick::case::{Case, Shape, parse_case};
 use slipstick::model::Parameter;
-use slipstick_path::{MarchEvent, MarchObserver};
+use slipstick::path::{MarchEvent, MarchObserver};
 
-/// A template as it comes with the program, to change in code.
-const TEXT: &str = include_str!("../src/case/templates/cube_on_cuboid.toml");
+/// A template of the program, as a starting point.
+const TEXT: &str = include_str!("../../case/src/case/templates/cube_on_cuboid.toml");
 
-/// What the model is made with.
+/// The parameters of the model.
 #[derive(Debug, Clone, Copy)]
 pub struct Numbers {
     /// Coefficient of friction.
@@ -31,7 +31,7 @@ pub struct Numbers {
 /// The numbers of the example.
 pub const NUMBERS: Numbers = Numbers { friction: 0.2, modulus: 2000.0, amplitude: 1.0 };
 
-/// A [`Case`] is plain data: every key of a case file is a field of the same name.
+/// A [`Case`] is plain data: every key of a case file is a field with the same name.
 pub fn case(numbers: Numbers) -> Result<Case, Box<dyn Error>> {
     let mut case = parse_case(TEXT, "cube_on_cuboid.toml")?.case;
     let (cuboid, cube) = (0, 1);
@@ -46,14 +46,14 @@ pub fn case(numbers: Numbers) -> Result<Case, Box<dyn Error>> {
     Ok(case)
 }
 
-/// Counts what happens; an observer of a long run could show it, or stop the run.
+/// Counts events; an observer of a long run could print them, or stop the run.
 #[derive(Debug, Default)]
 pub struct Watch {
     /// Accepted states.
     pub accepted: usize,
     /// Newton iterations of them.
     pub iterations: usize,
-    /// Attempts that failed and were made anew.
+    /// Attempts that failed and were repeated.
     pub retries: usize,
 }
 
@@ -95,9 +95,9 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             Parameter::Amplitude { motion } => format!("amplitude of motion {motion}"),
             Parameter::Load { load } => format!("amplitude of load {load}"),
         };
-        println!("derivative of θ by the {name}: {derivative:.6e}");
+        println!("derivative of θ with respect to the {name}: {derivative:.6e}");
     }
     let largest = gradients.density.iter().fold(0.0, |largest: f64, d| largest.max(d.abs()));
-    println!("largest derivative by a density: {largest:.6e}");
+    println!("largest derivative with respect to a density: {largest:.6e}");
     Ok(())
 }

@@ -1,26 +1,33 @@
 //! Topology optimization of bodies in three-dimensional finite-deformation frictional mortar contact.
 //!
-//! This crate is the facade over the method's crates: [`case`] reads a case file, [`build`] makes mesh and [`model`] of
-//! it, [`check`] looks at them, [`analysis`] marches the path and differentiates it, [`optimize`] changes the design,
-//! [`verify`] compares gradients with differences. [`output`] writes result files, [`run`] keeps them in the directory of a
-//! run, [`render`] draws pictures, [`export`] makes surfaces of designs,
-//! [`report`] web pages of runs.
+//! ```text
+//! case ──build──▶ problem ──analysis──▶ objective, gradient ──optimize──▶ design ──run, report, export──▶ files
+//! ```
+//!
+//! This crate re-exports what users of the library need. [`case`](mod@case) reads a case file, [`build`](mod@build) makes
+//! the mesh and the [`model`](mod@model) from it, [`check`](mod@check) inspects them, [`analysis`] computes the load path and
+//! its derivatives, [`optimize`] changes the design, [`drive`](mod@drive) runs an optimization to its end and records it,
+//! [`verify`] compares gradients with finite differences. [`output`] writes result files, [`run`] manages the directory of a
+//! run, [`render`] draws pictures, [`export`] extracts surfaces of designs, [`report`] writes web pages about runs. Below
+//! them, [`path`] has the march and the adjoint sweep for any [`StepProblem`](path::StepProblem), and [`mesh`], [`solid`],
+//! [`contact`], [`design`] and [`linalg`] have the parts from which problems are built.
 
-pub mod analysis;
-pub mod build;
-pub mod case;
-pub mod check;
-pub mod export;
-pub mod machine;
-pub mod model;
-pub mod optimize;
-pub mod output;
-pub mod render;
-pub mod report;
-pub mod run;
-pub mod verify;
-pub mod words;
+pub mod drive;
 
-/// PETSc and MPI: sessions to build problems on.
+pub use slipstick_case::{build, case, check, machine};
+pub use slipstick_model::{analysis, model, optimize, problem, verify, words};
+pub use slipstick_results::{output, run};
+pub use slipstick_views::{export, picture, render, report};
+
+pub use slipstick_contact as contact;
+pub use slipstick_design as design;
+pub use slipstick_linalg as linalg;
+pub use slipstick_mesh as mesh;
+pub use slipstick_meshio as meshio;
+pub use slipstick_path as path;
+pub use slipstick_ranks as ranks;
+pub use slipstick_solid as solid;
+
+/// PETSc and MPI: sessions on which problems are built.
 #[cfg(feature = "petsc")]
 pub use slipstick_petsc as petsc;

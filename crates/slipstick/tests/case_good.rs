@@ -46,7 +46,7 @@ fn values_and_defaults_are_as_documented() {
         case.bodies[0].material,
         Material { law: LawKind::NeoHooke, youngs_modulus: 1000.0, poisson_ratio: 0.3 }
     );
-    assert_eq!(case.contacts[0].enforcement, lagrange(Some(2.0), None, PenaltyScaling::Area));
+    assert_eq!(case.contacts[0].enforcement, lagrange(Some(2.0), None, StiffnessScaling::Area));
     assert_eq!(case.dirichlet[0].components, [Component::X, Component::Y, Component::Z]);
     assert!(case.dirichlet[0].motion.is_empty());
     assert_eq!((case.load_path.max_newton_iterations, case.load_path.max_cutbacks), (25, 8));
@@ -90,17 +90,17 @@ fn energy_interpolation_is_off_unless_asked_for() {
 #[test]
 fn materials_and_elements_are_read() {
     let text = template("half-ball").expect("a template").text;
-    assert_eq!(half_ball().case.bodies[1].element, Element::Full);
+    assert_eq!(half_ball().case.bodies[1].element, Formulation::Full);
     let text = text.replace("neo_hooke", "st_venant_kirchhoff").replace("[[body]]", "[[body]]\nelement = \"f_bar\"");
     let case = parse(&text).case;
-    assert!(case.bodies.iter().all(|body| body.element == Element::FBar));
+    assert!(case.bodies.iter().all(|body| body.element == Formulation::FBar));
     let expected = Material { law: LawKind::StVenantKirchhoff, youngs_modulus: 1000.0, poisson_ratio: 0.3 };
     assert_eq!(case.bodies[0].material, expected);
     let written = toml::to_string(&case).expect("writable");
     assert_eq!(parse(&written).case, case, "{written}");
 }
 
-fn lagrange(factor: Option<f64>, stiffness: Option<Stiffness>, scaling: PenaltyScaling) -> Enforcement {
+fn lagrange(factor: Option<f64>, stiffness: Option<Stiffness>, scaling: StiffnessScaling) -> Enforcement {
     Enforcement::Lagrange { complementarity_parameter: factor, stiffness, scaling }
 }
 
@@ -114,28 +114,28 @@ fn all_enforcements_and_shapes_are_read() {
     let both = |value| Some(Stiffness { normal: value, tangential: value });
     let paper = "{ lagrange = { stiffness = { normal = 2.0, tangential = 1.0 }, scaling = \"weighted\" } }";
     let c = Some(Stiffness { normal: 2.0, tangential: 1.0 });
-    assert_eq!(with(paper), lagrange(None, c, PenaltyScaling::Weighted));
+    assert_eq!(with(paper), lagrange(None, c, StiffnessScaling::Weighted));
     assert_eq!(
         with("{ lagrange = { complementarity_parameter = 3 } }"),
-        lagrange(Some(3.0), None, PenaltyScaling::Area)
+        lagrange(Some(3.0), None, StiffnessScaling::Area)
     );
-    assert_eq!(with("{ penalty = {} }"), Enforcement::Penalty { stiffness: None, scaling: PenaltyScaling::Area });
+    assert_eq!(with("{ penalty = {} }"), Enforcement::Penalty { stiffness: None, scaling: StiffnessScaling::Area });
     assert_eq!(
         with("{ penalty = { stiffness = 1000, scaling = \"weighted\" } }"),
-        Enforcement::Penalty { stiffness: both(1000.0), scaling: PenaltyScaling::Weighted }
+        Enforcement::Penalty { stiffness: both(1000.0), scaling: StiffnessScaling::Weighted }
     );
     assert_eq!(
         with("{ penalty = { stiffness = { normal = 2.0, tangential = 1.0 } } }"),
         Enforcement::Penalty {
             stiffness: Some(Stiffness { normal: 2.0, tangential: 1.0 }),
-            scaling: PenaltyScaling::Area
+            scaling: StiffnessScaling::Area
         }
     );
     assert_eq!(
         with("{ augmented = { stiffness = 100, tolerance = 1e-9, max_uzawa = 50 } }"),
         Enforcement::Augmented {
             stiffness: both(100.0),
-            scaling: PenaltyScaling::Area,
+            scaling: StiffnessScaling::Area,
             tolerance: 1e-9,
             tolerance_scaling: ToleranceScaling::Relative,
             max_uzawa: 50,
@@ -216,7 +216,7 @@ fn what_is_left_out_of_a_way_point_stays() {
         "{ t = 0.5, angle = 30 }, { t = 1.0, u = [0, -0.2, 0] },\n]\nrotation = { point = [0, 0, 0], \
          direction = [0, 1, 0] }\n#",
     );
-    let text = text.replace("#   # slid to the plate's centre and pressed on\n]", "");
+    let text = text.replace("#   # slid to the plate's centre and pressed further\n]", "");
     let motion = parse(&text).case.dirichlet[1].motion.clone();
     assert_eq!(motion[1], Waypoint { t: 0.5, u: [0.0, -0.20, 0.0], angle: 30.0 });
     assert_eq!(motion[2], Waypoint { t: 1.0, u: [0.0, -0.2, 0.0], angle: 30.0 });

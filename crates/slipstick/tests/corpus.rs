@@ -33,7 +33,7 @@ fn replay(target: fn(&[u8]), folders: &[&str], least: usize) {
 }
 
 const MESHES: &str = "crates/meshio/tests/data";
-const TEMPLATES: &str = "crates/slipstick/src/case/templates";
+const TEMPLATES: &str = "crates/case/src/case/templates";
 
 #[test]
 fn case_files() {

@@ -2,6 +2,8 @@
 
 #[path = "../examples/own_objective.rs"]
 mod own_objective;
+#[path = "../examples/own_problem.rs"]
+mod own_problem;
 #[path = "../examples/sensitivities.rs"]
 mod sensitivities;
 
@@ -15,7 +17,31 @@ use slipstick_path::{Silent, Tolerance, Tolerances};
 #[test]
 fn examples_run() {
     own_objective::main().expect("runs");
+    own_problem::main().expect("runs");
     sensitivities::main().expect("runs");
+}
+
+/// The tutorial quotes what the example prints; `UPDATE_PAGES=1` writes the quotation. The derivatives that it prints agree.
+#[test]
+fn the_tutorial_of_ones_own_problem_quotes_its_example() {
+    let printed = own_problem::printed().expect("runs");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/tutorials/own_problem.md");
+    let text = std::fs::read_to_string(page).expect("there");
+    let (before, rest) = text.split_once("<!-- own_problem -->\n").expect("marked");
+    let (_, after) = rest.split_once("<!-- end -->").expect("marked");
+    let expected = format!("{before}<!-- own_problem -->\n```text\n{printed}```\n<!-- end -->{after}");
+    if std::env::var_os("UPDATE_PAGES").is_some() {
+        std::fs::write(page, &expected).expect("written");
+    }
+    assert_eq!(std::fs::read_to_string(page).expect("there"), expected);
+    let values: Vec<f64> = printed
+        .lines()
+        .last()
+        .into_iter()
+        .flat_map(|line| line.split([' ', ',']))
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    assert!(values.len() == 2 && (values[0] - values[1]).abs() < 1e-6, "{values:?}");
 }
 
 fn tighten(analysis: &mut Analysis) {

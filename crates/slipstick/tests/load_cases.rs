@@ -5,9 +5,8 @@ mod common;
 use common::scene::*;
 use common::*;
 use slipstick::analysis::Gradients;
-use slipstick::build::{Problem, build};
+use slipstick::build::{Problem, build, optimization};
 use slipstick::case::{CaseCode, Severity, parse_case};
-use slipstick::optimize::Optimization;
 use slipstick_path::Silent;
 
 /// What drives the block in the two cases.
@@ -98,7 +97,7 @@ fn designs_for_two_load_cases() {
     let text = both(LAGRANGE).replace("initial = 0.5", "initial = 0.5\nvolume_fraction = 0.5")
         + "[optimizer]\niterations = 3\n";
     let case = parse_case(&text, "case.toml").unwrap().case;
-    let mut optimization = Optimization::new(&case, build(&case).unwrap()).unwrap();
+    let mut optimization = optimization(&case, build(&case).unwrap()).unwrap();
     let mut counts = Vec::new();
     while !optimization.finished() {
         let forward = optimization.advance(&mut Silent).unwrap();
@@ -142,7 +141,7 @@ fn wrong_load_cases() {
     };
     for (from, to, code, says) in [
         ("load_case = 'first'", "load_case = 'frist'", CaseCode::UnknownSet, "first"),
-        ("name = 'second'", "name = 'first'", CaseCode::DuplicateName, "its own name"),
+        ("name = 'second'", "name = 'first'", CaseCode::DuplicateName, "a different name"),
         ("weight = 0.2", "weight = 0.0", CaseCode::OutOfRange, ""),
         ("load_case = 'second'\nmotion", "load_case = 'first'\nmotion", CaseCode::ConflictingDirichlet, "merge"),
     ] {

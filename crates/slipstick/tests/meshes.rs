@@ -242,7 +242,7 @@ fn errors_in_mesh_files_point_at_the_case() {
         ("part = 'slab'", "part = 'slap'", CaseCode::MeshFile, "'slap'", "sets of solid elements: block, slab"),
         ("gmsh_41_ascii.msh', part = 'slab'", "make.py'", CaseCode::MeshFile, "'make.py'", "mesh files are Gmsh's"),
         ("part = 'slab'", "scale = 0", CaseCode::OutOfRange, "0", ""),
-        ("part = 'slab'", "sha256 = '00ff'", CaseCode::MeshFile, "'00ff'", "put the old file back"),
+        ("part = 'slab'", "sha256 = '00ff'", CaseCode::MeshFile, "'00ff'", "restore the original file"),
         ("part = 'slab'", "prt = 'slab'", CaseCode::UnknownKey, "prt", "did you mean `part`?"),
         ("file = 'gmsh_41_ascii.msh', part = 'slab'", "", CaseCode::MissingKey, "{  }", "relative to the case file"),
         ("master = 'slab_top'", "master = 'slab_tip'", CaseCode::UnknownSet, "'slab_tip'", "did you mean `slab_top`?"),
@@ -259,8 +259,8 @@ fn errors_in_mesh_files_point_at_the_case() {
     let text = from_file("gmsh_41_second_order.msh");
     let errors = read(&text).expect_err("hex27");
     let expected = [
-        "gmsh_41_second_order.msh: body `slab`: 16 of 16 elements are of second order: 16 hex27 (C3D27); the first is element",
-        "gmsh_41_second_order.msh: body `block`: 4 of 4 elements are of second order: 4 hex27 (C3D27); the first is element",
+        "gmsh_41_second_order.msh: body `slab`: 16 of 16 elements are second-order: 16 hex27 (C3D27); the first is element",
+        "gmsh_41_second_order.msh: body `block`: 4 of 4 elements are second-order: 4 hex27 (C3D27); the first is element",
     ];
     assert_eq!(errors.diagnostics().len(), 2, "{errors}");
     for (diagnostic, message) in errors.diagnostics().iter().zip(expected) {
@@ -297,8 +297,8 @@ fn unmerged_nodes_are_told() {
     assert_eq!(
         told,
         [
-            "body `a` falls into 2 parts that share no nodes; 1 can move freely, one of them at (1.0000, 0.0000, 0.0000)",
-            "body `a` has 4 pairs of nodes at one place, as 1 and 8 at (1.0000, 0.0000, 0.0000): elements are not \
+            "body `a` consists of 2 parts that share no nodes; 1 can move freely, one of which is at (1.0000, 0.0000, 0.0000)",
+            "body `a` has 4 pairs of coincident nodes, for instance 1 and 8 at (1.0000, 0.0000, 0.0000): elements are not \
              connected there"
         ]
     );

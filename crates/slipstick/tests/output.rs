@@ -210,7 +210,7 @@ fn a_table_keeps_every_digit() {
         assert_eq!(read.to_bits(), value.to_bits(), "{line}");
     }
     let error = csv.row(&[1.0.into()]).expect_err("too short");
-    assert!(error.to_string().starts_with("a row of 1 values does not fit the 3 columns"), "{error}");
+    assert!(error.to_string().starts_with("a row of 1 values does not match the 3 columns"), "{error}");
     let error = csv.row(&[1usize.into(), f64::NAN.into(), Cell::Empty]).expect_err("not finite");
     assert!(error.to_string().starts_with("`value` is NaN at entry 1"), "{error}");
     assert_eq!(fs::read_to_string(&path).expect("readable"), text);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use slipstick::analysis::ForwardNotice;
-use slipstick::build::build;
+use slipstick::build::{build, optimization};
 use slipstick::case::parse_case;
 use slipstick::optimize::{Optimization, OptimizeError};
 use slipstick_design::objective::{Objective, StateDerivative, StateView};
@@ -27,9 +27,9 @@ fn case(down: f64, objective: &str) -> String {
     )
 }
 
-fn optimization(text: &str) -> Optimization {
+fn prepared(text: &str) -> Optimization {
     let resolved = parse_case(text, "case.toml").unwrap_or_else(|e| panic!("{e}"));
-    Optimization::new(&resolved.case, build(&resolved.case).unwrap()).unwrap()
+    optimization(&resolved.case, build(&resolved.case).unwrap()).unwrap()
 }
 
 /// The contact force, but nothing any more once it is lost.
@@ -66,7 +66,7 @@ impl Objective for Lost {
 /// forces of the size of the tolerance.
 #[test]
 fn open_contact_is_no_objective() {
-    let mut open = optimization(&case(-0.1, "contact_force = { steps = 'all' }"));
+    let mut open = prepared(&case(-0.1, "contact_force = { steps = 'all' }"));
     let Err(OptimizeError::Rounding(forward)) = open.advance(&mut Silent) else { panic!("no contact, no objective") };
     let rounding = forward.rounding.expect("says so");
     assert_eq!(rounding.notice, Some(ForwardNotice::ContactNeverCloses));
@@ -81,7 +81,7 @@ fn open_contact_is_no_objective() {
 /// A value that becomes rounding later ends the optimization there; the iterations before stay as they are.
 #[test]
 fn finished_iterations_stay() {
-    let mut optimization = optimization(&case(0.1, "contact_force = { steps = 'last' }"));
+    let mut optimization = prepared(&case(0.1, "contact_force = { steps = 'last' }"));
     let lost = Arc::new(AtomicBool::new(false));
     let analysis = &mut optimization.problem.analysis;
     let (slaves, nodes) = (analysis.model().slave_nodes(), optimization.problem.mesh.nodes.len());
@@ -109,13 +109,13 @@ fn finished_iterations_stay() {
 #[test]
 fn small_objectives_go_on() {
     // contact stays open, but the objective is the work of the load on the slab
-    let mut work = optimization(&case(-0.1, "compliance = {}"));
+    let mut work = prepared(&case(-0.1, "compliance = {}"));
     let forward = work.advance(&mut Silent).unwrap_or_else(|e| panic!("{e}"));
     assert!(forward.notice.is_some() && forward.rounding.is_none() && forward.value > 0.0);
     // pressed by a thousandth of the block's height on a slab of a thousandth of its stiffness, hardly filled
     let soft = case(1e-3, "contact_force = {}").replacen("youngs_modulus = 1000.0", "youngs_modulus = 1.0", 1);
     let soft = soft.replace("traction = [1, 0, 0]", "traction = [0, 0, 1e-9]");
-    let mut soft = optimization(&soft.replace("volume_fraction = 0.5", "volume_fraction = 0.1"));
+    let mut soft = prepared(&soft.replace("volume_fraction = 0.5", "volume_fraction = 0.1"));
     let forward = soft.advance(&mut Silent).unwrap_or_else(|e| panic!("{e}"));
     assert!(forward.rounding.is_none() && forward.value < 0.0, "{}", forward.value);
 }

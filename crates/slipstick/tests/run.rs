@@ -6,9 +6,8 @@ use std::fs;
 
 use common::scene::Scene;
 use slipstick::analysis::AnalysisError;
-use slipstick::build::Problem;
+use slipstick::build::{Problem, optimization};
 use slipstick::case::parse_case;
-use slipstick::optimize::Optimization;
 use slipstick::run::{
     Checkpoint, ExitState, FailureReport, History, NewtonTable, RunDirectory, RunError, RunPart, RunRecord,
     load_density, read_density, sha256, write_densities, write_failure, write_path,
@@ -109,7 +108,7 @@ fn a_checkpoint_is_the_state_bit_for_bit() {
     let (text, _) = small();
     let text = text.replace("[design]", "[optimizer]\niterations = 2\n[design]\nvolume_fraction = 0.5");
     let case = parse_case(&text, "c.toml").unwrap().case;
-    let mut optimization = Optimization::new(&case, common::problem(&text)).unwrap();
+    let mut optimization = optimization(&case, common::problem(&text)).unwrap();
     let mut rows = Vec::new();
     for n in 1..=2 {
         optimization.advance(&mut Silent).unwrap();
@@ -159,7 +158,7 @@ fn tables_and_fields_of_a_path() {
     assert_eq!(text.lines().count(), 1 + table.0.rows());
     assert!(text.lines().last().unwrap().starts_with("0,3,1.0,"), "{text}");
 
-    assert_eq!(write_path(&run, &problem.mesh, &problem.analysis.design, &forward.path).unwrap(), 4);
+    assert_eq!(write_path(Some(&run), &problem.mesh, &problem.analysis.design, &forward.path).unwrap(), 4);
     for step in 0..=3 {
         assert!(run.file(&RunDirectory::numbered("path", step)).exists());
     }
@@ -222,15 +221,15 @@ fn failures_name_places_attempts_and_cures() {
     );
     assert_eq!((report.places[0].number, report.places[0].position[1]), (slaves[1], 1.0));
     let index = 3 * (problem.mesh.nodes.len() + 2);
-    let lost = AnalysisError::State(StateError::NotFinite { quantity: "the residual", index });
+    let lost = AnalysisError::State(StateError::NotFinite { quantity: "the residual".into(), index });
     assert_eq!(FailureReport::new(&lost, &problem.mesh, &problem.analysis.design).places[0].number, slaves[2]);
 
-    assert!(write_failure(&run, &problem.mesh, &problem.analysis.design, &failed).unwrap());
+    assert!(write_failure(Some(&run), &problem.mesh, &problem.analysis.design, &failed).unwrap());
     assert!(run.file("failure.vtu").exists() && run.file("path_0002.vtu").exists());
     assert!(!run.file("path_0003.vtu").exists());
     let mut lost = failed;
     lost.iterate[0] = f64::NAN;
     fs::remove_file(run.file("failure.vtu")).unwrap();
-    assert!(!write_failure(&run, &problem.mesh, &problem.analysis.design, &lost).unwrap());
+    assert!(!write_failure(Some(&run), &problem.mesh, &problem.analysis.design, &lost).unwrap());
     assert!(!run.file("failure.vtu").exists(), "a state that is no number is not drawn");
 }

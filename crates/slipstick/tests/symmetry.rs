@@ -4,8 +4,7 @@ mod common;
 
 use common::scene::{LAGRANGE, augmented, penalty};
 use common::*;
-use slipstick::build::Problem;
-use slipstick::optimize::Optimization;
+use slipstick::build::{Problem, optimization};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_path::Silent;
 use std::collections::BTreeMap;
@@ -208,7 +207,7 @@ fn designs_of_a_part_are_those_of_the_whole() {
             Ok(abaqus::abaqus(&mesh).into_bytes())
         };
         let case = slipstick::case::parse_case_with(&cut.text(LAGRANGE), "symmetry.toml", &read).unwrap().case;
-        let mut optimization = Optimization::new(&case, cut.problem(LAGRANGE)).unwrap();
+        let mut optimization = optimization(&case, cut.problem(LAGRANGE)).unwrap();
         while !optimization.finished() {
             optimization.advance(&mut Silent).unwrap();
         }

@@ -1,5 +1,5 @@
-//! What the elements of a cluster contribute, hexahedra and wedges first, then batches of tetrahedra; compiled for the instruction
-//! set found at run time.
+//! The contributions of the elements of a cluster, hexahedra and wedges first, then batches of tetrahedra; compiled for
+//! the instruction set that is detected at run time.
 
 use crate::clusters::Target;
 use crate::hex8::kernel::Scratch;
@@ -119,7 +119,7 @@ impl WithSimd for AddTangents<'_> {
                 |i, k, block| {
                     // SAFETY: the positions are those of pairs of the element's nodes.
                     add(unsafe { self.target.at(positions[8 * i + k] as usize) }, block);
-                    // Coinciding corners of a wedge have one position for both blocks, which then add up there.
+                    // Coincident corners of a wedge share one position, where their blocks are summed.
                     if i != k {
                         // SAFETY: as above.
                         add(unsafe { self.target.at(positions[8 * k + i] as usize) }, transposed(block));
@@ -133,7 +133,7 @@ impl WithSimd for AddTangents<'_> {
     }
 }
 
-/// λ · ∂f/∂φ of elements, one number per element; 0 where nothing depends on the density.
+/// λ · ∂f/∂φ of elements, one number per element; 0 if nothing depends on the density.
 pub(crate) struct PullBack<'a> {
     pub sections: &'a [Section],
     pub elements: &'a [Hexahedron],
@@ -241,7 +241,7 @@ impl WithSimd for AddBatchTangents<'_> {
     }
 }
 
-/// λ · ∂f/∂φ of tetrahedra, one number per element of each batch; 0 where nothing depends on the density.
+/// λ · ∂f/∂φ of tetrahedra, one number per element of each batch; 0 if nothing depends on the density.
 pub(crate) struct PullBackBatches<'a> {
     pub sections: &'a [Section],
     pub batches: &'a [Batch],

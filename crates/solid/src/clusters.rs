@@ -1,20 +1,20 @@
 //! Elements in compact clusters, for assembly in parallel.
 //!
-//! What an element adds to a matrix is added where its neighbours have just added: a cluster finds its rows in the
-//! cache. Clusters of one colour share no node, so they can be assembled at the same time; colours follow one another.
-//! The order of all additions is that of the clusters, which depend on the mesh only: results are the same, bit for
-//! bit, for any number of threads.
+//! Elements of a cluster add to matrix rows that their neighbours have just used, so these rows are in the cache.
+//! Clusters of one colour share no nodes, so they can be assembled in parallel; colours are processed one after the
+//! other. The order of all additions is determined by the clusters, which depend only on the mesh: results are the
+//! same, bit for bit, for any number of threads.
 
 use rayon::prelude::*;
 use slipstick_mesh::{Element, Mesh};
 use std::marker::PhantomData;
 use std::ops::Range;
 
-/// Elements of a cluster, at most: the rows of its nodes fit in a cache of the second level.
+/// Maximum number of elements in a cluster, so that the rows of its nodes fit in the second-level cache.
 const LARGEST: usize = 256;
-/// And at least, so that taking a cluster up costs little.
+/// Minimum number of elements in a cluster, so that the overhead of starting one is small.
 const SMALLEST: usize = 8;
-/// Clusters that leave something to do for many threads.
+/// Number of clusters that keeps many threads busy.
 const MANY: usize = 256;
 
 /// A numbering of the elements cluster by cluster, colour by colour.
@@ -26,24 +26,25 @@ pub(crate) struct Clusters {
     colours: Vec<Vec<Range<usize>>>,
 }
 
-/// Numbers that all elements add to.
+/// Numbers to which all elements add.
 ///
-/// Threads share it without locks, on the promise of [`Target::at`].
+/// Threads share it without locks, under the contract of [`Target::at`].
 pub(crate) struct Target<'a, T> {
     first: *mut T,
     len: usize,
     lifetime: PhantomData<&'a mut [T]>,
 }
 
-// SAFETY: entries are reached through `Target::at` only, whose callers promise that no two threads reach one entry.
+// SAFETY: entries are accessed only through `Target::at`, whose callers guarantee that no two threads access the same
+// entry.
 unsafe impl<T: Send> Sync for Target<'_, T> {}
 
 impl<T> Target<'_, T> {
     /// Entry `index`.
     ///
     /// # Safety
-    /// Within [`Clusters::assemble`], `index` must belong to a node, or a pair of nodes, of an element of the cluster
-    /// at hand; and the last reference must be gone.
+    /// Within [`Clusters::assemble`], `index` must belong to a node, or a pair of nodes, of an element of the current
+    /// cluster; and the previous reference must no longer exist.
     ///
     /// # Panics
     /// If there is no such entry.
@@ -51,7 +52,7 @@ impl<T> Target<'_, T> {
     #[allow(clippy::mut_from_ref)]
     pub unsafe fn at(&self, index: usize) -> &mut T {
         assert!(index < self.len, "entry {index} of {}", self.len);
-        // SAFETY: in range; not shared, by the promise of the caller.
+        // SAFETY: in range; not shared, as the caller guarantees.
         unsafe { &mut *self.first.add(index) }
     }
 }
@@ -75,8 +76,8 @@ impl Clusters {
         Self { order, colours }
     }
 
-    /// Clusters of what stands in the place of their elements: `replace` is given each cluster's elements in order, and
-    /// returns of how many things the cluster then consists.
+    /// Clusters of items that replace their elements: `replace` receives the elements of each cluster in order, and
+    /// returns the number of items of the cluster.
     pub fn replaced(mut self, mut replace: impl FnMut(&[u32]) -> usize) -> Self {
         let mut end = 0;
         for cluster in self.colours.iter_mut().flatten() {
@@ -89,7 +90,7 @@ impl Clusters {
 
     /// Calls `work` for all clusters, in parallel within a colour. Returns the elements that it rejected.
     ///
-    /// `work` is given a cluster as a range of [`Self::order`], the target, and a list for the mesh's numbers of the
+    /// `work` receives a cluster as a range of [`Self::order`], the target, and a list for the mesh numbers of the
     /// elements that it rejects.
     pub fn assemble<T: Send>(
         &self,
@@ -109,7 +110,7 @@ impl Clusters {
     }
 }
 
-/// Halves a set of elements across its longest extension until the parts are small.
+/// Bisects a set of elements across its longest extent until the parts are small.
 fn bisect(elements: &mut [u32], centres: &[[f64; 3]], largest: usize, out: &mut Vec<Vec<u32>>) {
     if elements.len() <= largest {
         elements.sort_unstable();
@@ -125,7 +126,7 @@ fn bisect(elements: &mut [u32], centres: &[[f64; 3]], largest: usize, out: &mut 
     let extensions = [extension(0), extension(1), extension(2)];
     let axis = (0..3).max_by(|&a, &b| extensions[a].total_cmp(&extensions[b])).unwrap_or(0);
     let half = elements.len() / 2;
-    // Equal coordinates are told apart by the element number: the halves do not depend on the algorithm.
+    // Ties are broken by the element number, so the halves do not depend on the algorithm.
     elements.select_nth_unstable_by(half, |&a, &b| {
         centres[a as usize][axis].total_cmp(&centres[b as usize][axis]).then(a.cmp(&b))
     });
@@ -134,9 +135,9 @@ fn bisect(elements: &mut [u32], centres: &[[f64; 3]], largest: usize, out: &mut 
     bisect(upper, centres, largest, out);
 }
 
-/// Gives each cluster the first colour that no cluster with a common node has.
+/// Assigns each cluster the first colour that no cluster with a common node has.
 fn colour(mesh: &Mesh, clusters: Vec<Vec<u32>>) -> Vec<Vec<Vec<u32>>> {
-    // For each colour, the nodes where it occurs.
+    // For each colour, the nodes at which it occurs.
     let mut taken: Vec<Vec<bool>> = Vec::new();
     let mut colours: Vec<Vec<Vec<u32>>> = Vec::new();
     for cluster in clusters {

@@ -1,29 +1,30 @@
-//! What the density of an element does to its energy: modified SIMP and, on request, interpolation of the energy.
+//! Effect of an element's density on its energy: modified SIMP and, optionally, interpolation of the energy.
 
 use crate::Simp;
 
-/// How an element's energy is scaled: `W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)]`, integrated over the element, with Ψ the
-/// material's energy and Ψ_L its small-strain limit. As a derivative with respect to the density, it holds those of both
-/// numbers.
+/// How an element's energy is scaled: `W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)]`, integrated over the element, with Ψ
+/// the material's energy and Ψ_L its small-strain limit. The same type holds the derivatives of both numbers with
+/// respect to the density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElementScaling {
-    /// Stiffness over that of the solid, E/E₀.
+    /// Stiffness relative to the solid, E/E₀.
     pub factor: f64,
-    /// Part γ of the displacements that the finite-strain energy sees: 1 in solid elements, 0 in empty ones.
+    /// Fraction γ of the displacements at which the finite-strain energy is evaluated: 1 in solid elements, 0 in empty
+    /// ones.
     pub gamma: f64,
 }
 
 impl ElementScaling {
-    /// The solid as it is.
+    /// The unscaled solid.
     pub const SOLID: Self = Self { factor: 1.0, gamma: 1.0 };
 
-    /// Solid whose stiffness is scaled, without interpolation of the energy.
+    /// A solid with scaled stiffness, without interpolation of the energy.
     pub const fn stiffness(factor: f64) -> Self {
         Self { factor, gamma: 1.0 }
     }
 
-    /// As a law feels it, or its derivative: at small strains Ψ is Ψ_L, and the energy is factor · Ψ_L whatever γ is. With γ = 0
-    /// the elements evaluate the law at rest, where nothing inverts.
+    /// The scaling, or its derivative, as it applies to a law: for a small-strain law Ψ is Ψ_L, and the energy is
+    /// factor · Ψ_L for any γ. With γ = 0 the elements evaluate the law at rest, where no element is inverted.
     #[inline(always)]
     pub(crate) fn effective(self, small_strains: bool) -> Self {
         if small_strains { Self { gamma: 0.0, ..self } } else { self }
@@ -36,8 +37,8 @@ impl ElementScaling {
 /// γ(x) = (tanh βη + tanh β(x − η)) / (tanh βη + tanh β(1 − η)),   x = φ^p
 /// ```
 ///
-/// Source: Wang, Lazarov, Sigmund, Jensen, Comput. Methods Appl. Mech. Engrg. 276 (2014) 453–472, whose β₁ and ρ₀ are β and
-/// η here. As Ψ_L is quadratic, their Ψ(γu) − Ψ_L(γu) + Ψ_L(u) is Ψ(γu) + (1 − γ²) Ψ_L(u).
+/// Source: Wang, Lazarov, Sigmund, Jensen, Comput. Methods Appl. Mech. Engrg. 276 (2014) 453–472, whose β₁ and ρ₀ are β
+/// and η here. As Ψ_L is quadratic, their Ψ(γu) − Ψ_L(γu) + Ψ_L(u) is Ψ(γu) + (1 − γ²) Ψ_L(u).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnergyInterpolation {
     /// Threshold η of φ^p, in (0, 1).
@@ -67,7 +68,7 @@ impl EnergyInterpolation {
     }
 }
 
-/// From density to the scaling of an element's energy.
+/// The map from density to the scaling of an element's energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interpolation {
     /// Stiffness.
@@ -127,7 +128,7 @@ mod tests {
         }
     }
 
-    /// Empty elements are linear, solid ones are not touched, and half way lies at φ^p = η, where tanh βη ≈ 1.
+    /// Empty elements are linear, solid ones are unchanged, and the midpoint is at φ^p = η, where tanh βη ≈ 1.
     #[test]
     fn limits_of_the_energy_interpolation() {
         let law = interpolation(3.0, EnergyInterpolation::PUBLISHED);

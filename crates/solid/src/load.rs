@@ -8,7 +8,7 @@ const QUADRILATERAL: [(f64, f64, f64); 4] = {
     [(-G, -G, 1.0), (G, -G, 1.0), (G, G, 1.0), (-G, G, 1.0)]
 };
 
-/// The same of a triangle, whose x,ξ × x,η is constant.
+/// The same for a triangle, whose x,ξ × x,η is constant.
 const TRIANGLE: [(f64, f64, f64); 1] = [(1.0 / 3.0, 1.0 / 3.0, 0.5)];
 
 /// Shape functions of a facet and their slopes at an integration point.
@@ -19,7 +19,7 @@ struct Point {
     by_eta: [f64; 4],
 }
 
-/// Integration points of a facet of three or four nodes.
+/// Integration points of a facet with three or four nodes.
 fn points(nodes: usize) -> impl Iterator<Item = Point> {
     let rule: &[(f64, f64, f64)] = if nodes == 3 { &TRIANGLE } else { &QUADRILATERAL };
     rule.iter().map(move |&(xi, eta, weight)| {
@@ -47,8 +47,8 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// ∫ N_i dA of every node of the facets, ascending: the nodal forces of a unit traction on them. `x` has three coordinates
-/// per node of the mesh. \[L²\]
+/// ∫ N_i dA of every node of the facets, ascending: the nodal forces of a unit traction on them. `x` has three
+/// coordinates per node of the mesh. \[L²\]
 pub fn nodal_areas(facets: &[FacetNodes], x: &[f64]) -> Vec<(u32, f64)> {
     let mut areas = std::collections::BTreeMap::new();
     for facet in facets {
@@ -63,8 +63,9 @@ pub fn nodal_areas(facets: &[FacetNodes], x: &[f64]) -> Vec<(u32, f64)> {
     areas.into_iter().collect()
 }
 
-/// Adds `factor` ∫ N_i n da, n the facets' normal to the side from which their nodes run counter-clockwise: the residual of
-/// the pressure `factor`, minus the force it exerts. `x`: positions, `out`: three entries per node. \[F/L²\] to \[F\]
+/// Adds `factor` ∫ N_i n da, where n is the facets' normal on the side from which their nodes are counter-clockwise:
+/// the residual of the pressure `factor`, that is, minus the force that it exerts. `x`: positions, `out`: three entries
+/// per node. \[F/L²\] to \[F\]
 pub fn add_pressure(facets: &[FacetNodes], x: &[f64], factor: f64, out: &mut [f64]) {
     for facet in facets {
         for point in points(facet.len()) {
@@ -78,8 +79,8 @@ pub fn add_pressure(facets: &[FacetNodes], x: &[f64], factor: f64, out: &mut [f6
     }
 }
 
-/// Hands the blocks of the derivative of [`add_pressure`] with respect to the positions to `add`: row node, column node, and
-/// the block by rows. Not symmetric at the edge of a surface.
+/// Passes the blocks of the derivative of [`add_pressure`] with respect to the positions to `add`: row node, column
+/// node, and the row-major block. It is not symmetric at the edge of a surface.
 ///
 /// Test: `pressure_tangent_matches_finite_differences`.
 pub fn pressure_tangent(facets: &[FacetNodes], x: &[f64], factor: f64, mut add: impl FnMut(u32, u32, &[f64; 9])) {
@@ -103,7 +104,7 @@ pub fn pressure_tangent(facets: &[FacetNodes], x: &[f64], factor: f64, mut add: 
 mod tests {
     use super::*;
 
-    /// A warped quadrilateral and two triangles that close it to a body together with nothing else.
+    /// A warped quadrilateral and two triangles that together enclose a volume.
     fn open() -> (Vec<FacetNodes>, Vec<f64>) {
         let facets = vec![[0u32, 1, 2, 3].into(), [0, 4, 1].into(), [1, 4, 2].into()];
         let x = vec![0.0, 0.1, 0.0, 1.2, 0.0, 0.1, 1.0, 0.9, -0.2, -0.1, 1.0, 0.3, 0.4, 0.5, -1.0];
@@ -140,8 +141,8 @@ mod tests {
         }
     }
 
-    /// On a closed surface, constant pressure has no resultant and no moment (Gauss' theorem), and its work is that on the
-    /// volume; so on a tetrahedron, and on the skin of a hexahedron with warped faces.
+    /// On a closed surface, constant pressure has no resultant and no moment (Gauss' theorem), and its work is pressure
+    /// times change of volume; on a tetrahedron, and on the skin of a hexahedron with warped faces.
     #[test]
     fn pressure_on_a_closed_surface_balances_itself() {
         let tetrahedron: Vec<FacetNodes> =

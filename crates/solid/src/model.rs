@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{Element, Mesh};
 
-/// Elements that a thread takes at a time.
+/// Number of elements that a thread processes at a time.
 const CHUNK: usize = 64;
 
-/// Elements whose deformation gradient, at γ u with interpolated energy, has J ≤ 0 (or is not finite) at a Gauss point: the
-/// trial state is no state. Laws of small strains have no such limit: of those, only elements whose force is not finite.
+/// Elements whose deformation gradient, at γ u with interpolated energy, has J ≤ 0 (or is not finite) at a Gauss point:
+/// the trial state is invalid. Small-strain laws have no such limit: for them, only elements whose force is not finite.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{} inverted element{}, first: {}", elements.len(), if elements.len() == 1 { "" } else { "s" }, elements[0])]
 pub struct InvertedElements {
@@ -28,11 +28,11 @@ pub struct InvertedElements {
 
 /// The solid bodies of a mesh.
 ///
-/// `scalings` in all calls is what the density makes of each element (see [`crate::Interpolation`]); displacements and
-/// forces have three entries per node.
+/// In all calls, `scalings` contains the scaling of each element by its density (see [`crate::Interpolation`]);
+/// displacements and forces have three entries per node.
 #[derive(Debug, Clone)]
 pub struct SolidModel {
-    /// Hexahedra, and wedges as hexahedra, in the order of `clusters`.
+    /// Hexahedra, and wedges represented as hexahedra, in the order of `clusters`.
     hexahedra: Vec<Hexahedron>,
     clusters: Clusters,
     /// Tetrahedra, in the order of `batch_clusters`.
@@ -43,11 +43,11 @@ pub struct SolidModel {
     section_of: Vec<u32>,
 }
 
-/// All that the integrals over a hexahedron or wedge read, in one place.
+/// All data that the integrals over a hexahedron or wedge read, in one place.
 #[derive(Debug, Clone)]
 pub(crate) struct Hexahedron {
     pub geometry: ReferenceGeometry,
-    /// Those of a wedge stand twice where corners coincide: what is added to them adds up.
+    /// For a wedge, nodes of coincident corners appear twice; their contributions are summed.
     pub nodes: [u32; 8],
     /// The mesh's number of the element.
     pub number: u32,
@@ -66,21 +66,22 @@ impl Hexahedron {
     }
 }
 
-/// Where each element's blocks, 64 of a hexahedron or wedge and 16 of a tetrahedron, go in a matrix's values, element by element in
-/// the order of the model; built once per pattern.
+/// Positions of each element's blocks, 64 for a hexahedron or wedge and 16 for a tetrahedron, in the values of a
+/// matrix, element by element in the order of the model; built once per pattern.
 #[derive(Debug, Clone)]
 pub struct Scatter {
     positions: Vec<[u32; 64]>,
     batch_positions: Vec<[[u32; 16]; tet4::LANES]>,
-    /// Blocks of the pattern.
+    /// Number of blocks of the pattern.
     blocks: usize,
 }
 
 impl SolidModel {
-    /// Builds the model; `sections` has one per body of the mesh. A material alone stands for fully integrated elements.
+    /// Builds the model; `sections` has one per body of the mesh. A material without a formulation means fully
+    /// integrated elements.
     ///
     /// # Errors
-    /// Elements with a non-positive Jacobian in the reference configuration.
+    /// If elements have a non-positive Jacobian in the reference configuration.
     ///
     /// # Panics
     /// Without one section per body.
@@ -88,11 +89,11 @@ impl SolidModel {
         Self::part(mesh, sections, |_| true)
     }
 
-    /// A model of those elements only that `has` picks by their numbers: what it assembles is their part of a sum, and what
-    /// it computes of elements is 0 for the others. Numbers of elements and nodes are still the mesh's.
+    /// A model of only those elements that `has` selects by their numbers. It assembles their part of a sum, and its
+    /// element results are 0 for the other elements. Element and node numbers are still those of the mesh.
     ///
     /// # Errors
-    /// As [`new`](Self::new), of the picked elements.
+    /// As for [`new`](Self::new), for the selected elements.
     ///
     /// # Panics
     /// Without one section per body.
@@ -149,7 +150,7 @@ impl SolidModel {
         self.section_of.len()
     }
 
-    /// What every body is made of.
+    /// The material and formulation of every body.
     pub fn sections(&self) -> &[Section] {
         &self.sections
     }
@@ -200,7 +201,7 @@ impl SolidModel {
         })
     }
 
-    /// Finds the place of every element block in the pattern.
+    /// Finds the position of every element block in the pattern.
     ///
     /// # Panics
     /// If the pattern lacks a pair of nodes that share an element.
@@ -219,14 +220,14 @@ impl SolidModel {
         }
     }
 
-    /// Adds the tangent ∂f_int/∂d to a matrix, from whose pattern this model made `scatter`. Does not depend on the
-    /// number of threads, bit for bit.
+    /// Adds the tangent ∂f_int/∂d to a matrix; this model made `scatter` from the pattern of the matrix. The result
+    /// does not depend on the number of threads, bit for bit.
     ///
     /// # Errors
     /// [`InvertedElements`]; the matrix is then unspecified.
     ///
     /// # Panics
-    /// If `scatter` was made for another number of blocks or elements.
+    /// If `scatter` was made for a different number of blocks or elements.
     pub fn add_tangent(
         &self,
         d: &[f64],
@@ -249,8 +250,9 @@ impl SolidModel {
         refuse(rejected)
     }
 
-    /// Adds K v with K = ∂f_int/∂d, without a matrix: the product that an objective on internal forces needs. K is symmetric, so it serves for Kᵀ v as well. Elements at whose
-    /// nodes v vanishes are passed over. Does not depend on the number of threads, bit for bit.
+    /// Adds K v with K = ∂f_int/∂d, without a matrix: the product that an objective of internal forces needs. K is
+    /// symmetric, so the result is also Kᵀ v. Elements are skipped if v vanishes at all their nodes. The result does
+    /// not depend on the number of threads, bit for bit.
     ///
     /// # Errors
     /// [`InvertedElements`]; `out` is then unspecified.
@@ -271,13 +273,14 @@ impl SolidModel {
         refuse(rejected)
     }
 
-    /// Adds λᵀ ∂f_int/∂φ_e of every element to `out`; `slopes` holds the derivatives of the scalings with respect to the
-    /// densities φ_e. Elements whose scaling depends on nothing are passed over.
+    /// Adds λᵀ ∂f_int/∂φ_e of every element to `out`; `slopes` holds the derivatives of the scalings with respect to
+    /// the densities φ_e. Elements whose scaling does not depend on the density are skipped.
     ///
-    /// Paper: (88), (89). Tests: `kernels_agree_with_the_reference_element`, `interpolated_pull_back_matches_differences`.
+    /// Paper: (88), (89). Tests: `kernels_agree_with_the_reference_element`,
+    /// `interpolated_pull_back_matches_differences`.
     ///
     /// # Errors
-    /// [`InvertedElements`]; `out` is then as before.
+    /// [`InvertedElements`]; `out` is then unchanged.
     pub fn pull_back_density(
         &self,
         d: &[f64],
@@ -350,7 +353,7 @@ impl SolidModel {
         Ok(energies.iter().sum())
     }
 
-    /// Smallest J of each element, whatever its scaling: an element with interpolated energy may have J ≤ 0.
+    /// Smallest J of each element, regardless of its scaling: an element with interpolated energy may have J ≤ 0.
     pub fn smallest_determinants(&self, d: &[f64]) -> Vec<f64> {
         self.by_number(
             |element| hex8::smallest_determinant(&element.geometry, &local(&element.nodes, d)),
@@ -382,7 +385,7 @@ impl SolidModel {
     }
 }
 
-/// A batch of tetrahedra by their numbers.
+/// A batch of tetrahedra, given by their numbers.
 fn batch(mesh: &Mesh, numbers: &[u32], section: u32) -> Result<Batch, Vec<u32>> {
     let nodes = |number: &u32| match mesh.elements[*number as usize] {
         Element::Tet4(nodes) => Some((*number, nodes)),

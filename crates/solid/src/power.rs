@@ -1,4 +1,4 @@
-//! Powers at all points at once.
+//! Vectorized powers.
 
 use crate::registers::{AtPoints, POINTS, load, store};
 use pulp::Simd;
@@ -7,21 +7,22 @@ use std::f64::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 /// Bits of the fraction of an f64.
 const FRACTION: u32 = f64::MANTISSA_DIGITS - 1;
 const ONE: u64 = 1.0_f64.to_bits();
-/// 2⁵²: in [2⁵², 2⁵³) the spacing is 1, so that the fraction is an integer.
+/// 2⁵²: in [2⁵², 2⁵³) the spacing of floats is 1, so that the fraction is an integer.
 const INTEGERS: f64 = (1_u64 << FRACTION) as f64;
-/// Added to a small number, rounds it to an integer, which then stands in the low bits.
+/// Adding this to a small number rounds it to an integer, which is then in the low bits.
 const ROUNDING: f64 = 1.5 * INTEGERS;
-/// Arguments of the exponential function beyond which its value is taken as infinite or as zero.
+/// Arguments of the exponential function beyond which its value is replaced by infinity or zero.
 const LARGEST: f64 = 708.0;
 
-/// x^(−exponent) of positive normal numbers, relative error about (1 + 2 |exponent ln x|) 2⁻⁵²: the logarithm and its product
-/// with the exponent take four roundings of 2⁻⁵³ each, near x = 1 all of them relative to ln x. Exactly 1 at x = 1.
+/// x^(−exponent) of positive normal numbers, relative error about (1 + 2 |exponent ln x|) 2⁻⁵²: the logarithm and its
+/// product with the exponent take four roundings of 2⁻⁵³ each, near x = 1 all of them relative to ln x. Exactly 1 at x
+/// = 1.
 ///
-/// An overflow gives infinity, an underflow 0. Anything but a positive normal number gives nonsense: the caller has
-/// checked.
+/// An overflow gives infinity, an underflow 0. The result is meaningless for anything but a positive normal number; the
+/// caller must check this.
 ///
 /// With x = 2ᵏ m and m in [√½, √2): ln x = k ln 2 + 2 artanh s, s = (m − 1)/(m + 1); then exp y = 2ⁿ exp r with
-/// |r| ≤ ½ ln 2. Both series break off where the next term is below 2⁻⁵⁵ of the result.
+/// |r| ≤ ½ ln 2. Both series are truncated where the next term is below 2⁻⁵⁵ of the result.
 #[inline(always)]
 pub(crate) fn inverse_power<S: Simd>(simd: S, x: &AtPoints, exponent: f64) -> AtPoints {
     let mut fraction = [0.0; POINTS];
@@ -39,7 +40,7 @@ pub(crate) fn inverse_power<S: Simd>(simd: S, x: &AtPoints, exponent: f64) -> At
         store::<S>(&mut value, v, remainder);
     }
     for p in 0..POINTS {
-        // The low bits of the rounded number hold n: this is 2ⁿ.
+        // The low bits of the rounded number are n: this is 2ⁿ.
         n[p] = f64::from_bits((n[p].to_bits() << FRACTION).wrapping_add(ONE));
     }
     for v in 0..POINTS / S::F64_LANES {
@@ -138,8 +139,8 @@ mod tests {
         assert_eq!(inverse_power(pulp::Scalar, &[0.3; 8], 0.0), [1.0; 8]);
     }
 
-    /// Expected values: the exponential function of the standard library. What is left of ln 2 in two parts is its own rounding,
-    /// 0.15 ε of the argument.
+    /// Expected values: the exponential function of the standard library. The error of ln 2 in two parts is its own
+    /// rounding, 0.15 ε of the argument.
     #[test]
     fn exponentials_agree_with_the_library() {
         for y in (-200..=200).map(|k| 3.5 * f64::from(k)) {

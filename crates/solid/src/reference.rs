@@ -1,11 +1,11 @@
-//! The reference element: the energy as in a textbook, in scalar code; dual numbers give its derivatives. It shares no code
-//! with the kernels, which must agree with it (`reference/tests.rs`). A new element starts here.
+//! The reference element: the energy as in a textbook, in scalar code, with derivatives from dual numbers. It shares no
+//! code with the kernels, which must agree with it (`reference/tests.rs`). Implement a new element here first.
 
 use crate::law::{Real, determinant, small_strain_energy};
 use crate::{Formulation, Section};
 use std::{array::from_fn, ops::Add, ops::Div, ops::Mul, ops::Sub};
 
-/// x + x′ε with ε² = 0. Dual numbers of dual numbers have second derivatives: `slope.slope`.
+/// x + x′ε with ε² = 0. Nested dual numbers give second derivatives: `slope.slope`.
 #[derive(Debug, Clone, Copy)]
 pub struct Dual<T> {
     pub value: T,
@@ -58,7 +58,8 @@ fn shapes<T: Real>(nodes: usize, [x, y, z]: [T; 3]) -> Vec<T> {
     }
 }
 
-/// Points of the parent element and their weights. A wedge's are those of a cube, two edges of which are shrunk to a point.
+/// Points of the parent element and their weights. Those of a wedge are the points of a cube in which two edges are
+/// collapsed to points.
 fn quadrature(nodes: usize) -> Vec<([f64; 3], f64)> {
     let gauss = (0..8).map(|i| corner(i).map(|sign| sign / 3.0_f64.sqrt()));
     match nodes {
@@ -68,8 +69,9 @@ fn quadrature(nodes: usize) -> Vec<([f64; 3], f64)> {
     }
 }
 
-/// W = s Σ w [Ψ(F̄) + (1 − γ²) Ψ_L(H̄)] of the element with n nodes X and displacements u; H = ∂u/∂X, F = 1 + γH. Full: F̄ = F
-/// and H̄ = H. F̄: H̄ = H + (mean of tr H − tr H)/3; F̄ = (mean of J / J)^(1/3) F, or 1 + γH̄ if the law has small strains.
+/// W = s Σ w [Ψ(F̄) + (1 − γ²) Ψ_L(H̄)] of the element with n nodes X and displacements u; H = ∂u/∂X, F = 1 + γH. Full:
+/// F̄ = F and H̄ = H. F̄: H̄ = H + (mean of tr H − tr H)/3; F̄ = (mean of J / J)^(1/3) F, or 1 + γH̄ if the law has
+/// small strains.
 pub fn energy<T: Real>(section: &Section, x: &[[f64; 3]], u: &[[T; 3]], [s, gamma]: [T; 2]) -> T {
     let (law, full, n) = (&section.material, section.formulation == Formulation::Full, x.len());
     let (zero, one, third) = (T::from(0.0), T::from(1.0), T::from(1.0 / 3.0));

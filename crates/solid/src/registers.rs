@@ -1,5 +1,5 @@
-//! Numbers at eight points, a few per register, and 3×3 matrices of them: what laws and elements compute with. All functions
-//! are inlined into a caller compiled for the instruction set found at run time.
+//! Numbers at eight points, a few per register, and 3×3 matrices of them, for computations of laws and elements. All
+//! functions are inlined into a caller that is compiled for the instruction set detected at run time.
 
 use pulp::Simd;
 
@@ -12,7 +12,7 @@ pub(crate) type Matrices = [[AtPoints; 3]; 3];
 /// A 3×3 matrix at as many points as a register holds.
 pub(crate) type Matrix<S> = [[<S as Simd>::f64s; 3]; 3];
 
-/// Inverse and determinant; the inverse is meaningless where the determinant vanishes.
+/// Inverse and determinant; the inverse is meaningless if the determinant vanishes.
 #[inline(always)]
 pub(crate) fn invert<S: Simd>(simd: S, m: &Matrix<S>) -> (Matrix<S>, S::f64s) {
     let cofactors: Matrix<S> = array(|a, b| {

@@ -1,15 +1,18 @@
-//! What the elements of a body are made of, and how they are integrated.
+//! Material and integration of a body's elements.
 
 use crate::law::Material;
+use schemars::JsonSchema;
+use serde::Serialize;
 
-/// How an element sees the deformation gradient.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// How an element uses the deformation gradient.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Formulation {
-    /// As it is at each Gauss point. Locks where the material is nearly incompressible.
+    /// Unmodified, at each Gauss point. Locks if the material is nearly incompressible.
     #[default]
     Full,
-    /// F̄ = (J̄/J)^(1/3) F, where J̄ is the element's mean of J: the volume may change only as a whole, which unlocks nearly
-    /// incompressible material.
+    /// F̄ = (J̄/J)^(1/3) F, where J̄ is the element's mean of J: the volume change is uniform over the element, which
+    /// avoids locking of nearly incompressible material.
     FBar,
 }
 

@@ -62,7 +62,7 @@ fn newton(model: &SolidModel, mesh: &Mesh, fixed: &[bool], mut increment: Vec<f6
         matrix.mul(&increment, &mut residual);
         residual.iter_mut().zip(&force).for_each(|(r, f)| *r += f);
         let (system, rhs) = (reduction.reduce(&matrix), reduction.restrict(&residual));
-        let factors = solver.factorize(&system).expect("factors");
+        let factors = solver.analyse_and_factorize(&system).expect("factors");
         let mut step = vec![0.0; rhs.len()];
         solve_verified(&system, factors.as_ref(), false, &rhs, &mut step, 1e-10).expect("a solution");
         let mut change = vec![0.0; d.len()];

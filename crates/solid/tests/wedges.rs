@@ -174,7 +174,7 @@ fn bending_energy(n: usize, along: Option<usize>) -> f64 {
     let groups: Vec<u32> = (0..mesh.nodes.len() as u32).collect();
     let reduction = Reduction::new(&pattern, &fixed, &groups);
     let (system, rhs) = (reduction.reduce(&matrix), reduction.restrict(&force));
-    let factors = RobustSolver::new(SolverChoice::Auto).factorize(&system).expect("factors");
+    let factors = RobustSolver::new(SolverChoice::Auto).analyse_and_factorize(&system).expect("factors");
     let mut step = vec![0.0; rhs.len()];
     solve_verified(&system, factors.as_ref(), false, &rhs, &mut step, 1e-12).expect("a solution");
     let mut change = zero;

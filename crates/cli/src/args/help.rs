@@ -8,7 +8,7 @@ use clap_complete::Shell;
 /// Arguments of `explain`.
 #[derive(Debug, Clone, Args)]
 pub struct Explain {
-    /// A code as messages show it, with or without `slipstick::case::`; without it, all are listed
+    /// A code as shown in messages, with or without `slipstick::case::`; if omitted, all codes are listed
     #[arg(value_name = "CODE")]
     pub code: Option<String>,
 }
@@ -19,7 +19,7 @@ pub struct SchemaOf {
     /// File to write [default: standard output]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
-    /// Replace the file where it exists
+    /// Replace the file if it exists
     #[arg(long, requires = "out")]
     pub force: bool,
 }
@@ -35,7 +35,7 @@ pub struct Completions {
 /// Arguments of `man`.
 #[derive(Debug, Clone, Args)]
 pub struct Man {
-    /// A command, for its own page [default: the program's]
+    /// The command to document [default: the whole program]
     #[arg(value_name = "COMMAND")]
     pub command: Option<String>,
 }

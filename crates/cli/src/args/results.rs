@@ -1,4 +1,4 @@
-//! Arguments of commands that make files of results.
+//! Arguments of commands that turn results into files.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ pub struct Report {
     /// File to write [default: report.html in the directory]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
-    /// Replace the named file where it exists
+    /// Replace the named file if it exists
     #[arg(long, requires = "out")]
     pub force: bool,
 }
@@ -26,31 +26,31 @@ pub struct Export {
     /// Directory of a run
     #[arg(value_name = "RESULTS", value_hint = ValueHint::DirPath)]
     pub results: PathBuf,
-    /// Binary STL file to write [default, where no file is named: design.stl in the directory]
+    /// Binary STL file to write [default, if no file is given: design.stl in the directory]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub stl: Option<PathBuf>,
-    /// Wavefront OBJ file to write: shared points, full precision, an object per body
+    /// Wavefront OBJ file to write: shared points, full precision, one object per body
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub obj: Option<PathBuf>,
-    /// 3MF file to write, for printing: an object per body, in the unit that the case names (mm without one)
+    /// 3MF file to write, for printing: one object per body, in the unit that the case names (mm if none)
     #[arg(long = "3mf", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub threemf: Option<PathBuf>,
     /// VTU file to write, for ParaView
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub vtu: Option<PathBuf>,
-    /// The design of an iteration [default: the newest]
+    /// Export the design of an iteration [default: the newest]
     #[arg(long, value_name = "NUMBER")]
     pub iteration: Option<usize>,
-    /// Density above which there is material; auto: so that the volume is that of the densities
+    /// Density above which there is material; auto: the value that preserves the volume of the densities
     #[arg(long, value_name = "DENSITY", default_value = "auto", value_parser = threshold)]
     pub threshold: Threshold,
-    /// Passes of smoothing, which takes the steps of the elements away but does not shrink
+    /// Number of smoothing passes, which remove the staircase of the elements without shrinking the surface
     #[arg(long, value_name = "NUMBER", default_value_t = 10)]
     pub smooth: usize,
-    /// Whether the bodies' outer faces stay: contact surfaces, supports, edges
+    /// Whether to keep the outer faces of the bodies: contact surfaces, supports, edges
     #[arg(long, value_name = "BOOL", default_value_t = true, action = ArgAction::Set)]
     pub keep_surfaces: bool,
-    /// Bodies, by name [default: the designed ones]
+    /// Bodies to export, by name [default: the designed ones]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub body: Vec<String>,
     /// Replace files that exist
@@ -58,7 +58,7 @@ pub struct Export {
     pub force: bool,
 }
 
-/// A threshold, or the program's choice of one.
+/// A threshold, or `auto` for the program's choice.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Threshold(pub Option<f64>);
 

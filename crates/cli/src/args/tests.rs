@@ -1,4 +1,4 @@
-//! Command lines, right and wrong.
+//! Valid and invalid command lines.
 
 use super::*;
 use clap::CommandFactory;
@@ -49,7 +49,7 @@ fn commands_are_read() {
     }
 }
 
-/// Wrong command lines end with exit code 2, as wrong case files do; help does not.
+/// Invalid command lines end with exit code 2, like invalid case files; help does not.
 #[test]
 fn wrong_command_lines_exit_with_2() {
     for line in [

@@ -1,4 +1,4 @@
-//! Values of options, as typed.
+//! Parsers for values of options.
 
 use std::num::NonZeroUsize;
 
@@ -12,16 +12,16 @@ pub fn override_of(text: &str) -> Result<Override, String> {
     text.parse().map_err(|error: slipstick::case::OverrideError| format!("{error}; {}", error.cure()))
 }
 
-/// Width and height of pictures whose text can be read. \[pixels\]
+/// Smallest width and height at which the text of a picture is legible. \[pixels\]
 const LEAST_SIZE: (u32, u32) = (160, 120);
 
 pub fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     match sides {
         Some((width, height)) if width < LEAST_SIZE.0 || height < LEAST_SIZE.1 => {
-            Err(format!("at least {}x{} is expected: nothing could be read in less", LEAST_SIZE.0, LEAST_SIZE.1))
+            Err(format!("at least {}x{} is expected, so that text is legible", LEAST_SIZE.0, LEAST_SIZE.1))
         }
-        _ => sides.ok_or_else(|| "width and height as in 900x720 are expected".into()),
+        _ => sides.ok_or_else(|| "width and height are expected, for instance 900x720".into()),
     }
 }
 

@@ -1,4 +1,4 @@
-//! `slipstick check`: looks at a case without running it.
+//! `slipstick check`: checks a case without running it.
 
 use serde_json::json;
 use slipstick::build::Problem;
@@ -13,11 +13,11 @@ use crate::setup::{Setup, look, read};
 use crate::table::lines;
 use crate::{Context, Outcome};
 
-/// Floating-point operations per second that the estimate of time assumes; about half of what one core of a desktop
-/// machine reaches in the factorization.
+/// Floating-point operations per second for the time estimate; about half of what one core of a desktop machine reaches
+/// in the factorization.
 const OPERATIONS_PER_SECOND: f64 = 15e9;
 
-/// Shows sizes, sets, supports, contact pairs and initial gaps, with warnings at their place in the file; or the case
+/// Prints sizes, sets, supports, contact pairs and initial gaps, with warnings at their place in the file; or the case
 /// with all defaults filled in.
 ///
 /// # Errors
@@ -131,7 +131,7 @@ fn supports(setup: &Setup, problem: &Problem) -> Vec<String> {
     lines(columns(setup, &["set", "nodes", "components", "at the end", "load case"]), &rows)
 }
 
-/// A vector of the case, times a factor, without the round-off of that.
+/// A vector of the case times a factor, without round-off.
 fn shown(v: [f64; 3]) -> String {
     format!("{:?}", v.map(|x| rounded(x, 12)))
 }
@@ -156,7 +156,7 @@ fn loads(setup: &Setup, units: &Units) -> Vec<String> {
     lines(columns(setup, &["surface", "load", "at the end", "load case"]), &rows)
 }
 
-/// The columns of a table whose last one tells load cases: it is left out where there are none.
+/// The columns of a table; the last one, the load case, is left out if there are none.
 fn columns<'a>(setup: &Setup, all: &'a [&'a str]) -> &'a [&'a str] {
     &all[..all.len() - usize::from(setup.resolved.case.load_cases.is_empty())]
 }
@@ -170,7 +170,7 @@ fn contacts(setup: &Setup) -> Vec<String> {
         .map(|(pair, case)| {
             let gap = match (pair.smallest_gap, pair.at_node) {
                 (Some(gap), Some(node)) => format!("{:.3e} at node {node}", gap + 0.0),
-                _ => "nothing opposite".into(),
+                _ => "no node faces it".into(),
             };
             vec![
                 format!("{} on {}", pair.slave, pair.master),
@@ -189,7 +189,7 @@ fn contacts(setup: &Setup) -> Vec<String> {
     lines(&[&header[..], &[&searched, &gap]].concat(), &rows)
 }
 
-/// A line for each contact pair whose slave surface has sharp edges.
+/// One line for each contact pair whose slave surface has sharp edges.
 fn sharp_edges(setup: &Setup) -> Vec<String> {
     let pairs = setup.inspection.contacts.iter().zip(&setup.resolved.case.contacts);
     let sharp = pairs.filter(|(pair, _)| pair.sharp_nodes > 0);
@@ -213,14 +213,14 @@ fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<Stri
         row("designed elements", inspection.designed.to_string()),
         row("factors, predicted", bytes(inspection.factor_bytes)),
         row("steps that keep them for the gradient", inspection.steps_with_factors.to_string()),
-        row("memory of a run, predicted", bytes(inspection.peak_bytes - inspection.kept_bytes)),
-        row("and for kept factors, at most", bytes(inspection.kept_bytes)),
-        row("a factorization, roughly", format!("{seconds:.2} s on one core")),
+        row("predicted memory of a run", bytes(inspection.peak_bytes - inspection.kept_bytes)),
+        row("plus kept factors, at most", bytes(inspection.kept_bytes)),
+        row("one factorization, roughly", format!("{seconds:.2} s on one core")),
     ];
     if let Some(ranks) = ranks {
         let on = &inspection.on_ranks;
-        rows.push(row(&format!("memory of each of {}", counted(ranks, "rank")), bytes(on.of_each(ranks))));
-        rows.push(row("and for kept factors, on each at most", bytes(on.kept(ranks))));
+        rows.push(row(&format!("memory on each of {}", counted(ranks, "rank")), bytes(on.of_each(ranks))));
+        rows.push(row("plus kept factors, on each at most", bytes(on.kept(ranks))));
     }
     lines(&["", ""], &rows).split_off(1)
 }

@@ -1,4 +1,4 @@
-//! `slipstick completions` and `slipstick man`: what shells and `man` know about the program.
+//! `slipstick completions` and `slipstick man`: completion scripts and manual pages.
 
 use clap::CommandFactory;
 
@@ -9,7 +9,7 @@ use crate::{Context, Outcome};
 /// Writes the completion script of a shell to standard output.
 ///
 /// # Errors
-/// None; that standard output can be written is seen to by the caller.
+/// None; the caller checks that standard output could be written.
 pub fn run(context: &Context, args: &Completions) -> Outcome {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "slipstick", &mut script);
@@ -32,13 +32,14 @@ pub fn man(context: &Context, args: &Man) -> Outcome {
                 let cure = "`slipstick --help` lists the commands";
                 Failure::input(format!("there is no command `{name}`"), cure)
             })?;
-            // Leaked once per call of a program that ends with it: clap names commands by static text.
+            // Leaked once per run of the program, since clap needs a static name for the command.
             let title: &'static str = Box::leak(format!("slipstick-{name}").into_boxed_str());
             clap_mangen::Man::new(command.name(title))
         }
     };
     let mut text = Vec::new();
-    let cannot = |error: std::io::Error| Failure::input(format!("the page cannot be made: {error}"), "report it");
+    let cannot =
+        |error: std::io::Error| Failure::input(format!("cannot make the manual page: {error}"), "please report this");
     page.render(&mut text).map_err(cannot)?;
     context.console.raw(&String::from_utf8_lossy(&text));
     Ok(())

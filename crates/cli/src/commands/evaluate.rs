@@ -3,14 +3,14 @@
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::output::{Cell, Csv};
-use slipstick::run::NewtonTable;
+use slipstick::run::Run;
 
 use super::{digits, final_status, whole};
 use crate::args::Evaluate;
 use crate::failure::Failure;
-use crate::setup::{Run, failed, prepare, volume_fraction};
+use crate::runs::{end, failed, start, watch};
+use crate::setup::{prepare, volume_fraction};
 use crate::table::lines;
-use crate::watch::Watch;
 use crate::{Context, Outcome};
 
 const COLUMNS: &[&str] = &[
@@ -33,13 +33,14 @@ const COLUMNS: &[&str] = &[
 pub fn run(context: &Context, args: &Evaluate) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective", "contact"])?;
     let density = setup.density_of(context, &problem, &args.design)?;
-    let run = Run::start(context, &setup, &args.out, "evaluate")?;
+    // on one rank, so that there is a run
+    let Some(run) = start(context, &setup, &args.out, "evaluate")? else { return Ok(()) };
     let outcome = evaluate(context, &mut problem, &run, &density, &args.friction);
-    run.end(outcome)
+    end(Some(run), outcome)
 }
 
 fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], friction: &[f64]) -> Outcome {
-    let directory = &run.directory;
+    let directory = run.directory();
     let own = own_friction(problem);
     problem.analysis.march.factor_memory = 0; // no gradient follows
     let asked: Vec<Option<f64>> =
@@ -47,7 +48,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
     let steps = problem.analysis.times.len();
     let fraction = volume_fraction(problem, density).unwrap_or(1.0);
     let mut csv = Csv::create(&directory.file("evaluate.csv"), COLUMNS)?;
-    let mut watch = Watch::new(context, problem).with_table(NewtonTable::open(directory, 0)?);
+    let mut watch = watch(context, problem, Some(run))?;
     context.console.start_bar(steps * asked.len(), 0);
     let mut rows = Vec::new();
     let mut last_failure = None;
@@ -61,7 +62,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]
             Ok(forward) => forward,
             Err(error) => {
                 // the other coefficients may well converge
-                let mut failure = failed(problem, &error, Some(directory));
+                let mut failure = failed(problem, &error, Some(run));
                 if let (Failure::Analysis { report, .. }, Some(coefficient)) = (&mut failure, shown) {
                     report.cause = format!("with friction {coefficient}, {}", report.cause);
                 }

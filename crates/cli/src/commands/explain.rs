@@ -1,4 +1,4 @@
-//! `slipstick explain`: what a code means and what mends it.
+//! `slipstick explain`: what a code means and how to fix the mistake.
 
 use serde_json::json;
 use slipstick::case::CaseCode;
@@ -7,7 +7,7 @@ use crate::args::Explain;
 use crate::failure::Failure;
 use crate::{Context, Outcome};
 
-/// What stands before the names of codes.
+/// Prefix of all codes.
 const PREFIX: &str = "slipstick::case::";
 
 /// Explains a code, or lists all.
@@ -33,7 +33,7 @@ pub fn run(context: &Context, args: &Explain) -> Outcome {
         let like: Vec<&str> = like.collect();
         let cure = match &like[..] {
             [] => "`slipstick explain` lists all codes".into(),
-            some => format!("codes like it: {}", some.join(", ")),
+            some => format!("similar codes: {}", some.join(", ")),
         };
         return Err(Failure::input(format!("there is no code `{asked}`"), cure));
     };

@@ -62,7 +62,7 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
         counted(pieces, "closed surface")
     ));
     if pieces > 1 {
-        context.console.text("several surfaces: loose parts, or cavities inside");
+        context.console.text("several surfaces mean loose parts or internal cavities");
     }
     for file in paths {
         context.console.text(&format!("written: {}", file.display()));
@@ -70,7 +70,7 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     Ok(())
 }
 
-/// A format of surfaces.
+/// A file format for surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Format {
     Stl,
@@ -89,7 +89,7 @@ impl Format {
         }
     }
 
-    /// Writes a file; `names` are those of the bodies, `length` is what the case calls its unit.
+    /// Writes a file; `names` are the names of the bodies, `length` is the name of the case's unit of length.
     fn write(
         self,
         file: &Path,
@@ -106,7 +106,7 @@ impl Format {
     }
 }
 
-/// What is written where; `design.stl` in the run's directory where nothing is asked for.
+/// The formats and files to write; if none is given, `design.stl` in the run's directory.
 fn files(args: &Export, directory: &RunDirectory) -> Outcome<Vec<(Format, PathBuf)>> {
     let asked = [
         (Format::Stl, &args.stl),
@@ -120,10 +120,10 @@ fn files(args: &Export, directory: &RunDirectory) -> Outcome<Vec<(Format, PathBu
         let extension = format.extension();
         if !file.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
             let message = format!("{} does not end in .{extension}", file.display());
-            return Err(Failure::input(message, format!("give --{extension} a name that says what the file is")));
+            return Err(Failure::input(message, format!("give --{extension} a file name with this extension")));
         }
         if file.exists() && !args.force {
-            let message = format!("{} exists already", file.display());
+            let message = format!("{} already exists", file.display());
             return Err(Failure::input(message, "name another file, or give --force to replace it"));
         }
     }

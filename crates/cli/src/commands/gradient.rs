@@ -5,12 +5,12 @@ use slipstick::build::Problem;
 use slipstick::case::Case;
 use slipstick::model::Parameter;
 use slipstick::output::fields::write_design;
-use slipstick::run::{NewtonTable, write_densities};
+use slipstick::run::{Run, RunDirectory, write_densities};
 
 use super::{digits, phases, tell_phases, whole};
 use crate::args::Gradient;
-use crate::setup::{Run, failed, follow, prepare, volume_fraction};
-use crate::watch::Watch;
+use crate::runs::{end, failed, first, start, watch};
+use crate::setup::{prepare, volume_fraction};
 use crate::{Context, Outcome, clock};
 
 /// Marches, sweeps back, and writes the derivatives.
@@ -20,26 +20,20 @@ use crate::{Context, Outcome, clock};
 pub fn run(context: &Context, args: &Gradient) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(context, &problem, &args.design)?;
-    let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "gradient"))? else {
-        return follow(context, &mut problem, |analysis, watch| {
-            let forward = analysis.forward(&density, watch)?;
-            analysis.gradients(&forward)
-        });
-    };
-    let outcome = gradient(context, &setup.resolved.case, &mut problem, &run, &density);
-    run.end(outcome)
+    let run = start(context, &setup, &args.out, "gradient")?;
+    let outcome = gradient(context, &setup.resolved.case, &mut problem, run.as_ref(), &density);
+    end(run, outcome)
 }
 
-fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, density: &[f64]) -> Outcome {
-    let directory = &run.directory;
-    let mut watch = Watch::new(context, problem).with_table(NewtonTable::open(directory, 0)?);
+fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: Option<&Run>, density: &[f64]) -> Outcome {
+    let mut watch = watch(context, problem, run)?;
     let analysis = &mut problem.analysis;
     analysis.measure(clock::wall);
     let forward = match analysis.forward(density, &mut watch) {
         Ok(forward) => forward,
-        Err(error) => return Err(failed(problem, &error, Some(directory))),
+        Err(error) => return Err(failed(problem, &error, run)),
     };
-    watch.check()?;
+    first(problem, || watch.check())?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
     if let Some(rounding) = forward.rounding {
@@ -48,13 +42,16 @@ fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: &Run, de
     let marched = problem.analysis.timings();
     let gradients = match problem.analysis.gradients(&forward) {
         Ok(gradients) => gradients,
-        Err(error) => return Err(failed(problem, &error, Some(directory))),
+        Err(error) => return Err(failed(problem, &error, run)),
     };
     let spent = problem.analysis.timings() - marched;
     let (mesh, gradient) = (&problem.mesh, &gradients.density);
-    write_densities(&directory.file("gradient.csv"), mesh, density, Some(gradient))?;
-    write_design(&directory.file("gradient.vtu"), mesh, 0, density, Some(gradient), None)?;
-    let path = directory.path();
+    let write = |run: &RunDirectory| {
+        write_densities(&run.file("gradient.csv"), mesh, density, Some(gradient))?;
+        write_design(&run.file("gradient.vtu"), mesh, 0, density, Some(gradient), None)
+    };
+    first(problem, || Ok(run.map(Run::directory).map_or(Ok(()), write)?))?;
+    let Some(path) = run.map(|run| run.directory().path()) else { return Ok(()) };
     let norm = gradient.iter().map(|value| value * value).sum::<f64>().sqrt();
     context.console.event(
         "result",

@@ -19,12 +19,12 @@ pub mod verify;
 
 use serde_json::{Value, json};
 use slipstick::analysis::Forward;
-use slipstick_path::{Phase, Timings};
+use slipstick::path::{Phase, Timings};
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};
 
-/// The analysis, unless the user stopped it before its last load step.
+/// Returns the analysis unless the user stopped it before its last load step.
 fn whole(context: &Context, forward: &Forward, steps: usize) -> Outcome {
     if context.interrupt.requested() && forward.path.steps < steps {
         let message = format!("{} of {steps} load steps were reached", forward.path.steps);
@@ -33,26 +33,26 @@ fn whole(context: &Context, forward: &Forward, steps: usize) -> Outcome {
     Ok(())
 }
 
-/// Slave nodes open, sticking, slipping at the end of the path.
+/// Numbers of open, sticking and slipping slave nodes at the end of the path.
 fn final_status(forward: &Forward) -> [usize; 3] {
     let last = forward.path.states.last().and_then(|state| state.report.iterations.last());
     last.map_or([0; 3], |record| record.status)
 }
 
-/// A quantity in few digits, for people.
-fn digits(value: f64) -> String {
-    // Zero has no sign here.
+/// A quantity with few digits, for display.
+pub(crate) fn digits(value: f64) -> String {
+    // Write −0 as 0.
     let (value, size) = (value + 0.0, value.abs());
     if size != 0.0 && !(1e-3..1e6).contains(&size) { format!("{value:.5e}") } else { format!("{value:.6}") }
 }
 
-/// Where the time went: by phase, its seconds and how often it was entered.
+/// Time by phase: seconds and number of calls.
 fn phases(spent: &Timings) -> Value {
     let entry = |phase: Phase| (phase.name().to_owned(), json!([spent.seconds(phase), spent.calls(phase)]));
     Value::Object(Phase::ALL.into_iter().map(entry).collect())
 }
 
-/// Tells where the time went, if more is to be told.
+/// Prints the time by phase if verbose.
 fn tell_phases(context: &Context, what: &str, spent: &Timings) {
     if context.console.tells(1) {
         let part = |phase: Phase| format!("{} {:.2} s", phase.name().replace('_', " "), spent.seconds(phase));
@@ -60,7 +60,7 @@ fn tell_phases(context: &Context, what: &str, spent: &Timings) {
     }
 }
 
-/// Bytes in words.
+/// A number of bytes with a unit.
 pub(crate) fn bytes(value: f64) -> String {
     let (scaled, unit) = match value {
         v if v < 1e6 => (v / 1e3, "kB"),

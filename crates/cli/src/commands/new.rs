@@ -1,4 +1,4 @@
-//! `slipstick new`: a commented case file to start from.
+//! `slipstick new`: writes a commented case file to start from.
 
 use std::path::{Path, PathBuf};
 
@@ -10,34 +10,35 @@ use crate::args::New;
 use crate::failure::Failure;
 use crate::{Context, Outcome};
 
-/// The template that is written for a mesh file.
+/// Name of the template for a mesh file.
 const MY_MESH: &str = "my-mesh";
 
-/// What it is.
-const ABOUT_MY_MESH: &str = "a mesh of your own, its bodies and surfaces by name: `slipstick new my-mesh --mesh FILE`";
+/// Its description.
+const ABOUT_MY_MESH: &str = "your own mesh, with its bodies and surfaces by name: `slipstick new my-mesh --mesh FILE`";
 
 /// Writes a template, or lists all.
 ///
 /// # Errors
-/// [`Failure::Input`] for an unknown template, a mesh that cannot be used, an existing file, or one that cannot be written.
+/// [`Failure::Input`] for an unknown template, a mesh that cannot be used, or an output file that exists or cannot be
+/// written.
 pub fn run(context: &Context, args: &New) -> Outcome {
     let name = args.template.as_deref().map(|name| name.replace('_', "-"));
     match (name.as_deref(), &args.mesh) {
         (None, None) => list(context),
         (None | Some(MY_MESH), Some(mesh)) => of_mesh(context, args, mesh),
         (Some(MY_MESH), None) => {
-            let cure = "name a .msh, .inp or .vtu file with --mesh";
+            let cure = "give a .msh, .inp or .vtu file with --mesh";
             Err(Failure::input("the template `my-mesh` needs a mesh", cure))
         }
         (Some(name), Some(_)) => {
-            let message = format!("the template `{name}` has shapes of its own and takes no mesh");
-            Err(Failure::input(message, "leave out --mesh, or take the template `my-mesh`"))
+            let message = format!("the template `{name}` has its own shapes and takes no mesh");
+            Err(Failure::input(message, "omit --mesh, or use the template `my-mesh`"))
         }
         (Some(name), None) => {
             let Some(found) = template(name) else {
                 let known: Vec<&str> = names().map(|(name, _)| name).collect();
                 let message = format!("there is no template `{name}`");
-                return Err(Failure::input(message, format!("known: {}", known.join(", "))));
+                return Err(Failure::input(message, format!("available: {}", known.join(", "))));
             };
             let file = args.out.clone().unwrap_or_else(|| PathBuf::from(found.name.replace('-', "_") + ".toml"));
             write(context, args, &file, found.text, found.name, found.about)
@@ -45,7 +46,7 @@ pub fn run(context: &Context, args: &New) -> Outcome {
     }
 }
 
-/// All templates and what they are.
+/// All templates with their descriptions.
 fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
     TEMPLATES.iter().map(|template| (template.name, template.about)).chain([(MY_MESH, ABOUT_MY_MESH)])
 }
@@ -70,18 +71,19 @@ fn of_mesh(context: &Context, args: &New, mesh: &Path) -> Outcome {
     let case = case_of_mesh(&bytes, &seen_from(&file, mesh)).map_err(|error| {
         Failure::input(format!("{}: {}: {}", mesh.display(), error.place, error.message), error.cure)
     })?;
-    // on standard output the case stands alone; it says the same
+    // standard output contains only the case, which mentions the same changes
     if file.as_os_str() != "-" {
         case.notices.iter().for_each(|notice| context.console.warning(notice));
     }
-    write(context, args, &file, &case.text, MY_MESH, "what touches, is held and moves is a guess: correct it")
+    write(context, args, &file, &case.text, MY_MESH, "contact, supports and motion are guesses: correct them")
 }
 
-/// The mesh file's name from the folder of the case file: relative where it lies there or below, else absolute.
+/// The path of the mesh file from the folder of the case file: relative if it lies in or below that folder, otherwise
+/// absolute.
 fn seen_from(case: &Path, mesh: &Path) -> String {
     let folder = match case.parent() {
         Some(parent) if parent != Path::new("") && case.as_os_str() != "-" => parent,
-        // beside each other, as far as anyone knows
+        // without further knowledge, assume that they are in the same folder
         _ => return mesh.display().to_string(),
     };
     let seen = match (folder.canonicalize(), mesh.canonicalize()) {
@@ -99,7 +101,7 @@ fn write(context: &Context, args: &New, file: &Path, text: &str, name: &str, abo
     }
     if file.exists() && !args.force {
         let cure = "name another file with --out, or give --force to replace it";
-        return Err(Failure::input(format!("{} exists already", file.display()), cure));
+        return Err(Failure::input(format!("{} already exists", file.display()), cure));
     }
     write_atomically(file, |writer| writer.write_all(text.as_bytes()))?;
     let shown = file.display();

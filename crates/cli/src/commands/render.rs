@@ -1,11 +1,13 @@
-//! `slipstick render`: results as a picture.
+//! `slipstick render`: draws results as a picture.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use slipstick::build::build_mesh;
+use slipstick::picture::{Drawn, PictureError, PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, Picture, RenderError, RunHistory, histories_picture};
-use slipstick::run::{Drawn, PictureError, PictureRequest, RunDirectory, Shown, is_table, picture, read_histories};
+use slipstick::render::{is_table, read_histories};
+use slipstick::run::RunDirectory;
 
 use crate::args::Render;
 use crate::failure::Failure;
@@ -24,12 +26,12 @@ pub fn run(context: &Context, args: &Render) -> Outcome {
         return histories(context, args);
     }
     let [results] = &args.results[..] else {
-        let message = format!("{} results are given for one picture", args.results.len());
-        return Err(Failure::input(message, "name one directory, or draw the histories of all with --history"));
+        let message = format!("{} results were given for one picture", args.results.len());
+        return Err(Failure::input(message, "give one directory, or draw the histories of all with --history"));
     };
     if is_table(results) {
-        let message = format!("{} is a table, of which histories alone can be drawn", results.display());
-        return Err(Failure::input(message, "give --history, or name the directory of a run"));
+        let message = format!("{} is a table; only its history can be drawn", results.display());
+        return Err(Failure::input(message, "add --history, or give the directory of a run"));
     }
     let directory = RunDirectory::open(results)?;
     let file = args.out.clone().unwrap_or_else(|| directory.file("picture.png"));
@@ -70,14 +72,14 @@ fn save(picture: &Picture, file: &Path) -> Outcome {
     })
 }
 
-/// Draws the histories of runs in one frame.
+/// Draws the histories of runs in one chart.
 fn histories(context: &Context, args: &Render) -> Outcome {
     let file = match (&args.out, &args.results[..]) {
         (Some(file), _) => file.clone(),
         (None, [results]) if results.is_dir() => results.join("history.png"),
         _ => {
-            let message = "no file is named for the chart";
-            return Err(Failure::input(message, "name one with --out, as in --out history.png"));
+            let message = "the chart needs a file name";
+            return Err(Failure::input(message, "give one with --out, for instance --out history.png"));
         }
     };
     replaceable(&file)?;
@@ -93,7 +95,7 @@ fn histories(context: &Context, args: &Render) -> Outcome {
     Ok(())
 }
 
-/// All histories of the results. Names that several have are told apart by the places that they come from.
+/// All histories of the results. Runs with the same name are distinguished by their paths.
 fn named(results: &[PathBuf]) -> Outcome<Vec<RunHistory>> {
     let mut all: Vec<(&Path, RunHistory)> = Vec::new();
     for place in results {
@@ -108,12 +110,12 @@ fn named(results: &[PathBuf]) -> Outcome<Vec<RunHistory>> {
     }
     let runs: Vec<RunHistory> = all.into_iter().map(|(_, history)| history).collect();
     match runs.iter().enumerate().find(|(number, run)| runs[..*number].iter().any(|other| other.name == run.name)) {
-        Some((_, twice)) => Err(Failure::input(format!("{} is given twice", twice.name), "name it once")),
+        Some((_, twice)) => Err(Failure::input(format!("{} is given twice", twice.name), "give it once")),
         None => Ok(runs),
     }
 }
 
-/// The runs of these names, in this order; all of them without names.
+/// The runs with these names, in this order; all of them if no names are given.
 fn chosen(runs: Vec<RunHistory>, names: &[String]) -> Outcome<Vec<RunHistory>> {
     if names.is_empty() {
         return Ok(runs);
@@ -121,33 +123,33 @@ fn chosen(runs: Vec<RunHistory>, names: &[String]) -> Outcome<Vec<RunHistory>> {
     let known = || runs.iter().map(|run| run.name.as_str()).collect::<Vec<_>>().join(", ");
     let one = |name: &String| match runs.iter().find(|run| run.name == *name) {
         Some(run) => Ok(run.clone()),
-        None => Err(Failure::input(format!("no run is called `{name}`"), format!("there are: {}", known()))),
+        None => Err(Failure::input(format!("no run is called `{name}`"), format!("available: {}", known()))),
     };
     names.iter().map(one).collect()
 }
 
-/// The bound on the volume fraction that all directories have; none if bounds differ or a table does not say it.
+/// The common bound on the volume fraction of all directories; `None` if bounds differ or a table has none.
 fn common_limit(results: &[PathBuf]) -> Option<f64> {
     let mut limits = Vec::new();
     for directory in results {
         let case = directory.join("case.toml");
-        // a case that is no longer accepted has no line, which is all that is lost
+        // for a case that is no longer valid, only the line of the bound is missing
         let design = read(&case.as_path().into()).ok().and_then(|resolved| resolved.case.design);
         limits.push(design.and_then(|design| design.volume_fraction));
     }
     limits.first().copied().flatten().filter(|first| limits.iter().all(|limit| *limit == Some(*first)))
 }
 
-/// Refuses to replace what is no picture.
+/// Refuses to replace a file that is not a picture.
 fn replaceable(file: &Path) -> Outcome {
     if !file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         let message = format!("{} does not end in .png", file.display());
-        return Err(Failure::input(message, "pictures are PNG files: give --out a name that says so"));
+        return Err(Failure::input(message, "pictures are PNG files: give --out a name that ends in .png"));
     }
     let mut start = [0; SIGNATURE.len()];
     let found = std::fs::File::open(file).and_then(|mut open| std::io::Read::read_exact(&mut open, &mut start));
     if file.exists() && (found.is_err() || start != SIGNATURE) {
-        let message = format!("{} exists and is no picture", file.display());
+        let message = format!("{} exists and is not a picture", file.display());
         return Err(Failure::input(message, "name another file with --out"));
     }
     Ok(())

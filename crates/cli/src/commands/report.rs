@@ -1,4 +1,4 @@
-//! `slipstick report`: a run as one web page.
+//! `slipstick report`: writes a run as one web page.
 
 use serde_json::json;
 use slipstick::build::build_mesh;
@@ -22,7 +22,7 @@ pub fn run(context: &Context, args: &Report) -> Outcome {
     let file = args.out.clone().unwrap_or_else(|| directory.file("report.html"));
     if args.out.is_some() && file.exists() && !args.force {
         let cure = "name another file with --out, or give --force to replace it";
-        return Err(Failure::input(format!("{} exists already", file.display()), cure));
+        return Err(Failure::input(format!("{} already exists", file.display()), cure));
     }
     let resolved = read(&directory.file("case.toml").as_path().into())?;
     let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;

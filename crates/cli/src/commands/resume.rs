@@ -1,12 +1,13 @@
 //! `slipstick resume`: goes on with an optimization, bit for bit.
 
-use slipstick::run::{Checkpoint, ExitState, RunDirectory, RunError, RunRecord, sha256};
+use slipstick::run::{Checkpoint, ExitState, Run, RunDirectory, RunError, RunPart, RunRecord, sha256};
 use slipstick::words::counted;
 
-use super::optimize::{SECTIONS, drive, ended, follow, start};
+use super::optimize::{SECTIONS, optimization, optimize};
 use crate::args::Resume;
 use crate::failure::Failure;
-use crate::setup::{Run, prepare};
+use crate::runs::end;
+use crate::setup::prepare;
 use crate::{Context, Outcome};
 
 /// Goes on with an optimization from its last finished iteration.
@@ -37,7 +38,7 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
         }
         prepare(context, &path.as_path().into(), SECTIONS)?
     };
-    let mut optimization = start(&setup.resolved, problem)?;
+    let mut optimization = optimization(&setup, problem)?;
     checkpoint.restore(&directory, &mut optimization)?;
     let iterations = args.iterations.map_or(checkpoint.iterations, usize::from);
     optimization.set_iterations(iterations);
@@ -56,11 +57,14 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     checkpoint.reopen();
     optimization.state = checkpoint.state.clone();
     let directory = directory.in_pieces(setup.resolved.case.output.pieces);
-    let begun = parallel.first(|| Run::take_up(context, directory, record, setup.threads))?;
-    let Some(run) = begun else {
-        let outcome = follow(context, &setup.resolved, &mut optimization);
-        return ended(context, optimization, outcome);
-    };
-    let outcome = drive(context, &setup.resolved, &mut optimization, &run, checkpoint);
-    run.end(ended(context, optimization, outcome))
+    let run = parallel.first(|| {
+        let part = RunPart::starting(context.line.clone(), setup.threads);
+        let run = Run::take_up(directory, record, part)?;
+        let path = run.directory().path();
+        let started = serde_json::json!({ "command": "resume", "directory": path, "threads": setup.threads });
+        context.console.event("start", started);
+        Ok(run)
+    })?;
+    let outcome = optimize(context, &setup, &mut optimization, run.as_ref(), checkpoint);
+    end(run, outcome)
 }

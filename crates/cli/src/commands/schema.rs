@@ -1,4 +1,4 @@
-//! `slipstick schema`: what editors know about case files.
+//! `slipstick schema`: the JSON schema of case files, for editors.
 
 use serde_json::json;
 use slipstick::output::write_atomically;
@@ -10,7 +10,7 @@ use crate::{Context, Outcome};
 /// Writes the JSON schema of case files.
 ///
 /// # Errors
-/// [`Failure::Input`] for an existing file, or one that cannot be written.
+/// [`Failure::Input`] for a file that exists or cannot be written.
 pub fn run(context: &Context, args: &SchemaOf) -> Outcome {
     let text = format!("{:#}\n", slipstick::case::schema());
     let Some(file) = &args.out else {
@@ -19,11 +19,11 @@ pub fn run(context: &Context, args: &SchemaOf) -> Outcome {
     };
     if file.exists() && !args.force {
         let cure = "name another file with --out, or give --force to replace it";
-        return Err(Failure::input(format!("{} exists already", file.display()), cure));
+        return Err(Failure::input(format!("{} already exists", file.display()), cure));
     }
     write_atomically(file, |writer| writer.write_all(text.as_bytes()))?;
     let shown = file.display();
-    context.console.text(&format!("wrote {shown}; the first line of a case file names it: #:schema {shown}"));
+    context.console.text(&format!("wrote {shown}; refer to it in the first line of a case file: #:schema {shown}"));
     context.console.event("result", json!({ "command": "schema", "file": file }));
     Ok(())
 }

@@ -3,12 +3,12 @@
 use serde_json::json;
 use slipstick::analysis::{Analysis, Forward};
 use slipstick::build::Problem;
-use slipstick::run::{NewtonTable, write_densities, write_path};
+use slipstick::run::{Run, RunDirectory, write_densities, write_path};
 
 use super::{digits, final_status, phases, tell_phases, whole};
 use crate::args::Solve;
-use crate::setup::{Run, failed, follow, prepare, volume_fraction};
-use crate::watch::Watch;
+use crate::runs::{end, failed, first, start, watch};
+use crate::setup::{prepare, volume_fraction};
 use crate::{Context, Outcome, clock};
 
 /// Values of the objective per load step; `None` at those that it does not look at.
@@ -26,15 +26,9 @@ pub fn run(context: &Context, args: &Solve) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet"])?;
     let density = setup.density(context, &problem, &args.design)?;
     problem.analysis.march.factor_memory = 0; // no gradient follows
-    let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "solve"))? else {
-        return follow(context, &mut problem, |analysis, watch| {
-            let forward = analysis.forward(&density, watch)?;
-            forward.path.serve(analysis.linear.ranks());
-            Ok(())
-        });
-    };
-    let outcome = solve(context, &mut problem, &run, &density);
-    run.end(outcome)
+    let run = start(context, &setup, &args.out, "solve")?;
+    let outcome = solve(context, &mut problem, run.as_ref(), &density);
+    end(run, outcome)
 }
 
 /// The weighted parts of load cases in the objective, in words; nothing where there is but the one load path.
@@ -48,25 +42,23 @@ fn shares(problem: &Problem, forward: &Forward) -> String {
     format!(": {}, with weights", names.iter().zip(values).map(share).collect::<Vec<_>>().join(", "))
 }
 
-fn solve(context: &Context, problem: &mut Problem, run: &Run, density: &[f64]) -> Outcome {
-    let directory = &run.directory;
-    let table = NewtonTable::open(directory, 0)?;
-    let mut watch = Watch::new(context, problem).with_table(table).telling_steps();
+fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &[f64]) -> Outcome {
+    let directory = run.map(Run::directory);
+    let mut watch = watch(context, problem, run)?.telling_steps();
     problem.analysis.measure(clock::wall);
     let forward = match problem.analysis.forward(density, &mut watch) {
         Ok(forward) => forward,
-        Err(error) => return Err(failed(problem, &error, Some(directory))),
+        Err(error) => return Err(failed(problem, &error, run)),
     };
-    let kept =
-        watch.check().and_then(|()| Ok(write_densities(&directory.file("design.csv"), &problem.mesh, density, None)?));
-    if let Err(failure) = kept {
-        // the other ranks wait to be asked for states
-        forward.path.serve(problem.analysis.linear.ranks());
-        return Err(failure);
-    }
+    first(problem, || {
+        watch.check()?;
+        let write = |run: &RunDirectory| write_densities(&run.file("design.csv"), &problem.mesh, density, None);
+        Ok(directory.map_or(Ok(()), write)?)
+    })?;
     write_path(directory, &problem.mesh, &problem.analysis.design, &forward.path)?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
+    let Some(directory) = directory else { return Ok(()) };
     let (path, [open, stick, slip]) = (directory.path(), final_status(&forward));
     let objective = problem.analysis.objective.is_some().then_some(forward.value);
     let newton = forward.path.newton_iterations();

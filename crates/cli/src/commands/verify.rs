@@ -3,6 +3,7 @@
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::output::{Cell, Csv, write_atomically};
+use slipstick::run::{Run, RunError};
 use slipstick::verify::{
     DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient,
 };
@@ -10,7 +11,8 @@ use slipstick::verify::{
 use super::digits;
 use crate::args::VerifyGradient;
 use crate::failure::Failure;
-use crate::setup::{Run, failed, prepare};
+use crate::runs::{end, failed, first, start};
+use crate::setup::prepare;
 use crate::table::lines;
 use crate::watch::Watch;
 use crate::{Context, Outcome};
@@ -42,17 +44,9 @@ pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
     }
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(context, &problem, &args.design)?;
-    let Some(run) = context.parallel.first(|| Run::start(context, &setup, &args.out, "verify"))? else {
-        let options = options(args);
-        let designed = designed(&problem);
-        let mut watch = Watch::new(context, &problem);
-        return match verify_gradient(&mut problem.analysis, &density, &designed, &options, &mut watch) {
-            Err(VerifyError::Analysis(error)) => Err(failed(&mut problem, &error, None)),
-            _ => Ok(()),
-        };
-    };
-    let outcome = verify(context, &mut problem, &run, &density, args);
-    run.end(outcome)
+    let run = start(context, &setup, &args.out, "verify")?;
+    let outcome = verify(context, &mut problem, run.as_ref(), &density, args);
+    end(run, outcome)
 }
 
 /// The elements whose densities may vary.
@@ -71,13 +65,19 @@ fn options(args: &VerifyGradient) -> VerifyOptions {
     }
 }
 
-fn verify(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], args: &VerifyGradient) -> Outcome {
+fn verify(
+    context: &Context,
+    problem: &mut Problem,
+    run: Option<&Run>,
+    density: &[f64],
+    args: &VerifyGradient,
+) -> Outcome {
     let (designed, options) = (designed(problem), options(args));
     let mut watch = Watch::new(context, problem);
     let analysis = &mut problem.analysis;
     let check = match verify_gradient(analysis, density, &designed, &options, &mut watch) {
         Ok(check) => check,
-        Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, Some(&run.directory))),
+        Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, run)),
         Err(VerifyError::Rounding(rounding)) => {
             let message = format!("nothing could be compared: {rounding}");
             return Err(Failure::Check { message, cure: rounding.cures().join("\n    help: ") });
@@ -86,10 +86,11 @@ fn verify(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], 
             return Err(Failure::Interrupted { message: "nothing was compared".into(), resume: None });
         }
     };
-    write(run, &check, args.tolerance)?;
+    first(problem, || run.map_or(Ok(()), |run| write(run, &check, args.tolerance)))?;
+    let path = run.map(|run| run.directory().path());
     context.console.notice(check.notice);
     let summary = json!({
-        "command": "verify gradient", "directory": run.directory.path(), "check": check, "tolerance": args.tolerance,
+        "command": "verify gradient", "directory": path, "check": check, "tolerance": args.tolerance,
     });
     context.console.event("result", summary);
     context.console.text(&format!(
@@ -189,8 +190,8 @@ fn finite(order: Option<f64>) -> Option<f64> {
     order.filter(|order| order.is_finite())
 }
 
-fn write(run: &Run, check: &GradientCheck, tolerance: f64) -> Outcome {
-    let mut csv = Csv::create(&run.directory.file("verify.csv"), COLUMNS)?;
+fn write(run: &Run, check: &GradientCheck, tolerance: f64) -> Result<(), RunError> {
+    let mut csv = Csv::create(&run.directory().file("verify.csv"), COLUMNS)?;
     for direction in &check.directions {
         for at in &direction.quotients {
             let places: Vec<String> = at.kink.iter().map(|(step, node)| format!("{step}:{node}")).collect();
@@ -213,6 +214,6 @@ fn write(run: &Run, check: &GradientCheck, tolerance: f64) -> Outcome {
     }
     let right = check.worst.is_some() && check.count(Verdict::Off) == 0;
     let object = json!({ "tolerance": tolerance, "right": right, "check": check });
-    write_atomically(&run.directory.file("verify.json"), |writer| writeln!(writer, "{object:#}"))?;
+    write_atomically(&run.directory().file("verify.json"), |writer| writeln!(writer, "{object:#}"))?;
     Ok(())
 }

@@ -41,7 +41,7 @@ fn new_writes_templates_that_check_accepts() {
         place.good(&format!("new {name} --out {file}"));
         assert!(place.good(&format!("check {file}")).out.contains("no warnings"), "{name}");
     }
-    place.bad("new ironing", 2, &["ironing.toml exists already", "--force"]);
+    place.bad("new ironing", 2, &["ironing.toml already exists", "--force"]);
     place.good("new ironing --force");
     place.bad("new billiards", 2, &["no template `billiards`", "half-ball"]);
     assert!(place.good("new ironing --out -").out.starts_with("# A stiff curved die"));
@@ -348,8 +348,8 @@ fn an_optimization_of_rounding_ends() {
         CASE.replace("min = [0.6, 1.0, 0.3], max = [2.0, 1.7, 1.6]", "min = [0.6, 1.5, 0.3], max = [2.0, 2.2, 1.6]");
     place.write("case.toml", &away);
     let foreseen = [
-        "case.toml:10:1: warning: `block_ymin` and `slab_ymax` never touch: the gap is 0.5 at the start",
-        "close 0.1 of it at most",
+        "case.toml:10:1: warning: `block_ymin` and `slab_ymax` never touch: the initial gap is 0.5",
+        "close at most 0.1 of it",
         "[slipstick::case::never_closes]",
     ];
     let ran = place.good("check case.toml");
@@ -398,7 +398,7 @@ fn settings_without_effect_are_told() {
     );
     let told = place.good("check case.toml").err;
     for part in [
-        "no element of the design bodies has its centroid in this box: it has no effect [slipstick::case::empty_passive_region]",
+        "the box has no effect: no element of the design bodies has its centroid in it [slipstick::case::empty_passive_region]",
         "the filter has no effect: the closest centroids of neighbouring elements are 0.5 apart [slipstick::case::idle_filter]",
     ] {
         assert!(told.contains(part), "{told}");
@@ -417,9 +417,9 @@ fn passive_elements_are_told() {
         &format!("initial = 0.5\nvolume_fraction = 0.6\n{passive}"),
     );
     let start = [
-        "case.toml:26:17: warning: the start design fills 0.75 of the design bodies, more than the bound of 0.6: passive solid \
-         elements alone fill 0.5, and the designed ones start at 0.5 [slipstick::case::initial_volume]",
-        "help: a density of 0.2 in the designed elements",
+        "case.toml:26:17: warning: the initial design fills 0.75 of the design bodies, more than the bound of 0.6: passive solid \
+         elements alone fill 0.5, and the designed elements start at 0.5 [slipstick::case::initial_volume]",
+        "help: an initial density of 0.2 (`initial`) in the designed elements",
     ];
     for line in ["check case.toml", "optimize case.toml --iterations 1 --out first"] {
         let ran = place.good(line);
@@ -453,7 +453,7 @@ fn passive_elements_are_told() {
     // the design that is started from counts, not the uniform one: 0.5 + 0.3/2
     let ran = place.good("optimize case.toml --design grey.csv --iterations 1 --out other");
     assert!(
-        ran.err.contains("the start design fills 0.65 of the design bodies") && !ran.err.contains("0.75"),
+        ran.err.contains("the initial design fills 0.65 of the design bodies") && !ran.err.contains("0.75"),
         "{}",
         ran.err
     );

@@ -45,7 +45,7 @@ fn the_design_as_a_closed_surface() {
     let archive = std::fs::read(place.path("a.3mf")).expect("written");
     assert!(archive.starts_with(b"PK\x03\x04") && archive.len() > 1000);
     place.good("export case");
-    place.bad("export case --obj a.obj", 2, &["a.obj exists already", "--force"]);
+    place.bad("export case --obj a.obj", 2, &["a.obj already exists", "--force"]);
     place.good("export case --obj a.obj --force --keep-surfaces false");
     place.good("optimize case.toml -q --force --iterations 1");
     assert!(!place.path("case/design.stl").exists());
@@ -56,7 +56,7 @@ fn what_cannot_be_exported() {
     let place = Place::new();
     place.good("optimize case.toml --iterations 1 -q");
     place.bad("export case --threshold 1", 2, &["no density is above 1", "threshold below"]);
-    place.bad("export case --iteration 0", 2, &["no threshold keeps the volume", "--threshold"]);
+    place.bad("export case --iteration 0", 2, &["no threshold preserves the volume", "--threshold"]);
     place.bad("export case --iteration 7", 2, &["design_0007.vtu", "was not written", "there are: 0 to 1"]);
     place.bad("export case --body plate", 2, &["no body `plate`", "slab, block"]);
     place.bad("export case --threshold 2", 2, &["auto or a number from 0 to 1"]);

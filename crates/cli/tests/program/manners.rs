@@ -14,7 +14,7 @@ fn codes_are_explained() {
     let code = brackets.find(|text| text.starts_with("slipstick::case::")).expect("a code");
     for asked in [code.clone(), format!("[{code}]"), "unknown_key".into()] {
         let text = place.good(&format!("explain {asked}")).out;
-        assert!(text.contains("A key that means nothing here.") && text.contains("docs/case_file.md"), "{text}");
+        assert!(text.contains("A key that does not exist here.") && text.contains("docs/case_file.md"), "{text}");
     }
     let event = place.good("explain locking --json").event("result");
     assert_eq!(event["code"], "slipstick::case::locking");
@@ -73,7 +73,7 @@ fn the_schema_is_written() {
     assert_eq!(schema["title"], "slipstick case file");
     place.good("schema --out case.schema.json");
     assert_eq!(place.json("case.schema.json"), schema);
-    place.bad("schema --out case.toml", 2, &["case.toml exists already", "--force"]);
+    place.bad("schema --out case.toml", 2, &["case.toml already exists", "--force"]);
     place.good("schema --out case.schema.json --force");
 }
 

@@ -1,6 +1,6 @@
 //! Memory of runs: what `check` predicts, what they take, and what is refused.
 
-use slipstick_mesh::{BoxShape, box_mesh};
+use slipstick::mesh::{BoxShape, box_mesh};
 
 use super::*;
 use crate::abaqus::abaqus;

@@ -108,7 +108,7 @@ fn missing_and_wrong_mesh_files_are_said_at_their_place() {
     let place = meshed();
     copy(&place, "gmsh_41_second_order.msh", "meshes/pair.msh");
     let expected = [
-        "case.toml:4:17: error: meshes/pair.msh: body `slab`: 16 of 16 elements are of second order: 16 hex27 (C3D27)",
+        "case.toml:4:17: error: meshes/pair.msh: body `slab`: 16 of 16 elements are second-order: 16 hex27 (C3D27)",
         "meshes/pair.msh: body `block`: 4 of 4 elements",
         "`first_order = true`",
         "Mesh.ElementOrder = 1",
@@ -163,7 +163,7 @@ fn a_case_for_a_mesh_of_ones_own_is_accepted() {
             "gmsh_41_second_order.msh",
             [
                 "part = \"slab\", first_order = true",
-                "#   of second order in the file, 16 hex27 (C3D27): first_order drops mid-side nodes",
+                "#   second-order in the file (16 hex27 (C3D27)): first_order drops mid-side nodes",
                 "slave = \"block_bottom\"",
             ],
         ),
@@ -174,7 +174,8 @@ fn a_case_for_a_mesh_of_ones_own_is_accepted() {
     ] {
         copy(&place, mesh, mesh);
         let said = place.good(&format!("new my-mesh --mesh {mesh} --out mine.toml --force")).err;
-        let second_order = "warning: body `slab` has 16 hex27 (C3D27), of second order: `first_order = true` drops";
+        let second_order =
+            "warning: body `slab` has second-order elements (16 hex27 (C3D27)): `first_order = true` drops";
         assert_eq!(said.contains(second_order), mesh.contains("second_order"), "{said}");
         let text = place.read("mine.toml");
         for expected in expected {

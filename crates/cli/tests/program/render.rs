@@ -118,7 +118,7 @@ fn what_cannot_be_drawn() {
     place.bad("render case --threshold 2", 2, &["from 0 to 1"]);
     place.bad("render case --out case.toml", 2, &["case.toml does not end in .png"]);
     place.write("notes.png", "mine");
-    place.bad("render case --out notes.png", 2, &["notes.png exists and is no picture"]);
+    place.bad("render case --out notes.png", 2, &["notes.png exists and is not a picture"]);
     assert_eq!(place.read("notes.png"), "mine");
     place.bad("render nowhere", 2, &["nowhere holds no run.json"]);
 
@@ -164,9 +164,9 @@ fn histories_in_one_frame() {
     let told = place.good("render all.csv case --history --out more.png");
     assert!(told.out.contains("histories of smooth, all.csv: case, case in more.png"), "{}", told.out);
 
-    place.bad("render case smooth", 2, &["2 results are given for one picture", "--history"]);
+    place.bad("render case smooth", 2, &["2 results were given for one picture", "--history"]);
     place.bad("render all.csv", 2, &["all.csv is a table", "--history"]);
-    place.bad("render case smooth --history", 2, &["no file is named for the chart", "--out"]);
+    place.bad("render case smooth --history", 2, &["the chart needs a file name", "--out"]);
     place.bad("render case case --history --out c.png", 2, &["case is given twice"]);
     place.bad("render all.csv --history --runs rough --out c.png", 2, &["no run is called `rough`", "smooth, case"]);
     place.bad("render case --history --view top", 2, &["cannot be used with"]);

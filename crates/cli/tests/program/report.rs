@@ -49,7 +49,7 @@ fn a_run_as_a_page() {
     let counted: u64 = data["newton"]["iterations"].as_array().expect("a list").iter().filter_map(Value::as_u64).sum();
     assert_eq!(counted as f64, number(&last[5]), "Newton iterations of the last design");
 
-    place.bad("report case --out case/history.csv", 2, &["history.csv exists already", "--force"]);
+    place.bad("report case --out case/history.csv", 2, &["history.csv already exists", "--force"]);
     place.good("report case --out page.html");
     place.good("report case --out page.html --force");
     place.good("optimize case.toml -q --force --iterations 1");
@@ -114,7 +114,7 @@ fn the_page_shows_forces_and_material() {
     assert!(
         rows[1][1]
             .as_str()
-            .is_some_and(|text| text.ends_with("at most 0.5 is allowed") && text.contains(" of 8, a fraction of 0."))
+            .is_some_and(|text| text.ends_with("; the bound is 0.5") && text.contains(" of 8, a fraction of 0."))
     );
     assert!(
         results["objective"]
@@ -171,7 +171,7 @@ told.status = change("Colour", "status");
 control("slab").click();
 press("0", 1);
 told.displacement = change("Colour", "displacement");
-told.undeformed = change("Displacements", 0);
+told.undeformed = change("Displacement factor", 0);
 told.first = change("Load step", 0);
 told.threshold = change("density above", 0.99);
 told.designs = change("Show", "designs");

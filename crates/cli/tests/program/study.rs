@@ -47,13 +47,17 @@ fn values_are_set_on_the_command_line() {
     assert_eq!(ran.out.matches("  step ").count(), 2, "{}", ran.out);
     let text = CASE.replace("friction = 0.3", "friction = 0").replace("steps = 4", "steps = 2");
     assert_eq!(place.read("case_solve/case.toml"), text, "the run keeps the case that was run");
-    place.bad("solve case.toml --set contact[3].friction=0", 2, &["case.toml: `contact[3]", "contact has 1 entry"]);
+    place.bad(
+        "solve case.toml --set contact[3].friction=0",
+        2,
+        &["case.toml: cannot set `contact[3]", "contact has 1 entry"],
+    );
     place.bad(
         "solve case.toml --set contact[0].frictio=0",
         2,
         &["case.toml (with --set):", "did you mean `friction`?"],
     );
-    place.bad("solve case.toml --set contact[0].friction", 2, &["no KEY=VALUE"]);
+    place.bad("solve case.toml --set contact[0].friction", 2, &["not of the form KEY=VALUE"]);
     // An optimization is resumed with the case that it was started with.
     place.good("optimize case.toml --set contact[0].friction=0 --iterations 1");
     place.good("resume case --iterations 2");
@@ -91,18 +95,18 @@ fn a_study_does_what_is_not_done() {
     assert!(place.read("study/tables.md").contains("| objective, μ = 0.3 |"));
 
     let again = place.good("study study.toml");
-    assert_eq!((again.out.matches("done before").count(), again.out.matches("slipstick ").count()), (3, 0));
+    assert_eq!((again.out.matches("already finished").count(), again.out.matches("slipstick ").count()), (3, 0));
     // What is measured of a design can change without the run that made it.
     let measured = STUDY.replace("mirror = [\"x\", \"z\"]", "mirror = [\"y\"]");
     place.write("study.toml", &measured);
     let more = place.good("study study.toml");
-    assert_eq!(more.out.matches("done before").count(), 3, "{}", more.out);
+    assert_eq!(more.out.matches("already finished").count(), 3, "{}", more.out);
     let numbers = place.read("study/numbers.csv");
     assert!(numbers.contains("rough,asymmetry y,") && !numbers.contains("rough,asymmetry x,"), "{numbers}");
     // What depends on a changed line is done anew, and nothing else.
     place.write("study.toml", &STUDY.replace("friction = 0\"", "friction = 0.1\""));
     let changed = place.good("study study.toml");
-    assert_eq!(changed.out.matches("done before").count(), 2, "{}", changed.out);
+    assert_eq!(changed.out.matches("already finished").count(), 2, "{}", changed.out);
     assert!(changed.out.contains("smooth: slipstick optimize"));
 }
 
@@ -124,7 +128,7 @@ fn an_interrupted_optimization_of_a_study_is_resumed() {
 #[test]
 fn numbers_that_are_not_as_expected_are_told() {
     let place = place(r#"{ "runs": { "rough": { "objective": { "at_least": 1, "source": "a guess" } } } }"#);
-    let told = ["rough: objective is -", "expected is at least 1 (a guess)", "1 number is not as expected"];
+    let told = ["rough: objective is -", "expected at least 1 (a guess)", "1 number is not as expected"];
     place.bad("study study.toml --only rough", 3, &told);
     assert!(place.read("study/numbers.csv").contains(",no"));
 }
@@ -151,7 +155,7 @@ fn ratios_of_numbers_are_compared() {
     let quotient = value("objective at 0.3") / value("objective at 0");
     assert_eq!((own[2].parse::<f64>().expect("a number"), own[3].as_str()), (quotient, "yes"));
     assert!(row("objective at 0.3 / objective of rough").is_some_and(|row| row[3] == "yes"), "{numbers:?}");
-    let told = ["table: objective at 0.3 / objective of smooth is ", "expected is 7 ± 0.0e0 (by hand)", "1 number is"];
+    let told = ["table: objective at 0.3 / objective of smooth is ", "expected 7 ± 0.0e0 (by hand)", "1 number is"];
     place.bad("study study.toml", 3, &told);
     assert!(place.read("study/tables.md").contains("| table: objective at 0.3 / objective of rough | "));
 
@@ -160,9 +164,9 @@ fn ratios_of_numbers_are_compared() {
     place.bad("study study.toml", 3, &["rough: objectiv / objective at 0.3 of table is NaN"]);
     let nothing = ratio(of_table, r#"["nobody", "objective"]"#, r#""relative": 1"#);
     place.write("expected.json", &format!(r#"{{ "ratios": [{nothing}] }}"#));
-    place.bad("study study.toml", 2, &["table: objective at 0.3 / objective of nobody says neither value"]);
+    place.bad("study study.toml", 2, &["table: objective at 0.3 / objective of nobody has none of value"]);
     place.write("expected.json", &format!(r#"{{ "ratios": [{}] }}"#, nothing.replace("relative", "value")));
-    place.bad("study study.toml", 2, &["numbers are expected of `nobody`"]);
+    place.bad("study study.toml", 2, &["there are expected numbers for `nobody`"]);
 }
 
 /// A chart is drawn when all of its runs are there, from no other command's line.
@@ -185,9 +189,9 @@ fn charts_wait_for_their_runs() {
     };
     let of = "of = [\"rough\", \"smooth\"]";
     wrong(of, "of = [\"rough\", \"smoth\"]", &["chart pictures/both.png: no run is called `smoth`"]);
-    wrong(of, "of = [\"table\"]", &["chart pictures/both.png: run `table` is no optimization and has no history"]);
-    wrong(of, "of = [\"rough\", \"rough\"]", &["chart pictures/both.png: run `rough` is named twice"]);
-    wrong(of, "of = []", &["chart pictures/both.png: `of` names no run"]);
+    wrong(of, "of = [\"table\"]", &["chart pictures/both.png: run `table` is not an optimization and has no history"]);
+    wrong(of, "of = [\"rough\", \"rough\"]", &["chart pictures/both.png: run `rough` is listed twice"]);
+    wrong(of, "of = []", &["chart pictures/both.png: `of` lists no run"]);
     wrong("--size\", \"320x240", "--view\", \"top", &["chart pictures/both.png: the argument", "--history"]);
     wrong("title = \"Two frictions\"\noptions", "titel = \"\"\noptions", &["unknown field `titel`"]);
 }
@@ -203,12 +207,12 @@ fn wrong_studies_are_refused_whole() {
         .replace("contact[0].friction = 0", "contact[0].friction");
     place.write("study.toml", &wrong);
     let told = [
-        "run `rough`: there are two of that name",
-        "no run before it is called `later`",
+        "run `rough`: there are two runs with this name",
+        "no earlier run is called `later`",
         "unexpected argument '--fricton'",
         "no run is called `none`",
-        "no KEY=VALUE",
-        "numbers are expected of `nobody`",
+        "not of the form KEY=VALUE",
+        "there are expected numbers for `nobody`",
     ];
     place.bad("study study.toml", 2, &told);
     assert!(!place.path("study").exists(), "nothing was begun");
@@ -231,7 +235,7 @@ fn a_failed_run_does_not_stop_the_others() {
     );
     study = study.replace("options = [\"--friction\", \"0,0.3\"]\n", "");
     place.write("study.toml", &study);
-    let ran = place.bad("study study.toml", 3, &["rough: load step 1 failed", "table: left out, because rough failed"]);
+    let ran = place.bad("study study.toml", 3, &["rough: load step 1 failed", "table: skipped, because rough failed"]);
     assert!(ran.err.contains("2 runs failed (rough, table)"), "{}", ran.err);
     assert!(place.path("study/smooth/design.csv").is_file());
 }

@@ -4,12 +4,12 @@
 //! C = ζ − P(ζ_n − c_n g̃, ζ_τ + c_t ũ_τ),    P(p, t) = (max(0, p), Coulomb return map of t at p)
 //! ```
 //!
-//! with g̃ replaced by g̃ + k ζ_n at partly covered nodes ([`NodeMeasures::compliance`]). C has the same roots as (25), (26),
-//! the same active sets and the same adjoint, and Newton's method converges more often. In the paper's product form the
-//! tangential rows are `max(μ p, ‖t‖)` times the ones here.
+//! with g̃ replaced by g̃ + k ζ_n at partly covered nodes ([`NodeMeasures::compliance`]). C has the same roots as (25),
+//! (26), the same active sets and the same adjoint, and Newton's method converges more often. In the paper's product
+//! form the tangential rows are `max(μ p, ‖t‖)` times the ones here.
 //!
-//! Where slip along a tangent direction is prescribed ([`Freedom`]), P projects t onto the other direction, and the multiplier
-//! component along a direction without slip is zero; with slip, ζ_τ = μ p ũ_τ/‖ũ_τ‖.
+//! If slip along a tangent direction is prescribed ([`Freedom`]), P projects t onto the other direction. If the
+//! prescribed slip is zero, the multiplier component along it is zero; otherwise ζ_τ = μ p ũ_τ/‖ũ_τ‖.
 
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness};
@@ -19,7 +19,7 @@ use nalgebra::{Matrix3, Matrix3x2, Vector3};
 /// Complementarity function of one node and its partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Complementarity {
-    /// Which set the node is in.
+    /// The set that the node belongs to.
     pub status: Status,
     /// C = (C_n, C_ξ, C_η). \[F/L²\]
     pub value: Vector3<f64>,
@@ -41,11 +41,11 @@ pub struct Complementarity {
 
 /// Evaluates C for one node.
 ///
-/// `stiffness` is c_n and c_t > 0; the solution does not depend on them, and neither does the adjoint, so they are not
-/// differentiated, nor is the area that they may be divided by. Uncovered nodes are inactive: C = ζ.
+/// `stiffness` contains c_n and c_t > 0. Neither the solution nor the adjoint depends on them, so they are not
+/// differentiated, nor is the area by which they may be divided. Uncovered nodes are inactive: C = ζ.
 ///
-/// Paper: (21), (23) in the form of (25), (26), on the sets (31)–(35); `by_slip` is what (64), (65) multiply.
-/// Tests: `complementarity_matches_finite_differences`, `roots_do_not_depend_on_the_parameter`.
+/// Paper: (21), (23) in the form of (25), (26), on the sets (31)–(35); `by_slip` is the factor that (64), (65)
+/// multiply. Tests: `complementarity_matches_finite_differences`, `roots_do_not_depend_on_the_parameter`.
 pub fn complementarity(
     multiplier: Vector3<f64>,
     at: &NodeMeasures,
@@ -131,7 +131,7 @@ mod tests {
             // slivers
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.01, [0.001, 0.002], 50.0), Status::Stick),
             (Vector3::new(2.0, 0.3, -0.1), measures(-0.04, [0.02, -0.03], 50.0), Status::Slip),
-            // nothing slips along the direction of prescribed slip, or it does
+            // the prescribed slip is zero, or it is not
             (Vector3::new(2.0, 0.3, -0.1), across(false, [0.001, 0.002]), Status::Stick),
             (Vector3::new(2.0, 0.3, -0.1), across(false, [0.02, -0.03]), Status::Slip),
             (Vector3::new(2.0, 0.3, -0.1), across(true, [0.001, 0.002]), Status::Slip),
@@ -176,8 +176,9 @@ mod tests {
         }
     }
 
-    /// Without free unknowns to slip with, the multiplier is what the penalty method tends to: nothing if nothing slips, on the
-    /// friction cone along a prescribed slip however small; and nothing at all where the gap is prescribed.
+    /// Without free unknowns for the slip, the multiplier is the limit of the penalty method: zero if nothing slips,
+    /// and on the friction cone along a prescribed slip, however small. If the gap is prescribed, the multiplier is
+    /// zero.
     #[test]
     fn multipliers_on_prescribed_slip_are_the_limit_of_penalty() {
         let at = |freedom, slip: [f64; 2]| NodeMeasures {
@@ -199,7 +200,7 @@ mod tests {
         ] {
             let c = complementarity(root, &at(freedom, slip), 0.2, &C);
             assert!(c.value.norm() < 1e-12, "{freedom:?} {slip:?}: {}", c.value);
-            // the rows of the multiplier determine it, but for the component that the slip across is the equation of
+            // the rows determine the multiplier, except the component whose equation is the slip across
             let rank = c.by_multiplier.fixed_view::<2, 2>(1, 1).rank(1e-12);
             assert_eq!(rank, if freedom == across(false) { 1 } else { 2 }, "{freedom:?} {slip:?}");
         }
@@ -207,7 +208,7 @@ mod tests {
         assert_eq!((open.status, open.value), (Status::Inactive, z));
     }
 
-    /// A node in contact whose multiplier satisfies the conditions is a root, whatever c is.
+    /// A node in contact whose multiplier satisfies the conditions is a root for any c.
     #[test]
     fn roots_do_not_depend_on_the_parameter() {
         let slipping = NodeMeasures {

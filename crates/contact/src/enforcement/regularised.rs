@@ -4,8 +4,9 @@
 //! ζ_n = max(0, ẑ_n − ε_n g̃),    trial = ẑ_τ + ε_τ ũ_τ,    ζ_τ = return map (stick: trial, slip: μ ζ_n trial/‖trial‖)
 //! ```
 //!
-//! At a partly covered node the augmented Lagrangian has ζ_n = max(0, ẑ_n − ε_n (g̃ + k ζ_n)), [`NodeMeasures::compliance`].
-//! Penalty, compliant anyway, is ẑ = (0, h) with the history h of the last step; the augmented Lagrangian repeats with ẑ ← ζ.
+//! At a partly covered node the augmented Lagrangian has ζ_n = max(0, ẑ_n − ε_n (g̃ + k ζ_n)),
+//! [`NodeMeasures::compliance`]. The penalty method, which is compliant in any case, uses ẑ = (0, h) with the history h
+//! of the last step; the augmented Lagrangian iterates ẑ ← ζ.
 
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness, StiffnessScaling};
@@ -15,7 +16,7 @@ use nalgebra::{Matrix3, Matrix3x2, Vector3};
 /// Traction of one node and its partial derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Traction {
-    /// Which set the node is in.
+    /// The set that the node belongs to.
     pub status: Status,
     /// ζ = (ζ_n, ζ_ξ, ζ_η), minus the slave traction. \[F/L²\]
     pub value: Vector3<f64>,
@@ -23,7 +24,7 @@ pub struct Traction {
     pub by_gap: Vector3<f64>,
     /// ∂ζ/∂ũ_τ.
     pub by_slip: Matrix3x2<f64>,
-    /// ∂ζ/∂A (zero unless the stiffness multiplies measures over it).
+    /// ∂ζ/∂A (zero unless the stiffness multiplies measures divided by it).
     pub by_area: Vector3<f64>,
     /// ∂ζ/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
@@ -37,7 +38,8 @@ pub struct Traction {
 
 /// Evaluates the traction of one node around the multiplier ẑ.
 ///
-/// Paper: (37)–(41) and (46)–(50) with the signs of docs/theory.md, section 4. Test: `traction_matches_finite_differences`.
+/// Paper: (37)–(41) and (46)–(50) with the signs of docs/theory.md, section 4. Test:
+/// `traction_matches_finite_differences`.
 pub fn traction(multiplier: Vector3<f64>, at: &NodeMeasures, friction: f64, stiffness: &Stiffness) -> Traction {
     let open = Traction {
         status: Status::Inactive,
@@ -171,8 +173,8 @@ mod tests {
         }
     }
 
-    /// By definition: a node that nothing lies opposite bears no traction, nor does one whose gap is prescribed, however
-    /// deep they penetrate.
+    /// By definition, a node without an opposite facet carries no traction, nor does one whose gap is prescribed,
+    /// however deep the penetration.
     #[test]
     fn uncovered_and_prescribed_nodes_bear_no_traction() {
         let pressed = NodeMeasures {

@@ -1,8 +1,8 @@
 //! The tangential traction around a multiplier, with Coulomb's return map and prescribed slip.
 //!
 //! ```text
-//! ζ_τ = return map of P (ẑ_τ + k ũ_τ)                 P = I − a aᵀ where slip along a is prescribed and zero, else I
-//! ζ_τ = μ p ũ_τ/‖ũ_τ‖                                 where a prescribed slip is not zero
+//! ζ_τ = return map of P (ẑ_τ + k ũ_τ)                 P = I − a aᵀ if slip along a is prescribed as zero, otherwise I
+//! ζ_τ = μ p ũ_τ/‖ũ_τ‖                                 if a prescribed slip is not zero
 //! ```
 
 use super::{Freedom, NodeMeasures};
@@ -25,7 +25,7 @@ pub(super) struct Tangential {
     pub by_slip: Matrix2<f64>,
     /// ∂ζ_τ/∂k.
     pub by_stiffness: Vector2<f64>,
-    /// ∂ζ_τ/∂a; zero but for [`Freedom::SlipAcross`].
+    /// ∂ζ_τ/∂a; zero except for [`Freedom::SlipAcross`].
     pub by_direction: Matrix2<f64>,
 }
 
@@ -40,7 +40,7 @@ pub(super) fn tangential(
     let driven = matches!(at.freedom, Freedom::SlipAcross { driven: true, .. } | Freedom::Gap { driven: true });
     let size = at.slip.norm();
     if driven && friction > 0.0 && size > 0.0 {
-        // it slips along ũ whatever the multiplier was
+        // it slips along ũ, regardless of the multiplier
         let direction = at.slip / size;
         let limit = friction * pressure;
         return Tangential {

@@ -1,9 +1,9 @@
-//! Symmetric quadrature rules on the triangles of a clipped overlap, which meet in the centroid of its area.
+//! Symmetric quadrature rules on the triangles of a clipped overlap, which meet at its area centroid.
 //!
 //! Source: D. A. Dunavant, High degree efficient symmetrical Gaussian quadrature rules for the triangle,
 //! Int. J. Numer. Meth. Eng. 21 (1985) 1129–1148.
 
-/// A quadrature point: barycentric coordinates and weight. The weights of a rule add up to 1.
+/// A quadrature point: barycentric coordinates and weight. The weights of a rule sum to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CellPoint {
     /// Barycentric coordinates with respect to the triangle's three vertices.
@@ -12,7 +12,7 @@ pub struct CellPoint {
     pub weight: f64,
 }
 
-/// Which rule integrates the mortar cells.
+/// The integration rule of the mortar cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CellRule {
     /// 1 point, exact for degree 1.
@@ -29,7 +29,7 @@ pub enum CellRule {
 }
 
 impl CellRule {
-    /// The rule with that many points, if there is one.
+    /// The rule with this number of points, if there is one.
     pub fn with_points(points: usize) -> Option<Self> {
         Some(match points {
             1 => Self::One,
@@ -102,7 +102,7 @@ fn six(points: &mut Vec<CellPoint>, a: f64, b: f64, weight: f64) {
 mod tests {
     use super::*;
 
-    /// By counting: a rule that is asked for by its number of points has that many. There are five such numbers.
+    /// A rule that is requested by its number of points has this many points. There are five such numbers.
     #[test]
     fn rules_are_named_by_their_number_of_points() {
         let found: Vec<usize> = (0..100).filter(|&points| CellRule::with_points(points).is_some()).collect();

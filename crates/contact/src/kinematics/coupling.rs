@@ -1,11 +1,12 @@
 //! Mortar coupling of one slave facet with all master facets that it overlaps.
 //!
-//! The auxiliary plane goes through the slave facet's centre with the centre normal n₀; both facets are projected on it
-//! along n₀ and integrated there ([`super::facet_pair`]). This module differentiates the plane, sums over the masters
-//! and turns standard into dual multiplier shapes.
+//! The auxiliary plane goes through the slave facet's centre with the centre normal n₀; both facets are projected onto
+//! it along n₀ and integrated there ([`super::facet_pair`]). This module differentiates the plane, sums over the
+//! masters and converts standard to dual multiplier shapes.
 //!
-//! Plane coordinates are `q_a = e_a · (x − x₀)`. D and M do not change when the plane's origin moves or its basis spins
-//! about n₀, so it is enough to let the basis follow the normal without spin, `δe_a = −(e_a · δn₀) n₀`, which gives
+//! Plane coordinates are `q_a = e_a · (x − x₀)`. D and M do not change when the plane's origin moves or its basis
+//! rotates about n₀, so it suffices to let the basis follow the normal without spin, `δe_a = −(e_a · δn₀) n₀`, which
+//! gives
 //!
 //! ```text
 //! δq_a = e_a · δx − h (e_a · δn₀),   h = n₀ · (x − x₀)
@@ -17,16 +18,19 @@ use super::inverse_map::Unmappable;
 pub use super::plane::Settings;
 use super::plane::{Coupled, FacetNormal, Plane, position};
 use nalgebra::{SMatrix, SVector, Vector3};
+use schemars::JsonSchema;
+use serde::Serialize;
 use slipstick_mesh::FacetNodes;
 
 /// Interpolation of the Lagrange multiplier, Φ. Paper: (13).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum MultiplierShape {
     /// Φ_j = N¹_j, as in the paper's examples.
     #[default]
     Standard,
-    /// Φ biorthogonal to N¹ on each covered slave facet, whose D is diagonal; on a partially covered one, between that
-    /// and N¹.
+    /// Φ biorthogonal to N¹ on each covered slave facet, so that D is diagonal; on a partially covered one, between
+    /// this and N¹.
     Dual,
 }
 
@@ -37,7 +41,7 @@ pub struct FoldedFacet(pub FacetNodes);
 /// Mortar rows of the corners of one slave facet over its local nodes: the slave's corners, then the masters' nodes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FacetCoupling {
-    /// Global numbers of the local nodes; the first ones are the facet's corners. Empty where nothing overlaps.
+    /// Global numbers of the local nodes; the first ones are the facet's corners. Empty if nothing overlaps.
     pub nodes: Vec<u32>,
     /// Number of corners of the slave facet.
     pub corners: usize,
@@ -45,10 +49,10 @@ pub struct FacetCoupling {
     pub coefficient: Vec<f64>,
     /// `gradient[(j * nodes.len() + s) * 3 nodes.len() + t]` = ∂b_js/∂x_t. \[L\]
     pub gradient: Vec<f64>,
-    /// `facing[3 j + c]` = −Σ_p n_p ∫ N_j over the overlap with master facet p of normal n_p: opposite to the masters that a
-    /// corner on a sharp edge sees; zero for other corners. \[L²\]
+    /// `facing[3 j + c]` = −Σ_p n_p ∫ N_j over the overlap with master facet p of normal n_p: the direction opposite to
+    /// the masters that face a corner on a sharp edge; zero for other corners. \[L²\]
     pub facing: Vec<f64>,
-    /// `facing_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂facing/∂x_t; empty where no corner lies on a sharp edge. \[L\]
+    /// `facing_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂facing/∂x_t; empty if no corner lies on a sharp edge. \[L\]
     pub facing_gradient: Vec<f64>,
     sharp: [bool; 4],
     pair: PairIntegrals,
@@ -64,12 +68,12 @@ impl FacetCoupling {
 
     /// Integrates the slave facet with its candidate masters.
     ///
-    /// Masters that do not face the slave facet, or lie further away than `reach` along n₀ at their centre, take no part.
-    /// Nor do those whose projection is folded, unless they are so near that they may touch. `sharp` marks the corners that
-    /// lie on a sharp edge and need [`facing`](Self::facing).
+    /// Masters that do not face the slave facet, or whose centre is further away than `reach` along n₀, are ignored, as
+    /// are those whose projection is folded, unless they are so close that they may touch. `sharp` marks the corners
+    /// that lie on a sharp edge and need [`facing`](Self::facing).
     ///
     /// # Errors
-    /// [`FoldedFacet`] where the projection of the slave facet, or of a master that may touch it, is folded; the coupling
+    /// [`FoldedFacet`] if the projection of the slave facet, or of a master that may touch it, is folded; the coupling
     /// is then empty.
     ///
     /// Paper: (15), linearised as in Popp et al. (2010). Test: `coupling_gradient_matches_finite_differences`.
@@ -101,7 +105,8 @@ impl FacetCoupling {
         let Some(plane) = Plane::of(&corners) else { return Ok(()) };
         let projected = corners.map(|p| plane.project(&p));
         self.nodes.extend_from_slice(slave);
-        // first the masters that overlap, to know the local nodes; their integrals are formed in the second pass
+        // the first pass finds the overlapping masters, to determine the local nodes; the second pass computes their
+        // integrals
         self.overlapping.clear();
         for (index, master) in candidates.clone().enumerate() {
             let overlaps = match master[..] {
@@ -188,7 +193,7 @@ impl FacetCoupling {
         FacetNodes::new(facet).map_or(Ok(()), |facet| Err(FoldedFacet(facet)))
     }
 
-    /// Adds the integrals of one pair, chaining plane coordinates to node positions.
+    /// Adds the integrals of one pair, with the chain rule from plane coordinates to node positions.
     fn add_pair<const S: usize, const M: usize>(
         &mut self,
         pair: &PairIntegrals,
@@ -217,7 +222,8 @@ impl FacetCoupling {
         }
     }
 
-    /// Adds what the sharp corners see of one master: minus its normal, times ∫ N_j over the overlap.
+    /// Adds the contribution of one master to `facing` of the sharp corners: minus its normal, times ∫ N_j over the
+    /// overlap.
     fn add_facing<const S: usize, const M: usize>(
         &mut self,
         pair: &PairIntegrals,
@@ -258,12 +264,12 @@ impl FacetCoupling {
         }
     }
 
-    /// Dual shapes Φ = A N with A = diag(r) m̂⁻¹, m̂ = m + diag(l), r = m̂ 1: m_jk = ∫ N_j N_k over the covered part of the
-    /// facet, l_j = ∫ N_j over the rest.
+    /// Dual shapes Φ = A N with A = diag(r) m̂⁻¹, m̂ = m + diag(l), r = m̂ 1: m_jk = ∫ N_j N_k over the covered part of
+    /// the facet, l_j = ∫ N_j over the rest.
     ///
-    /// Then D ← A m and M ← A M. On a covered facet l = 0 and D = diag(r). Where the cover shrinks, Φ tends to N: without
-    /// the uncovered part as a lumped mass, what a sliver knows of the gap would be extrapolated to the facet's far
-    /// corners. Σ_j Φ_j = 1 either way.
+    /// Then D ← A m and M ← A M. On a covered facet l = 0 and D = diag(r). As the covered part shrinks, Φ tends to N:
+    /// without the uncovered part as a lumped mass, the gap on a sliver would be extrapolated to the facet's far
+    /// corners. Σ_j Φ_j = 1 in either case.
     fn make_dual<const S: usize>(&mut self, plane: &Plane<S>, corners: &[Vector3<f64>; S], with_gradient: bool) {
         let n = self.nodes.len();
         let whole = corner_integrals(&corners.map(|p| plane.project(&p)));
@@ -316,7 +322,7 @@ impl FacetCoupling {
     }
 }
 
-/// An uncovered part of a facet below this is the error of the triangle rule on a warped facet.
+/// An uncovered fraction of a facet below this is the error of the triangle rule on a warped facet.
 const COVERED: f64 = 1e-9;
 
 /// ∫ N_j over a projected facet and its gradient in the facet's plane coordinates.
@@ -326,8 +332,8 @@ struct CornerIntegrals<const N: usize> {
 }
 
 /// The area element is bilinear as well, J = Σ_i N_i J_i with J_i = ¼ (p_{i+1} − p_i) × (p_{i−1} − p_i), so that
-/// ∫ N_j = Σ_i m_ji J_i with the mass matrix m of the parent square. On a triangle each is a third of the area: m is 1/3
-/// for one corner i and J_i half of the product.
+/// ∫ N_j = Σ_i m_ji J_i with the mass matrix m of the parent square. On a triangle each is a third of the area: m is
+/// 1/3 for one corner i and J_i half of the product.
 fn corner_integrals<const N: usize>(p: &[Point; N]) -> CornerIntegrals<N> {
     const PARENT: [f64; 4] = [4.0 / 9.0, 2.0 / 9.0, 1.0 / 9.0, 2.0 / 9.0];
     let mut out = CornerIntegrals { value: [0.0; N], slope: [[0.0; PLANE_COORDINATES]; N] };
@@ -356,8 +362,9 @@ mod tests {
     use super::*;
     use crate::kinematics::CellRule;
 
-    /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12) that looks up at it,
-    /// the slave sticking out over the patch's edge when `shift` is large; or two triangles in the place of each master.
+    /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12) that faces up to it;
+    /// the slave extends over the patch's edge if `shift` is large. Optionally, each master is replaced by two
+    /// triangles.
     fn scene(shift: f64, triangles: bool) -> (Vec<f64>, Vec<FacetNodes>) {
         let mut x = vec![
             0.10, -0.10, 0.02, 0.15, 0.90, -0.03, 1.05, 1.00, 0.05, 0.95, -0.05, -0.02, //
@@ -385,7 +392,7 @@ mod tests {
         (x, facets)
     }
 
-    // the slave facet looks down: 0 → 1 → 2 → 3 has its normal along −z
+    // the slave facet faces down: 0 → 1 → 2 → 3 has its normal along −z
     const SLAVE: [u32; 4] = [0, 1, 2, 3];
     /// A half of it.
     const HALF: [u32; 3] = [0, 1, 2];
@@ -461,7 +468,7 @@ mod tests {
         }
     }
 
-    /// Over a covering master nothing stands beside D_jj. As the slave moves off the edge, Φ tends to N.
+    /// Over a covering master, D is diagonal. As the slave moves off the edge, Φ tends to N.
     #[test]
     fn dual_shapes_diagonalise_where_covered_and_tend_to_the_standard_ones() {
         let off_diagonal = |coupling: &FacetCoupling| {
@@ -489,8 +496,8 @@ mod tests {
         }
     }
 
-    /// By hand: corners of a unit square under a master plane that covers it see minus the plane's normal, each on a quarter of
-    /// the square.
+    /// Computed by hand: for corners of a unit square under a master plane that covers it, `facing` is minus the
+    /// plane's normal, each on a quarter of the square.
     #[test]
     fn corners_on_sharp_edges_see_the_master() {
         let mut x = vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0];
@@ -506,7 +513,8 @@ mod tests {
         }
     }
 
-    /// By dimension: D and M are areas, their derivatives lengths, in any unit of length. A power of two leaves the digits.
+    /// By dimension: D and M are areas, their derivatives lengths, in any unit of length. A power of two does not
+    /// change the digits.
     #[test]
     fn rows_do_not_depend_on_the_unit_of_length() {
         let unit = 0.5f64.powi(14);
@@ -526,11 +534,11 @@ mod tests {
         }
     }
 
-    /// A facet folded to an arrow head ends the evaluation where it may touch, and takes no part farther away.
+    /// A facet that is folded to an arrowhead is an error if it may touch, and is ignored if it is farther away.
     #[test]
     fn a_folded_facet_is_named_where_it_may_touch() {
         let at = |height: f64| {
-            // runs counter-clockwise seen from above, so that it looks up at the slave
+            // is counter-clockwise seen from above, so that it faces up to the slave
             let arrow = [[-0.5, -0.5], [0.4, 0.4], [1.5, -0.5], [0.5, 1.5]];
             let mut x = scene(0.0, false).0[..12].to_vec();
             x.extend(arrow.iter().flat_map(|p| [p[0], p[1], height]));
@@ -545,7 +553,8 @@ mod tests {
         assert_eq!(at(-5.0), Ok(()));
     }
 
-    /// By hand: a master square of 20 whose centre is 9 aside covers a slave square of 0.1 all the same.
+    /// Computed by hand: a master square of size 20 whose centre is 9 to the side still covers a slave square of size
+    /// 0.1.
     #[test]
     fn a_large_master_couples_aside_of_its_centre() {
         let mut x = vec![0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.1, 0.0, 0.1, 0.0, 0.0];

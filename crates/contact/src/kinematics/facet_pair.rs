@@ -1,15 +1,15 @@
 //! Mortar integrals of one slave facet with one master facet.
 //!
-//! In the auxiliary plane of the slave facet both facets are triangles or bilinear quadrilaterals in two coordinates, and
-//! the map of a point back to a facet along the plane's normal is the inverse of the linear or bilinear map. The integrals
-//! therefore depend on the pair's geometry through 16 plane coordinates at most; the plane itself is differentiated in
-//! [`super::coupling`].
+//! In the auxiliary plane of the slave facet both facets are triangles or bilinear quadrilaterals in two coordinates,
+//! and the map of a point back to a facet along the plane's normal is the inverse of the linear or bilinear map. The
+//! integrals therefore depend on the pair's geometry through at most 16 plane coordinates; [`super::coupling`]
+//! differentiates the plane itself.
 //!
 //! ```text
 //! D_jk = Σ_cells Σ_g w_g A_cell N¹_j(ξ¹_g) N¹_k(ξ¹_g),   M_jl = Σ_cells Σ_g w_g A_cell N¹_j(ξ¹_g) N²_l(ξ²_g)      (15)
 //! ```
 //!
-//! A cell is the triangle of an edge of the overlap and the overlap's area centroid.
+//! A cell is the triangle formed by an edge of the overlap and the overlap's area centroid.
 
 use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, Vertex, clip};
@@ -18,12 +18,12 @@ use super::inverse_map::{Image, map_back};
 
 /// D and M of one facet pair with the standard shape Φ = N¹, and their gradients in the plane coordinates.
 ///
-/// Entries and plane coordinates of a triangle's fourth corner mean nothing.
+/// Entries and plane coordinates of a triangle's fourth corner have no meaning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairIntegrals {
     /// `values[4 j + k]` = D_jk for k < 4 slave corners, `values[16 + 4 j + l]` = M_jl for l < 4 master corners. \[L²\]
     pub values: [f64; 32],
-    /// ∂values / ∂(plane coordinates): 8 of the slave corners, then 8 of the master corners. \[L\]
+    /// ∂values / ∂(plane coordinates): 8 for the slave corners, then 8 for the master corners. \[L\]
     pub gradient: [[f64; PLANE_COORDINATES]; 32],
 }
 
@@ -35,8 +35,8 @@ impl Default for PairIntegrals {
 
 /// Centroid C of a convex polygon's area, and `slope[i][c][d]` = ∂C_c/∂(coordinate d of vertex i).
 ///
-/// Unlike the mean of the vertices it does not jump where the polygon gains one, and neither do integrals that the rule
-/// integrates inexactly.
+/// Unlike the mean of the vertices, it does not jump when the polygon gains a vertex, and neither do integrals for
+/// which the rule is inexact.
 fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
     let (count, origin) = (vertices.len(), vertices[0].position);
     let arm = |i: usize| {
@@ -74,19 +74,19 @@ fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
     ([origin[0] + centre[0], origin[1] + centre[1]], slope)
 }
 
-/// The corners of a facet that runs clockwise, in counter-clockwise order: its own order reversed.
+/// The corners of a clockwise facet in counter-clockwise order, that is, in reverse order.
 pub fn reversed<const N: usize>() -> [usize; N] {
     std::array::from_fn(|i| (N - i) % N)
 }
 
 /// Integrates one pair. `slave` and `master` are the corners in the auxiliary plane in facet order; the master facet
-/// faces the slave, so it runs clockwise there.
+/// faces the slave, so it is clockwise there.
 ///
-/// Returns `Ok(false)`, with `out` untouched, where the facets do not overlap or the master facet does not face the
-/// slave. The gradient is formed only if `with_gradient`.
+/// Returns `Ok(false)`, with `out` untouched, if the facets do not overlap or the master facet does not face the slave.
+/// The gradient is computed only if `with_gradient`.
 ///
 /// # Errors
-/// [`Unmappable`] where a point of the overlap has no place on one of the facets.
+/// [`Unmappable`] if a point of the overlap has no preimage on one of the facets.
 ///
 /// Paper: (12), (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_finite_differences`.
 pub fn integrate_pair<const S: usize, const M: usize>(
@@ -101,7 +101,7 @@ pub fn integrate_pair<const S: usize, const M: usize>(
     let vertices = overlap.vertices();
     let count = vertices.len();
     let (centre, centre_slope) = centroid(vertices);
-    // the master in counter-clockwise order for the inverse map, its results are put back in facet order
+    // the master in counter-clockwise order for the inverse map; its results are restored to facet order
     let turned = order.map(|i| master[i]);
 
     let mut values = [0.0; 32];
@@ -141,7 +141,7 @@ pub fn integrate_pair<const S: usize, const M: usize>(
             if !with_gradient {
                 continue;
             }
-            // the fourth corner of a triangle has no shape: what is computed for it vanishes
+            // the fourth corner of a triangle has no shape function: its results vanish
             for j in 0..S {
                 for k in 0..const { if S > M { S } else { M } } {
                     let both = first.shape[j] * first.shape[k];
@@ -163,7 +163,7 @@ pub fn integrate_pair<const S: usize, const M: usize>(
                             by_vertex[m][slot][c] += through_area * mixed + l[corner] * (slope_s[c] + slope_m[c]);
                         }
                     }
-                    // moving a corner p_i by δ shifts the image as moving y by −N_i δ
+                    // moving a corner p_i by δ shifts the image like moving y by −N_i δ
                     for i in 0..4 {
                         for c in 0..2 {
                             by_corner[d][2 * i + c] -= first.shape[i] * slope_d[c];
@@ -202,7 +202,7 @@ mod tests {
 
     const SLAVE: [Point; 4] = [[0.0, 0.0], [1.0, 0.1], [1.1, 0.9], [-0.1, 1.0]];
 
-    /// Over a slave square that the master covers, D is the consistent mass matrix: A/36 (4, 2, 1, 2; …).
+    /// For a slave square that the master covers, D is the consistent mass matrix: A/36 (4, 2, 1, 2; …).
     #[test]
     fn covered_square_gives_the_mass_matrix() {
         let slave = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
@@ -220,8 +220,8 @@ mod tests {
         assert_eq!(integrate_pair(&SLAVE, &SLAVE, &CellRule::Seven.points(), false, &mut pair), Ok(false));
     }
 
-    /// Over a slave triangle that the master covers, D is its mass matrix: A/12 (2, 1, 1; …); M of two triangles that
-    /// coincide is the same.
+    /// For a slave triangle that the master covers, D is its mass matrix: A/12 (2, 1, 1; …); for two coincident
+    /// triangles, M is the same.
     #[test]
     fn covered_triangle_gives_the_mass_matrix() {
         let slave = [[0.0, 0.0], [2.0, 0.0], [0.5, 1.5]];
@@ -266,7 +266,7 @@ mod tests {
         }
     }
 
-    /// The pair of the first S and M of four corners each.
+    /// The pair of facets with the first S and M of four corners.
     fn check_gradient<const S: usize, const M: usize>(q: &[f64; 16]) -> Result<(), TestCaseError> {
         let rule = CellRule::Seven.points();
         let corners = |q: &[f64; 16]| {
@@ -289,7 +289,7 @@ mod tests {
             let m: f64 = (0..M).map(|k| pair.values[16 + 4 * j + k]).sum();
             prop_assert!((d - m).abs() < 1e-14);
         }
-        // which lines each vertex lies on: the coordinates that it depends on
+        // the lines on which each vertex lies, that is, the coordinates on which it depends
         let lines = |q: &[f64; 16]| {
             let (s, m) = corners(q);
             let order = reversed::<M>();
@@ -308,9 +308,9 @@ mod tests {
                 let (a, b) = (value(&moved(h)), value(&moved(-h)));
                 std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
             };
-            // Where the polygon gains or loses a vertex second derivatives jump, and beside it higher ones are large, the
-            // more so the closer the edges are to parallel: the steps are those within which it keeps its vertices, and
-            // one of them must be small enough.
+            // Where the polygon gains or loses a vertex, second derivatives jump; nearby, higher derivatives are large,
+            // especially if the edges are almost parallel. Only steps within which the polygon keeps its vertices are
+            // used, and one of them must be small enough.
             let keeps = |h: &f64| [-2.0, -1.0, 1.0, 2.0].iter().all(|k| lines(&moved(k * h)) == lines(q));
             let entries =
                 (0..S).flat_map(|j| (0..S).map(move |k| 4 * j + k).chain((0..M).map(move |l| 16 + 4 * j + l)));

@@ -1,25 +1,25 @@
-//! Nodal frames on the slave surface: averaged normal and a tangent pair that turns with the material.
+//! Nodal frames on the slave surface: averaged normal and a pair of tangents that rotate with the material.
 //!
 //! ```text
 //! n_j = s / ‖s‖,  s = Σ_facets around j  (unit normal of the facet at its corner j)
 //! τ^ξ = (I − n nᵀ) e / ‖·‖  with e the current edge from j to a fixed neighbour,      τ^η = n × τ^ξ
 //! ```
 //!
-//! Because the edge is a material line, components in (τ^ξ, τ^η) are objective history: a rigid rotation, also one
+//! Because the edge is a material line, components in (τ^ξ, τ^η) are objective history: a rigid rotation, even one
 //! about the normal, leaves them unchanged.
 //!
 //! At an edge of the slave surface that is sharper than the feature angle there is no single normal. Each of the smooth
-//! patches that meet there has a frame of its own, whose normal is opposite to the master facets that the patch sees:
+//! patches that meet there has its own frame, whose normal is opposite to that of the master facets that it faces:
 //!
 //! ```text
 //! n_j = m / ‖m‖,  m = −Σ_master facets p  n_p ∫ N_j over the overlap with p,     τ^ξ = (I − n nᵀ) τ̄^ξ / ‖·‖
 //! ```
 //!
-//! with τ̄^ξ the tangent of the patch's own averaged frame. An edge that slides on a flat face then has the normal of that
-//! face, whichever of the two is the slave.
+//! with τ̄^ξ the tangent of the patch's own averaged frame. An edge that slides on a flat face then has the normal of
+//! that face, regardless of which of the two is the slave.
 //!
-//! On a symmetry plane, the frame is that of the whole body: s without its component across the plane, which the facets on
-//! the other side cancel, and τ^ξ across the plane.
+//! On a symmetry plane, the frame is that of the whole body: s without its component normal to the plane, which the
+//! facets on the other side cancel, and τ^ξ normal to the plane.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -40,11 +40,11 @@ pub struct RingCorner {
 pub struct NodalFrame {
     /// Rows: outward unit normal n, tangents τ^ξ and τ^η.
     pub basis: Matrix3<f64>,
-    /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect to the coordinates of the
-    /// leading nodes of the row's support: of the ring, or of all at a sharp edge. \[1/L\]. Empty if no gradient was asked
-    /// for.
+    /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect to the coordinates
+    /// of the leading nodes of the row's support: of the ring, or of all at a sharp edge. \[1/L\]. Empty if no gradient
+    /// was asked for.
     pub gradient: Vec<f64>,
-    /// Which tangents stand across a symmetry plane: nothing slides along them, and no traction acts along them.
+    /// The tangents that are normal to a symmetry plane: there is no slip and no traction along them.
     pub across: [bool; 2],
 }
 
@@ -71,10 +71,10 @@ impl NodalFrame {
         self.gradient[(3 * b + c) * self.columns() + t]
     }
 
-    /// Turns the averaged frame of a patch at a sharp edge, so that its normal has the direction of `facing`.
+    /// Rotates the averaged frame of a patch at a sharp edge so that its normal has the direction of `facing`.
     ///
-    /// `facing_gradient[c * columns + t]` is its derivative over the whole support, of which the ring comes first; `mirrored`
-    /// as in [`nodal_frame`]. `None` if no direction is left.
+    /// `facing_gradient[c * columns + t]` is its derivative over the whole support, with the ring first; `mirrored` as
+    /// in [`nodal_frame`]. `None` if no direction is left.
     ///
     /// Ours. Tests: `a_turned_frame_has_the_normal_of_the_master`, `frame_gradient_matches_finite_differences`.
     pub fn turn_to(
@@ -135,9 +135,9 @@ fn normalisation_slope(unit: &Vector3<f64>, length: f64) -> Matrix3<f64> {
 
 /// Evaluates the frame at a node whose ring has the current positions `ring`.
 ///
-/// `edge` is the ring position of the neighbour that fixes the tangent's material direction; `mirrored` are the coordinate
-/// axes that stand across a symmetry plane through the node. Degenerate corners (collinear edges) contribute nothing;
-/// `None` if no direction is left.
+/// `edge` is the ring position of the neighbour that defines the material direction of the tangent; `mirrored` are the
+/// coordinate axes normal to a symmetry plane through the node. Degenerate corners (collinear edges) contribute
+/// nothing; `None` if no direction is left.
 ///
 /// Paper: (19), (20) and §2.2; symmetry planes are ours. Tests: `frame_gradient_matches_finite_differences`,
 /// `frame_turns_with_the_body`, `a_mirrored_frame_is_that_of_the_whole_body`.
@@ -239,7 +239,7 @@ mod tests {
     use super::*;
     use nalgebra::Rotation3;
 
-    /// A node with four facets around it, none of them flat, on an uneven 3 × 3 grid.
+    /// A node with four warped facets around it, on an uneven 3 × 3 grid.
     fn patch() -> (Vec<Vector3<f64>>, Vec<RingCorner>) {
         let mut ring = Vec::new();
         for j in 0..3 {
@@ -262,7 +262,7 @@ mod tests {
 
     fn gradient_matches(mirrored: [bool; 3]) {
         let (mut ring, corners) = patch();
-        // a slope, so that a normal is left in every plane
+        // a slope, so that the normal has a component in every plane
         ring.iter_mut().for_each(|x| x[2] += 0.5 * x[0] - 0.7 * x[1]);
         let mut frame = NodalFrame::default();
         nodal_frame(&ring, &corners, 5, mirrored, true, &mut frame).unwrap();
@@ -287,7 +287,7 @@ mod tests {
         }
     }
 
-    /// What a patch sees of the master, as some function of positions: the ring's and two more nodes'.
+    /// The `facing` vector of a patch, as some function of the positions of the ring and two more nodes.
     fn facing(x: &[Vector3<f64>]) -> Vector3<f64> {
         let (a, b) = (x[9] - x[0], x[10] - x[8]);
         a.cross(&b) * (0.3 + 0.1 * x[4].x)
@@ -303,7 +303,7 @@ mod tests {
                 moved[t / 3][t % 3] += h;
                 facing(&moved)
             };
-            // a polynomial of third degree: exact
+            // exact, since it is a polynomial of third degree
             let slope = (8.0 * (at(1e-2) - at(-1e-2)) - (at(2e-2) - at(-2e-2))) / 12e-2;
             (0..3).for_each(|c| gradient[c * columns + t] = slope[c]);
         }
@@ -351,7 +351,7 @@ mod tests {
         }
     }
 
-    /// A node with two facets at x = 0, and the same with their mirror images beside them.
+    /// A node with two facets at x = 0, and the same node with the mirror images of these facets added.
     #[test]
     fn a_mirrored_frame_is_that_of_the_whole_body() {
         let half =

@@ -1,21 +1,21 @@
-//! From a point of the auxiliary plane back to a projected facet: its shape functions there.
+//! Maps a point of the auxiliary plane back to a projected facet and evaluates the shape functions there.
 
 use super::clip::Point;
 
 /// Corner signs of the bilinear shape functions N_i = ¼ (1 + ξ_i ξ)(1 + η_i η).
 const CORNER: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
-/// A point has no place on a projected facet, which is degenerate or folded.
+/// A point has no preimage on a projected facet, which is degenerate or folded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unmappable;
 
-/// Negative Jacobian of the bilinear map at a corner, as part of that at the centre, from which on a quadrilateral is
-/// folded. Where it is less so, clipping cuts the corner's fold off, about a hundredth of the area.
+/// Negative Jacobian of the bilinear map at a corner, relative to that at the centre, beyond which a quadrilateral
+/// counts as folded. Below it, clipping cuts off the fold at the corner, about a hundredth of the area.
 const FOLD: f64 = 0.1;
 
-/// Whether a counter-clockwise quadrilateral is folded: much of it has no, or no single, place on the facet.
+/// Whether a counter-clockwise quadrilateral is folded: much of it has no preimage, or several, on the facet.
 ///
-/// A triangle is not: it keeps its sense of rotation, or does not face the slave.
+/// A triangle is never folded: it keeps its orientation, or does not face the slave.
 pub fn folded<const N: usize>(p: &[Point; N]) -> bool {
     let [a, b, c, d] = p[..] else { return false };
     let p = [a, b, c, d];
@@ -65,7 +65,7 @@ fn map_back_triangle(p: &[Point; 3], y: Point) -> Result<Image, Unmappable> {
 
 /// Inverse of the bilinear map `y = Σ N_i(ξ) p_i` by Newton's method, with the gradients of the shape functions.
 ///
-/// [`Unmappable`] where the quadrilateral is degenerate or so warped that Newton's method leaves it.
+/// [`Unmappable`] if the quadrilateral is degenerate or so warped that Newton's method leaves it.
 fn map_back_quadrilateral(p: &[Point; 4], y: Point) -> Result<Image, Unmappable> {
     let square = |u: Point| u[0] * u[0] + u[1] * u[1];
     let diagonal = |i: usize| square([p[i][0] - p[i + 2][0], p[i][1] - p[i + 2][1]]);
@@ -104,7 +104,7 @@ fn map_back_quadrilateral(p: &[Point; 4], y: Point) -> Result<Image, Unmappable>
         if xi[0].abs() > 10.0 || xi[1].abs() > 10.0 {
             return Err(Unmappable);
         }
-        // quadratic convergence: one more step after this leaves round-off only, so evaluate there and stop
+        // quadratic convergence: after one more step only round-off is left, so evaluate there and stop
         converged = square(residual) <= round_off;
     }
     Err(Unmappable)
@@ -114,7 +114,7 @@ fn map_back_quadrilateral(p: &[Point; 4], y: Point) -> Result<Image, Unmappable>
 mod tests {
     use super::*;
 
-    /// A kite whose blunt corner is pushed in. By hand: J = −y/2 at that corner and (1 − y)/4 at the centre.
+    /// A kite whose obtuse corner is pushed in. Computed by hand: J = −y/2 at that corner and (1 − y)/4 at the centre.
     #[test]
     fn folded_quadrilaterals_are_told_from_convex_ones() {
         let kite = |y: f64| [[0.0, y], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]];
@@ -127,8 +127,8 @@ mod tests {
         assert!(folded(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), "a bow tie");
     }
 
-    /// Against the map itself: a point with chosen coordinates on a facet has the shape functions of those coordinates, to the
-    /// rounding of the positions, wherever the facet lies and in any unit of length.
+    /// Compared with the map itself: a point with given coordinates on a facet has the shape functions of these
+    /// coordinates, up to the rounding of the positions, for any position of the facet and any unit of length.
     #[test]
     fn points_come_back_from_the_bilinear_map() {
         for (offset, unit) in [([0.0, 0.0], 1.0), ([3e5, -2e5], 1.0), ([-4e5, 1e5], 1e-6), ([0.0, 0.0], 1e6)] {
@@ -144,7 +144,8 @@ mod tests {
         }
     }
 
-    /// A point more than ten widths off the facet has no place there: the centres of slave and master that overlap are nearer.
+    /// A point more than ten widths away from the facet has no preimage on it: the centres of overlapping slave and
+    /// master facets are closer.
     #[test]
     fn points_far_off_have_no_place() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

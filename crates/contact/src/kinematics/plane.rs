@@ -1,4 +1,5 @@
-//! The auxiliary plane of a slave facet: projection on it, its derivative, and which master facets couple.
+//! The auxiliary plane of a slave facet: projection onto it, its derivative, and selection of the master facets that
+//! couple.
 
 use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, clip};
@@ -16,7 +17,7 @@ fn mean<const N: usize>(corners: &[Vector3<f64>; N]) -> Vector3<f64> {
     corners[1..].iter().fold(corners[0], |sum, p| sum + p) * (1.0 / N as f64)
 }
 
-/// The two vectors whose cross product is the normal at a facet's centre, as numbers of their starts and ends: the
+/// The two vectors whose cross product is the normal at a facet's centre, as corner numbers of their start and end: the
 /// diagonals of a quadrilateral, two edges of a triangle.
 const fn spans<const N: usize>() -> [[usize; 2]; 2] {
     if N == 3 { [[0, 1], [0, 2]] } else { [[0, 2], [1, 3]] }
@@ -33,10 +34,11 @@ fn ball<const N: usize>(corners: &[Vector3<f64>; N]) -> (Vector3<f64>, f64) {
     (centre, corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max))
 }
 
-/// Cosine of the angle from opposite (84°) beyond which a master facet is seen edge-on: its projection means nothing.
+/// Cosine of the angle from the opposite direction (84°) beyond which a master facet is seen edge-on, so that its
+/// projection is meaningless.
 const EDGE_ON: f64 = 0.1;
 
-/// How a slave facet is coupled with master facets, and where they are.
+/// Options for coupling a slave facet with master facets, and their positions.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings<'a> {
     /// Current positions, three per node. \[L\]
@@ -47,7 +49,7 @@ pub struct Settings<'a> {
     pub shape: MultiplierShape,
     /// Distance along the slave normal within which facets are coupled. \[L\]
     pub reach: f64,
-    /// Whether gradients are formed.
+    /// Whether gradients are computed.
     pub with_gradient: bool,
 }
 
@@ -80,7 +82,7 @@ impl<const N: usize> FacetNormal<N> {
     }
 }
 
-/// Whether a master facet takes part.
+/// Whether a master facet is coupled.
 pub(super) enum Coupled {
     No,
     Yes,
@@ -131,8 +133,8 @@ impl<const S: usize> Plane<S> {
         self.normal.dot(&(p - self.origin))
     }
 
-    /// From a gradient in the plane coordinates of a pair to one in positions: calls `add` with corner (the master's from
-    /// 4 on), component and value.
+    /// Converts a gradient in the plane coordinates of a pair to one in positions: calls `add` with corner (from 4 on
+    /// for the master), component and value.
     #[inline]
     pub fn chain<const M: usize>(
         &self,
@@ -160,7 +162,7 @@ impl<const S: usize> Plane<S> {
         }
     }
 
-    /// Whether a master facet is coupled with the slave facet, which is `projected` on the plane.
+    /// Whether a master facet is coupled with the slave facet, which is `projected` onto the plane.
     pub fn overlaps<const M: usize>(
         &self,
         projected: &[Point; S],
@@ -186,7 +188,7 @@ impl<const S: usize> Plane<S> {
         }
     }
 
-    /// Whether a master facet faces the slave facet, is within reach along the normal and near in the plane.
+    /// Whether a master facet faces the slave facet, is within reach along the normal and close in the plane.
     ///
     /// The decision is invariant under rigid motion of the pair.
     fn may_couple<const M: usize>(&self, master: &[Vector3<f64>; M], reach: f64) -> bool {
@@ -202,7 +204,7 @@ impl<const S: usize> Plane<S> {
         self.normal.dot(&facing) < -EDGE_ON * facing.norm()
     }
 
-    /// Whether the balls around the two facets meet.
+    /// Whether the bounding spheres of the two facets intersect.
     fn is_near<const M: usize>(&self, master: &[Vector3<f64>; M]) -> bool {
         let (centre, radius) = ball(master);
         (centre - self.origin).norm() <= self.radius + radius

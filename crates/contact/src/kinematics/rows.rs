@@ -1,14 +1,15 @@
-//! Everything the enforcement needs at a slave node: mortar row, frame, weighted gap and slip increment.
+//! The data that the enforcement needs at a slave node: mortar row, frame, weighted gap and slip increment.
 
 use super::coupling::FacetCoupling;
 use super::frame::{NodalFrame, nodal_frame};
 use crate::interface::SlaveNode;
 use nalgebra::{Vector2, Vector3};
 
-/// Mortar row and frame of one slave node at given positions, with gradients if they were asked for.
+/// Mortar row and frame of one slave node at given positions, with gradients if requested.
 ///
-/// The support lists the node's ring (all slave nodes of the facets around it, of its patch at a sharp edge) first, then the master nodes. All
-/// gradients are with respect to the current positions of the support, three coordinates a node.
+/// The support lists first the node's ring (all slave nodes of the facets around it, or of its patch at a sharp edge),
+/// then the master nodes. All gradients are with respect to the current positions of the support, three coordinates per
+/// node.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NodeKinematics {
     /// Global number of the slave node.
@@ -21,9 +22,9 @@ pub struct NodeKinematics {
     pub coefficient: Vec<f64>,
     /// `gradient[s * 3 |support| + t]` = ∂b_js/∂x_t. \[L\]
     pub gradient: Vec<f64>,
-    /// Normal and tangents with their gradient over the ring, or over the support at a sharp edge.
+    /// Normal and tangents with their gradient over the ring, or at a sharp edge over the whole support.
     pub frame: NodalFrame,
-    /// Tributary area of the overlap, Σ_k D_jk. Zero where nothing lies opposite. \[L²\]
+    /// Tributary area of the overlap, Σ_k D_jk. Zero if nothing lies opposite. \[L²\]
     pub area: f64,
     /// ∂area/∂x_t. \[L\]
     pub area_gradient: Vec<f64>,
@@ -33,7 +34,7 @@ pub struct NodeKinematics {
     pub relative_gradient: Vec<f64>,
 }
 
-/// A mortar row of the previous step: what the slip increment remembers of it.
+/// A mortar row of the previous step, as needed for the slip increment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PreviousRow {
     /// Global node numbers.
@@ -55,13 +56,13 @@ pub struct SlipIncrement {
     pub value: Vector2<f64>,
     /// `gradient[a * 3 |support| + t]` = ∂ũ_a/∂x_t over the current support. \[L²\]
     pub gradient: Vec<f64>,
-    /// `previous_gradient[a * 3 |previous support| + t]`: the part of ∂ũ_a/∂x_t that reaches nodes through the
-    /// previous row's support, to be added to the former. \[L²\]
+    /// `previous_gradient[a * 3 |previous support| + t]`: the part of ∂ũ_a/∂x_t over the previous row's support, to be
+    /// added to the former. \[L²\]
     pub previous_gradient: Vec<f64>,
 }
 
 impl NodeKinematics {
-    /// Gathers the node's row from the facets around it. Coordinates `x`: 3 per node.
+    /// Assembles the node's row from the facets around it. Coordinates `x`: 3 per node.
     ///
     /// Returns `false` if the frame is degenerate (facets folded onto each other).
     pub fn gather(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], x: &[f64], with_gradient: bool) -> bool {
@@ -111,8 +112,8 @@ impl NodeKinematics {
         true
     }
 
-    /// Gives the frame of a patch at a sharp edge the normal of the master that lies opposite; where nothing does, it stays
-    /// that of the patch.
+    /// Sets the normal of the frame of a patch at a sharp edge to that of the opposite master; if there is none, the
+    /// normal of the patch is kept.
     fn turn_to_master(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], with_gradient: bool) -> Option<()> {
         let columns = 3 * self.support.len();
         let mut facing = Vector3::zeros();
@@ -150,8 +151,8 @@ impl NodeKinematics {
         }
     }
 
-    /// w_j and its gradient. Positions are taken relative to the node itself: Σ_s b_js = 0 makes that exact, and it
-    /// keeps the digits where the bodies are far from the origin.
+    /// w_j and its gradient. Positions are relative to the node itself: this is exact because Σ_s b_js = 0, and avoids
+    /// cancellation if the bodies are far from the origin.
     fn form_relative(&mut self, x: &[f64], with_gradient: bool) {
         let columns = 3 * self.support.len();
         let own = position(x, self.node);
@@ -195,7 +196,7 @@ impl NodeKinematics {
         }
     }
 
-    /// Weighted gap that this row and frame measure at other positions `x` (3 per node). \[L³\]
+    /// Weighted gap of this row and frame at other positions `x` (3 per node). \[L³\]
     ///
     /// Test: `a_step_beyond_the_search_radius_is_refused` (crate slipstick, tests/derivatives.rs).
     pub fn gap_at(&self, x: &[f64]) -> f64 {
@@ -229,17 +230,17 @@ impl NodeKinematics {
 
     /// Objective nodal slip increment ũ_τ over the step, in the node's tangent basis. \[L³\], 2 components.
     ///
-    /// Positive along the slave's sliding; zero along tangents across a symmetry plane, where the other half takes it back.
-    /// Depends on the previous step through D and M only.
-    /// Paper: (24) with the full row of D; previous-step linearisation (66) in [`Self::add_previous_slip_gradient`].
-    /// Tests: `gap_and_slip_gradients`, `slip_increment_is_objective`.
+    /// Positive along the slave's sliding; zero along tangents normal to a symmetry plane, where the other half cancels
+    /// it. Depends on the previous step only through D and M. Paper: (24) with the full row of D; previous-step
+    /// linearisation (66) in [`Self::add_previous_slip_gradient`]. Tests: `gap_and_slip_gradients`,
+    /// `slip_increment_is_objective`.
     pub fn slip(&self, previous: &PreviousRow, x: &[f64], with_gradient: bool, out: &mut SlipIncrement) {
         let own = position(x, self.node);
         let mut before = Vector3::zeros();
         for (&node, b) in previous.support.iter().zip(&previous.coefficient) {
             before += (position(x, node) - own) * *b;
         }
-        // the previous row sums to zero only up to round-off; the node's own position carries the rest
+        // the previous row sums to zero only up to round-off; the node's own position absorbs the remainder
         let change = self.relative - before;
         let across = self.frame.across;
         let along = |a: usize| if across[a] { 0.0 } else { -self.frame.vector(1 + a).dot(&change) };

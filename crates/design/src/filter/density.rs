@@ -5,11 +5,11 @@ use crate::map::DesignMap;
 
 /// Density filter: `φ_e = Σ_i w_ei v_i x_i / Σ_i w_ei v_i`, `w_ei = max(0, r − ‖X_e − X_i‖)`.
 ///
-/// A volume-weighted mean, so that constants stay and refinement of a part of the mesh has no bias. Its
+/// It is a volume-weighted mean, so constants are preserved and local mesh refinement causes no bias. Its
 /// [`pull_back`](DesignMap::pull_back) is the exact transpose.
 ///
-/// Source: Bruns, Tortorelli, Comput. Methods Appl. Mech. Eng. 190 (2001) 3443–3459, with element volumes as in Sigmund,
-/// Struct. Multidiscip. Optim. 33 (2007) 401–424.
+/// Source: Bruns, Tortorelli, Comput. Methods Appl. Mech. Eng. 190 (2001) 3443–3459, with element volumes as in
+/// Sigmund, Struct. Multidiscip. Optim. 33 (2007) 401–424.
 #[derive(Clone, Debug)]
 pub struct DensityFilter {
     neighbours: Neighbours,
@@ -45,7 +45,8 @@ impl DesignMap for DensityFilter {
         sums.iter().zip(&self.weight_sums).map(|(sum, weights)| sum / weights).collect()
     }
 
-    /// Gathers instead of scattering, as the weights are symmetric: `dθ/dx_i = v_i Σ_e w_ie (dθ/dφ_e) / Σ_k w_ek v_k`.
+    /// Gathers instead of scattering, since the weights are symmetric: `dθ/dx_i = v_i Σ_e w_ie (dθ/dφ_e) / Σ_k w_ek
+    /// v_k`.
     fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
         assert_eq!(d_phi.len(), self.volumes.len(), "one derivative per element");
         let scaled: Vec<f64> = d_phi.iter().zip(&self.weight_sums).map(|(d, weights)| d / weights).collect();
@@ -87,7 +88,7 @@ mod tests {
         assert!((left / right - 1.0).abs() < 1e-14);
     }
 
-    /// Variables → domain filter → projection → passives, against central differences of Σ φ⁴.
+    /// Variables → domain filter → projection → passives, compared with central differences of Σ φ⁴.
     #[test]
     fn chain_agrees_with_central_differences() {
         let (centroids, volumes) = box_grid([4, 4, 3], 1.0);

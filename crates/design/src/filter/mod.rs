@@ -1,4 +1,4 @@
-//! Filters: the neighbours of each element, and what is averaged over them.
+//! Filters: the neighbours of each element, and averages over them.
 
 mod density;
 mod neighbours;
@@ -12,16 +12,16 @@ pub use sensitivity::SensitivityFilter;
 
 use thiserror::Error;
 
-/// Why a filter cannot be made.
+/// Why a filter cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FilterError {
     /// The filter radius is not a positive finite length.
     #[error("filter radius {radius} is not a positive finite length")]
     Radius {
-        /// What was given. \[L\]
+        /// The given value. \[L\]
         radius: f64,
     },
-    /// Not one volume per centroid.
+    /// The numbers of volumes and centroids differ.
     #[error("{volumes} element volumes for {centroids} centroids")]
     Count {
         /// Number of centroids.
@@ -29,8 +29,8 @@ pub enum FilterError {
         /// Number of volumes.
         volumes: usize,
     },
-    /// More elements than the neighbour lists can number.
-    #[error("{elements} elements are more than a filter can number (2³²)")]
+    /// More elements than the neighbour lists can address.
+    #[error("{elements} elements are too many for a filter, which is limited to 2³²")]
     TooMany {
         /// Number of elements.
         elements: usize,
@@ -54,9 +54,9 @@ pub enum FilterError {
     Projection {
         /// Name of the parameter.
         name: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
-        /// What is allowed.
+        /// The allowed range.
         range: &'static str,
     },
 }
@@ -87,7 +87,8 @@ mod tests {
         (centroids, volumes)
     }
 
-    /// A row of elements of unit cross-section, each `ratio` times as long as the one before; the first has length 0.1.
+    /// A row of elements of unit cross-section, each `ratio` times as long as the previous one; the first has length
+    /// 0.1.
     pub(super) fn graded_row(count: usize, ratio: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
         let volumes: Vec<f64> = (0..count).map(|i| 0.1 * ratio.powi(i as i32)).collect();
         let mut start = 0.0;

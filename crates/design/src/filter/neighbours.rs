@@ -5,16 +5,16 @@ use std::ops::Range;
 
 use super::FilterError;
 
-/// Coordinates beyond this would overflow in squared distances. \[L\]
+/// Squared distances of larger coordinates would overflow. \[L\]
 const FARTHEST: f64 = 1e150;
 
 /// For each element `e` the elements `i` with `w_ei = r − ‖X_e − X_i‖ > 0`, centroids `X`. \[L\]
 ///
 /// Each element is its own neighbour, with weight `r`. Neighbours are in ascending order, and the weights are symmetric
-/// to the last bit, so that sums over them do not depend on how the lists were found.
+/// to the last bit, so sums over them do not depend on the search algorithm.
 #[derive(Clone, Debug)]
 pub struct Neighbours {
-    /// The element whose list is the first one.
+    /// The element of the first list.
     first: usize,
     starts: Vec<usize>,
     elements: Vec<u32>,
@@ -22,7 +22,7 @@ pub struct Neighbours {
 }
 
 impl Neighbours {
-    /// Finds all pairs closer than `radius` \[L\], through a grid of cells not smaller than the radius.
+    /// Finds all pairs closer than `radius` \[L\], with a grid of cells that are at least as large as the radius.
     ///
     /// # Errors
     ///
@@ -31,9 +31,9 @@ impl Neighbours {
         Self::mirrored(centroids, radius, &[])
     }
 
-    /// The same with the mirror images of elements in symmetry planes, each given by the axis that it stands across and its
-    /// coordinate there \[L\]: an element counts once for itself and once for each image within the radius. Weights of
-    /// images are symmetric up to rounding.
+    /// The same with mirror images of the elements at symmetry planes, each given by its normal axis and its coordinate
+    /// on that axis \[L\]: an element counts once for itself and once for each image within the radius. Weights of
+    /// images are symmetric up to round-off.
     ///
     /// # Errors
     ///
@@ -42,7 +42,7 @@ impl Neighbours {
         Self::of_some(centroids, radius, planes, 0..centroids.len())
     }
 
-    /// The lists of a range of elements only, which hold any.
+    /// Only the lists of a range of elements; neighbours may be outside the range.
     ///
     /// # Errors
     ///
@@ -70,7 +70,8 @@ impl Neighbours {
         let grid = CellGrid::new(&places, radius);
         let first = range.start;
         let centroids = &centroids[range];
-        // Twice, first for the lengths only: the lists may be the largest thing of a run, and need no copies.
+        // Two passes, the first only for the lengths: the lists may be the largest data of a run and must not be
+        // copied.
         let lengths = centroids.par_iter().map(|centroid| grid.within(&places, centroid, radius).len());
         let mut starts = vec![0];
         starts.extend(lengths.collect::<Vec<_>>().iter().scan(0, |end, length| {
@@ -101,7 +102,7 @@ impl Neighbours {
         self.len() == 0
     }
 
-    /// Neighbours of `element` and their weights \[L\], the element itself among them.
+    /// Neighbours of `element`, including the element itself, and their weights \[L\].
     ///
     /// # Panics
     ///
@@ -113,14 +114,15 @@ impl Neighbours {
         elements.zip(self.weights[row].iter().copied())
     }
 
-    /// `Σ_i w_ei a_i` for each element `e` that has a list, in parallel over the elements and in fixed order within each sum.
+    /// `Σ_i w_ei a_i` for each element `e` with a list; parallel over the elements, with a fixed order within each sum.
     pub(super) fn weighted_sums(&self, a: &[f64]) -> Vec<f64> {
         let sum = |element| self.of(element).map(|(neighbour, weight)| weight * a[neighbour]).sum();
         (self.first..self.first + self.len()).into_par_iter().map(sum).collect()
     }
 }
 
-/// Centroids, then those mirror images that may be within the radius of one; of each the element, if there are images.
+/// Centroids, followed by those mirror images that may be within the radius of a centroid; and the element of each, if
+/// there are images.
 fn with_images(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> (Vec<[f64; 3]>, Vec<u32>) {
     let mut places = centroids.to_vec();
     if planes.is_empty() {
@@ -129,7 +131,7 @@ fn with_images(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> 
     let mut owners: Vec<u32> = (0..centroids.len() as u32).collect();
     for &(axis, at) in planes {
         for i in 0..places.len() {
-            // elements lie on one side, so that an image is at least as far from them as from the plane
+            // elements lie on one side, so an image is at least as far from them as from the plane
             if (places[i][axis] - at).abs() < radius {
                 let mut image = places[i];
                 image[axis] = 2.0 * at - image[axis];
@@ -141,7 +143,7 @@ fn with_images(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> 
     (places, owners)
 }
 
-/// The rows of a list, from where each starts.
+/// The rows of a list, given by the start of each.
 fn split<'a, T>(mut list: &'a mut [T], starts: &[usize]) -> Vec<&'a mut [T]> {
     let rows = starts.windows(2).map(|row| {
         let (first, rest) = std::mem::take(&mut list).split_at_mut(row[1] - row[0]);
@@ -167,10 +169,10 @@ impl CellGrid {
         };
         let (low, high) = (bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY));
         let extent: [f64; 3] = std::array::from_fn(|k| (high[k] - low[k]).max(0.0));
-        // A radius far below the element size must not make more cells than there are elements to put in them.
+        // A radius far below the element size must not create more cells than there are elements.
         let cells_along = |size: f64| extent.map(|length| (length / size).floor() + 1.0);
         let most = 4.0 * centroids.len() as f64 + 64.0;
-        // The margin keeps rounding from putting two elements closer than the radius two cells apart.
+        // Without the margin, round-off could put two elements closer than the radius two cells apart.
         let mut size = 1.000_000_1 * radius;
         while cells_along(size).iter().product::<f64>() > most {
             size *= 1.25;
@@ -181,7 +183,7 @@ impl CellGrid {
         grid
     }
 
-    /// Counting sort, stable: within a cell, elements stay in ascending order.
+    /// A stable counting sort: within a cell, elements stay in ascending order.
     fn sort(&mut self, centroids: &[[f64; 3]]) {
         let cell_of: Vec<usize> = centroids.iter().map(|x| self.index(self.cell(x))).collect();
         self.starts = vec![0; self.cells.iter().product::<usize>() + 1];
@@ -246,7 +248,8 @@ mod tests {
     }
 
     proptest! {
-        /// Against all pairs; radii from far below the spacing to beyond the extent, flat and line-like clouds.
+        /// Compared with all pairs; radii from far below the spacing to beyond the extent, planar and linear point
+        /// clouds.
         #[test]
         fn same_as_all_pairs(
             points in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 1..80),
@@ -263,7 +266,7 @@ mod tests {
         }
     }
 
-    /// A quarter with its images in two planes, against the whole: what an element and its images weigh.
+    /// A quarter with its images in two planes has the same weights as the whole.
     #[test]
     fn images_are_those_of_the_whole() {
         let quarter: Vec<[f64; 3]> =

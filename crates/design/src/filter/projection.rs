@@ -6,7 +6,7 @@ use crate::map::DesignMap;
 /// Pushes densities to 0 or 1:
 /// `φ = (tanh βη + tanh β(x − η)) / (tanh βη + tanh β(1 − η))`, sharpness `β > 0`, threshold `η ∈ [0, 1]`.
 ///
-/// Keeps 0 and 1, grows strictly, and tends to the identity as `β → 0` and to a step at `η` as `β → ∞`.
+/// It preserves 0 and 1, increases strictly, and tends to the identity as `β → 0` and to a step at `η` as `β → ∞`.
 ///
 /// Source: Wang, Lazarov, Sigmund, Struct. Multidiscip. Optim. 43 (2011) 767–784.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ impl DesignMap for Projection {
         assert_eq!(x.len(), d_phi.len(), "one derivative per density");
         let Self { sharpness, threshold } = *self;
         let range = self.range();
-        // 1/cosh² keeps its digits where 1 − tanh² has none left
+        // 1/cosh² is accurate where 1 − tanh² suffers from cancellation
         let slope = |x: f64| sharpness / ((sharpness * (x - threshold)).cosh().powi(2) * range);
         x.iter().zip(d_phi).map(|(&x, d)| d * slope(x)).collect()
     }
@@ -70,7 +70,7 @@ mod tests {
         assert!((flat[0] - 0.3).abs() < 1e-10);
         let step = Projection::new(1e4, 0.5).unwrap().apply(&[0.49, 0.51]);
         assert!(step[0] < 1e-12 && step[1] > 1.0 - 1e-12);
-        // A threshold in the middle keeps it: φ(½) = ½.
+        // A threshold in the middle preserves it: φ(½) = ½.
         assert!((Projection::new(7.0, 0.5).unwrap().apply(&[0.5])[0] - 0.5).abs() < 1e-15);
     }
 

@@ -1,24 +1,24 @@
 //! Sigmund's sensitivity filter.
 
 use rayon::prelude::*;
-use slipstick_linalg::{Alone, Ranks, own_range};
+use slipstick_ranks::{Alone, Ranks, own_range};
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::{FilterError, Neighbours, check_volumes};
 
-/// Densities below this do not enlarge the filtered gradient further. Sigmund (2007).
+/// Densities below this do not increase the filtered gradient further. Sigmund (2007).
 const SMALLEST_DENSITY: f64 = 1e-3;
 
-/// Sensitivity filter for meshes of elements of different volume:
+/// Sensitivity filter for meshes with elements of different volume:
 ///
 /// `∂θ̂/∂φ_e = Σ_i w_ei φ_i (∂θ/∂φ_i)/v_i / ( max(φ_e, 1e-3)/v_e · Σ_i w_ei )`, `w_ei = max(0, r − ‖X_e − X_i‖)`.
 ///
-/// It averages derivatives *per volume*, so that a large element next to small ones does not stand out. The weights
-/// themselves carry no volume: where part of a neighbourhood is refined, its many small elements count more in the
-/// average, which shows only as far as the derivative per volume varies within the radius.
+/// It averages derivatives *per volume*, so that a large element next to small ones is not overweighted. The weights
+/// themselves do not contain the volume: if part of a neighbourhood is refined, its many small elements count more in
+/// the average, which only matters if the derivative per volume varies within the radius.
 ///
-/// The result is no gradient of any function: use it for the optimizer only, after everything that checks derivatives.
+/// The result is not the gradient of any function: use it only for the optimizer, after all checks of derivatives.
 /// Elements that do not belong to the design domain should not be given to the filter.
 ///
 /// Source: O. Sigmund, Morphology-based black and white filters for topology optimization, Struct. Multidiscip. Optim.
@@ -26,7 +26,7 @@ const SMALLEST_DENSITY: f64 = 1e-3;
 #[derive(Clone, Debug)]
 pub struct SensitivityFilter {
     ranks: Arc<dyn Ranks>,
-    /// Elements whose lists this rank has.
+    /// Range of elements whose lists this rank has.
     own: Range<usize>,
     neighbours: Neighbours,
     weight_sums: Vec<f64>,
@@ -43,7 +43,7 @@ impl SensitivityFilter {
         Self::mirrored(centroids, volumes, radius, &[])
     }
 
-    /// The same for elements on one side of symmetry planes, as in [`Neighbours::mirrored`]: as if the images were there.
+    /// The same for elements on one side of symmetry planes, as in [`Neighbours::mirrored`]: as if the images existed.
     ///
     /// # Errors
     ///
@@ -57,7 +57,7 @@ impl SensitivityFilter {
         Self::on_ranks(centroids, volumes, radius, planes, Arc::new(Alone))
     }
 
-    /// The same with the lists divided among ranks, which all make and [`apply`](Self::apply) the filter together.
+    /// The same with the lists distributed over ranks, which build and [`apply`](Self::apply) the filter collectively.
     ///
     /// # Errors
     ///
@@ -103,7 +103,7 @@ impl SensitivityFilter {
 mod tests {
     use super::*;
     use crate::filter::tests::{box_grid, graded_row, pseudo_random};
-    use crate::thread_ranks::on_ranks;
+    use slipstick_ranks::threads::on_ranks;
 
     fn close(left: &[f64], right: &[f64], tolerance: f64) {
         assert_eq!(left.len(), right.len());
@@ -112,7 +112,7 @@ mod tests {
         }
     }
 
-    /// The formula over all pairs of elements, with no neighbour search.
+    /// The formula over all pairs of elements, without a neighbour search.
     #[test]
     fn agrees_with_all_pairs() {
         let (centroids, volumes) = graded_row(40, 1.15);
@@ -167,13 +167,13 @@ mod tests {
         let gradient = pseudo_random(24, 6);
         let filter = SensitivityFilter::new(&centroids, &volumes, 0.99).unwrap();
         close(&filter.apply(&density, &gradient), &gradient, 1e-15);
-        // Below 1e-3 the density cancels no more: φ g / 1e-3.
+        // Below 1e-3 the density no longer cancels: φ g / 1e-3.
         let filtered = filter.apply(&[1e-4; 24], &gradient);
         assert!((filtered[7] - 0.1 * gradient[7]).abs() < 1e-15);
         assert_eq!(filter.apply(&[0.0; 24], &gradient), [0.0; 24]);
     }
 
-    /// Splitting half of the elements of a row in two keeps the filtered gradient per volume where it was constant.
+    /// Splitting half of the elements of a row in two preserves a constant filtered gradient per volume.
     #[test]
     fn refining_does_not_change_a_constant_gradient_per_volume() {
         let coarse: Vec<f64> = vec![1.0; 20];

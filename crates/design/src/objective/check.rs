@@ -1,21 +1,21 @@
-//! An objective's derivatives against differences of its values.
+//! Compares an objective's derivatives with finite differences of its values.
 
 use super::{Objective, StateDerivative, StateView};
 
 /// Largest error of a directional derivative, relative to the size of the derivatives along the direction.
 const TOLERANCE: f64 = 1e-6;
 
-/// Steps of the differences, relative to the size of what is varied: one of them must agree.
+/// Steps of the differences, relative to the size of the varied argument: one of them must agree.
 const STEPS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 
 /// Directions per argument.
 const DIRECTIONS: u64 = 3;
 
-/// An objective whose derivative is not that of its value.
+/// An objective whose derivative does not match its value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "objective `{name}` at step {step}: its derivative by the {argument} is {derivative:e} in a direction in which \
-     differences of its value give {difference:e}; mend Objective::derivative, which adds ∂θ/∂d at fixed forces \
+     differences of its value give {difference:e}; correct Objective::derivative, which adds ∂θ/∂d at fixed forces \
      and ∂θ/∂f at fixed displacements"
 )]
 pub struct WrongDerivative {
@@ -25,17 +25,17 @@ pub struct WrongDerivative {
     pub step: usize,
     /// What was varied: "displacements", "internal forces" or "external forces".
     pub argument: &'static str,
-    /// Along the direction, from [`Objective::derivative`].
+    /// Derivative along the direction, from [`Objective::derivative`].
     pub derivative: f64,
-    /// Along the direction, from [`Objective::value`]; the nearest of several steps.
+    /// Derivative along the direction, from [`Objective::value`]; the closest of several steps.
     pub difference: f64,
 }
 
-/// Compares [`Objective::derivative`] at a state with central differences (of order 4) of [`Objective::value`], by
-/// displacements, by internal and, where there are any, by external forces along a few random directions.
+/// Compares [`Objective::derivative`] at a state with central differences (of order 4) of [`Objective::value`], with
+/// respect to displacements, internal forces and, if there are any, external forces, along a few random directions.
 ///
-/// The state should be a general one: where all displacements or forces are zero, an objective may have a kink, and nothing
-/// tells how far to go.
+/// The state should be a general one: if all displacements or forces are zero, an objective may have a kink, and there
+/// is no scale for the steps.
 ///
 /// # Errors
 /// [`WrongDerivative`] for the first direction that no step size makes agree to 1e-6.
@@ -70,7 +70,7 @@ pub fn check_derivatives(objective: &dyn Objective, state: &StateView) -> Result
     compare(state.external_force, &by_external, by).map_err(wrong("external forces"))
 }
 
-/// Derivative and nearest difference of the first direction that disagrees.
+/// Derivative and closest difference of the first direction that disagrees.
 fn compare(at: &[f64], gradient: &[f64], value: impl Fn(&[f64]) -> f64) -> Result<(), (f64, f64)> {
     let largest = at.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let size = if largest > 0.0 { largest } else { 1.0 };
@@ -85,10 +85,10 @@ fn compare(at: &[f64], gradient: &[f64], value: impl Fn(&[f64]) -> f64) -> Resul
         let (mut nearest, mut error) = (f64::NAN, f64::INFINITY);
         for h in STEPS.map(|step| step * size) {
             let difference = (8.0 * (along(h) - along(-h)) - (along(2.0 * h) - along(-2.0 * h))) / (12.0 * h);
-            // what differences of values of this size cannot see
+            // below the resolution of differences of values of this size
             let round_off = 10.0 * f64::EPSILON * along(0.0).abs() / h;
             let beyond = (difference - derivative).abs() - round_off;
-            // NaN stays what it is
+            // NaN stays NaN
             let off = if beyond <= 0.0 { 0.0 } else { beyond / scale.max(f64::MIN_POSITIVE) };
             if nearest.is_nan() || off < error {
                 (nearest, error) = (difference, off);
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::objective::{ContactForce, ObservedSteps, ReactionForce};
 
-    /// θ = ½ Σ (d·f)², with the factor that its derivatives are wrong by.
+    /// θ = ½ Σ (d·f)², with a factor by which its derivatives are wrong.
     struct Work {
         by_displacement: f64,
         by_force: f64,
@@ -159,7 +159,7 @@ mod tests {
         check_derivatives(&crate::Compliance::new(ObservedSteps::All), &STATE).unwrap();
     }
 
-    /// A sign, a forgotten part, and a part in 10⁵.
+    /// A wrong sign, a forgotten part, and a part in 10⁵.
     #[test]
     fn wrong_derivatives_are_named() {
         for (by_displacement, by_force, argument) in [
@@ -177,8 +177,8 @@ mod tests {
         }
     }
 
-    /// By hand: differences of sin 10³ d with steps beyond its period mean nothing. One step that agrees is enough, and of a
-    /// wrong slope the nearest difference is named.
+    /// Computed by hand: differences of sin 10³ d with steps beyond its period are meaningless. One step that agrees is
+    /// enough, and for a wrong slope the closest difference is reported.
     #[test]
     fn one_step_that_agrees_is_enough() {
         let at: [f64; 3] = [0.3, -1.0, 0.2];
@@ -189,7 +189,7 @@ mod tests {
         assert!((derivative / difference - 1.001).abs() < 1e-4, "{derivative} {difference}");
     }
 
-    /// Not a number is never right.
+    /// NaN is never right.
     #[test]
     fn derivatives_that_are_not_finite_are_wrong() {
         let found = check_derivatives(&Work { by_displacement: f64::NAN, by_force: 1.0 }, &STATE);

@@ -2,10 +2,10 @@
 
 use super::{Measure, Objective, ObservedSteps, StateDerivative, StateView};
 
-/// Work of the loads on the displacements as they are: `θ_s = f_ext · d`. \[F L\]
+/// Work of the current loads on the current displacements: `θ_s = f_ext · d`. \[F L\]
 ///
-/// Minimising it makes the structure stiff against its loads, for a linear structure in the sense of twice the energy that
-/// it stores. Where only displacements are prescribed, it is zero.
+/// Minimising it makes the structure stiff under its loads; for a linear structure it is twice the stored energy. If
+/// only displacements are prescribed, it is zero.
 #[derive(Clone, Debug)]
 pub struct Compliance {
     steps: ObservedSteps,

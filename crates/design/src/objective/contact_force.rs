@@ -1,20 +1,21 @@
-//! The contact forces that a structure gives back, as the sum of their norms.
+//! The sum of the norms of the contact forces of a structure.
 
 use super::{Measure, Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
 
-/// Nodal forces below this part of the largest nodal force of the model are rounding noise of nodes without contact.
+/// Nodal forces below this fraction of the largest nodal force of the model are round-off at nodes without contact.
 ///
-/// Counting such a node as zero moves the objective by less than the equilibrium tolerance can see.
+/// Counting such a node as zero changes the objective by less than the equilibrium tolerance can resolve.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Negative sum of the force norms of the slave nodes: `θ_s = −Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int,s^(j) − f_ext,s^(j)`. \[F\]
+/// Negative sum of the force norms of the slave nodes: `θ_s = −Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int,s^(j) −
+/// f_ext,s^(j)`. \[F\]
 ///
-/// Minimising it maximises the contact forces, friction included. The sum of norms is not the norm of the resultant: forces in
-/// different directions do not cancel. Besides loads, slave nodes carry reactions where they are supported
-/// or driven; without those components ([`ContactForce::without_reactions`]) this difference is the negative contact
-/// force. With `ε = 0` this is the norm itself, which has no derivative at `f_j = 0`: a node whose force
-/// is below 1e-12 of the largest nodal force of the model counts as zero, with zero derivative. With `ε > 0` the
-/// function is smooth everywhere; choose ε far below the forces that matter.
+/// Minimising it maximises the contact forces, friction included. The sum of norms is not the norm of the resultant:
+/// forces in different directions do not cancel. Besides loads, slave nodes carry reactions if they are supported or
+/// driven; without those components ([`ContactForce::without_reactions`]) this difference is the negative contact
+/// force. With `ε = 0` it is the norm itself, which has no derivative at `f_j = 0`: a node whose force is below 1e-12
+/// of the largest nodal force of the model counts as zero, with a zero derivative. With `ε > 0` the function is smooth
+/// everywhere; choose ε far below the relevant forces.
 ///
 /// Paper: (91), (93), (96); the regularisation is ours.
 #[derive(Clone, Debug)]
@@ -22,18 +23,18 @@ pub struct ContactForce {
     nodes: Vec<u32>,
     steps: ObservedSteps,
     regularisation: f64,
-    /// Which force components are reactions; empty: none.
+    /// Marks the force components that are reactions; empty: none.
     reactions: Vec<bool>,
 }
 
 impl ContactForce {
-    /// `nodes`: the slave nodes `S`, of a mesh with `node_count` nodes; `regularisation`: ε ≥ 0 \[F\].
+    /// `nodes`: the slave nodes `S` of a mesh with `node_count` nodes; `regularisation`: ε ≥ 0 \[F\].
     ///
     /// Check `steps` against the load path with [`ObservedSteps::check`].
     ///
     /// # Errors
     ///
-    /// No node, a node out of range or named twice, a regularisation that is negative or not finite.
+    /// If there is no node, a node is out of range or listed twice, or the regularisation is negative or not finite.
     pub fn new(
         nodes: Vec<u32>,
         node_count: usize,
@@ -47,8 +48,8 @@ impl ContactForce {
         Ok(Self { nodes, steps, regularisation, reactions: Vec::new() })
     }
 
-    /// Leaves out the force components that `prescribed` marks (three per node of the mesh): they are reactions of
-    /// supports and drives, not contact forces.
+    /// Excludes the force components that `prescribed` marks (three per node of the mesh): they are reactions of
+    /// supports and prescribed motions, not contact forces.
     pub fn without_reactions(mut self, prescribed: &[bool]) -> Self {
         self.reactions = prescribed.to_vec();
         self
@@ -75,7 +76,7 @@ impl ContactForce {
         &self.steps
     }
 
-    /// Norm below which a node counts as free of contact. \[F\]
+    /// Norm below which a node counts as not in contact. \[F\]
     fn threshold(&self, internal_force: &[f64]) -> f64 {
         if self.regularisation > 0.0 {
             return 0.0;
@@ -189,7 +190,8 @@ mod tests {
         assert_eq!(gradient(&objective, &[0.0; 12]), [0.0; 12]);
     }
 
-    /// By hand: a node is free of contact below 1e-12 of the largest force, here (2, −3, 6) × 1e4 of size 7e4, in any unit.
+    /// Computed by hand: a node counts as not in contact below 1e-12 of the largest force, here (2, −3, 6) × 1e4 with
+    /// norm 7e4, in any unit.
     #[test]
     fn the_largest_force_says_what_is_negligible() {
         let objective = ContactForce::new(vec![1], 3, ObservedSteps::Last, 0.0).unwrap();

@@ -1,8 +1,9 @@
-//! What is minimised, as a function of the states of the load path.
+//! Objectives as functions of the states of the load path.
 //!
-//! An [`Objective`] is asked once per user load step that it observes; the caller sums over the steps. It sees the
-//! displacements, the internal and the external forces of the whole model and gives explicit partial derivatives with respect
-//! to all three. The chain rule, (92)–(98) of the paper, is the caller's: it multiplies by the derivatives of the forces.
+//! An [`Objective`] is evaluated once per user load step that it observes; the caller sums over the steps. It receives
+//! the displacements, the internal and the external forces of the whole model, and returns explicit partial derivatives
+//! with respect to all three. The caller applies the chain rule, (92)–(98) of the paper, by multiplying with the
+//! derivatives of the forces.
 
 mod check;
 mod compliance;
@@ -16,17 +17,19 @@ pub use contact_force::ContactForce;
 pub use reaction_force::ReactionForce;
 pub use weighted::Weighted;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use thiserror::Error;
 
-/// Why an objective cannot be made.
+/// Why an objective cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ObjectiveError {
     /// The objective would always be zero.
-    #[error("the objective looks at no node; give it a surface or node set that is not empty")]
+    #[error("the objective observes no node; give it a surface or node set that is not empty")]
     NoNodes,
     /// A node that the mesh does not have.
-    #[error("the objective names node {node}, but the mesh has nodes 0 to {last}", last = node_count.saturating_sub(1))]
+    #[error("the objective lists node {node}, but the mesh has nodes 0 to {last}", last = node_count.saturating_sub(1))]
     NodeOutOfRange {
         /// The node, from 0.
         node: u32,
@@ -34,7 +37,7 @@ pub enum ObjectiveError {
         node_count: usize,
     },
     /// A node would count twice.
-    #[error("the objective names node {node} twice; name each node once")]
+    #[error("the objective lists node {node} twice; list each node once")]
     DuplicateNode {
         /// The node, from 0.
         node: u32,
@@ -42,13 +45,13 @@ pub enum ObjectiveError {
     /// The regularisation is negative, infinite or not a number.
     #[error("regularisation {value} is not a finite force ≥ 0")]
     Regularisation {
-        /// What was given. \[F\]
+        /// The given value. \[F\]
         value: f64,
     },
-    /// The direction has no direction.
-    #[error("direction [{}, {}, {}] is not a finite vector other than zero", direction[0], direction[1], direction[2])]
+    /// The direction is the zero vector or not finite.
+    #[error("direction [{}, {}, {}] is not a finite, nonzero vector", direction[0], direction[1], direction[2])]
     Direction {
-        /// What was given.
+        /// The given value.
         direction: [f64; 3],
     },
     /// A step that the load path does not have.
@@ -60,13 +63,13 @@ pub enum ObjectiveError {
         steps: usize,
     },
     /// A step would count twice.
-    #[error("the objective observes step {step} twice; name each step once")]
+    #[error("the objective observes step {step} twice; list each step once")]
     DuplicateStep {
         /// The step, from 1.
         step: usize,
     },
     /// The objective would always be zero.
-    #[error("the objective observes no step; choose \"last\", \"all\" or a list of steps from 1")]
+    #[error("the objective observes no step; use \"last\", \"all\" or a list of steps from 1")]
     NoSteps,
 }
 
@@ -87,7 +90,7 @@ pub struct StateView<'a> {
     pub external_force: &'a [f64],
 }
 
-/// Explicit partial derivatives of an objective; implementations add to what is there.
+/// Explicit partial derivatives of an objective; implementations add to the existing values.
 #[derive(Debug)]
 pub struct StateDerivative<'a> {
     /// `∂θ_s/∂d` at fixed forces, entry `3·node + component`.
@@ -100,12 +103,12 @@ pub struct StateDerivative<'a> {
 
 /// A function of the states of the load path, to be minimised: `θ = Σ_s θ_s` over the observed steps `s`.
 ///
-/// A state that is not finite gives a value that is not finite; it is never turned into a number.
+/// A state that is not finite gives a value that is not finite, never a finite number.
 pub trait Objective: Send + Sync {
     /// Short name for reports, in snake case.
     fn name(&self) -> &str;
 
-    /// Whether step `step` (from 1) of `steps` contributes. Steps that do not may need no adjoint solve.
+    /// Whether step `step` (from 1) of `steps` contributes. Other steps may need no adjoint solve.
     fn observes(&self, step: usize, steps: usize) -> bool;
 
     /// `θ_s` of an observed step.
@@ -114,14 +117,14 @@ pub trait Objective: Send + Sync {
     /// Adds the partial derivatives of [`Objective::value`] at `state` to `derivative`.
     fn derivative(&self, state: &StateView, derivative: &mut StateDerivative);
 
-    /// What the values are, so that a value that is only rounding can be told from a small one. Of [`Measure::Other`], none
-    /// counts as rounding.
+    /// The kind of quantity, which is used to distinguish a value that is only round-off from a small one. For
+    /// [`Measure::Other`], no value counts as round-off.
     fn measure(&self) -> Measure {
         Measure::Other
     }
 }
 
-/// What the values of an objective are.
+/// The kind of quantity of an objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
     /// Contact forces: zero where contact is open. \[F\]
@@ -134,8 +137,8 @@ pub enum Measure {
     Other,
 }
 
-/// Which user load steps an objective sums over.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// The user load steps over which an objective sums.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ObservedSteps {
     /// The last step only. Paper: (91) with `s = N`.
@@ -143,8 +146,22 @@ pub enum ObservedSteps {
     Last,
     /// All steps. Paper: (96).
     All,
-    /// The listed steps, from 1.
+    /// The listed steps, from 1, ascending and unique.
+    #[serde(untagged)]
     Only(Vec<usize>),
+}
+
+impl fmt::Display for ObservedSteps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Last => f.write_str("at the last load step"),
+            Self::All => f.write_str("over all load steps"),
+            Self::Only(steps) => {
+                let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
+                write!(f, "at load step{} {}", if steps.len() == 1 { "" } else { "s" }, steps.join(", "))
+            }
+        }
+    }
 }
 
 impl ObservedSteps {
@@ -157,7 +174,7 @@ impl ObservedSteps {
         }
     }
 
-    /// Checks a choice against the number of load steps.
+    /// Checks the steps against the number of load steps.
     ///
     /// # Errors
     ///
@@ -196,7 +213,7 @@ fn check_nodes(nodes: &[u32], node_count: usize) -> Result<(), ObjectiveError> {
     }
 }
 
-/// What contact and supports put on a node, with the opposite sign: internal minus external force.
+/// Minus the force of contact and supports on a node: internal minus external force.
 fn nodal_force(state: &StateView, node: u32) -> [f64; 3] {
     std::array::from_fn(|c| {
         let at = 3 * node as usize + c;

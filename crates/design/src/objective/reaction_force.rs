@@ -1,12 +1,12 @@
-//! The force that supports give back in one direction.
+//! The reaction force of supports in one direction.
 
 use super::{Measure, Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
 
 /// Negative resultant of the internal forces of a node set in a direction: `θ_s = −Σ_j e·f_int,s^(j)`. \[F\]
 ///
-/// For nodes with prescribed displacements the internal force is the force that the support exerts on the body, so that
-/// minimising this maximises the force needed to move the set in direction `e`: a stiff structure under prescribed
-/// motion. Linear in the forces, hence smooth.
+/// For nodes with prescribed displacements the internal force is the force that the support exerts on the body, so
+/// minimising this maximises the force that is needed to move the set in direction `e`: it gives a stiff structure
+/// under prescribed motion. It is linear in the forces, hence smooth.
 #[derive(Clone, Debug)]
 pub struct ReactionForce {
     nodes: Vec<u32>,
@@ -15,13 +15,13 @@ pub struct ReactionForce {
 }
 
 impl ReactionForce {
-    /// `nodes` of a mesh with `node_count` nodes; `direction` of any length but zero, normalised here.
+    /// `nodes` of a mesh with `node_count` nodes; `direction` may have any nonzero length and is normalised here.
     ///
     /// Check `steps` against the load path with [`ObservedSteps::check`].
     ///
     /// # Errors
     ///
-    /// No node, a node out of range or named twice, a direction that is zero or not finite.
+    /// If there is no node, a node is out of range or listed twice, or the direction is zero or not finite.
     pub fn new(
         nodes: Vec<u32>,
         node_count: usize,
@@ -102,7 +102,7 @@ mod tests {
         };
         objective.derivative(&state, &mut derivative);
         assert_eq!(external_force, internal_force.map(|f| -f));
-        // a load on the nodes takes its part of what the supports carry
+        // a load on the nodes carries part of the support force
         assert_eq!(objective.value(&StateView { external_force: &force, ..state }), 0.0);
         // A linear function is its derivative applied to its argument.
         let linear: f64 = internal_force.iter().zip(force).map(|(d, f)| d * f).sum();

@@ -2,9 +2,10 @@
 
 use super::{Measure, Objective, StateDerivative, StateView};
 
-/// An objective of each load case, weighted: `θ = Σ_k w_k θ_k`, where the load steps of all cases come one after the other.
+/// The weighted sum of an objective over load cases: `θ = Σ_k w_k θ_k`, where the load steps of all cases are
+/// consecutive.
 ///
-/// The objective within sees the steps of each case from 1; pseudo-time is that of the whole sequence.
+/// The inner objective receives the steps of each case counted from 1; pseudo-time is that of the whole sequence.
 pub struct Weighted {
     objective: Box<dyn Objective>,
     weights: Vec<f64>,
@@ -75,7 +76,8 @@ mod tests {
     const D: [f64; 6] = [1e-3, -2e-3, 5e-4, 0.0, 1e-3, -1e-4];
     const F: [f64; 6] = [30.0, -20.0, 7.0, 1.0, 11.0, -4.0];
 
-    /// Three cases of four steps, the last and the second of each observed: weights by hand, derivatives by differences.
+    /// Three cases of four steps, of which the last and the second are observed: weights computed by hand, derivatives
+    /// by differences.
     #[test]
     fn weights_and_steps_of_each_case() {
         let reaction = || ReactionForce::new(vec![1], 2, [0.0, -1.0, 0.0], ObservedSteps::Only(vec![2, 4])).unwrap();

@@ -1,10 +1,10 @@
 //! Small dense systems.
 
-/// Solves `A x = b` in place (`b` becomes `x`, `A`, by rows, is used up) by elimination with partial pivoting after
-/// scaling the rows; `false` if a pivot is zero or not finite.
+/// Solves `A x = b` in place (`b` becomes `x`; `A`, stored by rows, is overwritten) by elimination with partial
+/// pivoting after scaling the rows; `false` if a pivot is zero or not finite.
 pub(super) fn solve_dense(a: &mut [f64], b: &mut [f64]) -> bool {
     let n = b.len();
-    // Without it, pivots would be compared between constraints of different scale.
+    // Without the scaling, pivots of constraints with different scales would be compared.
     for row in 0..n {
         let largest = a[row * n..(row + 1) * n].iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         if !(largest > 0.0 && largest.is_finite()) {
@@ -42,7 +42,7 @@ pub(super) fn solve_dense(a: &mut [f64], b: &mut [f64]) -> bool {
 mod tests {
     use super::*;
 
-    /// Hilbert-like system with a known solution, rows in an order and of scales that need pivoting.
+    /// A Hilbert-like system with a known solution; the order and scales of its rows require pivoting.
     #[test]
     fn known_solution() {
         let rows = [[0.0, 1e8, 2e8], [1.0, 0.5, 1.0 / 3.0], [1e-9, 2e-9, -3e-9]];

@@ -1,8 +1,9 @@
-//! What can be wrong with the input of the optimizer.
+//! Errors in the input of the optimizer.
 
+use super::Functions;
 use thiserror::Error;
 
-/// Why the optimizer cannot advance. The optimizer's history is as before the call.
+/// Why the optimizer cannot make a step. Its history is unchanged by the failed call.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MmaError {
     /// A parameter is out of range.
@@ -10,9 +11,9 @@ pub enum MmaError {
     Parameter {
         /// Its name.
         name: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
-        /// What is allowed.
+        /// The allowed range.
         range: &'static str,
     },
     /// A vector has the wrong length.
@@ -35,7 +36,7 @@ pub enum MmaError {
         /// Its value.
         value: f64,
     },
-    /// A variable is outside its bounds, or the bounds contradict.
+    /// A variable is outside its bounds, or the bounds are contradictory.
     #[error(
         "variable {index} = {value} is outside its bounds [{lower}, {upper}]; start from a design within the bounds"
     )]
@@ -49,7 +50,7 @@ pub enum MmaError {
         /// Its upper bound.
         upper: f64,
     },
-    /// The subproblem was not solved, which only happens to functions of wildly different scale.
+    /// The subproblem was not solved, which only happens for functions of extremely different scales.
     #[error(
         "the MMA subproblem stopped at residual {residual:e}; scale objective and constraints so that their largest \
          derivatives are near 1"
@@ -72,13 +73,11 @@ pub(super) fn check_vector(what: &str, vector: &[f64], expected: usize) -> Resul
 }
 
 /// Checks the functions of a problem with `n` variables and `m` constraints.
-pub(super) fn check_functions(
-    n: usize,
-    m: usize,
-    objective_gradient: &[f64],
-    constraints: &[f64],
-    constraint_gradients: &[Vec<f64>],
-) -> Result<(), MmaError> {
+pub(super) fn check_functions(n: usize, m: usize, functions: &Functions<'_>) -> Result<(), MmaError> {
+    let &Functions { objective, objective_gradient, constraints, constraint_gradients } = functions;
+    if !objective.is_finite() {
+        return Err(MmaError::NotFinite { what: "the objective".to_owned(), index: 0, value: objective });
+    }
     check_vector("the objective gradient", objective_gradient, n)?;
     check_vector("the list of constraint values", constraints, m)?;
     if constraint_gradients.len() != m {
@@ -92,7 +91,7 @@ pub(super) fn check_functions(
 }
 
 /// Checks that `lower ≤ x ≤ upper`, all finite.
-pub(super) fn check_point(n: usize, x: &[f64], lower: &[f64], upper: &[f64]) -> Result<(), MmaError> {
+pub(super) fn check_point(n: usize, x: &[f64], [lower, upper]: [&[f64]; 2]) -> Result<(), MmaError> {
     check_vector("the design", x, n)?;
     check_vector("the lower bound", lower, n)?;
     check_vector("the upper bound", upper, n)?;

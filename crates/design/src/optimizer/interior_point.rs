@@ -1,23 +1,23 @@
 //! Primal-dual interior-point solution of the subproblem.
 //!
-//! The optimality conditions, with each complementarity product set to ε instead of 0, are solved by damped Newton steps
-//! for ε = 1, 0.1, … down to the tolerance. All unknowns but the multipliers of the constraints and of `z` are
-//! eliminated, so that a Newton step costs O(n m²) and solves one system of size m + 1. Each rank has a share of the
-//! variables; what belongs to constraints is the same on all. Source: the notes, section on the primal-dual solution; the
-//! treatment of slacks is ours.
+//! The optimality conditions, with each complementarity product set to ε instead of 0, are solved by damped Newton
+//! steps for ε = 1, 0.1, … down to the tolerance. All unknowns except the multipliers of the constraints and of `z` are
+//! eliminated, so a Newton step costs O(n m²) and solves one system of size m + 1. Each rank has a part of the
+//! variables; the unknowns of the constraints are replicated. Source: the notes, section on the primal-dual solution;
+//! the treatment of slacks is our own.
 
 use super::MmaError;
 use super::dense::solve_dense;
 use super::subproblem::{Subproblem, Variable};
 
-/// Newton iterations for one ε.
+/// Maximum number of Newton iterations for one ε.
 const MOST_ITERATIONS: usize = 200;
-/// Halvings of one Newton step; one that needs more has met rounding.
+/// Maximum number of halvings of a Newton step; if more are needed, round-off dominates.
 const MOST_HALVINGS: usize = 50;
-/// Residual, relative to the largest derivative or value, with which a step that has met rounding still serves.
+/// Residual, relative to the largest derivative or value, that is still acceptable if round-off dominates.
 const SUFFICIENT: f64 = 1e-6;
 
-/// Solution of the subproblem; `x`, `xi`, `eta` of those of this rank's variables that can move.
+/// Solution of the subproblem; `x`, `xi`, `eta` are those of this rank's variables that can move.
 pub(super) struct Solution {
     pub x: Vec<f64>,
     pub xi: Vec<f64>,
@@ -71,7 +71,7 @@ impl Point {
 struct Residual {
     /// Sum of squares; not finite if any residual is not.
     squares: f64,
-    /// Largest absolute residual. Ignores residuals that are not numbers: look at `squares` first.
+    /// Largest absolute residual. Ignores NaN: check `squares` first.
     max: f64,
 }
 
@@ -112,7 +112,7 @@ impl Subproblem<'_> {
         Ok(Solution { x, xi, eta, lambda, y, z, mu, zeta, slack, iterations, residual })
     }
 
-    /// The start of the notes: the middle of the bounds, everything else of order 1.
+    /// The starting point of the notes: the middle of the bounds, and everything else of order 1.
     fn start(&self) -> Point {
         let m = self.values.len();
         let of_variables = |value: fn(&Variable) -> f64| self.variables.iter().map(value).collect::<Vec<f64>>();
@@ -129,7 +129,7 @@ impl Subproblem<'_> {
         }
     }
 
-    /// Newton iteration for one ε, until no residual is above 0.9 ε or rounding stops it.
+    /// Newton iteration for one ε, until no residual is above 0.9 ε or round-off stops it.
     fn centre(&self, at: &mut Point, epsilon: f64, iterations: &mut usize) -> Residual {
         let mut residual = self.residual_with_free_slack(at, epsilon);
         let mut next = at.clone();
@@ -156,11 +156,11 @@ impl Subproblem<'_> {
         residual
     }
 
-    /// Residual of the optimality conditions at `at`, after moving slacks to where it is smaller.
+    /// Residual of the optimality conditions at `at`, after adjusting slacks to reduce it.
     ///
-    /// The slack of a constraint that does not bind can follow the curved constraint exactly, at next to no cost in
-    /// complementarity. Newton steps alone would have to be short enough for the constraint to look straight, to a
-    /// precision that such a constraint does not deserve, and the iteration would creep.
+    /// The slack of an inactive constraint can follow the curved constraint exactly, at almost no cost in
+    /// complementarity. Without this, Newton steps would have to be so short that the linearisation of the constraint
+    /// is accurate, which an inactive constraint does not need, and the iteration would be very slow.
     fn residual_with_free_slack(&self, at: &mut Point, epsilon: f64) -> Residual {
         let p = self.parameters;
         let mut residual = Residual { squares: 0.0, max: 0.0 };
@@ -260,7 +260,7 @@ impl Subproblem<'_> {
         }
     }
 
-    /// All other changes from those of the multipliers and of `z`.
+    /// Computes all other changes from those of the multipliers and of `z`.
     fn back_substitute(&self, at: &Point, epsilon: f64, reduced: &[f64], direction: &mut Point) {
         let p = self.parameters;
         let m = at.lambda.len();
@@ -285,7 +285,7 @@ impl Subproblem<'_> {
         }
     }
 
-    /// Longest step, at most 1, that uses up no more than 1/1.01 of the distance to any bound.
+    /// Longest step, at most 1, that covers at most 1/1.01 of the distance to any bound.
     fn longest_step(&self, at: &Point, direction: &Point) -> f64 {
         let mut inverse: f64 = 1.0;
         let mut shrink = |values: &[f64], changes: &[f64]| {
@@ -321,21 +321,24 @@ struct Terms {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optimizer::Functions;
     use crate::optimizer::MmaParameters;
-    use slipstick_linalg::Alone;
+    use slipstick_ranks::Alone;
 
-    /// By hand: a constraint of −2 with z = 0.5 of weight 0.5 and y = 0.25 leaves a slack of 2.5. It is taken where it costs less in
-    /// complementarity than the constraint is violated by, and not under a multiplier of 100.
+    /// Computed by hand: a constraint of −2 with z = 0.5 of weight 0.5 and y = 0.25 leaves a slack of 2.5. It is used
+    /// if it costs less in complementarity than the violation of the constraint, and not with a multiplier of 100.
     #[test]
     fn slack_is_moved_where_that_costs_little() {
         let parameters = MmaParameters { a: 0.5, ..MmaParameters::default() };
         let variables = [Variable { index: 0, range: 1.0, low: -0.5, upp: 0.5, alpha: -0.4, beta: 0.4 }];
-        let subproblem = Subproblem::new(&parameters, &variables, &[0.0], &[-2.0], &[vec![0.0]], &Alone);
+        let slopes = [vec![0.0]];
+        let functions = Functions::new(0.0, &[0.0], &[-2.0], &slopes);
+        let subproblem = Subproblem::new(&parameters, &variables, &functions, &Alone);
         for (lambda, slack) in [(1e-3, 2.5), (100.0, 1.0)] {
             let mut at = Point { z: 0.5, y: vec![0.25], lambda: vec![lambda], slack: vec![1.0], ..subproblem.start() };
             let found = subproblem.residual_with_free_slack(&mut at, 1e-3);
             assert_eq!((at.slack[0], at.x[0]), (slack, 0.0));
-            // the constraint is violated by what is left of the slack, and that is part of the residual
+            // the rest of the slack violates the constraint and is part of the residual
             let mut without = Residual { squares: 0.0, max: 0.0 };
             without.add(if slack == 2.5 { 0.0 } else { 1.5 });
             without.add(lambda * slack - 1e-3);

@@ -1,9 +1,9 @@
-//! How far a design is from optimal.
+//! Optimality residual of a design.
 
 use serde::{Deserialize, Serialize};
 
 use super::error::{check_functions, check_point, check_vector};
-use super::{MmaError, MmaParameters, MmaStep};
+use super::{Functions, MmaError, MmaParameters, MmaStep};
 
 /// Residual of the optimality conditions of the problem that MMA solves; both are zero at an optimum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,80 +30,52 @@ impl Accumulator {
 /// Residual of the Karush–Kuhn–Tucker conditions at the result `step.x` of a step, with the multipliers of its
 /// subproblem and with values and gradients evaluated **at `step.x`** (the check of the notes).
 ///
-/// The bounds' multipliers belong to the bounds of the step; where the move limit holds a variable back, the residual
-/// shows it. Values and gradients must be scaled as they were for the step.
+/// The multipliers of the bounds belong to the bounds of the step; if the move limit restrains a variable, this appears
+/// in the residual. Values and gradients must have the same scaling as for the step.
 ///
 /// # Errors
 ///
-/// Wrong lengths, an entry that is not finite, a design outside its bounds.
+/// If lengths are wrong, an entry is not finite, or the design is outside its bounds.
 pub fn kkt_residual(
     parameters: &MmaParameters,
     step: &MmaStep,
-    lower: &[f64],
-    upper: &[f64],
-    objective_gradient: &[f64],
-    constraints: &[f64],
-    constraint_gradients: &[Vec<f64>],
+    bounds: [&[f64]; 2],
+    functions: &Functions<'_>,
 ) -> Result<KktResidual, MmaError> {
     let (n, m) = (step.x.len(), step.lambda.len());
-    check_point(n, &step.x, lower, upper)?;
-    check_functions(n, m, objective_gradient, constraints, constraint_gradients)?;
+    check_point(n, &step.x, bounds)?;
+    check_functions(n, m, functions)?;
     for (what, vector, length) in [("xi", &step.xi, n), ("eta", &step.eta, n), ("y", &step.y, m), ("mu", &step.mu, m)] {
         check_vector(what, vector, length)?;
     }
     let bound_multipliers = |j: usize, _: f64| (step.xi[j], step.eta[j]);
-    Ok(residual(
-        parameters,
-        &step.x,
-        lower,
-        upper,
-        objective_gradient,
-        constraints,
-        constraint_gradients,
-        step,
-        bound_multipliers,
-    ))
+    Ok(residual(parameters, &step.x, bounds, functions, step, bound_multipliers))
 }
 
-/// The same at the design that the step started from. The bounds' multipliers there are those that the gradient of the
-/// Lagrangian asks for, which leaves `∂L/∂x_j` times the distance to the bound it pushes to.
+/// The same at the initial design of the step. There, the multipliers of the bounds are computed from the gradient of
+/// the Lagrangian, so the residual is `∂L/∂x_j` times the distance to the bound towards which it pushes.
 pub(super) fn residual_at_input(
     parameters: &MmaParameters,
     x: &[f64],
-    lower: &[f64],
-    upper: &[f64],
-    objective_gradient: &[f64],
-    constraints: &[f64],
-    constraint_gradients: &[Vec<f64>],
+    bounds: [&[f64]; 2],
+    functions: &Functions<'_>,
     step: &MmaStep,
 ) -> KktResidual {
     let bound_multipliers = |_: usize, slope: f64| (slope.max(0.0), (-slope).max(0.0));
-    residual(
-        parameters,
-        x,
-        lower,
-        upper,
-        objective_gradient,
-        constraints,
-        constraint_gradients,
-        step,
-        bound_multipliers,
-    )
+    residual(parameters, x, bounds, functions, step, bound_multipliers)
 }
 
 /// All conditions: stationarity in `x`, `y`, `z`, feasibility, complementarity. Notes, section on the KKT conditions.
 fn residual(
     parameters: &MmaParameters,
     x: &[f64],
-    lower: &[f64],
-    upper: &[f64],
-    objective_gradient: &[f64],
-    constraints: &[f64],
-    constraint_gradients: &[Vec<f64>],
+    bounds: [&[f64]; 2],
+    functions: &Functions<'_>,
     step: &MmaStep,
     bound_multipliers: impl Fn(usize, f64) -> (f64, f64),
 ) -> KktResidual {
-    let p = parameters;
+    let (p, [lower, upper]) = (parameters, bounds);
+    let &Functions { objective_gradient, constraints, constraint_gradients, .. } = functions;
     let mut sum = Accumulator { squares: 0.0, max: 0.0 };
     for j in 0..x.len() {
         let mut slope = objective_gradient[j];

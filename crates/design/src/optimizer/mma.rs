@@ -1,23 +1,23 @@
 //! One step of the method of moving asymptotes.
 
 use serde::{Deserialize, Serialize};
-use slipstick_linalg::{Alone, Ranks, own_range};
+use slipstick_ranks::{Alone, Ranks, own_range};
 use std::ops::Range;
 
 use super::error::{check_functions, check_point, check_vector};
 use super::kkt::residual_at_input;
 use super::subproblem::{Subproblem, Variable};
-use super::{KktResidual, MmaError, MmaParameters};
+use super::{Functions, KktResidual, MmaError, MmaParameters};
 
 /// The method of moving asymptotes, version of 2007, for `n` variables and `m` constraints `g_i ≤ 0`.
 ///
-/// Holds all that one step hands to the next, so that a copy written out and read back continues bit for bit; the floats
-/// must survive the trip exactly (for JSON: `serde_json` with its feature `float_roundtrip`).
+/// Contains all data that one step passes to the next, so a copy that is written and read back continues bit for bit;
+/// the floats must be preserved exactly (for JSON: `serde_json` with its feature `float_roundtrip`).
 ///
 /// Svanberg's cantilever: the lightest of five hollow beams whose tip moves by no more than 1.
 ///
 /// ```
-/// use slipstick_design::{Mma, MmaParameters};
+/// use slipstick_design::{Functions, Mma, MmaParameters};
 ///
 /// let coefficients = [61.0, 37.0, 19.0, 7.0, 1.0];
 /// let (lower, upper) = ([1.0; 5], [10.0; 5]);
@@ -28,7 +28,7 @@ use super::{KktResidual, MmaError, MmaParameters};
 ///     weight = 0.0624 * x.iter().sum::<f64>();
 ///     let tip: f64 = (0..5).map(|j| coefficients[j] / x[j].powi(3)).sum();
 ///     let slopes = (0..5).map(|j| -3.0 * coefficients[j] / x[j].powi(4)).collect();
-///     x = mma.update(&x, &lower, &upper, weight, &[0.0624; 5], &[tip - 1.0], &[slopes])?.x;
+///     x = mma.update(&x, [&lower, &upper], &Functions::new(weight, &[0.0624; 5], &[tip - 1.0], &[slopes]))?.x;
 /// }
 /// assert!((weight - 1.33996).abs() < 1e-5);
 /// # Ok::<(), slipstick_design::MmaError>(())
@@ -40,7 +40,7 @@ pub struct Mma {
     parameters: MmaParameters,
     /// Number of steps made.
     iteration: usize,
-    /// `x` of one and of two steps ago; empty before there was one.
+    /// `x` of one and of two steps ago; empty if there was no such step.
     x1: Vec<f64>,
     x2: Vec<f64>,
     /// Asymptotes of the last step; empty before the first.
@@ -59,7 +59,7 @@ pub struct MmaStep {
     pub xi: Vec<f64>,
     /// See `xi`.
     pub eta: Vec<f64>,
-    /// Elastic violation of each constraint. ≥ 0; visibly positive if no design within the move limit is feasible.
+    /// Elastic violation of each constraint. ≥ 0; clearly positive if no design within the move limit is feasible.
     pub y: Vec<f64>,
     /// Elastic variable common to all constraints. ≥ 0
     pub z: f64,
@@ -73,15 +73,15 @@ pub struct MmaStep {
     pub subproblem_iterations: usize,
     /// Largest violation of the subproblem's optimality conditions.
     pub subproblem_residual: f64,
-    /// How far the design that was **passed in** is from optimal, judged with the multipliers of this subproblem.
-    /// Zero at an optimum.
+    /// Optimality residual of the design that was **passed in**, with the multipliers of this subproblem. Zero at an
+    /// optimum.
     pub kkt_residual: KktResidual,
 }
 
 impl Mma {
     /// An optimizer without history for `n` variables and `m` constraints; `m = 0` is allowed.
     ///
-    /// Parameters are checked by [`Self::update`]; [`MmaParameters::check`] does it earlier.
+    /// [`Self::update`] checks the parameters; call [`MmaParameters::check`] to check them earlier.
     pub fn new(n: usize, m: usize, parameters: MmaParameters) -> Self {
         let none = Vec::new;
         Self { n, m, parameters, iteration: 0, x1: none(), x2: none(), low: none(), upp: none() }
@@ -102,7 +102,7 @@ impl Mma {
         (&self.low, &self.upp)
     }
 
-    /// Checks a memory that was read back: that it is one of `n` variables and `m` constraints, and whole.
+    /// Checks a history that was read back: that it is complete and belongs to `n` variables and `m` constraints.
     ///
     /// # Errors
     ///
@@ -118,7 +118,7 @@ impl Mma {
         self.check_memory()
     }
 
-    /// Checks the lengths and entries of what earlier steps have left.
+    /// Checks the lengths and entries of the history.
     fn check_memory(&self) -> Result<(), MmaError> {
         let after = |steps: usize| if self.iteration < steps { 0 } else { self.n };
         check_vector("the design one step ago", &self.x1, after(1))?;
@@ -132,31 +132,19 @@ impl Mma {
         }
     }
 
-    /// From the design `x` with its values and derivatives to the next design.
-    ///
-    /// `objective` f₀(x) and `constraints` g_i(x) ≤ 0, `constraint_gradients[i][j] = ∂g_i/∂x_j`, all scaled as
-    /// [`super::Scaling`] tells. A variable with `lower = upper` stays where it is.
+    /// Computes the next design from the design `x` with its functions, between the `bounds`, lower and upper. A variable
+    /// whose bounds are equal does not move.
     ///
     /// # Errors
     ///
-    /// A parameter out of range, wrong lengths (of the memory too), an entry that is not finite, a design outside its bounds, or a
-    /// subproblem that cannot be solved. The history is then as before.
-    pub fn update(
-        &mut self,
-        x: &[f64],
-        lower: &[f64],
-        upper: &[f64],
-        objective: f64,
-        objective_gradient: &[f64],
-        constraints: &[f64],
-        constraint_gradients: &[Vec<f64>],
-    ) -> Result<MmaStep, MmaError> {
-        let alone = &Alone;
-        self.update_on(x, lower, upper, objective, objective_gradient, constraints, constraint_gradients, alone)
+    /// If a parameter is out of range, lengths are wrong (including those of the history), an entry is not finite, the
+    /// design is outside its bounds, or the subproblem cannot be solved. The history is then unchanged.
+    pub fn update(&mut self, x: &[f64], bounds: [&[f64]; 2], functions: &Functions<'_>) -> Result<MmaStep, MmaError> {
+        self.update_on(x, bounds, functions, &Alone)
     }
 
-    /// As [`update`](Self::update), with the subproblem divided among ranks, which all call it with the same arguments and
-    /// get the same result.
+    /// Like [`update`](Self::update), with the subproblem distributed over ranks, which all call it with the same
+    /// arguments and get the same result.
     ///
     /// # Errors
     ///
@@ -164,28 +152,21 @@ impl Mma {
     pub fn update_on(
         &mut self,
         x: &[f64],
-        lower: &[f64],
-        upper: &[f64],
-        objective: f64,
-        objective_gradient: &[f64],
-        constraints: &[f64],
-        constraint_gradients: &[Vec<f64>],
+        bounds: [&[f64]; 2],
+        functions: &Functions<'_>,
         ranks: &dyn Ranks,
     ) -> Result<MmaStep, MmaError> {
         self.parameters.check()?;
         self.check_memory()?;
-        check_point(self.n, x, lower, upper)?;
-        if !objective.is_finite() {
-            return Err(MmaError::NotFinite { what: "the objective".to_owned(), index: 0, value: objective });
-        }
-        check_functions(self.n, self.m, objective_gradient, constraints, constraint_gradients)?;
+        check_point(self.n, x, bounds)?;
+        check_functions(self.n, self.m, functions)?;
+        let [lower, upper] = bounds;
 
         let own = own_range(self.n, ranks);
         let (low, upp) = self.moved_asymptotes(x, lower, upper, own.clone());
         let variables = self.variables(x, lower, upper, &low, &upp, own.clone());
         let parameters = &self.parameters;
-        let subproblem =
-            Subproblem::new(parameters, &variables, objective_gradient, constraints, constraint_gradients, ranks);
+        let subproblem = Subproblem::new(parameters, &variables, functions, ranks);
         let solution = subproblem.solve()?;
 
         let mut step = MmaStep {
@@ -204,7 +185,7 @@ impl Mma {
         };
         for (k, variable) in variables.iter().enumerate() {
             let (j, t, range) = (variable.index, solution.x[k], variable.range);
-            // Rounding must not carry the sum over a bound.
+            // Round-off must not move the sum beyond a bound.
             let at = j - own.start;
             step.x[at] = (x[j] + t * range).clamp(lower[j], upper[j]);
             step.xi[at] = solution.xi[k] / range;
@@ -213,16 +194,7 @@ impl Mma {
         for values in [&mut step.x, &mut step.xi, &mut step.eta] {
             *values = ranks.join(values);
         }
-        step.kkt_residual = residual_at_input(
-            &self.parameters,
-            x,
-            lower,
-            upper,
-            objective_gradient,
-            constraints,
-            constraint_gradients,
-            &step,
-        );
+        step.kkt_residual = residual_at_input(&self.parameters, x, bounds, functions, &step);
 
         self.x2 = std::mem::replace(&mut self.x1, x.to_vec());
         self.low = ranks.join(&low);
@@ -231,8 +203,9 @@ impl Mma {
         Ok(step)
     }
 
-    /// Asymptotes `l_j < x_j < u_j` of this step for some of the variables. Notes, section on the asymptotes: at `asyinit`
-    /// of the range for two steps, then nearer where a variable turns back and farther where it moves on.
+    /// Asymptotes `l_j < x_j < u_j` of this step for some of the variables. Notes, section on the asymptotes: at
+    /// `asyinit` of the range for two steps, then closer if a variable oscillates and farther if it keeps moving in the
+    /// same direction.
     fn moved_asymptotes(&self, x: &[f64], lower: &[f64], upper: &[f64], own: Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let p = &self.parameters;
         let distances = |j: usize| -> (f64, f64) {
@@ -258,8 +231,8 @@ impl Mma {
         .unzip()
     }
 
-    /// Those of some variables that can move, with the bounds `α ≤ x ≤ β` of this step; `low` and `upp` are the asymptotes
-    /// of these.
+    /// The movable ones among some variables, with the bounds `α ≤ x ≤ β` of this step; `low` and `upp` are their
+    /// asymptotes.
     fn variables(
         &self,
         x: &[f64],

@@ -6,7 +6,7 @@ use super::MmaError;
 
 /// Parameters of MMA by the names of the notes; [`Default`] gives the notes' values.
 ///
-/// Lengths are parts of the range `upper − lower` of each variable, so that no parameter has a unit. The elastic
+/// Lengths are relative to the range `upper − lower` of each variable, so no parameter has a unit. The elastic
 /// variables `y`, `z` make every subproblem feasible: MMA minimises
 /// `f₀(x) + a₀ z + Σ_i (c y_i + ½ d y_i²)` subject to `f_i(x) − a z − y_i ≤ 0`, `y, z ≥ 0`; with the default values
 /// `z = 0`, and `y_i` is a violation of constraint `i` that costs `c` per unit.
@@ -15,9 +15,9 @@ use super::MmaError;
 pub struct MmaParameters {
     /// Distance of the asymptotes in the first two iterations. In (0, ∞).
     pub asyinit: f64,
-    /// Factor by which the asymptotes of a variable that moves on in one direction recede. At least 1.
+    /// Factor by which the asymptotes move away if a variable keeps moving in one direction. At least 1.
     pub asyincr: f64,
-    /// Factor by which the asymptotes of a variable that turns back close in. In (0, 1].
+    /// Factor by which the asymptotes move closer if a variable oscillates. In (0, 1].
     pub asydecr: f64,
     /// Smallest distance of the asymptotes. In (0, `asymax`].
     pub asymin: f64,
@@ -27,15 +27,15 @@ pub struct MmaParameters {
     pub albefa: f64,
     /// Largest step. In (0, 1].
     pub move_limit: f64,
-    /// Curvature given to functions without any. In (0, ∞).
+    /// Curvature that is added to each function. In (0, ∞).
     pub raa0: f64,
     /// Weight of `z`. In (0, ∞).
     pub a0: f64,
-    /// Share of `z` in each constraint; 0 unless a largest function is to be minimised. At least 0.
+    /// Coefficient of `z` in each constraint; 0 unless the maximum of several functions is minimised. At least 0.
     pub a: f64,
-    /// Linear price of violating a constraint: well above the multipliers, after scaling. At least 0, `c + d > 0`.
+    /// Linear penalty for violating a constraint: well above the multipliers, after scaling. At least 0, `c + d > 0`.
     pub c: f64,
-    /// Quadratic price of violating a constraint. At least 0.
+    /// Quadratic penalty for violating a constraint. At least 0.
     pub d: f64,
     /// Residual to which the subproblem is solved. In (0, 1).
     pub subproblem_tolerance: f64,

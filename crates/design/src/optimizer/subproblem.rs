@@ -1,22 +1,23 @@
 //! The separable convex subproblem of MMA.
 //!
-//! Minimise `f̃₀(x) + a₀z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a z − y_i ≤ 0`, `α ≤ x ≤ β`, `y, z ≥ 0`, where
+//! Minimise `f̃₀(x) + a₀z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a z − y_i ≤ 0`, `α ≤ x ≤ β`, `y, z ≥ 0`,
+//! where
 //!
 //! `f̃_i(x) = f_i(x⁰) + Σ_j [ p_ij/(u_j − x_j) + q_ij/(x_j − l_j) ] − [ the same at x⁰ ]`.
 //!
-//! Inside, each `x_j` is shifted and scaled, see [`Variable`]. Source: the notes, section on the subproblem.
+//! Internally, each `x_j` is shifted and scaled, see [`Variable`]. Source: the notes, section on the subproblem.
 
-use super::MmaParameters;
-use slipstick_linalg::Ranks;
+use super::{Functions, MmaParameters};
+use slipstick_ranks::Ranks;
 
 /// A variable `t = (x − x⁰)/(upper − lower)` that can move in this step; it starts at 0.
 ///
-/// Shifted, so that distances to near bounds keep their digits wherever the bounds are; scaled, so that the iteration
-/// does not depend on units.
+/// It is shifted so that distances to close bounds stay accurate for any position of the bounds, and scaled so that the
+/// iteration does not depend on units.
 pub(super) struct Variable {
     /// Its number among all variables.
     pub index: usize,
-    /// Its upper less its lower bound, in units of `x`.
+    /// Its upper minus its lower bound, in units of `x`.
     pub range: f64,
     /// Its asymptotes, `low < 0 < upp`.
     pub low: f64,
@@ -29,7 +30,7 @@ pub(super) struct Variable {
 }
 
 impl Variable {
-    /// Whether there is room between the bounds and to the asymptotes; never where the range is zero.
+    /// Whether there is room between the bounds and to the asymptotes; false if the range is zero.
     pub fn can_move(&self) -> bool {
         self.range > 0.0 && self.alpha < self.beta && self.low < self.alpha && self.beta < self.upp
     }
@@ -43,7 +44,7 @@ impl Variable {
     }
 }
 
-/// The subproblem, or the variables of it that are this rank's. Coefficients of constraint `i` and variable `j` are at
+/// The subproblem, or this rank's part of its variables. Coefficients of constraint `i` and variable `j` are at
 /// `j·m + i`.
 pub(super) struct Subproblem<'a> {
     pub parameters: &'a MmaParameters,
@@ -56,7 +57,7 @@ pub(super) struct Subproblem<'a> {
     pub values: &'a [f64],
     /// Largest derivative (with respect to `t`) or value, at least 1.
     pub scale: f64,
-    /// Who has the other variables.
+    /// The ranks over which the variables are distributed.
     pub ranks: &'a dyn Ranks,
 }
 
@@ -65,11 +66,10 @@ impl<'a> Subproblem<'a> {
     pub fn new(
         parameters: &'a MmaParameters,
         variables: &'a [Variable],
-        objective_gradient: &[f64],
-        constraints: &'a [f64],
-        constraint_gradients: &[Vec<f64>],
+        functions: &Functions<'a>,
         ranks: &'a dyn Ranks,
     ) -> Self {
+        let &Functions { objective_gradient, constraints, constraint_gradients, .. } = functions;
         let raa0 = parameters.raa0;
         let (p0, q0) = variables.iter().map(|v| v.approximation(objective_gradient[v.index], raa0)).unzip();
         let gradients = || constraint_gradients.iter();
@@ -97,12 +97,12 @@ impl<'a> Subproblem<'a> {
         (p, q)
     }
 
-    /// What the sums over all variables start from on this rank: the constraints' own values are added once.
+    /// Initial values of the sums over all variables on this rank: the values of the constraints are added only once.
     pub fn first_values(&self) -> Vec<f64> {
         if self.ranks.rank() == 0 { self.values.to_vec() } else { vec![0.0; self.values.len()] }
     }
 
-    /// Adds `f̃_i(t) − f_i(0)` of variable `j` to `values`, as a product with `t` so that nothing cancels.
+    /// Adds `f̃_i(t) − f_i(0)` of variable `j` to `values`, as a product with `t`, which avoids cancellation.
     pub fn add_values(&self, j: usize, x: f64, to_upp: f64, to_low: f64, values: &mut [f64]) {
         let (variable, m) = (&self.variables[j], values.len());
         let upper = x * to_upp / variable.upp;

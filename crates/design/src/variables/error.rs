@@ -1,16 +1,16 @@
-//! Why a choice of design variables or an initial design cannot be.
+//! Why a choice of design variables or an initial design is impossible.
 
 use thiserror::Error;
 
-/// Why a choice of design variables or an initial design cannot be.
+/// Why a choice of design variables or an initial design is impossible.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DesignError {
-    /// Nothing is left to design.
+    /// No element is left to design.
     #[error("no element is designed: {domain} elements in the design domain, {passive} of them passive")]
     Empty {
         /// Elements of the design domain.
         domain: usize,
-        /// How many of them are passive.
+        /// Number of them that are passive.
         passive: usize,
     },
     /// An element that the mesh does not have.
@@ -21,8 +21,8 @@ pub enum DesignError {
         /// Number of elements of the mesh.
         element_count: usize,
     },
-    /// An element is to be both solid and void.
-    #[error("element {element} is both passive solid and passive void; let the passive regions not overlap")]
+    /// An element is both solid and void.
+    #[error("element {element} is both passive solid and passive void; the passive regions must not overlap")]
     Contradiction {
         /// The element, from 0.
         element: u32,
@@ -36,7 +36,7 @@ pub enum DesignError {
     /// An initial density outside [0, 1].
     #[error("initial density {value} is outside [0, 1]")]
     Initial {
-        /// What was asked for.
+        /// The requested value.
         value: f64,
     },
     /// The passive elements leave no design with this volume fraction.
@@ -45,14 +45,14 @@ pub enum DesignError {
          {smallest} and at most {largest}"
     )]
     Fraction {
-        /// The fraction asked for.
+        /// The requested fraction.
         fraction: f64,
         /// Fraction with all designed elements void.
         smallest: f64,
         /// Fraction with all designed elements solid.
         largest: f64,
     },
-    /// Volumes do not fit the mesh.
+    /// The number of volumes does not match the mesh.
     #[error("{found} element volumes for {expected} elements")]
     VolumeCount {
         /// Number of elements.

@@ -36,7 +36,7 @@ pub fn read(file: &str) -> Result<File, Box<dyn Error>> {
     let coordinates = take(nodes, 24)?.chunks_exact(24).map(|x| std::array::from_fn(|b| double(&x[8 * b..]))).collect();
     let count = long(take(1, 8)?);
     let slaves = take(count, 4)?.chunks_exact(4).map(short).collect();
-    let pattern = CsrPattern { n, row_offsets, columns, groups, origins };
+    let pattern = CsrPattern::new(row_offsets, columns, groups, origins)?;
     Ok(File { matrix: CsrMatrix { pattern: Arc::new(pattern), values }, coordinates, slaves })
 }
 

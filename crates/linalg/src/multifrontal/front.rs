@@ -5,7 +5,7 @@
 
 use super::buffers::Buffers;
 use super::scalar::Scalar;
-use super::symbolic::{Supernode, Symbolic, local};
+use super::symbolic::{Structure, Supernode, local};
 use super::{PIVOT_THRESHOLD, dense, pivoting};
 use faer::prelude::ReborrowMut;
 use faer::{MatMut, MatRef};
@@ -61,13 +61,13 @@ pub(super) struct Contribution<T> {
 /// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate of the first rejected
 /// column.
 pub(super) fn process<T: Scalar>(
-    symbolic: &Symbolic,
+    structure: &Structure,
     values: &[T],
     k: usize,
     children: Vec<Contribution<T>>,
     buffers: &Buffers<T>,
 ) -> (Front<T>, Contribution<T>, f64) {
-    let mut assembly = Assembly::new(symbolic, values, k, children);
+    let mut assembly = Assembly::new(structure, values, k, children);
     match assembly.eliminate_all(buffers) {
         Ok((front, contribution)) => (front, contribution, 0.0),
         Err(Rejected) => assembly.eliminate_some(buffers),
@@ -100,7 +100,7 @@ struct Child<T> {
 
 /// What goes into a front with p fully summed rows and columns, and r beyond.
 struct Assembly<'a, T> {
-    symbolic: &'a Symbolic,
+    structure: &'a Structure,
     values: &'a [T],
     k: usize,
     rows: Vec<u32>,
@@ -111,8 +111,8 @@ struct Assembly<'a, T> {
 
 impl<'a, T: Scalar> Assembly<'a, T> {
     /// Own pivots come first, then the delayed ones of the children in their order.
-    fn new(symbolic: &'a Symbolic, values: &'a [T], k: usize, contributions: Vec<Contribution<T>>) -> Self {
-        let supernode = &symbolic.supernodes[k];
+    fn new(structure: &'a Structure, values: &'a [T], k: usize, contributions: Vec<Contribution<T>>) -> Self {
+        let supernode = &structure.supernodes[k];
         let own = supernode.first as u32..(supernode.first + supernode.pivots) as u32;
         let (mut rows, mut columns): (Vec<u32>, Vec<u32>) = (own.clone().collect(), own.collect());
         let mut delayed_at = Vec::with_capacity(contributions.len());
@@ -124,10 +124,10 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         let children = contributions.into_iter().zip(&supernode.children).zip(delayed_at);
         let children = children
             .map(|((contribution, &c), at)| {
-                Child::new(supernode, &symbolic.supernodes[c], at, contribution, rows.len())
+                Child::new(supernode, &structure.supernodes[c], at, contribution, rows.len())
             })
             .collect();
-        Self { symbolic, values, k, rows, columns, beyond: supernode.rows.len(), children }
+        Self { structure, values, k, rows, columns, beyond: supernode.rows.len(), children }
     }
 
     /// Fully summed columns: F11, p × p, and F21, r × p.
@@ -162,12 +162,12 @@ impl<'a, T: Scalar> Assembly<'a, T> {
     }
 
     fn own(&self) -> usize {
-        self.symbolic.supernodes[self.k].pivots
+        self.structure.supernodes[self.k].pivots
     }
 
     /// Matrix entries, local indices as of the analysis, where the own pivots come first.
     fn entries(&self) -> &[(u32, u32, u32)] {
-        &self.symbolic.entries[self.symbolic.entry_offsets[self.k]..self.symbolic.entry_offsets[self.k + 1]]
+        &self.structure.entries[self.structure.entry_offsets[self.k]..self.structure.entry_offsets[self.k + 1]]
     }
 
     /// Adds the contributions to the fully summed rows (`upper`) and the rows beyond (`lower`) of those columns for

@@ -3,7 +3,7 @@
 use super::buffers::Buffers;
 use super::front::{self, Contribution, Front};
 use super::scalar::Scalar;
-use super::symbolic::Symbolic;
+use super::symbolic::Structure;
 use crate::solver::FactorizationError;
 use rayon::prelude::*;
 
@@ -14,14 +14,14 @@ const SMALL_SUBTREE: f64 = 2e7;
 type Subtree<T> = (Vec<Front<T>>, Contribution<T>);
 
 /// Factorizes the matrix whose (scaled) entries are `values`. Fronts are returned in postorder.
-pub(super) fn factorize<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<Vec<Front<T>>, FactorizationError> {
-    let walk = Walk { symbolic, values, buffers: Buffers::new() };
-    let trees = walk.subtrees(&symbolic.roots)?;
+pub(super) fn factorize<T: Scalar>(structure: &Structure, values: &[T]) -> Result<Vec<Front<T>>, FactorizationError> {
+    let walk = Walk { structure, values, buffers: Buffers::new() };
+    let trees = walk.subtrees(&structure.roots)?;
     Ok(trees.into_iter().flat_map(|(fronts, _)| fronts).collect())
 }
 
 struct Walk<'a, T> {
-    symbolic: &'a Symbolic,
+    structure: &'a Structure,
     values: &'a [T],
     buffers: Buffers<T>,
 }
@@ -34,7 +34,7 @@ impl<T: Scalar> Walk<'_, T> {
     }
 
     fn subtree(&self, root: usize) -> Result<Subtree<T>, FactorizationError> {
-        let supernode = &self.symbolic.supernodes[root];
+        let supernode = &self.structure.supernodes[root];
         let mut fronts = Vec::with_capacity(root + 1 - supernode.first_descendant);
         let mut pending: Vec<Contribution<T>> = Vec::new();
         if supernode.subtree_operations >= SMALL_SUBTREE && !supernode.children.is_empty() {
@@ -44,7 +44,7 @@ impl<T: Scalar> Walk<'_, T> {
             }
         } else {
             for k in supernode.first_descendant..root {
-                let children = self.symbolic.supernodes[k].children.len();
+                let children = self.structure.supernodes[k].children.len();
                 let own = pending.split_off(pending.len() - children);
                 pending.push(self.process(k, own, &mut fronts)?);
             }
@@ -60,11 +60,11 @@ impl<T: Scalar> Walk<'_, T> {
         fronts: &mut Vec<Front<T>>,
     ) -> Result<Contribution<T>, FactorizationError> {
         let (front, contribution, best_rejected) =
-            front::process(self.symbolic, self.values, k, children, &self.buffers);
-        if self.symbolic.supernodes[k].parent.is_none()
+            front::process(self.structure, self.values, k, children, &self.buffers);
+        if self.structure.supernodes[k].parent.is_none()
             && let Some(&column) = front.delayed_columns.first()
         {
-            let unknown = self.symbolic.permutation[column as usize] as usize;
+            let unknown = self.structure.permutation[column as usize] as usize;
             return Err(FactorizationError::Singular { unknown, pivot: best_rejected });
         }
         fronts.push(front);

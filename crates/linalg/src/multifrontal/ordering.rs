@@ -26,7 +26,7 @@ pub(super) struct QuotientGraph {
 impl QuotientGraph {
     /// Vertices and groups are numbered in the order of their first unknown.
     pub fn new(pattern: &CsrPattern) -> Self {
-        let (vertex, members, groups) = number_vertices(&pattern.groups);
+        let (vertex, members, groups) = number_vertices(pattern.groups());
         let count = members.len();
         let mut rows: Vec<Vec<u32>> = members
             .iter()
@@ -34,10 +34,7 @@ impl QuotientGraph {
             .map(|(v, unknowns)| {
                 let mut row: Vec<u32> = unknowns
                     .iter()
-                    .flat_map(|&i| {
-                        let i = i as usize;
-                        &pattern.columns[pattern.row_offsets[i]..pattern.row_offsets[i + 1]]
-                    })
+                    .flat_map(|&i| pattern.row(i as usize))
                     .map(|&j| vertex[j as usize])
                     .filter(|&w| w as usize != v)
                     .collect();

@@ -15,16 +15,16 @@ const BLOCK: usize = 32;
 impl<T: Scalar> Numeric<T> {
     /// Overwrites the right-hand sides, one after the other in `rhs`, by the solutions.
     pub fn solve(&self, transpose: bool, rhs: &mut [f64]) {
-        if self.symbolic.n == 0 {
+        if self.structure.n == 0 {
             return;
         }
-        for block in rhs.chunks_mut(self.symbolic.n * BLOCK) {
+        for block in rhs.chunks_mut(self.structure.n * BLOCK) {
             self.solve_block(transpose, block);
         }
     }
 
     fn solve_block(&self, transpose: bool, rhs: &mut [f64]) {
-        let n = self.symbolic.n;
+        let n = self.structure.n;
         let (before, after) = if transpose {
             (&self.scaling.columns, &self.scaling.rows)
         } else {
@@ -35,7 +35,7 @@ impl<T: Scalar> Numeric<T> {
         for column in rhs.chunks_exact_mut(n) {
             column.iter_mut().zip(before).for_each(|(b, scale)| *b *= scale);
             let unit = power_of_two_near(crate::csr::largest(column));
-            let permuted = self.symbolic.permutation.iter();
+            let permuted = self.structure.permutation.iter();
             x.extend(permuted.map(|&i| T::from_f64(column[i as usize] / unit)));
             units.push(unit);
         }
@@ -45,7 +45,7 @@ impl<T: Scalar> Numeric<T> {
             self.sweep_block(transpose, &mut x);
         }
         for ((column, x), unit) in rhs.chunks_exact_mut(n).zip(x.chunks_exact(n)).zip(units) {
-            for (&i, x) in self.symbolic.permutation.iter().zip(x) {
+            for (&i, x) in self.structure.permutation.iter().zip(x) {
                 column[i as usize] = x.to_f64() * unit * after[i as usize];
             }
         }
@@ -53,12 +53,12 @@ impl<T: Scalar> Numeric<T> {
 
     /// Rows (forward) and columns (backward) of a front beyond its pivots.
     pub(super) fn beyond<'a>(&'a self, k: usize, delayed: &'a [u32]) -> impl Iterator<Item = usize> + 'a {
-        delayed.iter().chain(&self.symbolic.supernodes[k].rows).map(|&i| i as usize)
+        delayed.iter().chain(&self.structure.supernodes[k].rows).map(|&i| i as usize)
     }
 
     /// Several right-hand sides at once, by matrix products.
     fn sweep_block(&self, transpose: bool, x: &mut [T]) {
-        let n = self.symbolic.n;
+        let n = self.structure.n;
         let mut stages: Vec<Vec<T>> = Vec::with_capacity(self.fronts.len());
         for (k, front) in self.fronts.iter().enumerate() {
             let (pivots, delayed) = if transpose {
@@ -67,7 +67,7 @@ impl<T: Scalar> Numeric<T> {
                 (&front.pivot_rows, &front.delayed_rows)
             };
             let mut w = gather(x, n, || pivots.iter().map(|&i| i as usize));
-            let rows = delayed.len() + self.symbolic.supernodes[k].rows.len();
+            let rows = delayed.len() + self.structure.supernodes[k].rows.len();
             let update = front.forward_block(transpose, &mut w, rows, x.len() / n);
             for (x, update) in x.chunks_exact_mut(n).zip(update.chunks_exact(rows.max(1))) {
                 for (i, u) in self.beyond(k, delayed).zip(update) {

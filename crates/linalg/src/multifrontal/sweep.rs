@@ -7,7 +7,7 @@ use super::Numeric;
 use super::front::Front;
 use super::kernels;
 use super::scalar::Scalar;
-use super::symbolic::Symbolic;
+use super::symbolic::Structure;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -38,24 +38,24 @@ struct Task {
 }
 
 impl Plan {
-    pub fn new<T: Scalar>(symbolic: &Symbolic, fronts: &[Front<T>]) -> Self {
+    pub fn new<T: Scalar>(structure: &Structure, fronts: &[Front<T>]) -> Self {
         let mut starts = vec![0];
         let mut entries: Vec<usize> = fronts.iter().map(Front::entries).collect();
         for (k, front) in fronts.iter().enumerate() {
             starts.push(starts[k] + front.pivot_rows.len());
-            if let Some(parent) = symbolic.supernodes[k].parent {
+            if let Some(parent) = structure.supernodes[k].parent {
                 entries[parent] += entries[k];
             }
         }
-        let total: usize = symbolic.roots.iter().map(|&root| entries[root]).sum();
+        let total: usize = structure.roots.iter().map(|&root| entries[root]).sum();
         let bound = if total < WORTH_SHARING { 0 } else { total / SHARES };
         let is_small = |k: usize| entries[k] <= bound;
-        let is_task = |k: &usize| is_small(*k) && symbolic.supernodes[*k].parent.is_none_or(|p| !is_small(p));
+        let is_task = |k: &usize| is_small(*k) && structure.supernodes[*k].parent.is_none_or(|p| !is_small(p));
         let task = |k: usize| {
-            let (last, first) = (&symbolic.supernodes[k], symbolic.supernodes[k].first_descendant);
+            let (last, first) = (&structure.supernodes[k], structure.supernodes[k].first_descendant);
             Task {
                 fronts: first..k + 1,
-                unknowns: symbolic.supernodes[first].first..last.first + last.pivots,
+                unknowns: structure.supernodes[first].first..last.first + last.pivots,
                 pivots: starts[first]..starts[k + 1],
             }
         };
@@ -149,7 +149,7 @@ impl<T: Scalar> Numeric<T> {
 
     /// Unknowns beyond a task that its fronts touch: those of its last front.
     fn passed_on(&self, task: &Task) -> impl Iterator<Item = usize> + '_ {
-        self.symbolic.supernodes[task.fronts.end - 1].rows.iter().map(|&i| i as usize)
+        self.structure.supernodes[task.fronts.end - 1].rows.iter().map(|&i| i as usize)
     }
 
     fn forward_front(&self, transpose: bool, k: usize, x: &mut View<'_, T>, w: &mut [T], update: &mut Vec<T>) {
@@ -161,7 +161,7 @@ impl<T: Scalar> Numeric<T> {
         };
         w.iter_mut().zip(pivots).for_each(|(w, &i)| *w = *x.at(i as usize));
         update.clear();
-        update.resize(delayed.len() + self.symbolic.supernodes[k].rows.len(), T::ZERO);
+        update.resize(delayed.len() + self.structure.supernodes[k].rows.len(), T::ZERO);
         if transpose {
             kernels::solve_upper_transposed(&front.lu, w);
             kernels::subtract_transposed_product(&front.upper, w, update);

@@ -2,6 +2,7 @@
 
 use super::ordering::QuotientGraph;
 use crate::csr::CsrPattern;
+use std::sync::Arc;
 
 /// No parent.
 const NONE: usize = usize::MAX;
@@ -29,7 +30,7 @@ pub(super) type Entry = (u32, u32, u32);
 
 /// Everything that depends on the pattern alone.
 #[derive(Debug)]
-pub(super) struct Symbolic {
+pub(super) struct Structure {
     pub n: usize,
     /// Original unknown of each permuted one.
     pub permutation: Vec<u32>,
@@ -54,24 +55,24 @@ pub(super) struct Ordering {
 /// Growth of the operations beyond which a known order is given up for a new one.
 const WORN: f64 = 1.15;
 
-impl Symbolic {
+impl Structure {
     /// Analyses with a `known` order, if it is of the same unknowns and costs little more than where it was made, else
     /// with a new one; returns the order used.
-    pub fn analyse(pattern: &CsrPattern, known: Option<Ordering>) -> Result<(Self, Ordering), String> {
+    pub fn analyse(pattern: &CsrPattern, known: Option<&Arc<Ordering>>) -> Result<(Self, Arc<Ordering>), String> {
         if u32::try_from(pattern.entries()).is_err() {
             return Err("more than 2^32 matrix entries".to_owned());
         }
         let graph = QuotientGraph::new(pattern);
-        if let Some(known) = known.filter(|known| known.groups == pattern.groups) {
-            let symbolic = Self::in_order(pattern, &graph, known.vertices.clone());
-            if symbolic.operations <= WORN * known.operations {
-                return Ok((symbolic, known));
+        if let Some(known) = known.filter(|known| known.groups == pattern.groups()) {
+            let structure = Self::in_order(pattern, &graph, known.vertices.clone());
+            if structure.operations <= WORN * known.operations {
+                return Ok((structure, known.clone()));
             }
         }
         let vertices = graph.fill_reducing_order()?;
-        let symbolic = Self::in_order(pattern, &graph, vertices.clone());
-        let operations = symbolic.operations;
-        Ok((symbolic, Ordering { groups: pattern.groups.clone(), vertices, operations }))
+        let structure = Self::in_order(pattern, &graph, vertices.clone());
+        let operations = structure.operations;
+        Ok((structure, Arc::new(Ordering { groups: pattern.groups().to_vec(), vertices, operations })))
     }
 
     fn in_order(pattern: &CsrPattern, graph: &QuotientGraph, vertices: Vec<u32>) -> Self {
@@ -296,10 +297,10 @@ fn memory_postorder(groups: &[Group]) -> (Vec<usize>, Vec<usize>) {
 }
 
 /// Numbers the unknowns along the postorder and places the matrix entries.
-fn number(pattern: &CsrPattern, graph: &QuotientGraph, order: &[u32], mut groups: Vec<Group>) -> Symbolic {
+fn number(pattern: &CsrPattern, graph: &QuotientGraph, order: &[u32], mut groups: Vec<Group>) -> Structure {
     let (post, parents) = memory_postorder(&groups);
     let mut starts = vec![0u32; graph.len()];
-    let mut permutation: Vec<u32> = Vec::with_capacity(pattern.n);
+    let mut permutation: Vec<u32> = Vec::with_capacity(pattern.n());
     for &s in &post {
         groups[s].columns.sort_unstable();
         for &column in &groups[s].columns {
@@ -344,23 +345,23 @@ fn number(pattern: &CsrPattern, graph: &QuotientGraph, order: &[u32], mut groups
     }
     let operations = roots.iter().map(|&r| supernodes[r].subtree_operations).sum();
     let (entry_offsets, entries) = place_entries(pattern, &permutation, &supernodes);
-    Symbolic { n: pattern.n, permutation, supernodes, roots, entry_offsets, entries, operations }
+    Structure { n: pattern.n(), permutation, supernodes, roots, entry_offsets, entries, operations }
 }
 
 /// An entry belongs to the front that eliminates the earlier one of its row and column.
 fn place_entries(pattern: &CsrPattern, permutation: &[u32], supernodes: &[Supernode]) -> (Vec<usize>, Vec<Entry>) {
     let position = inverse(permutation);
-    let mut owner = vec![0u32; pattern.n];
+    let mut owner = vec![0u32; pattern.n()];
     for (s, supernode) in supernodes.iter().enumerate() {
         owner[supernode.first..supernode.first + supernode.pivots].fill(s as u32);
     }
     let place = |i: usize, k: usize| {
-        let (row, column) = (position[i], position[pattern.columns[k] as usize]);
+        let (row, column) = (position[i], position[pattern.columns()[k] as usize]);
         (owner[row.min(column) as usize] as usize, row, column)
     };
     let mut offsets = vec![0usize; supernodes.len() + 1];
-    for i in 0..pattern.n {
-        for k in pattern.row_offsets[i]..pattern.row_offsets[i + 1] {
+    for i in 0..pattern.n() {
+        for k in pattern.row_range(i) {
             offsets[place(i, k).0 + 1] += 1;
         }
     }
@@ -369,8 +370,8 @@ fn place_entries(pattern: &CsrPattern, permutation: &[u32], supernodes: &[Supern
     }
     let mut next = offsets.clone();
     let mut entries: Vec<Entry> = vec![(0, 0, 0); pattern.entries()];
-    for i in 0..pattern.n {
-        for k in pattern.row_offsets[i]..pattern.row_offsets[i + 1] {
+    for i in 0..pattern.n() {
+        for k in pattern.row_range(i) {
             let (s, row, column) = place(i, k);
             entries[next[s]] = (k as u32, local(&supernodes[s], row), local(&supernodes[s], column));
             next[s] += 1;

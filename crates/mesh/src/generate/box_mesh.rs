@@ -13,7 +13,7 @@ pub struct BoxShape {
     pub max: [f64; 3],
     /// Elements along x, y, z; each at least 1.
     pub elements: [usize; 3],
-    /// Size of the last over the first element along x, y, z, growing by a constant factor; 1 is uniform.
+    /// Ratio of the last to the first element size along x, y, z; sizes change by a constant factor; 1 is uniform.
     pub grading: [f64; 3],
 }
 
@@ -50,7 +50,7 @@ fn graded(d: usize, shape: &BoxShape) -> Result<Vec<f64>, MeshError> {
         let cure = "must be positive and finite; 1 makes all elements equal";
         return Err(MeshError::parameter(format!("grading[{d}]"), ratio, cure));
     }
-    // Sizes q⁰ … qⁿ⁻¹ add up to (qⁱ − 1)/(q − 1) at node i; expm1 keeps the digits near q = 1.
+    // Sizes q⁰ … qⁿ⁻¹ add up to (qⁱ − 1)/(q − 1) at node i; expm1 preserves accuracy near q = 1.
     let log_growth = if count > 1 { ratio.ln() / (count - 1) as f64 } else { 0.0 };
     let share = |i: usize| {
         if log_growth == 0.0 {
@@ -63,7 +63,7 @@ fn graded(d: usize, shape: &BoxShape) -> Result<Vec<f64>, MeshError> {
     if ticks.is_sorted_by(|a, b| a < b) {
         Ok(ticks)
     } else {
-        let cure = format!("makes elements without length in {min}..{max}: use a ratio nearer to 1 or fewer elements");
+        let cure = format!("makes elements without length in {min}..{max}: use a ratio closer to 1 or fewer elements");
         Err(MeshError::parameter(format!("grading[{d}]"), ratio, cure))
     }
 }

@@ -1,4 +1,4 @@
-//! The solid half ball: a block of elements under the flat face, wrapped in shells up to the sphere.
+//! The solid half-ball: a block of elements under the flat face, wrapped in shells up to the sphere.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_4;
@@ -8,24 +8,25 @@ use crate::error::count32;
 use crate::geometry::norm;
 use crate::{Body, Element, Mesh, MeshError, Surface};
 
-/// A solid half ball with its flat face on y = 0, centred at the origin, and its dome hanging down.
+/// A solid half-ball with its flat face on y = 0, centred at the origin, and its dome pointing down.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfBallShape {
     /// Radius of the sphere. \[L\]
     pub radius: f64,
-    /// \[n, h, m\]: the block has n × n elements under the flat face and h down; m shells wrap it. Each at least 1.
+    /// \[n, h, m\]: the block has n × n elements under the flat face and h in depth; m shells surround it. Each at
+    /// least 1.
     ///
-    /// In all n·n·h + m·(n·n + 4·n·h) elements; h = n/2 makes them most even.
+    /// In total n·n·h + m·(n·n + 4·n·h) elements; h = n/2 makes them most uniform.
     pub elements: [usize; 3],
 }
 
-/// Share of a rounded cube in the block's shape, the rest being a straight one: spreads the angles evenly around the
-/// block's edges.
+/// Share of a rounded cube in the block's shape; the rest is a straight cube. It distributes the angles evenly around
+/// the block's edges.
 const ROUNDING: f64 = 0.5;
 
-/// A half ball of hexahedra. Surfaces: `{name}_flat`, `{name}_dome`.
+/// A half-ball of hexahedra. Surfaces: `{name}_flat`, `{name}_dome`.
 ///
-/// The nodes of the dome lie on the sphere, so volume and areas converge from below with second order. The least
+/// The nodes of the dome lie on the sphere, so volume and areas converge from below with second order. The smallest
 /// scaled Jacobian is 0.74 for (n, h, m) = (10, 5, 8) and never below 0.57.
 ///
 /// # Errors
@@ -60,7 +61,7 @@ pub fn half_ball(name: &str, shape: &HalfBallShape) -> Result<Mesh, MeshError> {
     };
     for layer in 0..m {
         for &[a, b, c, d] in &skin.quads {
-            // Outward is the third natural direction.
+            // The third natural direction points outward.
             let (low, high) = ([a, b, c, d].map(|k| node_of(layer, k)), [a, b, c, d].map(|k| node_of(layer + 1, k)));
             elements.push([low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]].into());
         }
@@ -71,7 +72,7 @@ pub fn half_ball(name: &str, shape: &HalfBallShape) -> Result<Mesh, MeshError> {
     Ok(mesh)
 }
 
-/// The boundary in its two parts: the generator puts the flat face on y = 0 exactly.
+/// The boundary, split into its two parts: the generator puts the flat face exactly on y = 0.
 fn flat_and_dome(name: &str, mesh: &Mesh) -> BTreeMap<String, Surface> {
     let (flat, dome) = mesh
         .boundary(0)
@@ -91,7 +92,7 @@ struct Grid {
     m: usize,
 }
 
-/// The block's surface but for the flat face: lattice indices of its points, and its quadrilaterals (positions in
+/// The block's surface without the flat face: lattice indices of its points, and its quadrilaterals (positions in
 /// `indices`, counter-clockwise seen from outside).
 struct Skin {
     indices: Vec<[usize; 3]>,
@@ -145,7 +146,7 @@ impl Grid {
 
     /// The block in the unit ball: between a cube and a ball.
     fn block_point(&self, cube: [f64; 3]) -> [f64; 3] {
-        // Half width for which block and shells have elements of one size, within bounds that keep their angles.
+        // Half width for which block and shells have elements of equal size, within bounds that preserve their angles.
         let half_width = (self.n as f64 / (self.n + 2 * self.m) as f64).clamp(0.3, 0.6);
         let round = ball_of_cube(cube);
         std::array::from_fn(|c| half_width * ((1.0 - ROUNDING) * cube[c] + ROUNDING * round[c]))

@@ -1,4 +1,4 @@
-//! Bodies that are bent from one block of elements.
+//! Bodies obtained by bending one block of elements.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ pub(super) struct Lattice<'a> {
     pub elements: [usize; 3],
     /// Whether b closes on itself; the block then has no sides b− and b+.
     pub closed: bool,
-    /// Names of the sides a−, a+, b−, b+, c−, c+; sides of one name make one surface.
+    /// Names of the sides a−, a+, b−, b+, c−, c+; sides with the same name form one surface.
     pub sides: [&'a str; 6],
 }
 

@@ -31,7 +31,7 @@ fn at_least(least: usize, parameter: &str, value: usize) -> Result<usize, MeshEr
     }
 }
 
-/// Refuses a body without a name, whose surfaces could not be told apart.
+/// Rejects a body without a name, whose surfaces could not be distinguished.
 fn named(name: &str) -> Result<(), MeshError> {
     if name.is_empty() { Err(MeshError::parameter("name", "empty", "give the body a name")) } else { Ok(()) }
 }

@@ -1,4 +1,4 @@
-//! Bodies around an axis: the hollow cylinder and the half ring.
+//! Bodies around an axis: the hollow cylinder and the half-ring.
 
 use std::f64::consts::PI;
 
@@ -6,12 +6,12 @@ use super::lattice::Lattice;
 use super::{at_least, named, positive, wall};
 use crate::{Mesh, MeshError};
 
-/// A tube that stands on y = 0 around the y axis.
+/// A tube around the y axis, standing on y = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HollowCylinderShape {
     /// Radius of the bore. \[L\]
     pub inner_radius: f64,
-    /// Radius of the mantle. \[L\]
+    /// Outer radius. \[L\]
     pub outer_radius: f64,
     /// Height along y. \[L\]
     pub height: f64,
@@ -19,7 +19,7 @@ pub struct HollowCylinderShape {
     pub elements: [usize; 3],
 }
 
-/// Half a tube with its axis along z, open upward: the arch hangs down from its two ends on y = 0.
+/// Half a tube with its axis along z, open at the top: the arch extends down from its two ends on y = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfRingShape {
     /// Radius of the outer side. \[L\]
@@ -32,7 +32,7 @@ pub struct HalfRingShape {
     pub elements: [usize; 3],
 }
 
-/// A tube of hexahedra, closed around. Surfaces: `{name}_bottom`, `_top`, `_inner`, `_outer`.
+/// A tube of hexahedra, closed in the circumferential direction. Surfaces: `{name}_bottom`, `_top`, `_inner`, `_outer`.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] if a size or number of elements is out of range;
@@ -63,7 +63,7 @@ pub fn half_ring(name: &str, shape: &HalfRingShape) -> Result<Mesh, MeshError> {
     named(name)?;
     wall(shape.inner_radius, shape.outer_radius)?;
     positive("width", shape.width)?;
-    // One chord through the centre would have no arch at all.
+    // A single chord through the centre would form no arch.
     let around = at_least(2, "elements[0] (around)", shape.elements[0])?;
     let radial = at_least(1, "elements[1] (radial)", shape.elements[1])?;
     let across = at_least(1, "elements[2] (across)", shape.elements[2])?;
@@ -82,7 +82,7 @@ pub fn half_ring(name: &str, shape: &HalfRingShape) -> Result<Mesh, MeshError> {
 
 /// Point `step` of `steps` on the lower half of the unit circle, from (−1, 0) to (1, 0), the ends exact.
 fn down_arc(step: usize, steps: usize) -> (f64, f64) {
-    // From the lowest point both ways: the two halves mirror each other to the last bit.
+    // From the lowest point in both directions: the two halves are mirror images to the last bit.
     let from_lowest = 2.0 * step as f64 / steps as f64 - 1.0;
     if step == 0 || step == steps {
         return (from_lowest, 0.0);

@@ -31,7 +31,7 @@ fn defects_of_bodies_are_found() {
     let found = after(|mesh| mesh.bodies[0].elements = 0..1);
     assert_eq!(found, vec![MeshDefect::ElementsWithoutBody { elements: vec![1] }]);
     let found = after(|mesh| mesh.bodies[1].elements = 1..3);
-    assert!(matches!(&found[0], MeshDefect::BodyRange { reason, .. } if reason.contains("body before")));
+    assert!(matches!(&found[0], MeshDefect::BodyRange { reason, .. } if reason.contains("previous body")));
     assert!(matches!(&found[1], MeshDefect::SharedNodes { .. }));
     let found = after(|mesh| {
         mesh.bodies.remove(1);
@@ -156,7 +156,7 @@ fn messages_name_the_place_and_the_cure() {
     assert_eq!(
         message,
         "the mesh has 1 defect(s) (numbers count from 0):\n  - body `die`: element(s) 10, 11, 12, 13, 14, 15, 16, 17, … \
-         (20 in all) are inverted or degenerate (least Jacobian determinant -5.000e-1): correct their numbering or shape"
+         (20 in all) are inverted or degenerate (smallest Jacobian determinant -5.000e-1): correct their numbering or shape"
     );
 }
 

@@ -4,18 +4,18 @@ use crate::MeshFileError;
 use crate::cursor::shortened;
 use crate::error::DAMAGED;
 
-/// A line that means something.
+/// A line with content.
 pub(super) enum Line<'a> {
     Keyword(Keyword<'a>),
-    /// Its number from 1, and its fields without white space around them; at least one, and none but for the first is
-    /// the empty one behind a comma at the end.
+    /// Its number from 1, and its fields without surrounding white space; at least one. An empty field after a trailing
+    /// comma is dropped, unless it is the first.
     Data {
         number: usize,
         fields: Vec<&'a str>,
     },
 }
 
-/// `*NAME, PARAMETER, PARAMETER=VALUE`; goes on in the next line after a comma at the end.
+/// `*NAME, PARAMETER, PARAMETER=VALUE`; a trailing comma continues it on the next line.
 pub(super) struct Keyword<'a> {
     pub line: usize,
     /// In capitals.
@@ -34,7 +34,8 @@ impl<'a> Keyword<'a> {
 
     pub fn required(&self, parameter: &str) -> Result<String, MeshFileError> {
         let value = self.parameter(parameter).filter(|value| !value.is_empty());
-        let value = value.ok_or_else(|| self.error(format!("*{} has no {parameter}=…", self.name), "name it"))?;
+        let value =
+            value.ok_or_else(|| self.error(format!("*{} has no {parameter}=…", self.name), "add this parameter"))?;
         Ok(value.to_owned())
     }
 
@@ -53,10 +54,10 @@ impl<'a> Keyword<'a> {
     }
 }
 
-/// The lines of a file without comments and empty ones.
+/// The lines of a file without comments and empty lines.
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
-    /// Of the line read last, from 1.
+    /// Number of the last line read, from 1.
     number: usize,
 }
 
@@ -69,7 +70,7 @@ impl<'a> Lines<'a> {
         format!("line {}", self.number)
     }
 
-    /// The next line of text that is no comment.
+    /// The next line of text that is not a comment.
     fn text(&mut self) -> Result<Option<&'a str>, MeshFileError> {
         while !self.rest.is_empty() {
             let end = self.rest.iter().position(|&byte| byte == b'\n').unwrap_or(self.rest.len());
@@ -97,7 +98,7 @@ impl<'a> Lines<'a> {
             return Ok(Some(Line::Data { number: self.number, fields }));
         };
         let (name, mut rest) = text.split_once(',').unwrap_or((text, ""));
-        // `*END STEP` and `*SOLID SECTION` have a blank, any number of them.
+        // `*END STEP` and `*SOLID SECTION` contain any number of blanks.
         let name = name.split_whitespace().collect::<Vec<_>>().join(" ").to_ascii_uppercase();
         let mut keyword = Keyword { line: self.number, name, parameters: Vec::new() };
         keyword.add(rest);
@@ -112,7 +113,7 @@ impl<'a> Lines<'a> {
 /// A node or element number.
 pub(super) fn number(field: &str, line: usize) -> Result<u64, MeshFileError> {
     field.parse().map_err(|_| {
-        let message = format!("`{}` stands where a number of a node or element must be", shortened(field));
+        let message = format!("`{}` was found where a node or element number is expected", shortened(field));
         MeshFileError::new(format!("line {line}"), message, DAMAGED)
     })
 }

@@ -1,7 +1,7 @@
-//! Abaqus' and CalculiX' input format: `*KEYWORD, PARAMETER=VALUE` lines with lines of data behind them.
+//! Abaqus' and CalculiX' input format: `*KEYWORD, PARAMETER=VALUE` lines, each followed by lines of data.
 //!
-//! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` and `*SURFACE` of a flat model. What places or generates nodes by
-//! other keywords is refused; all other keywords are passed over with their data, and reading ends at the first `*STEP`.
+//! The reader handles `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` and `*SURFACE` of a flat model. It refuses other keywords
+//! that place or generate nodes, skips all remaining keywords with their data, and stops at the first `*STEP`.
 
 mod lines;
 mod sets;
@@ -12,12 +12,12 @@ use crate::{CellKind, FileMesh, MeshFileError};
 use lines::{Keyword, Line, Lines};
 use sets::Sets;
 
-/// Keywords that change what nodes and elements mean.
+/// Keywords that change the meaning of nodes and elements.
 const REFUSED: &[(&str, &str)] = &[
     ("PART", FLAT),
     ("INSTANCE", FLAT),
     ("ASSEMBLY", FLAT),
-    ("INCLUDE", "put the included file's text in its place"),
+    ("INCLUDE", "replace it by the text of the included file"),
     ("SYSTEM", "write global Cartesian coordinates"),
     ("NGEN", EXPLICIT),
     ("NFILL", EXPLICIT),
@@ -30,7 +30,7 @@ const FLAT: &str = "write a flat input file (Abaqus/CAE: Model attributes, \"Do 
                     files\")";
 const EXPLICIT: &str = "write all nodes and elements explicitly";
 
-/// What the data lines belong to.
+/// The keyword that the data lines belong to.
 enum Block {
     Skipped,
     Nodes { set: Option<String> },
@@ -60,11 +60,11 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     file.finish()
 }
 
-/// What is read so far.
+/// The mesh read so far.
 #[derive(Default)]
 struct Reader {
     builder: Builder,
-    /// Nodes that the last element still needs.
+    /// Number of nodes that are still missing for the last element.
     wanted: usize,
     sets: Sets,
     /// Element types that are read as another one.
@@ -72,21 +72,23 @@ struct Reader {
 }
 
 impl Reader {
-    /// Refuses to go on within an element.
+    /// Reports an element whose nodes are incomplete.
     fn complete(&self, lines: &Lines<'_>) -> Result<(), MeshFileError> {
         if self.wanted == 0 {
             return Ok(());
         }
-        let message = format!("{} nodes of the element before are missing", self.wanted);
+        let message = format!("the previous element lacks {} nodes", self.wanted);
         Err(MeshFileError::new(lines.place(), message, "give each element all its nodes"))
     }
 
     fn begin(&mut self, keyword: &Keyword<'_>) -> Result<Block, MeshFileError> {
         if let Some((name, cure)) = REFUSED.iter().find(|(name, _)| *name == keyword.name) {
-            return Err(keyword.error(format!("*{name} cannot be read"), *cure));
+            return Err(keyword.error(format!("*{name} is not supported"), *cure));
         }
         if let Some(instance) = keyword.parameter("INSTANCE") {
-            return Err(keyword.error(format!("the instance `{}` cannot be referred to", shortened(instance)), FLAT));
+            return Err(
+                keyword.error(format!("references to instances (`{}`) are not supported", shortened(instance)), FLAT)
+            );
         }
         let optional = |parameter| keyword.parameter(parameter).map(str::to_owned);
         Ok(match keyword.name.as_str() {
@@ -115,7 +117,7 @@ impl Reader {
     fn element_type(&mut self, keyword: &Keyword<'_>) -> Result<CellKind, MeshFileError> {
         let name = keyword.required("TYPE")?.to_ascii_uppercase();
         let kind = kind(&name).ok_or_else(|| {
-            let message = format!("elements of type {} cannot be read", shortened(&name));
+            let message = format!("elements of type {} are not supported", shortened(&name));
             keyword.error(
                 message,
                 "use C3D4, C3D6 or C3D8 for bodies and S3, S4, M3D3 or M3D4 for surfaces, or remove these elements",
@@ -139,7 +141,7 @@ impl Reader {
         }
     }
 
-    /// Number and up to three coordinates; those left out are zero.
+    /// Number and up to three coordinates; omitted ones are zero.
     fn node(&mut self, set: Option<&str>, line: usize, fields: &[&str]) -> Result<(), MeshFileError> {
         let number = lines::number(fields[0], line)?;
         let mut x = [0.0; 3];
@@ -147,7 +149,7 @@ impl Reader {
             // Fortran writes exponents with a D.
             let value = field.replace(['d', 'D'], "e").parse().ok().and_then(finite);
             *x = value.ok_or_else(|| {
-                let message = format!("`{}` is no coordinate", shortened(field));
+                let message = format!("`{}` is not a coordinate", shortened(field));
                 MeshFileError::new(format!("line {line}"), message, "give three finite numbers")
             })?;
         }
@@ -158,7 +160,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Number and nodes, on as many lines as they take.
+    /// Number and nodes, on as many lines as needed.
     fn element(
         &mut self,
         kind: CellKind,
@@ -174,8 +176,8 @@ impl Reader {
                 continue;
             }
             if !std::ptr::eq(*field, fields[0]) {
-                let message = format!("a {} has {} nodes, and more are given", kind.name(), kind.node_count());
-                return Err(MeshFileError::new(format!("line {line}"), message, "begin each element on a new line"));
+                let message = format!("a {} has {} nodes, but more are given", kind.name(), kind.node_count());
+                return Err(MeshFileError::new(format!("line {line}"), message, "start each element on a new line"));
             }
             self.builder.cell(kind, number);
             self.wanted = kind.node_count();
@@ -197,8 +199,8 @@ impl Reader {
     }
 }
 
-/// Families of element types by the beginning of their names, and what follows by number of nodes (of beams, by order).
-/// What stands behind the number (reduced integration, hybrid, …) does not change the mesh.
+/// Families of element types by the beginning of their names, and their shapes by number of nodes (for beams, by
+/// order). The letters after the number (reduced integration, hybrid, …) do not change the mesh.
 const FAMILIES: &[(&str, &[(&str, CellKind)])] = &[
     ("C3D", SOLIDS),
     ("CPS", FACES),
@@ -226,7 +228,7 @@ const SOLIDS: &[(&str, CellKind)] = &[
 const FACES: &[(&str, CellKind)] =
     &[("3", CellKind::Triangle3), ("4", CellKind::Quad4), ("6", CellKind::Triangle6), ("8", CellKind::Quad8)];
 
-/// The shape of an element type, if it is one of a body, surface or line.
+/// The shape of an element type, if it belongs to a body, surface or line.
 fn kind(name: &str) -> Option<CellKind> {
     FAMILIES.iter().find_map(|(family, kinds)| {
         let rest = name.strip_prefix(family)?;

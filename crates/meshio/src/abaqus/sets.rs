@@ -1,4 +1,4 @@
-//! Sets, by numbers and by names of other sets, resolved when all nodes and elements are known.
+//! Sets, given by numbers or by names of other sets, resolved when all nodes and elements are known.
 
 use std::collections::BTreeMap;
 
@@ -7,19 +7,19 @@ use crate::builder::Numbers;
 use crate::cursor::shortened;
 use crate::{CellKind, ElementFace, FileMesh, MeshFileError};
 
-/// What a line adds to a set; with the number of the line.
+/// The members that a line adds to a set, with the number of the line.
 enum Member {
     One(u64),
-    /// From the first to the second number in steps of the third; numbers that do not exist are passed over.
+    /// From the first to the second number in steps of the third; numbers that do not exist are skipped.
     Range([u64; 3]),
     Set(String),
     NodesOfElements(String),
 }
 
-/// What the Python package meshio writes as a set of elements, but are signed numbers of Gmsh's entities.
+/// Signed numbers of Gmsh's entities, which the Python package meshio writes as a set of elements.
 const MESHIO_ENTITIES: &str = "gmsh:bounding_entities";
 
-/// Members, each with its line, of sets in the order of the file; a name can come up again.
+/// Members of sets, each with its line, in the order of the file; a name can appear several times.
 #[derive(Default)]
 struct Definitions {
     members: Vec<(String, Vec<(usize, Member)>)>,
@@ -38,7 +38,13 @@ impl Definitions {
             let member = match *fields {
                 [first, last] => [number(first, line)?, number(last, line)?, 1],
                 [first, last, step] => [number(first, line)?, number(last, line)?, number(step, line)?.max(1)],
-                _ => return Err(error(line, "GENERATE needs first, last and step", "give three numbers")),
+                _ => {
+                    return Err(error(
+                        line,
+                        "GENERATE needs a first number, a last number and a step",
+                        "give three numbers",
+                    ));
+                }
             };
             self.add(name, line, Member::Range(member));
             return Ok(());
@@ -114,19 +120,19 @@ impl Sets {
             "S5" => Side::Solid(4),
             "S6" => Side::Solid(5),
             other => {
-                let message = format!("`{}` is no face of an element", shortened(other));
-                return Err(error(line, message, "name the face: S1 to S6, or SPOS of a shell"));
+                let message = format!("`{}` is not a face of an element", shortened(other));
+                return Err(error(line, message, "name the face: S1 to S6, or SPOS for a shell"));
             }
         };
         self.faces.push(Faces { surface: surface.to_owned(), line, of, side });
         Ok(())
     }
 
-    /// Puts the sets into the mesh.
+    /// Adds the sets to the mesh.
     pub fn resolve(self, mesh: &mut FileMesh, nodes: &Numbers) -> Result<(), MeshFileError> {
         let elements = Numbers::new(&mesh.cells.numbers).map_err(|number| {
             let message = "the element is defined twice";
-            MeshFileError::new(format!("element {number}"), message, "give each element a number of its own")
+            MeshFileError::new(format!("element {number}"), message, "give each element a unique number")
         })?;
         let mut room = Room(64 * (mesh.points.len() + mesh.cells.len()) + 1000);
         for (name, members) in self.elements.members {
@@ -162,7 +168,8 @@ impl Sets {
     }
 }
 
-/// Adds the faces of some elements to a surface: solids' to the set of faces, shells' to the set of cells of its name.
+/// Adds faces of elements to a surface: faces of solids to the set of faces, shells to the set of cells with the same
+/// name.
 fn add_faces(
     mesh: &mut FileMesh,
     name: &str,
@@ -198,7 +205,7 @@ fn add_faces(
     }
 }
 
-/// Positions of what a member means.
+/// Positions of the items that a member refers to.
 fn members_of(
     member: &Member,
     line: usize,
@@ -221,7 +228,7 @@ fn members_of(
     }
 }
 
-/// The set of a name: in these capitals, or in any.
+/// The set with this name: with the same case, otherwise ignoring case.
 fn find<'a, T>(sets: &'a BTreeMap<String, T>, name: &str) -> Option<&'a T> {
     let alike = || sets.iter().find(|(other, _)| other.eq_ignore_ascii_case(name)).map(|(_, set)| set);
     sets.get(name).or_else(alike)
@@ -241,12 +248,16 @@ fn sort<T: Ord>(members: &mut Vec<T>) {
     members.dedup();
 }
 
-/// How much more sets may hold: names of sets in sets let a small file ask for a large memory.
+/// How many more entries sets may hold: nested names of sets would let a small file request a lot of memory.
 struct Room(usize);
 
 fn extend<T>(set: &mut Vec<T>, found: Vec<T>, room: &mut Room, line: usize) -> Result<(), MeshFileError> {
     room.0 = room.0.checked_sub(found.len()).ok_or_else(|| {
-        error(line, "the sets hold far more than there are nodes and elements", "remove sets that repeat others")
+        error(
+            line,
+            "the sets contain far more entries than there are nodes and elements",
+            "remove sets that repeat others",
+        )
     })?;
     set.extend(found);
     Ok(())

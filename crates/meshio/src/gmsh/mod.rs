@@ -1,7 +1,7 @@
 //! Gmsh's MSH format, versions 2 and 4.1, ASCII and binary (Gmsh reference manual, "File formats").
 //!
-//! A file is a list of sections `$Name … $EndName`. Binary sections hold the same numbers as those in ASCII, one after
-//! the other, so that one reader serves for both; counts and names stay text in version 2.
+//! A file is a list of sections `$Name … $EndName`. Binary sections contain the same sequence of numbers as ASCII
+//! sections, so one reader handles both; in version 2, counts and names are always text.
 
 mod v2;
 mod v4;
@@ -13,7 +13,7 @@ use crate::cursor::{Cursor, Encoding, shortened};
 use crate::error::DAMAGED;
 use crate::{CellKind, FileMesh, MeshFileError};
 
-/// The two layouts that are read.
+/// The two supported layouts.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Version {
     V2,
@@ -42,7 +42,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     while !cursor.at_end() {
         let heading = cursor.line()?;
         let Some(name) = heading.strip_prefix('$') else {
-            let message = format!("`{}` stands where a section like $Nodes must begin", shortened(heading));
+            let message = format!("`{}` was found where a section such as $Nodes is expected", shortened(heading));
             return Err(cursor.error(message, DAMAGED));
         };
         let end = format!("$End{name}");
@@ -65,10 +65,10 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
                 }
             }
             ("PartitionedEntities", _) => {
-                return Err(cursor.error("the mesh is partitioned", "write it in one piece, unpartitioned"));
+                return Err(cursor.error("the mesh is partitioned", "write it unpartitioned, in one piece"));
             }
             ("MeshFormat" | "PhysicalNames" | "Entities" | "Nodes" | "Elements", _) => {
-                return Err(cursor.error(format!("the section ${name} does not belong here"), DAMAGED));
+                return Err(cursor.error(format!("the section ${name} is not expected here"), DAMAGED));
             }
             ("NOD", _) => return Err(version_error(&cursor, "1.0")),
             _ => {
@@ -78,7 +78,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
         }
         let found = cursor.word()?;
         if found != end {
-            return Err(cursor.error(format!("`{}` stands where {end} must be", shortened(found)), DAMAGED));
+            return Err(cursor.error(format!("`{}` was found where {end} is expected", shortened(found)), DAMAGED));
         }
     }
     if !(parts.has_nodes && parts.has_elements) {
@@ -101,7 +101,7 @@ fn finish(parts: Parts) -> Result<FileMesh, MeshFileError> {
 }
 
 fn version_error(cursor: &Cursor<'_>, version: &str) -> MeshFileError {
-    let message = format!("the MSH format is of version {}; 2.2 and 4.1 can be read", shortened(version));
+    let message = format!("MSH format version {} is not supported; 2.2 and 4.1 are", shortened(version));
     cursor.error(message, "write the file again with Mesh.MshFileVersion = 4.1, or `gmsh -format msh41`")
 }
 
@@ -115,7 +115,7 @@ fn format(cursor: &mut Cursor<'_>) -> Result<Version, MeshFileError> {
     };
     let (binary, size): (u8, u8) = (cursor.parsed("0 or 1")?, cursor.parsed("the size of a number")?);
     if binary > 1 || size != 8 {
-        let message = format!("the file type {binary} with numbers of {size} bytes is not known");
+        let message = format!("unknown file type {binary} with numbers of {size} bytes");
         return Err(cursor.error(message, "write the file on a 64-bit machine"));
     }
     cursor.line()?;
@@ -124,7 +124,7 @@ fn format(cursor: &mut Cursor<'_>) -> Result<Version, MeshFileError> {
         match cursor.int()? {
             1 => {}
             0x0100_0000 => cursor.encoding = Encoding::BigEndian,
-            _ => return Err(cursor.error("the byte order is not known", DAMAGED)),
+            _ => return Err(cursor.error("unknown byte order", DAMAGED)),
         }
     }
     Ok(version)
@@ -137,7 +137,7 @@ fn physical_names(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), Mesh
         let key = (cursor.parsed("a dimension")?, cursor.parsed("a tag")?);
         let line = cursor.line()?;
         let name = line.strip_prefix('"').and_then(|line| line.strip_suffix('"')).filter(|name| !name.is_empty());
-        let name = name.ok_or_else(|| cursor.error("the name must stand in quotes", DAMAGED))?;
+        let name = name.ok_or_else(|| cursor.error("the name must be in quotes", DAMAGED))?;
         parts.names.insert(key, name.to_owned());
     }
     Ok(())
@@ -152,7 +152,7 @@ fn kind(cursor: &Cursor<'_>, number: i32) -> Result<CellKind, MeshFileError> {
     ];
     let found = usize::try_from(number).ok().and_then(|number| KINDS.get(number.checked_sub(1)?));
     found.copied().ok_or_else(|| {
-        let message = format!("elements of Gmsh's type {number} cannot be read");
+        let message = format!("elements of Gmsh's type {number} are not supported");
         cursor.error(message, "write linear elements: Mesh.ElementOrder = 1")
     })
 }

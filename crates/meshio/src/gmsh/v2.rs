@@ -5,7 +5,7 @@ use crate::MeshFileError;
 use crate::cursor::{Cursor, Encoding};
 use crate::error::DAMAGED;
 
-/// The number in a line of its own: text in binary files too.
+/// A number on a separate line, which is text even in binary files.
 fn count(cursor: &mut Cursor<'_>, what: &str) -> Result<u64, MeshFileError> {
     let count = cursor.parsed(what)?;
     cursor.line()?;
@@ -24,8 +24,8 @@ pub(super) fn nodes(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), Me
     Ok(())
 }
 
-/// `$Elements`: number, type, number of tags, tags, nodes; in binary files, type and number of tags go before a run of
-/// elements. An element of several physical groups stands once for each.
+/// `$Elements`: number, type, number of tags, tags, nodes; in binary files, type and number of tags precede a run of
+/// elements. An element in several physical groups appears once for each.
 pub(super) fn elements(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), MeshFileError> {
     let count = count(cursor, "the number of elements")?;
     let mut read = 0;
@@ -38,7 +38,7 @@ pub(super) fn elements(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(),
         } else {
             let (kind_number, run, tags) = (cursor.int()?, cursor.count()?, cursor.count()?);
             if run == 0 || run > count - read {
-                return Err(cursor.error(format!("a run of {run} elements does not fit {count} in all"), DAMAGED));
+                return Err(cursor.error(format!("a run of {run} elements exceeds the total of {count}"), DAMAGED));
             }
             for _ in 0..run {
                 let number = cursor.count()?;

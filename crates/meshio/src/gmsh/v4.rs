@@ -5,13 +5,13 @@ use crate::MeshFileError;
 use crate::cursor::Cursor;
 use crate::error::DAMAGED;
 
-/// `$Entities`: of these only the physical groups that each belongs to.
+/// `$Entities`: only the physical groups of each entity are used.
 pub(super) fn entities(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), MeshFileError> {
     let counts = [cursor.size()?, cursor.size()?, cursor.size()?, cursor.size()?];
     for (dimension, count) in (0_u8..).zip(counts) {
         for _ in 0..count {
             let tag = i64::from(cursor.int()?);
-            // A point has its position here, the others their bounding boxes.
+            // A point has its position here, the others have their bounding boxes.
             for _ in 0..if dimension == 0 { 3 } else { 6 } {
                 cursor.double()?;
             }
@@ -35,11 +35,11 @@ fn entity(cursor: &mut Cursor<'_>) -> Result<GroupKey, MeshFileError> {
     let (dimension, tag) = (cursor.int()?, cursor.int()?);
     match u8::try_from(dimension) {
         Ok(dimension) if dimension <= 3 => Ok((dimension, i64::from(tag))),
-        _ => Err(cursor.error(format!("an entity has the dimension {dimension}"), DAMAGED)),
+        _ => Err(cursor.error(format!("an entity has dimension {dimension}"), DAMAGED)),
     }
 }
 
-/// `$Nodes`: blocks of numbers and then coordinates.
+/// `$Nodes`: blocks of numbers followed by coordinates.
 pub(super) fn nodes(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), MeshFileError> {
     let (blocks, count, _, _) = (cursor.size()?, cursor.size()?, cursor.size()?, cursor.size()?);
     parts.builder.points.reserve(cursor.capacity(count, 8));
@@ -62,7 +62,7 @@ pub(super) fn nodes(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), Me
     agrees(cursor, "nodes", parts.builder.points.len(), count)
 }
 
-/// `$Elements`: blocks of one type on one entity.
+/// `$Elements`: blocks of elements of one type on one entity.
 pub(super) fn elements(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), MeshFileError> {
     let (blocks, count, _, _) = (cursor.size()?, cursor.size()?, cursor.size()?, cursor.size()?);
     for _ in 0..blocks {
@@ -91,5 +91,5 @@ fn agrees(cursor: &Cursor<'_>, what: &str, found: usize, expected: u64) -> Resul
     if found as u64 == expected {
         return Ok(());
     }
-    Err(cursor.error(format!("there are {found} {what} where {expected} are announced"), DAMAGED))
+    Err(cursor.error(format!("there are {found} {what}, but the file announces {expected}"), DAMAGED))
 }

@@ -13,13 +13,13 @@ use crate::error::DAMAGED;
 /// Decodes the arrays of one document.
 pub(super) struct Decoder<'a> {
     document: &'a Document<'a>,
-    /// Offsets of appended arrays, ascending: one ends where the next begins.
+    /// Offsets of appended arrays, ascending: each array ends where the next one begins.
     offsets: Vec<usize>,
-    /// How many more bytes may be decompressed.
+    /// Number of bytes that may still be decompressed.
     room: u64,
 }
 
-/// More than this, decompressed over compressed, no mesh attains as a whole.
+/// Limit on the compression ratio; no complete mesh exceeds it.
 const LARGEST_RATIO: u64 = 256;
 
 impl<'a> Decoder<'a> {
@@ -37,8 +37,8 @@ impl<'a> Decoder<'a> {
     pub fn array(&mut self, source: &Source<'_>) -> Result<Array, MeshFileError> {
         let error = |message: String| MeshFileError::new(format!("array `{}`", source.name), message, DAMAGED);
         let (size, integer) = number_type(&source.type_name).ok_or_else(|| {
-            let message = format!("values of type `{}` cannot be read", source.type_name);
-            MeshFileError::new(format!("array `{}`", source.name), message, "write Float64, Int64 and the like")
+            let message = format!("values of type `{}` are not supported", source.type_name);
+            MeshFileError::new(format!("array `{}`", source.name), message, "use a type such as Float64 or Int64")
         })?;
         let values = match &source.values {
             Values::Text(text) => ascii(text).map_err(error)?,
@@ -58,7 +58,7 @@ impl<'a> Decoder<'a> {
         let appended = self.document.appended.ok_or("the file has no appended data")?;
         let end = self.offsets.partition_point(|&other| other <= offset);
         let end = self.offsets.get(end).copied().unwrap_or(appended.bytes.len()).min(appended.bytes.len());
-        let bytes = appended.bytes.get(offset..end).ok_or("the values lie behind the end of the file")?;
+        let bytes = appended.bytes.get(offset..end).ok_or("the values lie beyond the end of the file")?;
         if !appended.base64 {
             return self.block(bytes);
         }
@@ -67,7 +67,7 @@ impl<'a> Decoder<'a> {
         self.block(&decoded)
     }
 
-    /// The values behind a header: their size in bytes, or the sizes of compressed blocks.
+    /// The values after a header, which contains their size in bytes, or the sizes of compressed blocks.
     fn block(&mut self, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let mut rest = bytes;
         let size = self.header(&mut rest)?;
@@ -86,12 +86,12 @@ impl<'a> Decoder<'a> {
             let (block, behind) = rest.split_at(size);
             rest = behind;
             let expected = if number == count && last > 0 { last } else { block_size };
-            self.room = self.room.checked_sub(expected).ok_or("the values are compressed too well to be a mesh")?;
+            self.room = self.room.checked_sub(expected).ok_or("the compression ratio is too high for a mesh")?;
             let before = values.len() as u64;
             let mut decoder = flate2::read::ZlibDecoder::new(block).take(expected + 1);
             decoder.read_to_end(&mut values).map_err(|error| format!("the values cannot be decompressed: {error}"))?;
             if values.len() as u64 - before != expected {
-                return Err("a compressed block has another size than announced".into());
+                return Err("the size of a compressed block differs from the announced one".into());
             }
         }
         Ok(values)
@@ -114,13 +114,13 @@ impl<'a> Decoder<'a> {
 }
 
 fn ascii(text: &[u8]) -> Result<Vec<f64>, String> {
-    let text = std::str::from_utf8(text).map_err(|_| "the values are no text")?;
-    let number = |word: &str| word.parse().map_err(|_| format!("`{}` is no number", crate::cursor::shortened(word)));
+    let text = std::str::from_utf8(text).map_err(|_| "the values are not text")?;
+    let number = |word: &str| word.parse().map_err(|_| format!("`{}` is not a number", crate::cursor::shortened(word)));
     text.split_ascii_whitespace().map(number).collect()
 }
 
-/// Decodes base64, of which several pieces, each with its own padding, may stand behind each other: writers encode
-/// header and values apart or together.
+/// Decodes base64. The text may consist of several consecutive pieces, each with its own padding, because writers
+/// encode header and values separately or together.
 fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
     let text: Vec<u8> = text.iter().copied().filter(|byte| !byte.is_ascii_whitespace()).collect();
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
@@ -129,13 +129,13 @@ fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
         let padding = rest.iter().position(|&byte| byte == b'=');
         let end = padding.map_or(rest.len(), |padding| (padding / 4 + 1) * 4).min(rest.len());
         let (piece, behind) = rest.split_at(end);
-        STANDARD.decode_vec(piece, &mut bytes).map_err(|error| format!("the values are no base64: {error}"))?;
+        STANDARD.decode_vec(piece, &mut bytes).map_err(|error| format!("the values are not base64: {error}"))?;
         rest = behind;
     }
     Ok(bytes)
 }
 
-/// Bytes of a number, and whether it is an integer.
+/// Number of bytes of a number, and whether it is an integer.
 fn number_type(name: &str) -> Option<(usize, bool)> {
     Some(match name {
         "Float64" => (8, false),
@@ -150,7 +150,7 @@ fn number_type(name: &str) -> Option<(usize, bool)> {
 
 fn numbers(type_name: &str, size: usize, big_endian: bool, bytes: &[u8]) -> Result<Vec<f64>, String> {
     if !bytes.len().is_multiple_of(size) {
-        return Err("the number of bytes is no multiple of that of a value".into());
+        return Err("the number of bytes is not a multiple of the size of a value".into());
     }
     let value = |piece: &[u8]| {
         let mut wide = [0; 8];

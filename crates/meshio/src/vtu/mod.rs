@@ -1,7 +1,7 @@
 //! VTK's XML files of unstructured grids (VTK file formats, "XML formats", vtkUnstructuredGrid).
 //!
-//! Arrays may stand in the file as text, as base64, or appended, raw or as base64; of either byte order, with 32- or
-//! 64-bit headers, compressed by zlib or not at all.
+//! Arrays may be stored as text, as base64, or appended, raw or as base64; in either byte order, with 32- or 64-bit
+//! headers, compressed with zlib or uncompressed.
 
 mod data;
 mod xml;
@@ -20,9 +20,9 @@ pub struct Array {
     pub name: String,
     /// Values per point or cell.
     pub components: usize,
-    /// Whether the file holds them as integers.
+    /// Whether the file stores them as integers.
     pub integer: bool,
-    /// The values, those of a point or cell together; may be infinite or not a number, as in the file.
+    /// The values, grouped by point or cell; they may be infinite or not a number, as in the file.
     pub values: Vec<f64>,
 }
 
@@ -46,7 +46,7 @@ pub struct Grid {
 /// Reads a file.
 ///
 /// # Errors
-/// [`MeshFileError`] where the file is not what it says, is cut off, or is written in a way that is not supported.
+/// [`MeshFileError`] if the file is inconsistent, incomplete, or in a format that is not supported.
 pub fn read(bytes: &[u8]) -> Result<Grid, MeshFileError> {
     let document = xml::document(bytes)?;
     let mut decoder = data::Decoder::new(&document, bytes.len());
@@ -64,7 +64,7 @@ pub fn read(bytes: &[u8]) -> Result<Grid, MeshFileError> {
                 grid.points = array.values.as_chunks().0.to_vec();
             }
             (Section::Cells, "connectivity" | "offsets" | "types") if !array.values.iter().all(whole) => {
-                return Err(bad("the values are no node numbers"));
+                return Err(bad("the values are not node numbers"));
             }
             (Section::Cells, "connectivity") => grid.connectivity = array.values.iter().map(|&v| v as u32).collect(),
             (Section::Cells, "offsets") => grid.offsets = array.values.iter().map(|&v| v as usize).collect(),
@@ -79,7 +79,7 @@ pub fn read(bytes: &[u8]) -> Result<Grid, MeshFileError> {
     Ok(grid)
 }
 
-/// Whether points and cells are complete and refer to what exists.
+/// Checks that points and cells are complete and refer to existing items.
 fn check(document: &Document, grid: &Grid) -> Result<(), MeshFileError> {
     let error = |message: &str| Err(MeshFileError::new("the file", message, DAMAGED));
     if grid.points.len() != document.points {
@@ -89,7 +89,7 @@ fn check(document: &Document, grid: &Grid) -> Result<(), MeshFileError> {
         return error("the number of cells is wrong");
     }
     if !grid.offsets.is_sorted() || grid.offsets.last().copied().unwrap_or(0) != grid.connectivity.len() {
-        return error("offsets and connectivity do not fit each other");
+        return error("offsets and connectivity are inconsistent");
     }
     if grid.connectivity.iter().any(|&node| node as usize >= grid.points.len()) {
         return error("a cell has a node that does not exist");
@@ -97,7 +97,7 @@ fn check(document: &Document, grid: &Grid) -> Result<(), MeshFileError> {
     Ok(())
 }
 
-/// The mesh of a file. Integer fields on the cells make sets: cells where the field `f` is 3 are the set `f=3`.
+/// The mesh of a file. Integer fields on the cells define sets: the cells with `f` = 3 form the set `f=3`.
 pub(crate) fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     let grid = read(bytes)?;
     let mut builder = Builder::default();
@@ -112,8 +112,8 @@ pub(crate) fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     for (number, (&end, &vtk)) in grid.offsets.iter().zip(&grid.types).enumerate() {
         let place = || format!("cell {number}");
         let kind = kind(vtk).ok_or_else(|| {
-            let cure = "write the cells as lines, triangles, quadrilaterals and solids of first or second order";
-            MeshFileError::new(place(), format!("cells of VTK's type {vtk} cannot be read"), cure)
+            let cure = "use lines, triangles, quadrilaterals and solids of first or second order";
+            MeshFileError::new(place(), format!("cells of VTK's type {vtk} are not supported"), cure)
         })?;
         let nodes = &grid.connectivity[start..end];
         if nodes.len() != kind.node_count() {
@@ -139,7 +139,7 @@ pub(crate) fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     Ok(mesh)
 }
 
-/// Pixels and voxels count row by row, the others around.
+/// Pixels and voxels are numbered row by row, the others around the perimeter.
 fn order(vtk: u8, node: usize) -> usize {
     match (vtk, node) {
         (8 | 11, 2) => 3,
@@ -150,12 +150,12 @@ fn order(vtk: u8, node: usize) -> usize {
     }
 }
 
-/// Nodes of a wedge of 6, 15 or 18 nodes that is numbered in the opposite sense: the second and third corner of both triangles
-/// are exchanged, and nodes on edges and faces with them.
+/// Nodes of a wedge with 6, 15 or 18 nodes in the opposite numbering: the second and third corner of both triangles are
+/// exchanged, and the nodes on edges and faces accordingly.
 const TURNED_WEDGE: [usize; 18] = [0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13, 17, 16, 15];
 
-/// Whether a wedge is numbered as VTK's were before version 9.7, with the first triangle counter-clockwise seen from outside.
-/// Files of either sense have the same version of the format, so that only the coordinates tell them apart.
+/// Whether a wedge is numbered as in VTK before version 9.7, with the first triangle counter-clockwise seen from
+/// outside. Files of both kinds have the same format version, so only the coordinates distinguish them.
 fn is_turned(nodes: &[u32], points: &[[f64; 3]]) -> bool {
     let corners = std::array::from_fn(|corner| points[nodes[corner] as usize]);
     wedge_jacobian(&corners, [1.0 / 3.0, 1.0 / 3.0, 0.0]) < 0.0

@@ -1,4 +1,4 @@
-//! The XML of a file: what arrays there are, and where their values stand.
+//! The XML of a file: its arrays, and the location of their values.
 
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -15,7 +15,7 @@ pub(super) enum Section {
     CellData,
 }
 
-/// Where the values of an array stand.
+/// The location of the values of an array.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Values<'a> {
     Text(&'a [u8]),
@@ -24,7 +24,7 @@ pub(super) enum Values<'a> {
     Appended(usize),
 }
 
-/// An array as the file announces it.
+/// An array as declared in the file.
 #[derive(Debug)]
 pub(super) struct Source<'a> {
     pub section: Section,
@@ -38,18 +38,18 @@ pub(super) struct Source<'a> {
 /// The appended data.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Appended<'a> {
-    /// Behind the underscore that marks their beginning; with what stands behind them in the file.
+    /// The bytes after the underscore that marks the beginning of the data, including the rest of the file.
     pub bytes: &'a [u8],
     pub base64: bool,
 }
 
-/// What the XML says.
+/// The contents of the XML.
 #[derive(Debug, Default)]
 pub(super) struct Document<'a> {
     pub points: usize,
     pub cells: usize,
     pub big_endian: bool,
-    /// Sizes before the values have 8 bytes, not 4.
+    /// Whether sizes before the values have 8 bytes instead of 4.
     pub long_header: bool,
     pub compressed: bool,
     pub arrays: Vec<Source<'a>>,
@@ -67,7 +67,7 @@ pub(super) fn document(bytes: &[u8]) -> Result<Document<'_>, MeshFileError> {
     let (mut has_head, mut has_piece) = (false, false);
     loop {
         let before = reader.buffer_position() as usize;
-        let event = reader.read_event().map_err(|e| error(before, format!("the XML cannot be read: {e}"), DAMAGED))?;
+        let event = reader.read_event().map_err(|e| error(before, format!("invalid XML: {e}"), DAMAGED))?;
         let after = (reader.buffer_position() as usize).min(bytes.len());
         let (tag, is_empty) = match &event {
             Event::Eof if has_piece => return Ok(document),
@@ -88,7 +88,7 @@ pub(super) fn document(bytes: &[u8]) -> Result<Document<'_>, MeshFileError> {
                 has_head = true;
             }
             _ if !has_head => {
-                return Err(error(before, "the file is no <VTKFile>", "write an unstructured grid, .vtu"));
+                return Err(error(before, "the file is not a <VTKFile>", "write an unstructured grid, .vtu"));
             }
             "Piece" if has_piece => {
                 return Err(error(before, "the file has several pieces", "merge them into one before writing"));
@@ -106,7 +106,7 @@ pub(super) fn document(bytes: &[u8]) -> Result<Document<'_>, MeshFileError> {
                 let base64 = match attribute(tag, "encoding").as_deref() {
                     Some("raw") => false,
                     Some("base64") => true,
-                    _ => return Err(error(before, "the encoding of the appended data is not known", DAMAGED)),
+                    _ => return Err(error(before, "unknown encoding of the appended data", DAMAGED)),
                 };
                 let start = bytes[after..].iter().position(|&byte| byte == b'_');
                 let start = start.ok_or_else(|| error(after, "the appended data do not begin with _", DAMAGED))?;
@@ -133,7 +133,7 @@ fn section_of(name: &str) -> Option<Section> {
 fn head(tag: &BytesStart<'_>, place: usize, document: &mut Document<'_>) -> Result<(), MeshFileError> {
     let of_type = attribute(tag, "type").unwrap_or_default();
     if of_type != "UnstructuredGrid" {
-        let message = format!("the file holds a `{of_type}`");
+        let message = format!("the file contains a `{of_type}`");
         return Err(error(place, message, "write an unstructured grid, .vtu"));
     }
     document.big_endian = attribute(tag, "byte_order").as_deref() == Some("BigEndian");
@@ -142,14 +142,14 @@ fn head(tag: &BytesStart<'_>, place: usize, document: &mut Document<'_>) -> Resu
         None | Some("") => false,
         Some("vtkZLibDataCompressor") => true,
         Some(other) => {
-            let message = format!("the values are compressed by {other}");
+            let message = format!("the values are compressed with {other}");
             return Err(error(place, message, "write the file with zlib, or without compression"));
         }
     };
     Ok(())
 }
 
-/// A `<DataArray>`; `rest` is what stands behind the tag.
+/// A `<DataArray>`; `rest` is the text after the tag.
 fn array<'a>(
     tag: &BytesStart<'_>,
     is_empty: bool,
@@ -165,7 +165,7 @@ fn array<'a>(
         None | Some("ascii") => Values::Text(inside()),
         Some("binary") => Values::Base64(inside()),
         Some("appended") => Values::Appended(number(tag, "offset", place)?),
-        Some(other) => return Err(error(place, format!("the format `{other}` is not known"), DAMAGED)),
+        Some(other) => return Err(error(place, format!("unknown format `{other}`"), DAMAGED)),
     };
     let name = match attribute(tag, "Name") {
         Some(name) => name,
@@ -177,7 +177,7 @@ fn array<'a>(
         Some(text) => text.parse().map(|n: usize| n.max(1)).ok(),
         None => Some(1),
     };
-    let components = components.ok_or_else(|| error(place, "the number of components is no number", DAMAGED))?;
+    let components = components.ok_or_else(|| error(place, "the number of components is not a number", DAMAGED))?;
     Ok(Source { section, name, type_name: attribute(tag, "type").unwrap_or_default(), components, values })
 }
 
@@ -188,5 +188,5 @@ fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
 
 fn number(tag: &BytesStart<'_>, name: &str, place: usize) -> Result<usize, MeshFileError> {
     let found = attribute(tag, name).and_then(|text| text.trim().parse().ok());
-    found.ok_or_else(|| error(place, format!("there is no number {name}"), DAMAGED))
+    found.ok_or_else(|| error(place, format!("the number {name} is missing"), DAMAGED))
 }

@@ -107,7 +107,7 @@ fn a_part_is_a_body_of_its_own() {
 fn errors_name_line_and_cure() {
     let cases = [
         ("*Heading", "*Part, name=P", "line 1", "Do not use parts and assemblies"),
-        ("*Heading", "*Include, input=x.inp", "line 1", "put the included file's text"),
+        ("*Heading", "*Include, input=x.inp", "line 1", "text of the included file"),
         ("*Nset, nset=low", "*Nset, nset=low, instance=P-1", "line 32", "Do not use parts"),
         ("*Node, nset=all", "*Node, system=C", "line 4", "SYSTEM=R"),
         ("type=C3D8R", "type=C3D9", "line 18", "use C3D4, C3D6 or C3D8"),
@@ -119,10 +119,10 @@ fn errors_name_line_and_cure() {
         ("left, 20", "left, 21", "line 27", "remove it"),
         ("RIGHT, S4", "RIGHT, S7", "line 39", "S1 to S6"),
         ("RIGHT, S4", "RIGHT, SPOS", "line 39", "SPOS"),
-        ("elset=both", "set=both", "line 26", "name it"),
+        ("elset=both", "set=both", "line 26", "add this parameter"),
         ("20, 2, 12", "20, 2, 11", "element 20", "all its nodes"),
-        ("20, 2, 12", "10, 2, 12", "element 10", "number of its own"),
-        (" 8, 0.", " 7, 0.", "node 7", "number of its own"),
+        ("20, 2, 12", "10, 2, 12", "element 10", "a unique number"),
+        (" 8, 0.", " 7, 0.", "node 7", "a unique number"),
     ];
     for (from, to, place, cure) in cases {
         assert!(CUBES.contains(from), "{from}");

@@ -23,12 +23,12 @@ fn errors_count_elements_by_kind_and_part() {
     let error = hexahedra.body("die", Some("slab"), 1.0).expect_err("hex27");
     assert_eq!(
         error.to_string(),
-        "body `die`: 16 of 16 elements are of second order: 16 hex27 (C3D27); the first is element 31 at \
-         (0.5000, 0.2500, 0.5000); `first_order = true` in the body's `mesh` drops mid-side nodes; or write first order \
-         (Gmsh: Mesh.ElementOrder = 1; Abaqus: C3D4, C3D6, C3D8)"
+        "body `die`: 16 of 16 elements are second-order: 16 hex27 (C3D27); the first is element 31 at \
+         (0.5000, 0.2500, 0.5000); `first_order = true` in the body's `mesh` drops mid-side nodes; or write \
+         first-order elements (Gmsh: Mesh.ElementOrder = 1; Abaqus: C3D4, C3D6, C3D8)"
     );
     let error = hexahedra.body("both", None, 1.0).expect_err("hex27");
-    let expected = "20 of 20 elements are of second order: 20 hex27 (C3D27); part `block` has 4 hex27 (C3D27), part `slab` \
+    let expected = "20 of 20 elements are second-order: 20 hex27 (C3D27); part `block` has 4 hex27 (C3D27), part `slab` \
                     has 16 hex27 (C3D27); the first";
     assert!(error.message.starts_with(expected), "{error}");
     for (name, kind) in [("gmsh_wedges_second_order.msh", "16 wedge18"), ("gmsh_wedges_second_order.inp", "16 wedge15")]
@@ -95,7 +95,7 @@ fn sets_of_second_order_keep_their_corners() {
     assert_eq!(mesh.surfaces["a_under"].nodes(), [0, 1, 2]);
     assert_eq!(mesh.node_sets["a_some"], [0]);
     assert!(!mesh.node_sets.contains_key("a_middle"));
-    assert_eq!(read.notices, ["the node set `middle` is left out: it has mid-side nodes only"]);
+    assert_eq!(read.notices, ["the node set `middle` is left out: it has only mid-side nodes"]);
 }
 
 /// Beside the tetrahedron of second order, one of first order stands on half of its edge: without the node between, the two
@@ -107,7 +107,7 @@ fn mid_side_nodes_that_are_corners_are_refused() {
     let error = parse(&text).first_order_body("a", Some("tip"), 1.0).expect_err("torn");
     assert!(error.place.starts_with("element 7 at"), "{error}");
     assert!(error.message.starts_with("its mid-side node 5 is a corner of element 9"), "{error}");
-    assert!(error.cure.contains("in one order"), "{error}");
+    assert!(error.cure.contains("with the same order"), "{error}");
 }
 
 /// VTK's types 24 (tetrahedron of 10 nodes), 25 (hexahedron of 20), 26 (wedge of 15, as before VTK 9.7 and since) and 27

@@ -13,13 +13,13 @@ const LINE: usize = 25;
 fn wrong_loads() {
     use CaseCode::*;
     for (load, code, at, says) in [
-        ("[[load]]\nsurface = 'ball_flat'", ChooseOne, (LINE, 1), "the size of the load"),
+        ("[[load]]\nsurface = 'ball_flat'", ChooseOne, (LINE, 1), "the value of the load"),
         ("[[load]]\npressure = 1.0", MissingKey, (LINE, 1), "`surface`"),
         ("[[load]]\nsurface = 'feet'\npressure = 1.0", NotASurface, (LINE + 1, 11), "`feet` is a node set"),
         ("[[load]]\nsurface = 'ball_dom'\npressure = 1.0", UnknownSet, (LINE + 1, 11), "no surface called `ball_dom`"),
-        ("[[load]]\nsurface = 'ball_flat'\npressure = 0.0", OutOfRange, (LINE + 2, 12), "gives no load"),
+        ("[[load]]\nsurface = 'ball_flat'\npressure = 0.0", OutOfRange, (LINE + 2, 12), "is a load of zero"),
         ("[[load]]\nsurface = 'ball_flat'\ntraction = 3.0", WrongType, (LINE + 2, 12), "traction"),
-        ("[[load]]\nsurface = 'ball_flat'\nforce = [0, 0, 0]", OutOfRange, (LINE + 2, 9), "gives no load"),
+        ("[[load]]\nsurface = 'ball_flat'\nforce = [0, 0, 0]", OutOfRange, (LINE + 2, 9), "is a load of zero"),
         ("[[load]]\nsurface = 'ball_flat'\nforce = [0, 1, 0]\npressure = 2.0", ChooseOne, (LINE + 2, 9), "2 times"),
         (
             "[[load]]\nsurface = 'ball_flat'\npressure = 2.0\namplitude = [{ t = 1.5, factor = 1 }]",
@@ -31,10 +31,10 @@ fn wrong_loads() {
             "[[load]]\nsurface = 'ball_flat'\npressure = 2.0\namplitude = [{ t = 1.0, factor = 0 }]",
             Empty,
             (LINE + 3, 13),
-            "zero throughout",
+            "always zero",
         ),
         ("[[load]]\nsurface = 'ball_flat'\npressure = 2.0\namplitude = 2", WrongType, (LINE + 3, 13), "a list"),
-        ("[[load]]\nsurface = 'ball_flat'\npressure = 2.0\namplitude = []", Empty, (LINE + 3, 13), "zero throughout"),
+        ("[[load]]\nsurface = 'ball_flat'\npressure = 2.0\namplitude = []", Empty, (LINE + 3, 13), "always zero"),
         ("[[load]]\nsurface = 'ball_flat'\npressure = 2.0\nsuface = 1", UnknownKey, (LINE + 3, 1), "did you mean"),
         ("[[load]]\nsurface = 'ball_flat'\npressure = nan", NotFinite, (LINE + 2, 12), "pressure"),
         ("[[symmetry]]\nat = 1.0", MissingKey, (LINE, 1), "`normal`"),

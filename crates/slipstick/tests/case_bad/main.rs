@@ -122,7 +122,7 @@ fn unknown_keys_get_a_suggestion() {
     let help = one(1, "title", "titel", UnknownKey, "titel");
     assert_eq!(help, "did you mean `title`?");
     let help = one(4, "4] }", "4], grade = 1 }", UnknownKey, "grade");
-    assert_eq!(help, "known here: min, max, grading, elements");
+    assert_eq!(help, "available: min, max, grading, elements");
     let help = one(31, "p = 3", "p = 3, mim = 0", UnknownKey, "mim");
     assert_eq!(help, "did you mean `min`?");
     one(18, "friction = 0.3", "friction = 0.3\nfrction = 1", UnknownKey, "frction");

@@ -89,7 +89,7 @@ fn a_body_in_contact_with_itself() {
 #[test]
 fn numbers_beyond_any_unit() {
     use CaseCode::OutOfRange;
-    assert_eq!(one(4, "[4, 1, 4], e", "[1e308, 1, 4], e", OutOfRange, "1e308"), "choose other units");
+    assert_eq!(one(4, "[4, 1, 4], e", "[1e308, 1, 4], e", OutOfRange, "1e308"), "use other units");
     one(4, "[0, 0, 0]", "[-1e51, 0, 0]", OutOfRange, "-1e51");
     one(5, "1000.0", "1e308", OutOfRange, "1e308");
     one(5, "1000.0", "1e-308", OutOfRange, "1e-308");

@@ -1,6 +1,6 @@
 //! Meshes as the text of an Abaqus file.
 
-use slipstick_mesh::{Element, Mesh};
+use slipstick::mesh::{Element, Mesh};
 use std::fmt::Write;
 
 /// A mesh of one body as an Abaqus file.

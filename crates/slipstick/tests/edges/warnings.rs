@@ -46,9 +46,9 @@ fn averaged_normals_far_from_facets_are_told() {
         warnings(&on_plate(140.0, "")),
         [
             "contact[0].slave: `block_nose`, the slave of `plate_ymax`, has 3 nodes whose averaged normal differs from a \
-          facet's by up to 20°, at node 3, [0, 1, 0]: contact pushes in a wrong direction there, and friction appears as \
-          tan(arctan μ ± that angle) (a finer mesh, if the \
-          surface is curved there; a `feature_angle` below 40, if there is an edge; or exchange slave and master)"
+          facet's by up to 20°, at node 3, [0, 1, 0]: contact pushes in a wrong direction there, and the apparent \
+          friction is tan(arctan μ ± that angle) (refine the mesh if the surface is curved there; set `feature_angle` \
+          below 40 if there is an edge; or exchange slave and master)"
         ]
     );
     for good in [on_plate(172.0, ""), on_plate(90.0, ""), on_plate(140.0, "feature_angle = 39.0")] {

@@ -83,17 +83,19 @@ pub fn write(records: &Records) {
 const HEAD: &str = "\
 # Verification
 
-What slipstick computes, against analytic solutions, published numbers and other programs. The suite
-`crates/slipstick/tests/verification` computes all numbers of this page and writes it; do not edit it by hand. Gradients are
-verified elsewhere, against finite differences ([theory](theory.md), `slipstick verify gradient`).
+Results of slipstick compared with analytic solutions, published numbers and other programs. The
+suite `crates/slipstick/tests/verification` computes all numbers on this page and writes it; do not
+edit it by hand. Gradients are verified elsewhere, against finite differences ([theory](theory.md),
+`slipstick verify gradient`).
 
     cargo test --release -p slipstick --test verification -- --ignored       all problems; writes results and this page
     SLIPSTICK_VERIFY=ring,hertz cargo test …                                 some of them
 
-The columns: *expected* is the source's value with the relative bound that the suite asserts, a band, or *at most* for what should be
-zero; *compared with* has no bound, where the deviation itself is the finding, as in the steps of a convergence study; numbers
-without an expectation explain others; *seconds* are those of the clock. The bounds are not fitted to the results: what lies
-outside is marked so, and the text says why.
+The column *expected* contains the value of the source with the relative bound that the suite
+asserts, a band, or *at most* for quantities that should be zero. *compared with* means that there
+is no bound and the deviation itself is the result, as in the steps of a convergence study. Numbers
+without an expectation explain others. *seconds* are wall time. The bounds are not fitted to the
+results: numbers outside are marked as such, and the text explains why.
 ";
 
 /// The page of these results.
@@ -125,7 +127,7 @@ pub fn page(records: &Records) -> String {
     let sum = |of: &dyn Fn(&Record) -> usize| all.iter().map(|record| of(record)).sum::<usize>();
     let _ = writeln!(
         page,
-        "| together | {} | {} | {} | {} |",
+        "| total | {} | {} | {} | {} |",
         sum(&|record| record.findings.len()),
         sum(&Record::bounded),
         sum(&Record::outside),

@@ -12,10 +12,11 @@ pub fn chapter() -> Chapter {
         key: "objectivity",
         title: "Objectivity",
         about: "
-A block is pressed on a slab (neo-Hooke, μ = 2, all of it sticks) and sheared, then supports of both turn rigidly by 360° in
-24 steps about an axis in the direction (1, 2, 3). Stresses and tractions must turn along: tractions in the nodal frames stay
-what they were, and after the full turn displacements and tractions are back. Deviations over the largest displacement and
-traction.",
+A block is pressed onto a slab (neo-Hooke, μ = 2, everything sticks) and sheared, then the supports
+of both rotate rigidly by 360° in 24 steps about an axis in the direction (1, 2, 3). Stresses and
+tractions must rotate with the bodies: tractions in the nodal frames do not change, and after the
+full rotation displacements and tractions return to their values. Deviations are relative to the
+largest displacement and traction.",
         remarks: "",
         quick: true,
         run: || Some(run()),

@@ -11,10 +11,11 @@ pub fn chapters() -> [Chapter; 2] {
             key: "sliding",
             title: "Block on a rigid plane",
             about: "
-A block (1.6 × 0.5 × 0.8, E = 1000, ν = 0.3, μ = 0.3) is pressed on a held slab by 0.02 and pulled along it. Once all of its
-face slips, Coulomb's law for the whole block is F_t = μ F_n, exactly. In the second problem the top of the block goes to and
-fro by ±0.1: after each reversal the face sticks, then slips, and at the end of each stroke F_t = ±μ F_n; the second cycle must
-be the first one again.",
+A block (1.6 × 0.5 × 0.8, E = 1000, ν = 0.3, μ = 0.3) is pressed onto a fixed slab by 0.02 and
+pulled along it. Once its whole face slips, Coulomb's law for the whole block is F_t = μ F_n,
+exactly. In the second problem the top of the block moves back and forth by ±0.1: after each
+reversal the face sticks, then slips, and at the end of each stroke F_t = ±μ F_n; the second cycle
+must repeat the first one.",
             remarks: "",
             quick: true,
             run: || Some(block()),
@@ -23,16 +24,20 @@ be the first one again.",
             key: "ironing",
             title: "Drag and oscillation of a sliding die",
             about: "
-Plane strain: a half ring (R = 0.6 … 1, E = 1000, driven at its ends) is pressed by 0.3 into a block (9 × 3, E = 100, ν = 0.3) and
-slides by 2, from 1 left of the middle to 1 right, over N = 7 or 14 facets. By
-symmetry, no work is done in between without friction: the mean of the tangential force is zero. What
-the ends of the block and the facets make of the force must stay below 0.01 F_n whatever the size of the load steps, at every step of the slide. A formulation with
-normals frozen per load step gives 0.2 at 0.2 slide per step. With friction (μ = 0.2), normal and tangential force should be
-constant along the slide: their span (largest − smallest) over the mean, from slide 0.5 on, must stay below 0.05.",
+Plane strain: a half-ring (R = 0.6 … 1, E = 1000, driven at its ends) is pressed by 0.3 into a block
+(9 × 3, E = 100, ν = 0.3) and slides by 2, from 1 left of the middle to 1 right of it, over N = 7 or
+14 facets. By symmetry, no work is done in between without friction: the mean of the tangential
+force is zero. The tangential force that is due to the ends of the block and to the facets must stay
+below 0.01 F_n at every step of the slide, for any size of the load steps. A formulation with
+normals frozen per load step gives 0.2 at 0.2 slide per step. With friction (μ = 0.2), normal and
+tangential force should be constant along the slide: their span (largest − smallest) over the mean,
+from slide 0.5 on, must stay below 0.05.",
             remarks: "
-There is no drag: the force swings with the period of the facets, and the size of the steps only decides where on the swing one
-looks. With friction, the swing halves with the facets or falls faster. That of the tangential force is beyond the bound on the
-coarser mesh, which has some five facets in contact, and larger with dual shapes than with standard ones.",
+There is no drag: the force oscillates with the period of the facets, and the size of the steps only
+determines where on the oscillation it is sampled. With friction, the oscillation is at least halved
+when the facets are halved. The oscillation of the tangential force exceeds the bound on the coarser
+mesh, which has about five facets in contact, and is larger with dual shapes than with standard
+ones.",
             quick: false,
             run: || Some(ironing()),
         },

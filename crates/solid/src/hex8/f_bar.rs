@@ -1,4 +1,4 @@
-//! Elements in which the volume changes as a whole: F̄ = (θ/J)^(1/3) F, where θ = ∫J dV/V is the element's mean of J.
+//! Elements with averaged volume change: F̄ = (θ/J)^(1/3) F, where θ = ∫J dV/V is the element's mean of J.
 //!
 //! The energy is ∫Ψ(F̄) dV, and the force its gradient. With κ = (θ/J)^(1/3), P̄ = P(F̄) and t = P̄:F̄/3 at a point:
 //!
@@ -6,7 +6,7 @@
 //! P_eff = κ P̄ + (p J − t) F⁻ᵀ,     p = Σ w t/(V θ),     f_ia = Σ w P_eff,aB G_iB
 //! ```
 //!
-//! so that κ P̄ − t F⁻ᵀ is the part of P̄ that changes shape, and p the mean of the part that changes the volume. In the
+//! so that κ P̄ − t F⁻ᵀ is the deviatoric part of P̄, and p the mean of the volumetric part. In the
 //! direction dF, with τ = F⁻ᵀ:dF, η = dθ/θ and x = (η − τ)/3:
 //!
 //! ```text
@@ -14,12 +14,12 @@
 //! dP_eff = κ (x P̄ + dP̄) + (p J τ − dt) F⁻ᵀ + (t − p J) (F⁻¹ dF F⁻¹)ᵀ + dp J F⁻ᵀ
 //! ```
 //!
-//! With e = ∂ln θ/∂d, h = ∂f/∂ln θ at fixed F and p, and q = Σ w (∂t/∂ln θ − t), the tangent is that at fixed θ and p, plus
-//! h eᵀ + e hᵀ + q e eᵀ. It is symmetric.
+//! With e = ∂ln θ/∂d, h = ∂f/∂ln θ at fixed F and p, and q = Σ w (∂t/∂ln θ − t), the tangent is the one at fixed θ and
+//! p, plus h eᵀ + e hᵀ + q e eᵀ. It is symmetric.
 //!
-//! References: de Souza Neto, Perić, Dutko, Owen, Int. J. Solids Struct. 33 (1996) 3277–3296, for F̄, there with J at the
-//! centre and without a potential; Simo, Taylor, Pister, Comput. Methods Appl. Mech. Engrg. 51 (1985) 177–208, for θ; Moran,
-//! Ortiz, Shih, Int. J. Numer. Methods Engrg. 29 (1990) 483–514.
+//! References: de Souza Neto, Perić, Dutko, Owen, Int. J. Solids Struct. 33 (1996) 3277–3296, for F̄, but with J at the
+//! centre and without a potential; Simo, Taylor, Pister, Comput. Methods Appl. Mech. Engrg. 51 (1985) 177–208, for θ;
+//! Moran, Ortiz, Shih, Int. J. Numer. Methods Engrg. 29 (1990) 483–514.
 
 use super::geometry::ReferenceGeometry;
 use super::integrate::{Corners, displacement_gradient, finite, integrate, to_parent};
@@ -32,7 +32,7 @@ use crate::registers::{
 };
 use pulp::Simd;
 
-/// What the points of an element have to do with its mean.
+/// Quantities that relate the points of an element to its mean.
 pub(super) struct Mean {
     /// Vθ. \[L³\]
     volume: f64,
@@ -51,7 +51,7 @@ pub(super) struct Mean {
     pressure: f64,
 }
 
-/// A register's part of [`Deformation`] and [`Mean`].
+/// The part of [`Deformation`] and [`Mean`] for one register.
 struct At<'a, S: Simd> {
     bar: Local<'a>,
     gradient: Matrix<S>,
@@ -77,7 +77,7 @@ impl Mean {
         }
     }
 
-    /// Evaluates at an admissible deformation.
+    /// Evaluates the stresses at an admissible deformation.
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, simd: S, law: &impl Law, at: &ReferenceGeometry, deformation: &Deformation) {
         self.volume = sum(&at.weights, &deformation.determinant);
@@ -290,7 +290,7 @@ fn add_products(blocks: &mut Blocks, e: &Corners, h: &Corners, q: f64) {
     }
 }
 
-/// Stress times modulus and weight, ready for [`integrate`].
+/// Stress times modulus and weight, as input of [`integrate`].
 #[inline(always)]
 fn store_scaled<S: Simd>(simd: S, to: &mut Matrices, at: &ReferenceGeometry, modulus: f64, v: usize, p: &Matrix<S>) {
     let scale = simd.mul_f64s(simd.splat_f64s(modulus), load::<S>(&at.weights, v));

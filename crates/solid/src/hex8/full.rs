@@ -1,4 +1,4 @@
-//! Fully integrated elements: F as it is at each Gauss point.
+//! Fully integrated elements: F is evaluated at each Gauss point.
 
 use super::geometry::{PARENT_BY_POINT, ReferenceGeometry, pair};
 use super::integrate::{Corners, displacement_gradient, finite, integrate, to_parent};
@@ -91,7 +91,7 @@ pub(super) fn tangent<S: Simd>(
     }
 }
 
-/// Of any law, by its moduli at each point.
+/// The tangent for any law, from its moduli at each point.
 #[inline(always)]
 fn by_moduli<S: Simd>(
     simd: S,
@@ -125,7 +125,7 @@ fn by_moduli<S: Simd>(
     Some(())
 }
 
-/// Of laws with a [`Law::volumetric_exponent`] e, written out.
+/// The tangent for laws with a [`Law::volumetric_exponent`] e, written out.
 ///
 /// With T_ia,kb = Σ w μ v g_ia g_kb the entry (a, b) of block (i, k) is e T_ia,kb + T_ib,ka + δ_ab μ ∫ G_i·G_k.
 /// The last integral does not depend on the state. The sum over points is a product of matrices.
@@ -182,8 +182,8 @@ fn by_spatial_gradients<S: Simd>(
     Some(())
 }
 
-/// T_ia,kb = Σ_p weighted[p][a][i] gradients[p][3 k + b] of one corner i and as many corners k as a register has lanes,
-/// as `[a][3 lane + b]`.
+/// T_ia,kb = Σ_p weighted[p][a][i] gradients[p][3 k + b] for one corner i and as many corners k as a register has
+/// lanes, as `[a][3 lane + b]`.
 #[inline(always)]
 fn sum_over_points<S: Simd>(simd: S, scratch: &mut Scratch, i: usize, tile: usize) {
     let mut sums = [[simd.splat_f64s(0.0); 3]; 3];

@@ -47,10 +47,11 @@ const fn parent_gradients(corner_first: bool) -> [[[f64; 8]; 3]; 8] {
     out
 }
 
-/// What the integrals over an element need of its reference configuration.
+/// The data of an element's reference configuration that its integrals need.
 ///
 /// The gradients of the shape functions themselves are not stored: G_i = ∂N_i/∂X = (∂ξ/∂X)ᵀ ∂N_i/∂ξ, and the second
-/// factor is the same for all elements. 0.9 kB instead of 1.6 kB is less to read from memory than G_i takes to compute.
+/// factor is the same for all elements. Reading 0.9 kB instead of 1.6 kB from memory saves more time than computing G_i
+/// costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(32))]
 pub struct ReferenceGeometry {
@@ -110,14 +111,14 @@ impl ReferenceGeometry {
     }
 }
 
-/// Place of the pair i ≤ k among all such pairs, row by row.
+/// Index of the pair i ≤ k among all such pairs, row by row.
 #[inline(always)]
 pub(super) fn pair(i: usize, k: usize) -> usize {
     const BEFORE: [usize; 8] = [0, 7, 13, 18, 22, 25, 27, 28];
     BEFORE[i] + k
 }
 
-/// Inverse and determinant of a 3×3 matrix; the inverse is meaningless where the determinant vanishes.
+/// Inverse and determinant of a 3×3 matrix; the inverse is meaningless if the determinant vanishes.
 fn invert(m: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
     let cofactor = |a: usize, b: usize| {
         let (a1, a2, b1, b2) = ((a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3);

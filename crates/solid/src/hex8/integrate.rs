@@ -1,5 +1,5 @@
-//! The passage between corners and Gauss points. All functions are inlined into a caller compiled for the instruction set
-//! found at run time.
+//! Conversion between corners and Gauss points. All functions are inlined into a caller that is compiled for the
+//! instruction set detected at run time.
 
 use super::geometry::{PARENT_BY_CORNER, PARENT_BY_POINT, ReferenceGeometry};
 use crate::registers::{Matrices, Matrix, POINTS, array, load, product, store};
@@ -10,7 +10,7 @@ pub(crate) type Corners = [[f64; 3]; 8];
 
 /// ∂u_a/∂X_B at the points of register `v`, as `[a][B]`.
 ///
-/// The first corner's displacement is subtracted: a translation, however large, leaves no round-off in the strains.
+/// The first corner's displacement is subtracted: a translation, however large, causes no round-off in the strains.
 #[inline(always)]
 pub(crate) fn displacement_gradient<S: Simd>(simd: S, at: &ReferenceGeometry, d: &Corners, v: usize) -> Matrix<S> {
     let mut parent = [[simd.splat_f64s(0.0); 3]; 3];
@@ -26,7 +26,7 @@ pub(crate) fn displacement_gradient<S: Simd>(simd: S, at: &ReferenceGeometry, d:
     product(simd, &parent, &array(|beta, b| load::<S>(&at.inverse[beta][b], v)))
 }
 
-/// P (∂ξ/∂X)ᵀ, as `[a][β]`: what integrates with the gradients in the parent cube.
+/// P (∂ξ/∂X)ᵀ, as `[a][β]`, which is integrated with the gradients in the parent cube.
 #[inline(always)]
 pub(crate) fn to_parent<S: Simd>(simd: S, at: &ReferenceGeometry, p: &Matrix<S>, v: usize) -> Matrix<S> {
     product(simd, p, &array(|b, beta| load::<S>(&at.inverse[beta][b], v)))
@@ -58,7 +58,7 @@ pub(crate) fn integrate<S: Simd>(simd: S, q: &Matrices) -> Corners {
     force
 }
 
-/// What `then` makes of the force, unless an entry is no number.
+/// Applies `then` to the force, unless an entry is not a number.
 #[inline(always)]
 pub(crate) fn finite<R>(force: Corners, then: impl FnOnce(&Corners) -> R) -> Option<R> {
     let mut finite = true;

@@ -6,7 +6,7 @@
 //! f = s [ γ f(γd) + (1 − γ²) K(0) d ],     K = s [ γ² K(γd) + (1 − γ²) K(0) ]
 //! ```
 //!
-//! With γ = 1 these are the plain integrals, at their cost. The rest is compiled apart from them.
+//! With γ = 1 these are the plain integrals, at the same cost. The other case is compiled separately.
 
 use super::geometry::ReferenceGeometry;
 use super::integrate::Corners;
@@ -15,7 +15,7 @@ use crate::interpolation::ElementScaling;
 use crate::section::Section;
 use pulp::{Simd, WithSimd};
 
-/// Internal force; `None` where the finite-strain part is inverted or the force not finite.
+/// Internal force; `None` if the finite-strain part is inverted or the force is not finite.
 #[inline(always)]
 pub(crate) fn internal_force<S: Simd, R>(
     simd: S,
@@ -52,8 +52,8 @@ pub(crate) fn tangent_product<S: Simd, R>(
     }
 }
 
-/// Tangent: calls `add` with i, k and blocks of the pairs of corners i ≤ k, which add up to the tangent. `None`, and no
-/// call, where the finite-strain part is inverted.
+/// Tangent: calls `add` with i, k and blocks of the pairs of corners i ≤ k, whose sum is the tangent. `None`, without
+/// any call, if the finite-strain part is inverted.
 #[inline(always)]
 pub(crate) fn tangent<S: Simd>(
     simd: S,
@@ -95,7 +95,7 @@ pub(crate) fn pull_back<S: Simd>(
     }
 }
 
-/// Displacements relative to the first corner, scaled: a translation, however large, leaves no round-off.
+/// Displacements relative to the first corner, scaled: a translation, however large, causes no round-off.
 #[inline(always)]
 fn scaled(d: &Corners, gamma: f64) -> Corners {
     let mut out = REST;

@@ -5,12 +5,12 @@ use super::integrate::to_parent;
 use crate::registers::{AtPoints, Matrix, POINTS, array, load, store};
 use pulp::Simd;
 
-/// K_ia,kb of one element as `[a][b][i][k]`, of which those with a ≤ b are used.
+/// K_ia,kb of one element as `[a][b][i][k]`; only entries with a ≤ b are used.
 pub(super) type Blocks = [[[[f64; 8]; 8]; 3]; 3];
 
-/// Moduli and the tangent that they integrate to.
+/// Moduli and the resulting tangent.
 pub(super) struct Moduli {
-    /// Σ_BD ∂ξ_α/∂X_B (∂P_aB/∂F_bD) ∂ξ_β/∂X_D times the weight, as `[b][β][a][α]`, of which those with a ≤ b are used.
+    /// Σ_BD ∂ξ_α/∂X_B (∂P_aB/∂F_bD) ∂ξ_β/∂X_D times the weight, as `[b][β][a][α]`; only entries with a ≤ b are used.
     by_gradient: [[[[AtPoints; 3]; 3]; 3]; 3],
     pub blocks: Blocks,
 }

@@ -5,7 +5,7 @@ use crate::reference::tests::sections;
 
 type Corners = [[f64; 3]; 8];
 
-/// What the density makes of an element: solid, scaled, grey and empty with interpolated energy.
+/// Scalings of an element by its density: solid, scaled, grey and empty with interpolated energy.
 const SCALINGS: [ElementScaling; 4] = [
     ElementScaling::SOLID,
     ElementScaling::stiffness(0.2),
@@ -39,11 +39,11 @@ fn linear(h: &[[f64; 3]; 3]) -> (ReferenceGeometry, Corners) {
     (cube, CORNER.map(|c| std::array::from_fn(|a| (0..3).map(|b| 0.5 * h[a][b] * c[b]).sum::<f64>())))
 }
 
-/// Expected value: Ψ_L = λ/2 (tr ε)² + μ ε:ε of a linear displacement field, by hand, times the volume of a unit cube. Laws of
-/// small strains have it at any scaling.
+/// Expected value: Ψ_L = λ/2 (tr ε)² + μ ε:ε of a linear displacement field, computed by hand, times the volume of a
+/// unit cube. Small-strain laws have this energy at any scaling.
 #[test]
 fn an_empty_element_is_linear_elastic() {
-    // not small, and more than inside out
+    // large, and beyond inversion
     let h = [[-2.5, 0.4, 0.1], [0.3, 0.7, -0.2], [0.0, 0.5, -0.6]];
     let (cube, d) = linear(&h);
     assert!(smallest_determinant(&cube, &d) < 0.0);
@@ -66,7 +66,7 @@ fn an_empty_element_is_linear_elastic() {
     }
 }
 
-/// Where the deformation is uniform, the mean of J is J: the formulations agree, and the energy is the law's.
+/// If the deformation is uniform, the mean of J is J: the formulations agree, and the energy is that of the law.
 #[test]
 fn formulations_agree_on_uniform_deformation() {
     let h = [[-0.3, 0.4, 0.1], [0.3, 0.5, -0.2], [0.0, 0.25, 0.2]];
@@ -91,11 +91,11 @@ fn formulations_agree_on_uniform_deformation() {
     }
 }
 
-/// A rotation of the deformed body turns its forces and changes nothing else. Without strain there is no force. Laws of small
-/// strains do not have this property.
+/// A rotation of the deformed body rotates its forces and changes nothing else. Without strain there is no force.
+/// Small-strain laws do not have this property.
 #[test]
 fn forces_turn_with_the_body() {
-    // turn by 73° about (1, 2, 2)/3, by Rodrigues' formula
+    // rotation by 73° about (1, 2, 2)/3, by Rodrigues' formula
     let (axis, angle) = ([1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0], 73.0_f64.to_radians());
     let cross = [[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]];
     let turn: [[f64; 3]; 3] = std::array::from_fn(|a| {
@@ -124,7 +124,7 @@ fn forces_turn_with_the_body() {
     }
 }
 
-/// The portable loops and those for the instruction set at hand agree up to round-off.
+/// The portable loops and those for the current instruction set agree up to round-off.
 #[test]
 fn instruction_sets_agree() {
     let (geometry, d) = (geometry(), generic());
@@ -154,7 +154,7 @@ fn instruction_sets_agree() {
     }
 }
 
-/// No force, not even round-off, without strain: at rest and after a large translation.
+/// Without strain there is no force, not even round-off: at rest and after a large translation.
 #[test]
 fn a_translation_has_no_force() {
     let geometry = geometry();

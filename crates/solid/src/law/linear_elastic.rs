@@ -4,15 +4,15 @@ use super::{Constants, Law, Local, MaterialError, Real, hooke, small_strain_ener
 use crate::registers::{Matrix, array};
 use pulp::Simd;
 
-/// Linear elasticity: Hooke's law between the small strain ε and the stress, in the geometry at rest.
+/// Linear elasticity: Hooke's law between the small strain ε and the stress, in the undeformed geometry.
 ///
 /// ```text
 /// Ψ = λ/2 (tr ε)² + μ ε:ε,   ε = (H + Hᵀ)/2,   H = ∂u/∂X = F − 1,   P = λ tr(ε) 1 + 2μ ε
 /// ```
 ///
-/// For small displacements and rotations, as in most published tests of contact codes: it is not objective, so a rotation
-/// by the angle α strains the body by α²/2. No displacement makes Ψ infinite or undefined, and inverted elements are not an
-/// error.
+/// For small displacements and rotations, as in most published tests of contact codes: it is not objective, so a
+/// rotation by the angle α strains the body by α²/2. No displacement makes Ψ infinite or undefined, and inverted
+/// elements are not an error.
 ///
 /// Reference: Hughes, The Finite Element Method (2000), section 2.7; B̄: section 4.5.2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,7 @@ impl LinearElastic {
     /// From Young's modulus E \[F/L²\] and Poisson's ratio ν.
     ///
     /// # Errors
-    /// E ≤ 0, ν outside of (−1, 0.5), or a value that is not finite.
+    /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
     pub fn new(youngs_modulus: f64, poisson_ratio: f64) -> Result<Self, MaterialError> {
         Constants::new(youngs_modulus, poisson_ratio).map(Self::from)
     }

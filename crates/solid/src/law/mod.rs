@@ -1,12 +1,12 @@
 //! Elastic laws: one file each, one list.
 //!
-//! A law knows no element. It gives its energy density at a deformation gradient F, and the first Piola–Kirchhoff stress with
-//! its derivative at eight points at once; elements integrate these. No element knows a law: it is written for any `Law`,
-//! and `with_law!` picks the one that a body is made of.
+//! A law does not depend on the element. It provides its energy density at a deformation gradient F, and the first
+//! Piola–Kirchhoff stress with its derivative at eight points at once; elements integrate these. Elements do not depend
+//! on the law: they are written for any `Law`, and `with_law!` selects the law of a body.
 //!
 //! **To add a law**, write its file, declare it below, add a line to the list and a row to `docs/case_file.md`. Enum,
-//! dispatch, the word in case files and their JSON schema follow from the list. So do the tests: they compare every law of
-//! the list, in every element, with the derivatives of its energy (`reference.rs`).
+//! dispatch, the word in case files and their JSON schema follow from the list. The tests also follow from it: they
+//! compare every law of the list, in every element, with the derivatives of its energy (`reference.rs`).
 
 mod linear_elastic;
 mod neo_hooke;
@@ -16,8 +16,8 @@ use crate::registers::{AtPoints, Matrices, Matrix, POINTS, load};
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Makes `Material`, `LawKind` and `with_law!` of the list. The word in front of a law is both the name of its file and
-/// the word in case files. `$d` stands for the dollar sign in the macro that this one writes.
+/// Generates `Material`, `LawKind` and `with_law!` from the list. The word in front of a law is both the name of its
+/// file and its name in case files. `$d` is the dollar sign in the generated macro.
 macro_rules! laws {
     ($d:tt $( #[doc = $about:literal] $word:ident: $law:ident, )+) => {
         $( pub use $word::$law; )+
@@ -45,10 +45,10 @@ macro_rules! laws {
         impl LawKind {
             /// All laws, in the order of the documentation.
             pub const ALL: &[Self] = &[$( Self::$law, )+];
-            /// The words for them in case files, in the same order.
+            /// Their names in case files, in the same order.
             pub const WORDS: &[&str] = &[$( stringify!($word), )+];
 
-            /// What the law is, in one sentence.
+            /// A one-sentence description of the law.
             pub fn about(self) -> &'static str {
                 match self {
                     $( Self::$law => $about.trim_ascii(), )+
@@ -58,7 +58,7 @@ macro_rules! laws {
             /// The law with Young's modulus E \[F/L²\] and Poisson's ratio ν of its small-strain limit.
             ///
             /// # Errors
-            /// E ≤ 0, ν outside of (−1, 0.5), or a value that is not finite.
+            /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
             pub fn with_constants(self, youngs_modulus: f64, poisson_ratio: f64) -> Result<Material, MaterialError> {
                 let constants = Constants::new(youngs_modulus, poisson_ratio)?;
                 Ok(match self {
@@ -89,25 +89,25 @@ laws! { $
 }
 
 impl LawKind {
-    /// The word for it in case files.
+    /// Its name in case files.
     pub fn word(self) -> &'static str {
         Self::WORDS[self as usize]
     }
 
-    /// The law that a case file calls `word`.
+    /// The law with the name `word` in case files.
     pub fn from_word(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|law| law.word() == word)
     }
 }
 
-/// Deformation at the points of register `v`, read where it is needed.
+/// Deformation at the points of register `v`, read on demand.
 #[derive(Clone, Copy)]
 pub(crate) struct Local<'a> {
     /// F.
     pub gradient: &'a Matrices,
     /// F⁻¹, as `[B][a]`.
     pub inverse: &'a Matrices,
-    /// What [`Law::volumetric`] returned.
+    /// The result of [`Law::volumetric`].
     pub volumetric: &'a AtPoints,
     pub v: usize,
 }
@@ -124,21 +124,21 @@ impl Local<'_> {
     }
 }
 
-/// An elastic law. Stresses and their changes are over the shear modulus.
+/// An elastic law. Stresses and their changes are divided by the shear modulus.
 ///
 /// Tests: `stresses_are_derivatives_of_the_energy`, `kernels_agree_with_the_reference_element`.
 pub(crate) trait Law: Copy {
     /// Constants of the small-strain limit.
     fn constants(&self) -> &Constants;
 
-    /// Energy density Ψ at F, det F > 0. \[F/L²\]. Generic over the type of numbers, so that its derivatives can be computed
-    /// with dual numbers.
+    /// Energy density Ψ at F, det F > 0. \[F/L²\]. Generic over the type of numbers, so that its derivatives can be
+    /// computed with dual numbers.
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T;
 
     /// The shear modulus μ of the small-strain limit, the unit of the stresses below. \[F/L²\]
     fn shear_modulus(&self) -> f64;
 
-    /// What the stress needs of J > 0 at all points.
+    /// The quantity that the stress needs from J > 0, at all points.
     #[inline(always)]
     fn volumetric<S: Simd>(&self, _: S, _determinant: &AtPoints) -> AtPoints {
         [0.0; POINTS]
@@ -150,22 +150,22 @@ pub(crate) trait Law: Copy {
     /// Derivative of P/μ in the direction `change` of F.
     fn stress_change<S: Simd>(&self, simd: S, at: &Local<'_>, change: &Matrix<S>) -> Matrix<S>;
 
-    /// The number e if, with v of [`Law::volumetric`] and A = F⁻¹ dF, the stress changes by
-    /// dP/μ = dF + v (e tr(A) F⁻ᵀ + (A F⁻¹)ᵀ). Elements integrate the tangents of such laws faster.
+    /// The number e if, with v from [`Law::volumetric`] and A = F⁻¹ dF, the stress changes by
+    /// dP/μ = dF + v (e tr(A) F⁻ᵀ + (A F⁻¹)ᵀ). Elements integrate the tangents of such laws more efficiently.
     #[inline(always)]
     fn volumetric_exponent(&self) -> Option<f64> {
         None
     }
 
-    /// Whether P is linear in ∂u/∂X. Elements evaluate such a law at rest and not at F. Its tangent is constant, F̄ turns into
-    /// B̄, which replaces tr ε by its mean over the element, and an inverted element is not an error.
+    /// Whether P is linear in ∂u/∂X. Elements evaluate such a law at rest instead of F. Its tangent is constant, F̄
+    /// becomes B̄, which replaces tr ε by its mean over the element, and an inverted element is not an error.
     #[inline(always)]
     fn small_strains(&self) -> bool {
         false
     }
 }
 
-/// Numbers that an energy can be computed with: f64 and dual numbers.
+/// Types of numbers for computing an energy: f64 and dual numbers.
 pub trait Real:
     Copy + From<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
@@ -207,12 +207,13 @@ impl Material {
         self.constants().poisson_ratio
     }
 
-    /// Energy density Ψ at deformation gradient F, det F > 0 (any F with [`small_strains`](Self::small_strains)). \[F/L²\]
+    /// Energy density Ψ at deformation gradient F, det F > 0 (any F with [`small_strains`](Self::small_strains)).
+    /// \[F/L²\]
     pub fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T {
         with_law!(self, law => law.energy(f))
     }
 
-    /// Whether the law is that of small strains: its stress is linear in ∂u/∂X, and inverted elements are not an error.
+    /// Whether this is a small-strain law: its stress is linear in ∂u/∂X, and inverted elements are not an error.
     #[inline(always)]
     pub fn small_strains(&self) -> bool {
         with_law!(self, law => law.small_strains())
@@ -257,7 +258,7 @@ pub(crate) fn small_strain_energy<T: Real>(constants: &Constants, h: &[[T; 3]; 3
     T::from(0.5 * lambda) * trace * trace + T::from(constants.shear_modulus()) * squares
 }
 
-/// Hooke's law: stress over μ of twice a strain, `doubled`: λ/(2μ) tr(2ε) 1 + 2ε.
+/// Hooke's law: stress divided by μ for twice a strain, `doubled`: λ/(2μ) tr(2ε) 1 + 2ε.
 #[inline(always)]
 fn hooke<S: Simd>(simd: S, lame_ratio: f64, mut doubled: Matrix<S>) -> Matrix<S> {
     let trace = simd.add_f64s(simd.add_f64s(doubled[0][0], doubled[1][1]), doubled[2][2]);

@@ -23,7 +23,7 @@ impl NeoHooke {
     /// From Young's modulus E \[F/L²\] and Poisson's ratio ν of the linearised law.
     ///
     /// # Errors
-    /// E ≤ 0, ν outside of (−1, 0.5), or a value that is not finite.
+    /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
     pub fn new(youngs_modulus: f64, poisson_ratio: f64) -> Result<Self, MaterialError> {
         Constants::new(youngs_modulus, poisson_ratio).map(Self::from)
     }

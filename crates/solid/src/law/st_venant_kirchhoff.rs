@@ -10,8 +10,9 @@ use pulp::Simd;
 /// Ψ = λ/2 (tr E)² + μ E:E,   E = (FᵀF − 1)/2,   S = λ tr(E) 1 + 2μ E,   P = F S
 /// ```
 ///
-/// For large rotations at small strains. It softens in compression: along one axis without lateral strain, the force falls
-/// again below the stretch √(1/3), and Ψ stays finite as J → 0, so that nothing keeps elements from inverting.
+/// For large rotations at small strains. It softens in compression: along one axis without lateral strain, the force
+/// decreases again below the stretch √(1/3), and Ψ stays finite as J → 0, so that nothing keeps elements from
+/// inverting.
 ///
 /// Reference: Holzapfel, Nonlinear Solid Mechanics (2000), section 6.5.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +26,7 @@ impl StVenantKirchhoff {
     /// From Young's modulus E \[F/L²\] and Poisson's ratio ν.
     ///
     /// # Errors
-    /// E ≤ 0, ν outside of (−1, 0.5), or a value that is not finite.
+    /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
     pub fn new(youngs_modulus: f64, poisson_ratio: f64) -> Result<Self, MaterialError> {
         Constants::new(youngs_modulus, poisson_ratio).map(Self::from)
     }
@@ -103,7 +104,8 @@ impl Law for StVenantKirchhoff {
 mod tests {
     use super::*;
 
-    /// By hand: stretch s along one axis without lateral strain has P = (λ + 2μ) s (s² − 1)/2, least at s = √(1/3).
+    /// Computed by hand: stretch s along one axis without lateral strain has P = (λ + 2μ) s (s² − 1)/2, with its
+    /// minimum at s = √(1/3).
     #[test]
     fn it_softens_in_compression() {
         let (e, nu) = (10.0, 0.25);

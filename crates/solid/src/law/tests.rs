@@ -26,7 +26,7 @@ fn words_name_laws() {
     assert_eq!(LawKind::from_word("steel"), None);
 }
 
-/// Stress, its change and the form of the change that a volumetric exponent promises, of every law, at one point.
+/// For every law at one point: stress, its change, and the form of the change that a volumetric exponent implies.
 #[test]
 fn stresses_are_derivatives_of_the_energy() {
     let f: [[f64; 3]; 3] = [[1.2, 0.3, -0.1], [0.2, 0.9, 0.15], [-0.25, 0.1, 1.1]];

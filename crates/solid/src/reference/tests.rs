@@ -1,4 +1,4 @@
-//! Every law of the list in every element, formulation and scaling, against the reference element.
+//! Compares every law of the list, in every element, formulation and scaling, with the reference element.
 
 use super::*;
 use crate::{ElementScaling, LawKind, NeoHooke, SolidModel, hex8};
@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 type Vectors = [[f64; 3]];
 
-/// Mixed derivatives of the energy: in the direction `w` of the displacements, and the change of that in the directions `v`
-/// of the displacements and `slope` of the scaling.
+/// Mixed derivatives of the energy: the derivative in the direction `w` of the displacements, and its change in the
+/// directions `v` of the displacements and `slope` of the scaling.
 fn work(
     section: &Section,
     x: &Vectors,
@@ -116,7 +116,7 @@ fn kernels_agree_with_the_reference_element() {
     }
 }
 
-/// The reference element itself, and the kernel, against another implementation that shares no source with them.
+/// Compares the reference element and the kernel with a third implementation that shares no source with them.
 #[test]
 fn another_program_agrees() {
     let data: serde_json::Value = serde_json::from_str(include_str!("../../tests/data/unit_element.json")).unwrap();

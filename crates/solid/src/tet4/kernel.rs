@@ -13,7 +13,7 @@ const ONES: AtPoints = [1.0; LANES];
 const IDENTITY: Matrices =
     [[ONES, [0.0; LANES], [0.0; LANES]], [[0.0; LANES], ONES, [0.0; LANES]], [[0.0; LANES], [0.0; LANES], ONES]];
 
-/// State of a batch and intermediate results; its memory serves for the next batch again.
+/// State of a batch and intermediate results; its memory is reused for the next batch.
 pub(crate) struct Work {
     /// ∂u/∂X.
     displacement: Matrices,
@@ -24,18 +24,18 @@ pub(crate) struct Work {
     gamma: AtPoints,
     /// V s μ.
     modulus: AtPoints,
-    /// Some γ is not 1.
+    /// Whether some γ is not 1.
     interpolated: bool,
-    /// V P (∂ξ/∂X)ᵀ as `[a][β]`: the forces of the corners but the first.
+    /// V P (∂ξ/∂X)ᵀ as `[a][β]`: the forces of all corners except the first.
     forces: Matrices,
     /// Changes of these under a displacement b of corner β + 1, as `[b][β]`.
     moduli: [[Matrices; 3]; 3],
 }
 
-/// Weights of the finite-strain part and of linear elasticity, at one element.
+/// Weights of the finite-strain part and of linear elasticity, for one element.
 type Weights = fn(f64) -> [f64; 2];
 
-/// In the force, and in its derivatives.
+/// Weights in the force, and in its derivatives.
 const OF_FORCE: Weights = |gamma| [gamma, 1.0 - gamma * gamma];
 const OF_TANGENT: Weights = |gamma| [gamma * gamma, 1.0 - gamma * gamma];
 
@@ -54,7 +54,7 @@ impl Work {
         }
     }
 
-    /// Evaluates the deformation at displacements `d`. Which elements are admissible is up to the caller.
+    /// Evaluates the deformation at displacements `d`. The caller checks which elements are admissible.
     #[inline(always)]
     fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, scalings: &[ElementScaling], d: &[f64], law: &impl Law) {
         self.modulus = [0.0; LANES];
@@ -86,7 +86,7 @@ impl Work {
         j >= f64::MIN_POSITIVE && j.is_finite()
     }
 
-    /// Forces of the corners of an element, that are no numbers where it is inverted.
+    /// Forces of the corners of an element; NaN if it is inverted.
     #[inline(always)]
     pub fn forces(&self, lane: usize) -> [[f64; 3]; 4] {
         let mut out = [[0.0; 3]; 4];
@@ -108,7 +108,7 @@ impl Work {
             for i in 1..4 {
                 for a in 0..3 {
                     for b in 0..3 {
-                        // of a symmetric tangent, one half is there
+                        // only one half of the symmetric tangent is stored
                         let entry = match a <= b {
                             true => self.moduli[b][k - 1][a][i - 1][lane],
                             false => self.moduli[a][i - 1][b][k - 1][lane],
@@ -158,7 +158,7 @@ impl Work {
         }
     }
 
-    /// Product of the tangent at displacements `d` with `direction`, in the place of the forces.
+    /// Product of the tangent at displacements `d` with `direction`, instead of the forces.
     #[inline(always)]
     pub fn tangent_product<S: Simd>(
         &mut self,
@@ -242,7 +242,7 @@ impl Work {
     }
 }
 
-/// What the derivative of the stresses needs beside the deformation.
+/// Additional data, besides the deformation, for the derivative of the stresses.
 struct Moduli {
     volumetric: AtPoints,
     volumetric_at_rest: AtPoints,
@@ -259,7 +259,7 @@ impl Moduli {
         }
     }
 
-    /// Change of V P under the change of ∂u/∂X, of the elements of register `v`.
+    /// Change of V P under a change of ∂u/∂X, for the elements of register `v`.
     #[inline(always)]
     fn stress_change<S: Simd>(&self, simd: S, law: &impl Law, work: &Work, change: &Matrix<S>, v: usize) -> Matrix<S> {
         let [finite, linear] = &self.weights;
@@ -274,7 +274,7 @@ impl Moduli {
 }
 
 /// λ · ∂f/∂φ of the elements, where `slopes` holds the derivatives of the scalings with respect to the densities; see
-/// [`crate::hex8::interpolated::pull_back`]. NaN of inverted elements.
+/// [`crate::hex8::interpolated::pull_back`]. NaN for inverted elements.
 ///
 /// Test: `interpolated_pull_back_matches_differences` (tests/assembly.rs).
 #[inline(always)]
@@ -327,7 +327,7 @@ fn pull_back_of<S: Simd>(
     out
 }
 
-/// ∂v_a/∂X_B of a nodal field; its value at the first corner is subtracted, so that a translation leaves no round-off.
+/// ∂v_a/∂X_B of a nodal field; its value at the first corner is subtracted, so that a translation causes no round-off.
 #[inline(always)]
 fn field_gradient<S: Simd>(simd: S, batch: &Batch, field: &[f64]) -> Matrices {
     let mut parent = ZERO;

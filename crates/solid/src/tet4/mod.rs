@@ -1,4 +1,4 @@
-//! Tet4 elements, eight at a time: internal force, tangent, energy, of any material.
+//! Tet4 elements, eight at a time: internal force, tangent, energy, for any material.
 //!
 //! The deformation gradient of a tetrahedron is constant, so one point integrates exactly, and every
 //! [formulation](crate::Formulation) is the same. The laws of [`crate::hex8`] work on eight points at once; here each
@@ -8,7 +8,7 @@
 //! F = 1 + Σ_β (d_β+1 − d_0) ⊗ ∂ξ_β/∂X,     f_β+1 = V P ∂ξ_β/∂X,     f_0 = −Σ_β f_β+1
 //! ```
 //!
-//! Energy interpolation as in the hexahedra, f = s [γ f(γd) + (1 − γ²) K(0) d], with s and γ of each element.
+//! Energy interpolation is the same as in hexahedra, f = s [γ f(γd) + (1 − γ²) K(0) d], with s and γ of each element.
 
 mod kernel;
 
@@ -19,7 +19,7 @@ use crate::law::{Material, determinant, small_strain_energy};
 use crate::registers::{AtPoints, POINTS};
 use slipstick_mesh::{Mesh, tet_volume};
 
-/// Elements of a batch.
+/// Maximum number of elements in a batch.
 pub(crate) const LANES: usize = POINTS;
 
 /// Up to eight elements of one section.
@@ -31,17 +31,18 @@ pub(crate) struct Batch {
     /// Volumes; 0 beyond the last element. \[L³\]
     pub volumes: AtPoints,
     pub nodes: [[u32; 4]; LANES],
-    /// The mesh's numbers of the elements; their count is that of the batch.
+    /// The mesh numbers of the elements; their number is the size of the batch.
     numbers: [u32; LANES],
     count: usize,
     pub section: usize,
 }
 
 impl Batch {
-    /// A batch of elements by their numbers and nodes; the numbers of those without a positive volume are the error.
+    /// A batch of elements, given by their numbers and nodes; the error contains the numbers of elements without a
+    /// positive volume.
     ///
     /// # Panics
-    /// With no element, or more than [`LANES`].
+    /// With no elements, or more than [`LANES`].
     pub fn new(mesh: &Mesh, elements: &[(u32, [u32; 4])], section: usize) -> Result<Self, Vec<u32>> {
         let mut out = Self {
             inverse: [[[0.0; LANES]; 3]; 3],
@@ -78,7 +79,7 @@ impl Batch {
         &self.numbers[..self.count]
     }
 
-    /// Displacement gradient of one element, relative to its first corner: a translation leaves no round-off.
+    /// Displacement gradient of one element, relative to its first corner: a translation causes no round-off.
     fn displacement_gradient(&self, lane: usize, d: &[f64]) -> [[f64; 3]; 3] {
         let at = |corner: usize, a: usize| d[3 * self.nodes[lane][corner] as usize + a];
         std::array::from_fn(|a| {
@@ -86,7 +87,7 @@ impl Batch {
         })
     }
 
-    /// Energy of one element; `None` if J ≤ 0, at γ d where the energy is interpolated. \[F L\]
+    /// Energy of one element; `None` if J ≤ 0, at γ d if the energy is interpolated. \[F L\]
     pub fn energy(&self, lane: usize, material: &Material, scaling: ElementScaling, d: &[f64]) -> Option<f64> {
         let ElementScaling { factor, gamma } = scaling.effective(material.small_strains());
         let h = self.displacement_gradient(lane, d);
@@ -101,7 +102,7 @@ impl Batch {
         Some(factor * self.volumes[lane] * energy)
     }
 
-    /// J of one element; −∞ where it is no number.
+    /// J of one element; −∞ if it is not a number.
     pub fn determinant(&self, lane: usize, d: &[f64]) -> f64 {
         let j = determinant(&plus_identity(&self.displacement_gradient(lane, d), 1.0));
         if j.is_nan() { f64::NEG_INFINITY } else { j }
@@ -118,7 +119,7 @@ mod tests {
     use super::*;
     use slipstick_mesh::{BoxShape, box_mesh};
 
-    /// Independent: J is the volume of the moved tetrahedron over that of the one at rest.
+    /// Independent check: J is the ratio of the volumes of the deformed and the undeformed tetrahedron.
     #[test]
     fn determinants_are_ratios_of_volumes() {
         let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.3, 0.7], elements: [1; 3], grading: [1.0; 3] };

@@ -1,13 +1,13 @@
-//! The problem that is measured: a half ball pressed into a plate and slid over it, in any size.
+//! The benchmark problem: a half-ball pressed into a plate and slid over it, in any size.
 
-/// Elements of the plate and of the half ball at the size that others are multiples of.
+/// Elements of the plate and of the half-ball at the base size; other sizes are multiples of it.
 const PLATE: [f64; 3] = [14.0, 3.0, 14.0];
 const BALL: [f64; 3] = [10.0, 2.0, 1.0];
 
-/// Steps of the whole path.
+/// Number of steps of the whole path.
 pub const STEPS: usize = 50;
 
-/// Element counts of plate and ball for about `elements` in all: all edges are divided in proportion.
+/// Element counts of plate and ball for about `elements` in total: all edges are divided proportionally.
 fn counts(elements: usize) -> [[usize; 3]; 2] {
     let [n, h, m] = BALL;
     let base = PLATE.iter().product::<f64>() + n * n * h + m * (n * n + 4.0 * n * h);
@@ -15,7 +15,8 @@ fn counts(elements: usize) -> [[usize; 3]; 2] {
     [PLATE, BALL].map(|edges| edges.map(|count| ((scale * count).round() as usize).max(1)))
 }
 
-/// The case file. Friction, multipliers, and a path on which nodes stick, slip, open and close from the third step on.
+/// The case file. It has friction, multipliers, and a path on which nodes stick, slip, open and close from the third
+/// step on.
 pub fn case(elements: usize, memory: &str) -> String {
     let [plate, ball] = counts(elements);
     format!(
@@ -56,7 +57,7 @@ memory = "{memory}"
 mod tests {
     use super::*;
 
-    /// The case is right, and as large as asked for, to the rounding of its divisions.
+    /// The case is valid and has the requested size, up to the rounding of its divisions.
     #[test]
     fn sizes_are_met() {
         for elements in [100, 1000, 3000, 9400, 90_000] {

@@ -1,10 +1,10 @@
-//! One measurement: a forward analysis and its gradient, with the time by phase.
+//! One measurement: a forward analysis and its gradient, with the time of each phase.
 
 use serde_json::{Value, json};
 use slipstick::analysis::{Analysis, AnalysisError};
 use slipstick::build::Problem;
-use slipstick_linalg::Ranks;
-use slipstick_path::{Silent, SolveCounts};
+use slipstick::linalg::Ranks;
+use slipstick::path::{Silent, SolveCounts};
 
 use super::half_ball;
 use crate::args::Bench;
@@ -13,10 +13,10 @@ use crate::failure::Failure;
 use crate::setup::{Setup, look, prepare};
 use crate::{Context, Outcome, clock, memory};
 
-/// Measures in this process, whose peak memory is then that of the analysis.
+/// Measures in this process, so that its peak memory is that of the analysis.
 ///
 /// # Errors
-/// As those of `solve` and `gradient`.
+/// Those of `solve` and `gradient`.
 pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     let (setup, mut problem) = problem(context, args)?;
     let density = setup.density(context, &problem, &args.design)?;
@@ -66,7 +66,7 @@ fn problem(context: &Context, args: &Bench) -> Outcome<(Setup, Problem)> {
     }
 }
 
-/// The result of some work, its time, its solves, and what this rank told others for it:
+/// The result of some work, its time, its solves, and the messages that this rank sent for it:
 /// `{ seconds, phases: { solid, … }, solves: { … }, calls, bytes_sent }`.
 fn timed<T>(
     analysis: &mut Analysis,
@@ -80,7 +80,7 @@ fn timed<T>(
     let spent = analysis.timings() - before;
     let result = result.map_err(|error| Failure::Check {
         message: format!("the analysis failed: {error}"),
-        cure: "measure a case that `slipstick gradient` gets through".into(),
+        cure: "use a case for which `slipstick gradient` succeeds".into(),
     })?;
     Ok((
         result,
@@ -91,7 +91,7 @@ fn timed<T>(
     ))
 }
 
-/// What was solved how, between two counts.
+/// The numbers of solves by kind between two counts.
 fn solves(before: SolveCounts, after: SolveCounts) -> Value {
     json!({
         "factorizations": after.factorizations - before.factorizations,

@@ -1,4 +1,4 @@
-//! `slipstick bench`: where the time goes, by size and number of threads.
+//! `slipstick bench`: time by phase, size and number of threads.
 
 mod half_ball;
 mod measure;
@@ -6,9 +6,9 @@ mod measure;
 use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
+use slipstick::path::Phase;
 use slipstick::run::Machine;
 use slipstick::words::counted;
-use slipstick_path::Phase;
 
 use super::bytes;
 use crate::args::Bench;
@@ -17,8 +17,8 @@ use crate::parallel::Parallel;
 use crate::table::lines;
 use crate::{Context, Outcome};
 
-/// Measures forward analysis and gradient of a case, or of the half ball on its plate in several sizes, each in a process
-/// of its own, and shows a table.
+/// Measures forward analysis and gradient of a case, or of the half-ball on its plate in several sizes, each in a
+/// separate process, and prints a table.
 ///
 /// # Errors
 /// [`Failure::Check`] if an analysis fails; [`Failure::Input`] if the program cannot start itself.
@@ -36,7 +36,7 @@ pub fn run(context: &Context, args: &Bench) -> Outcome {
     for size in sizes {
         for &threads in &args.threads {
             if context.interrupt.requested() {
-                return Err(Failure::Interrupted { message: "nothing is kept".into(), resume: None });
+                return Err(Failure::Interrupted { message: "no results are kept".into(), resume: None });
             }
             let mut measurement = child(args, size.map(usize::from), threads.get())?;
             if context.console.tells(1) {
@@ -54,7 +54,7 @@ pub fn run(context: &Context, args: &Bench) -> Outcome {
     Ok(())
 }
 
-/// Measures on the ranks of this process, once; the first tells what all of them found.
+/// Measures once, on all MPI ranks; the first rank reports the results of all.
 fn on_ranks(context: &Context, args: &Bench) -> Outcome {
     let own = measure::measure(context, args)?;
     let all = context.parallel.ranks().gather(own.to_string().as_bytes());
@@ -65,13 +65,13 @@ fn on_ranks(context: &Context, args: &Bench) -> Outcome {
         context.console.event("measurement", measurement);
     }
     let mut text = tables(&all[..1]);
-    text.push(format!("\non each rank, of {}", all.len()));
+    text.push(format!("\non each of {}", all.len()));
     text.extend(by_rank(&all));
     conclude(context, args, &all, &text);
     Ok(())
 }
 
-/// Tells the tables, and where they were measured.
+/// Prints the tables, and the machine on which they were measured.
 fn conclude(context: &Context, args: &Bench, all: &[Value], tables: &[String]) {
     let machine = Machine::this();
     context.console.event("result", json!({ "command": "bench", "machine": machine, "measurements": all.len() }));
@@ -88,11 +88,12 @@ fn conclude(context: &Context, args: &Bench, all: &[Value], tables: &[String]) {
     ));
 }
 
-/// A measurement in a process of its own.
+/// A measurement in a separate process.
 fn child(args: &Bench, size: Option<usize>, threads: usize) -> Outcome<Value> {
-    let failed = |message: String| Failure::Check { message, cure: "see what the analysis says above".into() };
-    let program = std::env::current_exe()
-        .map_err(|error| Failure::input(format!("cannot find the program itself: {error}"), "start it by its path"))?;
+    let failed = |message: String| Failure::Check { message, cure: "see the messages of the analysis above".into() };
+    let program = std::env::current_exe().map_err(|error| {
+        Failure::input(format!("cannot find the program file: {error}"), "start the program by its path")
+    })?;
     let mut command = Command::new(program);
     command.args(["bench", "--worker", "--quiet", "--threads", &threads.to_string()]);
     if let Some(case) = &args.case {
@@ -114,18 +115,17 @@ fn child(args: &Bench, size: Option<usize>, threads: usize) -> Outcome<Value> {
     if let Some(design) = &args.design.design {
         command.arg("--design").arg(design);
     }
-    let output = command
-        .stderr(Stdio::inherit())
-        .output()
-        .map_err(|error| Failure::input(format!("cannot start a process: {error}"), "free memory or processes"))?;
+    let output = command.stderr(Stdio::inherit()).output().map_err(|error| {
+        Failure::input(format!("cannot start a process: {error}"), "free some memory, or end other processes")
+    })?;
     if !output.status.success() {
         return Err(failed(format!("the measurement ended with {}", output.status)));
     }
     serde_json::from_slice(&output.stdout)
-        .map_err(|error| failed(format!("the measurement did not say what it found: {error}")))
+        .map_err(|error| failed(format!("the measurement printed no result: {error}")))
 }
 
-/// Name of the processor, where Linux tells.
+/// Name of the processor, if Linux provides it.
 fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
@@ -190,7 +190,7 @@ fn tables(all: &[Value]) -> Vec<String> {
     text
 }
 
-/// What each rank has and does of a measurement.
+/// The share of each rank in a measurement.
 fn by_rank(all: &[Value]) -> Vec<String> {
     let header = [
         "rank",
@@ -224,7 +224,7 @@ fn by_rank(all: &[Value]) -> Vec<String> {
     lines(&header, &rows)
 }
 
-/// Milliseconds by phase, of each of `per`.
+/// Milliseconds by phase, divided by the count `per`.
 fn by_phase(m: &Value, what: &str, per: &str) -> Vec<String> {
     let count = m[per].as_f64().unwrap_or(1.0).max(1.0);
     let spent = |phase: Phase| m[what]["phases"][phase.name()][0].as_f64().unwrap_or(0.0);
@@ -240,7 +240,7 @@ fn by_phase(m: &Value, what: &str, per: &str) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// Numbers by hand: 2 s forward in 4 iterations, 0.2 s gradient over 2 increments.
+    /// Computed by hand: 2 s forward in 4 iterations, 0.2 s gradient over 2 increments.
     #[test]
     fn tables_divide_by_what_they_say() {
         let spent = |seconds: f64| json!({ "seconds": seconds, "phases": { "solid": [0.1, 4], "factor": [0.06, 1] } });

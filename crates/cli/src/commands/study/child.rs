@@ -1,4 +1,4 @@
-//! A command in a process of its own.
+//! A command in a separate process.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -11,26 +11,28 @@ use crate::{Context, Outcome};
 
 /// How a command ended.
 pub struct Ended {
-    /// Its exit code; none where the system stopped it.
+    /// Its exit code; `None` if the system stopped it.
     pub code: Option<i32>,
-    /// What it told that is worth keeping: results and evaluations.
+    /// Its events that are kept: results and evaluations.
     pub events: Vec<Value>,
     /// Its error.
     pub error: Option<String>,
 }
 
-/// Runs the program itself with other arguments in `folder`, tells its iterations, and waits for its end.
+/// Runs this program with other arguments in `folder`, reports its iterations, and waits until it ends.
 ///
-/// Ctrl-C reaches the child too, which stops in its own time; one that goes on after a request to terminate, which only
-/// this process has got, is stopped at its next event: what is on disk is good at any time.
+/// Ctrl-C reaches the child too, which stops at its next opportunity. A request to terminate reaches only this process;
+/// it stops the child at the child's next event, since the files on disk are valid at any time.
 ///
 /// # Errors
 /// [`Failure::Input`] if no process can be started.
 pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> {
-    let program = std::env::current_exe()
-        .map_err(|error| Failure::input(format!("cannot find the program itself: {error}"), "start it by its path"))?;
-    let refused =
-        |error: std::io::Error| Failure::input(format!("cannot start a process: {error}"), "free memory or processes");
+    let program = std::env::current_exe().map_err(|error| {
+        Failure::input(format!("cannot find the program file: {error}"), "start the program by its path")
+    })?;
+    let refused = |error: std::io::Error| {
+        Failure::input(format!("cannot start a process: {error}"), "free some memory, or end other processes")
+    };
     let mut command = Command::new(program);
     command.args(line).arg("--json").stdout(Stdio::piped()).stderr(Stdio::null());
     if !folder.as_os_str().is_empty() {

@@ -1,4 +1,4 @@
-//! Numbers that are expected of runs, and their ratios.
+//! Expected numbers of runs, and expected ratios.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,58 +10,58 @@ use super::file::text;
 use crate::Outcome;
 use crate::failure::Failure;
 
-/// What stands in a file of expected numbers.
+/// Contents of a file of expected numbers.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expectations {
     /// A line for people.
     #[serde(rename = "about", default)]
     _about: String,
-    /// By run and quantity.
+    /// Expected numbers by run and quantity.
     #[serde(default)]
     pub runs: BTreeMap<String, BTreeMap<String, Expected>>,
-    /// Of one number to another.
+    /// Expected ratios of two numbers.
     #[serde(default)]
     pub ratios: Vec<Ratio>,
 }
 
-/// A number over another one.
+/// A ratio of two numbers.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ratio {
     /// Run and quantity.
     pub of: (String, String),
-    /// Run and quantity that it is divided by.
+    /// Run and quantity of the denominator.
     pub to: (String, String),
-    /// What it is to be.
+    /// The expected ratio.
     pub is: Expected,
 }
 
 impl Ratio {
-    /// How tables call it, beside the run that it is of: the other run is named where it is another.
+    /// Its name in tables next to the run of the numerator; the other run is named if it is different.
     pub fn name(&self) -> String {
         let [(run, quantity), (to_run, to)] = [&self.of, &self.to];
         if run == to_run { format!("{quantity} / {to}") } else { format!("{quantity} / {to} of {to_run}") }
     }
 }
 
-/// What a number is to be.
+/// The expected value of a number.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expected {
     /// The value.
     pub value: Option<f64>,
-    /// How far from it in proportion to it.
+    /// Allowed relative deviation.
     #[serde(default)]
     pub relative: f64,
-    /// How far from it.
+    /// Allowed absolute deviation.
     #[serde(default)]
     pub absolute: f64,
-    /// The most.
+    /// The largest allowed value.
     pub at_most: Option<f64>,
-    /// The least.
+    /// The smallest allowed value.
     pub at_least: Option<f64>,
-    /// Where that comes from.
+    /// The source of the expectation.
     pub source: String,
 }
 
@@ -84,7 +84,7 @@ impl fmt::Display for Expected {
         }
         parts.extend(self.at_least.map(|least| format!("at least {least}")));
         parts.extend(self.at_most.map(|most| format!("at most {most}")));
-        write!(f, "expected is {} ({})", parts.join(", "), self.source)
+        write!(f, "expected {} ({})", parts.join(", "), self.source)
     }
 }
 
@@ -92,9 +92,9 @@ impl Expectations {
     /// Reads a file of expected numbers.
     ///
     /// # Errors
-    /// [`Failure::Input`] for what cannot be read, and for an entry that says nothing.
+    /// [`Failure::Input`] if the file cannot be read, and for an entry without any expectation.
     pub fn read(path: &Path) -> Outcome<Self> {
-        let cure = "docs/examples.md says what stands in a file of expected numbers";
+        let cure = "docs/examples.md describes the file of expected numbers";
         let file: Self = serde_json::from_str(&text(path)?)
             .map_err(|error| Failure::input(format!("{}: {error}", path.display()), cure))?;
         let numbers =
@@ -102,13 +102,13 @@ impl Expectations {
         let ratios = file.ratios.iter().map(|ratio| (&ratio.of.0, ratio.name(), &ratio.is));
         let empty = |one: &Expected| one.value.is_none() && one.at_most.is_none() && one.at_least.is_none();
         if let Some((run, name, _)) = numbers.chain(ratios).find(|(.., one)| empty(one)) {
-            let message = format!("{}: {run}: {name} says neither value, nor at_most, nor at_least", path.display());
+            let message = format!("{}: {run}: {name} has none of value, at_most and at_least", path.display());
             return Err(Failure::input(message, cure));
         }
         Ok(file)
     }
 
-    /// The runs of which something is expected, each once.
+    /// The runs with expectations, each once.
     pub fn names(&self) -> Vec<&String> {
         let of_ratios = self.ratios.iter().flat_map(|ratio| [&ratio.of.0, &ratio.to.0]);
         let mut names: Vec<&String> = self.runs.keys().chain(of_ratios).collect();

@@ -1,4 +1,4 @@
-//! The list of runs, as typed and checked.
+//! Parses and checks the list of runs.
 
 use std::path::{Path, PathBuf};
 
@@ -14,21 +14,21 @@ use crate::failure::Failure;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
-    /// A line for people.
+    /// A title for the reader.
     #[serde(default)]
     pub title: String,
-    /// Values that are replaced in the case files of all runs.
+    /// Values to replace in the case files of all runs.
     #[serde(default)]
     pub set: Vec<String>,
-    /// A JSON file with the numbers that are expected, beside the study file.
+    /// A JSON file with expected numbers, next to the study file.
     pub expected: Option<PathBuf>,
-    /// The runs, in the order in which they are done.
+    /// The runs, in the order of execution.
     #[serde(default, rename = "run")]
     pub runs: Vec<Entry>,
     /// Pictures of the runs.
     #[serde(default, rename = "picture")]
     pub pictures: Vec<Picture>,
-    /// Histories of several runs in one frame.
+    /// Histories of several runs in one chart.
     #[serde(default, rename = "chart")]
     pub charts: Vec<Chart>,
 }
@@ -37,29 +37,29 @@ pub struct StudyFile {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
-    /// Its name, which is that of its directory too.
+    /// Its name, which is also the name of its directory.
     pub name: String,
-    /// What is done.
+    /// The command.
     pub command: Word,
     /// The case file, relative to the study file.
     pub case: PathBuf,
-    /// Values that are replaced in it, after those of the study.
+    /// Values to replace in it, after those of the study.
     #[serde(default)]
     pub set: Vec<String>,
-    /// The run before this one whose design is taken.
+    /// An earlier run whose design is used.
     pub design: Option<String>,
     /// Further options of the command.
     #[serde(default)]
     pub options: Vec<String>,
-    /// Directions along which the design is mirrored, to see how symmetric it is.
+    /// Directions along which the design is mirrored, to measure its symmetry.
     #[serde(default)]
     pub mirror: Vec<Axis>,
-    /// Axes about which the design is turned by half a turn, to see how symmetric it is.
+    /// Axes about which the design is rotated by half a turn, to measure its symmetry.
     #[serde(default)]
     pub half_turn: Vec<Axis>,
 }
 
-/// A command that leaves a directory of results.
+/// A command that writes a directory of results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Word {
@@ -101,7 +101,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// Its place among the coordinates.
+    /// Its index among the coordinates.
     pub fn number(self) -> usize {
         match self {
             Self::X => 0,
@@ -110,7 +110,7 @@ impl Axis {
         }
     }
 
-    /// As in the study file.
+    /// Its letter in the study file.
     pub fn letter(self) -> &'static str {
         ["x", "y", "z"][self.number()]
     }
@@ -129,7 +129,7 @@ pub struct Picture {
     pub options: Vec<String>,
 }
 
-/// The histories of optimizations in one frame.
+/// The histories of optimizations in one chart.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Chart {
@@ -137,34 +137,34 @@ pub struct Chart {
     pub of: Vec<String>,
     /// The PNG file, relative to the study file.
     pub file: PathBuf,
-    /// Text above.
+    /// Title of the chart.
     pub title: Option<String>,
     /// Further options of `render --history`.
     #[serde(default)]
     pub options: Vec<String>,
 }
 
-/// A study: its file, read and checked, and where it stands.
+/// A study: its file, read and checked, and the folder of the file.
 #[derive(Debug)]
 pub struct Study {
-    /// What is to be done.
+    /// The runs, pictures and charts.
     pub file: StudyFile,
-    /// The folder of the study file, in which everything is run.
+    /// The folder of the study file, in which all commands run.
     pub folder: PathBuf,
-    /// The name of the directory for results in that folder: the study file's, without `.toml`.
+    /// The name of the directory for results in that folder: the name of the study file without `.toml`.
     pub results: PathBuf,
     /// Expected numbers.
     pub expected: Expectations,
 }
 
 impl Study {
-    /// Reads a study file and checks all of it: nothing that can be told before is found out after hours.
+    /// Reads a study file and checks all of it, so that mistakes are not found after hours of computation.
     ///
     /// # Errors
-    /// [`Failure::Input`], with all that is wrong.
+    /// [`Failure::Input`], with all errors.
     pub fn read(path: &Path) -> Outcome<Self> {
         let file: StudyFile = toml::from_str(&text(path)?).map_err(|error| {
-            Failure::input(format!("{}: {error}", path.display()), "docs/examples.md says what stands in a study file")
+            Failure::input(format!("{}: {error}", path.display()), "docs/examples.md describes study files")
         })?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let stem = path.file_stem().unwrap_or_default();
@@ -179,7 +179,7 @@ impl Study {
             return Ok(study);
         }
         let all = wrong.iter().map(|one| format!("{}: {one}", path.display())).collect::<Vec<_>>().join("\n       ");
-        Err(Failure::input(all, "docs/examples.md says what stands in a study file"))
+        Err(Failure::input(all, "docs/examples.md describes study files"))
     }
 
     /// The command line of a run, in the study's folder.
@@ -214,7 +214,7 @@ impl Study {
         line
     }
 
-    /// All that is wrong.
+    /// All errors.
     fn wrong(&self) -> Vec<String> {
         let mut wrong = Vec::new();
         let runs = &self.file.runs;
@@ -225,14 +225,14 @@ impl Study {
             let name = &run.name;
             let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || !name.chars().all(good) {
-                wrong.push(format!("run `{name}`: a name is letters, digits, `_` and `-`"));
+                wrong.push(format!("run `{name}`: a name consists of letters, digits, `_` and `-`"));
             }
             if runs[..number].iter().any(|other| other.name == *name) {
-                wrong.push(format!("run `{name}`: there are two of that name"));
+                wrong.push(format!("run `{name}`: there are two runs with this name"));
             }
             if let Some(design) = run.design.as_ref().filter(|&d| !runs[..number].iter().any(|other| other.name == *d))
             {
-                wrong.push(format!("run `{name}`: no run before it is called `{design}`"));
+                wrong.push(format!("run `{name}`: no earlier run is called `{design}`"));
             }
             if !self.folder.join(&run.case).is_file() {
                 wrong.push(format!("run `{name}`: there is no file {}", self.folder.join(&run.case).display()));
@@ -255,24 +255,24 @@ impl Study {
             );
         }
         for name in self.expected.names().into_iter().filter(|&name| !runs.iter().any(|run| run.name == *name)) {
-            wrong.push(format!("numbers are expected of `{name}`, but no run is called so"));
+            wrong.push(format!("there are expected numbers for `{name}`, but no run with this name"));
         }
         wrong
     }
 
-    /// What is wrong with a chart.
+    /// Errors in a chart.
     fn wrong_chart(&self, chart: &Chart) -> Vec<String> {
         let mut wrong = Vec::new();
         if chart.of.is_empty() {
-            wrong.push("`of` names no run".into());
+            wrong.push("`of` lists no run".into());
         }
         for (number, name) in chart.of.iter().enumerate() {
             match self.file.runs.iter().find(|run| run.name == *name) {
                 None => wrong.push(format!("no run is called `{name}`")),
                 Some(run) if run.command != Word::Optimize => {
-                    wrong.push(format!("run `{name}` is no optimization and has no history"));
+                    wrong.push(format!("run `{name}` is not an optimization and has no history"));
                 }
-                Some(_) if chart.of[..number].contains(name) => wrong.push(format!("run `{name}` is named twice")),
+                Some(_) if chart.of[..number].contains(name) => wrong.push(format!("run `{name}` is listed twice")),
                 Some(_) => {}
             }
         }
@@ -283,7 +283,7 @@ impl Study {
     }
 }
 
-/// What is wrong with a command line, in one line.
+/// The error in a command line, on one line.
 fn command_line(words: &[String]) -> Result<(), String> {
     let line = std::iter::once("slipstick").chain(words.iter().map(String::as_str));
     let wrong = |error: clap::Error| {

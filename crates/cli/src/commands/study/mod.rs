@@ -1,7 +1,7 @@
-//! `slipstick study`: all runs of a list, each in a process and a directory of its own.
+//! `slipstick study`: runs every entry of a list, each in a separate process and directory.
 //!
-//! A run that is done is not done again, unless its case file, its command line or the design that it takes has changed;
-//! an optimization that was interrupted is resumed. Beside the directory `NAME` of a run stands its record `NAME.json`.
+//! A finished run is not repeated unless its case file, its command line or the design that it uses has changed; an
+//! interrupted optimization is resumed. The record `NAME.json` of a run is next to its directory `NAME`.
 
 mod child;
 mod expected;
@@ -30,30 +30,30 @@ use crate::{Context, Outcome};
 /// The numbers of a run by the names of the quantities.
 pub(super) type Numbers = BTreeMap<String, f64>;
 
-/// What is known of a run, `NAME.json`.
+/// The record of a run, `NAME.json`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Record {
-    /// Hash of all that the run depends on.
+    /// Hash of all inputs of the run.
     inputs: String,
-    /// Whether it is done.
+    /// Whether it is finished.
     finished: bool,
-    /// What it found.
+    /// Its results.
     numbers: Numbers,
-    /// How long it took, over all its parts [s].
+    /// Its duration, summed over all its parts [s].
     seconds: f64,
 }
 
-/// Does the runs of a study, draws its pictures, writes its tables.
+/// Executes the runs of a study, draws its pictures, writes its tables.
 ///
 /// # Errors
-/// [`Failure::Input`] for what is wrong with the study file; [`Failure::Check`] at the end if runs failed or numbers are
-/// not as expected; [`Failure::Interrupted`].
+/// [`Failure::Input`] for errors in the study file; [`Failure::Check`] at the end if runs failed or numbers are not as
+/// expected; [`Failure::Interrupted`].
 pub fn run(context: &Context, args: &Study) -> Outcome {
     let plan = Plan::read(&args.study)?;
     let names = plan.file.runs.iter().map(|run| run.name.as_str());
     if let Some(unknown) = args.only.iter().find(|only| !names.clone().any(|name| name == *only)) {
         let known = names.collect::<Vec<_>>().join(", ");
-        return Err(Failure::input(format!("no run is called `{unknown}`"), format!("there are: {known}")));
+        return Err(Failure::input(format!("no run is called `{unknown}`"), format!("available: {known}")));
     }
     let asked = |name: &str| args.only.is_empty() || args.only.iter().any(|only| only == name);
     if args.plan {
@@ -73,7 +73,7 @@ pub fn run(context: &Context, args: &Study) -> Outcome {
             return Err(interrupted(&args.study));
         }
         if let Some(design) = run.design.as_ref().filter(|design| failed.contains(design)) {
-            context.console.warning(&format!("{}: left out, because {design} failed", run.name));
+            context.console.warning(&format!("{}: skipped, because {design} failed", run.name));
             failed.push(run.name.clone());
         } else if !perform(context, &plan, run, &args.study)? {
             failed.push(run.name.clone());
@@ -102,10 +102,10 @@ pub fn run(context: &Context, args: &Study) -> Outcome {
         faults.push(format!("{} {} not as expected", counted(off, "number"), if off == 1 { "is" } else { "are" }));
     }
     let message = faults.join("; ");
-    Err(Failure::Check { message, cure: "what is done stays; the same command goes on with the rest".into() })
+    Err(Failure::Check { message, cure: "finished runs are kept; the same command continues with the rest".into() })
 }
 
-/// A command line as a shell takes it.
+/// A command line, quoted for a shell.
 fn quoted(line: &[String]) -> String {
     let bare = |c: char| c.is_ascii_alphanumeric() || "-_./,=:".contains(c);
     let word = |word: &String| match word.chars().all(bare) {
@@ -116,15 +116,15 @@ fn quoted(line: &[String]) -> String {
 }
 
 fn interrupted(study: &Path) -> Failure {
-    let message = format!("what is done stays; go on with: slipstick study {}", study.display());
+    let message = format!("finished runs are kept; continue with: slipstick study {}", study.display());
     Failure::Interrupted { message, resume: None }
 }
 
-/// Does a run, if it is not done; says whether it is done now.
+/// Executes a run unless it is finished; returns whether it is finished now.
 fn perform(context: &Context, plan: &Plan, run: &Entry, study: &Path) -> Outcome<bool> {
     let before = current(plan, run);
     if before.as_ref().is_some_and(|record| record.finished) {
-        context.console.text(&format!("{}: done before", run.name));
+        context.console.text(&format!("{}: already finished", run.name));
         return Ok(true);
     }
     let directory = plan.results.join(&run.name);
@@ -155,7 +155,7 @@ fn perform(context: &Context, plan: &Plan, run: &Entry, study: &Path) -> Outcome
     Ok(record.finished)
 }
 
-/// Hash of all that a run depends on: its command line, the text of its case file, the design that it takes.
+/// Hash of all inputs of a run: its command line, the text of its case file, the design that it uses.
 fn inputs(plan: &Plan, run: &Entry) -> String {
     let text = |path: PathBuf| std::fs::read_to_string(path).unwrap_or_default();
     let case = text(plan.folder.join(&run.case));
@@ -167,7 +167,7 @@ fn record_file(plan: &Plan, run: &Entry) -> PathBuf {
     plan.folder.join(&plan.results).join(format!("{}.json", run.name))
 }
 
-/// The record of a run, if there is one and it is of the same inputs.
+/// The record of a run, if it exists and has the same inputs.
 fn current(plan: &Plan, run: &Entry) -> Option<Record> {
     let text = std::fs::read_to_string(record_file(plan, run)).ok()?;
     let record: Record = serde_json::from_str(&text).ok()?;
@@ -179,7 +179,8 @@ fn write(plan: &Plan, run: &Entry, record: &Record) -> Outcome {
     Ok(write_atomically(&record_file(plan, run), |writer| writeln!(writer, "{text}"))?)
 }
 
-/// What a run found: from its events and, of an optimization, from its history, which is whole after a resumption too.
+/// The results of a run: from its events and, for an optimization, from its history, which is complete even after a
+/// resumption.
 fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
     let directory = plan.folder.join(&plan.results).join(&run.name);
     let mut numbers = Numbers::new();
@@ -228,7 +229,7 @@ fn history(path: &Path) -> Vec<(String, f64)> {
     found
 }
 
-/// Asymmetries of the design of a run, as far as its mesh is symmetric.
+/// Asymmetries of the design of a run, for those symmetries that its mesh has.
 fn asymmetries(plan: &Plan, run: &Entry) -> Numbers {
     let mirrors = run.mirror.iter().map(|axis| (format!("asymmetry {}", axis.letter()), Image::Mirror(axis.number())));
     let turns = run.half_turn.iter();

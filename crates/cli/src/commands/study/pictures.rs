@@ -7,10 +7,10 @@ use super::file::Study as Plan;
 use crate::failure::Failure;
 use crate::{Context, Outcome};
 
-/// Draws the pictures of runs that are done, and the charts whose runs are all done; of `asked` ones.
+/// Draws the pictures of finished runs, and the charts whose runs are all finished, for the runs in `asked`.
 ///
 /// # Errors
-/// [`Failure::Input`] if a folder cannot be made or no process be started.
+/// [`Failure::Input`] if a folder cannot be made or a process cannot be started.
 pub fn draw(context: &Context, plan: &Plan, done: &[&str], asked: &dyn Fn(&str) -> bool) -> Outcome {
     for picture in &plan.file.pictures {
         if asked(&picture.of) && done.contains(&picture.of.as_str()) {
@@ -25,7 +25,7 @@ pub fn draw(context: &Context, plan: &Plan, done: &[&str], asked: &dyn Fn(&str) 
     Ok(())
 }
 
-/// Draws into a file, relative to the study's folder.
+/// Draws to a file, relative to the study's folder.
 fn one(context: &Context, plan: &Plan, file: &Path, line: &[String]) -> Outcome {
     if let Some(folder) = plan.folder.join(file).parent() {
         std::fs::create_dir_all(folder).map_err(|error| {

@@ -1,4 +1,4 @@
-//! The numbers of a study as tables.
+//! Writes the numbers of a study as tables.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,8 +13,8 @@ use super::file::{Entry, Study as Plan, Word};
 use crate::table::lines;
 use crate::{Context, Outcome};
 
-/// Writes `numbers.csv`, a row per number, and `tables.md`, for people, into the directory of the results, and compares
-/// with what is expected; says how many numbers are not.
+/// Writes `numbers.csv`, with one row per number, and `tables.md`, for people, to the directory of the results, and
+/// compares the numbers with the expected ones; returns how many do not match.
 ///
 /// # Errors
 /// [`crate::failure::Failure::Input`] if files cannot be written.
@@ -59,7 +59,7 @@ pub fn write(context: &Context, plan: &Plan, results: &Path, found: &[(&Entry, N
     Ok(off.len())
 }
 
-/// The ratios of which something is expected, as far as both of their runs are done; NaN where a number is missing.
+/// The expected ratios whose two runs are both finished; NaN if a number is missing.
 fn ratios<'a>(plan: &'a Plan, found: &[(&Entry, Numbers, f64)]) -> Vec<(&'a Ratio, f64)> {
     let number = |(run, quantity): &(String, String)| {
         let (_, numbers, _) = found.iter().find(|(one, ..)| one.name == *run)?;
@@ -69,7 +69,7 @@ fn ratios<'a>(plan: &'a Plan, found: &[(&Entry, Numbers, f64)]) -> Vec<(&'a Rati
     plan.expected.ratios.iter().filter_map(one).collect()
 }
 
-/// Runs that are not evaluations, a row each.
+/// Runs that are not evaluations, one row each.
 fn optimizations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<String> {
     let runs: Vec<_> = found.iter().filter(|(run, ..)| run.command != Word::Evaluate).collect();
     let all = runs.iter().flat_map(|(_, numbers, _)| numbers.keys().map(String::as_str));
@@ -89,8 +89,8 @@ fn optimizations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<Str
     table(context, &header, &rows.collect::<Vec<_>>())
 }
 
-/// Designs under other coefficients of friction: a row per coefficient, a column per design; then the same over the
-/// volume fraction of each design. Paper: Table 1.
+/// Designs under different coefficients of friction: one row per coefficient, one column per design; then the same
+/// divided by the volume fraction of each design. Paper: Table 1.
 fn evaluations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<String> {
     let runs: Vec<_> = found.iter().filter(|(run, ..)| run.command == Word::Evaluate).collect();
     let mut text = Vec::new();
@@ -116,7 +116,7 @@ fn evaluations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<Strin
     text
 }
 
-/// A table in Markdown, told to the user as well; none without rows.
+/// A Markdown table, which is also printed; `None` without rows.
 fn table(context: &Context, header: &[&str], rows: &[Vec<String>]) -> Vec<String> {
     if rows.is_empty() {
         return Vec::new();

@@ -1,10 +1,10 @@
-//! MMA steps against another solution of the same subproblem.
+//! Compares MMA steps with another solution of the same subproblem.
 
 use super::large::springs;
 use super::*;
 
-/// The asymptotes and the approximation of the notes, written out once more, for one constraint: the minimiser of the
-/// Lagrangian for given λ in closed form, and λ by bisection on the approximated constraint.
+/// The asymptotes and the approximation of the notes, implemented independently for one constraint: the minimiser of
+/// the Lagrangian for given λ in closed form, and λ by bisection on the approximated constraint.
 struct Dual {
     low: Vec<f64>,
     upp: Vec<f64>,
@@ -33,7 +33,7 @@ impl Dual {
         self.history.push(x.to_vec());
     }
 
-    fn step(&mut self, x: &[f64], bounds: (f64, f64), functions: &Functions) -> (Vec<f64>, f64) {
+    fn step(&mut self, x: &[f64], bounds: (f64, f64), functions: &Evaluated) -> (Vec<f64>, f64) {
         let range = bounds.1 - bounds.0;
         self.move_asymptotes(x, range);
         let (low, upp) = (&self.low, &self.upp);
@@ -65,9 +65,9 @@ impl Dual {
 }
 
 /// Functions, start and bounds.
-type Problem<'a> = (&'a dyn Fn(&[f64]) -> Functions, Vec<f64>, (f64, f64));
+type Problem<'a> = (&'a dyn Fn(&[f64]) -> Evaluated, Vec<f64>, (f64, f64));
 
-/// Each of the first steps against bisection of the dual, all from the same designs.
+/// Compares each of the first steps with bisection of the dual, from the same designs.
 #[test]
 fn steps_agree_with_bisection_of_the_dual() {
     let (springs, _) = springs(300);
@@ -79,12 +79,16 @@ fn steps_agree_with_bisection_of_the_dual() {
         let mut x = start;
         for _ in 0..12 {
             let mut values = functions(&x);
-            // No multiplier near the price c = 1000 of a violation, which the dual does not know.
+            // No multiplier is close to the penalty c = 1000 of a violation, which the dual does not include.
             let size = values.1.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
             values.1.iter_mut().for_each(|value| *value /= size);
             let bound_vectors = (vec![bounds.0; n], vec![bounds.1; n]);
             let step = mma
-                .update(&x, &bound_vectors.0, &bound_vectors.1, values.0 / size, &values.1, &values.2, &values.3)
+                .update(
+                    &x,
+                    [&bound_vectors.0, &bound_vectors.1],
+                    &Functions::new(values.0 / size, &values.1, &values.2, &values.3),
+                )
                 .unwrap();
             let (expected, lambda) = dual.step(&x, bounds, &values);
             for j in 0..n {

@@ -2,13 +2,16 @@
 
 use super::*;
 
-/// A history written as JSON and read back gives the same bits as one that was kept.
+/// A history that is written as JSON and read back gives the same bits as one that stays in memory.
 #[test]
 fn resumes_bit_for_bit() {
     let (lower, upper) = ([1.0; 5], [10.0; 5]);
     let advance = |mma: &mut Mma, x: &mut Vec<f64>| {
         let (value, gradient, constraints, constraint_gradients) = cantilever(x);
-        *x = mma.update(x, &lower, &upper, value, &gradient, &constraints, &constraint_gradients).unwrap().x;
+        *x = mma
+            .update(x, [&lower, &upper], &Functions::new(value, &gradient, &constraints, &constraint_gradients))
+            .unwrap()
+            .x;
     };
     let mut kept = Mma::new(5, 1, MmaParameters::default());
     let mut x = vec![5.0; 5];
@@ -35,31 +38,34 @@ fn bad_input_is_named_and_leaves_the_history() {
     let (x, lower, upper) = ([0.5; 2], [0.0; 2], [1.0; 2]);
     let good = vec![vec![1.0; 2]];
     let nan = f64::NAN;
-    let error = mma.update(&x, &lower, &upper, nan, &[1.0; 2], &[0.0], &good).unwrap_err();
+    let error = mma.update(&x, [&lower, &upper], &Functions::new(nan, &[1.0; 2], &[0.0], &good)).unwrap_err();
     assert!(not_finite(&error, "objective", 0));
-    let error = mma.update(&x, &lower, &upper, 1.0, &[1.0, f64::INFINITY], &[0.0], &good).unwrap_err();
+    let error =
+        mma.update(&x, [&lower, &upper], &Functions::new(1.0, &[1.0, f64::INFINITY], &[0.0], &good)).unwrap_err();
     assert!(not_finite(&error, "objective gradient", 1));
-    let error = mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[nan], &good).unwrap_err();
+    let error = mma.update(&x, [&lower, &upper], &Functions::new(1.0, &[1.0; 2], &[nan], &good)).unwrap_err();
     assert!(not_finite(&error, "constraint values", 0));
-    let error = mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &[vec![0.0, nan]]).unwrap_err();
+    let error =
+        mma.update(&x, [&lower, &upper], &Functions::new(1.0, &[1.0; 2], &[0.0], &[vec![0.0, nan]])).unwrap_err();
     assert!(not_finite(&error, "gradient of constraint 0", 1));
-    let error = mma.update(&[0.5, nan], &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good).unwrap_err();
+    let error = mma.update(&[0.5, nan], [&lower, &upper], &Functions::new(1.0, &[1.0; 2], &[0.0], &good)).unwrap_err();
     assert!(not_finite(&error, "design", 1));
-    let error = mma.update(&[0.5, 1.5], &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good).unwrap_err();
+    let error = mma.update(&[0.5, 1.5], [&lower, &upper], &Functions::new(1.0, &[1.0; 2], &[0.0], &good)).unwrap_err();
     assert_eq!(error, MmaError::Bounds { index: 1, value: 1.5, lower: 0.0, upper: 1.0 });
-    let error = mma.update(&x, &upper, &lower, 1.0, &[1.0; 2], &[0.0], &good).unwrap_err();
+    let error = mma.update(&x, [&upper, &lower], &Functions::new(1.0, &[1.0; 2], &[0.0], &good)).unwrap_err();
     assert!(matches!(error, MmaError::Bounds { index: 0, .. }));
-    let error = mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &[]).unwrap_err();
+    let error = mma.update(&x, [&lower, &upper], &Functions::new(1.0, &[1.0; 2], &[0.0], &[])).unwrap_err();
     assert!(matches!(error, MmaError::Length { expected: 1, found: 0, .. }));
     assert_eq!(mma, fresh);
-    assert!(mma.update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good).is_ok());
+    assert!(mma.update(&x, [&lower, &upper], &Functions::new(1.0, &[1.0; 2], &[0.0], &good)).is_ok());
 
     let wrong = MmaParameters { asydecr: 1.5, ..MmaParameters::default() };
-    let error = Mma::new(2, 1, wrong).update(&x, &lower, &upper, 1.0, &[1.0; 2], &[0.0], &good).unwrap_err();
+    let error =
+        Mma::new(2, 1, wrong).update(&x, [&lower, &upper], &Functions::new(1.0, &[1.0; 2], &[0.0], &good)).unwrap_err();
     assert!(matches!(error, MmaError::Parameter { name: "asydecr", .. }));
 }
 
-/// A memory that was read back and is not whole is named; it neither panics nor steps.
+/// An incomplete history that was read back is reported; it causes neither a panic nor a step.
 #[test]
 fn a_damaged_memory_is_named() {
     let (lower, upper) = ([1.0; 5], [10.0; 5]);
@@ -68,7 +74,7 @@ fn a_damaged_memory_is_named() {
     for _ in 0..3 {
         assert_eq!(mma.check(5, 1), Ok(()));
         let (value, gradient, constraints, slopes) = cantilever(&x);
-        x = mma.update(&x, &lower, &upper, value, &gradient, &constraints, &slopes).unwrap().x;
+        x = mma.update(&x, [&lower, &upper], &Functions::new(value, &gradient, &constraints, &slopes)).unwrap().x;
     }
     assert!(matches!(mma.check(4, 1), Err(MmaError::Length { expected: 4, found: 5, .. })));
     assert!(matches!(mma.check(5, 2), Err(MmaError::Length { expected: 2, found: 1, .. })));
@@ -89,12 +95,12 @@ fn a_damaged_memory_is_named() {
         let error = damaged.check(5, 1).unwrap_err();
         assert!(error.to_string().contains(expected), "{expected}: {error}");
         let (value, gradient, constraints, slopes) = cantilever(&x);
-        let step = damaged.update(&x, &lower, &upper, value, &gradient, &constraints, &slopes);
+        let step = damaged.update(&x, [&lower, &upper], &Functions::new(value, &gradient, &constraints, &slopes));
         assert_eq!(step.unwrap_err(), error);
     }
 }
 
-/// Derivatives from 1e-12 to 1e12 either give a step or say that scaling is needed.
+/// Derivatives from 1e-12 to 1e12 either give a step or an error that asks for scaling.
 #[test]
 fn extreme_scales() {
     for exponent in [-300, -12, -6, 6, 12, 200] {
@@ -102,14 +108,14 @@ fn extreme_scales() {
         let mut mma = Mma::new(3, 1, MmaParameters::default());
         let gradients = [vec![1.0, 0.5, 0.2]];
         let gradient = [size, -size, 0.0];
-        match mma.update(&[0.5; 3], &[0.0; 3], &[1.0; 3], size, &gradient, &[0.1], &gradients) {
+        match mma.update(&[0.5; 3], [&[0.0; 3], &[1.0; 3]], &Functions::new(size, &gradient, &[0.1], &gradients)) {
             Ok(step) => assert!(step.x.iter().all(|x| (0.0..=1.0).contains(x))),
             Err(error) => assert!(matches!(error, MmaError::Subproblem { .. }) && exponent > 6, "{exponent}: {error}"),
         }
     }
 }
 
-/// Where few floating-point numbers lie between the bounds, the result is still one of them.
+/// If only a few floating-point numbers lie between the bounds, the result is still one of them.
 #[test]
 fn narrow_bounds_far_from_zero() {
     for range in [1e-3, 1e-6, 1e-9, 2e-10] {
@@ -118,7 +124,7 @@ fn narrow_bounds_far_from_zero() {
         let mut x = vec![1e6 + 0.5 * range];
         for _ in 0..10 {
             let (value, slope) = ((x[0] - 1e6) / range, [1.0 / range]);
-            let step = mma.update(&x, &lower, &upper, value, &slope, &[-1.0], &[vec![0.0]]).unwrap();
+            let step = mma.update(&x, [&lower, &upper], &Functions::new(value, &slope, &[-1.0], &[vec![0.0]])).unwrap();
             assert!(lower[0] <= step.x[0] && step.x[0] <= x[0]);
             x = step.x;
         }

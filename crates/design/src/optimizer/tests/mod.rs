@@ -1,4 +1,4 @@
-//! MMA against published results, and the problems that the other tests share.
+//! Compares MMA with published results; also contains problems that the other tests share.
 
 mod dual;
 mod input;
@@ -7,14 +7,14 @@ mod random;
 mod special;
 
 use super::*;
-use crate::thread_ranks::on_ranks;
-use slipstick_linalg::{Alone, Ranks};
+use slipstick_ranks::threads::on_ranks;
+use slipstick_ranks::{Alone, Ranks};
 
 /// Value and gradient of the objective, values and gradients of the constraints.
-type Functions = (f64, Vec<f64>, Vec<f64>, Vec<Vec<f64>>);
+type Evaluated = (f64, Vec<f64>, Vec<f64>, Vec<Vec<f64>>);
 
 /// Svanberg's first example: the point of two overlapping balls that is nearest to the origin.
-fn two_balls(x: &[f64]) -> Functions {
+fn two_balls(x: &[f64]) -> Evaluated {
     let centres = [[5.0, 2.0, 1.0], [3.0, 4.0, 3.0]];
     let squared = |c: [f64; 3]| (0..3).map(|j| (x[j] - c[j]).powi(2)).sum::<f64>();
     let gradient = |c: [f64; 3]| (0..3).map(|j| 2.0 * (x[j] - c[j])).collect();
@@ -22,7 +22,7 @@ fn two_balls(x: &[f64]) -> Functions {
 }
 
 /// Svanberg's cantilever of five hollow beams: weight subject to a tip displacement.
-fn cantilever(x: &[f64]) -> Functions {
+fn cantilever(x: &[f64]) -> Evaluated {
     let coefficients = [61.0, 37.0, 19.0, 7.0, 1.0];
     let displacement = (0..5).map(|j| coefficients[j] / x[j].powi(3)).sum::<f64>() - 1.0;
     let gradient = (0..5).map(|j| -3.0 * coefficients[j] / x[j].powi(4)).collect();
@@ -35,7 +35,7 @@ struct Run {
 }
 
 fn run(
-    functions: impl Fn(&[f64]) -> Functions,
+    functions: impl Fn(&[f64]) -> Evaluated,
     start: &[f64],
     bounds: (f64, f64),
     parameters: MmaParameters,
@@ -48,15 +48,17 @@ fn run(
     let mut last = None;
     for _ in 0..steps {
         let (value, gradient, constraints, constraint_gradients) = functions(&x);
-        let step = mma.update(&x, &lower, &upper, value, &gradient, &constraints, &constraint_gradients).unwrap();
+        let step = mma
+            .update(&x, [&lower, &upper], &Functions::new(value, &gradient, &constraints, &constraint_gradients))
+            .unwrap();
         x = step.x.clone();
         last = Some(step);
     }
     Run { x, last: last.unwrap() }
 }
 
-/// Five variables and one constraint on one to seven ranks, of which some have no variable: the same up to the order of sums,
-/// and the same on all of them bit for bit.
+/// Five variables and one constraint on one to seven ranks, some of which have no variables: the results agree up to
+/// the order of sums, and are the same on all ranks bit for bit.
 #[test]
 fn ranks_update_as_one_does() {
     let steps = |ranks: &dyn Ranks| {
@@ -65,7 +67,7 @@ fn ranks_update_as_one_does() {
         let mut last = None;
         for _ in 0..8 {
             let (f, df, g, dg) = cantilever(&x);
-            let step = mma.update_on(&x, &[1.0; 5], &[10.0; 5], f, &df, &g, &dg, ranks).unwrap();
+            let step = mma.update_on(&x, [&[1.0; 5], &[10.0; 5]], &Functions::new(f, &df, &g, &dg), ranks).unwrap();
             x = step.x.clone();
             last = Some(step);
         }

@@ -14,7 +14,7 @@ struct RandomProblem {
 }
 
 impl RandomProblem {
-    fn functions(&self, x: &[f64]) -> Functions {
+    fn functions(&self, x: &[f64]) -> Evaluated {
         let n = x.len();
         let value = (0..n).map(|j| self.weight[j] * (x[j] - self.target[j]).powi(2)).sum();
         let gradient = (0..n).map(|j| 2.0 * self.weight[j] * (x[j] - self.target[j])).collect();
@@ -56,7 +56,7 @@ proptest! {
         let mut x = vec![0.4; n];
         for _ in 0..12 {
             let (value, gradient, constraints, rows) = problem.functions(&x);
-            let step = mma.update(&x, &vec![0.0; n], &vec![1.0; n], value, &gradient, &constraints, &rows).unwrap();
+            let step = mma.update(&x, [&vec![0.0; n], &vec![1.0; n]], &Functions::new(value, &gradient, &constraints, &rows)).unwrap();
             let (low, upp) = mma.asymptotes();
             for j in 0..n {
                 prop_assert!((0.0..=1.0).contains(&step.x[j]));
@@ -82,8 +82,9 @@ proptest! {
         }
     }
 
-    /// Strictly convex and without constraints: the optimum is the target, moved into the bounds. Without a constraint
-    /// to pin it, an interior optimum is met to the smallest distance of the asymptotes, 0.01.
+    /// Strictly convex and without constraints: the optimum is the target, projected onto the bounds. Without a
+    /// constraint that determines it, an interior optimum is reached up to the smallest distance of the asymptotes,
+    /// 0.01.
     #[test]
     fn finds_the_projected_target(target in prop::collection::vec(-0.5..1.5_f64, 1..8)) {
         let n = target.len();

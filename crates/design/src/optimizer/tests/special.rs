@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Both residuals fall with the distance from the optimum, and the check of the notes sees a wrong design.
+/// Both residuals decrease with the distance from the optimum, and the check of the notes detects a wrong design.
 #[test]
 fn kkt_residual_vanishes_at_the_optimum_only() {
     let parameters = tight();
@@ -10,7 +10,13 @@ fn kkt_residual_vanishes_at_the_optimum_only() {
         let result = run(two_balls, &[4.0, 3.0, 2.0], (0.0, 5.0), parameters, steps);
         let (_, gradient, constraints, constraint_gradients) = two_balls(&result.x);
         let (lower, upper) = ([0.0; 3], [5.0; 3]);
-        kkt_residual(&parameters, &result.last, &lower, &upper, &gradient, &constraints, &constraint_gradients).unwrap()
+        kkt_residual(
+            &parameters,
+            &result.last,
+            [&lower, &upper],
+            &Functions::new(0.0, &gradient, &constraints, &constraint_gradients),
+        )
+        .unwrap()
     };
     let residuals = [1, 8, 30].map(|steps| residual_after(steps).norm);
     assert!(residuals[0] > 1e-1 && residuals[1] < 0.1 * residuals[0] && residuals[2] < 1e-8, "{residuals:?}");
@@ -19,7 +25,7 @@ fn kkt_residual_vanishes_at_the_optimum_only() {
 /// Without constraints and with an optimum at the bounds: min Σ (−1)ʲ x_j.
 #[test]
 fn no_constraints_and_optimum_at_the_bounds() {
-    let functions = |x: &[f64]| -> Functions {
+    let functions = |x: &[f64]| -> Evaluated {
         let gradient = vec![1.0, -1.0, 1.0, -1.0];
         (x.iter().zip(&gradient).map(|(x, g)| x * g).sum(), gradient, vec![], vec![])
     };
@@ -30,32 +36,32 @@ fn no_constraints_and_optimum_at_the_bounds() {
     assert!(result.last.kkt_residual.max < 1e-7);
 }
 
-/// An infeasible problem is solved elastically: `y` shows the violation, λ its price `c + d y`.
+/// An infeasible problem is solved elastically: `y` is the violation, λ its penalty `c + d y`.
 #[test]
 fn infeasible_constraints_show_in_y() {
-    let functions = |x: &[f64]| -> Functions { (x[0], vec![1.0], vec![2.0 - x[0]], vec![vec![-1.0]]) };
+    let functions = |x: &[f64]| -> Evaluated { (x[0], vec![1.0], vec![2.0 - x[0]], vec![vec![-1.0]]) };
     let result = run(functions, &[0.5], (0.0, 1.0), tight(), 20);
     assert!((result.x[0] - 1.0).abs() < 1e-8);
     assert!((result.last.y[0] - 1.0).abs() < 1e-6);
     assert!((result.last.lambda[0] - 1001.0).abs() < 1e-5);
 }
 
-/// min max of two lines through `a = 1`, no price for x: the answer is their crossing, x = 0.25, z = 0.75.
-/// Notes: the form for minimising a largest value; both lines are positive, as z ≥ 0 asks.
+/// min max of two lines through `a = 1`, without a cost for x: the solution is their intersection, x = 0.25, z = 0.75.
+/// Notes: the formulation for minimising a maximum; both lines are positive, as z ≥ 0 requires.
 #[test]
 fn smallest_largest_value() {
     let functions =
-        |x: &[f64]| -> Functions { (0.0, vec![0.0], vec![1.0 - x[0], 0.5 + x[0]], vec![vec![-1.0], vec![1.0]]) };
+        |x: &[f64]| -> Evaluated { (0.0, vec![0.0], vec![1.0 - x[0], 0.5 + x[0]], vec![vec![-1.0], vec![1.0]]) };
     let parameters = MmaParameters { a: 1.0, ..tight() };
     let result = run(functions, &[0.9], (0.0, 1.0), parameters, 60);
     assert!((result.x[0] - 0.25).abs() < 1e-7 && (result.last.z - 0.75).abs() < 1e-7);
 }
 
-/// A third function of −1, far below the two lines, does not bind: its slack is what is left to z = 0.75, by hand 1.75, and its
-/// multiplier is 0.
+/// A third function of −1, far below the two lines, is inactive: its slack is the difference to z = 0.75, computed by
+/// hand as 1.75, and its multiplier is 0.
 #[test]
 fn slack_is_what_is_left_to_the_largest_value() {
-    let functions = |x: &[f64]| -> Functions {
+    let functions = |x: &[f64]| -> Evaluated {
         (0.0, vec![0.0], vec![1.0 - x[0], 0.5 + x[0], -1.0], vec![vec![-1.0], vec![1.0], vec![0.0]])
     };
     let parameters = MmaParameters { a: 1.0, ..tight() };
@@ -74,20 +80,24 @@ fn fixed_variables_stay_and_count() {
     for _ in 0..40 {
         let gradients = [vec![-x[1], -x[0]]];
         let value = 4.0 - x[0] * x[1];
-        let step = mma.update(&x, &[1.0, 2.5], &[5.0, 2.5], x[0] + 2.5, &[1.0; 2], &[value], &gradients).unwrap();
+        let step = mma
+            .update(&x, [&[1.0, 2.5], &[5.0, 2.5]], &Functions::new(x[0] + 2.5, &[1.0; 2], &[value], &gradients))
+            .unwrap();
         assert_eq!(step.x[1], 2.5);
         x = step.x;
     }
     assert!((x[0] - 1.6).abs() < 1e-8);
 }
 
-/// A zero objective gradient leaves the design where it is; everything fixed is no error.
+/// A zero objective gradient leaves the design unchanged; it is not an error if all variables are fixed.
 #[test]
 fn nothing_to_do() {
     let x = [0.3, 0.6];
     let zero = vec![vec![0.0; 2]];
-    let step = Mma::new(2, 1, tight()).update(&x, &[0.0; 2], &[1.0; 2], 1.0, &[0.0; 2], &[-1.0], &zero).unwrap();
+    let step = Mma::new(2, 1, tight())
+        .update(&x, [&[0.0; 2], &[1.0; 2]], &Functions::new(1.0, &[0.0; 2], &[-1.0], &zero))
+        .unwrap();
     assert!((0..2).all(|j| (step.x[j] - x[j]).abs() < 1e-5), "{:?}", step.x);
-    let step = Mma::new(2, 1, tight()).update(&x, &x, &x, 1.0, &[1.0; 2], &[-1.0], &zero).unwrap();
+    let step = Mma::new(2, 1, tight()).update(&x, [&x, &x], &Functions::new(1.0, &[1.0; 2], &[-1.0], &zero)).unwrap();
     assert_eq!(step.x, x);
 }

@@ -1,0 +1,362 @@
+//! From a resolved case to a problem that can be analysed.
+
+mod mesh;
+mod optimization;
+mod symmetry;
+
+pub use mesh::build_mesh;
+pub use optimization::optimization;
+
+use crate::case::{self, Case};
+use crate::machine::Machine;
+use mesh::nodes_of;
+use slipstick_contact::enforcement::Stiffness;
+use slipstick_contact::kinematics::CellRule;
+use slipstick_contact::{ContactInterface, InterfaceOptions};
+use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, Weighted};
+use slipstick_mesh::{FacetNodes, Mesh, facet_area};
+use slipstick_model::analysis::Analysis;
+use slipstick_model::model::course;
+use slipstick_model::model::prescribed::Prescribed;
+use slipstick_model::model::{
+    ContactModel, DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Design, Enforcement, GivenStiffness, Loads, Method,
+    ModelInterface, ModelParts, Share, Uzawa, Workspace,
+};
+pub use slipstick_model::problem::Problem;
+use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
+use slipstick_solid::{EnergyInterpolation, Interpolation, Section, Simp, SolidModel};
+use std::sync::Arc;
+
+/// A case that is right in itself but cannot be built: where in the case, why, and what mends it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{path}: {message}; {help}")]
+pub struct BuildError {
+    /// Dotted path of the offending entry in the case file, like `contact[0].slave`.
+    pub path: String,
+    /// What is wrong.
+    pub message: String,
+    /// What mends it.
+    pub help: String,
+}
+
+impl BuildError {
+    fn new(path: impl Into<String>, message: impl ToString, help: impl Into<String>) -> Self {
+        Self { path: path.into(), message: message.to_string(), help: help.into() }
+    }
+}
+
+/// Builds mesh, model, load path, design and objective, for this process alone.
+///
+/// # Errors
+/// [`BuildError`] at the place in the case that cannot be built.
+pub fn build(case: &Case) -> Result<Problem, BuildError> {
+    build_on(case, &Machine::default())
+}
+
+/// As [`build`], for the ranks of a machine, which all do so.
+///
+/// # Errors
+/// [`BuildError`].
+pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
+    let mesh = build_mesh(case)?;
+    let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+    let mut sets = Vec::with_capacity(case.dirichlet.len());
+    for (i, dirichlet) in case.dirichlet.iter().enumerate() {
+        sets.push(nodes_of(&mesh, &dirichlet.set, &format!("dirichlet[{i}].set"))?);
+    }
+    let load_cases: Vec<&str> = case.load_cases.iter().map(|load_case| load_case.name.as_str()).collect();
+    let prescribed = Prescribed::new(case.dirichlet.clone(), &sets, &coordinates, &load_cases).map_err(|e| {
+        BuildError::new(
+            format!("dirichlet[{}].set", e.motion),
+            e,
+            "leave this component out of one of the two tables, or give both the same motion",
+        )
+    })?;
+    let mirrored = symmetry::mirrored(case, &mesh)?;
+    let prescribed = prescribed.with_symmetry(&mirrored).map_err(|e| {
+        let help = "move them within the plane only, or leave the plane out";
+        BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
+    })?;
+    let times = course::times(load_cases.len().max(1), case.load_path.steps);
+    let sections: Result<Vec<Section>, BuildError> = case.bodies.iter().enumerate().map(section).collect();
+    let pairs: Vec<(&str, &str)> = case.contacts.iter().map(|c| (c.slave.as_str(), c.master.as_str())).collect();
+    let share = Share::of(&mesh, &pairs, machine.ranks());
+    let slaves: Vec<&str> = pairs.iter().map(|(slave, _)| *slave).collect();
+    let linear = machine.linear(&case.solver, share.owners(), &mesh, &slaves)?;
+    let solid = SolidModel::part(&mesh, sections?, |element| share.has_element(element))
+        .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
+    // two driven sets may move towards each other
+    let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
+    let approach = prescribed.largest_step(&times) * driven.min(2) as f64;
+    let interfaces = build_interfaces(case, &mesh, &coordinates, &mirrored, approach)?;
+    let uzawa = build_uzawa(case)?;
+    let variables = build_variables(case, &mesh)?;
+    let designed: Vec<bool> = match &variables {
+        Some(v) => v.roles().iter().map(|r| *r != slipstick_design::Role::Outside).collect(),
+        None => vec![false; mesh.elements.len()],
+    };
+    let interpolation = interpolation(case.design.as_ref());
+    let initial_density = match (&variables, &case.design) {
+        (Some(v), Some(design)) => {
+            let x = v
+                .uniform(design.initial)
+                .map_err(|e| BuildError::new("design.initial", e, "choose a density between 0 and 1"))?;
+            slipstick_design::DesignMap::apply(v, &x)
+        }
+        _ => vec![1.0; mesh.elements.len()],
+    };
+    let largest = prescribed.largest(&times);
+    let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
+    let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads };
+    let model = ContactModel::new(&mesh, parts, &initial_density, largest);
+    let objective = build_objective(case, &model, mesh.nodes.len())?;
+    let analysis = Analysis {
+        design: Design::new(Arc::new(model), &initial_density),
+        workspace: Workspace::default(),
+        times,
+        restarts: (1..load_cases.len()).map(course::start).collect(),
+        objective,
+        march: march_options(case),
+        sweep: SweepOptions { linear_tolerance: linear_tolerance(case), ..SweepOptions::default() },
+        linear,
+        guide: None,
+    };
+    Ok(Problem { mesh, analysis, variables, initial_density, load_cases: case.load_case_names() })
+}
+
+/// What the elements of body `b` are made of.
+fn section((b, body): (usize, &case::Body)) -> Result<Section, BuildError> {
+    let case::Material { law, youngs_modulus, poisson_ratio } = body.material;
+    let material = law.with_constants(youngs_modulus, poisson_ratio).map_err(|e| {
+        BuildError::new(format!("body[{b}].material"), e, "give a positive modulus and -1 < ratio < 0.5")
+    })?;
+    Ok(Section { material, formulation: body.element })
+}
+
+/// What a density makes of an element.
+fn interpolation(design: Option<&case::Design>) -> Interpolation {
+    let Some(design) = design else {
+        return Simp { penalization: 1.0, minimum: 0.0 }.into();
+    };
+    Interpolation {
+        simp: Simp { penalization: design.simp.p, minimum: design.simp.min },
+        energy: design
+            .energy_interpolation
+            .map(|e| EnergyInterpolation { threshold: e.threshold, sharpness: e.sharpness }),
+    }
+}
+
+/// Residual of linear solves, forward and transposed: a part of the tolerance of the path, so that both the states and the
+/// gradient are as exact as asked for.
+fn linear_tolerance(case: &Case) -> f64 {
+    (0.1 * case.load_path.tolerance.relative).min(SweepOptions::default().linear_tolerance)
+}
+
+fn march_options(case: &Case) -> MarchOptions {
+    let tolerance = &case.load_path.tolerance;
+    let bound = |absolute: Option<f64>| match absolute {
+        Some(value) => Tolerance::Absolute(value),
+        None => Tolerance::Relative(tolerance.relative),
+    };
+    MarchOptions {
+        newton: NewtonOptions {
+            tolerances: Tolerances {
+                residual: bound(tolerance.residual),
+                displacement: bound(tolerance.displacement),
+                contact: bound(tolerance.contact),
+                multiplier: bound(tolerance.multiplier),
+            },
+            max_iterations: case.load_path.max_newton_iterations,
+            linear_tolerance: linear_tolerance(case),
+        },
+        max_cutbacks: case.load_path.max_cutbacks as u32,
+        start: match case.load_path.start_values {
+            case::StartValues::PreviousDesign | case::StartValues::Extrapolated => StartValues::Extrapolated,
+            case::StartValues::LastState => StartValues::Previous,
+        },
+        factor_memory: case.adjoint.memory.0,
+    }
+}
+
+fn build_loads(case: &Case, mesh: &Mesh, coordinates: &[f64], load_cases: &[&str]) -> Result<Loads, BuildError> {
+    let facets: Result<Vec<_>, BuildError> = case
+        .loads
+        .iter()
+        .enumerate()
+        .map(|(i, load)| facets_of(mesh, &load.surface, &format!("load[{i}].surface")))
+        .collect();
+    Ok(Loads::new(case.loads.clone(), facets?, coordinates, load_cases))
+}
+
+/// Facets of a surface that `path` names.
+fn facets_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<FacetNodes>, BuildError> {
+    let surface = mesh.surfaces.get(name).ok_or_else(|| {
+        let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
+        let help = format!("facets are needed here; known surfaces: {}", known.join(", "));
+        BuildError::new(path, format!("there is no surface `{name}`"), help)
+    })?;
+    Ok(surface.facets.iter().map(|f| f.nodes).collect())
+}
+
+fn build_interfaces(
+    case: &Case,
+    mesh: &Mesh,
+    coordinates: &[f64],
+    mirrored: &[[bool; 3]],
+    approach: f64,
+) -> Result<Vec<ModelInterface>, BuildError> {
+    let mut interfaces = Vec::with_capacity(case.contacts.len());
+    let mut slaves_so_far: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
+    for (i, contact) in case.contacts.iter().enumerate() {
+        let surface = |name: &str, key: &str| facets_of(mesh, name, &format!("contact[{i}].{key}"));
+        let (slave, master) = (surface(&contact.slave, "slave")?, surface(&contact.master, "master")?);
+        let size = |facets: &[FacetNodes]| {
+            facets.iter().map(|f| facet_area(&f.corners(&mesh.nodes)).sqrt()).fold(0.0, f64::max)
+        };
+        // at least what the bodies can approach each other in one step, so that nothing is passed unnoticed
+        let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach);
+        if reach < approach {
+            let message =
+                format!("bodies may approach each other by {approach:.3e} in one load step, further than {reach:.3e}");
+            let help = "raise the search radius, leave it out, or take more load steps; else surfaces pass unnoticed";
+            return Err(BuildError::new(format!("contact[{i}].search_radius"), message, help));
+        }
+        let rule = CellRule::with_points(contact.cell_rule).ok_or_else(|| {
+            let message = format!("there is no rule with {} points", contact.cell_rule);
+            BuildError::new(format!("contact[{i}].cell_rule"), message, "choose 1, 3, 6, 7 or 12")
+        })?;
+        let feature_angle = contact.feature_angle.to_radians();
+        let options = InterfaceOptions { shape: contact.multiplier_shape, rule, reach, feature_angle };
+        let interface = ContactInterface::new(slave, master, coordinates, options)
+            .map_err(|e| BuildError::new(format!("contact[{i}]"), e, "choose two surfaces of different bodies"))?
+            .with_symmetry(|node| mirrored[node as usize]);
+        for slave in interface.slave_nodes() {
+            if let Some(first) = slaves_so_far.insert(slave.node, i).filter(|&first| first != i) {
+                let message = format!("node {} is a slave of contact[{first}] too", slave.node);
+                return Err(BuildError::new(
+                    format!("contact[{i}].slave"),
+                    message,
+                    "swap slave and master of one of the pairs",
+                ));
+            }
+        }
+        interfaces.push(ModelInterface {
+            surfaces: [contact.slave.clone(), contact.master.clone()],
+            interface,
+            friction: contact.friction,
+            edge_cover: contact.edge_cover,
+            enforcement: given(&contact.enforcement),
+        });
+    }
+    Ok(interfaces)
+}
+
+/// Uzawa's iteration, of all pairs with the augmented Lagrangian together.
+fn build_uzawa(case: &Case) -> Result<Option<Uzawa>, BuildError> {
+    let settings = |contact: &case::Contact| match contact.enforcement {
+        case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. } => Some(Uzawa {
+            options: UzawaOptions { tolerance, max_iterations: max_uzawa, memory: acceleration },
+            absolute: tolerance_scaling == case::ToleranceScaling::Absolute,
+        }),
+        case::Enforcement::Lagrange { .. } | case::Enforcement::Penalty { .. } => None,
+    };
+    let mut all = case.contacts.iter().map(settings).enumerate().filter_map(|(i, uzawa)| Some((i, uzawa?)));
+    let Some((first, uzawa)) = all.next() else {
+        return Ok(None);
+    };
+    // it goes over all pairs at once
+    if let Some((i, _)) = all.find(|(_, other)| *other != uzawa) {
+        let path = format!("contact[{i}].enforcement");
+        let message = format!("the settings of Uzawa's iteration differ from those of contact[{first}]");
+        return Err(BuildError::new(path, message, "give both the same; stiffness and its scaling may differ"));
+    }
+    Ok(Some(uzawa))
+}
+
+/// Method and stiffness of a contact pair, the default of its method where none is given.
+fn given(enforcement: &case::Enforcement) -> Enforcement {
+    let (method, stiffness, scaling, factor) = match *enforcement {
+        case::Enforcement::Lagrange { stiffness, scaling, complementarity_parameter } => {
+            let factor = complementarity_parameter.unwrap_or(DEFAULT_COMPLEMENTARITY);
+            (Method::Lagrange, stiffness, scaling, factor)
+        }
+        case::Enforcement::Penalty { stiffness, scaling } => (Method::Penalty, stiffness, scaling, DEFAULT_STIFFNESS),
+        case::Enforcement::Augmented { stiffness, scaling, .. } => {
+            (Method::Augmented, stiffness, scaling, DEFAULT_STIFFNESS)
+        }
+    };
+    let stiffness = match stiffness {
+        None => GivenStiffness::Relative { factor, scaling },
+        Some(s) => GivenStiffness::Absolute(Stiffness { normal: s.normal, tangential: s.tangential, scaling }),
+    };
+    Enforcement { method, stiffness }
+}
+
+fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, BuildError> {
+    let Some(design) = &case.design else {
+        return Ok(None);
+    };
+    let mut domain = Vec::new();
+    for (i, name) in design.bodies.iter().enumerate() {
+        let body = mesh.body(name).ok_or_else(|| {
+            BuildError::new(format!("design.bodies[{i}]"), format!("there is no body `{name}`"), "name a [[body]]")
+        })?;
+        domain.extend(body.elements.clone().map(|e| e as u32));
+    }
+    let centroids = mesh.centroids();
+    let inside = |regions: &[case::BoxRegion]| -> Vec<u32> {
+        domain.iter().copied().filter(|&e| regions.iter().any(|r| r.contains(centroids[e as usize]))).collect()
+    };
+    let (solid, void) = (inside(&design.passive_solid), inside(&design.passive_void));
+    let variables = DesignVariables::new(mesh.elements.len(), &domain, &solid, &void)
+        .map_err(|e| BuildError::new("design", e, "change bodies or passive regions"))?;
+    if let Some(fraction) = design.volume_fraction {
+        variables.check_limit(&mesh.element_volumes(), fraction).map_err(|e| {
+            BuildError::new("design.volume_fraction", e, "raise the fraction or shrink the passive solid")
+        })?;
+    }
+    Ok(Some(variables))
+}
+
+/// Slave nodes, each once: nodes on sharp edges have several mortar rows.
+fn slaves(model: &ContactModel) -> Vec<u32> {
+    let mut nodes = model.slave_nodes();
+    nodes.dedup();
+    nodes
+}
+
+/// Whether no slave node can move in any direction.
+fn all_prescribed(model: &ContactModel) -> bool {
+    let (nodes, fixed) = (model.slave_nodes(), model.prescribed().fixed());
+    !nodes.is_empty() && nodes.iter().all(|&node| fixed[3 * node as usize..][..3] == [true; 3])
+}
+
+fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Option<Box<dyn Objective>>, BuildError> {
+    let Some(objective) = &case.objective else {
+        return Ok(None);
+    };
+    let (case::Objective::ContactForce { steps } | case::Objective::Compliance { steps }) = objective;
+    let steps = steps.clone();
+    let fail = |e: slipstick_design::ObjectiveError| {
+        BuildError::new("objective", e, "observe steps of the load path, and have a contact pair")
+    };
+    steps.check(case.load_path.steps).map_err(fail)?;
+    let objective: Box<dyn Objective> = match objective {
+        case::Objective::Compliance { .. } => Box::new(Compliance::new(steps)),
+        case::Objective::ContactForce { .. } if all_prescribed(model) => {
+            let message = "the objective would always be 0: all components of all slave nodes are prescribed, and their forces do not count";
+            let help = "exchange slave and master, or prescribe fewer components";
+            return Err(BuildError::new("objective.contact_force", message, help));
+        }
+        case::Objective::ContactForce { .. } => Box::new(
+            ContactForce::new(slaves(model), nodes, steps, 0.0)
+                .map_err(fail)?
+                .without_reactions(model.prescribed().fixed()),
+        ),
+    };
+    if case.load_cases.is_empty() {
+        return Ok(Some(objective));
+    }
+    let weights = case.load_cases.iter().map(|load_case| load_case.weight).collect();
+    Ok(Some(Box::new(Weighted::new(objective, weights))))
+}

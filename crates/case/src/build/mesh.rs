@@ -1,0 +1,156 @@
+//! The mesh of a case: bodies, placed, with the surfaces and node sets that the case selects.
+
+use super::BuildError;
+use crate::case::{self, Case};
+use slipstick_mesh::{self as mesh, Mesh, Surface};
+use slipstick_model::words::counted;
+
+/// The mesh of a case: all bodies, placed, with the case's surfaces and node sets.
+///
+/// # Errors
+/// [`BuildError`] at the body, surface or set.
+pub fn build_mesh(case: &Case) -> Result<Mesh, BuildError> {
+    let mut parts = Vec::with_capacity(case.bodies.len());
+    for (b, body) in case.bodies.iter().enumerate() {
+        let path = format!("body[{b}].{}", body.shape.key());
+        let fail = |e: mesh::MeshError| BuildError::new(&path, e, "change the shape or its element counts");
+        let mut part = generate(body).map_err(fail)?;
+        let rotate = body.place.rotate.map(|r| mesh::Rotation { axis: r.axis, degrees: r.degrees });
+        part.transform(&mesh::Placement { rotate, translate: body.place.translate }).map_err(|e| {
+            BuildError::new(format!("body[{b}].place"), e, "give finite numbers and an axis that is not zero")
+        })?;
+        parts.push(part);
+    }
+    let mut all = Mesh::merge(parts)
+        .map_err(|e| BuildError::new("body", e, "rename one of the bodies, or the sets of their mesh files"))?;
+    for (s, surface) in case.surfaces.iter().enumerate() {
+        let selected = select_facets(&all, surface, &format!("surface[{s}]"))?;
+        all.surfaces.insert(surface.name.clone(), selected);
+    }
+    for (s, set) in case.sets.iter().enumerate() {
+        let selected = select_nodes(&all, set, &format!("set[{s}]"))?;
+        all.node_sets.insert(set.name.clone(), selected);
+    }
+    let defects = all.check();
+    if let Some(first) = defects.first() {
+        let message = format!(
+            "{first}{}",
+            if defects.len() > 1 {
+                format!(" (and {})", counted(defects.len() - 1, "more defect"))
+            } else {
+                String::new()
+            }
+        );
+        return Err(BuildError::new("body", message, "check shape, element counts, mesh file and placement"));
+    }
+    Ok(all)
+}
+
+fn generate(body: &case::Body) -> Result<Mesh, mesh::MeshError> {
+    match body.shape {
+        case::Shape::Box { min, max, elements, grading } => {
+            mesh::box_mesh(&body.name, &mesh::BoxShape { min, max, elements, grading })
+        }
+        case::Shape::HalfBall { radius, elements } => {
+            mesh::half_ball(&body.name, &mesh::HalfBallShape { radius, elements })
+        }
+        case::Shape::HollowCylinder { inner_radius, outer_radius, height, elements } => mesh::hollow_cylinder(
+            &body.name,
+            &mesh::HollowCylinderShape { inner_radius, outer_radius, height, elements },
+        ),
+        case::Shape::HalfRing { outer_radius, inner_radius, width, elements } => {
+            mesh::half_ring(&body.name, &mesh::HalfRingShape { outer_radius, inner_radius, width, elements })
+        }
+        case::Shape::Mesh(ref file) => Ok(file.mesh.as_ref().clone()),
+    }
+}
+
+/// The nodes of a set or surface; `path` is where the case names it.
+pub(super) fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, BuildError> {
+    mesh.set_nodes(name).map(|n| n.into_owned()).ok_or_else(|| {
+        let known = mesh.names().join(", ");
+        BuildError::new(path, format!("there is no set or surface `{name}`"), format!("known names: {known}"))
+    })
+}
+
+/// Facets of a body's skin that pass all of a surface's conditions.
+fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str) -> Result<Surface, BuildError> {
+    let body = mesh.bodies.iter().position(|body| body.name == surface.body).ok_or_else(|| {
+        BuildError::new(format!("{path}.body"), format!("there is no body `{}`", surface.body), "name one of the case")
+    })?;
+    let mut selected = match &surface.within {
+        None => mesh.boundary(body),
+        Some(name) => mesh.surfaces.get(name).cloned().ok_or_else(|| {
+            let message = format!("there is no surface `{name}`");
+            BuildError::new(format!("{path}.within"), message, "name a surface of the body")
+        })?,
+    };
+    let inside =
+        |nodes: &[u32], region: &case::BoxRegion| nodes.iter().all(|&node| region.contains(mesh.nodes[node as usize]));
+    let near = |facet: &mesh::Facet, cone: &case::NormalCone| {
+        let area = mesh::facet_area_vector(&mesh.facet_coordinates(facet));
+        angle(area, cone.direction) <= cone.degrees
+    };
+    selected.facets.retain(|facet| {
+        (surface.boxes.is_empty() || surface.boxes.iter().any(|region| inside(&facet.nodes, region)))
+            && surface.normal.as_ref().is_none_or(|cone| near(facet, cone))
+    });
+    if selected.facets.is_empty() {
+        let message = format!("no facet of `{}` fits surface `{}`", surface.body, surface.name);
+        let help = "facets lie in a box with all their nodes, at positions after placement; widen the conditions";
+        return Err(BuildError::new(path, message, help));
+    }
+    Ok(selected)
+}
+
+/// Angle between two directions, in degrees.
+fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let (a, b) = (nalgebra::Vector3::from(a), nalgebra::Vector3::from(b));
+    a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
+}
+
+/// Nodes that pass all of a set's conditions, ascending.
+fn select_nodes(mesh: &Mesh, set: &case::NodeSet, path: &str) -> Result<Vec<u32>, BuildError> {
+    let mut selected: Vec<u32> = match &set.within {
+        Some(name) => nodes_of(mesh, name, &format!("{path}.within"))?,
+        None => (0..mesh.nodes.len() as u32).collect(),
+    };
+    let empty = |key: &str, what: &str| {
+        let message = format!("no node lies {what} of set `{}`", set.name);
+        let help = "widen it; it holds reference positions after placement, and all conditions together must";
+        BuildError::new(format!("{path}.{key}"), message, help)
+    };
+    if !set.boxes.is_empty() {
+        selected.retain(|&node| set.boxes.iter().any(|region| region.contains(mesh.nodes[node as usize])));
+        if selected.is_empty() {
+            return Err(empty("boxes", "in the boxes"));
+        }
+    }
+    if let Some(plane) = set.plane {
+        let tolerance = plane.tolerance.unwrap_or_else(|| default_tolerance(mesh));
+        let found = mesh.nodes_on_plane(plane.point, plane.normal, tolerance, Some(&selected));
+        selected = found.map_err(|e| BuildError::new(format!("{path}.plane"), e, "correct the plane"))?;
+        if selected.is_empty() {
+            return Err(empty("plane", &format!("within {tolerance:.3e} of the plane")));
+        }
+    }
+    if let Some(case::Cylinder { start, end, radius }) = set.cylinder {
+        let found = mesh.nodes_in_cylinder(start, end, radius, Some(&selected));
+        selected = found.map_err(|e| BuildError::new(format!("{path}.cylinder"), e, "correct the cylinder"))?;
+        if selected.is_empty() {
+            return Err(empty("cylinder", "in the cylinder"));
+        }
+    }
+    if let Some(point) = set.nearest {
+        selected = mesh.nearest_node(point, Some(&selected)).into_iter().collect();
+    }
+    match selected.is_empty() {
+        true => Err(empty("nearest", "near the point")),
+        false => Ok(selected),
+    }
+}
+
+/// A millionth of the size of all bodies: above the round-off of mesh files, below any element. \[L\]
+pub(super) fn default_tolerance(mesh: &Mesh) -> f64 {
+    mesh.bounding_box().map_or(0.0, |(min, max)| 1e-6 * (0..3).map(|c| (max[c] - min[c]).powi(2)).sum::<f64>().sqrt())
+}

@@ -1,0 +1,51 @@
+//! From a resolved case and its problem to an optimization at its start.
+
+use slipstick_design::MmaParameters;
+use slipstick_model::optimize::{FilterOptions, Optimization, OptimizationOptions, PrepareError};
+use slipstick_model::problem::Problem;
+
+use super::BuildError;
+use crate::case::{Case, StartValues};
+
+/// Prepares the optimization of a built case.
+///
+/// # Errors
+/// [`BuildError`] if the case lacks a design with a volume fraction, an objective or an optimizer.
+pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, BuildError> {
+    let missing = |path: &str, help: &str| BuildError::new(path, "an optimization needs it", help);
+    let no_design = || missing("design", "add a [design] table");
+    let design = case.design.as_ref().ok_or_else(no_design)?;
+    let volume_fraction = design
+        .volume_fraction
+        .ok_or_else(|| missing("design.volume_fraction", "give the fraction of the design bodies' volume to use"))?;
+    let optimizer = case.optimizer.as_ref().ok_or_else(|| missing("optimizer", "add an [optimizer] table"))?;
+    let m = &optimizer.mma;
+    let options = OptimizationOptions {
+        volume_fraction,
+        filter: design.sensitivity_filter.map(|filter| FilterOptions {
+            radius: filter.radius,
+            planes: case.symmetries.iter().map(|s| (s.normal.index(), s.at)).collect(),
+        }),
+        iterations: optimizer.iterations,
+        tolerance: optimizer.tolerance,
+        mma: MmaParameters {
+            asyinit: m.asyinit,
+            asyincr: m.asyincr,
+            asydecr: m.asydecr,
+            asymin: m.asymin,
+            asymax: m.asymax,
+            albefa: m.albefa,
+            move_limit: m.move_limit,
+            raa0: m.raa0,
+            c: m.c,
+            ..MmaParameters::default()
+        },
+        follow_previous_design: case.load_path.start_values == StartValues::PreviousDesign,
+    };
+    Optimization::new(problem, options).map_err(|error| match error {
+        PrepareError::NoObjective => missing("objective", "add an [objective] table"),
+        PrepareError::NoDesign => no_design(),
+        PrepareError::Filter(error) => BuildError::new("design.sensitivity_filter.radius", error, "change the value"),
+        PrepareError::Volume(error) => BuildError::new("design.volume_fraction", error, "change the value"),
+    })
+}

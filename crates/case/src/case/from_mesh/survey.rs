@@ -1,0 +1,272 @@
+//! Surveys the contents of a mesh file, and which of its surfaces face each other.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Vector3;
+use slipstick_mesh::{Mesh, Surface, facet_area_vector};
+use slipstick_meshio::{CellKind, FileMesh, MeshFileError};
+
+/// Maximum number of facets of a surface that are compared with those of another one.
+const SAMPLES: usize = 400;
+
+/// Maximum cosine of the angle between the normals of facets that face each other.
+const OPPOSED: f64 = -0.7;
+
+/// Minimum fraction of its area that a plane surface has in projection.
+const PLANE: f64 = 0.999;
+
+/// Maximum number of bodies that are considered for contact: the largest ones.
+const MOST_BODIES: usize = 8;
+
+type Point = Vector3<f64>;
+
+/// A body of the file.
+pub struct Part {
+    /// Its name in the case.
+    pub name: String,
+    /// The set of the file that makes up the body; `None`: the whole file.
+    pub part: Option<String>,
+    /// Its second-order elements in the file, which are read by their corners.
+    second_order: BTreeMap<CellKind, usize>,
+    /// Its mesh.
+    pub mesh: Mesh,
+    /// Its named surfaces; if there are none, the parts of its skin that face the six coordinate directions.
+    pub faces: Vec<Face>,
+    /// Lowest and highest corner.
+    pub bounds: [Point; 2],
+    /// Volume.
+    pub volume: f64,
+}
+
+impl Part {
+    /// Number of second-order elements by type in the file, if any.
+    pub fn second_order(&self) -> Option<String> {
+        let counts = self.second_order.iter().map(|(kind, count)| format!("{count} {}", kind.label()));
+        (!self.second_order.is_empty()).then(|| counts.collect::<Vec<_>>().join(", "))
+    }
+
+    /// Edge length of a cube with the mean volume of the elements.
+    pub fn element_size(&self) -> f64 {
+        (self.volume / self.mesh.elements.len() as f64).cbrt()
+    }
+
+    /// Lowest and highest corner of a surface.
+    pub fn bounds_of(&self, face: &Face) -> [Point; 2] {
+        let nodes = face.nodes.iter().map(|&node| Point::from(self.mesh.nodes[node as usize]));
+        let (low, high) = (Point::repeat(f64::INFINITY), Point::repeat(f64::NEG_INFINITY));
+        nodes.fold([low, high], |[low, high], x| [low.inf(&x), high.sup(&x)])
+    }
+
+    /// Its extent along a direction: smallest and largest coordinate.
+    pub fn range(&self, direction: &Point) -> [f64; 2] {
+        let along = self.mesh.nodes.iter().map(|node| Point::from(*node).dot(direction));
+        along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    }
+}
+
+/// A surface of a body.
+pub struct Face {
+    /// Its name in the case.
+    pub name: String,
+    /// The direction by which the case selects the surface, if the file does not name it.
+    pub selected: Option<[f64; 3]>,
+    pub nodes: Vec<u32>,
+    centroids: Vec<Point>,
+    areas: Vec<Point>,
+}
+
+impl Face {
+    fn new(mesh: &Mesh, name: &str, surface: &Surface, selected: Option<[f64; 3]>) -> Self {
+        let corners: Vec<_> = surface.facets.iter().map(|facet| mesh.facet_coordinates(facet)).collect();
+        let centroid = |facet: &slipstick_mesh::Facet| {
+            let nodes: Vec<Point> = facet.nodes.iter().map(|&node| Point::from(mesh.nodes[node as usize])).collect();
+            nodes.iter().sum::<Point>() / nodes.len() as f64
+        };
+        Self {
+            name: name.to_owned(),
+            selected,
+            nodes: surface.nodes(),
+            centroids: surface.facets.iter().map(centroid).collect(),
+            areas: corners.iter().map(|corners| Point::from(facet_area_vector(corners))).collect(),
+        }
+    }
+
+    /// Number of facets.
+    pub fn facets(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// Area.
+    pub fn area(&self) -> f64 {
+        self.areas.iter().map(|area| area.norm()).sum()
+    }
+
+    /// Mean of the centroids.
+    pub fn centre(&self) -> Point {
+        self.centroids.iter().sum::<Point>() / self.centroids.len().max(1) as f64
+    }
+
+    /// Direction of the mean outward normal; zero for a closed surface.
+    pub fn direction(&self) -> Point {
+        self.areas.iter().sum::<Point>().try_normalize(1e-6 * self.area()).unwrap_or_else(Point::zeros)
+    }
+
+    /// Whether the surface is plane.
+    pub fn is_plane(&self) -> bool {
+        self.areas.iter().sum::<Point>().norm() > PLANE * self.area()
+    }
+
+    /// Side length of a square with the mean area of the facets.
+    fn facet_size(&self) -> f64 {
+        (self.area() / self.facets().max(1) as f64).sqrt()
+    }
+}
+
+/// Two surfaces that face each other.
+pub struct Pair {
+    /// Body and surface that carry the multipliers: those with the smaller facets.
+    pub slave: [usize; 2],
+    /// The other body and surface.
+    pub master: [usize; 2],
+    /// Smallest distance along the normals; negative if they overlap.
+    pub gap: f64,
+    worth: f64,
+}
+
+/// The bodies of a file and where they face each other.
+pub struct Survey {
+    /// The bodies, the largest first.
+    pub parts: Vec<Part>,
+    /// The pair that is most likely in contact.
+    pub pair: Option<Pair>,
+}
+
+impl Survey {
+    /// Surveys all parts of a file.
+    ///
+    /// # Errors
+    /// If a part of it cannot be used.
+    pub fn new(file: &FileMesh) -> Result<Self, MeshFileError> {
+        let mut parts = Vec::new();
+        for (part, name) in disjoint(file) {
+            parts.push(read(file, part, name)?);
+        }
+        parts.sort_by(|a: &Part, b| b.volume.total_cmp(&a.volume));
+        let pair = best_pair(&parts);
+        Ok(Self { parts, pair })
+    }
+}
+
+/// The sets of a file that become bodies, smallest sets first, without sets that share elements with an earlier one; or
+/// the whole file. With the names of the bodies.
+fn disjoint(file: &FileMesh) -> Vec<(Option<String>, String)> {
+    let mut sets: Vec<&str> = file.parts().collect();
+    sets.sort_by_key(|set| file.cell_sets[*set].len());
+    let mut taken: BTreeSet<u32> = BTreeSet::new();
+    let mut chosen = Vec::new();
+    let mut names = BTreeSet::new();
+    for set in sets {
+        let cells = &file.cell_sets[set];
+        if cells.iter().any(|cell| taken.contains(cell)) {
+            continue;
+        }
+        taken.extend(cells);
+        let mut name = proper(set);
+        while !names.insert(name.clone()) {
+            name.push('_');
+        }
+        chosen.push((Some(set.to_owned()), name));
+    }
+    if chosen.is_empty() { vec![(None, "part".into())] } else { chosen }
+}
+
+/// A valid name for a body.
+fn proper(set: &str) -> String {
+    let allowed = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+    let name: String = set.chars().map(allowed).collect();
+    if name.is_empty() { "part".into() } else { name }
+}
+
+fn read(file: &FileMesh, part: Option<String>, name: String) -> Result<Part, MeshFileError> {
+    let mut second_order = file.solids(part.as_deref());
+    second_order.retain(|kind, _| kind.is_second_order());
+    let read = match second_order.is_empty() {
+        true => file.body(&name, part.as_deref(), 1.0)?,
+        false => file.first_order_body(&name, part.as_deref(), 1.0)?,
+    };
+    let mesh = read.mesh;
+    let mut faces: Vec<Face> =
+        mesh.surfaces.iter().map(|(name, surface)| Face::new(&mesh, name, surface, None)).collect();
+    if faces.is_empty() {
+        faces = sides(&mesh, &name);
+    }
+    let bounds = mesh.bounding_box().unwrap_or_default();
+    let volume = mesh.element_volumes().iter().sum();
+    Ok(Part { name, part, second_order, faces, bounds: [bounds.0.into(), bounds.1.into()], volume, mesh })
+}
+
+/// The parts of the skin that face the six coordinate directions, as `surface.normal` selects them within 45°.
+fn sides(mesh: &Mesh, name: &str) -> Vec<Face> {
+    let skin = mesh.boundary(0);
+    let mut sides = Vec::new();
+    for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        for (end, sign) in [("min", -1.0), ("max", 1.0)] {
+            let mut direction = [0.0; 3];
+            direction[c] = sign;
+            let mut side = skin.clone();
+            side.facets.retain(|facet| {
+                let area = Point::from(facet_area_vector(&mesh.facet_coordinates(facet)));
+                area.dot(&Point::from(direction)) >= area.norm() * std::f64::consts::FRAC_1_SQRT_2
+            });
+            if !side.facets.is_empty() {
+                sides.push(Face::new(mesh, &format!("{name}_{axis}{end}"), &side, Some(direction)));
+            }
+        }
+    }
+    sides
+}
+
+fn best_pair(parts: &[Part]) -> Option<Pair> {
+    let mut best: Option<Pair> = None;
+    for a in 0..parts.len().min(MOST_BODIES) {
+        for b in a + 1..parts.len().min(MOST_BODIES) {
+            for (i, first) in parts[a].faces.iter().enumerate() {
+                for (j, second) in parts[b].faces.iter().enumerate() {
+                    let finer = second.facet_size() <= first.facet_size();
+                    let (slave, master) = if finer { ([b, j], [a, i]) } else { ([a, i], [b, j]) };
+                    let of = |[body, face]: [usize; 2]| &parts[body].faces[face];
+                    let Some((worth, gap)) = facing(of(slave), of(master)) else { continue };
+                    if best.as_ref().is_none_or(|best| worth > best.worth) {
+                        best = Some(Pair { slave, master, gap, worth });
+                    }
+                }
+            }
+        }
+    }
+    best
+}
+
+/// The slave's area that faces the master, weighted down by the distance and by the remaining area of both surfaces;
+/// and the smallest distance.
+fn facing(slave: &Face, master: &Face) -> Option<(f64, f64)> {
+    let reach = slave.facet_size() + master.facet_size();
+    let every = slave.facets().div_ceil(SAMPLES);
+    let (mut area, mut gap) = (0.0, f64::INFINITY);
+    for (centroid, vector) in slave.centroids.iter().zip(&slave.areas).step_by(every) {
+        let normal = vector / vector.norm();
+        let distance = |(other, facing): (&Point, &Point)| {
+            let towards = other - centroid;
+            let along = towards.dot(&normal);
+            let beside = (towards - along * normal).norm();
+            let opposite = facing.dot(&normal) < OPPOSED * facing.norm();
+            (opposite && beside <= reach && along > -reach).then_some((towards.norm(), along))
+        };
+        let candidates = master.centroids.iter().zip(&master.areas).filter_map(distance);
+        let nearest = candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, along)| along);
+        if let Some(nearest) = nearest {
+            area += vector.norm() * every as f64 / (1.0 + nearest.max(0.0) / reach);
+            gap = gap.min(nearest);
+        }
+    }
+    (area > 0.0).then(|| (area / (slave.area() * master.area()).powf(0.25), gap))
+}

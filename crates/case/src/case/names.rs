@@ -1,0 +1,149 @@
+//! The names of bodies, surfaces and sets that a case may refer to.
+
+use super::CaseCode;
+use super::reader::{Reader, suggestion_or_list};
+use super::resolved::Shape;
+
+/// What a name refers to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Surface,
+    Set,
+}
+
+/// All names of a case, collected before anything refers to them.
+#[derive(Default)]
+pub(super) struct Names {
+    bodies: Vec<String>,
+    /// Surface or set, and the number of the body that it belongs to, if known.
+    sets: Vec<(String, Kind, Option<usize>)>,
+    /// Bodies whose shape cannot be read, so that their surfaces are unknown.
+    shapeless: Vec<usize>,
+    /// Whether some body or set has no readable name: any unknown name may refer to it.
+    nameless: bool,
+}
+
+impl Names {
+    /// Adds a body and its surfaces; `path` is the place of its name.
+    pub(super) fn add_body(&mut self, reader: &Reader, path: &str, name: &str, shape: Option<&Shape>) {
+        if name.is_empty() {
+            self.nameless = true;
+        } else if self.bodies.iter().any(|other| other == name) {
+            reader.error(
+                path,
+                CaseCode::DuplicateName,
+                format!("two bodies are called `{name}`"),
+                "give each body a different name",
+            );
+            self.nameless = true;
+        }
+        let body = self.bodies.len();
+        self.bodies.push(name.to_owned());
+        match shape {
+            Some(shape) => {
+                let surface = |face| (format!("{name}_{face}"), Kind::Surface, Some(body));
+                self.sets.extend(shape.faces().iter().map(surface));
+                if let Shape::Mesh(file) = shape {
+                    let named = |kind| move |name: &String| (name.clone(), kind, Some(body));
+                    self.sets.extend(file.mesh.surfaces.keys().map(named(Kind::Surface)));
+                    self.sets.extend(file.mesh.node_sets.keys().map(named(Kind::Set)));
+                }
+            }
+            None => self.shapeless.push(body),
+        }
+    }
+
+    /// From now on, unknown names are not reported, since they may refer to something that cannot be read.
+    pub(super) fn excuse_all(&mut self) {
+        self.nameless = true;
+    }
+
+    /// Adds a node set; `within` is a surface or an earlier set.
+    pub(super) fn add_set(&mut self, reader: &Reader, path: &str, name: &str, within: Option<&str>) {
+        let body = within.and_then(|within| self.find(within)).and_then(|(_, body)| body);
+        self.add(reader, path, name, Kind::Set, body);
+    }
+
+    /// Adds a surface of a body.
+    pub(super) fn add_surface(&mut self, reader: &Reader, path: &str, name: &str, body: Option<usize>) {
+        self.add(reader, path, name, Kind::Surface, body);
+    }
+
+    fn add(&mut self, reader: &Reader, path: &str, name: &str, kind: Kind, body: Option<usize>) {
+        if name.is_empty() {
+            self.nameless = true;
+        } else if self.find(name).is_some() {
+            reader.error(
+                &format!("{path}.name"),
+                CaseCode::DuplicateName,
+                format!("there is already a surface or set called `{name}`"),
+                "choose another name",
+            );
+            return;
+        }
+        self.sets.push((name.to_owned(), kind, body));
+    }
+
+    pub(super) fn find(&self, name: &str) -> Option<(Kind, Option<usize>)> {
+        let found = self.sets.iter().find(|(other, _, _)| other == name);
+        found.map(|&(_, kind, body)| (kind, body))
+    }
+
+    pub(super) fn body(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body == name)
+    }
+
+    /// Whether an unknown name may be a consequence of an error that is reported elsewhere.
+    fn excusable(&self, name: &str) -> bool {
+        let of_shapeless =
+            |&body: &usize| name.strip_prefix(&self.bodies[body]).is_some_and(|rest| rest.starts_with('_'));
+        name.is_empty() || self.nameless || self.shapeless.iter().any(of_shapeless)
+    }
+
+    /// Reports a name that is neither a surface nor a set.
+    pub(super) fn check_set(&self, reader: &Reader, path: &str, name: &str) {
+        if self.find(name).is_none() && !self.excusable(name) {
+            let names: Vec<&str> = self.sets.iter().map(|(name, _, _)| name.as_str()).collect();
+            reader.error(
+                path,
+                CaseCode::UnknownSet,
+                format!("there is no surface or set called `{name}`"),
+                suggestion_or_list(name, &names),
+            );
+        }
+    }
+
+    /// Reports a name that is not a surface.
+    pub(super) fn check_surface(&self, reader: &Reader, path: &str, name: &str) {
+        let surfaces: Vec<&str> =
+            self.sets.iter().filter(|(_, kind, _)| *kind == Kind::Surface).map(|(name, _, _)| name.as_str()).collect();
+        match self.find(name) {
+            Some((Kind::Surface, _)) => {}
+            Some((Kind::Set, _)) => reader.error(
+                path,
+                CaseCode::NotASurface,
+                format!("`{name}` is a node set; a surface is needed here"),
+                format!("surfaces: {}", surfaces.join(", ")),
+            ),
+            None if self.excusable(name) => {}
+            None => reader.error(
+                path,
+                CaseCode::UnknownSet,
+                format!("there is no surface called `{name}`"),
+                suggestion_or_list(name, &surfaces),
+            ),
+        }
+    }
+
+    /// Reports a name that is not the name of a body.
+    pub(super) fn check_body(&self, reader: &Reader, path: &str, name: &str) {
+        if self.body(name).is_none() && !self.nameless && !name.is_empty() {
+            reader.error(
+                path,
+                CaseCode::UnknownBody,
+                format!("there is no body called `{name}`"),
+                suggestion_or_list(name, &self.bodies),
+            );
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Contact pairs (`[[contact]]`).
+
+use super::super::field::Field;
+use super::super::names::Names;
+use super::super::resolved::{
+    CELL_RULES, Contact, Enforcement, MultiplierShape, Stiffness, StiffnessScaling, ToleranceScaling,
+};
+use super::super::typed::Table;
+use super::CaseCode;
+use slipstick_model::model::DEFAULT_COMPLEMENTARITY;
+
+const LAGRANGE: Enforcement = Enforcement::Lagrange {
+    complementarity_parameter: Some(DEFAULT_COMPLEMENTARITY),
+    stiffness: None,
+    scaling: StiffnessScaling::Area,
+};
+
+pub(super) fn contacts(root: &Table<'_>, names: &Names) -> Vec<Contact> {
+    let mut contacts: Vec<Contact> = Vec::new();
+    for table in root.tables("contact") {
+        let reader = table.reader;
+        let path = table.path().to_owned();
+        let contact = contact(table, names);
+        let same = |other: &Contact| (&other.slave, &other.master) == (&contact.slave, &contact.master);
+        if !contact.slave.is_empty() && contacts.iter().any(same) {
+            reader.error(
+                &path,
+                CaseCode::DuplicateName,
+                format!("the pair {} – {} is listed twice", contact.slave, contact.master),
+                "remove one of them",
+            );
+        }
+        let reversed = |other: &Contact| (&other.slave, &other.master) == (&contact.master, &contact.slave);
+        if !contact.slave.is_empty() && contact.slave != contact.master && contacts.iter().any(reversed) {
+            reader.error(
+                &path,
+                CaseCode::DuplicateName,
+                format!("the pair {} – {} is listed in both directions", contact.master, contact.slave),
+                "remove one of them: contact would be counted twice",
+            );
+        }
+        contacts.push(contact);
+    }
+    contacts
+}
+
+fn contact(table: Table<'_>, names: &Names) -> Contact {
+    let slave = surface(&table, "slave", names);
+    let master = surface(&table, "master", names);
+    if slave == master && !slave.is_empty() {
+        table.reader.error(
+            &table.path_of("master"),
+            CaseCode::SameSurface,
+            format!("`{slave}` is both slave and master"),
+            "contact of a surface with itself is not supported: name two different surfaces",
+        );
+    }
+    let bodies = [&slave, &master].map(|name| names.find(name).and_then(|(_, body)| body));
+    if slave != master && bodies[0].is_some() && bodies[0] == bodies[1] {
+        // No two faces of a shape face each other.
+        table.reader.error(
+            &table.path_of("master"),
+            CaseCode::SameBody,
+            format!("`{slave}` and `{master}` are faces of the same body"),
+            "name a surface of another body; contact of a body with itself is not supported",
+        );
+    }
+    let friction = table
+        .number("friction")
+        .check(CaseCode::Friction, |&mu| mu >= 0.0, "must not be negative", "0 is frictionless")
+        .required(0.0, "the coefficient of friction; 0 is frictionless");
+    let multiplier_shape = table
+        .word("multiplier_shape", &[("standard", MultiplierShape::Standard), ("dual", MultiplierShape::Dual)])
+        .or(MultiplierShape::Standard);
+    let cell_rule = cell_rule(&table);
+    let search_radius = positive(&table, "search_radius").optional();
+    let feature_angle = table
+        .number("feature_angle")
+        .check(
+            CaseCode::OutOfRange,
+            |&angle| angle > 0.0 && angle <= 180.0,
+            "must be greater than 0 and at most 180 degrees",
+            "with 180, normals are averaged over all edges, however sharp",
+        )
+        .or(Contact::FEATURE_ANGLE);
+    let edge_cover = table
+        .number("edge_cover")
+        .check(
+            CaseCode::OutOfRange,
+            |&cover| cover > 0.0 && cover <= 1.0,
+            "must be greater than 0 and at most 1",
+            "the fraction of a node's area that the master must cover for its contact condition to be rigid",
+        )
+        .or(Contact::EDGE_COVER);
+    let enforcement = table.table("enforcement").map_or(LAGRANGE, enforcement);
+    table.finish();
+    Contact {
+        slave,
+        master,
+        friction,
+        multiplier_shape,
+        cell_rule,
+        search_radius,
+        feature_angle,
+        edge_cover,
+        enforcement,
+    }
+}
+
+/// The name of a surface; empty after an error.
+fn surface(table: &Table<'_>, key: &'static str, names: &Names) -> String {
+    let help = "the name of a surface: a body's name, `_`, and the face, for instance \"plate_ymax\"";
+    let name = table.string(key).required(String::new(), help);
+    names.check_surface(table.reader, &table.path_of(key), &name);
+    name
+}
+
+fn cell_rule(table: &Table<'_>) -> usize {
+    let help = format!("available numbers of points per triangle: {CELL_RULES:?}");
+    table
+        .integer("cell_rule")
+        .check(
+            CaseCode::CellRule,
+            |points| CELL_RULES.iter().any(|&rule| rule as i64 == *points),
+            "is not the number of points of an integration rule",
+            &help,
+        )
+        .or(7) as usize
+}
+
+fn enforcement(table: Table<'_>) -> Enforcement {
+    let chosen = table.choose("the enforcement", &["lagrange", "penalty", "augmented"]);
+    let enforcement = chosen.and_then(|key| Some((key, table.table(key)?))).map(|(key, inner)| {
+        let enforcement = match key {
+            "lagrange" => lagrange(&inner),
+            "penalty" => Enforcement::Penalty { stiffness: stiffness(&inner), scaling: penalty_scaling(&inner) },
+            _ => augmented(&inner),
+        };
+        inner.finish();
+        enforcement
+    });
+    table.finish();
+    enforcement.unwrap_or(LAGRANGE)
+}
+
+fn lagrange(table: &Table<'_>) -> Enforcement {
+    let factor = positive(table, "complementarity_parameter").optional();
+    let stiffness = stiffness(table);
+    if factor.is_some() && stiffness.is_some() {
+        table.reader.error(
+            &table.path_of("complementarity_parameter"),
+            CaseCode::ChooseOne,
+            "`stiffness` already gives the complementarity parameters, in units",
+            "keep one of the two; neither changes the solution",
+        );
+    }
+    let complementarity_parameter = stiffness.is_none().then(|| factor.unwrap_or(DEFAULT_COMPLEMENTARITY));
+    Enforcement::Lagrange { complementarity_parameter, stiffness, scaling: penalty_scaling(table) }
+}
+
+/// Relative tolerances above this are probably a mistake; for Newton's method they are an error.
+const LOOSE_TOLERANCE: f64 = 1e-2;
+
+fn augmented(table: &Table<'_>) -> Enforcement {
+    let tolerance = positive(table, "tolerance").or(1e-8);
+    let scalings = [("relative", ToleranceScaling::Relative), ("absolute", ToleranceScaling::Absolute)];
+    let tolerance_scaling = table.word("tolerance_scaling", &scalings).or(ToleranceScaling::Relative);
+    if tolerance > LOOSE_TOLERANCE && tolerance_scaling == ToleranceScaling::Relative {
+        table.reader.warning(
+            &table.path_of("tolerance"),
+            CaseCode::LooseTolerance,
+            format!("contact conditions may be violated by {tolerance:?} of the largest traction"),
+            format!("1e-8 is the default; above {LOOSE_TOLERANCE} results depend on the iteration"),
+        );
+    }
+    Enforcement::Augmented {
+        stiffness: stiffness(table),
+        scaling: penalty_scaling(table),
+        tolerance,
+        tolerance_scaling,
+        max_uzawa: table.integer("max_uzawa").count(CaseCode::OutOfRange, 1).or(200),
+        acceleration: table.integer("acceleration").count(CaseCode::OutOfRange, 0).or(8),
+    }
+}
+
+fn penalty_scaling(table: &Table<'_>) -> StiffnessScaling {
+    table
+        .word(
+            "scaling",
+            &[
+                ("area", StiffnessScaling::Area),
+                ("reference_area", StiffnessScaling::ReferenceArea),
+                ("weighted", StiffnessScaling::Weighted),
+            ],
+        )
+        .or(StiffnessScaling::Area)
+}
+
+fn positive<'t, 'a>(table: &'t Table<'a>, key: &'static str) -> Field<'t, 'a, f64> {
+    table.number(key).positive(CaseCode::OutOfRange)
+}
+
+/// One number for both directions, or `{ normal = …, tangential = … }`.
+fn stiffness(table: &Table<'_>) -> Option<Stiffness> {
+    if table.value("stiffness")?.get_ref().is_table() {
+        let inner = table.table("stiffness")?;
+        let normal = positive(&inner, "normal").required(1.0, "the normal stiffness");
+        let tangential = positive(&inner, "tangential").or(normal);
+        inner.finish();
+        return Some(Stiffness { normal, tangential });
+    }
+    let both = positive(table, "stiffness").optional()?;
+    Some(Stiffness { normal: both, tangential: both })
+}

@@ -1,0 +1,297 @@
+//! Design, objective and optimizer.
+
+use super::super::names::Names;
+use super::super::reader::{Reader, suggestion_or_list};
+use super::super::resolved::{
+    Body, Contact, Design, EnergyInterpolation, Mma, Objective, ObservedSteps, Optimizer, SensitivityFilter, Shape,
+    Simp,
+};
+use super::super::typed::Table;
+use super::{CaseCode, boxes};
+
+pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option<Design> {
+    let table = root.table("design")?;
+    let design_bodies = design_bodies(&table, names);
+    let fraction = |key| {
+        let range = |&value: &f64| value > 0.0 && value <= 1.0;
+        table.number(key).check(CaseCode::Fraction, range, "must lie in (0, 1]", "")
+    };
+    let volume_fraction = fraction("volume_fraction").optional();
+    let initial = if table.has("initial") || table.has("volume_fraction") {
+        fraction("initial").or(volume_fraction.unwrap_or(1.0))
+    } else {
+        fraction("initial").required(1.0, "the density at the start, in (0, 1]")
+    };
+    let sensitivity_filter = table.table("sensitivity_filter").map(|filter| {
+        let help = "in the unit of length, for instance 1.5 element sizes";
+        let radius = filter.number("radius").positive(CaseCode::OutOfRange).required(1.0, help);
+        filter.finish();
+        SensitivityFilter { radius }
+    });
+    let design = Design {
+        bodies: design_bodies,
+        initial,
+        volume_fraction,
+        simp: simp(&table),
+        energy_interpolation: table.table("energy_interpolation").map(energy_interpolation),
+        sensitivity_filter,
+        passive_solid: boxes(&table, "passive_solid"),
+        passive_void: boxes(&table, "passive_void"),
+    };
+    let may_vanish = root.has("optimizer") || !design.passive_void.is_empty();
+    if may_vanish && design.simp.min == 0.0 {
+        table.reader.warning(
+            "design.simp.min",
+            CaseCode::Simp,
+            "elements of density 0 have no stiffness: if they surround a node, the equations cannot be solved",
+            "1e-3 is usual; use 0 only for a design without void elements",
+        );
+    }
+    check_passive(table.reader, &design, bodies);
+    warn_initial(table.reader, &design);
+    table.finish();
+    Some(design)
+}
+
+fn design_bodies(table: &Table<'_>, names: &Names) -> Vec<String> {
+    let reader = table.reader;
+    let one = |value, path: String| {
+        let name = reader.string(value, "the name of a body")?;
+        names.check_body(reader, &path, &name);
+        Some((name, path))
+    };
+    let help = "the names of the bodies to be designed";
+    let listed = table
+        .list("bodies", one)
+        .check(CaseCode::EmptyDesign, |list| !list.is_empty(), "is empty: there is nothing to design", help)
+        .required(Vec::new(), help);
+    let mut bodies: Vec<String> = Vec::new();
+    for (name, path) in listed {
+        if bodies.contains(&name) {
+            let message = format!("`{name}` is listed twice");
+            reader.error(&path, CaseCode::DuplicateName, message, "");
+        } else {
+            bodies.push(name);
+        }
+    }
+    bodies
+}
+
+fn simp(table: &Table<'_>) -> Simp {
+    let default = Simp { p: 3.0, min: 1e-3 };
+    table.table("simp").map_or(default, |simp| {
+        let p = simp.number("p").check(CaseCode::Simp, |&p| p >= 1.0, "must be at least 1", "3 is usual").or(default.p);
+        let min = simp
+            .number("min")
+            .check(
+                CaseCode::Simp,
+                |&min| (0.0..1.0).contains(&min),
+                "must lie in [0, 1)",
+                "the ratio of the void's to the solid's stiffness, usually 1e-3",
+            )
+            .or(default.min);
+        simp.finish();
+        Simp { p, min }
+    })
+}
+
+fn energy_interpolation(table: Table<'_>) -> EnergyInterpolation {
+    let slipstick_solid::EnergyInterpolation { threshold, sharpness } = slipstick_solid::EnergyInterpolation::PUBLISHED;
+    let threshold = table
+        .number("threshold")
+        .check(
+            CaseCode::OutOfRange,
+            |&x| x > 0.0 && x < 1.0,
+            "must lie between 0 and 1, bounds excluded",
+            "a threshold on the density to the power p, usually 0.01",
+        )
+        .or(threshold);
+    let sharpness = table.number("sharpness").positive(CaseCode::OutOfRange).or(sharpness);
+    table.finish();
+    EnergyInterpolation { threshold, sharpness }
+}
+
+/// Checks the volumes of passive elements if the case file alone determines them, that is, if all design bodies are
+/// uniform, unrotated boxes. Other bodies are checked once the mesh exists.
+fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
+    if design.passive_solid.is_empty() {
+        return;
+    }
+    let (mut solid, mut total, mut both) = (0.0, 0.0, false);
+    for body in bodies.iter().filter(|body| design.bodies.contains(&body.name)) {
+        let Some((volume, centroids)) = uniform_elements(body) else {
+            return;
+        };
+        for point in centroids {
+            total += volume;
+            if design.passive_solid.iter().any(|region| region.contains(point)) {
+                solid += volume;
+                both |= design.passive_void.iter().any(|region| region.contains(point));
+            }
+        }
+    }
+    if both {
+        reader.error(
+            "design.passive_void",
+            CaseCode::ContradictoryPassive,
+            "some elements are both passive solid and passive void",
+            "make the boxes disjoint; an element belongs to a box that contains its centroid",
+        );
+    }
+    if let Some(limit) = design.volume_fraction
+        && solid > limit * total * (1.0 + 1e-12)
+    {
+        let fraction = solid / total;
+        reader.error(
+            "design.volume_fraction",
+            CaseCode::InfeasibleVolume,
+            format!("passive solid elements alone fill {fraction:.4} of the design bodies"),
+            "raise `volume_fraction` above that, or shrink `passive_solid`",
+        );
+    }
+}
+
+/// Element volume and centroids of a uniform, unrotated box of at most a million elements.
+fn uniform_elements(body: &Body) -> Option<(f64, impl Iterator<Item = [f64; 3]>)> {
+    let Shape::Box { min, max, elements, grading } = body.shape else {
+        return None;
+    };
+    let count = body.shape.element_count().filter(|&count| count <= 1_000_000)?;
+    if grading != [1.0; 3] || body.place.rotate.is_some() {
+        return None;
+    }
+    let size: [f64; 3] = std::array::from_fn(|i| (max[i] - min[i]) / elements[i] as f64);
+    let shift = body.place.translate;
+    let centroid = move |number: usize| {
+        let [nx, ny, _] = elements;
+        let index = [number % nx, number / nx % ny, number / (nx * ny)];
+        std::array::from_fn(|i| shift[i] + min[i] + (index[i] as f64 + 0.5) * size[i])
+    };
+    Some((size.iter().product(), (0..count).map(centroid)))
+}
+
+fn warn_initial(reader: &Reader, design: &Design) {
+    if let Some(limit) = design.volume_fraction
+        && design.initial > limit
+    {
+        reader.warning(
+            "design.initial",
+            CaseCode::InitialVolume,
+            format!("the initial density ({}) violates the volume constraint ({limit})", design.initial),
+            "the optimizer will first remove material; usually initial = volume_fraction",
+        );
+    }
+}
+
+pub(super) fn objective(root: &Table<'_>, contacts: &[Contact], steps: usize) -> Option<Objective> {
+    let table = root.table("objective")?;
+    let chosen = table.choose("the objective", &["contact_force", "compliance"]);
+    let objective = chosen.and_then(|key| table.table(key)).map(|inner| {
+        let steps = observed_steps(&inner, steps);
+        inner.finish();
+        if chosen == Some("compliance") { Objective::Compliance { steps } } else { Objective::ContactForce { steps } }
+    });
+    if chosen == Some("compliance") && !root.has("load") && !root.has_misspelt("load") {
+        table.reader.error(
+            "objective.compliance",
+            CaseCode::ChooseOne,
+            "the objective is the work of loads, but the case has none",
+            "add a [[load]], or use contact_force if displacements are prescribed",
+        );
+    }
+    if chosen == Some("contact_force") && contacts.is_empty() && !root.has("contact") && !root.has_misspelt("contact") {
+        table.reader.error(
+            "objective.contact_force",
+            CaseCode::NoContact,
+            "the objective is a sum of contact forces, but the case has no contact",
+            "add a [[contact]] with slave, master and friction",
+        );
+    }
+    table.finish();
+    objective
+}
+
+/// `"last"`, `"all"` or a list of steps.
+fn observed_steps(table: &Table<'_>, steps: usize) -> ObservedSteps {
+    let Some(value) = table.value("steps") else {
+        return ObservedSteps::Last;
+    };
+    let reader = table.reader;
+    match value.get_ref().as_str() {
+        Some("last") => return ObservedSteps::Last,
+        Some("all") => return ObservedSteps::All,
+        Some(word) => {
+            let help = suggestion_or_list(word, &["last", "all"]);
+            let message = format!("`steps` cannot be `{word}`");
+            reader.error_at(value.span(), CaseCode::UnknownWord, message, help);
+            return ObservedSteps::Last;
+        }
+        None => {}
+    }
+    let one = |value, path: String| {
+        let step = reader.integer(value, "a load step")?;
+        if step < 1 || step > steps as i64 {
+            let message = format!("there is no load step {step}");
+            let help = format!("load steps are numbered 1 to {steps}");
+            reader.error(&path, CaseCode::Steps, message, help);
+            return None;
+        }
+        Some(step as usize)
+    };
+    let increasing = |list: &Vec<usize>| list.windows(2).all(|pair| pair[0] < pair[1]);
+    let list = table
+        .list("steps", one)
+        .check(CaseCode::Empty, |list| !list.is_empty(), "lists no load step", "")
+        .check(CaseCode::Steps, increasing, "must increase", "list each load step once, in order")
+        .or(Vec::new());
+    ObservedSteps::Only(list)
+}
+
+pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Optimizer> {
+    let table = root.table("optimizer")?;
+    if design.is_some_and(|design| design.volume_fraction.is_none()) && !table.reader.contains("design.volume_fraction")
+    {
+        table.reader.error(
+            "design",
+            CaseCode::MissingKey,
+            "an optimization needs the key `volume_fraction` in [design]",
+            "the bound on the mean density, in (0, 1]",
+        );
+    }
+    let mma = table.table("mma").map_or(Mma::default(), mma);
+    let iterations = table
+        .integer("iterations")
+        .count(CaseCode::OutOfRange, 1)
+        .required(1, "the number of design iterations, for instance 100");
+    let tolerance = table.number("tolerance").positive(CaseCode::OutOfRange).optional();
+    table.finish();
+    Some(Optimizer { mma, iterations, tolerance })
+}
+
+fn mma(table: Table<'_>) -> Mma {
+    let default = Mma::default();
+    let within = |key, range: fn(&f64) -> bool, message: &str, value| {
+        table.number(key).check(CaseCode::OutOfRange, range, message, "").or(value)
+    };
+    let unit: fn(&f64) -> bool = |&x| x > 0.0 && x <= 1.0;
+    let fraction: fn(&f64) -> bool = |&x| x > 0.0 && x < 1.0;
+    let positive = |key, value| table.number(key).positive(CaseCode::OutOfRange).or(value);
+    let asymin = positive("asymin", default.asymin);
+    let asymax = table
+        .number("asymax")
+        .check(CaseCode::OutOfRange, |&x| x > asymin, "must be greater than `asymin`", "")
+        .or(default.asymax.max(asymin));
+    let mma = Mma {
+        move_limit: within("move_limit", unit, "must lie in (0, 1]", default.move_limit),
+        asyinit: positive("asyinit", default.asyinit),
+        asyincr: within("asyincr", |&x| x >= 1.0, "must be at least 1", default.asyincr),
+        asydecr: within("asydecr", fraction, "must lie between 0 and 1", default.asydecr),
+        asymin,
+        asymax,
+        albefa: within("albefa", fraction, "must lie between 0 and 1", default.albefa),
+        raa0: positive("raa0", default.raa0),
+        c: positive("c", default.c),
+    };
+    table.finish();
+    mma
+}

@@ -1,0 +1,85 @@
+//! Bodies from mesh files (`mesh = { file, part, scale, first_order }`).
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use slipstick_meshio::{FileMesh, MeshFileError};
+
+use super::super::ReadFile;
+use super::super::resolved::MeshFile;
+use super::super::typed::Table;
+use super::CaseCode;
+use crate::case::sha256;
+
+/// The contents of a file, or why it cannot be read and the remedy.
+type Contents = Result<Rc<(FileMesh, String)>, (String, String)>;
+
+/// The files that a case refers to; each is read once.
+pub(super) struct MeshFiles<'f> {
+    read: ReadFile<'f>,
+    known: RefCell<BTreeMap<String, Contents>>,
+}
+
+impl<'f> MeshFiles<'f> {
+    pub fn new(read: ReadFile<'f>) -> Self {
+        Self { read, known: RefCell::default() }
+    }
+
+    fn get(&self, name: &str) -> Contents {
+        self.known.borrow_mut().entry(name.to_owned()).or_insert_with(|| self.load(name)).clone()
+    }
+
+    fn load(&self, name: &str) -> Contents {
+        let bytes = (self.read)(name).map_err(|error| {
+            let help = "the path is relative to the folder of the case file";
+            (format!("cannot read the mesh file {name}: {error}"), help.to_owned())
+        })?;
+        let mesh = FileMesh::parse(&bytes).map_err(|error| told(name, error))?;
+        Ok(Rc::new((mesh, sha256(&bytes))))
+    }
+}
+
+fn told(file: &str, error: MeshFileError) -> (String, String) {
+    (format!("{file}: {}: {}", error.place, error.message), error.cure)
+}
+
+/// The body; `None` after an error that leaves its surfaces unknown.
+pub(super) fn mesh_file(table: &Table<'_>, body: &str, files: &MeshFiles<'_>) -> Option<MeshFile> {
+    let file = table
+        .string("file")
+        .check(CaseCode::Empty, |file| !file.is_empty(), "is empty", "name a .msh, .inp or .vtu file")
+        .required(String::new(), "a .msh, .inp or .vtu file, relative to the case file");
+    let part = table.string("part").optional();
+    let scale = table.number("scale").positive(CaseCode::OutOfRange).or(1.0);
+    let first_order = table.boolean("first_order").or(false);
+    let expected = table.string("sha256").optional();
+    if file.is_empty() {
+        return None;
+    }
+    let reader = table.reader;
+    let error = |key: &str, (message, help): (String, String)| {
+        reader.error(&table.path_of(key), CaseCode::MeshFile, message, help);
+    };
+    let contents = files.get(&file).map_err(|told| error("file", told)).ok()?;
+    let (mesh, hash) = &*contents;
+    if expected.is_some_and(|expected| !expected.eq_ignore_ascii_case(hash)) {
+        let help = "restore the original file, or remove the key";
+        error("sha256", (format!("the SHA-256 of {file} is {hash}: the file has changed"), help.into()));
+    }
+    let read = match first_order {
+        true => mesh.first_order_body(body, part.as_deref(), scale),
+        false => mesh.body(body, part.as_deref(), scale),
+    };
+    let read = read.map_err(|found| {
+        let key = if found.place.starts_with("part ") { "part" } else { "file" };
+        error(key, told(&file, found));
+    });
+    let read = read.ok()?;
+    for notice in read.notices {
+        let help = "no action is needed if this is intended";
+        reader.warning(&table.path_of("file"), CaseCode::MeshFile, format!("{file}: {notice}"), help);
+    }
+    Some(MeshFile { file, part, scale, first_order, sha256: hash.clone(), mesh: Arc::new(read.mesh) })
+}

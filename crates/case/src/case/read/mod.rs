@@ -1,0 +1,111 @@
+//! Converts the parsed tables to the [`Case`]: one file per part of the case.
+
+mod bodies;
+mod contact;
+mod design;
+mod load;
+mod load_case;
+mod mesh_file;
+mod motion;
+mod run;
+mod sets;
+mod symmetry;
+
+use super::names::Names;
+use super::resolved::Case;
+use super::typed::Table;
+use super::{BoxRegion, CaseCode, ReadFile};
+
+/// Reads the whole document, and the files that it refers to with `files`. After an error the result is a placeholder
+/// that must not be used.
+pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
+    let mut names = Names::default();
+    let title = root.string("title").or(String::new());
+    let units = run::units(&root);
+    let bodies = bodies::bodies(&root, &mut names, &mesh_file::MeshFiles::new(files));
+    let surfaces = sets::surfaces(&root, &mut names);
+    let sets = sets::sets(&root, &mut names);
+    let symmetries = symmetry::symmetries(&root);
+    let load_path = motion::load_path(&root);
+    let contacts = contact::contacts(&root, &names);
+    let load_cases = load_case::load_cases(&root);
+    let dirichlet = motion::dirichlet(&root, &names, &load_cases, load_path.steps);
+    let loads = load::loads(&root, &names, &load_cases, load_path.steps);
+    let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| d.load_case.clone());
+    let driven: Vec<Option<String>> = moving.chain(loads.iter().map(|load| load.load_case.clone())).collect();
+    load_case::warn_idle(&root, &load_cases, &driven);
+    let design = design::design(&root, &names, &bodies);
+    let objective = design::objective(&root, &contacts, load_path.steps);
+    let optimizer = design::optimizer(&root, design.as_ref());
+    let output = run::output(&root);
+    let solver = run::solver(&root);
+    let adjoint = run::adjoint(&root);
+    // symmetry planes support bodies too, but which ones is only known with the mesh
+    if symmetries.is_empty() {
+        motion::warn_unsupported(&root, &names, &bodies, &contacts, &dirichlet);
+    }
+    root.finish();
+    Case {
+        title,
+        units,
+        bodies,
+        surfaces,
+        sets,
+        symmetries,
+        contacts,
+        load_cases,
+        dirichlet,
+        loads,
+        load_path,
+        design,
+        objective,
+        optimizer,
+        output,
+        solver,
+        adjoint,
+    }
+}
+
+/// A name: letters, digits, `_` and `-`, so that it can be used in paths, file names and tables. Empty after an error.
+fn name(table: &Table<'_>) -> String {
+    let allowed = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
+    table
+        .string("name")
+        .check(
+            CaseCode::BadName,
+            |name| !name.is_empty() && name.chars().all(allowed),
+            "must consist of letters, digits, `_` and `-`",
+            "for instance \"plate\" or \"lower_ring\"",
+        )
+        .required(String::new(), "for instance name = \"plate\"")
+}
+
+/// A list of boxes `{ min = […], max = […] }`.
+fn boxes(table: &Table<'_>, key: &'static str) -> Vec<BoxRegion> {
+    table.tables(key).into_iter().map(box_region).collect()
+}
+
+fn box_region(table: Table<'_>) -> BoxRegion {
+    let help = "the box's lowest and highest corner: { min = [x, y, z], max = [x, y, z] }";
+    let min = table.vector("min").required([0.0; 3], help);
+    let ordered = |max: &[f64; 3]| (0..3).all(|i| min[i] <= max[i]);
+    let max = table
+        .vector("max")
+        .check(CaseCode::BadShape, ordered, "is below `min`", "swap the two bounds")
+        .required(min, help);
+    table.finish();
+    BoxRegion { min, max }
+}
+
+/// A direction: three numbers, not all zero.
+fn direction(table: &Table<'_>, key: &'static str) -> [f64; 3] {
+    table
+        .vector(key)
+        .check(
+            CaseCode::OutOfRange,
+            |axis| axis.iter().any(|&x| x != 0.0),
+            "must not be the zero vector",
+            "the y axis is [0, 1, 0]",
+        )
+        .required([0.0, 1.0, 0.0], "a direction, for instance [0, 1, 0]")
+}

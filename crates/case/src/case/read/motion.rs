@@ -1,0 +1,279 @@
+//! Supports and motions (`[[dirichlet]]`) and the load path (`[load_path]`).
+
+use super::super::names::Names;
+use super::super::resolved::{
+    Body, Component, Contact, Dirichlet, LoadCase, LoadPath, RotationAxis, StartValues, Tolerance, Waypoint,
+};
+use super::super::typed::Table;
+use super::{CaseCode, direction, load_case};
+use slipstick_model::words::quantity;
+
+pub(super) const COMPONENTS: [(&str, Component); 3] = [("x", Component::X), ("y", Component::Y), ("z", Component::Z)];
+
+/// Placeholder if the number of steps cannot be read: every step exists.
+const UNKNOWN_STEPS: usize = usize::MAX >> 1;
+
+pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
+    let relative = 1e-9;
+    let mut tolerance = Tolerance { relative, residual: None, displacement: None, contact: None, multiplier: None };
+    let start_values = StartValues::PreviousDesign;
+    let Some(table) = root.table("load_path") else {
+        if !root.has("load_path") {
+            root.note_missing("load_path", "for instance [load_path] with steps = 10");
+        }
+        return LoadPath { steps: UNKNOWN_STEPS, tolerance, max_newton_iterations: 25, max_cutbacks: 8, start_values };
+    };
+    let steps = table
+        .integer("steps")
+        .count(CaseCode::Steps, 1)
+        .required(UNKNOWN_STEPS, "the number of equal steps of pseudo-time from 0 to 1");
+    if let Some(inner) = table.table("tolerance") {
+        let bound = |key| inner.number(key).positive(CaseCode::OutOfRange);
+        tolerance = Tolerance {
+            relative: bound("relative")
+                .check(
+                    CaseCode::OutOfRange,
+                    |&bound| bound <= 1e-2,
+                    "is too large: the result would not be an equilibrium",
+                    "1e-9 is usual",
+                )
+                .or(relative),
+            residual: bound("residual").optional(),
+            displacement: bound("displacement").optional(),
+            contact: bound("contact").optional(),
+            multiplier: bound("multiplier").optional(),
+        };
+        inner.finish();
+    }
+    let max_newton_iterations = table.integer("max_newton_iterations").count(CaseCode::OutOfRange, 1).or(25);
+    let max_cutbacks = table.integer("max_cutbacks").count(CaseCode::OutOfRange, 0).or(8);
+    let start_values = table
+        .word(
+            "start_values",
+            &[
+                ("previous_design", StartValues::PreviousDesign),
+                ("extrapolated", StartValues::Extrapolated),
+                ("last_state", StartValues::LastState),
+            ],
+        )
+        .or(start_values);
+    table.finish();
+    LoadPath { steps, tolerance, max_newton_iterations, max_cutbacks, start_values }
+}
+
+pub(super) fn dirichlet(root: &Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Vec<Dirichlet> {
+    let mut conditions: Vec<Dirichlet> = Vec::new();
+    for table in root.tables("dirichlet") {
+        let reader = table.reader;
+        let path = table.path_of("set");
+        let condition = condition(table, names, cases, steps);
+        let together = |other: &Dirichlet| match (&other.load_case, &condition.load_case) {
+            (Some(a), Some(b)) => a == b,
+            _ => true,
+        };
+        let conflict = conditions.iter().position(|other| {
+            together(other)
+                && other.set == condition.set
+                && other.components.iter().any(|c| condition.components.contains(c))
+        });
+        if let (Some(other), false) = (conflict, condition.set.is_empty()) {
+            reader.error(
+                &path,
+                CaseCode::ConflictingDirichlet,
+                format!("`dirichlet[{other}]` already prescribes a component of `{}`", condition.set),
+                "merge the two tables, or list different `components` in them",
+            );
+        }
+        conditions.push(condition);
+    }
+    conditions
+}
+
+fn condition(table: Table<'_>, names: &Names, cases: &[LoadCase], steps: usize) -> Dirichlet {
+    let help = "a surface, for instance \"plate_ymin\", or the name of a [[set]]";
+    let set = table.string("set").required(String::new(), help);
+    names.check_set(table.reader, &table.path_of("set"), &set);
+    let components = components(&table);
+    let rotation = table.table("rotation").map(|axis| {
+        let help = "a point on the axis [x, y, z]";
+        let point = axis.vector("point").required([0.0; 3], help);
+        let direction = direction(&axis, "direction");
+        axis.finish();
+        RotationAxis { point, direction }
+    });
+    let motion = motion(&table, &components, rotation.is_some(), steps);
+    let load_case = load_case::of(&table, cases);
+    table.finish();
+    Dirichlet { set, load_case, components, motion, rotation }
+}
+
+fn components(table: &Table<'_>) -> Vec<Component> {
+    let reader = table.reader;
+    let all = || COMPONENTS.map(|(_, component)| component).to_vec();
+    let one = |value, path: String| {
+        let word = reader.string(value, "a component")?;
+        let found = COMPONENTS.iter().find(|(name, _)| *name == word);
+        if found.is_none() {
+            let message = format!("there is no component `{word}`");
+            reader.error(&path, CaseCode::UnknownWord, message, "components: x, y, z");
+        }
+        found.map(|&(_, component)| component)
+    };
+    let help = "omit the key to prescribe all three";
+    let mut components = table
+        .list("components", one)
+        .check(CaseCode::Empty, |list| !list.is_empty(), "lists no component", help)
+        .or(all());
+    let given = components.len();
+    components.sort_unstable();
+    components.dedup();
+    if components.len() < given {
+        reader.error(&table.path_of("components"), CaseCode::DuplicateName, "a component is listed twice", "");
+    }
+    components
+}
+
+/// The waypoints; an omitted `u` or `angle` keeps its value of the previous waypoint.
+fn motion(table: &Table<'_>, components: &[Component], has_axis: bool, steps: usize) -> Vec<Waypoint> {
+    let mut points: Vec<Waypoint> = Vec::new();
+    for point in table.tables("motion") {
+        let last = points.last().copied().unwrap_or(Waypoint { t: 0.0, u: [0.0; 3], angle: 0.0 });
+        points.push(waypoint(point, &last, components, has_axis, steps));
+    }
+    if has_axis && points.iter().all(|point| point.angle == 0.0) {
+        table.reader.warning(
+            &table.path_of("rotation"),
+            CaseCode::Motion,
+            "an axis of rotation without an angle has no effect",
+            "give the waypoints an `angle` in degrees, or remove `rotation`",
+        );
+    }
+    let mut last = (0.0, 0.0);
+    for point in &points {
+        // within a load step, displacements are linear: a larger rotation would be a different motion
+        let turn = (point.angle - last.1).abs() / ((point.t - last.0) * steps as f64);
+        if point.t > last.0 && turn > LARGEST_TURN * (1.0 + 1e-9) {
+            table.reader.error(
+                &table.path_of("motion"),
+                CaseCode::Motion,
+                format!("the rotation is {}° in one load step; the limit is {LARGEST_TURN}°", quantity(turn)),
+                format!("set `load_path.steps` to {:.0} or more", (turn / LARGEST_TURN * steps as f64).ceil()),
+            );
+            break;
+        }
+        last = (point.t, point.angle);
+    }
+    points
+}
+
+/// Largest prescribed rotation in a load step. \[degrees\]
+const LARGEST_TURN: f64 = 90.0;
+
+fn waypoint(table: Table<'_>, last: &Waypoint, components: &[Component], has_axis: bool, steps: usize) -> Waypoint {
+    let t = time(&table, last.t, steps);
+    if !table.has("u") && !table.has("angle") {
+        table.reader.error(
+            table.path(),
+            CaseCode::Motion,
+            "a waypoint needs `u` or `angle`",
+            "for instance { t = 1.0, u = [x, y, z] } or { t = 1.0, angle = 30.0 }",
+        );
+    }
+    let free = |u: &[f64; 3]| COMPONENTS.iter().any(|(_, c)| u[c.index()] != 0.0 && !components.contains(c));
+    let u = table
+        .vector("u")
+        .check(
+            CaseCode::Motion,
+            |u| !free(u),
+            "moves a component that is not prescribed",
+            "write 0 for it, or add the component to `components`",
+        )
+        .or(last.u);
+    let angle = table
+        .number("angle")
+        .check(
+            CaseCode::Motion,
+            |&angle| has_axis || angle == 0.0,
+            "needs an axis",
+            "add rotation = { point = [x, y, z], direction = [x, y, z] } to the [[dirichlet]] table",
+        )
+        .or(last.angle);
+    table.finish();
+    Waypoint { t, u, angle }
+}
+
+/// Pseudo-time of a waypoint, later than the previous one.
+pub(super) fn time(table: &Table<'_>, earliest: f64, steps: usize) -> f64 {
+    let t = table
+        .number("t")
+        .check(
+            CaseCode::MotionTime,
+            |&t| t > 0.0 && t <= 1.0,
+            "must lie in (0, 1]",
+            "pseudo-time runs from 0, at rest, to 1",
+        )
+        .check(
+            CaseCode::MotionTime,
+            |&t| t > earliest,
+            "must be later than at the previous waypoint",
+            "list the waypoints in order of time",
+        )
+        .optional();
+    if !table.has("t") {
+        table.note_missing("t", "pseudo-time of the waypoint, in (0, 1]");
+    }
+    if let Some(t) = t {
+        warn_corner(table, t, steps);
+    }
+    t.unwrap_or(earliest)
+}
+
+/// Motions are linear within a load step, so a waypoint between two load steps is skipped.
+fn warn_corner(table: &Table<'_>, t: f64, steps: usize) {
+    let position = t * steps as f64;
+    if (position - position.round()).abs() > 1e-9 * steps as f64 {
+        table.reader.warning(
+            &table.path_of("t"),
+            CaseCode::CornerBetweenSteps,
+            format!(
+                "the waypoint at t = {t} lies between load steps {} and {} and is skipped",
+                position.floor(),
+                position.ceil()
+            ),
+            "choose `load_path.steps` so that t × steps is a whole number",
+        );
+    }
+}
+
+/// Warns of bodies without any support or prescribed motion.
+pub(super) fn warn_unsupported(
+    root: &Table<'_>,
+    names: &Names,
+    bodies: &[Body],
+    contacts: &[Contact],
+    dirichlet: &[Dirichlet],
+) {
+    let body_of = |name: &str| names.find(name).map(|(_, body)| body);
+    // A set of several bodies may support any of them, and an unknown name is already an error.
+    if dirichlet.iter().any(|condition| !matches!(body_of(&condition.set), Some(Some(_)))) {
+        return;
+    }
+    for (number, body) in bodies.iter().enumerate() {
+        let on_body = |name: &str| body_of(name) == Some(Some(number));
+        if dirichlet.iter().any(|condition| on_body(&condition.set)) {
+            continue;
+        }
+        let touches = contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master));
+        let what = if touches {
+            "only contact can hold it, and nothing holds it until it touches"
+        } else {
+            "it has neither supports nor contact"
+        };
+        root.reader.warning(
+            &format!("body[{number}].name"),
+            CaseCode::UnsupportedBody,
+            format!("nothing is prescribed on the body `{}`: {what}", body.name),
+            "hold or move one of its surfaces in a [[dirichlet]] table",
+        );
+    }
+}

@@ -1,0 +1,103 @@
+//! Surfaces (`[[surface]]`) and node sets (`[[set]]`) that the case defines.
+
+use super::super::names::Names;
+use super::super::resolved::{Cylinder, NodeSet, NormalCone, Plane, SurfaceSet};
+use super::super::typed::Table;
+use super::{CaseCode, boxes, direction, name};
+
+/// Half the angle between adjacent faces of a box: each facet belongs to the nearest direction.
+const DEFAULT_ANGLE: f64 = 45.0;
+
+pub(super) fn surfaces(root: &Table<'_>, names: &mut Names) -> Vec<SurfaceSet> {
+    if root.has_misspelt("surface") {
+        names.excuse_all();
+    }
+    root.tables("surface").into_iter().map(|table| surface(table, names)).collect()
+}
+
+fn surface(table: Table<'_>, names: &mut Names) -> SurfaceSet {
+    let name = name(&table);
+    let body = table.string("body").required(String::new(), "the body whose boundary facets are selected");
+    names.check_body(table.reader, &table.path_of("body"), &body);
+    let within = table.string("within").optional();
+    if let Some(within) = &within {
+        let path = table.path_of("within");
+        names.check_surface(table.reader, &path, within);
+        let of = names.find(within).and_then(|(_, of)| of);
+        if of.is_some() && names.body(&body).is_some() && of != names.body(&body) {
+            let message = format!("`{within}` is not a surface of `{body}`");
+            table.reader.error(&path, CaseCode::UnknownSet, message, "name a surface of the same body");
+        }
+    }
+    let boxes = boxes(&table, "boxes");
+    let normal = table.table("normal").map(|cone| {
+        let direction = direction(&cone, "direction");
+        let degrees = cone
+            .number("degrees")
+            .check(CaseCode::OutOfRange, |angle| (0.0..=180.0).contains(angle), "must lie between 0 and 180", "")
+            .or(DEFAULT_ANGLE);
+        cone.finish();
+        NormalCone { direction, degrees }
+    });
+    conditions(&table, "a surface", &["boxes", "normal", "within"], boxes.is_empty());
+    names.add_surface(table.reader, table.path(), &name, names.body(&body));
+    table.finish();
+    SurfaceSet { name, body, within, boxes, normal }
+}
+
+pub(super) fn sets(root: &Table<'_>, names: &mut Names) -> Vec<NodeSet> {
+    if root.has_misspelt("set") {
+        names.excuse_all();
+    }
+    root.tables("set").into_iter().map(|table| set(table, names)).collect()
+}
+
+fn set(table: Table<'_>, names: &mut Names) -> NodeSet {
+    let name = name(&table);
+    let within = table.string("within").optional();
+    if let Some(within) = &within {
+        names.check_set(table.reader, &table.path_of("within"), within);
+    }
+    names.add_set(table.reader, table.path(), &name, within.as_deref());
+    let boxes = boxes(&table, "boxes");
+    let plane = table.table("plane").map(plane);
+    let cylinder = table.table("cylinder").map(cylinder);
+    let nearest = table.vector("nearest").optional();
+    conditions(&table, "a set", &["boxes", "plane", "cylinder", "nearest"], boxes.is_empty());
+    table.finish();
+    NodeSet { name, within, boxes, plane, cylinder, nearest }
+}
+
+/// Reports an empty list of boxes, and a table without any of the keys.
+fn conditions(table: &Table<'_>, what: &str, keys: &'static [&'static str], no_boxes: bool) {
+    if table.has("boxes") && no_boxes {
+        let help = "boxes = [{ min = [x, y, z], max = [x, y, z] }]";
+        let message = format!("{what} with `boxes` needs at least one box");
+        table.reader.error(&table.path_of("boxes"), CaseCode::Empty, message, help);
+    }
+    if !keys.iter().any(|key| table.has(key)) {
+        table.note_missing_one_of(keys, &format!("{what} needs a condition"));
+    }
+}
+
+fn plane(table: Table<'_>) -> Plane {
+    let point = table.vector("point").required([0.0; 3], "a point on the plane [x, y, z]");
+    let normal = direction(&table, "normal");
+    let tolerance = table
+        .number("tolerance")
+        .check(CaseCode::OutOfRange, |&length| length >= 0.0, "must not be negative", "")
+        .optional();
+    table.finish();
+    Plane { point, normal, tolerance }
+}
+
+fn cylinder(table: Table<'_>) -> Cylinder {
+    let start = table.vector("start").required([0.0; 3], "one end of the axis [x, y, z]");
+    let end = table
+        .vector("end")
+        .check(CaseCode::BadShape, |end| *end != start, "is the same point as `start`", "the axis must have a length")
+        .required(start.map(|x| x + 1.0), "the other end of the axis [x, y, z]");
+    let radius = table.number("radius").positive(CaseCode::BadShape).required(1.0, "a length");
+    table.finish();
+    Cylinder { start, end, radius }
+}

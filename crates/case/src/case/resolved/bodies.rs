@@ -1,0 +1,221 @@
+//! Bodies.
+
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+use super::MeshFile;
+pub use slipstick_solid::{Formulation, LawKind};
+
+/// A body: shape, placement, material.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Body {
+    /// Unique name; the body's surfaces are called `{name}_{face}`.
+    pub name: String,
+    /// Shape and mesh.
+    #[serde(flatten)]
+    pub shape: Shape,
+    /// Placement of the shape, which is generated in its own frame.
+    pub place: Placement,
+    /// The material of the solid (density 1).
+    pub material: Material,
+    /// How its elements are integrated.
+    pub element: Formulation,
+}
+
+/// The shapes that can be meshed, and meshes from files. y is up; lengths in \[L\].
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// An axis-aligned box. Faces `xmin xmax ymin ymax zmin zmax`.
+    Box {
+        /// Lowest corner.
+        min: [f64; 3],
+        /// Highest corner; greater than `min` in every direction.
+        max: [f64; 3],
+        /// Elements along x, y, z; at least 1.
+        elements: [usize; 3],
+        /// Ratio of the last to the first element size, per direction; 1 is uniform.
+        grading: [f64; 3],
+    },
+    /// A solid half-ball, dome down (−y), with the centre of its flat face at the origin. Faces `flat dome`.
+    HalfBall {
+        /// Radius.
+        radius: f64,
+        /// `[n, h, m]`: the core is n × n × h elements (h downward), wrapped by m layers:
+        /// n²h + m(n² + 4nh) elements.
+        elements: [usize; 3],
+    },
+    /// A hollow cylinder about the y axis, from y = 0 to `height`. Faces `bottom top inner outer`.
+    HollowCylinder {
+        /// Inner radius.
+        inner_radius: f64,
+        /// Outer radius.
+        outer_radius: f64,
+        /// Height.
+        height: f64,
+        /// Elements radially, around (at least 3), axially.
+        elements: [usize; 3],
+    },
+    /// The lower half (y ≤ 0) of a ring about the z axis. Faces `outer inner ends zmin zmax`.
+    HalfRing {
+        /// Outer radius.
+        outer_radius: f64,
+        /// Inner radius.
+        inner_radius: f64,
+        /// Width along z, from −width/2 to width/2.
+        width: f64,
+        /// Elements around (at least 2), radially, across (along z).
+        elements: [usize; 3],
+    },
+    /// A mesh from a file, with its surfaces and node sets.
+    Mesh(MeshFile),
+}
+
+impl Shape {
+    /// The key that names the shape in the case file.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Box { .. } => "box",
+            Self::HalfBall { .. } => "half_ball",
+            Self::HollowCylinder { .. } => "hollow_cylinder",
+            Self::HalfRing { .. } => "half_ring",
+            Self::Mesh(_) => "mesh",
+        }
+    }
+
+    /// The faces of this shape's mesh; its surfaces are called `{body}_{face}`. Empty for a mesh from a file, which has
+    /// its own surfaces.
+    pub fn faces(&self) -> &'static [&'static str] {
+        match self {
+            Self::Box { .. } => &["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"],
+            Self::HalfBall { .. } => &["flat", "dome"],
+            Self::HollowCylinder { .. } => &["bottom", "top", "inner", "outer"],
+            Self::HalfRing { .. } => &["outer", "inner", "ends", "zmin", "zmax"],
+            Self::Mesh(_) => &[],
+        }
+    }
+
+    /// Number of elements in the mesh of this shape; `None` if it overflows.
+    pub fn element_count(&self) -> Option<usize> {
+        match *self {
+            Self::Box { elements, .. } | Self::HollowCylinder { elements, .. } | Self::HalfRing { elements, .. } => {
+                elements.iter().try_fold(1usize, |product, &n| product.checked_mul(n))
+            }
+            Self::HalfBall { elements: [n, h, m], .. } => {
+                let square = n.checked_mul(n)?;
+                let layer = square.checked_add(n.checked_mul(h)?.checked_mul(4)?)?;
+                square.checked_mul(h)?.checked_add(m.checked_mul(layer)?)
+            }
+            Self::Mesh(ref file) => Some(file.mesh.elements.len()),
+        }
+    }
+
+    /// Number of nodes in the mesh of this shape; rounded if it is large.
+    pub fn node_count(&self) -> f64 {
+        match *self {
+            Self::Box { elements, .. } | Self::HalfRing { elements, .. } => {
+                elements.iter().map(|&n| n as f64 + 1.0).product()
+            }
+            Self::HollowCylinder { elements: [radial, around, axial], .. } => {
+                (radial as f64 + 1.0) * around as f64 * (axial as f64 + 1.0)
+            }
+            Self::HalfBall { elements, .. } => {
+                let [n, h, m] = elements.map(|n| n as f64);
+                let square = (n + 1.0) * (n + 1.0);
+                // The nodes of the core, plus its boundary without the flat face once for every layer.
+                square * (h + 1.0) + m * (square + 4.0 * n * h)
+            }
+            Self::Mesh(ref file) => file.mesh.nodes.len() as f64,
+        }
+    }
+}
+
+/// Rotation about the origin, then translation.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Placement {
+    /// The rotation; `None`: no rotation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotate: Option<Rotate>,
+    /// The translation. \[L\]
+    pub translate: [f64; 3],
+}
+
+/// A rotation about an axis through the origin, right-handed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Rotate {
+    /// Direction of the axis; need not be a unit vector, is not zero.
+    pub axis: [f64; 3],
+    /// Angle in degrees.
+    pub degrees: f64,
+}
+
+/// A material: a law and the constants of its small-strain limit. In a case file the name of the law is a key, whose
+/// table holds the constants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// The law.
+    pub law: LawKind,
+    /// Young's modulus E > 0. \[F/L²\]
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, −1 < ν < 1/2.
+    pub poisson_ratio: f64,
+}
+
+/// The constants of every law.
+#[derive(Serialize, JsonSchema)]
+struct ElasticConstants {
+    /// Young's modulus E > 0. \[F/L²\]
+    youngs_modulus: f64,
+    /// Poisson's ratio, −1 < ν < 1/2.
+    poisson_ratio: f64,
+}
+
+/// In the format of a case file.
+impl Serialize for Material {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { law, youngs_modulus, poisson_ratio } = *self;
+        let mut map = serializer.serialize_map(Some(1))?;
+        map.serialize_entry(law.word(), &ElasticConstants { youngs_modulus, poisson_ratio })?;
+        map.end()
+    }
+}
+
+impl JsonSchema for Material {
+    fn schema_name() -> Cow<'static, str> {
+        "Material".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let constants = generator.subschema_for::<ElasticConstants>();
+        let variant = |law: &LawKind| {
+            let (word, about) = (law.word(), law.about());
+            json_schema!({
+                "description": about,
+                "type": "object",
+                "properties": { word: constants },
+                "required": [word],
+            })
+        };
+        let laws: Vec<Schema> = LawKind::ALL.iter().map(variant).collect();
+        json_schema!({ "description": "A material law.", "oneOf": laws })
+    }
+}
+
+/// An axis-aligned region of the reference configuration, bounds included. \[L\]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct BoxRegion {
+    /// Lowest corner.
+    pub min: [f64; 3],
+    /// Highest corner; at or above `min` in every direction.
+    pub max: [f64; 3],
+}
+
+impl BoxRegion {
+    /// Whether the point is in the region, bounds included.
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        (0..3).all(|i| self.min[i] <= point[i] && point[i] <= self.max[i])
+    }
+}

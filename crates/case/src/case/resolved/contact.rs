@@ -1,0 +1,107 @@
+//! Contact pairs and their enforcement.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+pub use slipstick_contact::enforcement::StiffnessScaling;
+pub use slipstick_contact::kinematics::MultiplierShape;
+
+/// A contact pair.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Contact {
+    /// The surface that carries the multipliers and over which contact integrals are taken.
+    pub slave: String,
+    /// The other surface.
+    pub master: String,
+    /// Coefficient of friction μ ≥ 0.
+    pub friction: f64,
+    /// Shape functions of the multipliers.
+    pub multiplier_shape: MultiplierShape,
+    /// Integration points on each triangle of a mortar segment, one of [`CELL_RULES`].
+    pub cell_rule: usize,
+    /// Distance within which facets are paired \[L\]; `None`: chosen from facet sizes and the motion of a step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub search_radius: Option<f64>,
+    /// Angle between neighbouring slave facets above which the edge between them is sharp. \[degrees\]
+    pub feature_angle: f64,
+    /// Fraction of the area around a slave node that the master must cover for the node's contact condition to be
+    /// rigid.
+    pub edge_cover: f64,
+    /// How the contact conditions are enforced.
+    pub enforcement: Enforcement,
+}
+
+impl Contact {
+    /// Default of [`feature_angle`](Self::feature_angle).
+    pub const FEATURE_ANGLE: f64 = 45.0;
+    /// Default of [`edge_cover`](Self::edge_cover).
+    pub const EDGE_COVER: f64 = 0.5;
+}
+
+/// Numbers of points of the triangle rules that `cell_rule` may name; exact to degree 1, 2, 4, 5, 6.
+pub const CELL_RULES: [usize; 5] = [1, 3, 6, 7, 12];
+
+/// How the contact conditions are enforced.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Enforcement {
+    /// Lagrange multipliers and semi-smooth Newton. Paper: section 2.3.
+    Lagrange {
+        /// Unit-free factor f of the complementarity parameters c_n = f·E/(h A) and c_t = 2.5 c_n. The solution does
+        /// not depend on them. `None`: `stiffness` gives them.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        complementarity_parameter: Option<f64>,
+        /// c_n and c_t in units; `None`: from `complementarity_parameter`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stiffness: Option<Stiffness>,
+        /// What c_n and c_t multiply.
+        scaling: StiffnessScaling,
+    },
+    /// Penalty. Paper: section 2.4.
+    Penalty {
+        /// Stiffness; `None`: chosen from the bodies' moduli and element sizes.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stiffness: Option<Stiffness>,
+        /// What the stiffness multiplies.
+        scaling: StiffnessScaling,
+    },
+    /// Augmented Lagrangian, Uzawa's iteration. Paper: section 2.5.
+    Augmented {
+        /// Stiffness; `None`: chosen from the bodies' moduli and element sizes.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stiffness: Option<Stiffness>,
+        /// What the stiffness multiplies.
+        scaling: StiffnessScaling,
+        /// Tolerance of the nodal contact conditions (the paper's ε_ALM).
+        tolerance: f64,
+        /// What the tolerance is relative to.
+        tolerance_scaling: ToleranceScaling,
+        /// Maximum number of Uzawa iterations in a load step.
+        max_uzawa: usize,
+        /// Number of previous multiplier updates that Anderson acceleration uses; 0: the plain iteration of the paper,
+        /// without second-order updates.
+        acceleration: usize,
+    },
+}
+
+/// Penalty stiffness ε, or complementarity parameters c.
+///
+/// \[F/L³\] with [`StiffnessScaling::Area`] and [`StiffnessScaling::ReferenceArea`], \[F/L⁵\] with
+/// [`StiffnessScaling::Weighted`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Stiffness {
+    /// ε_n or c_n > 0.
+    pub normal: f64,
+    /// ε_τ or c_t > 0.
+    pub tangential: f64,
+}
+
+/// What the augmented Lagrangian's tolerance is relative to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ToleranceScaling {
+    /// Relative to the largest contact traction: unit-free.
+    Relative,
+    /// Absolute: the bound applies to the conditions themselves, as in the paper.
+    Absolute,
+}

@@ -1,0 +1,26 @@
+//! Meshes from files.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use slipstick_mesh::Mesh;
+
+/// A body from a mesh file; the file is read together with the case.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct MeshFile {
+    /// Path of the file in the case, relative to the case file.
+    pub file: String,
+    /// The set of solid elements that makes up the body; `None`: the whole file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    /// Factor on the file's coordinates.
+    pub scale: f64,
+    /// Whether second-order elements are read by their corners, without mid-side nodes.
+    pub first_order: bool,
+    /// SHA-256 of the file, in hexadecimal: with it, the case determines the results completely.
+    pub sha256: String,
+    /// The mesh of this body alone, as from a generator; its surfaces and node sets have their final names.
+    #[serde(skip)]
+    pub mesh: Arc<Mesh>,
+}

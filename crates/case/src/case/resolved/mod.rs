@@ -1,0 +1,153 @@
+//! The contents of a case file: every value checked, every default filled in.
+//!
+//! The field names are those of the case file, so a [`Case`] written as TOML is itself a complete case file; the same
+//! names appear in a run's JSON record. Any consistent system of units works: \[L\] length, \[F\] force.
+
+mod bodies;
+mod contact;
+mod design;
+mod memory;
+mod mesh_file;
+mod motion;
+mod sets;
+mod units;
+
+pub use bodies::*;
+pub use contact::*;
+pub use design::*;
+pub use memory::*;
+pub use mesh_file::*;
+pub use motion::*;
+pub use sets::*;
+pub use units::*;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// One case: bodies, contact, supports and motion, and, for an optimization, design, objective and optimizer.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Case {
+    /// A title for the reader; may be empty.
+    pub title: String,
+    /// Names of the units.
+    #[serde(skip_serializing_if = "Units::is_empty")]
+    pub units: Units,
+    /// The bodies, in the order of the file; the mesh numbers their elements in this order. At least one.
+    #[serde(rename = "body")]
+    pub bodies: Vec<Body>,
+    /// Surfaces that the case defines, in addition to those of the bodies.
+    #[serde(rename = "surface")]
+    pub surfaces: Vec<SurfaceSet>,
+    /// Node sets that the case defines, in addition to the surfaces of the bodies.
+    #[serde(rename = "set")]
+    pub sets: Vec<NodeSet>,
+    /// Symmetry planes, each normal to a different axis.
+    #[serde(rename = "symmetry", skip_serializing_if = "Vec::is_empty")]
+    pub symmetries: Vec<Symmetry>,
+    /// Contact pairs.
+    #[serde(rename = "contact")]
+    pub contacts: Vec<Contact>,
+    /// Load cases; empty: a single one with weight 1.
+    #[serde(rename = "load_case", skip_serializing_if = "Vec::is_empty")]
+    pub load_cases: Vec<LoadCase>,
+    /// Supports and prescribed motions.
+    pub dirichlet: Vec<Dirichlet>,
+    /// Loads on surfaces.
+    #[serde(rename = "load", skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<Load>,
+    /// Pseudo-time steps and Newton's tolerances.
+    pub load_path: LoadPath,
+    /// The design; `None` if the case is only for a forward analysis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub design: Option<Design>,
+    /// The objective θ.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub objective: Option<Objective>,
+    /// The optimizer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub optimizer: Option<Optimizer>,
+    /// What a run writes, and where.
+    pub output: Output,
+    /// Linear solver and threads.
+    pub solver: Solver,
+    /// How the gradient is computed.
+    pub adjoint: Adjoint,
+}
+
+impl Case {
+    /// Load steps of all load cases together.
+    pub fn steps(&self) -> usize {
+        self.load_cases.len().max(1) * self.load_path.steps
+    }
+
+    /// Description of θ; `None` without an objective.
+    pub fn objective_in_words(&self) -> Option<String> {
+        let weighted = if self.load_cases.is_empty() { "" } else { " of each load case, times its weight" };
+        self.objective.as_ref().map(|objective| format!("{}{weighted}", objective.about()))
+    }
+
+    /// Names of the load cases, in order; empty if there is only one load path.
+    pub fn load_case_names(&self) -> Vec<String> {
+        self.load_cases.iter().map(|load_case| load_case.name.clone()).collect()
+    }
+}
+
+/// What a run writes, and where.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Output {
+    /// Directory, relative to the case file; `None`: the program chooses it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub directory: Option<String>,
+    /// Fields are written every this many optimization iterations, and after the last.
+    pub every: usize,
+    /// Whether designs and load steps are also written in pieces, one for each MPI rank.
+    pub pieces: bool,
+}
+
+/// Linear solver and threads. Results do not depend on the number of threads.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Solver {
+    /// The factorization.
+    pub linear: LinearSolverChoice,
+    /// Options of PETSc's solver, in PETSc's notation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub petsc_options: Option<String>,
+    /// PETSc's preconditioner for the tangent.
+    pub petsc_preconditioner: PetscPreconditioner,
+    /// Number of threads; `None`: all cores of the machine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub threads: Option<usize>,
+}
+
+/// The factorization.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearSolverChoice {
+    /// Multifrontal, with faer's as a fallback; PETSc on several ranks.
+    Auto,
+    /// Multifrontal LU.
+    Multifrontal,
+    /// faer's supernodal sparse LU.
+    Faer,
+    /// PETSc, with MUMPS unless options say otherwise, in a build with the feature `petsc`.
+    Petsc,
+}
+
+/// PETSc's preconditioner for the tangent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PetscPreconditioner {
+    /// Factors of the whole matrix.
+    #[default]
+    Direct,
+    /// Factors of the contact zone and multigrid on the bodies, as an iterative method.
+    ContactZone,
+}
+
+/// How the gradient is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Adjoint {
+    /// Memory for factors that the load path keeps for the gradient; matrices whose factors do not fit are factorized
+    /// again.
+    pub memory: Memory,
+}

@@ -1,0 +1,63 @@
+//! Symmetry planes, supports, motions, loads and the load path.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+pub use slipstick_model::model::motion::{
+    AmplitudePoint, Component, Dirichlet, Load, LoadKind, RotationAxis, Symmetry, Waypoint,
+};
+
+/// A load case: the same bodies and design on a load path of its own, starting at rest.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LoadCase {
+    /// Unique name.
+    pub name: String,
+    /// Factor on its part of the objective, > 0.
+    pub weight: f64,
+}
+
+/// Steps of pseudo-time from 0 to 1, and Newton's method in each.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct LoadPath {
+    /// Number N ≥ 1 of equal steps in each load case.
+    pub steps: usize,
+    /// Convergence bounds of Newton's iteration.
+    pub tolerance: Tolerance,
+    /// Maximum number of Newton iterations before an attempt counts as failed.
+    pub max_newton_iterations: usize,
+    /// How often the increment of a failing step may be halved.
+    pub max_cutbacks: usize,
+    /// Initial guess of Newton's iteration.
+    pub start_values: StartValues,
+}
+
+/// Initial guess of Newton's iteration in a step. The solution does not depend on it, up to the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StartValues {
+    /// In an optimization, the last state plus the increment of the previous design; otherwise extrapolated.
+    PreviousDesign,
+    /// Linear extrapolation of the last two states while the motion continues as before, otherwise the last state.
+    Extrapolated,
+    /// The last state.
+    LastState,
+}
+
+/// Newton's tolerances: the relative one always applies, the absolute ones apply if given.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Tolerance {
+    /// Bound on every norm relative to its own scale in the step. Unit-free.
+    pub relative: f64,
+    /// Absolute bound on the norm of the force residual (ε_res). \[F\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
+    /// Absolute bound on the norm of the displacement increment (ε_disp). \[L\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<f64>,
+    /// Absolute bound on the norm of the contact residual (ε_con).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<f64>,
+    /// Absolute bound on the norm of the multiplier increment (ε_LMM). \[F/L²\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub multiplier: Option<f64>,
+}

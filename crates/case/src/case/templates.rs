@@ -1,0 +1,42 @@
+//! Commented example cases.
+
+/// A commented case file that works without changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Template {
+    /// Its name.
+    pub name: &'static str,
+    /// A one-line description.
+    pub about: &'static str,
+    /// The case file.
+    pub text: &'static str,
+}
+
+/// All templates.
+pub const TEMPLATES: &[Template] = &[
+    Template {
+        name: "half-ball",
+        about: "a half-ball pressed into a plate and slid over it; the plate is designed",
+        text: include_str!("templates/half_ball.toml"),
+    },
+    Template {
+        name: "ironing",
+        about: "a stiff die drawn over a soft slab; the slab is designed",
+        text: include_str!("templates/ironing.toml"),
+    },
+    Template {
+        name: "clutch",
+        about: "a hollow cylinder pressed onto another one and rotated; both are designed",
+        text: include_str!("templates/clutch.toml"),
+    },
+    Template {
+        name: "cube-on-cuboid",
+        about: "five elements, for studying forces and gradients",
+        text: include_str!("templates/cube_on_cuboid.toml"),
+    },
+];
+
+/// The template with this name; `_` and `-` are equivalent.
+pub fn template(name: &str) -> Option<&'static Template> {
+    let name = name.replace('_', "-");
+    TEMPLATES.iter().find(|template| template.name == name)
+}

@@ -1,0 +1,433 @@
+//! Checks of a case before it runs: sizes, supports, initial gaps, memory.
+
+mod closing;
+mod connection;
+mod design;
+mod distance;
+mod facets;
+mod memory;
+mod normals;
+mod volume;
+
+use crate::build::Problem;
+use crate::case::{Body, Case, Contact, Enforcement, LinearSolverChoice, Shape};
+use nalgebra::DMatrix;
+use serde::Serialize;
+use slipstick_mesh::{Element, Mesh};
+use slipstick_model::analysis::Analysis;
+use slipstick_path::{Held, Iteration, StateError, StepProblem, Wanted};
+
+pub use memory::RankMemory;
+pub use volume::start_volume;
+
+/// The subject of a notice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoticeKind {
+    /// Supports leave some rigid motions of a body free.
+    LooseBody,
+    /// Parts of a body share no nodes, or coincident nodes are not merged.
+    Disconnected,
+    /// Quadrilaterals meet triangles within a body, and their displacements do not conform.
+    Divided,
+    /// The bodies of a contact pair penetrate each other at the start.
+    PenetratingStart,
+    /// The surfaces of a contact pair are out of each other's search range.
+    NothingOpposite,
+    /// No prescribed motion closes a contact pair.
+    NeverCloses,
+    /// Averaged normals of a slave surface differ strongly from the normals of its facets.
+    AveragedNormals,
+    /// The slave facets of a contact pair are much coarser than the master facets.
+    CoarseSlave,
+    /// A load acts only on prescribed displacements.
+    IdleLoad,
+    /// The initial design exceeds the volume bound.
+    InitialVolume,
+    /// A box of a passive region contains no element.
+    EmptyPassiveRegion,
+    /// The filter radius reaches no neighbouring element.
+    IdleFilter,
+}
+
+/// A finding that does not prevent the run, but is probably a mistake.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Notice {
+    /// Its subject.
+    pub kind: NoticeKind,
+    /// Dotted path in the case file.
+    pub path: String,
+    /// The finding.
+    pub message: String,
+    /// The remedy.
+    pub help: String,
+}
+
+/// Figures about a body.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BodySummary {
+    /// Name.
+    pub name: String,
+    /// Elements.
+    pub elements: usize,
+    /// Nodes.
+    pub nodes: usize,
+    /// Volume. \[L³\]
+    pub volume: f64,
+    /// Worst scaled Jacobian of its elements: 1 for a brick, a right prism on an equilateral triangle or a regular
+    /// tetrahedron, 0 for a degenerate element.
+    pub quality: f64,
+    /// Rigid motions (of 6) that supports and prescribed motions leave free.
+    pub free_motions: usize,
+}
+
+/// A contact pair in its reference configuration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactSummary {
+    /// Slave surface.
+    pub slave: String,
+    /// Master surface.
+    pub master: String,
+    /// Slave facets and nodes, master facets.
+    pub facets: [usize; 2],
+    /// Slave nodes.
+    pub slave_nodes: usize,
+    /// Slave nodes on edges that are sharper than the feature angle.
+    pub sharp_nodes: usize,
+    /// Slave nodes that face the master within the search radius.
+    pub covered: usize,
+    /// Smallest nodal gap (weighted gap over tributary area), negative: penetration; `None` if no slave node faces the
+    /// master. \[L\]
+    pub smallest_gap: Option<f64>,
+    /// Node of the smallest gap.
+    pub at_node: Option<u32>,
+    /// Search distance along the slave normal. \[L\]
+    pub reach: f64,
+}
+
+/// The result of a check.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Inspection {
+    /// Bodies.
+    pub bodies: Vec<BodySummary>,
+    /// Contact pairs.
+    pub contacts: Vec<ContactSummary>,
+    /// Named node sets and surfaces with their number of nodes.
+    pub sets: Vec<(String, usize)>,
+    /// Free unknowns of a step.
+    pub unknowns: usize,
+    /// Designed elements.
+    pub designed: usize,
+    /// Load steps.
+    pub steps: usize,
+    /// Predicted memory of one factorization. \[bytes\]
+    pub factor_bytes: f64,
+    /// Load steps whose factors fit into `adjoint.memory` and are reused for the gradient, without cut-backs. It is 0
+    /// for the plain Uzawa iteration, since its inner solves are of different systems.
+    pub steps_with_factors: usize,
+    /// Predicted peak memory of a run. \[bytes\]
+    pub peak_bytes: f64,
+    /// The part of it that is factors kept for the gradient. \[bytes\]
+    pub kept_bytes: f64,
+    /// Floating-point operations of one factorization.
+    pub factor_operations: f64,
+    /// Data from which memory on several ranks is predicted.
+    pub on_ranks: RankMemory,
+    /// Warnings.
+    pub notices: Vec<Notice>,
+}
+
+/// Memory that [`build`](crate::build::build) and [`inspect`] need for each element and for each node: mesh, reference
+/// geometry, scatter map, matrix and its ordering. Measured on blocks and plates of 64 000 to 216 000 elements, where
+/// the sum is accurate to within a tenth; rounded down. \[bytes\]
+const BYTES_TO_BUILD: [f64; 2] = [4500.0, 4000.0];
+
+/// The same for each tetrahedron; a node there has about 15 neighbours instead of 27. Measured on meshes of 73 000 to
+/// 570 000 tetrahedra from files, where tetrahedra and nodes together need a sixth more. \[bytes\]
+const BYTES_PER_TETRAHEDRON: f64 = 700.0;
+
+/// Memory that is needed just to build a case, from its numbers of elements alone. \[bytes\]
+pub fn bytes_to_build(case: &Case) -> f64 {
+    let of_body = |body: &Body| match &body.shape {
+        Shape::Mesh(file) => bytes_of_building(counts(&file.mesh), body.shape.node_count()),
+        shape => {
+            let hexahedra = shape.element_count().map_or(f64::INFINITY, |count| count as f64);
+            bytes_of_building((0.0, hexahedra), shape.node_count())
+        }
+    };
+    case.bodies.iter().map(of_body).sum()
+}
+
+/// Numbers of tetrahedra, and of hexahedra and wedges together, since wedges are stored as hexahedra.
+fn counts(mesh: &Mesh) -> (f64, f64) {
+    let tetrahedra = mesh.elements.iter().filter(|element| matches!(element, Element::Tet4(_))).count();
+    (tetrahedra as f64, (mesh.elements.len() - tetrahedra) as f64)
+}
+
+fn bytes_of_building((tetrahedra, hexahedra): (f64, f64), nodes: f64) -> f64 {
+    let [element, node] = BYTES_TO_BUILD;
+    let node = if hexahedra == 0.0 { 0.5 * node } else { node };
+    BYTES_PER_TETRAHEDRON * tetrahedra + element * hexahedra + node * nodes
+}
+
+/// Penetrations above this fraction of the facet size cause a warning.
+const PENETRATION: f64 = 1e-6;
+
+/// Inspects a built problem in its reference configuration.
+///
+/// # Errors
+/// If the reference configuration itself cannot be evaluated.
+pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateError> {
+    let mut notices = Vec::new();
+    let bodies = bodies(&problem.mesh, problem.analysis.model().prescribed().fixed());
+    for (b, body) in bodies.iter().enumerate() {
+        if body.free_motions > 0 {
+            notices.push(Notice {
+                kind: NoticeKind::LooseBody,
+                path: format!("body[{b}]"),
+                message: format!(
+                    "body `{}` is free in {} of its 6 rigid motions; only contact could hold it",
+                    body.name, body.free_motions
+                ),
+                help: "prescribe more of its displacements in a [[dirichlet]] table, unless contact holds it from the \
+                       start"
+                    .into(),
+            });
+        }
+    }
+    notices.extend(connection::notices(case, &problem.mesh, problem.analysis.model().prescribed().fixed()));
+    notices.extend(problem.analysis.model().idle_loads().into_iter().map(|load| Notice {
+        kind: NoticeKind::IdleLoad,
+        path: format!("load[{load}].surface"),
+        message: format!("the load on `{}` has no effect: it acts only on prescribed displacements", case.loads[load].surface),
+        help: "load another surface, or prescribe fewer components there; displacements normal to a symmetry plane are \
+               prescribed too".into(),
+    }));
+    notices.extend(design::notices(case, problem));
+    let contacts = contacts(case, problem, &mut notices)?;
+    let penetrating: Vec<String> =
+        notices.iter().filter(|n| n.kind == NoticeKind::PenetratingStart).map(|n| n.path.clone()).collect();
+    let open = closing::never_closed(case, problem).into_iter();
+    for open in open.filter(|open| !penetrating.contains(&format!("contact[{}]", open.pair))) {
+        // it is more specific than the notice that nothing lies opposite at the start
+        let path = format!("contact[{}]", open.pair);
+        notices.retain(|notice| notice.kind != NoticeKind::NothingOpposite || notice.path != path);
+        notices.push(open.notice(case));
+    }
+    let (unknowns, factor_bytes, factor_operations, matrix_bytes) = factorization(case, problem)?;
+    let steps_with_factors = steps_with_factors(case, problem, factor_bytes);
+    let systems = memory::Systems { factors: factor_bytes, matrix: matrix_bytes, kept: steps_with_factors };
+    let (peak_bytes, kept_bytes) = memory::peak(case, problem, &systems);
+    let on_ranks = RankMemory::of(case, problem, &systems, unknowns);
+    let sets = problem
+        .mesh
+        .names()
+        .iter()
+        .map(|name| (name.to_string(), problem.mesh.set_nodes(name).map_or(0, |n| n.len())))
+        .collect();
+    Ok(Inspection {
+        bodies,
+        contacts,
+        sets,
+        unknowns,
+        designed: problem.variables.as_ref().map_or(0, slipstick_design::DesignVariables::count),
+        steps: case.steps(),
+        factor_bytes,
+        steps_with_factors,
+        peak_bytes,
+        kept_bytes,
+        factor_operations,
+        on_ranks,
+        notices,
+    })
+}
+
+fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
+    let (volumes, qualities) = (mesh.element_volumes(), mesh.element_qualities());
+    mesh.bodies
+        .iter()
+        .map(|body| BodySummary {
+            name: body.name.clone(),
+            elements: body.elements.len(),
+            nodes: body.nodes.len(),
+            volume: volumes[body.elements.clone()].iter().sum(),
+            quality: qualities[body.elements.clone()].iter().copied().fold(f64::INFINITY, f64::min),
+            free_motions: 6 - held_motions(mesh, body.nodes.clone(), fixed),
+        })
+        .collect()
+}
+
+/// Number of the six rigid motions of a body, or a part of it, that prescribed displacements suppress.
+fn held_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> usize {
+    let gram = rigid_motions(mesh, nodes, fixed);
+    let largest = gram.diagonal().max();
+    if largest == 0.0 {
+        return 0;
+    }
+    gram.symmetric_eigenvalues().iter().filter(|&&e| e > HELD * largest).count()
+}
+
+/// Fraction of the largest eigenvalue below which a rigid motion counts as free.
+const HELD: f64 = 1e-10;
+
+/// The axes along which a body, or a part of it, can still move despite the prescribed displacements, and the axes
+/// about whose directions it can rotate.
+pub fn free_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> ([bool; 3], [bool; 3]) {
+    let gram = rigid_motions(mesh, nodes, fixed);
+    let largest = gram.diagonal().max();
+    let eigen = gram.symmetric_eigen();
+    let free: Vec<usize> = (0..6).filter(|&i| eigen.eigenvalues[i] <= HELD * largest).collect();
+    if free.is_empty() {
+        return ([false; 3], [false; 3]);
+    }
+    let motions = DMatrix::from_fn(6, free.len(), |c, i| eigen.eigenvectors[(c, free[i])]);
+    // unit translations in the span of the free motions; unit rotations, about any point, in the span of their
+    // rotations
+    let translation = |c: usize| motions.row(c).norm_squared() > 1.0 - FREE;
+    let turns = motions.rows(3, 3).into_owned().svd(true, false);
+    let basis = turns.u.unwrap_or_default();
+    let strong = (0..turns.singular_values.len()).filter(|&i| turns.singular_values[i] > FREE);
+    let strong: Vec<usize> = strong.collect();
+    let rotation = |c: usize| strong.iter().map(|&i| basis[(c, i)].powi(2)).sum::<f64>() > 1.0 - FREE;
+    (std::array::from_fn(translation), std::array::from_fn(rotation))
+}
+
+/// Tolerance on the squared length of the projection of a unit vector onto a subspace that contains it.
+const FREE: f64 = 1e-6;
+
+/// Gram matrix of the six rigid motions of a body, three translations and three rotations about its centre with arms
+/// relative to its size, summed over its prescribed displacements.
+fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> DMatrix<f64> {
+    let count = nodes.clone().count() as f64;
+    let mut centre = [0.0; 3];
+    for n in nodes.clone() {
+        (0..3).for_each(|c| centre[c] += mesh.nodes[n][c] / count);
+    }
+    let mut size = 0.0;
+    let mut gram = DMatrix::<f64>::zeros(6, 6);
+    let arms: Vec<[f64; 3]> = nodes.clone().map(|n| std::array::from_fn(|c| mesh.nodes[n][c] - centre[c])).collect();
+    for arm in &arms {
+        size = f64::max(size, arm.iter().map(|a| a * a).sum::<f64>().sqrt());
+    }
+    for (n, arm) in nodes.zip(&arms) {
+        let arm = arm.map(|a| a / size.max(f64::MIN_POSITIVE));
+        for c in (0..3).filter(|&c| fixed[3 * n + c]) {
+            // displacement component c of a translation and of a rotation about each axis: (ω × arm)_c
+            let (c1, c2) = ((c + 1) % 3, (c + 2) % 3);
+            let mut row = [0.0; 6];
+            row[c] = 1.0;
+            row[3 + c1] = arm[c2];
+            row[3 + c2] = -arm[c1];
+            for i in 0..6 {
+                for j in 0..6 {
+                    gram[(i, j)] += row[i] * row[j];
+                }
+            }
+        }
+    }
+    gram
+}
+
+fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Result<Vec<ContactSummary>, StateError> {
+    let rest = problem.analysis.model().rest();
+    let found = problem.analysis.design.contact_results(&rest, &rest)?.nodes;
+    let mut start = 0;
+    let mut summaries = Vec::new();
+    for (i, (contact, model)) in case.contacts.iter().zip(problem.analysis.model().interfaces()).enumerate() {
+        let interface = &model.interface;
+        let count = interface.slave_nodes().len();
+        let nodes = &found[start..start + count];
+        start += count;
+        let closest = nodes.iter().filter_map(|n| n.gap.map(|g| (g, n.node))).min_by(|a, b| a.0.total_cmp(&b.0));
+        let size = interface
+            .slave_facets()
+            .iter()
+            .map(|f| slipstick_mesh::facet_area(&f.corners(&problem.mesh.nodes)).sqrt())
+            .fold(f64::INFINITY, f64::min);
+        if let Some((gap, node)) = closest.filter(|c| c.0 < -PENETRATION * size) {
+            notices.push(Notice {
+                kind: NoticeKind::PenetratingStart,
+                path: format!("contact[{i}]"),
+                message: format!(
+                    "`{}` and `{}` penetrate each other by {:.3e} at node {node} at the start",
+                    contact.slave, contact.master, -gap
+                ),
+                help: "move a body away with its `place.translate`; otherwise the first load step has to remove the \
+                       penetration"
+                    .into(),
+            });
+        }
+        if closest.is_none() {
+            notices.push(Notice {
+                kind: NoticeKind::NothingOpposite,
+                path: format!("contact[{i}]"),
+                message: format!(
+                    "no part of `{}` lies opposite `{}` within the search distance {:.3e}",
+                    contact.master,
+                    contact.slave,
+                    interface.reach()
+                ),
+                help:
+                    "no action is needed if they meet later; otherwise check the placement and the choice of surfaces"
+                        .into(),
+            });
+        }
+        notices.extend(normals::averaged(interface, &problem.mesh).map(|far| far.notice(i, contact, &problem.mesh)));
+        notices.extend(facets::coarse_slave(interface, i, contact, &problem.mesh));
+        let slaves = interface.slave_nodes();
+        summaries.push(ContactSummary {
+            slave: contact.slave.clone(),
+            master: contact.master.clone(),
+            facets: [interface.slave_facets().len(), interface.master_facets().len()],
+            slave_nodes: distinct(slaves.iter().map(|slave| slave.node)),
+            sharp_nodes: distinct(slaves.iter().filter(|slave| slave.sharp).map(|slave| slave.node)),
+            covered: distinct(nodes.iter().filter(|n| n.gap.is_some()).map(|n| n.node)),
+            smallest_gap: closest.map(|c| c.0),
+            at_node: closest.map(|c| c.1),
+            reach: interface.reach(),
+        });
+    }
+    Ok(summaries)
+}
+
+/// Number of distinct nodes in an ascending list: a node on a sharp edge appears once for each patch.
+fn distinct(nodes: impl Iterator<Item = u32>) -> usize {
+    let mut nodes: Vec<u32> = nodes.collect();
+    nodes.dedup();
+    nodes.len()
+}
+
+/// Number of free unknowns, bytes and operations of a factorization, bytes of the matrix.
+fn factorization(case: &Case, problem: &mut Problem) -> Result<(usize, f64, f64, f64), StateError> {
+    let Analysis { design, workspace, .. } = &mut problem.analysis;
+    let rest = design.model().rest();
+    let wanted = Wanted::Derivatives;
+    let geometry = design.geometry(&rest.unknowns, wanted, workspace)?;
+    let step = design.begin(&rest, &geometry, 0.0, workspace)?;
+    let iteration = Iteration { at_start: true, ..Iteration::default() };
+    let at = design.evaluate(&step, &rest.unknowns, Some(&geometry), iteration, wanted, workspace)?;
+    let matrix = design.tangent(&step, &at, workspace)?;
+    let (fixed, groups) = (design.unknowns().fixed(Held::None), &design.unknowns().groups);
+    let reduction = slipstick_linalg::Reduction::new(matrix.pattern(), fixed, groups);
+    let matrix_bytes = 72.0 * matrix.pattern().blocks() as f64 + 12.0 * reduction.pattern().entries() as f64;
+    let size = slipstick_linalg::MultifrontalSolver::predict(reduction.pattern());
+    let (entries, operations) = size.unwrap_or((0.0, 0.0));
+    Ok((reduction.free(), entry_bytes(case) * entries, operations, matrix_bytes))
+}
+
+/// Memory of one entry of the factors.
+fn entry_bytes(case: &Case) -> f64 {
+    match case.solver.linear {
+        LinearSolverChoice::Auto => 4.0,
+        LinearSolverChoice::Multifrontal | LinearSolverChoice::Faer | LinearSolverChoice::Petsc => 8.0,
+    }
+}
+
+/// Number of steps whose factors can be kept for the gradient within the memory that the case allows.
+fn steps_with_factors(case: &Case, problem: &Problem, factor_bytes: f64) -> usize {
+    let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
+    if problem.analysis.objective.is_none() || case.contacts.iter().any(plain) || factor_bytes <= 0.0 {
+        return 0;
+    }
+    ((case.adjoint.memory.0 as f64 / factor_bytes) as usize).min(case.steps())
+}

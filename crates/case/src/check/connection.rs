@@ -1,0 +1,75 @@
+//! Checks whether each body is connected.
+
+use super::{Notice, NoticeKind, held_motions};
+use crate::case::{Case, Shape};
+use slipstick_mesh::Mesh;
+use slipstick_model::words::counted;
+
+/// Nodes closer to each other than this fraction of the body's size were meant to be the same node: mesh files have at
+/// least single precision, and no element is that small.
+const COINCIDENT: f64 = 1e-6;
+
+/// A notice for each body that has unconnected parts, coincident nodes, or elements that do not conform. Generators
+/// merge their nodes and make only hexahedra, so only mesh files are checked.
+pub(super) fn notices(case: &Case, mesh: &Mesh, fixed: &[bool]) -> Vec<Notice> {
+    let bodies = case.bodies.iter().enumerate().filter(|(_, body)| matches!(body.shape, Shape::Mesh(_)));
+    let of_body = |b: usize| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b), divided_faces(mesh, b)];
+    bodies.flat_map(|(b, _)| of_body(b)).flatten().collect()
+}
+
+fn notice(body: usize, message: String, help: &str) -> Notice {
+    Notice { kind: NoticeKind::Disconnected, path: format!("body[{body}].mesh.file"), message, help: help.into() }
+}
+
+fn separate_parts(mesh: &Mesh, body: usize, fixed: &[bool]) -> Option<Notice> {
+    let parts = mesh.connected_parts(body);
+    if parts.len() < 2 {
+        return None;
+    }
+    let loose = |part: &&Vec<u32>| held_motions(mesh, part.iter().map(|&node| node as usize), fixed) < 6;
+    let free: Vec<&Vec<u32>> = parts.iter().filter(loose).collect();
+    let free_ones = match free[..] {
+        [] => "each part is supported".into(),
+        [first, ..] => format!("{} can move freely, one of which is at {}", free.len(), place(mesh, first[0])),
+    };
+    let message =
+        format!("body `{}` consists of {} parts that share no nodes; {free_ones}", mesh.bodies[body].name, parts.len());
+    Some(notice(body, message, "merge duplicate nodes in the mesher (Gmsh: Coherence Mesh), or make each part a body"))
+}
+
+fn unmerged_nodes(mesh: &Mesh, body: usize) -> Option<Notice> {
+    let nodes = &mesh.nodes[mesh.bodies[body].nodes.clone()];
+    let extent = |c: usize| {
+        let (low, high) = nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x[c]), h.max(x[c])));
+        high - low
+    };
+    let size = (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt();
+    let pairs = mesh.coincident_nodes(body, COINCIDENT * size);
+    let [a, b] = *pairs.first()?;
+    let message = format!(
+        "body `{}` has {} of coincident nodes, for instance {a} and {b} at {}: elements are not connected there",
+        mesh.bodies[body].name,
+        counted(pairs.len(), "pair"),
+        place(mesh, a)
+    );
+    Some(notice(body, message, "merge them in the mesher (Gmsh: Coherence Mesh), unless a slit is intended"))
+}
+
+fn divided_faces(mesh: &Mesh, body: usize) -> Option<Notice> {
+    let divided = mesh.divided_quadrilaterals(body);
+    let [whole, ..] = divided.first()?;
+    let message = format!(
+        "body `{}` has {} that meet two triangles, for instance at {}: the two sides distribute forces differently \
+         over the nodes, so stresses are inaccurate there",
+        mesh.bodies[body].name,
+        counted(divided.len(), "quadrilateral face"),
+        place(mesh, whole[0])
+    );
+    let help = "acceptable where stresses are low; otherwise mesh both parts alike, or make them two bodies in contact";
+    Some(Notice { kind: NoticeKind::Divided, ..notice(body, message, help) })
+}
+
+fn place(mesh: &Mesh, node: u32) -> String {
+    let [x, y, z] = mesh.nodes[node as usize];
+    format!("({x:.4}, {y:.4}, {z:.4})")
+}

@@ -1,0 +1,144 @@
+//! Predicts the peak memory of a run.
+
+use crate::build::Problem;
+use crate::case::{Case, Contact, Enforcement, StartValues};
+
+use serde::Serialize;
+
+use super::{bytes_of_building, counts, entry_bytes};
+
+/// Predictions for the linear systems of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Systems {
+    /// Memory of one factorization. \[bytes\]
+    pub factors: f64,
+    /// Memory of the tangent, by blocks and by entries. \[bytes\]
+    pub matrix: f64,
+    /// Load steps that keep their factors for the gradient.
+    pub kept: usize,
+}
+
+/// The program itself, with its threads and memory that the allocator retains. Measured. \[bytes\]
+const PROGRAM: f64 = 13e6;
+
+/// Memory during a factorization relative to the memory of its factors: fronts that wait for their parent. Measured.
+const FRONTS: f64 = 0.5;
+
+/// Copies of the tangent that exist at the same time: assembled, without prescribed unknowns, scaled for the
+/// factorization, and the working space of the elimination order and the iterations. Measured.
+const MATRICES: f64 = 2.5;
+
+/// Peak memory of a run, and its reduction without kept factors. \[bytes\]
+///
+/// The parts are those that grow with the problem: memory left from building, one factorization in progress, kept
+/// factors, copies of the tangent, the states and the filter's lists of neighbours. Among the kept factors of all
+/// steps, the last ones are those in use. Test: `predicted_memory_is_that_of_runs`.
+pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f64) {
+    let Systems { factors, matrix, kept } = *systems;
+    // Plain Uzawa iterations factorize the system with fixed multipliers, the gradient the one with free multipliers,
+    // and each keeps its factors for the next time.
+    let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
+    let second = if case.contacts.iter().any(plain) && problem.analysis.objective.is_some() { factors } else { 0.0 };
+    let fixed = PROGRAM
+        + bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64)
+        + MATRICES * matrix
+        + states(case, problem)
+        + filter(case, problem);
+    let peak = fixed + (1.0 + FRONTS) * factors + second;
+    let all_kept = kept.saturating_sub(1) as f64 * factors;
+    (peak + all_kept, all_kept)
+}
+
+/// Peak memory of each of several ranks: see [`of_each`](Self::of_each).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RankMemory {
+    /// Memory of reference geometry, tangent, path and the filter's lists, which is distributed over the ranks; and
+    /// memory left from building. \[bytes\]
+    divided: f64,
+    /// Memory of the mesh, the state of a step and the program, which is replicated on each rank. \[bytes\]
+    whole: f64,
+    /// Memory of factors in double precision with METIS ordering. \[bytes\]
+    factors: f64,
+    /// Maximum memory of kept factors on a rank. \[bytes\]
+    keeps: f64,
+    /// Load steps.
+    steps: usize,
+}
+
+/// Memory of MPI and PETSc in a process. Measured by `docs/cluster/undivided.sh`. \[bytes\]
+const LIBRARIES: f64 = 55e6;
+
+/// Memory that is not distributed, in vectors of all unknowns. Measured by `docs/cluster/undivided.sh`.
+const VECTORS: f64 = 30.0;
+
+/// Memory of MUMPS relative to the memory of the factors with METIS ordering: working space, and PORD's ordering.
+/// Measured on one to four ranks.
+const MUMPS: f64 = 1.7;
+
+/// Increase of the total for each doubling of the number of ranks. Measured.
+const MORE_ON_TWICE_THE_RANKS: f64 = 0.1;
+
+impl RankMemory {
+    pub(super) fn of(case: &Case, problem: &Problem, systems: &Systems, unknowns: usize) -> Self {
+        let building = bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64);
+        Self {
+            divided: building + MATRICES * systems.matrix + states(case, problem) + filter(case, problem),
+            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64,
+            factors: 8.0 / entry_bytes(case) * systems.factors,
+            keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
+            steps: case.steps(),
+        }
+    }
+
+    /// Memory of each of this many ranks, with MUMPS and without kept factors. Accurate to within a third for the runs
+    /// of `docs/cluster/model.sh`. \[bytes\]
+    pub fn of_each(&self, ranks: usize) -> f64 {
+        self.whole + self.divided / ranks.max(1) as f64 + self.factors(ranks)
+    }
+
+    /// Memory of MUMPS's factors on each rank.
+    fn factors(&self, ranks: usize) -> f64 {
+        let count = ranks.max(1) as f64;
+        MUMPS * (1.0 + MORE_ON_TWICE_THE_RANKS * count.log2()) * self.factors / count
+    }
+
+    /// Maximum additional memory on each rank for factors that are kept for the gradient. \[bytes\]
+    pub fn kept(&self, ranks: usize) -> f64 {
+        let factors = self.factors(ranks);
+        let fit = (self.keeps / factors).floor().min(self.steps as f64);
+        (fit - 1.0).max(0.0) * factors
+    }
+}
+
+/// States of the path, and start values.
+fn states(case: &Case, problem: &Problem) -> f64 {
+    let steps = case.steps();
+    let (mesh, model) = (&problem.mesh, problem.analysis.model());
+    let displacements = 3.0 * mesh.nodes.len() as f64;
+    // Multipliers, and the same amount for history and statuses.
+    let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64);
+    // The previous design's path in single precision, and the path of the current design that replaces it.
+    let follows = case.optimizer.is_some() && case.load_path.start_values == StartValues::PreviousDesign;
+    let copies = if follows { 2.0 } else { 1.0 };
+    (steps + 1) as f64 * copies * state
+}
+
+/// Number of sample elements from which the number of neighbours is estimated.
+const SAMPLES: usize = 100;
+
+/// Lists of the sensitivity filter: a number and a weight for each pair within the radius.
+fn filter(case: &Case, problem: &Problem) -> f64 {
+    let radius = case.design.as_ref().and_then(|design| design.sensitivity_filter).map(|filter| filter.radius);
+    let (Some(radius), Some(variables)) = (radius.filter(|_| case.optimizer.is_some()), &problem.variables) else {
+        return 0.0;
+    };
+    let centroids = problem.mesh.centroids();
+    let centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&element| centroids[element as usize]).collect();
+    let stride = centroids.len().div_ceil(SAMPLES).max(1);
+    let near = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < radius * radius;
+    let samples = centroids.iter().skip(stride / 2).step_by(stride);
+    let (pairs, sampled) = samples.fold((0, 0), |(pairs, sampled), centre| {
+        (pairs + centroids.iter().filter(|other| near(centre, other)).count(), sampled + 1)
+    });
+    12.0 * pairs as f64 / f64::from(sampled.max(1)) * centroids.len() as f64
+}

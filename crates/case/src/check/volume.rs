@@ -1,0 +1,56 @@
+//! Checks whether an initial design satisfies the bound on the volume.
+
+use super::{Notice, NoticeKind};
+use crate::build::Problem;
+use crate::case::Case;
+use slipstick_design::{DesignVariables, Role};
+use slipstick_model::words::quantity;
+
+/// Fractions above the bound by less than this part of it are round-off.
+const ROUNDING: f64 = 1e-9;
+
+/// Filled fraction of those elements of a design whose density passes a test, and their part of the design's volume.
+fn share(variables: &DesignVariables, volumes: &[f64], density: &[f64], of: impl Fn(Role) -> bool) -> [f64; 2] {
+    let domain = || variables.domain().iter().map(|&e| e as usize);
+    let all: f64 = domain().map(|e| volumes[e]).sum();
+    let chosen = || domain().filter(|&e| of(variables.roles()[e]));
+    [chosen().map(|e| density[e] * volumes[e]).sum::<f64>() / all, chosen().map(|e| volumes[e]).sum::<f64>() / all]
+}
+
+/// A notice if an initial design with these densities exceeds the bound; it mentions the share of passive regions.
+pub fn start_volume(case: &Case, problem: &Problem, density: &[f64]) -> Option<Notice> {
+    let (variables, design) = (problem.variables.as_ref()?, case.design.as_ref()?);
+    let limit = design.volume_fraction?;
+    let volumes = problem.mesh.element_volumes();
+    let [filled, _] = share(variables, &volumes, density, |_| true);
+    if filled <= limit * (1.0 + ROUNDING) {
+        return None;
+    }
+    let [solid, _] = share(variables, &volumes, density, |role| role == Role::Solid);
+    let [free, room] = share(variables, &volumes, density, |role| role == Role::Designed);
+    let passive = if solid > 0.0 {
+        let each = quantity(free / room);
+        format!(": passive solid elements alone fill {}, and the designed elements start at {each}", quantity(solid))
+    } else {
+        String::new()
+    };
+    let lower = (limit - solid) / room;
+    let help = if lower > ROUNDING {
+        format!(
+            "an initial density of {} (`initial`) in the designed elements meets the bound; otherwise the first \
+             updates remove material",
+            quantity(lower)
+        )
+    } else {
+        "raise `volume_fraction`, or shrink `passive_solid`, which alone reaches the bound".into()
+    };
+    Some(Notice {
+        kind: NoticeKind::InitialVolume,
+        path: if solid > 0.0 { "design.passive_solid" } else { "design.volume_fraction" }.into(),
+        message: format!(
+            "the initial design fills {} of the design bodies, more than the bound of {limit}{passive}",
+            quantity(filled)
+        ),
+        help,
+    })
+}

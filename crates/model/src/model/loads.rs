@@ -1,0 +1,168 @@
+//! External forces along the load path.
+
+use super::motion::{Load, LoadKind};
+use super::{Share, course};
+use slipstick_linalg::BlockMatrix;
+use slipstick_mesh::FacetNodes;
+use slipstick_solid::load::{add_pressure, nodal_areas, pressure_tangent};
+
+/// The loads of a model.
+#[derive(Debug, Clone, Default)]
+pub struct Loads {
+    loads: Vec<Applied>,
+}
+
+#[derive(Debug, Clone)]
+struct Applied {
+    load: Load,
+    /// Number of its load case; `None`: it acts in all.
+    case: Option<usize>,
+    action: Action,
+}
+
+impl Applied {
+    /// What multiplies it at a pseudo-time.
+    fn factor(&self, time: f64) -> f64 {
+        let (case, time) = course::place(time);
+        if self.case.is_none_or(|own| own == case) { self.load.factor(time) } else { 0.0 }
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Action {
+    /// Forces on nodes at factor 1. \[F\]
+    Dead(Vec<(u32, [f64; 3])>),
+    /// Pressure at factor 1. \[F/L²\]
+    Pressure(Vec<FacetNodes>, f64),
+}
+
+impl Loads {
+    /// `facets[i]` are those that `loads[i]` acts on; `coordinates` has three entries per node; `cases` are the names of the
+    /// load cases.
+    pub fn new(loads: Vec<Load>, facets: Vec<Vec<FacetNodes>>, coordinates: &[f64], cases: &[&str]) -> Self {
+        let dead = |facets: &[FacetNodes], traction: [f64; 3]| {
+            let areas = nodal_areas(facets, coordinates);
+            Action::Dead(areas.into_iter().map(|(node, area)| (node, traction.map(|t| t * area))).collect())
+        };
+        let apply = |(load, facets): (Load, Vec<FacetNodes>)| {
+            let action = match load.kind {
+                LoadKind::Pressure(pressure) => Action::Pressure(facets, pressure),
+                LoadKind::Traction(traction) => dead(&facets, traction),
+                LoadKind::Force(force) => {
+                    let area: f64 = nodal_areas(&facets, coordinates).iter().map(|(_, area)| area).sum();
+                    dead(&facets, force.map(|f| f / area))
+                }
+            };
+            let case = load.load_case.as_ref().and_then(|name| cases.iter().position(|case| case == name));
+            Applied { load, case, action }
+        };
+        Self { loads: loads.into_iter().zip(facets).map(apply).collect() }
+    }
+
+    /// Number of loads.
+    pub fn len(&self) -> usize {
+        self.loads.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.loads.is_empty()
+    }
+
+    /// Factors of all loads at pseudo-time `time`.
+    pub fn factors(&self, time: f64) -> Vec<f64> {
+        self.loads.iter().map(|applied| applied.factor(time)).collect()
+    }
+
+    /// Adds minus the external force at pseudo-time `time` and positions `x`: its part of R. \[F\]
+    pub fn add_residual(&self, time: f64, x: &[f64], out: &mut [f64]) {
+        for applied in &self.loads {
+            applied.action.add(applied.factor(time), x, out);
+        }
+    }
+
+    /// Hands the blocks of the derivative of [`add_residual`](Self::add_residual) with respect to the positions to `add`.
+    fn tangent(&self, time: f64, x: &[f64], mut add: impl FnMut(u32, u32, &[f64; 9])) {
+        for applied in &self.loads {
+            if let Action::Pressure(facets, pressure) = &applied.action {
+                pressure_tangent(facets, x, pressure * applied.factor(time), &mut add);
+            }
+        }
+    }
+
+    /// Adds the couplings of that derivative to the rows of a part of the model, if it has the loads.
+    pub(super) fn couple(&self, mut rows: Vec<Vec<u32>>, share: &Share) -> Vec<Vec<u32>> {
+        for applied in self.loads.iter().filter(|_| share.has_rest()) {
+            if let Action::Pressure(facets, _) = &applied.action {
+                for facet in facets {
+                    facet.iter().for_each(|&node| rows[node as usize].extend(facet.iter()));
+                }
+            }
+        }
+        rows
+    }
+
+    /// Adds that derivative to a matrix over all nodes.
+    pub fn add_tangent(&self, time: f64, x: &[f64], matrix: &mut BlockMatrix) {
+        self.tangent(time, x, |row, column, block| matrix.add(row as usize, column as usize, block));
+    }
+
+    /// Adds the transpose of that derivative times `weights`.
+    pub fn add_transposed_product(&self, time: f64, x: &[f64], weights: &[f64], out: &mut [f64]) {
+        self.tangent(time, x, |row, column, block| {
+            for (at, value) in block.iter().enumerate() {
+                out[3 * column as usize + at % 3] += value * weights[3 * row as usize + at / 3];
+            }
+        });
+    }
+
+    /// Adds weightsᵀ ∂f_ext/∂a of every load, where a = 1 multiplies it.
+    pub fn pull_back_amplitudes(&self, time: f64, x: &[f64], weights: &[f64], out: &mut [f64]) {
+        let mut residual = vec![0.0; x.len()];
+        for (applied, out) in self.loads.iter().zip(out) {
+            residual.fill(0.0);
+            applied.action.add(applied.factor(time), x, &mut residual);
+            *out -= residual.iter().zip(weights).map(|(r, w)| r * w).sum::<f64>();
+        }
+    }
+
+    /// Numbers of the loads that act on prescribed displacements only, marked in `fixed`.
+    pub fn idle(&self, fixed: &[bool], coordinates: &[f64]) -> Vec<usize> {
+        let moves_nothing = |applied: &Applied| {
+            let mut force = vec![0.0; coordinates.len()];
+            applied.action.add(1.0, coordinates, &mut force);
+            let largest = force.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+            force.iter().zip(fixed).all(|(f, fixed)| *fixed || f.abs() <= 1e-12 * largest)
+        };
+        (0..self.loads.len()).filter(|&load| moves_nothing(&self.loads[load])).collect()
+    }
+
+    /// Largest norm of the external force at any way point, on the bodies as they were at the start. \[F\]
+    pub fn largest(&self, coordinates: &[f64]) -> f64 {
+        let norm = |time: f64| {
+            let mut force = vec![0.0; coordinates.len()];
+            self.add_residual(time, coordinates, &mut force);
+            force.iter().map(|f| f * f).sum::<f64>().sqrt()
+        };
+        let times = self.loads.iter().flat_map(|applied| {
+            let start = course::start(applied.case.unwrap_or(0));
+            applied.load.amplitude.iter().map(move |point| start + point.t)
+        });
+        times.map(norm).fold(0.0, f64::max)
+    }
+}
+
+impl Action {
+    fn add(&self, factor: f64, x: &[f64], out: &mut [f64]) {
+        match self {
+            Self::Pressure(facets, pressure) => add_pressure(facets, x, factor * pressure, out),
+            Self::Dead(forces) => {
+                for (node, force) in forces {
+                    for c in 0..3 {
+                        out[3 * *node as usize + c] -= factor * force[c];
+                    }
+                }
+            }
+        }
+    }
+}

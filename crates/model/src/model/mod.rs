@@ -1,0 +1,388 @@
+//! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion, loads.
+//!
+//! Each is a value that the next one is made of:
+//!
+//! ```text
+//! ContactModel    never changes: mesh, solids, interfaces, supports, loads
+//!   └ Design        what the density determines: scalings of elements, stiffness at the contact
+//!       └ Step        what a load step fixes: the state before it, its pseudo-time
+//!           └ Evaluated, with ContactState    at unknowns y: kinematics, measures, each node's law once, residual
+//! ```
+//!
+//! [`Design`] implements [`StepProblem`](slipstick_path::StepProblem), which the march and the adjoint sweep work on. Buffers lie
+//! in a [`Workspace`] that the caller lends. Unknowns are the displacements d of all nodes and, for the Lagrange and augmented Lagrangian methods, the
+//! multiplier components ζ_j in the frame of each slave node. Each interface has a method of its own.
+//!
+//! | method | y | h | F |
+//! |---|---|---|---|
+//! | Lagrange | d, ζ | – | R = f_int + f_co, C |
+//! | penalty | d | ζ_τ | R |
+//! | augmented | d, ζ | – | as Lagrange at convergence; solved by Uzawa around R(d; ẑ) |
+
+mod assembly;
+pub mod course;
+mod design;
+mod enforcement;
+mod evaluated;
+mod law;
+mod loads;
+pub mod motion;
+pub mod node;
+mod parameters;
+mod partition;
+pub mod pattern;
+mod place;
+pub mod prescribed;
+mod results;
+mod share;
+mod step;
+
+pub use design::Design;
+pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
+pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
+pub use loads::Loads;
+use nalgebra::Vector3;
+use node::NodeSettings;
+pub use parameters::Parameter;
+use pattern::ContactPattern;
+pub use place::{PairState, Unknown};
+use prescribed::Prescribed;
+pub use results::{ContactResults, NodalContact};
+pub use share::Share;
+use slipstick_contact::ContactInterface;
+use slipstick_mesh::Mesh;
+use slipstick_path::{Held, StateError, StepState, Unknowns};
+use slipstick_solid::{Interpolation, InvertedElements, SolidModel};
+use std::ops::Range;
+
+/// An interface with what the model adds to its geometry.
+#[derive(Debug, Clone)]
+pub struct ModelInterface {
+    /// Names of the slave and the master surface.
+    pub surfaces: [String; 2],
+    /// Geometry.
+    pub interface: ContactInterface,
+    /// Coefficient of friction μ.
+    pub friction: f64,
+    /// Part of the area around a slave node below which its contact condition is compliant,
+    /// [`compliance`](slipstick_contact::enforcement::NodeMeasures::compliance).
+    pub edge_cover: f64,
+    /// How contact and friction are enforced.
+    pub enforcement: Enforcement,
+}
+
+/// Constant data of a slave node.
+#[derive(Debug, Clone, Copy)]
+struct SlaveData {
+    interface: u32,
+    /// Reference area of the slave surface around the node. \[L²\]
+    area: f64,
+    /// Facet size around the node. \[L\]
+    size: f64,
+    /// How many times the area counts with its mirror images.
+    images: f64,
+}
+
+/// The bodies' own stiffness at the contact, at the start design.
+#[derive(Debug, Clone, Default)]
+struct StartStiffness {
+    /// E_eff/h at each slave node. \[F/L³\]
+    local_stiffness: Vec<f64>,
+    /// ∂ln/∂ln E of that for each body: one list per slave node.
+    shares: Vec<Vec<f64>>,
+}
+
+/// The discrete contact problem; see the module's description. It never changes while a path is marched.
+#[derive(Clone)]
+pub struct ContactModel {
+    /// The part of this rank, and which slave nodes are in it.
+    share: Share,
+    own: Vec<bool>,
+    solid: SolidModel,
+    interpolation: Interpolation,
+    designed: Vec<bool>,
+    coordinates: Vec<f64>,
+    /// Elements of each body.
+    bodies: Vec<Range<usize>>,
+    interfaces: Vec<ModelInterface>,
+    /// Uzawa's iteration, where a pair has the augmented Lagrangian.
+    uzawa: Option<Uzawa>,
+    prescribed: Prescribed,
+    loads: Loads,
+    slaves: Vec<SlaveData>,
+    /// Elements at each slave node's facets, and at each interface's master facets: for E_eff.
+    slave_elements: Vec<Vec<u32>>,
+    master_elements: Vec<Vec<u32>>,
+    start: StartStiffness,
+    /// Constants of the law of each slave node; they belong to the model, so they do not follow the design.
+    settings: Vec<NodeSettings>,
+    unknowns: Unknowns,
+    pattern: ContactPattern,
+    floors: Floors,
+}
+
+/// What a [`ContactModel`] is put together from.
+#[derive(Debug, Clone)]
+pub struct ModelParts {
+    /// Elements and slave nodes of this rank.
+    pub share: Share,
+    /// The bodies.
+    pub solid: SolidModel,
+    /// Which elements are designed.
+    pub designed: Vec<bool>,
+    /// What density makes of an element.
+    pub interpolation: Interpolation,
+    /// Contact pairs.
+    pub interfaces: Vec<ModelInterface>,
+    /// Uzawa's iteration, where a pair has the augmented Lagrangian.
+    pub uzawa: Option<Uzawa>,
+    /// Prescribed motion.
+    pub prescribed: Prescribed,
+    /// Loads.
+    pub loads: Loads,
+}
+
+/// Lower bounds of the scales, from the problem's own data, so that a start at rest has scales too.
+#[derive(Debug, Clone, Copy)]
+struct Floors {
+    force: f64,
+    displacement: f64,
+    multiplier: f64,
+}
+
+/// Part of the stiffer side that the bodies' own stiffness at an interface is at least.
+const LEAST_SHARE: f64 = 1e-6;
+
+/// Smallest part of a characteristic size that a relative tolerance is measured against.
+const FLOOR: f64 = 1e-6;
+
+impl ContactModel {
+    /// Puts a model together.
+    ///
+    /// `start` is the density of every element at the start design; it sizes the penalty method's default stiffness.
+    /// `largest_motion` is the largest prescribed displacement on the path; with the loads, it sizes the tolerances of a start
+    /// at rest.
+    pub fn new(mesh: &Mesh, parts: ModelParts, start: &[f64], largest_motion: f64) -> Self {
+        let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads } = parts;
+        let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
+        let (slaves, slave_elements, master_elements) = slave_data(mesh, &interfaces);
+        let masters = interfaces.iter().flat_map(|i| i.interface.master_facets());
+        let bulk = if share.is_part() {
+            loads.couple(mesh.node_neighbours_in(|e| share.has_element(e)), &share)
+        } else {
+            mesh.node_neighbours()
+        };
+        let own: Vec<bool> =
+            interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| share.has_node(s.node)).collect();
+        let multipliers = interfaces.iter().any(|i| i.enforcement.method.has_multipliers());
+        let pattern = ContactPattern::new(bulk, masters, own.clone(), multipliers && !slaves.is_empty());
+        let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
+        let volume: f64 = mesh.element_volumes().iter().sum();
+        let size = (volume / mesh.elements.len() as f64).cbrt();
+        // what a load would press an element by
+        let driven = largest_motion.max(loads.largest(&coordinates) / (modulus * size));
+        let motion = if driven > 0.0 { driven } else { size };
+        let floors = Floors {
+            force: FLOOR * modulus * size * motion,
+            displacement: FLOOR * motion,
+            multiplier: FLOOR * modulus * motion / size,
+        };
+        let mut model = Self {
+            share,
+            own,
+            solid,
+            interpolation,
+            designed,
+            coordinates,
+            bodies: mesh.bodies.iter().map(|body| body.elements.clone()).collect(),
+            interfaces,
+            uzawa,
+            prescribed,
+            loads,
+            slaves,
+            slave_elements,
+            master_elements,
+            start: StartStiffness::default(),
+            settings: Vec::new(),
+            unknowns: Unknowns::default(),
+            pattern,
+            floors,
+        };
+        let (scalings, _) = model.scale(start);
+        model.start = StartStiffness {
+            local_stiffness: model.local_stiffness(&scalings),
+            shares: model.stiffness_shares(&scalings),
+        };
+        model.settings = (0..model.slaves.len()).map(|j| model.node_settings(j)).collect();
+        model.unknowns = model.count_unknowns();
+        model
+    }
+
+    fn node_settings(&self, j: usize) -> NodeSettings {
+        let SlaveData { area: reference_area, interface, size, .. } = self.slaves[j];
+        let multipliers = self.method_of(j).has_multipliers();
+        let edge_stiffness =
+            if multipliers { DEFAULT_STIFFNESS * self.start.local_stiffness[j] } else { f64::INFINITY };
+        let edge_cover = self.interfaces[interface as usize].edge_cover;
+        NodeSettings { reference_area, size, edge_stiffness, edge_cover, multipliers }
+    }
+
+    fn count_unknowns(&self) -> Unknowns {
+        let mut unknowns = Unknowns {
+            history: self.tangential_history(),
+            parameters: self.parameter_names().len(),
+            ..Unknowns::displacements(self.prescribed.fixed(), self.solid.elements())
+        };
+        // a pair without multipliers has rows all the same where another pair has them, with nothing to solve for
+        if self.pattern.rows() > unknowns.groups.len() {
+            for model in &self.interfaces {
+                let method = model.enforcement.method;
+                for slave in model.interface.slave_nodes() {
+                    // no traction acts across a symmetry plane
+                    let planes = slave.mirrored.iter().filter(|&&across| across).count();
+                    let none = !method.has_multipliers();
+                    let own = [none, none || planes > 0, none || planes > 1];
+                    unknowns.fixed[Held::None as usize].extend(own);
+                    unknowns.fixed[Held::Augmented as usize].extend(if method == Method::Lagrange {
+                        own
+                    } else {
+                        [true; 3]
+                    });
+                    unknowns.fixed[Held::All as usize].extend([true; 3]);
+                    unknowns.groups.push(slave.node);
+                }
+            }
+        }
+        unknowns
+    }
+
+    /// The solid bodies.
+    pub fn solid(&self) -> &SolidModel {
+        &self.solid
+    }
+
+    /// Smallest J of each element at displacements `d`, whatever its scaling, of the whole mesh.
+    pub fn smallest_determinants(&self, mesh: &Mesh, d: &[f64]) -> Vec<f64> {
+        if self.share.is_part() {
+            let whole = SolidModel::new(mesh, self.solid.sections().to_vec());
+            return whole.map_or_else(|_| Vec::new(), |whole| whole.smallest_determinants(d));
+        }
+        self.solid.smallest_determinants(d)
+    }
+
+    /// Volume of the smallest element. \[L³\]
+    pub fn smallest_element(&self) -> f64 {
+        // those of other ranks are 0 here
+        let volumes = self.solid.element_volumes().into_iter().filter(|volume| *volume > 0.0);
+        -self.share.largest(-volumes.fold(f64::INFINITY, f64::min))
+    }
+
+    /// Elements and slave nodes that this rank assembles.
+    pub fn own_parts(&self) -> [usize; 2] {
+        let elements = (0..self.solid.elements()).filter(|&element| self.share.has_element(element)).count();
+        [elements, self.own.iter().filter(|own| **own).count()]
+    }
+
+    /// The part of this rank.
+    pub fn share(&self) -> &Share {
+        &self.share
+    }
+
+    /// The interfaces.
+    pub fn interfaces(&self) -> &[ModelInterface] {
+        &self.interfaces
+    }
+
+    /// Sets the coefficient of friction of all interfaces.
+    pub(crate) fn set_friction(&mut self, friction: f64) {
+        self.interfaces.iter_mut().for_each(|i| i.friction = friction);
+    }
+
+    /// Prescribed motion.
+    pub fn prescribed(&self) -> &Prescribed {
+        &self.prescribed
+    }
+
+    /// Whether loads act on the bodies, besides prescribed motions.
+    pub fn has_loads(&self) -> bool {
+        !self.loads.is_empty()
+    }
+
+    /// Numbers of the loads that act on prescribed displacements only, and so do nothing.
+    pub fn idle_loads(&self) -> Vec<usize> {
+        self.loads.idle(self.prescribed.fixed(), &self.coordinates)
+    }
+
+    /// Global numbers of all slave nodes, interface after interface: the order of nodal contact results. A node on a sharp
+    /// edge is repeated for each of the patches that meet there.
+    pub fn slave_nodes(&self) -> Vec<u32> {
+        self.interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node).collect()
+    }
+
+    /// The state at rest: no displacement, no multiplier, no history.
+    pub fn rest(&self) -> StepState {
+        StepState { unknowns: vec![0.0; self.unknowns.count()], history: vec![0.0; self.unknowns.history] }
+    }
+
+    fn displacement_count(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// Multiplier components of slave node j in y.
+    fn multiplier(&self, y: &[f64], j: usize) -> Vector3<f64> {
+        let at = self.displacement_count() + 3 * j;
+        Vector3::new(y[at], y[at + 1], y[at + 2])
+    }
+
+    /// Current positions x = X + d.
+    fn positions(&self, y: &[f64]) -> Vec<f64> {
+        self.coordinates.iter().zip(y).map(|(x, d)| x + d).collect()
+    }
+}
+
+impl std::fmt::Debug for ContactModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ContactModel")
+            .field("elements", &self.solid.elements())
+            .field("slave_nodes", &self.slaves.len())
+            .field("interfaces", &self.interfaces.len())
+            .finish_non_exhaustive()
+    }
+}
+
+/// An inverted element is a trial state that is none.
+pub(crate) fn inverted(error: InvertedElements) -> StateError {
+    StateError::InvertedElements { elements: error.elements }
+}
+
+type SlaveTables = (Vec<SlaveData>, Vec<Vec<u32>>, Vec<Vec<u32>>);
+
+/// Reference areas, sizes and adjacent elements of all slave nodes.
+fn slave_data(mesh: &Mesh, interfaces: &[ModelInterface]) -> SlaveTables {
+    let touching = mesh.node_elements();
+    let elements_at = |nodes: &mut dyn Iterator<Item = u32>| {
+        let mut all: Vec<u32> = nodes.flat_map(|n| touching.of(n as usize).iter().copied()).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    };
+    let (mut slaves, mut slave_elements, mut master_elements) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, model) in interfaces.iter().enumerate() {
+        let interface = &model.interface;
+        let areas: Vec<f64> =
+            interface.slave_facets().iter().map(|f| slipstick_mesh::facet_area(&f.corners(&mesh.nodes))).collect();
+        for slave in interface.slave_nodes() {
+            let around: f64 = slave.facets.iter().map(|&(f, _)| areas[f as usize]).sum();
+            let share = |f: u32| areas[f as usize] / interface.slave_facets()[f as usize].len() as f64;
+            slaves.push(SlaveData {
+                interface: i as u32,
+                area: slave.facets.iter().map(|&(f, _)| share(f)).sum(),
+                size: (around / slave.facets.len() as f64).sqrt(),
+                images: f64::from(1 << slave.mirrored.iter().filter(|&&across| across).count()),
+            });
+            slave_elements.push(elements_at(&mut std::iter::once(slave.node)));
+        }
+        master_elements.push(elements_at(&mut interface.master_facets().iter().flatten().copied()));
+    }
+    (slaves, slave_elements, master_elements)
+}

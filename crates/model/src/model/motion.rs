@@ -1,0 +1,139 @@
+//! What is prescribed along the load path: displacements, rotations, loads, symmetry planes.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A coordinate direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Component {
+    /// x, index 0.
+    X,
+    /// y (up), index 1.
+    Y,
+    /// z, index 2.
+    Z,
+}
+
+impl Component {
+    /// 0, 1 or 2.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// A symmetry plane: the bodies lie on one side of it, and their mirror image on the other side.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Symmetry {
+    /// The axis normal to it.
+    pub normal: Component,
+    /// Its coordinate along that axis. \[L\]
+    pub at: f64,
+}
+
+/// A prescribed displacement of a set of nodes; without a motion, the nodes are held.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Dirichlet {
+    /// Surface or node set.
+    pub set: String,
+    /// The load case in which it acts; `None`: in all. In the others, the nodes are held if nothing else moves them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<String>,
+    /// The prescribed components, ascending and unique; the others are free.
+    pub components: Vec<Component>,
+    /// Waypoints; linear in between, starting at rest at t = 0; constant after the last one. Empty: held.
+    pub motion: Vec<Waypoint>,
+    /// The axis of rotation for the waypoints' angles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<RotationAxis>,
+}
+
+impl Dirichlet {
+    /// Displacement \[L\] and angle \[degrees\] at pseudo-time `t`.
+    ///
+    /// Piecewise linear through (0, 0) and the waypoints; constant after the last one. The rotation is applied first,
+    /// then the displacement.
+    pub fn at(&self, t: f64) -> ([f64; 3], f64) {
+        let mut last = Waypoint { t: 0.0, u: [0.0; 3], angle: 0.0 };
+        for &next in &self.motion {
+            if t <= next.t {
+                let s = ((t - last.t) / (next.t - last.t)).clamp(0.0, 1.0);
+                let mix = |a: f64, b: f64| if s == 1.0 { b } else { a + s * (b - a) };
+                let u = std::array::from_fn(|i| mix(last.u[i], next.u[i]));
+                return (u, mix(last.angle, next.angle));
+            }
+            last = next;
+        }
+        (last.u, last.angle)
+    }
+}
+
+/// A waypoint of a prescribed motion.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Waypoint {
+    /// Pseudo-time, 0 < t ≤ 1, increasing.
+    pub t: f64,
+    /// Displacement of the whole set from the reference configuration, in addition to the rotation. \[L\]
+    pub u: [f64; 3],
+    /// Angle from the reference configuration, in degrees, right-handed about the axis.
+    pub angle: f64,
+}
+
+/// A load on a surface; along the path, its value is multiplied by `amplitude`.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Load {
+    /// The surface.
+    pub surface: String,
+    /// The load case in which it acts; `None`: in all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<String>,
+    /// The kind of load and its value.
+    #[serde(flatten)]
+    pub kind: LoadKind,
+    /// Waypoints; linear in between, starting from 0 at t = 0; constant after the last one.
+    pub amplitude: Vec<AmplitudePoint>,
+}
+
+impl Load {
+    /// The factor at pseudo-time `t`: piecewise linear through (0, 0) and the waypoints.
+    pub fn factor(&self, t: f64) -> f64 {
+        let mut last = AmplitudePoint { t: 0.0, factor: 0.0 };
+        for &next in &self.amplitude {
+            if t < next.t {
+                return last.factor + (t - last.t) / (next.t - last.t) * (next.factor - last.factor);
+            }
+            last = next;
+        }
+        last.factor
+    }
+}
+
+/// The kind of a load on a surface, and its value.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoadKind {
+    /// Acts on the deformed surface against its outward normal, per deformed area. \[F/L²\]
+    Pressure(f64),
+    /// Dead load of fixed direction, per reference area. \[F/L²\]
+    Traction([f64; 3]),
+    /// Resultant of a dead load that is spread evenly over the reference area. \[F\]
+    Force([f64; 3]),
+}
+
+/// A waypoint of a load's amplitude.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct AmplitudePoint {
+    /// Pseudo-time, 0 < t ≤ 1, increasing.
+    pub t: f64,
+    /// Factor on the load's value.
+    pub factor: f64,
+}
+
+/// The axis of a prescribed rotation, in the reference configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct RotationAxis {
+    /// A point on it. \[L\]
+    pub point: [f64; 3],
+    /// Its direction; need not be a unit vector, is not zero.
+    pub direction: [f64; 3],
+}

@@ -1,0 +1,366 @@
+//! Prescribed displacements along the load path.
+
+use super::course;
+use super::motion::Dirichlet;
+use nalgebra::{Rotation3, Unit, Vector3};
+
+/// The prescribed unknowns and their motion.
+#[derive(Debug, Clone, Default)]
+pub struct Prescribed {
+    motions: Vec<Dirichlet>,
+    /// Number of each motion's load case; `None`: it acts in all.
+    cases: Vec<Option<usize>>,
+    /// Displacement unknown, its node's reference position, component, number of its motion.
+    entries: Vec<(u32, [f64; 3], u8, u32)>,
+    /// Displacement unknowns that a further motion prescribes in the same way, and its number.
+    repeated: Vec<(u32, u32)>,
+    fixed: Vec<bool>,
+    /// Displacement unknowns across symmetry planes, which no motion prescribes: zero.
+    mirrored: Vec<u32>,
+}
+
+/// A motion takes a node off its symmetry plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("node {node} is moved off its symmetry plane in component {}", ["x", "y", "z"][*component as usize])]
+pub struct OffThePlane {
+    /// Global node number.
+    pub node: u32,
+    /// 0, 1, 2.
+    pub component: u8,
+    /// Number of the table that moves it.
+    pub motion: usize,
+}
+
+/// Two motions prescribe different displacements of one node.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("node {node} also belongs to `{set}`: `dirichlet[{first}]` prescribes another {} displacement of it", ["x", "y", "z"][*component as usize])]
+pub struct ConflictingMotion {
+    /// Global node number.
+    pub node: u32,
+    /// 0, 1, 2.
+    pub component: u8,
+    /// Number of the first table.
+    pub first: usize,
+    /// Node set of the first table.
+    pub set: String,
+    /// Number of the second table.
+    pub motion: usize,
+}
+
+impl Prescribed {
+    /// `sets[i]` are the nodes that `motions[i]` moves; `coordinates` has three entries per node; `cases` are the names of the
+    /// load cases. What one of them moves is held in the others, unless something moves it there.
+    ///
+    /// # Errors
+    /// [`ConflictingMotion`] where two tables prescribe different values of one unknown.
+    pub fn new(
+        motions: Vec<Dirichlet>,
+        sets: &[Vec<u32>],
+        coordinates: &[f64],
+        cases: &[&str],
+    ) -> Result<Self, ConflictingMotion> {
+        let number =
+            |motion: &Dirichlet| motion.load_case.as_ref().and_then(|name| cases.iter().position(|case| case == name));
+        let cases: Vec<Option<usize>> = motions.iter().map(number).collect();
+        let mut owners: Vec<Vec<u32>> = vec![Vec::new(); coordinates.len()];
+        let (mut entries, mut repeated) = (Vec::new(), Vec::new());
+        for (m, (motion, nodes)) in motions.iter().zip(sets).enumerate() {
+            for &node in nodes {
+                let x = std::array::from_fn(|c| coordinates[3 * node as usize + c]);
+                for component in &motion.components {
+                    let c = component.index();
+                    let dof = 3 * node as usize + c;
+                    let together = |&&other: &&u32| match (cases[other as usize], cases[m]) {
+                        (Some(a), Some(b)) => a == b,
+                        _ => true,
+                    };
+                    match owners[dof].iter().find(together) {
+                        Some(&first) if !same(&motions[first as usize], motion, c) => {
+                            let (first, set) = (first as usize, motions[first as usize].set.clone());
+                            return Err(ConflictingMotion { node, component: c as u8, first, set, motion: m });
+                        }
+                        // the same in all of this one's cases
+                        Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {
+                            repeated.push((dof as u32, m as u32));
+                        }
+                        _ => {
+                            owners[dof].push(m as u32);
+                            entries.push((dof as u32, x, c as u8, m as u32));
+                        }
+                    }
+                }
+            }
+        }
+        let fixed = owners.iter().map(|owners| !owners.is_empty()).collect();
+        Ok(Self { motions, cases, entries, repeated, fixed, mirrored: Vec::new() })
+    }
+
+    /// The same with the components held that stand across symmetry planes: three per node in `mirrored`.
+    ///
+    /// # Errors
+    /// [`OffThePlane`] where a motion moves such a component.
+    pub fn with_symmetry(mut self, mirrored: &[[bool; 3]]) -> Result<Self, OffThePlane> {
+        let mut d = vec![0.0; self.fixed.len()];
+        // a turn may come back to the plane at its way points
+        let of = |(motion, case): (&Dirichlet, &Option<usize>)| {
+            let start = course::start(case.unwrap_or(0));
+            let times = motion.motion.iter().flat_map(|point| [point.t, 0.618 * point.t]);
+            times.map(|t| start + t).collect::<Vec<f64>>()
+        };
+        let times: Vec<f64> = self.motions.iter().zip(&self.cases).flat_map(of).collect();
+        for time in times {
+            self.apply(time, &mut d);
+            let moved = |entry: &&(u32, [f64; 3], u8, u32)| {
+                mirrored[entry.0 as usize / 3][usize::from(entry.2)] && d[entry.0 as usize] != 0.0
+            };
+            if let Some(&(dof, _, component, motion)) = self.entries.iter().find(moved) {
+                return Err(OffThePlane { node: dof / 3, component, motion: motion as usize });
+            }
+        }
+        for (dof, across) in mirrored.iter().flatten().enumerate() {
+            if *across && !std::mem::replace(&mut self.fixed[dof], true) {
+                self.mirrored.push(dof as u32);
+            }
+        }
+        Ok(self)
+    }
+
+    /// Which displacement unknowns are prescribed.
+    pub fn fixed(&self) -> &[bool] {
+        &self.fixed
+    }
+
+    /// The sets whose motions prescribe displacement unknown `dof`, in the order of the case, each once. A symmetry plane has
+    /// no set.
+    pub fn sets(&self, dof: usize) -> Vec<&str> {
+        let entries = self.entries.iter().map(|&(at, _, _, motion)| (at, motion));
+        let mut motions: Vec<u32> = entries
+            .chain(self.repeated.iter().copied())
+            .filter(|&(at, _)| at as usize == dof)
+            .map(|(_, m)| m)
+            .collect();
+        motions.sort_unstable();
+        let mut names: Vec<&str> = Vec::new();
+        for name in motions.into_iter().map(|motion| self.motions[motion as usize].set.as_str()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis, then translation.
+    pub fn apply(&self, time: f64, d: &mut [f64]) {
+        for &dof in &self.mirrored {
+            d[dof as usize] = 0.0;
+        }
+        let (case, time) = course::place(time);
+        let pose = |(motion, own): (&Dirichlet, &Option<usize>)| {
+            own.is_none_or(|own| own == case).then(|| (motion.at(time), motion.rotation))
+        };
+        let poses: Vec<_> = self.motions.iter().zip(&self.cases).map(pose).collect();
+        for &(dof, _, _, motion) in &self.entries {
+            if poses[motion as usize].is_none() {
+                d[dof as usize] = 0.0;
+            }
+        }
+        for &(dof, x, c, motion) in &self.entries {
+            let Some(((u, degrees), axis)) = &poses[motion as usize] else { continue };
+            let mut value = u[c as usize];
+            if let (Some(axis), true) = (axis, *degrees != 0.0) {
+                let direction = Unit::new_normalize(Vector3::from(axis.direction));
+                let rotation = Rotation3::from_axis_angle(&direction, degrees.to_radians());
+                let arm = Vector3::from(x) - Vector3::from(axis.point);
+                value += (rotation * arm - arm)[c as usize];
+            }
+            d[dof as usize] = value;
+        }
+    }
+
+    /// Number of motions.
+    pub fn motions(&self) -> usize {
+        self.motions.len()
+    }
+
+    /// Adds Σ μ ∂d/∂a of each motion at pseudo-time `time`, where a = 1 multiplies its translation and its angle θ: with the
+    /// unit axis n, ∂/∂a (R(aθ) − I) r = θ n × R(θ) r.
+    ///
+    /// Test: `amplitudes_match_finite_differences`.
+    pub fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
+        let (case, time) = course::place(time);
+        for &(dof, x, c, motion) in &self.entries {
+            if self.cases[motion as usize].is_some_and(|own| own != case) {
+                continue;
+            }
+            let moved = &self.motions[motion as usize];
+            let (u, degrees) = moved.at(time);
+            let mut slope = u[c as usize];
+            if let (Some(axis), true) = (moved.rotation, degrees != 0.0) {
+                let direction = Unit::new_normalize(Vector3::from(axis.direction));
+                let angle = degrees.to_radians();
+                let arm =
+                    Rotation3::from_axis_angle(&direction, angle) * (Vector3::from(x) - Vector3::from(axis.point));
+                slope += angle * direction.cross(&arm)[c as usize];
+            }
+            out[motion as usize] += slope * by_prescribed[dof as usize];
+        }
+    }
+
+    /// Largest prescribed displacement at any of the `times`. \[L\]
+    pub fn largest(&self, times: &[f64]) -> f64 {
+        self.largest_of(times.iter().map(|&t| (course::start(course::place(t).0), t)))
+    }
+
+    /// Largest change of a prescribed displacement between consecutive `times`, each load case starting at rest. \[L\]
+    pub fn largest_step(&self, times: &[f64]) -> f64 {
+        let starts = std::iter::once(0.0).chain(times.iter().copied());
+        let within = |(from, to): (f64, f64)| (from.max(course::start(course::place(to).0)), to);
+        self.largest_of(starts.zip(times.iter().copied()).map(within))
+    }
+
+    fn largest_of(&self, spans: impl Iterator<Item = (f64, f64)>) -> f64 {
+        let n = self.fixed.len();
+        let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
+        let mut largest: f64 = 0.0;
+        for (from, to) in spans {
+            self.apply(from, &mut a);
+            self.apply(to, &mut b);
+            for (p, q) in a.chunks_exact(3).zip(b.chunks_exact(3)) {
+                let change: f64 = p.iter().zip(q).map(|(p, q)| (p - q) * (p - q)).sum();
+                largest = largest.max(change.sqrt());
+            }
+        }
+        largest
+    }
+}
+
+/// Whether two motions prescribe the same displacement component `c` at all times.
+fn same(a: &Dirichlet, b: &Dirichlet, c: usize) -> bool {
+    let turns = |motion: &Dirichlet| motion.motion.iter().any(|point| point.angle != 0.0);
+    if turns(a) || turns(b) {
+        return a.motion == b.motion && a.rotation == b.rotation;
+    }
+    // both are piecewise linear between the way points
+    a.motion.iter().chain(&b.motion).all(|point| a.at(point.t).0[c] == b.at(point.t).0[c])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::motion::{Component, RotationAxis, Waypoint};
+
+    fn driven() -> Dirichlet {
+        Dirichlet {
+            set: "top".into(),
+            load_case: None,
+            components: vec![Component::X, Component::Y, Component::Z],
+            motion: vec![
+                Waypoint { t: 0.5, u: [0.0, -1.0, 0.0], angle: 0.0 },
+                Waypoint { t: 1.0, u: [2.0, -1.0, 0.0], angle: 90.0 },
+            ],
+            rotation: Some(RotationAxis { point: [1.0, 0.0, 0.0], direction: [0.0, 2.0, 0.0] }),
+        }
+    }
+
+    #[test]
+    fn motion_is_piecewise_linear_and_rotates_about_its_axis() {
+        let prescribed = Prescribed::new(vec![driven()], &[vec![0]], &[2.0, 5.0, 0.0], &[]).unwrap();
+        let mut d = vec![0.0; 3];
+        prescribed.apply(0.25, &mut d);
+        assert_eq!(d, [0.0, -0.5, 0.0]);
+        prescribed.apply(1.0, &mut d);
+        // a quarter turn about +y takes the arm +x to −z
+        for (found, exact) in d.iter().zip([2.0 - 1.0, -1.0, -1.0]) {
+            assert!((found - exact).abs() < 1e-15);
+        }
+        assert!((prescribed.largest(&[0.5, 1.0]) - 3f64.sqrt()).abs() < 1e-14);
+    }
+
+    /// Motion and angle scaled by 1 ± h in the tables themselves.
+    #[test]
+    fn amplitudes_match_finite_differences() {
+        let coordinates = [2.0, 5.0, 0.0, 0.3, -1.0, 0.8];
+        let at = |factor: f64| {
+            let mut motion = driven();
+            for waypoint in &mut motion.motion {
+                waypoint.u.iter_mut().for_each(|u| *u *= factor);
+                waypoint.angle *= factor;
+            }
+            Prescribed::new(
+                vec![Dirichlet { set: "rest".into(), ..driven() }, motion],
+                &[vec![1], vec![0]],
+                &coordinates,
+                &[],
+            )
+            .unwrap()
+        };
+        let weights = [0.3, -0.7, 1.1, 0.0, 0.0, 0.0];
+        let (h, time) = (1e-5, 0.8);
+        let value = |factor: f64| {
+            let mut d = [0.0; 6];
+            at(factor).apply(time, &mut d);
+            d.iter().zip(weights).map(|(d, w)| d * w).sum::<f64>()
+        };
+        let mut slopes = [0.0; 2];
+        at(1.0).pull_back_amplitudes(time, &weights, &mut slopes);
+        let expected = (value(1.0 + h) - value(1.0 - h)) / (2.0 * h);
+        assert!((slopes[1] - expected).abs() < 1e-9, "{} for {expected}", slopes[1]);
+        assert_eq!(slopes[0], 0.0);
+    }
+
+    #[test]
+    fn contradicting_tables_are_refused() {
+        let mut other = driven();
+        other.motion.pop();
+        let result = Prescribed::new(vec![driven(), driven(), other], &[vec![0], vec![0], vec![0]], &[0.0; 3], &[]);
+        let set = "top".to_owned();
+        assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 2 });
+    }
+
+    /// A support and a motion within its plane meet at a node: they agree in y, where both hold it, and differ in x.
+    #[test]
+    fn tables_may_share_a_component_that_both_hold() {
+        let held = |components: &[Component]| Dirichlet {
+            set: "plane".into(),
+            components: components.to_vec(),
+            motion: Vec::new(),
+            rotation: None,
+            load_case: None,
+        };
+        let mut pushed = driven();
+        (pushed.motion, pushed.rotation) = (vec![Waypoint { t: 1.0, u: [2.0, 0.0, 0.0], angle: 0.0 }], None);
+        let of = |held| Prescribed::new(vec![held, pushed.clone()], &[vec![0], vec![0]], &[0.0; 3], &[]);
+        let mut d = [9.0; 3];
+        of(held(&[Component::Y])).unwrap().apply(0.5, &mut d);
+        assert_eq!(d, [1.0, 0.0, 0.0]);
+        let conflict = of(held(&[Component::X, Component::Y])).unwrap_err();
+        assert_eq!((conflict.component, conflict.first, conflict.motion), (0, 0, 1));
+        assert!(conflict.to_string().contains("`plane`"), "{conflict}");
+    }
+
+    /// Two cases move one node differently, and another node only in the second.
+    #[test]
+    fn each_load_case_has_its_motions() {
+        let of = |case: &str, y: f64| Dirichlet {
+            load_case: Some(case.into()),
+            motion: vec![Waypoint { t: 1.0, u: [0.0, y, 0.0], angle: 0.0 }],
+            rotation: None,
+            ..driven()
+        };
+        let motions = vec![of("a", -1.0), of("b", 2.0), of("b", 3.0)];
+        let prescribed = Prescribed::new(motions, &[vec![0], vec![0], vec![1]], &[0.0; 6], &["a", "b"]).unwrap();
+        let at = |time: f64| {
+            let mut d = [9.0; 6];
+            prescribed.apply(time, &mut d);
+            (d[1], d[4])
+        };
+        assert_eq!([at(0.5), at(1.0), at(2.0), at(3.0)], [(-0.5, 0.0), (-1.0, 0.0), (0.0, 0.0), (2.0, 3.0)]);
+        assert_eq!(prescribed.largest_step(&course::times(2, 2)), 1.5);
+        let mut slopes = [0.0; 3];
+        prescribed.pull_back_amplitudes(2.5, &[1.0; 6], &mut slopes);
+        assert_eq!(slopes, [0.0, 1.0, 1.5]);
+        let twice = Prescribed::new(vec![of("a", 1.0), driven()], &[vec![0], vec![0]], &[0.0; 3], &["a"]);
+        let set = "top".to_owned();
+        assert_eq!(twice.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 1 });
+    }
+}

@@ -1,0 +1,71 @@
+//! Counts and numbers as text for display.
+
+/// A count with its noun: `1 design`, `2 designs`, `1 entry`, `3 entries`.
+pub fn counted(count: usize, noun: &str) -> String {
+    match noun.strip_suffix('y') {
+        _ if count == 1 => format!("{count} {noun}"),
+        Some(stem) if !stem.ends_with(['a', 'e', 'o']) => format!("{count} {stem}ies"),
+        _ => format!("{count} {noun}s"),
+    }
+}
+
+/// A number rounded to this many significant digits, which removes round-off.
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
+    // turns −0 into 0
+    rounded + 0.0
+}
+
+/// A quantity in five significant digits, with an exponent if it is very large or small: `30.447`, `-0.5`, `1.2e-7`.
+pub fn quantity(value: f64) -> String {
+    let value = rounded(value, 5);
+    match value.abs() {
+        size if size != 0.0 && !(1e-4..1e6).contains(&size) => format!("{value:e}"),
+        _ => value.to_string(),
+    }
+}
+
+/// A vector with components rounded relative to the largest: a component below 1e-9 of it, the tolerance of a load
+/// path, is written as zero. `[0.3, -0.05, 0]`
+pub fn vector(v: [f64; 3]) -> String {
+    let size = v.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    let [x, y, z] = v.map(|x| if x.abs() <= 1e-9 * size { "0".into() } else { quantity(x) });
+    format!("[{x}, {y}, {z}]")
+}
+
+/// Ascending numbers in words, neighbours together: `0 to 4, 6`.
+pub fn list(numbers: &[usize]) -> String {
+    let runs = numbers.chunk_by(|a, b| b - a == 1);
+    let words = runs.map(|run| match run {
+        [one] => one.to_string(),
+        [first, .., last] => format!("{first} to {last}"),
+        [] => String::new(),
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_listed_in_runs() {
+        assert_eq!(list(&[0, 1, 2, 5, 7, 8]), "0 to 2, 5, 7 to 8");
+    }
+
+    #[test]
+    fn nouns_follow_their_counts() {
+        let found = [(0, "design"), (1, "design"), (2, "load step"), (1, "entry"), (3, "entry"), (2, "day")]
+            .map(|(count, noun)| counted(count, noun));
+        assert_eq!(found, ["0 designs", "1 design", "2 load steps", "1 entry", "3 entries", "2 days"]);
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!((rounded(0.771 + 0.7, 12), rounded(1.7 + 0.17, 12), rounded(-0.0, 3)), (1.471, 1.87, 0.0));
+        let found = [30.446_98, -0.5, 0.0, -0.0, 1.2e-7, 8.123_456e9, 123_456.7].map(quantity);
+        assert_eq!(found, ["30.447", "-0.5", "0", "0", "1.2e-7", "8.1235e9", "123460"]);
+        assert_eq!(vector([0.1 + 0.2, -1e-17, 1.25]), "[0.3, 0, 1.25]");
+        assert!(quantity(f64::NAN) == "NaN" && quantity(f64::INFINITY) == "inf");
+    }
+}

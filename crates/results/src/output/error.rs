@@ -1,0 +1,95 @@
+//! Errors of writing results.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// An error of writing results; the message contains the file or field, and the cure.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The operating system reports an error.
+    #[error("cannot {action} {}: {source}", .path.display())]
+    Io {
+        /// `write`, `read`, …
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file that was not written by this program, or is incomplete.
+    #[error("{} {reason}", .path.display())]
+    NotRead {
+        /// The file.
+        path: PathBuf,
+        /// The difference.
+        reason: String,
+    },
+    /// A field whose number of values does not match the mesh.
+    #[error("field `{name}` has {found} values; {components} components on {items} {what} need {}", components * items)]
+    Length {
+        /// The field.
+        name: String,
+        /// Components per item.
+        components: usize,
+        /// `points` or `cells`.
+        what: &'static str,
+        /// Their number in the mesh.
+        items: usize,
+        /// The number of values that were given.
+        found: usize,
+    },
+    /// Two fields with the same name on the points or on the cells.
+    #[error("there is already a field `{name}` on the {what}: use a different name")]
+    DuplicateField {
+        /// The field.
+        name: String,
+        /// `points` or `cells`.
+        what: &'static str,
+    },
+    /// A cell with a node that does not exist.
+    #[error("cell {element} has node {node}, but there are {nodes} nodes (numbers count from 0)")]
+    NodeOutOfRange {
+        /// The cell.
+        element: usize,
+        /// Its node.
+        node: u32,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// A value that is infinite or not a number.
+    #[error("`{name}` is {value} at entry {entry} (counted from 0): results must be finite")]
+    NotFinite {
+        /// The field or column.
+        name: String,
+        /// Position in its values.
+        entry: usize,
+        /// The value.
+        value: f64,
+    },
+    /// A row that does not match the table's header.
+    #[error("a row of {found} values does not match the {expected} columns of {}", .path.display())]
+    Columns {
+        /// The table.
+        path: PathBuf,
+        /// Columns of the header.
+        expected: usize,
+        /// Values of the row.
+        found: usize,
+    },
+    /// An existing table that cannot be continued.
+    #[error("{} {reason}", .path.display())]
+    OtherTable {
+        /// The table.
+        path: PathBuf,
+        /// The difference.
+        reason: String,
+    },
+}
+
+impl OutputError {
+    /// For `map_err`: the action and the file.
+    pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Io { action, path, source }
+    }
+}

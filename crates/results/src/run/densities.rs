@@ -1,0 +1,147 @@
+//! Densities of elements as tables.
+
+use std::fs;
+use std::path::Path;
+
+use slipstick_mesh::Mesh;
+
+use super::{RunDirectory, RunError};
+use crate::output::{OutputError, read_fields, write_atomically};
+use slipstick_case::case::utf8;
+use slipstick_model::words::list;
+
+/// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density`, and, where it is known,
+/// `derivative` (dθ/dφ). Whole or not at all.
+///
+/// # Errors
+/// [`OutputError`]; [`OutputError::NotFinite`] before anything is written.
+///
+/// # Panics
+/// If densities or derivatives are not one per element.
+pub fn write_densities(
+    path: &Path,
+    mesh: &Mesh,
+    density: &[f64],
+    derivative: Option<&[f64]>,
+) -> Result<(), OutputError> {
+    assert_eq!(density.len(), mesh.elements.len(), "one density per element");
+    for (name, values) in [("density", Some(density)), ("derivative", derivative)] {
+        let position = values.and_then(|values| values.iter().position(|value| !value.is_finite()));
+        if let (Some(entry), Some(values)) = (position, values) {
+            return Err(OutputError::NotFinite { name: name.into(), entry, value: values[entry] });
+        }
+    }
+    write_atomically(path, |writer| {
+        writeln!(writer, "element,body,density{}", if derivative.is_some() { ",derivative" } else { "" })?;
+        for body in &mesh.bodies {
+            for element in body.elements.clone() {
+                write!(writer, "{element},{},{:?}", body.name, density[element])?;
+                match derivative {
+                    Some(derivative) => writeln!(writer, ",{:?}", derivative[element])?,
+                    None => writeln!(writer)?,
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+/// The densities of a design: `results` is the directory of a run, or a table itself.
+///
+/// # Errors
+/// As [`read_density`]; [`RunError::NoRun`] for a directory without `design.csv`.
+pub fn load_density(results: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
+    if !results.is_dir() {
+        return read_density(results, mesh);
+    }
+    let table = results.join("design.csv");
+    if !table.is_file() {
+        return Err(RunError::NoRun { directory: results.to_owned(), file: "design.csv" });
+    }
+    read_density(&table, mesh)
+}
+
+/// The densities of a design of a run: the newest, or that of an iteration whose fields were written.
+///
+/// # Errors
+/// As [`load_density`]; [`RunError::Densities`] where the iteration has no file, or one of another mesh.
+pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>) -> Result<Vec<f64>, RunError> {
+    let Some(number) = iteration else { return load_density(run.path(), mesh) };
+    let path = run.file(&RunDirectory::numbered("design", number));
+    let wrong = |reason: &str, cure: String| RunError::Densities {
+        path: path.clone(),
+        line: None,
+        reason: reason.into(),
+        cure,
+    };
+    let known = run.numbers("design")?;
+    if !known.contains(&number) {
+        let known = if known.is_empty() { "none".into() } else { list(&known) };
+        return Err(wrong("this iteration was not written", format!("iterations there are: {known}")));
+    }
+    let fields = read_fields(&path)?;
+    let density = fields.into_iter().find(|field| field.name == "density" && !field.on_points);
+    match density.filter(|field| field.values.len() == mesh.elements.len()) {
+        Some(field) => Ok(field.values),
+        None => Err(wrong("has no densities of this mesh", "take another iteration".into())),
+    }
+}
+
+/// Reads the densities of all elements from a table with the columns `element` and `density`, in any order of rows;
+/// a column `body` is compared with the mesh, others are ignored. Cells may stand in quotes.
+///
+/// # Errors
+/// [`RunError::Read`]; [`RunError::Densities`] where a column or an element is missing, an element is named twice or not
+/// in the mesh, or a density is no number in \[0, 1\].
+pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
+    let bytes = fs::read(path).map_err(RunError::read(path))?;
+    let text = utf8(bytes).map_err(|error| RunError::Densities {
+        path: path.to_owned(),
+        line: Some(error.line),
+        reason: error.to_string(),
+        cure: "save the table as UTF-8".into(),
+    })?;
+    let wrong = |line: Option<usize>, reason: String| RunError::Densities {
+        path: path.to_owned(),
+        line,
+        reason,
+        cure: "take the table that a run of a case with the same bodies and meshes has written".into(),
+    };
+    let mut lines = text.lines().enumerate();
+    let header: Vec<&str> = cells(lines.next().map_or("", |line| line.1));
+    let column = |name: &str| header.iter().position(|&found| found == name);
+    let needed = |name: &str| column(name).ok_or_else(|| wrong(Some(1), format!("there is no column `{name}`")));
+    let (element_at, density_at, body_at) = (needed("element")?, needed("density")?, column("body"));
+    let count = mesh.elements.len();
+    let mut density = vec![f64::NAN; count];
+    for (number, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
+        let at = Some(number + 1);
+        let cells: Vec<&str> = cells(line);
+        let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
+        let element = cell(element_at).parse().ok().filter(|&element: &usize| element < count);
+        let element = element.ok_or_else(|| {
+            wrong(at, format!("`{}` is no element: the mesh has 0 to {}", cell(element_at), count.saturating_sub(1)))
+        })?;
+        let value = cell(density_at).parse().ok().filter(|value: &f64| (0.0..=1.0).contains(value));
+        let value = value.ok_or_else(|| wrong(at, format!("`{}` is no density in [0, 1]", cell(density_at))))?;
+        let body = mesh.body_of_element(element).map(|body| mesh.bodies[body].name.as_str());
+        if let Some(column) = body_at.filter(|&column| body != Some(cell(column))) {
+            let (found, body) = (cell(column), body.unwrap_or("none"));
+            return Err(wrong(at, format!("element {element} is of body `{found}` here, of `{body}` in the case")));
+        }
+        if !density[element].is_nan() {
+            return Err(wrong(at, format!("element {element} stands here a second time")));
+        }
+        density[element] = value;
+    }
+    match density.iter().position(|value| value.is_nan()) {
+        Some(element) => Err(wrong(None, format!("element {element} of {count} is missing"))),
+        None => Ok(density),
+    }
+}
+
+/// The cells of a line, without the quotes that spreadsheets put around them.
+fn cells(line: &str) -> Vec<&str> {
+    let bare = |cell: &str| cell.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).map(str::len);
+    line.split(',').map(str::trim).map(|cell| bare(cell).map_or(cell, |length| cell[1..=length].trim())).collect()
+}

@@ -1,0 +1,250 @@
+//! The directory that belongs to one run.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::RunError;
+use super::lock::{self, Lock};
+use crate::output::whole_name;
+use slipstick_model::model::Share;
+
+/// A directory that belongs to one run, and the names of its files.
+#[derive(Debug, Clone)]
+pub struct RunDirectory {
+    path: PathBuf,
+    /// Of one that is written to.
+    lock: Option<Arc<Lock>>,
+    /// Whether meshes are written in pieces too.
+    in_pieces: bool,
+}
+
+/// Files of a run by their whole names.
+const FILES: &[&str] = &[
+    "case.toml",
+    "checkpoint.json",
+    "contact.csv",
+    "design.csv",
+    "design.pvd",
+    "design.stl",
+    "evaluate.csv",
+    "failure.vtu",
+    "gradient.csv",
+    "gradient.vtu",
+    "history.csv",
+    "history.png",
+    "newton.csv",
+    "path.pvd",
+    "picture.png",
+    "report.html",
+    "verify.csv",
+    "verify.json",
+    "run.json",
+    super::start_values::FILES[0],
+    super::start_values::FILES[1],
+];
+
+/// The file that marks a directory as a run's: the first to be written, the last to be removed.
+const MARK: &str = "run.json";
+
+/// Files that whoever only looks at a run writes beside it, without its lock.
+const OF_READERS: &[&str] = &["design.stl", "history.png", "picture.png", "report.html"];
+
+/// Files of a run that are numbered: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and `{stem}_XXXX.{rank}.vtu`.
+const NUMBERED: &[&str] = &["design", "path"];
+
+/// Of the copies of mesh files, `mesh_XXXX.{extension}`; the last is for names that end otherwise.
+pub(super) const MESH_EXTENSIONS: &[&str] = &["msh", "inp", "vtu", "dat"];
+
+impl RunDirectory {
+    /// A directory for a new run, locked against other processes while it is held: made where it is missing (its
+    /// parent is not). With `force`, the files of an earlier run are removed, and nothing but those.
+    ///
+    /// # Errors
+    /// [`RunError::Exists`] where a run is, unless `force`; [`RunError::Locked`] where one is in progress;
+    /// [`RunError::Directory`] where no directory can be, where files of others have the names of results, or if the
+    /// operating system refuses.
+    pub fn create(path: &Path, force: bool) -> Result<Self, RunError> {
+        refuse_place(path)?;
+        let refused = |error: io::Error| RunError::cannot_write(path, &error);
+        match fs::create_dir(path) {
+            Err(_) if path.is_dir() => {}
+            made => made.map_err(refused)?,
+        }
+        let mut run = Self { path: path.to_owned(), lock: None, in_pieces: false };
+        // What is of nobody's run is not touched, not even by a lock.
+        if !run.holds_run() && !run.file(lock::NAME).exists() {
+            run.refuse_names_of_results()?;
+        }
+        let lock = Lock::take(path);
+        if run.holds_run() && !force {
+            let in_progress = lock.err().filter(|error| matches!(error, RunError::Locked { .. }));
+            return Err(in_progress.unwrap_or(RunError::Exists { directory: path.to_owned() }));
+        }
+        run.lock = Some(Arc::new(lock?));
+        if run.holds_run() {
+            run.clear().map_err(refused)?;
+        } else {
+            run.refuse_names_of_results()?;
+        }
+        run.remove_parts().map_err(refused)?;
+        // Better to learn now than after the first iteration that nothing can be written.
+        let probe = run.file(".slipstick-probe");
+        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(refused)?;
+        Ok(run)
+    }
+
+    /// The directory of an earlier run, to read.
+    ///
+    /// # Errors
+    /// [`RunError::NoRun`] where it holds none.
+    pub fn open(path: &Path) -> Result<Self, RunError> {
+        let run = Self { path: path.to_owned(), lock: None, in_pieces: false };
+        if run.holds_run() { Ok(run) } else { Err(RunError::NoRun { directory: path.to_owned(), file: MARK }) }
+    }
+
+    /// The directory of an earlier run, to go on with: locked against other processes while it is held.
+    ///
+    /// # Errors
+    /// As [`RunDirectory::open`]; [`RunError::Locked`] where another process writes to it; [`RunError::Directory`] if
+    /// the operating system refuses.
+    pub fn take_up(path: &Path) -> Result<Self, RunError> {
+        let mut run = Self::open(path)?;
+        run.lock = Some(Arc::new(Lock::take(path)?));
+        run.remove_parts().map_err(|error| RunError::cannot_write(path, &error))?;
+        Ok(run)
+    }
+
+    fn holds_run(&self) -> bool {
+        self.file(MARK).is_file()
+    }
+
+    /// The directory.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A file in the directory.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Name of the numbered file of a design or load step.
+    pub fn numbered(stem: &str, number: usize) -> String {
+        format!("{stem}_{number:04}.vtu")
+    }
+
+    /// The same directory, whose meshes are written in pieces too, one for each rank, if that is so: `[output]` `pieces`.
+    pub fn in_pieces(self, in_pieces: bool) -> Self {
+        Self { in_pieces, ..self }
+    }
+
+    /// The piece of every element, if meshes are written in pieces too.
+    pub fn pieces(&self, share: &Share, elements: usize) -> Option<Vec<u32>> {
+        self.in_pieces.then(|| (0..elements).map(|element| share.rank_of(element)).collect())
+    }
+
+    /// What a series names for a numbered file: itself, or that of its pieces.
+    pub fn in_series(&self, name: &str) -> String {
+        let stem = name.strip_suffix(".vtu").filter(|_| self.in_pieces);
+        stem.map_or_else(|| name.to_owned(), |stem| format!("{stem}.pvtu"))
+    }
+
+    /// The file of the whole mesh, of what a series names.
+    pub fn whole_of(shown: &str) -> String {
+        shown.strip_suffix(".pvtu").map_or_else(|| shown.to_owned(), |stem| format!("{stem}.vtu"))
+    }
+
+    /// Numbers of the numbered files of a kind (`design`, `path`) that are there, ascending.
+    ///
+    /// # Errors
+    /// [`RunError::Read`].
+    pub fn numbers(&self, stem: &str) -> Result<Vec<usize>, RunError> {
+        let mut all = Vec::new();
+        for entry in fs::read_dir(&self.path).map_err(RunError::read(&self.path))? {
+            let name = entry.map_err(RunError::read(&self.path))?.file_name();
+            let digits =
+                name.to_str().and_then(|name| name.strip_prefix(stem)?.strip_prefix('_')?.strip_suffix(".vtu"));
+            all.extend(digits.and_then(|digits| digits.parse::<usize>().ok()));
+        }
+        all.sort_unstable();
+        Ok(all)
+    }
+
+    /// Refuses a directory with a file that a run would replace.
+    fn refuse_names_of_results(&self) -> Result<(), RunError> {
+        let refused = |error: io::Error| RunError::cannot_write(&self.path, &error);
+        for entry in fs::read_dir(&self.path).map_err(refused)? {
+            let name = entry.map_err(refused)?.file_name();
+            if let Some(name) = name.to_str().filter(|name| is_numbered(name) || FILES.contains(name)) {
+                return Err(RunError::Directory {
+                    directory: self.path.clone(),
+                    reason: format!("it holds `{name}`, which is not of a run but has the name of a result"),
+                    cure: "name another directory with --out, or move the file away".into(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the files of an earlier run; `run.json`, which marks the directory, last.
+    fn clear(&self) -> io::Result<()> {
+        for entry in fs::read_dir(&self.path)? {
+            let entry = entry?;
+            if entry.file_name().to_str().is_some_and(is_numbered) {
+                fs::remove_file(entry.path())?;
+            }
+        }
+        for name in FILES.iter().filter(|name| **name != MARK).chain([&MARK]) {
+            match fs::remove_file(self.file(name)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the parts of files that a process was killed over; whoever calls has the lock.
+    fn remove_parts(&self) -> io::Result<()> {
+        for entry in fs::read_dir(&self.path)? {
+            let name = entry?.file_name();
+            let whole = name.to_str().and_then(|name| whole_name(name));
+            if whole.is_some_and(|whole| is_numbered(whole) || FILES.contains(&whole) && !OF_READERS.contains(&whole)) {
+                fs::remove_file(self.path.join(name))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a path that cannot become a directory.
+fn refuse_place(path: &Path) -> Result<(), RunError> {
+    let directory = || path.to_owned();
+    if path.exists() && !path.is_dir() {
+        let (reason, cure) = ("a file of that name exists".into(), "name another directory with --out".into());
+        return Err(RunError::Directory { directory: directory(), reason, cure });
+    }
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
+        let reason = format!("there is no directory {}", parent.display());
+        let cure = "make it first, or name another directory with --out".into();
+        return Err(RunError::Directory { directory: directory(), reason, cure });
+    }
+    Ok(())
+}
+
+/// Whether a name is `{stem}_{digits}.{extension}` of a run, or that of a piece.
+fn is_numbered(name: &str) -> bool {
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let numbered = |stem: &str, extension: &str| {
+        let rest = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_'));
+        let rest = rest.and_then(|rest| rest.strip_suffix(extension)).and_then(|rest| rest.strip_suffix('.'));
+        rest.is_some_and(|rest| match rest.split_once('.') {
+            Some((number, piece)) => extension == "vtu" && stem != "mesh" && digits(number) && digits(piece),
+            None => digits(rest),
+        })
+    };
+    NUMBERED.iter().any(|stem| numbered(stem, "vtu") || numbered(stem, "pvtu"))
+        || MESH_EXTENSIONS.iter().any(|extension| numbered("mesh", extension))
+}

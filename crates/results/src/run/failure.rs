@@ -1,0 +1,259 @@
+//! A failed analysis in words: where, why, what was tried, what may help.
+
+use std::fmt;
+use std::mem::discriminant;
+
+use serde::Serialize;
+use slipstick_mesh::Mesh;
+use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind, still_falls};
+
+use super::places::{LISTED, Place, Trial, conditions, places, reason};
+use slipstick_model::analysis::AnalysisError;
+use slipstick_model::model::{Design, course};
+use slipstick_model::words::counted;
+
+/// One Newton iteration that led to a failure.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Iteration {
+    /// Its number in the attempt.
+    pub number: usize,
+    /// Norm of the balance of forces after it. \[F\]
+    pub residual: f64,
+    /// Norm of the contact conditions; 0 in methods without multipliers. \[F/L²\]
+    pub contact: f64,
+    /// Nodes of contact that are open, sticking, slipping.
+    pub status: [usize; 3],
+}
+
+impl Iteration {
+    fn of(record: &IterationRecord) -> Self {
+        let IterationRecord { iteration, residual, contact, status, .. } = *record;
+        Self { number: iteration, residual, contact, status }
+    }
+}
+
+impl fmt::Display for Iteration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { number, residual, contact, status: [open, stick, slip] } = self;
+        write!(f, "{number}: residual {residual:.1e}, contact {contact:.1e}; open {open}, stick {stick}, slip {slip}")
+    }
+}
+
+/// Why an analysis failed, for people and programs.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct FailureReport {
+    /// The user's load step (from 1) that failed; `None` if it was no load step.
+    pub step: Option<usize>,
+    /// The load case (from 1) that the step belongs to, from the second on: load steps are counted through all of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_case: Option<usize>,
+    /// Pseudo-time that was reached.
+    pub reached: Option<f64>,
+    /// Why.
+    pub cause: String,
+    /// Where, the first few.
+    pub places: Vec<Place>,
+    /// What meets at the first place: supports, contact pairs, rigid motions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub conditions: Vec<String>,
+    /// How the last iterations of the last attempt went.
+    pub iterations: Vec<Iteration>,
+    /// What was tried in that step, failures of one kind in a row counted together.
+    pub attempts: Vec<String>,
+    /// Newton iterations of all failed attempts of the path; 0 if it was no load step.
+    pub failed_iterations: usize,
+    /// What the user may change.
+    pub cures: Vec<String>,
+}
+
+impl FailureReport {
+    /// Explains a failed analysis of a design.
+    pub fn new(error: &AnalysisError, mesh: &Mesh, design: &Design) -> Self {
+        let model = Trial { model: design.model(), contact: None };
+        match error {
+            AnalysisError::March(failure) => Self::of_march(failure, mesh, design),
+            AnalysisError::Sweep(error) => {
+                let mut report = Self::of_kind(&error.kind, mesh, model);
+                report.reached = Some(error.time);
+                report.cause = format!("adjoint at t = {:.6}: {}", error.time, report.cause);
+                report
+            }
+            AnalysisError::State(error) => {
+                let mut report = Self::of_kind(&StepFailureKind::State(error.clone()), mesh, model);
+                report.cause = format!("a converged state cannot be evaluated: {}", report.cause);
+                report
+            }
+            AnalysisError::Unfinished { .. } => Self { cause: error.to_string(), ..Self::default() },
+        }
+    }
+
+    /// Explains a failed march.
+    pub fn of_march(failure: &MarchFailure, mesh: &Mesh, design: &Design) -> Self {
+        let contact = failure.path.states.last().filter(|last| {
+            // the last state is whole on every rank
+            let whole = failure.iterate.len() == last.state.unknowns.len();
+            whole && failure.iterate.iter().all(|value| value.is_finite())
+        });
+        let contact = contact.and_then(|last| design.contact_at(&last.state, &failure.iterate, failure.at_start).ok());
+        let model = Trial { model: design.model(), contact: contact.as_ref() };
+        let mut report = match failure.attempts.last() {
+            Some((_, kind)) => Self::of_kind(kind, mesh, model),
+            None => Self::empty("no attempt was made".into()),
+        };
+        report.step = Some(failure.step);
+        report.load_case = Some(1 + course::place(failure.increment.1).0).filter(|&case| case > 1);
+        report.reached = failure.path.states.last().map(|state| state.time);
+        let shown = failure.iterations.len().saturating_sub(LISTED);
+        report.iterations = failure.iterations[shown..].iter().map(Iteration::of).collect();
+        report.attempts = attempts(failure, mesh, model);
+        report.failed_iterations = failure.failed_iterations;
+        if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) =
+            (still_falls(&failure.iterations), failure.attempts.last())
+        {
+            report.cures.insert(0, format!("{MORE_ITERATIONS}: the residual still fell"));
+        }
+        // The last attempt need not be the telling one: other reasons on the way have their cures too.
+        for cure in failure.attempts.iter().rev().flat_map(|(_, kind)| cures(kind, mesh, model)) {
+            if !report.cures.iter().any(|own| own.starts_with(&cure)) {
+                report.cures.push(cure);
+            }
+        }
+        let diverged = |kind: &StepFailureKind| {
+            use StepFailureKind::{Diverged, State, TooManyIterations};
+            matches!(kind, Diverged | TooManyIterations { .. } | State(StateError::InvertedElements { .. }))
+        };
+        if model.has_loads() && failure.attempts.last().is_some_and(|(_, kind)| diverged(kind)) {
+            report.cures.push(SMALLER_LOAD.into());
+        }
+        report
+    }
+
+    fn empty(cause: String) -> Self {
+        Self { cause, ..Self::default() }
+    }
+
+    fn of_kind(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Self {
+        let (places, conditions) = (places(kind, mesh, model), conditions(kind, mesh, model).facts);
+        Self { places, conditions, cures: cures(kind, mesh, model), ..Self::empty(reason(kind, model)) }
+    }
+}
+
+impl fmt::Display for FailureReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.step {
+            Some(step) => match self.load_case {
+                Some(case) => write!(f, "load step {step}, in load case {case}, failed: {}", self.cause)?,
+                None => write!(f, "load step {step} failed: {}", self.cause)?,
+            },
+            None => write!(f, "{}", self.cause)?,
+        }
+        for place in &self.places {
+            write!(f, "\n    at {place}")?;
+        }
+        for condition in &self.conditions {
+            write!(f, "\n      {condition}")?;
+        }
+        if let Some(reached) = self.reached {
+            write!(f, "\n    reached: t = {reached:.6}")?;
+        }
+        if !self.iterations.is_empty() {
+            write!(f, "\n    last Newton iterations:")?;
+        }
+        for iteration in &self.iterations {
+            write!(f, "\n      {iteration}")?;
+        }
+        if !self.attempts.is_empty() {
+            write!(f, "\n    tried:")?;
+        }
+        for attempt in &self.attempts {
+            write!(f, "\n      {attempt}")?;
+        }
+        if self.failed_iterations > 0 {
+            write!(f, "\n    cost: {} in failed attempts", counted(self.failed_iterations, "Newton iteration"))?;
+        }
+        for cure in &self.cures {
+            write!(f, "\n    help: {cure}")?;
+        }
+        Ok(())
+    }
+}
+
+/// The attempts of the failed step in order, reasons of one kind in a row together, the middle of a long list left out.
+fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
+    let mut groups: Vec<(f64, f64, usize, &StepFailureKind)> = Vec::new();
+    for (time, kind) in &failure.attempts {
+        match groups.last_mut() {
+            Some((_, last, count, same)) if discriminant(*same) == discriminant(kind) => {
+                (*last, *count, *same) = (*time, *count + 1, kind);
+            }
+            _ => groups.push((*time, *time, 1, kind)),
+        }
+    }
+    let line = |(first, last, count, kind): &(f64, f64, usize, &StepFailureKind)| {
+        let place = places(kind, mesh, model).first().map_or(String::new(), |place| format!(", first: {place}"));
+        let why = reason(kind, model);
+        match count {
+            1 => format!("to t = {first:.6}: {why}{place}"),
+            _ => format!("to t = {first:.6} … {last:.6}, {count} times, at last: {why}{place}"),
+        }
+    };
+    let mut lines: Vec<String> = groups.iter().map(line).collect();
+    if lines.len() > LISTED {
+        let hidden = lines.len() - (LISTED - 1);
+        lines.splice(LISTED - 2..lines.len() - 2, [format!("… {hidden} more …")]);
+    }
+    lines
+}
+
+const MORE_ITERATIONS: &str = "more Newton iterations (`load_path.max_newton_iterations`)";
+
+const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.motion`) in its place: beyond a limit point \
+                            a load has no equilibrium nearby";
+
+/// What the user may change, most promising first: what the place tells, or what usually helps.
+fn cures(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
+    let own = conditions(kind, mesh, model).cures;
+    if own.is_empty() { usual_cures(kind) } else { own }
+}
+
+/// What usually helps against such a failure; names of the case file's keys in backquotes.
+fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
+    let steps = "more load steps (`load_path.steps`), so that each moves the bodies less";
+    let cuts = "more halvings of a failing step (`load_path.max_cutbacks`)";
+    let void = "a stiffer void (`design.simp.min`), if the place is in material of low density";
+    let sides = "slave and master exchanged (`contact.slave`, `contact.master`): nodes of a small or sharp-edged slave open and close \
+                 as edges pass them";
+    let active_set =
+        "another `complementarity_parameter` (of `lagrange`) or a slightly different mesh of one contact surface";
+    let support = "bodies held from the start: `slipstick check` lists rigid motions that nothing prevents";
+    let list: &[&str] = match kind {
+        StepFailureKind::State(StateError::InvertedElements { .. }) => {
+            &[steps, void, "a smaller motion (`dirichlet.motion`) or a finer mesh at the place"]
+        }
+        StepFailureKind::State(StateError::FoldedSurface { .. } | StateError::FoldedFacet { .. }) => {
+            &[steps, void, "slave and master exchanged (`contact.slave`, `contact.master`)"]
+        }
+        StepFailureKind::State(StateError::PassedThrough { .. }) => {
+            &[steps, cuts, "a larger `contact.search_radius`, or none, which lets the program choose it"]
+        }
+        StepFailureKind::State(StateError::PrescribedPenetration { .. }) => &[],
+        StepFailureKind::State(StateError::NotFinite { .. }) => &[steps, cuts],
+        StepFailureKind::State(StateError::RanksDisagree) => &["the same program and libraries on all machines"],
+        StepFailureKind::Singular { .. } | StepFailureKind::Linear(_) => &[
+            support,
+            "φ_min above 0 (`design.simp.min`), if the design has void elements",
+            "a stiffness of `enforcement.augmented` or `penalty` nearer to the bodies' own, which is taken where none is given",
+        ],
+        StepFailureKind::TooManyIterations { changing, .. } if changing.is_empty() => {
+            &[steps, cuts, MORE_ITERATIONS, support]
+        }
+        StepFailureKind::TooManyIterations { .. } => &[sides, steps, cuts, active_set],
+        StepFailureKind::Diverged => &[steps, cuts, support],
+        StepFailureKind::Cycling { .. } => &[sides, steps, cuts, active_set],
+        StepFailureKind::Uzawa { .. } => &[
+            "a higher stiffness, or more iterations (`enforcement.augmented`: `stiffness`, `max_uzawa`)",
+            "Lagrange multipliers (`enforcement = { lagrange = {} }`), which need no such iteration",
+        ],
+    };
+    list.iter().map(|cure| (*cure).to_owned()).collect()
+}

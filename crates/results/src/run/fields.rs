@@ -1,0 +1,127 @@
+//! The load path of a design as files for ParaView.
+
+use slipstick_mesh::Mesh;
+use slipstick_path::{MarchFailure, Path, StepState};
+
+use super::first::agree;
+use super::tables::ContactTable;
+use super::{RunDirectory, RunError, on_first};
+use crate::output::{OutputError, Pvd, fields};
+use slipstick_model::analysis::pair_results;
+use slipstick_model::model::{ContactResults, Design};
+
+/// Writes `path_XXXX.vtu` of every completed load step, step 0 included, `path.pvd`, and `contact.csv` ([`ContactTable`]);
+/// returns how many steps it wrote. All ranks call it; `run` is that of the first, if it keeps one.
+///
+/// The slip increment of a step that was cut back is that of its last sub-step. Where a state cannot be evaluated any
+/// more (it converged, so that is rare), its contact fields are left out.
+///
+/// # Errors
+/// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
+pub fn write_path(run: Option<&RunDirectory>, mesh: &Mesh, design: &Design, path: &Path) -> Result<usize, RunError> {
+    let ranks = design.model().share().ranks().clone();
+    let written = path.with_states(&*ranks, |state| {
+        let Some(run) = run else { return Ok(0) };
+        let files = Files::new(run, mesh, design);
+        let (mut collection, mut forces) = (Pvd::default(), ContactTable::new(mesh));
+        let mut written = 0;
+        let mut last = None;
+        for (index, at) in path.states.iter().enumerate() {
+            let step = match at.completes {
+                Some(step) => step,
+                None if index == 0 => 0,
+                None => continue,
+            };
+            let now = state(index);
+            // mostly the one that was written last
+            let before = last.take().filter(|(of, _)| of + 1 == index).map(|(_, state)| state);
+            let previous = match before {
+                _ if at.rest => now.clone(),
+                Some(before) => before,
+                None => state(index - 1),
+            };
+            let contact = design.contact_results(&previous, &now).unwrap_or_default();
+            let name = RunDirectory::numbered("path", step);
+            files.save(&name, at.time, &now, &contact)?;
+            collection.add(at.time, run.in_series(&name))?;
+            // a state that cannot be evaluated has no results
+            if !contact.nodes.is_empty() {
+                forces.add(step, at.time, &pair_results(design.model().interfaces(), &contact));
+            }
+            written += 1;
+            last = Some((index, now));
+        }
+        collection.save(&run.file("path.pvd"))?;
+        forces.save(run)?;
+        Ok(written)
+    });
+    Ok(agree(&*ranks, written)?.unwrap_or(0))
+}
+
+/// Writes what a failed march leaves: the completed load steps as [`write_path`] does, also on several ranks, the last
+/// converged sub-step after them if it completes no step, and `failure.vtu`, the failing iterate; returns whether that one
+/// is finite and was written. All ranks call it; `run` is that of the first, if it keeps one.
+///
+/// # Errors
+/// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
+pub fn write_failure(
+    run: Option<&RunDirectory>,
+    mesh: &Mesh,
+    design: &Design,
+    failure: &MarchFailure,
+) -> Result<bool, RunError> {
+    write_path(run, mesh, design, &failure.path)?;
+    let written = on_first(&**design.model().share().ranks(), || {
+        run.map_or(Ok(false), |run| write_last(run, mesh, design, failure))
+    })?;
+    Ok(written.unwrap_or(false))
+}
+
+/// Writes the last converged sub-step, if it completes no step, and the failing iterate, if it is finite.
+fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchFailure) -> Result<bool, RunError> {
+    let Some(last) = failure.path.states.last() else { return Ok(false) };
+    if last.completes.is_none() && failure.path.states.len() > 1 {
+        // the last two states are whole on every rank
+        let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
+        let contact = design.contact_results(previous, &last.state).unwrap_or_default();
+        let name = RunDirectory::numbered("path", failure.step);
+        Files::new(run, mesh, design).save(&name, last.time, &last.state, &contact)?;
+    }
+    let complete = failure.iterate.len() == last.state.unknowns.len();
+    if !complete || failure.iterate.iter().any(|value| !value.is_finite()) {
+        return Ok(false);
+    }
+    let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
+    let contact = design.contact_results(&last.state, &iterate).unwrap_or_default();
+    Files { run, mesh, design, pieces: None }.save("failure.vtu", failure.increment.1, &iterate, &contact)?;
+    Ok(true)
+}
+
+/// What the states of a run are written with.
+struct Files<'a> {
+    run: &'a RunDirectory,
+    mesh: &'a Mesh,
+    design: &'a Design,
+    /// The piece of every element, if meshes are written in pieces too.
+    pieces: Option<Vec<u32>>,
+}
+
+impl<'a> Files<'a> {
+    fn new(run: &'a RunDirectory, mesh: &'a Mesh, design: &'a Design) -> Self {
+        let pieces = run.pieces(design.model().share(), mesh.elements.len());
+        Self { run, mesh, design, pieces }
+    }
+
+    fn save(&self, name: &str, time: f64, state: &StepState, contact: &ContactResults) -> Result<(), OutputError> {
+        let model = self.design.model();
+        let displacement = &state.unknowns[..3 * self.mesh.nodes.len()];
+        let mut determinants = model.smallest_determinants(self.mesh, displacement);
+        // a failed iterate may be far out, and a file holds finite numbers
+        determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
+        // Where nothing lies opposite, the gap is at least the distance that was searched.
+        let no_gap = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
+        let (density, determinants) = (self.design.density(), &determinants[..]);
+        let state = fields::State { time, displacement, contact, density, determinants, no_gap };
+        fields::write_state(&self.run.file(name), self.mesh, &state, self.pieces.as_deref())
+    }
+}

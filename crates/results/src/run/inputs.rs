@@ -1,0 +1,86 @@
+//! The mesh files that a case names, and their copies in the directory of a run.
+//!
+//! A run keeps what it was started with, so that it can be resumed, drawn and moved whatever becomes of the originals.
+//! `run.json` holds the names and hashes; a copy that has changed is not taken.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::directory::MESH_EXTENSIONS;
+use super::{RunDirectory, RunError, RunRecord, sha256};
+use crate::output::write_atomically;
+use slipstick_case::case::{Case, Shape};
+
+/// A file that a case names, as a run keeps it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InputFile {
+    /// As the case names it.
+    pub name: String,
+    /// The copy in the run's directory.
+    pub stored: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+/// How the mesh files are read that a case file names: from its folder, or, where it is the `case.toml` of a run, from
+/// the run's copies, which must not have changed. For [`parse_case_with`](slipstick_case::case::parse_case_with).
+pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
+    let folder = case_file.parent().map(Path::to_owned).unwrap_or_default();
+    let of_run = case_file.file_name().is_some_and(|name| name == "case.toml");
+    let run = RunDirectory::open(if folder.as_os_str().is_empty() { Path::new(".") } else { &folder });
+    let record = run.ok().filter(|_| of_run).and_then(|run| RunRecord::read(&run).ok());
+    let copies: BTreeMap<String, (PathBuf, String)> = record
+        .into_iter()
+        .flat_map(|record| record.inputs)
+        .map(|input| (input.name, (folder.join(input.stored), input.sha256)))
+        .collect();
+    move |name| {
+        let Some((copy, expected)) = copies.get(name) else { return fs::read(folder.join(name)) };
+        let bytes = fs::read(copy).map_err(|error| {
+            let message = format!("the run's copy {}: {error}; put it back, or start a new run", copy.display());
+            io::Error::new(error.kind(), message)
+        })?;
+        let found = sha256(&bytes);
+        if found == *expected {
+            return Ok(bytes);
+        }
+        let copy = copy.display();
+        let message = format!(
+            "{copy} is not the mesh that this run was started with: its SHA-256 is {found}, not {expected}; put the old \
+             file back, or start a new run"
+        );
+        Err(io::Error::other(message))
+    }
+}
+
+/// Copies the mesh files that a case names into the directory of a run.
+///
+/// # Errors
+/// [`RunError::Damaged`] where a file is no longer the one that the case was read with; [`RunError::Read`],
+/// [`RunError::Output`].
+pub fn keep_mesh_files(run: &RunDirectory, case: &Case, case_file: &Path) -> Result<Vec<InputFile>, RunError> {
+    let read = mesh_files(case_file);
+    let mut kept: Vec<InputFile> = Vec::new();
+    for body in &case.bodies {
+        let Shape::Mesh(mesh) = &body.shape else { continue };
+        if kept.iter().any(|input| input.name == mesh.file) {
+            continue;
+        }
+        let path = case_file.parent().unwrap_or(Path::new("")).join(&mesh.file);
+        let bytes = read(&mesh.file).map_err(RunError::read(&path))?;
+        if sha256(&bytes) != mesh.sha256 {
+            let (reason, cure) = ("has changed since the case was read".into(), "run the command again".into());
+            return Err(RunError::Damaged { path, reason, cure });
+        }
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        let extension = MESH_EXTENSIONS.iter().find(|known| known.eq_ignore_ascii_case(extension)).unwrap_or(&"dat");
+        let stored = format!("mesh_{:04}.{extension}", kept.len() + 1);
+        write_atomically(&run.file(&stored), |writer| writer.write_all(&bytes))?;
+        kept.push(InputFile { name: mesh.file.clone(), stored, sha256: mesh.sha256.clone() });
+    }
+    Ok(kept)
+}

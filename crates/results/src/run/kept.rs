@@ -1,0 +1,40 @@
+//! What is kept of an analysis that failed.
+
+use slipstick_mesh::Mesh;
+
+use super::{FailureReport, RunDirectory, RunError, write_failure};
+use slipstick_model::analysis::AnalysisError;
+use slipstick_model::model::Design;
+
+/// What is kept of an analysis that failed.
+#[derive(Debug)]
+pub enum Kept {
+    /// Nothing: there is no directory, or no load step to write.
+    Nothing,
+    /// The states that converged, `path.pvd`.
+    States,
+    /// These, and the iterate at which the march failed, `failure.vtu`.
+    FailingState,
+    /// Nothing more: files could not be written.
+    Lost(RunError),
+}
+
+/// Explains a failed analysis of a design, and writes what there is of its path. All ranks call it; `run` is that of the first
+/// rank, if it has one.
+pub fn keep_failure(
+    run: Option<&RunDirectory>,
+    mesh: &Mesh,
+    design: &Design,
+    error: &AnalysisError,
+) -> (Box<FailureReport>, Kept) {
+    let kept = match error {
+        AnalysisError::March(failure) => match write_failure(run, mesh, design, failure) {
+            _ if run.is_none() => Kept::Nothing,
+            Ok(true) => Kept::FailingState,
+            Ok(false) => Kept::States,
+            Err(error) => Kept::Lost(error),
+        },
+        _ => Kept::Nothing,
+    };
+    (Box::new(FailureReport::new(error, mesh, design)), kept)
+}

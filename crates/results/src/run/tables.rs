@@ -1,0 +1,252 @@
+//! The tables that grow while a run goes on.
+
+use std::fs;
+
+use slipstick_mesh::Mesh;
+use slipstick_path::{MarchEvent, PathState};
+
+use super::{RunDirectory, RunError};
+use crate::output::{Cell, Csv, OutputError, write_atomically};
+use slipstick_model::analysis::PairResult;
+use slipstick_model::model::course;
+use slipstick_model::optimize::IterationRecord;
+use slipstick_model::words::rounded;
+
+const HISTORY: &[&str] = &[
+    "iteration",
+    "objective",
+    "volume_fraction",
+    "change",
+    "optimality",
+    "newton_iterations",
+    "uzawa_iterations",
+    "increments",
+    "open",
+    "stick",
+    "slip",
+    "halvings",
+    "seconds",
+];
+
+/// `history.csv`: one row per evaluated design.
+#[derive(Debug)]
+pub struct History {
+    csv: Csv,
+}
+
+impl History {
+    /// A table that keeps the rows of these designs, none for a new one.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]; of it [`OutputError::OtherTable`] if the file has fewer rows. [`RunError::Damaged`] if rows
+    /// are not those of the designs, but for the seconds.
+    pub fn open(run: &RunDirectory, designs: &[IterationRecord]) -> Result<Self, RunError> {
+        let path = run.file("history.csv");
+        let csv = Csv::resume(&path, HISTORY, designs.len())?;
+        let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
+        for (row, (line, record)) in text.lines().skip(1).zip(designs).enumerate() {
+            let expected = csv.line(&cells(record, 0.0))?;
+            let without_seconds = |line: &str| line.rsplit_once(',').map(|(cells, _)| cells.to_owned());
+            if without_seconds(line) != without_seconds(&expected) {
+                let reason = format!(
+                    "line {} is not what this run wrote of iteration {row}: rows were changed, added or removed",
+                    row + 2
+                );
+                let cure = "put the table back, or start anew with `slipstick optimize CASE --design RESULTS`".into();
+                return Err(RunError::Damaged { path, reason, cure });
+            }
+        }
+        Ok(Self { csv })
+    }
+
+    /// Adds an evaluated design and the seconds that it took.
+    ///
+    /// # Errors
+    /// [`RunError::Output`].
+    pub fn record(&mut self, record: &IterationRecord, seconds: f64) -> Result<(), RunError> {
+        Ok(self.csv.row(&cells(record, seconds))?)
+    }
+}
+
+fn cells(record: &IterationRecord, seconds: f64) -> [Cell; 13] {
+    let [open, stick, slip] = record.status;
+    [
+        record.iteration.into(),
+        record.objective.into(),
+        record.volume_fraction.into(),
+        record.change.into(),
+        record.optimality.into(),
+        record.newton_iterations.into(),
+        record.uzawa_iterations.into(),
+        record.increments.into(),
+        open.into(),
+        stick.into(),
+        slip.into(),
+        record.halvings.into(),
+        ((seconds * 1e3).round() / 1e3).into(),
+    ]
+}
+
+const CONTACT: &str =
+    "step,load_case,time,contact,force_x,force_y,force_z,force,peak_pressure,peak_node,peak_x,peak_y,peak_z\n";
+
+/// `contact.csv`: what each contact pair transfers at the end of each load step.
+///
+/// Columns: the load step, counted through all load cases; the load case, from 0, and pseudo-time within it; the number of the
+/// `[[contact]]` table, from 0; the resultant of the contact forces on the slave, friction included, and its size \[F\]; the
+/// largest contact pressure at a slave node \[F/L²\], that node and its reference position \[L\], empty where none is pressed.
+#[derive(Debug)]
+pub struct ContactTable<'a> {
+    mesh: &'a Mesh,
+    text: String,
+}
+
+impl<'a> ContactTable<'a> {
+    /// A table without rows, of this mesh.
+    pub fn new(mesh: &'a Mesh) -> Self {
+        Self { mesh, text: CONTACT.to_owned() }
+    }
+
+    /// Adds a load step.
+    pub fn add(&mut self, step: usize, time: f64, pairs: &[PairResult]) {
+        let (case, time) = course::place(time);
+        let time = rounded(time, 12);
+        for (number, pair) in pairs.iter().enumerate() {
+            // zero has no sign here
+            let [x, y, z] = pair.force.map(|f| f + 0.0);
+            let (size, peak) = (pair.force_size(), pair.peak_pressure);
+            let node = pair.peak_node.map_or_else(
+                || ",,,".to_owned(),
+                |node| {
+                    let [x, y, z] = self.mesh.nodes[node as usize];
+                    format!("{node},{x:?},{y:?},{z:?}")
+                },
+            );
+            self.text += &format!("{step},{case},{time:?},{number},{x:?},{y:?},{z:?},{size:?},{peak:?},{node}\n");
+        }
+    }
+
+    /// Writes the table, whole or not at all; nothing where no pair has a row.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn save(&self, run: &RunDirectory) -> Result<(), OutputError> {
+        if self.text == CONTACT {
+            return Ok(());
+        }
+        write_atomically(&run.file("contact.csv"), |writer| writer.write_all(self.text.as_bytes()))
+    }
+}
+
+const NEWTON: &[&str] = &[
+    "iteration",
+    "step",
+    "time",
+    "newton_iteration",
+    "residual",
+    "contact",
+    "displacement",
+    "multiplier",
+    "step_length",
+    "open",
+    "stick",
+    "slip",
+    "failure",
+];
+
+/// `newton.csv`: one row per Newton iteration of every accepted (sub-)step, and one per failed attempt, which has only
+/// its reason in the column `failure`.
+///
+/// Columns: the design (or analysis) counted from 0, the user's load step, the pseudo-time at its end, and
+/// [`slipstick_path::IterationRecord`].
+#[derive(Debug)]
+pub struct NewtonTable {
+    csv: Csv,
+    rows: usize,
+    iteration: usize,
+    step: usize,
+    error: Option<OutputError>,
+}
+
+impl NewtonTable {
+    /// A table that keeps its first `rows` rows, 0 for a new one.
+    ///
+    /// # Errors
+    /// [`RunError::Output`].
+    pub fn open(run: &RunDirectory, rows: usize) -> Result<Self, RunError> {
+        let csv = Csv::resume(&run.file("newton.csv"), NEWTON, rows)?;
+        Ok(Self { csv, rows, iteration: 0, step: 1, error: None })
+    }
+
+    /// The rows that follow belong to this design.
+    pub fn begin(&mut self, iteration: usize) {
+        self.iteration = iteration;
+        self.step = 1;
+    }
+
+    /// Rows so far.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Writes what an event tells. An observer cannot stop the march with an error, so a failure to write is kept for
+    /// [`NewtonTable::check`].
+    pub fn record(&mut self, event: &MarchEvent<'_>) {
+        if self.error.is_some() {
+            return;
+        }
+        let result = match event {
+            MarchEvent::Accepted(state) => self.accepted(state),
+            MarchEvent::Retry { step, time, failure, .. } => {
+                // The first step once more: an update of the design was halved and marches from the start.
+                self.step = *step;
+                self.failed(*time, &failure.to_string())
+            }
+        };
+        self.error = result.err();
+    }
+
+    /// The first failure to write, once.
+    ///
+    /// # Errors
+    /// That failure.
+    pub fn check(&mut self) -> Result<(), RunError> {
+        self.error.take().map_or(Ok(()), |error| Err(error.into()))
+    }
+
+    fn accepted(&mut self, state: &PathState) -> Result<(), OutputError> {
+        let step = state.completes.unwrap_or(self.step);
+        for at in &state.report.iterations {
+            let [open, stick, slip] = at.status;
+            self.csv.row(&[
+                self.iteration.into(),
+                step.into(),
+                state.time.into(),
+                at.iteration.into(),
+                at.residual.into(),
+                at.contact.into(),
+                at.displacement.into(),
+                at.multiplier.into(),
+                at.step_length.into(),
+                open.into(),
+                stick.into(),
+                slip.into(),
+                Cell::Empty,
+            ])?;
+            self.rows += 1;
+        }
+        self.step = step + usize::from(state.completes.is_some());
+        Ok(())
+    }
+
+    fn failed(&mut self, time: f64, reason: &str) -> Result<(), OutputError> {
+        let mut row: [Cell; 13] = std::array::from_fn(|_| Cell::Empty);
+        row[0] = self.iteration.into();
+        row[1] = self.step.into();
+        row[2] = time.into();
+        row[12] = reason.into();
+        self.csv.row(&row)?;
+        self.rows += 1;
+        Ok(())
+    }
+}

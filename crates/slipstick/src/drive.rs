@@ -1,0 +1,287 @@
+//! An optimization from its state to its end: one loop for all ranks, with files where they are wanted.
+//!
+//! [`drive`] repeats [`Optimization::advance`]. With a [`Recorder`], the directory of the run has everything on disk after
+//! every iteration, so that a run that is stopped or killed can be resumed from its [`Checkpoint`], bit for bit. Whoever
+//! shows progress is a [`DriveObserver`].
+//!
+//! ```
+//! use slipstick::{build::{build, optimization}, case::{parse_case, template}, drive::drive};
+//! use slipstick_path::Silent;
+//!
+//! let text = template("half-ball").unwrap().text.replace("steps = 10", "steps = 2");
+//! let case = parse_case(&text, "half_ball.toml")?.case;
+//! let mut optimization = optimization(&case, build(&case)?)?;
+//! optimization.set_iterations(1);
+//! drive(&mut optimization, None, &mut Silent)?;
+//! // the start design, and the design after the update
+//! assert_eq!(optimization.state.history.len(), 2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use std::time::Instant;
+
+use slipstick_linalg::Ranks;
+use slipstick_path::{MarchEvent, MarchObserver, Silent};
+
+use crate::analysis::{AnalysisError, Forward, ForwardNotice, Rounding};
+use crate::optimize::{IterationRecord, Optimization, OptimizeError};
+use crate::output::{Pvd, fields::write_design};
+use crate::run::{
+    Checkpoint, FailureReport, History, Kept, NewtonTable, RunDirectory, RunError, StartValuesFile, keep_failure,
+    on_first, write_densities, write_path,
+};
+use slipstick_design::MmaError;
+
+/// One evaluated design, as an observer is told of it.
+#[derive(Debug)]
+pub struct DesignEvaluated<'a> {
+    /// Its record; that of the update too, if one followed.
+    pub record: &'a IterationRecord,
+    /// What the user should know about its path.
+    pub notice: Option<ForwardNotice>,
+    /// Wall time of the analysis, the gradient and the update. \[s\]
+    pub seconds: f64,
+}
+
+/// Follows an optimization on all ranks.
+pub trait DriveObserver: MarchObserver {
+    /// The analysis of this design begins.
+    fn begins(&mut self, _iteration: usize) {}
+
+    /// A design was evaluated and, unless it is the last one, updated. Its files are written next.
+    fn evaluated(&mut self, _design: &DesignEvaluated<'_>) {}
+}
+
+impl DriveObserver for Silent {}
+
+/// Why an optimization stopped short. Finished iterations stay on disk.
+#[derive(Debug, thiserror::Error)]
+pub enum DriveError {
+    /// An analysis failed, or its objective gives no direction.
+    #[error("{report}")]
+    Analysis {
+        /// Where, why, what was tried, what may help.
+        report: Box<FailureReport>,
+        /// What is kept of it beside finished iterations.
+        kept: Kept,
+    },
+    /// The optimizer failed.
+    #[error("optimizer: {0}")]
+    Mma(MmaError),
+    /// The observer asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+    /// Files could not be written.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// Writes what an optimization leaves behind: `history.csv`, `newton.csv`, designs, start values and the checkpoint after every
+/// iteration, and the load path of the last design. All ranks have one; the first writes.
+#[derive(Debug)]
+pub struct Recorder {
+    /// On the first rank, if it keeps a run.
+    files: Option<Files>,
+    /// A design is written as a field every so many iterations.
+    every: usize,
+}
+
+#[derive(Debug)]
+struct Files {
+    directory: RunDirectory,
+    history: History,
+    newton: NewtonTable,
+    checkpoint: Checkpoint,
+}
+
+impl Recorder {
+    /// Goes on with the files of a run, or begins them, from `checkpoint`, the state that the optimization has. All ranks call
+    /// it; `run` is that of the first. A design is written as a field every `every` iterations.
+    ///
+    /// # Errors
+    /// [`RunError::Output`] and [`RunError::Damaged`] if a table is not what the run left, or cannot be written, on the first
+    /// rank; [`RunError::FirstRank`] on the others.
+    pub fn new(
+        run: Option<&RunDirectory>,
+        checkpoint: Checkpoint,
+        every: usize,
+        ranks: &dyn Ranks,
+    ) -> Result<Self, RunError> {
+        let open = || {
+            let Some(directory) = run else { return Ok(None) };
+            let history = History::open(directory, &checkpoint.state.history)?;
+            let newton = NewtonTable::open(directory, checkpoint.newton_rows.last().copied().unwrap_or(0))?;
+            // From here on a run that is stopped or killed can be resumed.
+            checkpoint.write(directory)?;
+            Ok(Some(Files { directory: directory.clone(), history, newton, checkpoint }))
+        };
+        Ok(Self { files: on_first(ranks, open)?.flatten(), every })
+    }
+
+    fn directory(&self) -> Option<&RunDirectory> {
+        self.files.as_ref().map(|files| &files.directory)
+    }
+
+    fn begins(&mut self, iteration: usize) {
+        if let Some(files) = &mut self.files {
+            files.newton.begin(iteration);
+        }
+    }
+
+    /// Writes everything of the last evaluated design, the checkpoint last.
+    fn record(&mut self, optimization: &Optimization, seconds: f64) -> Result<(), RunError> {
+        let analysis = &optimization.problem.analysis;
+        let (ranks, state) = (analysis.linear.ranks(), &optimization.state);
+        let Some(record) = state.history.last() else { return Ok(()) };
+        let every = self.every;
+        on_first(ranks, || match &mut self.files {
+            Some(files) => files.record(optimization, record, seconds, every),
+            None => Ok(()),
+        })?;
+        let updated = state.iteration > record.iteration;
+        let mut start_values = None;
+        if let Some(guide) = analysis.guide.as_ref().filter(|_| updated) {
+            start_values = StartValuesFile::write(self.directory(), state.iteration, guide, ranks)?;
+        }
+        on_first(ranks, || match &mut self.files {
+            Some(files) => files.store(optimization, start_values),
+            None => Ok(()),
+        })?;
+        Ok(())
+    }
+}
+
+impl Files {
+    fn record(
+        &mut self,
+        optimization: &Optimization,
+        record: &IterationRecord,
+        seconds: f64,
+        every: usize,
+    ) -> Result<(), RunError> {
+        self.newton.check()?;
+        self.history.record(record, seconds)?;
+        let Some(design) = optimization.evaluated() else { return Ok(()) };
+        let (run, number) = (&self.directory, record.iteration);
+        let (mesh, gradient) = (&optimization.problem.mesh, design.gradient.as_deref());
+        write_densities(&run.file("design.csv"), mesh, &design.density, gradient)?;
+        if !number.is_multiple_of(every) && !optimization.finished() {
+            return Ok(());
+        }
+        let name = RunDirectory::numbered("design", number);
+        let pieces = run.pieces(optimization.problem.analysis.model().share(), mesh.elements.len());
+        write_design(&run.file(&name), mesh, number, &design.density, gradient, pieces.as_deref())?;
+        let mut collection = Pvd::default();
+        for number in 0..=number {
+            let name = RunDirectory::numbered("design", number);
+            if run.file(&name).exists() {
+                collection.add(number as f64, run.in_series(&name))?;
+            }
+        }
+        Ok(collection.save(&run.file("design.pvd"))?)
+    }
+
+    /// Writes the checkpoint; without new start values, those of before stay.
+    fn store(&mut self, optimization: &Optimization, start_values: Option<StartValuesFile>) -> Result<(), RunError> {
+        self.checkpoint.newton_rows.push(self.newton.rows());
+        self.checkpoint.start_values = start_values.or_else(|| self.checkpoint.start_values.take());
+        self.checkpoint.state = optimization.state.clone();
+        self.checkpoint.write(&self.directory)
+    }
+}
+
+/// Runs an optimization to its end. All ranks call it, all of them with a recorder or none; they succeed or fail together.
+///
+/// # Errors
+/// See [`DriveError`]; the state is that of the last finished iteration.
+pub fn drive(
+    optimization: &mut Optimization,
+    mut recorder: Option<Recorder>,
+    observer: &mut dyn DriveObserver,
+) -> Result<(), DriveError> {
+    let mut last: Option<Forward> = None;
+    while !optimization.finished() {
+        let iteration = optimization.state.iteration;
+        // The path before goes first: it may be large.
+        drop(last.take());
+        observer.begins(iteration);
+        if let Some(recorder) = &mut recorder {
+            recorder.begins(iteration);
+        }
+        let clock = Instant::now();
+        let newton = recorder.as_mut().and_then(|recorder| recorder.files.as_mut()).map(|files| &mut files.newton);
+        let forward = match optimization.advance(&mut Both { newton, observer: &mut *observer }) {
+            Ok(forward) => forward,
+            Err(error) => return Err(stopped(optimization, error, recorder.as_ref())),
+        };
+        let seconds = clock.elapsed().as_secs_f64();
+        if let Some(record) = optimization.state.history.last() {
+            observer.evaluated(&DesignEvaluated { record, notice: forward.notice, seconds });
+        }
+        if let Some(recorder) = &mut recorder {
+            recorder.record(optimization, seconds)?;
+        }
+        last = Some(forward);
+    }
+    if let (Some(recorder), Some(forward)) = (&recorder, &last) {
+        let problem = &optimization.problem;
+        write_path(recorder.directory(), &problem.mesh, &problem.analysis.design, &forward.path)?;
+    }
+    Ok(())
+}
+
+/// A table that grows, and the caller's observer.
+struct Both<'a> {
+    newton: Option<&'a mut NewtonTable>,
+    observer: &'a mut dyn DriveObserver,
+}
+
+impl MarchObserver for Both<'_> {
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        if let Some(newton) = &mut self.newton {
+            newton.record(event);
+        }
+        self.observer.on_event(event);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
+    }
+}
+
+/// An optimization that stopped short, after what is left of its last analysis has been written.
+fn stopped(optimization: &Optimization, error: OptimizeError, recorder: Option<&Recorder>) -> DriveError {
+    match error {
+        OptimizeError::Mma(error) => DriveError::Mma(error),
+        OptimizeError::Interrupted => DriveError::Interrupted,
+        OptimizeError::Analysis(error) => kept(optimization, &error, recorder),
+        OptimizeError::Rounding(forward) => without_direction(optimization, &forward, recorder),
+    }
+}
+
+fn kept(optimization: &Optimization, error: &AnalysisError, recorder: Option<&Recorder>) -> DriveError {
+    let problem = &optimization.problem;
+    let run = recorder.and_then(Recorder::directory);
+    let (report, kept) = keep_failure(run, &problem.mesh, &problem.analysis.design, error);
+    DriveError::Analysis { report, kept }
+}
+
+/// The objective of a design is only rounding: its path and densities are written.
+fn without_direction(optimization: &Optimization, forward: &Forward, recorder: Option<&Recorder>) -> DriveError {
+    let rounding = forward.rounding.as_ref();
+    let report = Box::new(FailureReport {
+        cause: rounding.map_or(String::new(), |rounding| format!("there is nothing to optimize: {rounding}")),
+        cures: rounding.map_or(&[][..], Rounding::cures).iter().map(|cure| (*cure).to_owned()).collect(),
+        ..FailureReport::default()
+    });
+    let Some(recorder) = recorder else { return DriveError::Analysis { report, kept: Kept::Nothing } };
+    let (problem, run) = (&optimization.problem, recorder.directory());
+    let path = write_path(run, &problem.mesh, &problem.analysis.design, &forward.path);
+    let table = on_first(problem.analysis.linear.ranks(), || match run.map(|run| run.file("design.csv")) {
+        // that of an earlier iteration stays: there is none like it
+        Some(table) if !table.exists() => Ok(write_densities(&table, &problem.mesh, &forward.density, None)?),
+        _ => Ok(()),
+    });
+    let kept = path.and(table).map_or_else(Kept::Lost, |_| Kept::States);
+    DriveError::Analysis { report, kept }
+}

@@ -1,0 +1,166 @@
+//! Taubin's smoothing: two Laplacian steps of opposite sign, which remove ripples and preserve the volume.
+//!
+//! Method: G. Taubin, A signal processing approach to fair surface design, SIGGRAPH 1995.
+
+use super::surface::TriangleSurface;
+
+/// Step towards the mean of the neighbours, and step away from it: ripples are damped by (1 − λk)(1 − μk); frequencies
+/// k below 1/λ + 1/μ = 0.11 (of at most 2) pass.
+const STEPS: [f64; 2] = [0.5, -0.53];
+
+/// Cosine of the largest angle between triangles of the same plane (about a hundredth of a degree).
+const PLANE: f64 = 1.0 - 1e-8;
+
+/// Options of smoothing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rules {
+    pub passes: usize,
+    /// Points on outer faces stay on them: those on plane parts move within the plane, and the rim of the material
+    /// moves along itself; edges, corners and curved faces stay.
+    pub keep_outer: bool,
+}
+
+/// The surface with moved points and the same triangles.
+pub(super) fn smoothed(mut surface: TriangleSurface, rules: &Rules) -> TriangleSurface {
+    if rules.passes == 0 || surface.triangles.is_empty() {
+        return surface;
+    }
+    let before = surface.points.clone();
+    let (mut neighbours, walls) =
+        if rules.keep_outer { kept(&surface) } else { (all(&surface), vec![Vec::new(); surface.points.len()]) };
+    loop {
+        surface.points = moved(&before, &neighbours, &walls, rules.passes);
+        // An outer triangle that is flipped would overlap others, so its points are reset. Each pass of this loop fixes
+        // more points, so it ends.
+        let over = turned_over(&surface, &before, rules);
+        let mut held = 0;
+        for n in over {
+            held += usize::from(!neighbours[n as usize].is_empty());
+            neighbours[n as usize].clear();
+        }
+        if held == 0 {
+            return surface;
+        }
+    }
+}
+
+fn moved(before: &[[f64; 3]], neighbours: &[Vec<u32>], walls: &[Vec<Wall>], passes: usize) -> Vec<[f64; 3]> {
+    let mut points = before.to_vec();
+    let mut next = points.clone();
+    for step in (0..passes).flat_map(|_| STEPS) {
+        for (n, around) in neighbours.iter().enumerate().filter(|(_, around)| !around.is_empty()) {
+            for c in 0..3 {
+                // Sum differences, so that a common coordinate stays the same bit for bit.
+                let pull: f64 = around.iter().map(|&m| points[m as usize][c] - points[n][c]).sum();
+                next[n][c] = points[n][c] + step * pull / around.len() as f64;
+            }
+            for (normal, level) in &walls[n] {
+                let beyond = (dot(next[n], *normal) - level).max(0.0);
+                (0..3).for_each(|c| next[n][c] -= beyond * normal[c]);
+            }
+        }
+        std::mem::swap(&mut points, &mut next);
+    }
+    points
+}
+
+/// Points of outer triangles whose orientation has flipped.
+fn turned_over(surface: &TriangleSurface, before: &[[f64; 3]], rules: &Rules) -> Vec<u32> {
+    if !rules.keep_outer {
+        return Vec::new();
+    }
+    let original = TriangleSurface { points: before.to_vec(), ..surface.clone() };
+    let outer = (0..surface.triangles.len()).filter(|&t| surface.outer[t]);
+    let over = outer.filter(|&t| dot(surface.area_vector(t), original.area_vector(t)) <= 0.0);
+    over.flat_map(|t| surface.triangles[t]).collect()
+}
+
+/// Neighbours along all edges, in a fixed order.
+fn all(surface: &TriangleSurface) -> Vec<Vec<u32>> {
+    let mut neighbours = vec![Vec::new(); surface.points.len()];
+    for t in &surface.triangles {
+        for k in 0..3 {
+            // On a closed surface each edge occurs once in each direction.
+            neighbours[t[k] as usize].push(t[(k + 1) % 3]);
+        }
+    }
+    neighbours
+}
+
+/// A plane outer face that interior points must not cross: its outward normal, and the product of the normal with its
+/// points. \[L\]
+type Wall = ([f64; 3], f64);
+
+/// The neighbours that each point follows if outer faces are kept: all neighbours for points inside the body and within
+/// plane faces, the two adjacent points for points on the rim of the material on such a face, none elsewhere. Also, for
+/// interior points, the adjacent plane faces.
+fn kept(surface: &TriangleSurface) -> (Vec<Vec<u32>>, Vec<Vec<Wall>>) {
+    let mut kinds = vec![Kind::default(); surface.points.len()];
+    for (t, triangle) in surface.triangles.iter().enumerate() {
+        let normal = surface.outer[t].then(|| unit(surface.area_vector(t)));
+        triangle.iter().for_each(|&n| kinds[n as usize].meet(normal));
+    }
+    let mut neighbours = all(surface);
+    let mut rims: Vec<Vec<u32>> = vec![Vec::new(); surface.points.len()];
+    let mut edges: Vec<([u32; 2], bool)> = Vec::with_capacity(3 * surface.triangles.len());
+    for (triangle, &outer) in surface.triangles.iter().zip(&surface.outer) {
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            edges.push(([a.min(b), a.max(b)], outer));
+        }
+    }
+    edges.sort_unstable();
+    for pair in edges.chunk_by(|a, b| a.0 == b.0) {
+        let ([a, b], outer) = pair[0];
+        if pair.iter().any(|edge| edge.1 != outer) {
+            rims[a as usize].push(b);
+            rims[b as usize].push(a);
+        }
+    }
+    let wall = |&m: &u32| {
+        let Kind { plane, bent, .. } = kinds[m as usize];
+        plane.filter(|_| !bent).map(|normal| (normal, dot(normal, surface.points[m as usize])))
+    };
+    let mut walls = vec![Vec::new(); surface.points.len()];
+    for (n, kind) in kinds.iter().enumerate() {
+        match kind {
+            Kind { plane: None, .. } => walls[n] = neighbours[n].iter().filter_map(wall).collect(),
+            Kind { bent: true, .. } => neighbours[n].clear(),
+            Kind { plane: Some(_), inside: true, .. } if rims[n].len() == 2 => neighbours[n].clone_from(&rims[n]),
+            Kind { plane: Some(_), inside: true, .. } => neighbours[n].clear(),
+            _ => {}
+        }
+    }
+    (neighbours, walls)
+}
+
+/// The triangles at a point.
+#[derive(Debug, Clone, Copy, Default)]
+struct Kind {
+    /// Normal of its outer triangles.
+    plane: Option<[f64; 3]>,
+    /// Whether the outer triangles lie in several planes.
+    bent: bool,
+    /// Whether there are inner triangles.
+    inside: bool,
+}
+
+impl Kind {
+    fn meet(&mut self, normal: Option<[f64; 3]>) {
+        match (normal, self.plane) {
+            (None, _) => self.inside = true,
+            (Some(normal), None) => self.plane = Some(normal),
+            (Some(normal), Some(other)) => self.bent |= dot(normal, other) < PLANE,
+        }
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The direction of a vector; zero for zero.
+fn unit(v: [f64; 3]) -> [f64; 3] {
+    let length = dot(v, v).sqrt();
+    v.map(|c| if length > 0.0 { c / length } else { 0.0 })
+}

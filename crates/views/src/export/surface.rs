@@ -1,0 +1,75 @@
+//! A surface of triangles.
+
+use std::collections::HashMap;
+
+/// A surface of triangles with shared points.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TriangleSurface {
+    /// Coordinates. \[L\]
+    pub points: Vec<[f64; 3]>,
+    /// Numbers of the points of each triangle, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each triangle, whether it lies on an outer face of its body.
+    pub outer: Vec<bool>,
+    /// For each triangle, the number of its body.
+    pub bodies: Vec<u32>,
+}
+
+impl TriangleSurface {
+    /// Corners of a triangle. \[L\]
+    pub fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
+        self.triangles[triangle].map(|n| self.points[n as usize])
+    }
+
+    /// Twice the vector area of a triangle, outward. \[L²\]
+    pub(super) fn area_vector(&self, triangle: usize) -> [f64; 3] {
+        let [a, b, c] = self.corners(triangle);
+        let (u, v): ([f64; 3], [f64; 3]) = (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| c[k] - a[k]));
+        [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+    }
+
+    /// The volume that the surface encloses, by the divergence theorem: ⅓ ∮ x · n dA, about a point of the surface.
+    /// \[L³\]
+    pub fn volume(&self) -> f64 {
+        let Some(origin) = self.points.first() else { return 0.0 };
+        let part = |t: usize| -> f64 {
+            let (a, area) = (self.corners(t)[0], self.area_vector(t));
+            (0..3).map(|c| (a[c] - origin[c]) * area[c]).sum::<f64>() / 6.0
+        };
+        (0..self.triangles.len()).map(part).sum()
+    }
+
+    /// Number of edges that are not shared by exactly two triangles running along them in opposite directions: 0 for a
+    /// closed, oriented surface.
+    pub fn open_edges(&self) -> usize {
+        let mut directed: HashMap<(u32, u32), u32> = HashMap::new();
+        for t in &self.triangles {
+            for k in 0..3 {
+                *directed.entry((t[k], t[(k + 1) % 3])).or_default() += 1;
+            }
+        }
+        directed.iter().filter(|((a, b), count)| **count != 1 || directed.get(&(*b, *a)) != Some(&1)).count()
+    }
+
+    /// Number of connected surfaces: 1 for a single piece without cavities.
+    pub fn pieces(&self) -> usize {
+        let mut parent: Vec<u32> = (0..self.points.len() as u32).collect();
+        fn root(parent: &mut [u32], mut n: u32) -> u32 {
+            while parent[n as usize] != n {
+                parent[n as usize] = parent[parent[n as usize] as usize];
+                n = parent[n as usize];
+            }
+            n
+        }
+        let mut used = vec![false; self.points.len()];
+        for t in &self.triangles {
+            let first = root(&mut parent, t[0]);
+            for &n in t {
+                used[n as usize] = true;
+                let other = root(&mut parent, n);
+                parent[other as usize] = first;
+            }
+        }
+        (0..self.points.len()).filter(|&n| used[n] && parent[n] == n as u32).count()
+    }
+}

@@ -1,0 +1,257 @@
+//! Checks properties that hold for any surface, and known volumes.
+
+use std::collections::{HashMap, HashSet};
+
+use slipstick_mesh::{
+    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, Mesh, box_mesh, half_ball, half_ring, hollow_cylinder,
+};
+
+use super::extract::extract;
+use super::lattice::Lattice;
+use super::smooth::{Rules, smoothed};
+use super::*;
+
+fn block(elements: [usize; 3]) -> Mesh {
+    let max = elements.map(|n| n as f64);
+    box_mesh("block", &BoxShape { min: [0.0; 3], max, elements, grading: [1.0; 3] }).expect("a box")
+}
+
+/// All shapes of the generators in one mesh.
+fn shapes() -> Mesh {
+    let cylinder = HollowCylinderShape { inner_radius: 1.0, outer_radius: 2.0, height: 1.5, elements: [2, 8, 3] };
+    let ring = HalfRingShape { outer_radius: 2.0, inner_radius: 1.0, width: 1.0, elements: [6, 2, 2] };
+    let parts = vec![
+        block([4, 3, 5]),
+        half_ball("ball", &HalfBallShape { radius: 2.0, elements: [4, 2, 2] }).expect("a ball"),
+        hollow_cylinder("tube", &cylinder).expect("a tube"),
+        half_ring("ring", &ring).expect("a ring"),
+    ];
+    Mesh::merge(parts).expect("different names")
+}
+
+/// The same shapes: of hexahedra, of tetrahedra, of both in each body, of wedges, and of wedges and tetrahedra.
+fn kinds() -> [Mesh; 5] {
+    let mesh = shapes();
+    let (tetrahedra, mixed) = (mesh.divided(|_| true), mesh.divided(|element| element % 3 == 0));
+    let wedges = mesh.divided_into_wedges(|_| Some(1));
+    let all = mesh.divided_into_wedges(|element| (element % 2 == 0).then_some(1)).divided(|element| element % 5 == 0);
+    for mesh in [&wedges, &all] {
+        assert!(mesh.check().is_empty(), "{:?}", mesh.check());
+    }
+    [mesh, tetrahedra, mixed, wedges, all]
+}
+
+/// Numbers in [0, 1) of a linear congruential generator (Knuth, MMIX).
+fn random(count: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+/// Every edge occurs twice, in opposite directions; and the triangles around every point form one ring, so that no two
+/// parts touch at a point.
+fn assert_closed(surface: &TriangleSurface) {
+    assert_eq!(surface.open_edges(), 0);
+    let mut around: HashMap<u32, HashMap<u32, u32>> = HashMap::new();
+    for t in &surface.triangles {
+        for k in 0..3 {
+            around.entry(t[k]).or_default().insert(t[(k + 1) % 3], t[(k + 2) % 3]);
+        }
+    }
+    for (point, ring) in &around {
+        let start = *ring.keys().next().expect("a triangle");
+        let (mut at, mut seen) = (start, 0);
+        loop {
+            at = ring[&at];
+            seen += 1;
+            if at == start {
+                break;
+            }
+        }
+        assert_eq!(seen, ring.len(), "triangles around point {point} fall into parts");
+    }
+    assert_eq!(around.len(), surface.points.len(), "a point without triangles");
+}
+
+/// Random densities, either only 0 and 1 or any values, have the most intricate surfaces.
+#[test]
+fn any_densities_give_closed_surfaces() {
+    for mesh in kinds() {
+        closed_surfaces(&mesh);
+    }
+}
+
+fn closed_surfaces(mesh: &Mesh) {
+    let bodies: Vec<usize> = (0..mesh.bodies.len()).collect();
+    for seed in 0..6 {
+        let mut density = random(mesh.elements.len(), seed);
+        if seed % 2 == 0 {
+            density.iter_mut().for_each(|value| *value = value.round());
+        }
+        let lattice = Lattice::new(mesh, &bodies, &density);
+        for threshold in [0.1, 0.25, 0.5, 0.75] {
+            let raw = extract(&lattice, threshold);
+            assert!(raw.triangles.len() > 1000);
+            assert_closed(&raw);
+            for keep_outer in [true, false] {
+                let smooth = smoothed(raw.clone(), &Rules { passes: 10, keep_outer });
+                assert_eq!(smooth.triangles, raw.triangles);
+                assert!(smooth.points.as_flattened().iter().all(|c| c.is_finite()));
+            }
+        }
+    }
+}
+
+/// The volume from the divergence theorem equals that of the parts of the tetrahedra, except where points are kept
+/// apart.
+#[test]
+fn enclosed_volume_is_the_volume_above() {
+    let mesh = shapes();
+    let bodies: Vec<usize> = (0..mesh.bodies.len()).collect();
+    let density = random(mesh.elements.len(), 7);
+    let lattice = Lattice::new(&mesh, &bodies, &density);
+    for target in [2.0, 10.0, 25.0, 45.0] {
+        let surface = extract(&lattice, lattice.threshold_of_volume(target));
+        assert!((surface.volume() / target - 1.0).abs() < 2e-3, "{} of {target}", surface.volume());
+    }
+    // All of it: the bodies themselves. Plane faces and straight edges: their own volume to round-off.
+    let mesh = block([3, 2, 2]);
+    let wedges = mesh.divided_into_wedges(|_| Some(1));
+    let all = mesh.divided_into_wedges(|element| (element % 3 == 0).then_some(2)).divided(|element| element % 2 == 0);
+    for mesh in [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 2 == 0), wedges, all] {
+        let whole = extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()]), 0.5);
+        assert!((whole.volume() / 12.0 - 1.0).abs() < 1e-14);
+        assert_eq!((whole.outer.iter().all(|&outer| outer), whole.pieces()), (true, 1));
+    }
+}
+
+/// A ball of density 1 in a block, as far as elements resolve it: its volume is preserved with and without smoothing,
+/// and a smoothed surface is rounder.
+#[test]
+fn the_volume_of_the_densities_is_kept() {
+    let mesh = block([12, 12, 12]);
+    let radius = |x: [f64; 3]| x.map(|c| (c - 6.0).powi(2)).iter().sum::<f64>().sqrt();
+    let density: Vec<f64> =
+        (0..mesh.elements.len()).map(|e| f64::from(u8::from(radius(mesh.centroid(e)) < 4.0))).collect();
+    let count: f64 = density.iter().sum();
+    let mut spread = Vec::new();
+    for smoothing in [0, 10, 30] {
+        let export =
+            design_surface(&mesh, &density, &ExportOptions { smoothing, ..Default::default() }).expect("a ball");
+        assert!((export.density_volume / count - 1.0).abs() < 1e-12, "elements have volume 1");
+        let volume = export.surface.volume();
+        assert!((volume / count - 1.0).abs() < 1e-3, "{volume} of {count} after {smoothing} passes");
+        assert_closed(&export.surface);
+        assert_eq!(export.surface.pieces(), 1);
+        let radii: Vec<f64> = export.surface.points.iter().map(|&p| radius(p)).collect();
+        let mean = radii.iter().sum::<f64>() / radii.len() as f64;
+        spread.push((radii.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / radii.len() as f64).sqrt());
+    }
+    assert!(spread[1] < spread[0] && spread[2] < spread[1], "{spread:?}");
+}
+
+/// A column through a block from face to face: its ends stay in the faces, bit for bit, and the edge of the block stays
+/// in place; without this option, both are rounded.
+#[test]
+fn outer_faces_are_kept() {
+    let mesh = block([6, 5, 6]);
+    let inside = |e: usize| {
+        let [x, _, z] = mesh.centroid(e);
+        (x - 2.0).hypot(z - 2.0) < 2.2
+    };
+    let density: Vec<f64> = (0..mesh.elements.len()).map(|e| f64::from(u8::from(inside(e)))).collect();
+    let mut options = ExportOptions { smoothing: 20, ..Default::default() };
+    let kept = design_surface(&mesh, &density, &options).expect("a column").surface;
+    let raw =
+        design_surface(&mesh, &density, &ExportOptions { smoothing: 0, ..Default::default() }).expect("raw").surface;
+    let tops = |surface: &TriangleSurface| -> HashSet<u32> {
+        let triangles = (0..surface.triangles.len()).filter(|&t| surface.outer[t]);
+        let on_top = triangles.filter(|&t| surface.corners(t).iter().all(|p| p[1] == 5.0));
+        on_top.flat_map(|t| surface.triangles[t]).collect()
+    };
+    assert!(tops(&kept).len() > 30);
+    for (t, triangle) in kept.triangles.iter().enumerate().filter(|(t, _)| kept.outer[*t]) {
+        let area = kept.area_vector(t);
+        let along = area.iter().filter(|c| c.abs() > 1e-12).count();
+        assert_eq!(along, 1, "triangle {triangle:?} left its face: {area:?}");
+        let corners = kept.corners(t);
+        let axis = area.iter().position(|c| c.abs() > 1e-12).expect("an axis");
+        let limit = if area[axis] > 0.0 { mesh.bounding_box().expect("nodes").1[axis] } else { 0.0 };
+        assert!(corners.iter().all(|p| p[axis] == limit), "{corners:?} is not in the face at {limit}");
+    }
+    let within = |p: &[f64; 3]| (0..3).all(|c| (-1e-12..=[6.0, 5.0, 6.0][c] + 1e-12).contains(&p[c]));
+    assert!(kept.points.iter().all(within), "nothing leaves the block");
+    assert_closed(&kept);
+    // Rims move along themselves, so the column becomes rounder there too.
+    assert_ne!(raw.points, kept.points);
+    options.keep_surfaces = false;
+    let free = design_surface(&mesh, &density, &options).expect("a column").surface;
+    assert!(free.points.iter().filter(|p| p[1] == 5.0).count() < tops(&kept).len() / 2);
+}
+
+/// Errors contain the reason and the cure.
+#[test]
+fn what_has_no_surface() {
+    let mesh = block([4, 4, 4]);
+    let export = |density: &[f64], threshold: Option<f64>, body: &str| {
+        let bodies = if body.is_empty() { Vec::new() } else { vec![body.to_owned()] };
+        let options = ExportOptions { threshold, bodies, ..Default::default() };
+        design_surface(&mesh, density, &options).expect_err("nothing")
+    };
+    let half = vec![0.5; 64];
+    let error = export(&half, None, "");
+    assert!(error.to_string().contains("near 0.500") && error.cure().contains("--threshold"), "{error}");
+    let error = export(&half, Some(0.9), "");
+    assert!(error.to_string().contains("no density is above 0.9") && error.cure().contains("0.500"), "{error}");
+    assert!(matches!(export(&[0.0; 64], None, ""), ExportError::NoThreshold { .. }));
+    assert!(matches!(export(&half[1..], None, ""), ExportError::Length { found: 63, elements: 64 }));
+    assert!(matches!(export(&[f64::NAN; 64], None, ""), ExportError::Density { element: 0, .. }));
+    assert!(matches!(export(&half, Some(f64::NAN), ""), ExportError::Threshold { .. }));
+    assert!(export(&half, None, "plate").cure().contains("block"));
+    let whole = design_surface(&mesh, &[1.0; 64], &ExportOptions::default()).expect("all of it");
+    assert!((whole.surface.volume() / 64.0 - 1.0).abs() < 1e-12);
+}
+
+/// Each file contains the surface: STL in its own layout (80 bytes, a count, 50 bytes per triangle), OBJ and VTU as
+/// text.
+#[test]
+fn files_hold_the_surface() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mesh = block([5, 5, 5]);
+    let within = |c: f64| (1.0..4.0).contains(&c);
+    let density: Vec<f64> = (0..125).map(|e| f64::from(u8::from(mesh.centroid(e).into_iter().all(within)))).collect();
+    let surface = design_surface(&mesh, &density, &ExportOptions::default()).expect("a lump").surface;
+    let file = |name: &str| folder.path().join(name);
+    write_stl(&file("a.stl"), &surface).expect("written");
+    let bytes = std::fs::read(file("a.stl")).expect("read");
+    assert_eq!(bytes.len(), 84 + 50 * surface.triangles.len());
+    assert_eq!(u32::from_le_bytes([bytes[80], bytes[81], bytes[82], bytes[83]]) as usize, surface.triangles.len());
+    assert!(!bytes.starts_with(b"solid"), "which would mean that it is text");
+    let number = |at: usize| f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+    let last = surface.triangles.len() - 1;
+    for (corner, point) in surface.corners(last).iter().enumerate() {
+        for c in 0..3 {
+            assert_eq!(number(84 + 50 * last + 12 + 12 * corner + 4 * c), point[c] as f32);
+        }
+    }
+    // The lump's normals point away from its centre.
+    for t in 0..surface.triangles.len() {
+        let outward: f32 = (0..3).map(|c| number(84 + 50 * t + 4 * c) * (surface.corners(t)[0][c] as f32 - 2.5)).sum();
+        assert!(outward > 0.0);
+    }
+    write_obj(&file("a.obj"), &surface, &["block"]).expect("written");
+    let text = std::fs::read_to_string(file("a.obj")).expect("read");
+    let lines = |start: &str| text.lines().filter(|line| line.starts_with(start)).count();
+    assert_eq!((lines("v "), lines("f "), lines("o block")), (surface.points.len(), surface.triangles.len(), 1));
+    write_vtu(&file("a.vtu"), &surface).expect("written");
+    let fields = slipstick_results::output::read_fields(&file("a.vtu")).expect("whole");
+    assert_eq!(fields[1].values.len(), surface.triangles.len());
+
+    let mut far = surface;
+    far.points.iter_mut().for_each(|p| p[0] += 1e8);
+    assert!(matches!(write_stl(&file("b.stl"), &far), Err(ExportError::TooFar)));
+    assert!(!file("b.stl").exists());
+}

@@ -1,0 +1,391 @@
+//! A picture of what a run has written.
+
+use std::path::PathBuf;
+
+use slipstick_mesh::{Mesh, facet_area_vector};
+use slipstick_model::words::list;
+
+use crate::export::{ExportError, ExportOptions, design_surface};
+use crate::render::{
+    Canvas, Field, FieldValues, Picture, RenderError, RenderOptions, Style, View, design_picture, state_picture,
+    surface_picture,
+};
+use slipstick_case::case::Case;
+use slipstick_results::output::fields::field_dimension;
+use slipstick_results::output::{StoredField, read_fields};
+use slipstick_results::run::{RunDirectory, RunError, read_density};
+
+/// Which result is shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Shown {
+    /// The newest design, in its state at the end of the load path if that is there.
+    #[default]
+    Newest,
+    /// The design of an iteration, undeformed.
+    Iteration(usize),
+    /// The state at the end of a load step; 0 is the start.
+    Step(usize),
+    /// The iterate at which a march failed for good.
+    Failure,
+}
+
+/// What is drawn, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PictureRequest {
+    /// Name of a field, or a word of its name that no other field has: `pressure` for `contact_pressure`. `None` for densities,
+    /// or, where all of them are 1, contact pressure or displacement.
+    pub field: Option<String>,
+    /// Which result.
+    pub shown: Shown,
+    /// Name of a view ([`View::names`]); `None` for one that sees the field.
+    pub view: Option<String>,
+    /// Factor on displacements; `None` for 1 where there are any.
+    pub displacement_factor: Option<f64>,
+    /// Elements whose density is not above it are left out; `None` for 0.5, or 0 where the design has nothing above 0.5.
+    pub threshold: Option<f64>,
+    /// The design as the smooth surface that is exported, undeformed; its threshold, if none is given, is the one of the
+    /// densities' volume.
+    pub smooth: bool,
+    /// The only bodies that are shown; `None` for those that bear the field, and others as context.
+    pub bodies: Option<Vec<String>>,
+    /// Size and smoothness.
+    pub canvas: Canvas,
+}
+
+impl Default for PictureRequest {
+    /// The newest design's densities above 0.5; where nothing is designed, its contact pressure or displacement.
+    fn default() -> Self {
+        Self {
+            field: None,
+            shown: Shown::Newest,
+            view: None,
+            displacement_factor: None,
+            threshold: None,
+            smooth: false,
+            bodies: None,
+            canvas: Canvas::default(),
+        }
+    }
+}
+
+/// A picture, and what gives its colours.
+#[derive(Debug)]
+pub struct Drawn {
+    /// The picture.
+    pub picture: Picture,
+    /// The field's whole name.
+    pub field: String,
+    /// Why that field was chosen; `None` where it was asked for, or shows a design.
+    pub why: Option<&'static str>,
+}
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// A file of the run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The picture itself.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The smooth surface of a design.
+    #[error(transparent)]
+    Surface(#[from] ExportError),
+    /// A field that the results do not have, or whose name says too little.
+    #[error("there is no field `{name}` in {}", .place.display())]
+    UnknownField {
+        /// As asked for.
+        name: String,
+        /// The file or directory that was looked at.
+        place: PathBuf,
+        /// The fields there are.
+        known: String,
+    },
+    /// A step or iteration without a file.
+    #[error("{} has no {what} {number}", .directory.display())]
+    NotWritten {
+        /// The directory.
+        directory: PathBuf,
+        /// `load step` or `iteration`.
+        what: &'static str,
+        /// As asked for.
+        number: usize,
+        /// The numbers there are.
+        known: String,
+    },
+    /// The failing iterate is asked for where no march has failed.
+    #[error("{} has no failure.vtu", .directory.display())]
+    NoFailure {
+        /// The directory.
+        directory: PathBuf,
+    },
+    /// Displacements are asked for where there are none.
+    #[error("{} has no displacements of this design", .directory.display())]
+    NoDisplacement {
+        /// The directory.
+        directory: PathBuf,
+    },
+}
+
+impl PictureError {
+    /// What mends it, in words for the program's user.
+    pub fn cure(&self) -> String {
+        match self {
+            Self::Run(error) => error.cure(),
+            Self::Surface(error) => error.cure(),
+            Self::Render(_) => "`slipstick help render` lists the options of a picture".into(),
+            Self::UnknownField { known, .. } => format!("fields there are: {known}"),
+            Self::NotWritten { known, .. } => format!("there are: {known}"),
+            Self::NoFailure { .. } => "leave --failure out: no load step of this run has failed for good".into(),
+            Self::NoDisplacement { .. } => "leave --deformed out, or analyse the design with `slipstick solve`".into(),
+        }
+    }
+}
+
+/// Density up to which elements are left out.
+const THRESHOLD: f64 = 0.5;
+
+/// A result that can be drawn.
+struct Source {
+    /// Where it comes from.
+    place: PathBuf,
+    /// In words, for the caption.
+    what: String,
+    fields: Vec<StoredField>,
+}
+
+impl Source {
+    fn numbered(run: &RunDirectory, stem: &str, number: usize, what: String) -> Result<Self, PictureError> {
+        Self::file(run.file(&RunDirectory::numbered(stem, number)), what)
+    }
+
+    fn file(place: PathBuf, what: String) -> Result<Self, PictureError> {
+        let fields = read_fields(&place).map_err(RunError::from)?;
+        Ok(Self { place, what, fields })
+    }
+
+    fn values(&self, name: &str) -> Option<&[f64]> {
+        self.fields.iter().find(|field| field.name == name).map(|field| &field.values[..])
+    }
+
+    /// The field of this name, or the only one with this word in its name.
+    fn find(&self, name: &str) -> Option<&StoredField> {
+        let whole = self.fields.iter().find(|field| field.name == name);
+        let mut partly = self.fields.iter().filter(|field| field.name.split('_').any(|word| word == name));
+        whole.or_else(|| partly.next().filter(|_| partly.next().is_none()))
+    }
+}
+
+/// Draws a result of a run; `mesh` is that of its case.
+///
+/// Contact fields are drawn on the bodies that are slaves, seen from the side of the contact; densities and their
+/// derivatives on the design, the other bodies as glass; other fields on all bodies, vectors by their lengths. Of bodies that
+/// are named, nothing but these.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn picture(run: &RunDirectory, case: &Case, mesh: &Mesh, request: &PictureRequest) -> Result<Drawn, PictureError> {
+    let sources = sources(run, mesh, request)?;
+    let (name, why) = match &request.field {
+        Some(name) => (name.as_str(), None),
+        None => natural(case, &sources, request),
+    };
+    let Some((source, field)) = sources.iter().find_map(|s| Some((s, s.find(name)?))) else {
+        let mut known: Vec<&str> = sources.iter().flat_map(|s| s.fields.iter().map(|f| f.name.as_str())).collect();
+        known.sort_unstable();
+        known.dedup();
+        let place = sources.first().map_or(run.path().to_owned(), |source| source.place.clone());
+        let place = if request.shown == Shown::Newest { run.path().to_owned() } else { place };
+        return Err(PictureError::UnknownField { name: name.to_owned(), place, known: known.join(", ") });
+    };
+    let picture = if request.smooth {
+        smooth_picture(case, mesh, request, source, field)
+    } else {
+        field_picture(run, case, mesh, request, source, field)
+    };
+    Ok(Drawn { picture: picture?, field: field.name.clone(), why })
+}
+
+/// The field that says most where none is asked for, and why it is not the density. Densities that are all 1 would give one
+/// colour: nothing is designed, or nothing is taken away yet.
+fn natural(case: &Case, sources: &[Source], request: &PictureRequest) -> (&'static str, Option<&'static str>) {
+    let first = sources.iter().find(|source| source.values("density").is_some());
+    let full = first.and_then(|source| source.values("density")).is_some_and(|all| all.iter().all(|&phi| phi == 1.0));
+    let why = if case.design.is_none() { "no body is designed" } else { "all densities are 1" };
+    let shows = |name: &str| {
+        first.and_then(|source| source.values(name)).is_some_and(|all| all.iter().any(|value| *value != 0.0))
+    };
+    match request.shown {
+        Shown::Failure => ("smallest_determinant", None),
+        _ if request.smooth || !full => ("density", None),
+        _ if shows("contact_pressure") => ("contact_pressure", Some(why)),
+        _ if shows("displacement") => ("displacement", Some(why)),
+        _ => ("density", None),
+    }
+}
+
+/// A field on the bodies that bear it.
+fn field_picture(
+    run: &RunDirectory,
+    case: &Case,
+    mesh: &Mesh,
+    request: &PictureRequest,
+    source: &Source,
+    field: &StoredField,
+) -> Result<Picture, PictureError> {
+    let displacement = source.values("displacement");
+    if displacement.is_none() && request.displacement_factor.is_some_and(|factor| factor != 0.0) {
+        return Err(PictureError::NoDisplacement { directory: run.path().to_owned() });
+    }
+    let solid = vec![1.0; mesh.elements.len()];
+    let density = source.values("density").unwrap_or(&solid);
+    let grey = case.design.as_ref().is_some_and(|design| {
+        let mut designed = mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name));
+        designed.all(|body| density[body.elements.clone()].iter().all(|&density| density <= THRESHOLD))
+    });
+    let threshold = request.threshold.unwrap_or(if grey { 0.0 } else { THRESHOLD });
+    let options = options(case, mesh, (request, threshold), source, field)?;
+    if field.name == "density" && displacement.is_none() {
+        return Ok(design_picture(mesh, density, threshold, &options)?);
+    }
+    let lengths: Vec<f64>;
+    let values = match field.components {
+        1 => &field.values,
+        n => {
+            lengths = field.values.chunks_exact(n).map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect();
+            &lengths
+        }
+    };
+    let values = if field.on_points { FieldValues::Nodes(values) } else { FieldValues::Elements(values) };
+    let unit = field_dimension(&field.name).map_or(String::new(), |dimension| case.units.bracket(dimension));
+    let title = field.name.replace('_', " ") + &unit;
+    let still = vec![0.0; 3 * mesh.nodes.len()];
+    let field = Field { title: &title, values };
+    Ok(state_picture(mesh, displacement.unwrap_or(&still), density, threshold, &field, &options)?)
+}
+
+/// The design as a smooth surface.
+fn smooth_picture(
+    case: &Case,
+    mesh: &Mesh,
+    request: &PictureRequest,
+    source: &Source,
+    density: &StoredField,
+) -> Result<Picture, PictureError> {
+    let designed = || case.design.as_ref().map_or_else(Vec::new, |design| design.bodies.clone());
+    let bodies = request.bodies.clone().unwrap_or_else(designed);
+    let how = ExportOptions { threshold: request.threshold, bodies, ..ExportOptions::default() };
+    let export = design_surface(mesh, &density.values, &how)?;
+    let what = if request.shown == Shown::Newest { "newest design" } else { &source.what };
+    let caption = Some(format!("{what}, surface of density > {:.2}", export.threshold));
+    let options = RenderOptions { caption, ..options(case, mesh, (request, export.threshold), source, density)? };
+    Ok(surface_picture(mesh, &export.surface, &options)?)
+}
+
+/// What may have the field, the first choice first.
+fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<Vec<Source>, PictureError> {
+    let (steps, iterations) = (run.numbers("path")?, run.numbers("design")?);
+    let pick = |stem, what, number, known: &[usize]| {
+        if known.contains(&number) {
+            return Ok(vec![Source::numbered(run, stem, number, format!("{what} {number}"))?]);
+        }
+        let known = if known.is_empty() { "none".into() } else { list(known) };
+        Err(PictureError::NotWritten { directory: run.path().to_owned(), what, number, known })
+    };
+    match request.shown {
+        Shown::Iteration(number) => return pick("design", "iteration", number, &iterations),
+        Shown::Step(number) => return pick("path", "load step", number, &steps),
+        Shown::Failure => {
+            let place = run.file("failure.vtu");
+            if !place.is_file() {
+                return Err(PictureError::NoFailure { directory: run.path().to_owned() });
+            }
+            return Ok(vec![Source::file(place, "failing iterate".into())?]);
+        }
+        Shown::Newest => {}
+    }
+    let table = run.file("design.csv");
+    if !table.is_file() && steps.is_empty() {
+        return Err(RunError::NoRun { directory: run.path().to_owned(), file: "design.csv" }.into());
+    }
+    let mut all = Vec::new();
+    if let Some(&last) = steps.last() {
+        all.push(Source::numbered(run, "path", last, format!("load step {last}"))?);
+    }
+    if table.is_file() {
+        let values = read_density(&table, mesh)?;
+        // A path that an earlier part of the run has left is not that of the newest design.
+        let other = all.first().is_none_or(|path| path.values("density") != Some(&values[..]));
+        if other {
+            let fields = vec![StoredField { name: "density".into(), on_points: false, components: 1, values }];
+            all.insert(0, Source { place: table, what: "newest design".into(), fields });
+        }
+    }
+    let gradient = run.file("gradient.vtu");
+    if gradient.is_file() {
+        all.push(Source::file(gradient, "gradient".into())?);
+    }
+    // The last design has no derivative, which only an update needs; the one before it has.
+    for &number in iterations.iter().rev().take(2) {
+        all.push(Source::numbered(run, "design", number, format!("iteration {number}"))?);
+    }
+    Ok(all)
+}
+
+fn options(
+    case: &Case,
+    mesh: &Mesh,
+    (request, threshold): (&PictureRequest, f64),
+    source: &Source,
+    field: &StoredField,
+) -> Result<RenderOptions, RenderError> {
+    let contact = field.on_points && field.name != "displacement";
+    let (bodies, others, natural) = if contact {
+        let (bodies, below) = slaves(case, mesh);
+        (Some(bodies), Style::Hidden, if below { "iso_below" } else { "iso" })
+    } else if field.on_points || field.name == "body" || field.name == "smallest_determinant" {
+        let all = mesh.bodies.iter().map(|body| body.name.clone()).collect();
+        (Some(all), Style::Hidden, "iso")
+    } else {
+        (None, RenderOptions::default().others, "iso")
+    };
+    let (bodies, others) = match &request.bodies {
+        Some(only) => (Some(only.clone()), Style::Hidden),
+        None => (bodies, others),
+    };
+    let factor = request.displacement_factor.unwrap_or(1.0);
+    let deformed = match source.values("displacement") {
+        Some(_) if factor == 0.0 => ", undeformed".into(),
+        Some(_) if factor != 1.0 => format!(", displacements x {factor}"),
+        _ => String::new(),
+    };
+    // where nothing is left out, there is nothing to say
+    let full = source.values("density").is_some_and(|all| all.iter().all(|&phi| phi == 1.0));
+    let density = if full { String::new() } else { format!(", density > {threshold}") };
+    Ok(RenderOptions {
+        canvas: request.canvas,
+        view: View::named(request.view.as_deref().unwrap_or(natural))?,
+        bodies,
+        others,
+        domain: !contact,
+        displacement_factor: factor,
+        caption: Some(format!("{}{density}{deformed}", source.what)),
+        ..RenderOptions::default()
+    })
+}
+
+/// Bodies with a slave surface, and whether these surfaces look down.
+fn slaves(case: &Case, mesh: &Mesh) -> (Vec<String>, bool) {
+    let (mut names, mut up) = (Vec::new(), 0.0);
+    for facet in case.contacts.iter().filter_map(|pair| mesh.surfaces.get(&pair.slave)).flat_map(|s| &s.facets) {
+        up += facet_area_vector(&mesh.facet_coordinates(facet))[1];
+        let body = mesh.body_of_element(facet.element as usize).map(|body| &mesh.bodies[body].name);
+        if let Some(body) = body.filter(|body| !names.contains(*body)) {
+            names.push(body.clone());
+        }
+    }
+    if names.is_empty() {
+        names = mesh.bodies.iter().map(|body| body.name.clone()).collect();
+    }
+    (names, up < 0.0)
+}

@@ -1,0 +1,204 @@
+//! Converts a scene to faces, lines and ink.
+
+use super::RenderError;
+use super::colour::{Colour, Palette};
+use super::ink::{Align, Ink, Type};
+use super::legend::ColourBar;
+use super::picture::Canvas;
+use super::raster::{Drawing, Face, Line, Sheet};
+use super::scene::{Layer, Paint, Scene, Style};
+use super::skin::{SkinFace, outline, skin, wire};
+use super::space::{Vector, dot, subtract, unit};
+use super::view::{Camera, Rectangle};
+
+/// Edges of a box as corner numbers, whose bits indicate which coordinates are the larger ones.
+const BOX_EDGES: [[usize; 2]; 12] =
+    [[0, 1], [0, 2], [0, 4], [1, 3], [1, 5], [2, 3], [2, 6], [3, 7], [4, 5], [4, 6], [5, 7], [6, 7]];
+
+/// Direction to the light: right, up, towards the eye.
+const LIGHT: Vector = [-0.35, 0.6, 0.75];
+
+/// Light on a face that points away from the light.
+const SHADOW: f64 = 0.15;
+
+pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, RenderError> {
+    let mut drawing = canvas.drawing();
+    let text = Type { dot: canvas.dot(), colour: Colour::INK };
+    let frame = furnish(scene, canvas, text, &mut drawing.inks);
+    let shown: Vec<&Layer<'_>> =
+        scene.layers.iter().filter(|l| l.style != Style::Hidden && !l.cells.is_empty()).collect();
+    let surfaces: Vec<&(Vec<SkinFace>, Colour)> =
+        scene.surfaces.iter().filter(|(faces, _)| !faces.is_empty()).collect();
+    if shown.is_empty() && surfaces.is_empty() {
+        text.fitting(&scene.note, frame.width()).write(&scene.note, frame.centre(), Align::Centre, &mut drawing.inks);
+    }
+    let skins: Vec<Vec<SkinFace>> = shown.iter().map(|layer| skin(scene.elements, &layer.cells)).collect();
+    let all = skins.iter().chain(surfaces.iter().map(|(faces, _)| faces));
+    let visible = all.flatten().flat_map(|face| &face.nodes).map(|&n| scene.points[n as usize]);
+    let corners = scene.boxes.iter().flat_map(|b| (0..8).map(|k| corner(b, k)));
+    let s = f64::from(canvas.supersampling);
+    let samples =
+        Rectangle { left: s * frame.left, top: s * frame.top, right: s * frame.right, bottom: s * frame.bottom };
+    let Some(camera) = Camera::framing(scene.view, visible.chain(corners), samples) else {
+        return Ok(drawing);
+    };
+    // Large enough for a line on a face seen at a grazing angle, small enough not to show through a plate.
+    drawing.lift = 0.004 * samples.width().max(samples.height());
+    let brush = Brush { scene, camera, samples: s, dot: s * text.dot };
+    for (layer, skin) in shown.iter().zip(&skins) {
+        drawing.sheets.push(brush.sheet(layer, skin)?);
+    }
+    for (faces, colour) in surfaces {
+        let layer = Layer { cells: Vec::new(), paint: Paint::Plain(*colour), style: Style::Solid, edges: false };
+        drawing.sheets.push(brush.sheet(&layer, faces)?);
+    }
+    drawing.sheets.push(brush.boxes());
+    Ok(drawing)
+}
+
+/// Draws caption, colour bar and axes; returns the remaining frame for the cells. \[pixels\]
+fn furnish(scene: &Scene<'_>, canvas: &Canvas, text: Type, inks: &mut Vec<Ink>) -> Rectangle {
+    let margin = 7.0 * text.dot;
+    let mut frame = Rectangle {
+        left: margin,
+        top: margin,
+        right: f64::from(canvas.width) - margin,
+        bottom: f64::from(canvas.height) - margin,
+    };
+    if let Some(caption) = &scene.caption {
+        let centre = [frame.centre()[0], frame.top + 0.5 * text.height()];
+        text.fitting(caption, frame.width()).write(caption, centre, Align::Centre, inks);
+        frame.top += text.height() + margin;
+    }
+    let bar = scene.scale.as_ref().map(|scale| ColourBar::new(scale, text));
+    let axes = if scene.axes { 30.0 * text.dot } else { 0.0 };
+    let column = bar.as_ref().map_or(0.0, ColourBar::width).max(axes);
+    let inner = Rectangle { left: frame.right - column, ..frame };
+    if let Some(bar) = bar {
+        let bottom = frame.bottom - 1.6 * axes;
+        let height = (0.75 * (bottom - frame.top)).max(0.0);
+        bar.draw(Rectangle { top: bottom - height, bottom, ..inner }, inks);
+    }
+    if scene.axes {
+        let origin = [inner.left + 0.5 * axes, frame.bottom - 0.5 * axes];
+        draw_axes(scene, origin, text, inks);
+    }
+    if column > 0.0 {
+        frame.right = inner.left - margin;
+    }
+    frame
+}
+
+/// Arrows along x, y and z, the farthest first; an axis parallel to the view direction is left out.
+fn draw_axes(scene: &Scene<'_>, origin: [f64; 2], text: Type, inks: &mut Vec<Ink>) {
+    let mut axes: Vec<(&str, Vector)> = [("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0]), ("z", [0.0, 0.0, 1.0])]
+        .map(|(name, direction)| (name, scene.view.components(direction)))
+        .into_iter()
+        .filter(|(_, at)| at[0].hypot(at[1]) > 0.2)
+        .collect();
+    axes.sort_by(|a, b| a.1[2].total_cmp(&b.1[2]));
+    let at = |direction: Vector, length: f64| [origin[0] + length * direction[0], origin[1] - length * direction[1]];
+    for (name, direction) in axes {
+        let long = direction[0].hypot(direction[1]);
+        inks.push(Ink::stroke(origin, at(direction, 11.0 * text.dot), 0.8 * text.dot, text.colour));
+        text.write(name, at(direction, (11.0 + 5.0 / long) * text.dot), Align::Centre, inks);
+    }
+}
+
+fn corner(bounds: &[Vector; 2], number: usize) -> Vector {
+    std::array::from_fn(|c| bounds[number >> c & 1][c])
+}
+
+/// Draws layers of a scene.
+struct Brush<'a> {
+    scene: &'a Scene<'a>,
+    camera: Camera,
+    /// Samples per pixel and direction.
+    samples: f64,
+    /// Size of a dot of the font. \[samples\]
+    dot: f64,
+}
+
+impl Brush<'_> {
+    fn sheet(&self, layer: &Layer<'_>, skin: &[SkinFace]) -> Result<Sheet, RenderError> {
+        let filled = matches!(layer.style, Style::Solid | Style::Translucent(_));
+        let palette = match (layer.paint, &self.scene.scale) {
+            (Paint::Plain(colour), _) => Palette::plain(colour),
+            (_, Some(scale)) => Palette::scale(scale),
+            (_, None) if filled => return Err(RenderError::NoScale),
+            (_, None) => Palette::plain(Colour::GREY),
+        };
+        let colour = if let Paint::Plain(colour) = layer.paint { colour } else { Colour::GREY };
+        let eye = self.eye();
+        let (pairs, width) = match layer.style {
+            Style::Wire => (wire(skin, &self.scene.points, eye), 0.35),
+            Style::Outline => (outline(skin, &self.scene.points, eye), 0.6),
+            _ => (Vec::new(), 0.0),
+        };
+        let lines = pairs.iter().map(|pair| {
+            let [from, to] = pair.map(|n| self.scene.points[n as usize]);
+            self.line(from, to, width, colour)
+        });
+        let faces = skin.iter().filter(|_| filled).filter_map(|face| self.face(layer, face));
+        let opacity = if let Style::Translucent(opacity) = layer.style { opacity.clamp(0.0, 1.0) } else { 1.0 };
+        Ok(Sheet {
+            palette,
+            opacity: opacity as f32,
+            edge_radius: 0.25 * self.dot,
+            faces: faces.collect(),
+            lines: lines.collect(),
+        })
+    }
+
+    fn eye(&self) -> Vector {
+        let toward = |direction| self.camera.view.components(direction)[2];
+        [toward([1.0, 0.0, 0.0]), toward([0.0, 1.0, 0.0]), toward([0.0, 0.0, 1.0])]
+    }
+
+    /// The projected face; `None` if it points away from the eye.
+    fn face(&self, layer: &Layer<'_>, face: &SkinFace) -> Option<Face> {
+        let normal = self.camera.view.components(face.normal(&self.scene.points));
+        if normal[2] <= 0.0 {
+            return None;
+        }
+        let count = face.nodes.len();
+        let node = |k: usize| face.nodes[k.min(count - 1)];
+        let corners = std::array::from_fn(|k| self.camera.project(self.scene.points[node(k) as usize]));
+        let values = match layer.paint {
+            Paint::Plain(_) => [0.0; 4],
+            Paint::Cells(values) => [values[face.cell as usize]; 4],
+            Paint::Points(values) => std::array::from_fn(|k| values[node(k) as usize]),
+        };
+        let shade = if self.scene.shaded {
+            // Lambert's law, softened so that no visible face is black.
+            SHADOW + (1.0 - SHADOW) * 0.5 * (1.0 + dot(normal, unit(LIGHT)))
+        } else {
+            1.0
+        };
+        let edge = if layer.edges { self.edge_strength(&corners[..count]) } else { 0.0 };
+        Some(Face { corners, count, values, shade: shade as f32, edge: edge as f32 })
+    }
+
+    /// From 0 for faces of 3 pixels to 1 for those of 12 and more.
+    fn edge_strength(&self, corners: &[Vector]) -> f64 {
+        let count = corners.len();
+        let side = |k: usize| subtract(corners[(k + 1) % count], corners[k]);
+        let mean = (0..count).map(side).map(|d| d[0].hypot(d[1])).sum::<f64>() / count as f64;
+        ((mean / self.samples - 3.0) / 9.0).clamp(0.0, 1.0)
+    }
+
+    fn line(&self, from: Vector, to: Vector, width: f64, colour: Colour) -> Line {
+        Line {
+            from: self.camera.project(from),
+            to: self.camera.project(to),
+            radius: 0.5 * width * self.dot,
+            light: colour.linear(),
+        }
+    }
+
+    fn boxes(&self) -> Sheet {
+        let edges = self.scene.boxes.iter().flat_map(|b| BOX_EDGES.iter().map(move |e| e.map(|k| corner(b, k))));
+        let lines = edges.map(|[from, to]| self.line(from, to, 0.5, Colour::GREY)).collect();
+        Sheet { palette: Palette::plain(Colour::GREY), opacity: 1.0, edge_radius: 0.0, faces: Vec::new(), lines }
+    }
+}

@@ -1,0 +1,92 @@
+//! Objective and volume fraction over the iterations, for one optimization or for several in one chart.
+
+use super::RenderError;
+use super::chart::{Dash, Line, Plot, chart};
+use super::colour::{Colour, ColourMap};
+use super::picture::{Canvas, Picture};
+use slipstick_model::optimize::IterationRecord;
+
+/// The history of an optimization, with a name.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunHistory {
+    /// Its name in the legend.
+    pub name: String,
+    /// Iteration, objective and volume fraction of each evaluated design.
+    pub rows: Vec<[f64; 3]>,
+}
+
+/// Objective and volume fraction over the iterations; `limit` is the bound on the volume fraction.
+///
+/// # Errors
+/// [`RenderError::NotFinite`], [`RenderError::Size`], [`RenderError::Supersampling`].
+pub fn history_picture(
+    history: &[IterationRecord],
+    limit: Option<f64>,
+    canvas: &Canvas,
+) -> Result<Picture, RenderError> {
+    let line = |value: fn(&IterationRecord) -> f64, tone| Line {
+        name: String::new(),
+        points: history.iter().map(|r| [r.iteration as f64, value(r)]).collect(),
+        colour: ColourMap::Viridis.at(tone),
+        dash: Dash::Solid,
+        marked: true,
+    };
+    let plots = plots(vec![line(|r| r.objective, 0.2)], vec![line(|r| r.volume_fraction, 0.55)], limit);
+    chart(None, &plots, ITERATION, canvas)
+}
+
+/// Objectives and volume fractions of several optimizations over their iterations, with a legend; `limit` is their
+/// common bound on the volume fraction.
+///
+/// Lines differ in colour and dash, so that overlapping lines are both visible, and lines can be distinguished in
+/// black-and-white print.
+///
+/// # Errors
+/// [`RenderError::TooManyLines`], [`RenderError::NotFinite`], [`RenderError::Size`], [`RenderError::Supersampling`].
+pub fn histories_picture(
+    title: Option<&str>,
+    runs: &[RunHistory],
+    limit: Option<f64>,
+    canvas: &Canvas,
+) -> Result<Picture, RenderError> {
+    if runs.len() > MOST_LINES {
+        return Err(RenderError::TooManyLines { found: runs.len(), limit: MOST_LINES });
+    }
+    let lines = |column: usize| {
+        let line = |(number, run): (usize, &RunHistory)| Line {
+            name: run.name.clone(),
+            points: run.rows.iter().map(|row| [row[0], row[column]]).collect(),
+            colour: COLOURS[number % COLOURS.len()],
+            dash: DASHES[number % DASHES.len()],
+            marked: false,
+        };
+        runs.iter().enumerate().map(line).collect()
+    };
+    chart(title, &plots(lines(1), lines(2), limit), ITERATION, canvas)
+}
+
+const ITERATION: &str = "iteration";
+
+fn plots(objective: Vec<Line>, volume_fraction: Vec<Line>, limit: Option<f64>) -> [Plot; 2] {
+    [
+        Plot { title: "objective".into(), lines: objective, level: None, share: 2.0 },
+        Plot { title: "volume fraction".into(), lines: volume_fraction, level: limit, share: 1.0 },
+    ]
+}
+
+/// Colours that colour-blind readers can distinguish: M. Okabe and K. Ito, Color Universal Design, 2008, without
+/// yellow, which is too light on white.
+const COLOURS: [Colour; 7] = [
+    Colour([0, 114, 178]),
+    Colour([213, 94, 0]),
+    Colour([0, 158, 115]),
+    Colour([204, 121, 167]),
+    Colour([86, 180, 233]),
+    Colour([230, 159, 0]),
+    Colour([0, 0, 0]),
+];
+
+const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDotted, Dash::Dotted];
+
+/// Number of lines that differ in colour or dash: 7 and 4 have no common divisor.
+const MOST_LINES: usize = COLOURS.len() * DASHES.len();

@@ -1,0 +1,174 @@
+//! Reads the designs and load steps that a run has written.
+
+use serde::Serialize;
+use slipstick_mesh::Mesh;
+
+use super::model::Layout;
+use super::pack::{Packed, base64};
+use slipstick_case::case::Case;
+use slipstick_model::model::course;
+use slipstick_results::output::{StoredField, read_fields};
+use slipstick_results::run::{RunDirectory, RunError, load_density};
+
+/// Designs by iteration, load steps by number.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Frames {
+    pub designs: Vec<Design>,
+    pub steps: Vec<Step>,
+}
+
+/// A design.
+#[derive(Debug, Serialize)]
+pub(super) struct Design {
+    number: usize,
+    density: Packed,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    derivative: Option<Packed>,
+}
+
+/// The state at the end of a load step.
+#[derive(Debug, Serialize)]
+pub(super) struct Step {
+    number: usize,
+    /// The load case, where it has a name, and pseudo-time within it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    load_case: Option<String>,
+    time: f64,
+    /// 3 per point. \[L\]
+    displacement: Packed,
+    /// At slave nodes, like the following fields. \[F/L²\]
+    pressure: Packed,
+    /// \[L\]
+    gap: Packed,
+    /// \[L\]
+    slip: Packed,
+    /// Base64 of one byte per node: 0 open, 1 stick, 2 slip.
+    status: String,
+}
+
+/// Fields of one file.
+struct Stored(Vec<StoredField>);
+
+impl Stored {
+    fn read(run: &RunDirectory, name: &str) -> Result<Self, RunError> {
+        Ok(Self(read_fields(&run.file(name))?))
+    }
+
+    /// A field of this mesh.
+    fn values(&self, name: &str, count: usize) -> Option<&[f64]> {
+        let found = self.0.iter().find(|field| field.name == name)?;
+        (found.values.len() == count).then_some(&found.values[..])
+    }
+}
+
+/// Reads as many frames as fit into `budget` bytes, and the density of the load path.
+pub(super) fn read(
+    run: &RunDirectory,
+    case: &Case,
+    mesh: &Mesh,
+    layout: &Layout,
+    budget: usize,
+    notes: &mut Vec<String>,
+) -> Result<(Frames, Option<Packed>), RunError> {
+    let (designs, steps) = (run.numbers("design")?, run.numbers("path")?);
+    let design_bytes = (3 * layout.elements.len()).max(1);
+    let step_bytes = (6 * layout.nodes.len() + 7 * layout.slaves.len()).max(1);
+    let designs = thinned(&designs, budget / 2 / design_bytes, "designs", "design.pvd", notes);
+    let steps = thinned(&steps, budget / 2 / step_bytes, "load steps", "path.pvd", notes);
+    let mut frames = Frames::default();
+    for number in designs {
+        frames.designs.extend(design(
+            &Stored::read(run, &RunDirectory::numbered("design", number))?,
+            number,
+            mesh,
+            layout,
+        ));
+    }
+    if run.file("gradient.vtu").is_file() {
+        frames.designs.extend(design(&Stored::read(run, "gradient.vtu")?, 0, mesh, layout));
+    }
+    // If the field of this design was not written, or the run has a single design, its table has the densities.
+    if frames.designs.is_empty() && run.file("design.csv").is_file() && !layout.elements.is_empty() && steps.is_empty()
+    {
+        let density = load_density(run.path(), mesh)?;
+        frames.designs.push(Design { number: 0, density: densities(&density, layout), derivative: None });
+    }
+    let mut path_density = None;
+    let times = times(run)?;
+    for number in steps {
+        let name = RunDirectory::numbered("path", number);
+        let stored = Stored::read(run, &name)?;
+        if let Some(density) = stored.values("density", mesh.elements.len()) {
+            path_density = Some(densities(density, layout));
+        }
+        let time = times.iter().find(|(file, _)| *file == name).map_or(f64::NAN, |(_, time)| *time);
+        frames.steps.extend(step(&stored, number, (&case.load_case_names(), time), mesh, layout));
+    }
+    Ok((frames, path_density))
+}
+
+/// At most `most` of the numbers, evenly spaced, including the first and the last.
+pub(super) fn thinned(numbers: &[usize], most: usize, what: &str, file: &str, notes: &mut Vec<String>) -> Vec<usize> {
+    let (count, most) = (numbers.len(), most.max(2));
+    if count <= most {
+        return numbers.to_vec();
+    }
+    notes.push(format!("This page shows {most} of {count} {what}; {file} has all that were written."));
+    (0..most).map(|k| numbers[k * (count - 1) / (most - 1)]).collect()
+}
+
+fn densities(values: &[f64], layout: &Layout) -> Packed {
+    Packed::densities(layout.elements.iter().map(|&e| values[e as usize]))
+}
+
+fn design(stored: &Stored, number: usize, mesh: &Mesh, layout: &Layout) -> Option<Design> {
+    let density = densities(stored.values("density", mesh.elements.len())?, layout);
+    let derivative = stored.values("objective_derivative", mesh.elements.len());
+    let on_page = |values: &[f64]| layout.elements.iter().map(|&e| values[e as usize]).collect::<Vec<f64>>();
+    Some(Design { number, density, derivative: derivative.map(|values| Packed::numbers(&on_page(values))) })
+}
+
+fn step(
+    stored: &Stored,
+    number: usize,
+    (load_cases, time): (&[String], f64),
+    mesh: &Mesh,
+    layout: &Layout,
+) -> Option<Step> {
+    let nodes = mesh.nodes.len();
+    let displacement = stored.values("displacement", 3 * nodes)?;
+    let displacement: Vec<f64> =
+        layout.nodes.iter().flat_map(|&n| &displacement[3 * n as usize..3 * n as usize + 3]).copied().collect();
+    let of_slaves = |name: &str| -> Option<Vec<f64>> {
+        let values = stored.values(name, nodes)?;
+        Some(layout.slaves.iter().map(|&n| values[n as usize]).collect())
+    };
+    let status = of_slaves("contact_status")?.into_iter().map(|status| status.clamp(0.0, 2.0) as u8);
+    let (load_case, time) = course::named(load_cases, time);
+    Some(Step {
+        number,
+        load_case: load_case.map(str::to_owned),
+        time,
+        displacement: Packed::numbers(&displacement),
+        pressure: Packed::numbers(&of_slaves("contact_pressure")?),
+        gap: Packed::numbers(&of_slaves("contact_gap")?),
+        slip: Packed::numbers(&of_slaves("slip_increment")?),
+        status: base64(&status.collect::<Vec<u8>>()),
+    })
+}
+
+/// Times by file name from `path.pvd`; empty if there is no such file.
+fn times(run: &RunDirectory) -> Result<Vec<(String, f64)>, RunError> {
+    let path = run.file("path.pvd");
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = std::fs::read_to_string(&path).map_err(RunError::read(&path))?;
+    let value = |tag: &str, name: &str| -> Option<String> {
+        let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
+        tag[start..].split('"').next().map(str::to_owned)
+    };
+    let file = |tag: &str| value(tag, "file").map(|shown| RunDirectory::whole_of(&shown));
+    let entry = |tag: &str| Some((file(tag)?, value(tag, "timestep")?.parse().ok()?));
+    Ok(text.split("<DataSet").skip(1).filter_map(entry).collect())
+}

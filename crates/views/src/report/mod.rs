@@ -1,0 +1,241 @@
+//! A run as a single web page: design and load path in an interactive view, curves, tables and the case.
+//!
+//! The page contains everything and needs no network: styles, scripts, and the data as JSON, in which large lists of
+//! numbers are base64 of little-endian bytes. It opens from a file, follows the system's light or dark colours, can be
+//! operated by keyboard, and can be printed. Its scripts are in `page/` and use no libraries.
+//!
+//! | part | holds |
+//! |---|---|
+//! | model | coordinates in 32 bits; elements of the designed bodies, whose skin the page computes for each threshold; the skin of the others |
+//! | designs | densities of the iterations that the run wrote, in steps of 1/255; derivatives in 16 bits |
+//! | steps | displacements and contact fields of the load steps, quantized to 16 bits over their range |
+//! | summary | objective, volume of material, resultants and peak pressures of the contact pairs |
+//! | tables | `history.csv`; Newton iterations per load step of the newest design; verification and evaluations |
+//!
+//! If the frames exceed a budget, some are left out at regular intervals, and a note says so.
+
+mod frames;
+mod model;
+mod pack;
+mod summary;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+use serde::Serialize;
+use serde_json::Value;
+use slipstick_mesh::Mesh;
+
+use crate::picture::{PictureRequest, picture};
+use slipstick_case::case::{Case, Dimension};
+use slipstick_model::words::{counted, quantity};
+use slipstick_results::run::{RunDirectory, RunError, RunRecord};
+
+use frames::Frames;
+use model::Model;
+use pack::base64;
+use summary::Summary;
+use tables::{Checked, NewtonSteps, Table};
+
+/// A page and its contents.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    /// The page's text (HTML, UTF-8).
+    pub html: String,
+    /// Numbers of designs and load steps on the page.
+    pub frames: [usize; 2],
+    /// Notes on the page: what is left out, and how the run ended if it did not finish.
+    pub notes: Vec<String>,
+}
+
+/// Limits on the size of a page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PageOptions {
+    /// Limit for designs and load steps, before encoding. \[bytes\]
+    pub frame_bytes: usize,
+    /// Limit for coordinates and elements, before encoding; a mesh that needs more is only shown as a picture.
+    /// \[bytes\]
+    pub model_bytes: usize,
+}
+
+impl Default for PageOptions {
+    /// Pages of up to about 60 MB, which browsers on phones can still open.
+    fn default() -> Self {
+        Self { frame_bytes: 24_000_000, model_bytes: 24_000_000 }
+    }
+}
+
+/// The input of the page's script.
+#[derive(Debug, Serialize)]
+struct Data {
+    title: String,
+    summary: String,
+    /// Objective, material and contact forces.
+    #[serde(skip_serializing_if = "Summary::is_empty")]
+    results: Summary,
+    notes: Vec<String>,
+    model: Option<Model>,
+    #[serde(flatten)]
+    frames: Frames,
+    history: Option<Table>,
+    newton: Option<NewtonSteps>,
+    verify: Option<Checked>,
+    evaluate: Option<Table>,
+    /// Names of the units of lengths, forces and tractions.
+    units: [String; 3],
+    case_text: String,
+    resolved: Value,
+    run: Vec<[String; 2]>,
+}
+
+/// Makes the page of a run; `mesh` is the mesh of its case.
+///
+/// # Errors
+/// [`RunError`] if a file of the run cannot be read or does not match this mesh.
+pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions) -> Result<Page, RunError> {
+    let record = RunRecord::read(run)?;
+    let path = run.file("case.toml");
+    let case_text = std::fs::read_to_string(&path).map_err(RunError::read(&path))?;
+    let history = tables::history(run)?;
+    let newton = tables::newton(run)?;
+    let mut notes = ending(&record);
+    let (model, frames) = shown(run, case, mesh, options, &mut notes)?;
+    let picture = picture(run, case, mesh, &PictureRequest::default()).ok();
+    let picture = picture.and_then(|drawn| drawn.picture.png().ok());
+    let title = match case.title.as_str() {
+        "" => format!("slipstick {}", command(&record)),
+        title => title.to_owned(),
+    };
+    let counts = [frames.designs.len(), frames.steps.len()];
+    let data = Data {
+        summary: summary(&record, history.as_ref()),
+        results: Summary::of(run, case, mesh, history.as_ref())?,
+        notes: notes.clone(),
+        model,
+        frames,
+        history,
+        newton,
+        verify: tables::verify(run)?,
+        evaluate: tables::optional(run, "evaluate.csv")?,
+        units: units(case),
+        case_text,
+        run: about(&record),
+        resolved: record.case,
+        title,
+    };
+    // A number that is not finite becomes `null`, and `<` cannot end the script that holds the data.
+    let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
+    let picture = picture.map_or(String::new(), |bytes| format!("data:image/png;base64,{}", base64(&bytes)));
+    let script =
+        [include_str!("page/charts.js"), include_str!("page/viewer.js"), include_str!("page/main.js")].concat();
+    let part = |key: &str| match key {
+        "TITLE" => escaped(&data.title),
+        "STYLE" => include_str!("page/style.css").trim_end().into(),
+        "PICTURE" => picture.clone(),
+        "SCRIPT" => script.trim_end().into(),
+        _ => json.clone(),
+    };
+    // In the template, keys stand between @ and there is no other @; inserted text is not searched again.
+    let pieces = include_str!("page/page.html").split('@').enumerate();
+    let html = pieces.map(|(k, piece)| if k % 2 == 1 { part(piece) } else { piece.to_owned() }).collect();
+    Ok(Page { html, frames: counts, notes })
+}
+
+/// Model and frames, unless there is nothing to show or they are too large.
+fn shown(
+    run: &RunDirectory,
+    case: &Case,
+    mesh: &Mesh,
+    options: &PageOptions,
+    notes: &mut Vec<String>,
+) -> Result<(Option<Model>, Frames), RunError> {
+    let layout = model::Layout::new(case, mesh);
+    if layout.bytes() > options.model_bytes {
+        notes.push(format!(
+            "The mesh has {} elements, which is too large for this page, so only a picture is shown. ParaView opens \
+             design.pvd and path.pvd.",
+            mesh.elements.len()
+        ));
+        return Ok((None, Frames::default()));
+    }
+    let (frames, path_density) = frames::read(run, case, mesh, &layout, options.frame_bytes, notes)?;
+    if frames.designs.is_empty() && frames.steps.is_empty() {
+        return Ok((None, frames));
+    }
+    Ok((Some(layout.model(mesh, path_density)), frames))
+}
+
+/// Names of units as in the case, otherwise their dimensions.
+fn units(case: &Case) -> [String; 3] {
+    [(Dimension::LENGTH, " [L]"), (Dimension::FORCE, " [F]"), (Dimension::STRESS, " [F/L²]")].map(|(of, dimension)| {
+        let name = case.units.bracket(of);
+        if name.is_empty() { dimension.into() } else { name }
+    })
+}
+
+fn command(record: &RunRecord) -> String {
+    let mut words = record.latest.command.iter().skip(1).filter(|word| !word.starts_with('-'));
+    words.next().map_or("run".into(), |word| if word == "resume" { "optimize".into() } else { word.clone() })
+}
+
+fn summary(record: &RunRecord, history: Option<&Table>) -> String {
+    let mut text = format!("slipstick {}, {}", record.latest.version, command(record));
+    if let Some(rows) = history.map(|history| &history.rows).filter(|rows| !rows.is_empty()) {
+        let objective = |row: &Vec<Value>| row.get(1).and_then(Value::as_f64);
+        if let (Some(first), Some(last)) = (rows.first().and_then(objective), rows.last().and_then(objective)) {
+            let (first, last) = (quantity(first), quantity(last));
+            text += &format!(": objective {first} at the start, {last} after {}", counted(rows.len() - 1, "update"));
+        }
+    }
+    text
+}
+
+/// Notes that users should read before the results.
+fn ending(record: &RunRecord) -> Vec<String> {
+    use slipstick_results::run::ExitState::{Failed, Finished, Interrupted, Running};
+    let message = record.latest.message.clone().unwrap_or_default();
+    match record.latest.exit {
+        Finished => Vec::new(),
+        Running => {
+            vec!["The run is still in progress or was killed. The page shows what it has written so far.".into()]
+        }
+        Failed => vec![format!("The run failed: {}", said(&message, "error: "))],
+        Interrupted => vec![format!("The run was interrupted: {}", said(&message, "interrupted: "))],
+    }
+}
+
+/// The final message of a run, without its first word.
+fn said<'a>(message: &'a str, word: &str) -> &'a str {
+    message.strip_prefix(word).unwrap_or(message)
+}
+
+/// The run's record as rows of a table.
+fn about(record: &RunRecord) -> Vec<[String; 2]> {
+    let mut lines = Vec::new();
+    let mut line = |name: &str, value: String| lines.push([name.to_owned(), value]);
+    line("case file", record.case_file.clone());
+    line("SHA-256 of the case", record.case_sha256.clone());
+    for part in record.earlier.iter().chain([&record.latest]) {
+        let machine = &part.machine;
+        line("command", part.command.join(" "));
+        line("version", part.version.clone());
+        let end = part.end.as_deref().unwrap_or("no end");
+        line("time (UTC)", format!("{} to {end}, {}", part.start, format!("{:?}", part.exit).to_lowercase()));
+        line(
+            "machine",
+            format!(
+                "{} {}, {} of {}",
+                machine.os,
+                machine.architecture,
+                counted(part.threads, "thread"),
+                counted(machine.cores, "core")
+            ),
+        );
+    }
+    lines
+}
+
+/// Text escaped for HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

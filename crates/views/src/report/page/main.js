@@ -1,0 +1,201 @@
+// Fills the page with the data of the run.
+const data = JSON.parse(document.getElementById("data").textContent);
+const element = id => document.getElementById(id);
+const show = id => { element(id).hidden = false; };
+function texts() {
+  element("title").textContent = data.title;
+  element("summary").textContent = data.summary;
+  data.notes.forEach(note => { show("notes"); element("notes").append(make("p", {}, note)); });
+  const r = data.results;
+  if (r) {
+    show("results");
+    if (r.rows.length) element("results-table").append(table([], r.rows, "words"));
+    if (r.contact) {
+      element("contact-table").append(table(r.contact.columns, r.contact.rows, "wide"));
+      element("results-help").textContent = "A resultant is the vector sum of all contact forces of a pair on the meshed part, friction included. A peak pressure is the value at a single node; at edges and corners it depends on the mesh. contact.csv lists all load steps.";
+    }
+  }
+  element("units").textContent = `Units are those of the case file: lengths in${data.units[0]}, forces in${data.units[1]}, tractions in${data.units[2]}.`;
+  element("case").textContent = data.case_text;
+  element("resolved").textContent = JSON.stringify(data.resolved, null, 1);
+  element("run").append(table([], data.run, "words"));
+}
+function curves() {
+  const h = data.history, r = data.results;
+  if (h && h.rows.length) {
+    show("curves");
+    const column = name => { const k = h.columns.indexOf(name); return k < 0 ? [] : h.rows.map(row => row[k]); };
+    const x = column("iteration"), curve = (title, names, options) => {
+      const series = names.map(name => ({ name: name.replaceAll("_", " "), values: column(name) })).filter(s => s.values.length);
+      const figure = chart(title, x, series, options);
+      if (figure) element("history-charts").append(figure);
+    };
+    curve(`Objective θ (minimised)${r ? r.unit : ""}`, ["objective"]);
+    if (r && r.objective) { element("objective-help").hidden = false; element("objective-help").textContent = `θ is ${r.objective}.`; }
+    curve("Volume fraction", ["volume_fraction"]);
+    curve("Largest change of a density", ["change"], { zero: true });
+    curve("Newton iterations", ["newton_iterations"], { zero: true });
+    if (column("uzawa_iterations").some(v => v > 0)) curve("Uzawa iterations", ["uzawa_iterations"], { zero: true });
+    curve("Slave nodes at the end of the path:", ["open", "stick", "slip"], { zero: true });
+    curve("Time [s]", ["seconds"], { zero: true });
+    element("history-table").append(table(h.columns.map(name => name.replaceAll("_", " ")), h.rows));
+  }
+  const p = data.newton;
+  if (p && p.step.length) {
+    show("path");
+    const put = figure => { if (figure) element("path-charts").append(figure); };
+    put(chart(`Newton iterations${p.what}`, p.step, [{ name: "Newton iterations", values: p.iterations }], { bars: true, xname: "load step" }));
+    put(chart("Slave nodes:", p.step, ["open", "stick", "slip"].map(name => ({ name, values: p[name] })), { zero: true, xname: "load step" }));
+    if (p.failed.some(v => v > 0)) put(chart("Failed attempts", p.step, [{ name: "failed attempts", values: p.failed }], { bars: true, xname: "load step" }));
+  }
+  if (data.verify) {
+    show("verify");
+    element("verify-verdict").textContent = data.verify.verdict;
+    element("verify-table").append(table(data.verify.columns, data.verify.rows));
+  }
+  if (data.evaluate) { show("evaluate"); element("evaluate-table").append(table(data.evaluate.columns.map(name => name.replaceAll("_", " ")), data.evaluate.rows)); }
+}
+function view() {
+  const m = data.model, viewer = new Viewer(element("canvas"));
+  const points = new Float32Array(bytesOf(m.points).buffer), hexes = new Uint32Array(bytesOf(m.hexes).buffer);
+  const quads = new Uint32Array(bytesOf(m.quads).buffer), slaves = new Uint32Array(bytesOf(m.slaves).buffer);
+  const faces = facesOf(hexes, points.length / 3), nodeCount = points.length / 3;
+  const bodyOfHex = new Uint8Array(hexes.length / 8), bodyOfQuad = new Uint8Array(quads.length / 4);
+  m.bodies.forEach((body, b) => { bodyOfHex.fill(b, ...body.hexes); bodyOfQuad.fill(b, ...body.quads); });
+  const designs = data.designs, steps = data.steps;
+  const state = { mode: steps.length && !designs.length ? "steps" : "designs", design: designs.length - 1, step: steps.length - 1, threshold: 0.5, scale: 1, field: "density", hidden: new Set() };
+  if (!designs.length && steps.length) state.mode = "steps"; else if (steps.length) state.mode = "steps";
+  const cache = new Map(), open = packed => { if (!cache.has(packed)) cache.set(packed, unpacked(packed)); return cache.get(packed); };
+  const frame = () => state.mode === "steps" ? steps[state.step] : designs[state.design];
+  const density = () => state.mode === "steps" ? m.path_density : frame().density;
+  // An initial design without any density above the threshold is shown whole.
+  if (density() && !open(density()).some(phi => phi > state.threshold)) state.threshold = 0;
+  const units = { density: "", derivative: data.units[1], displacement: data.units[0], pressure: data.units[2], gap: data.units[0], slip: data.units[0], status: "" };
+  const names = { density: "density", derivative: "dθ/dφ of the objective", displacement: "magnitude of the displacement", pressure: "contact pressure", gap: "contact gap", slip: "slip increment", status: "contact status" };
+  const available = () => state.mode === "steps" ? ["density", "displacement", "pressure", "status", "gap", "slip"].filter(f => f === "density" ? hexes.length : f === "status" ? frame().status : frame()[f]) : ["density", "derivative"].filter(f => frame()[f]);
+  function nodal(field) {
+    const f = frame(), values = new Float32Array(nodeCount).fill(NaN);
+    if (field === "displacement") { const u = open(f.displacement); for (let n = 0; n < nodeCount; n++) values[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]); return values; }
+    const source = field === "status" ? bytesOf(f.status) : open(f[field]);
+    slaves.forEach((n, i) => { values[n] = source[i]; });
+    return values;
+  }
+  // One colour scale for all load steps, so that steps can be compared.
+  const ranges = new Map();
+  function range(field) {
+    if (field === "density") return [0, 1];
+    if (field === "status") return [0, 2];
+    const key = `${state.mode} ${field}`;
+    if (!ranges.has(key)) {
+      let low = field === "derivative" || field === "gap" ? Infinity : 0, high = -Infinity;
+      (state.mode === "steps" ? steps : designs).forEach(f => {
+        if (!f[field]) return;
+        const v = open(f[field]), size = field === "displacement" ? 3 : 1;
+        for (let i = 0; i < v.length; i += size) { const s = size === 3 ? Math.hypot(v[i], v[i + 1], v[i + 2]) : v[i]; low = Math.min(low, s); high = Math.max(high, s); }
+      });
+      ranges.set(key, high > low ? [low, high] : [low, low + 1]);
+    }
+    return ranges.get(key);
+  }
+  // Without a designed body, or with full material everywhere, the density would be a single colour.
+  if (state.mode === "steps" && (!hexes.length || open(density()).every(phi => phi === 1))) {
+    state.field = "displacement";
+    if (!hexes.length) element("view-title").textContent = "Bodies";
+  }
+  function positions() {
+    if (state.mode !== "steps" || state.scale === 0 || !frame().displacement) return points;
+    const u = open(frame().displacement);
+    return points.map((x, i) => x + state.scale * u[i]);
+  }
+  function refresh() {
+    const phi = density() ? open(density()) : new Float32Array(hexes.length / 8).fill(1), solid = e => e >= 0 && phi[e] > state.threshold && !state.hidden.has(bodyOfHex[e]);
+    const cells = state.field === "density" || state.field === "derivative", [low, high] = range(state.field);
+    const values = cells ? open(state.field === "density" ? density() : frame().derivative) : nodal(state.field);
+    const unit = v => Number.isNaN(v) ? -1 : Math.max(0, Math.min(1, (v - low) / (high - low)));
+    const nodes = [], shown = [], owners = [];
+    for (let f = 0; f < faces.sides.length / 2; f++) {
+      const [a, b] = [faces.sides[2 * f], faces.sides[2 * f + 1]];
+      if (solid(a) === solid(b)) continue;
+      const owner = solid(a) ? a : b;
+      for (let k = 0; k < 4; k++) { const n = faces.nodes[4 * f + (owner === a ? k : 3 - k)]; nodes.push(n); shown.push(unit(cells ? values[owner] : values[n])); }
+      owners.push(owner);
+    }
+    for (let q = 0; q < quads.length / 4; q++) {
+      if (state.hidden.has(bodyOfQuad[q])) continue;
+      for (let k = 0; k < 4; k++) { const n = quads[4 * q + k]; nodes.push(n); shown.push(cells ? -1 : unit(values[n])); }
+      owners.push(-1);
+    }
+    viewer.categories = state.field === "status";
+    // Faces with a corner without a value have no colour.
+    for (let i = 0; i < shown.length; i += 4) if (shown.slice(i, i + 4).some(v => v < 0)) shown.fill(-1, i, i + 4);
+    viewer.values = { raw: values, cells };
+    viewer.show(positions(), Uint32Array.from(nodes), shown, owners);
+    legend(low, high, owners.length);
+  }
+  function legend(low, high, count) {
+    const box = element("legend"), name = names[state.field] + units[state.field];
+    box.replaceChildren();
+    if (state.field === "status") {
+      box.append(name);
+      [["open", "#9ea8b3"], ["stick", "#2166ab"], ["slip", "#d6611a"]].forEach(([word, colour]) => box.append(make("span", { class: "key", style: `background:${colour}` }), word));
+    } else {
+      const stops = ["#440154", "#414487", "#2a788e", "#22a884", "#7ad151", "#fde725"];
+      box.append(name, make("div", { class: "bar", style: `background: linear-gradient(to right, ${stops.join(",")})` }), make("div", { class: "ends" }, make("span", {}, digits(low)), make("span", {}, digits(high))));
+    }
+    if (count === 0) box.append(make("div", {}, `no density above ${state.threshold}`));
+  }
+  viewer.onpick = face => {
+    const probe = element("probe");
+    if (face < 0) { probe.textContent = ""; return; }
+    const nodes = [...viewer.shown.nodes.slice(4 * face, 4 * face + 4)], owner = viewer.shown.owners[face], { raw, cells } = viewer.values;
+    const where = owner >= 0 ? `element ${m.elements[bodyOfHex[owner]] + owner - m.bodies[bodyOfHex[owner]].hexes[0]}` : "";
+    const value = cells ? (owner >= 0 ? digits(raw[owner]) : "no value here") : nodes.map(n => raw[n]).some(Number.isNaN) ? "no value here" : `${digits(Math.min(...nodes.map(n => raw[n])))} to ${digits(Math.max(...nodes.map(n => raw[n])))} at the corners`;
+    probe.textContent = `${where ? where + ", " : ""}${names[state.field]}: ${value}`;
+  };
+  controls({ m, state, designs, steps, available, names, refresh, viewer });
+  viewer.frame(points);
+  refresh();
+}
+function controls({ m, state, designs, steps, available, names, refresh, viewer }) {
+  const form = element("controls");
+  const slider = (name, low, high, step, value, text, change) => {
+    const shown = make("span", { class: "value" }, text(value)), input = make("input", { type: "range", min: low, max: high, step, value });
+    input.value = value;
+    input.addEventListener("input", () => { shown.textContent = text(+input.value); input.setAttribute("aria-valuetext", text(+input.value)); change(+input.value); refresh(); });
+    input.setAttribute("aria-valuetext", text(value));
+    const label = make("label", {}, name, shown, input);
+    form.append(label);
+    return label;
+  };
+  const select = (name, options, value, change) => {
+    const input = make("select"), label = make("label", {}, name, input);
+    const fill = (all, now) => { input.replaceChildren(...all.map(([key, text]) => make("option", { value: key }, text))); input.value = now; };
+    fill(options, value);
+    input.addEventListener("change", () => { change(input.value); refresh(); });
+    form.append(label);
+    return fill;
+  };
+  let fields = () => {}, visibility = () => {};
+  const fitted = () => { const all = available(); if (!all.includes(state.field)) state.field = all[0]; fields(all.map(f => [f, names[f]]), state.field); visibility(); };
+  if (designs.length && steps.length) select("Show", [["steps", "load path of the newest design"], ["designs", "designs, undeformed"]], state.mode, value => { state.mode = value; fitted(); });
+  fields = select("Colour", available().map(f => [f, names[f]]), state.field, value => { state.field = value; });
+  const design = designs.length > 1 ? slider("Design of iteration", 0, designs.length - 1, 1, state.design, i => String(designs[i].number), i => { state.design = i; fitted(); }) : null;
+  const step = steps.length > 1 ? slider("Load step", 0, steps.length - 1, 1, state.step, i => `${steps[i].number}${steps[i].load_case ? `, ${steps[i].load_case}` : ""}, t = ${digits(steps[i].time)}`, i => { state.step = i; fitted(); }) : null;
+  if (m.hexes.length) slider("Elements with density above", 0, 0.99, 0.01, state.threshold, v => v.toFixed(2), v => { state.threshold = v; });
+  const scale = steps.length ? slider("Displacement factor", 0, 5, 0.1, state.scale, v => v.toFixed(1), v => { state.scale = v; }) : null;
+  const set = make("fieldset", {});
+  const box = (name, on, change) => { const input = make("input", { type: "checkbox" }); input.checked = on; input.addEventListener("change", () => { change(input.checked); refresh(); }); set.append(make("label", {}, input, " ", name)); };
+  m.bodies.forEach((body, b) => box(body.name, true, on => { if (on) state.hidden.delete(b); else state.hidden.add(b); }));
+  box("edges", true, on => { viewer.edges = on; });
+  const reset = make("button", { type: "button" }, "Reset view");
+  reset.addEventListener("click", () => { viewer.reset(); viewer.draw(); });
+  set.append(reset);
+  form.append(set);
+  visibility = () => { if (design) design.hidden = state.mode !== "designs"; [step, scale].forEach(s => { if (s) s.hidden = state.mode !== "steps"; }); };
+  visibility();
+}
+texts();
+curves();
+const flat = why => { document.querySelector(".stage").classList.add("flat"); if (!element("picture").getAttribute("src")) { element("view").hidden = !data.model; element("picture").remove(); } element("probe").textContent = why; };
+if (!data.model) flat(""); else try { view(); } catch (error) { flat(`The interactive view is not available here (${error.message}).`); }
+document.documentElement.dataset.ready = data.model && !document.querySelector(".flat") ? "view" : "flat";

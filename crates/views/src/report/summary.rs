@@ -1,0 +1,144 @@
+//! The main results of a run: objective, material, contact forces.
+
+use serde::Serialize;
+use serde_json::Value;
+use slipstick_mesh::Mesh;
+
+use super::tables::{self, Table};
+use slipstick_case::case::{Case, Dimension};
+use slipstick_model::words::{quantity, vector};
+use slipstick_results::run::{RunDirectory, RunError, load_density};
+
+/// The numbers at the top of the page.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Summary {
+    /// Name and value as text.
+    rows: Vec<[String; 2]>,
+    /// Description of θ.
+    objective: String,
+    /// Unit of θ, as written after its name.
+    unit: String,
+    /// By load case and contact pair.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contact: Option<Table>,
+}
+
+/// A row of `contact.csv`.
+struct Transfer {
+    step: u64,
+    case: usize,
+    pair: usize,
+    force: [f64; 3],
+    size: f64,
+    pressure: f64,
+}
+
+impl Summary {
+    pub(super) fn of(run: &RunDirectory, case: &Case, mesh: &Mesh, history: Option<&Table>) -> Result<Self, RunError> {
+        let mut summary = Self {
+            objective: case.objective_in_words().unwrap_or_default(),
+            unit: case.objective.as_ref().map_or(String::new(), |o| in_unit(case, o.dimension(), o.unit())),
+            ..Self::default()
+        };
+        let last = history.and_then(|history| history.rows.last());
+        if let Some(value) = last.and_then(|row| row.get(1)).and_then(Value::as_f64) {
+            summary.rows.push([format!("objective θ{}", summary.unit), quantity(value)]);
+        }
+        if run.file("design.csv").is_file()
+            && let Some(row) = material(case, mesh, &load_density(run.path(), mesh)?)
+        {
+            summary.rows.push(row);
+        }
+        if let Some(table) = tables::optional(run, "contact.csv")? {
+            summary.contact = contact(case, &table);
+        }
+        Ok(summary)
+    }
+
+    /// Whether there is anything to show.
+    pub(super) fn is_empty(&self) -> bool {
+        self.rows.is_empty() && self.contact.is_none()
+    }
+}
+
+/// The name of a unit in the case, otherwise the dimension.
+fn in_unit(case: &Case, of: Dimension, dimension: &str) -> String {
+    let name = case.units.bracket(of);
+    if name.is_empty() { format!(" [{dimension}]") } else { name }
+}
+
+/// The material in the design bodies, Σ φ V, and the fraction of them that it fills.
+fn material(case: &Case, mesh: &Mesh, density: &[f64]) -> Option<[String; 2]> {
+    let design = case.design.as_ref()?;
+    let volumes = mesh.element_volumes();
+    let bodies = || mesh.bodies.iter().filter(|body| design.bodies.contains(&body.name));
+    let sum = |value: &dyn Fn(usize) -> f64| bodies().flat_map(|body| body.elements.clone()).map(value).sum::<f64>();
+    let (filled, whole) = (sum(&|e| density[e] * volumes[e]), sum(&|e| volumes[e]));
+    let names: Vec<&str> = bodies().map(|body| body.name.as_str()).collect();
+    let bound = design.volume_fraction.map_or(String::new(), |bound| format!("; the bound is {bound}"));
+    let text =
+        format!("{} of {}, a fraction of {}{bound}", quantity(filled), quantity(whole), quantity(filled / whole));
+    Some([format!("material in {}{}", names.join(", "), in_unit(case, Dimension::VOLUME, "L³")), text])
+}
+
+/// Resultants and pressures of each pair, at the end of each load case and their largest values.
+fn contact(case: &Case, table: &Table) -> Option<Table> {
+    let column = |name: &str| table.columns.iter().position(|found| found == name);
+    let names = ["step", "load_case", "contact", "force_x", "force_y", "force_z", "force", "peak_pressure"];
+    let at: Vec<usize> = names.iter().filter_map(|name| column(name)).collect();
+    let [step, load_case, pair, x, y, z, size, pressure] = at[..] else { return None };
+    let transfers: Vec<Transfer> = table
+        .rows
+        .iter()
+        .filter_map(|row| {
+            let number = |at: usize| row[at].as_f64();
+            Some(Transfer {
+                step: number(step)? as u64,
+                case: number(load_case)? as usize,
+                pair: number(pair)? as usize,
+                force: [number(x)?, number(y)?, number(z)?],
+                size: number(size)?,
+                pressure: number(pressure)?,
+            })
+        })
+        .collect();
+    let (force, stress) = (in_unit(case, Dimension::FORCE, "F"), in_unit(case, Dimension::STRESS, "F/L²"));
+    let mut columns: Vec<String> = vec!["slave on master".into()];
+    let cases = case.load_case_names();
+    if !cases.is_empty() {
+        columns.push("load case".into());
+    }
+    columns.extend([
+        "last step".into(),
+        format!("resultant on the slave at that step{force}"),
+        format!("its magnitude{force}"),
+        format!("largest magnitude on the path{force}"),
+        format!("peak pressure at the last step{stress}"),
+        format!("largest on the path{stress}"),
+    ]);
+    let mut rows = Vec::new();
+    for (number, contact) in case.contacts.iter().enumerate() {
+        for load_case in 0..cases.len().max(1) {
+            let own: Vec<&Transfer> =
+                transfers.iter().filter(|t| t.pair == number && t.case == load_case && t.step > 0).collect();
+            let Some(last) = own.last() else { continue };
+            let largest = |value: fn(&Transfer) -> f64| {
+                let top = own.iter().max_by(|a, b| value(a).total_cmp(&value(b)));
+                top.map_or(Value::Null, |top| format!("{} at step {}", quantity(value(top)), top.step).into())
+            };
+            let mut row: Vec<Value> = vec![format!("{} on {}", contact.slave, contact.master).into()];
+            row.extend(cases.get(load_case).map(|name| name.as_str().into()));
+            row.extend([
+                last.step.into(),
+                // keep it on one line
+                vector(last.force).replace(' ', "\u{a0}").into(),
+                quantity(last.size).into(),
+                largest(|t| t.size),
+                quantity(last.pressure).into(),
+                largest(|t| t.pressure),
+            ]);
+            rows.push(row);
+        }
+    }
+    (!rows.is_empty()).then_some(Table { columns, rows })
+}

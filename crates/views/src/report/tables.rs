@@ -1,0 +1,150 @@
+//! The tables of a run for the page.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use slipstick_results::run::{RunDirectory, RunError};
+
+/// Columns and rows; numbers as JSON numbers, empty cells as `null`.
+#[derive(Debug, Serialize)]
+pub(super) struct Table {
+    pub columns: Vec<String>,
+    pub rows: Vec<Vec<Value>>,
+}
+
+/// The result of a gradient check.
+#[derive(Debug, Serialize)]
+pub(super) struct Checked {
+    verdict: String,
+    columns: Vec<&'static str>,
+    rows: Vec<Vec<Value>>,
+}
+
+/// Newton iterations of the newest design, per load step.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct NewtonSteps {
+    /// The design, for the title.
+    what: String,
+    step: Vec<u64>,
+    iterations: Vec<u64>,
+    failed: Vec<u64>,
+    open: Vec<Option<u64>>,
+    stick: Vec<Option<u64>>,
+    slip: Vec<Option<u64>>,
+}
+
+/// `history.csv`, if it exists.
+pub(super) fn history(run: &RunDirectory) -> Result<Option<Table>, RunError> {
+    optional(run, "history.csv")
+}
+
+/// A table without commas in its cells, if it exists. Incomplete rows are left out.
+pub(super) fn optional(run: &RunDirectory, name: &str) -> Result<Option<Table>, RunError> {
+    let path = run.file(name);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
+    let mut lines = text.lines();
+    let columns: Vec<String> = lines.next().unwrap_or_default().split(',').map(str::to_owned).collect();
+    let rows = lines.map(|line| line.split(',').map(cell).collect::<Vec<Value>>());
+    let rows = rows.filter(|row| row.len() == columns.len()).collect();
+    Ok(Some(Table { columns, rows }))
+}
+
+fn cell(text: &str) -> Value {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => json!(number),
+        _ if text.is_empty() => Value::Null,
+        _ => text.into(),
+    }
+}
+
+/// The part of `newton.csv` for the last design, if it exists.
+pub(super) fn newton(run: &RunDirectory) -> Result<Option<NewtonSteps>, RunError> {
+    let path = run.file("newton.csv");
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let column = |name: &str| header.iter().position(|found| *found == name);
+    let needed = ["iteration", "step", "newton_iteration", "open", "stick", "slip"].map(column);
+    let [Some(design), Some(step), Some(count), Some(open), Some(stick), Some(slip)] = needed else { return Ok(None) };
+    // Per load step: Newton iterations, failed attempts, and the last status.
+    let mut steps: BTreeMap<u64, (u64, u64, [Option<u64>; 3])> = BTreeMap::new();
+    let mut newest = 0;
+    for line in lines {
+        // The reason for a failure comes last and may contain commas.
+        let cells: Vec<&str> = line.splitn(header.len(), ',').collect();
+        let number = |at: usize| cells.get(at).and_then(|cell| cell.parse::<u64>().ok());
+        let (Some(of), Some(at)) = (number(design), number(step)) else { continue };
+        if of != newest {
+            newest = of;
+            steps.clear();
+        }
+        let entry = steps.entry(at).or_default();
+        if number(count).is_some() {
+            entry.0 += 1;
+            entry.2 = [number(open), number(stick), number(slip)];
+        } else {
+            entry.1 += 1;
+        }
+    }
+    let what = if newest > 0 { format!(" of iteration {newest}") } else { String::new() };
+    let mut found = NewtonSteps { what, ..NewtonSteps::default() };
+    for (number, (iterations, failed, [open, stick, slip])) in steps {
+        found.step.push(number);
+        found.iterations.push(iterations);
+        found.failed.push(failed);
+        found.open.push(open);
+        found.stick.push(stick);
+        found.slip.push(slip);
+    }
+    Ok(Some(found))
+}
+
+/// The gradient check from `verify.json`, if it exists.
+pub(super) fn verify(run: &RunDirectory) -> Result<Option<Checked>, RunError> {
+    let path = run.file("verify.json");
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
+    let damaged = |error: serde_json::Error| RunError::Damaged {
+        path: path.clone(),
+        reason: format!("is not the result of a verification: {error}"),
+        cure: "run `slipstick verify gradient` again".into(),
+    };
+    let found: Value = serde_json::from_str(&text).map_err(damaged)?;
+    let right = found["right"].as_bool().unwrap_or(false);
+    let worst = found["check"]["worst"].as_f64();
+    let verdict = match (right, worst) {
+        (true, Some(worst)) => format!("Right: the adjoint agrees with the differences to {worst:.1e}."),
+        (false, Some(worst)) => {
+            format!("Not confirmed: the adjoint differs from the differences by up to {worst:.1e}.")
+        }
+        (_, None) => "Nothing could be compared.".into(),
+    };
+    let directions = found["check"]["directions"].as_array().cloned().unwrap_or_default();
+    let row = |direction: Value| {
+        let verdict = direction["verdict"].as_str().unwrap_or_default().replace('_', " ");
+        let last = direction["quotients"].as_array().and_then(|all| all.last()).cloned().unwrap_or_default();
+        let number = |name: &str| last[name].clone();
+        vec![
+            direction["name"].clone(),
+            direction["adjoint"].clone(),
+            number("difference"),
+            direction["best"].clone(),
+            number("order"),
+            verdict.into(),
+        ]
+    };
+    let columns =
+        vec!["direction", "adjoint", "difference (smallest step)", "smallest relative error", "order", "verdict"];
+    Ok(Some(Checked { verdict, columns, rows: directions.into_iter().map(row).collect() }))
+}

@@ -1,0 +1,53 @@
+//! Parts of the page.
+
+use super::frames::thinned;
+use super::pack::{Packed, base64, floats, integers};
+use super::*;
+use ::base64::Engine as _;
+use ::base64::engine::general_purpose::STANDARD;
+
+/// Value = low + step · code; half a step is the largest error.
+#[test]
+fn packed_numbers_are_within_half_a_step() {
+    let values: Vec<f64> = (0..1000).map(|k| (f64::from(k) * 0.37).sin() * 3e5 - 1e5).collect();
+    let packed = serde_json::to_value(Packed::numbers(&values)).expect("plain");
+    let (low, step) = (packed["low"].as_f64().expect("low"), packed["step"].as_f64().expect("step"));
+    assert_eq!(packed["bits"], 16);
+    assert!((step * 65535.0 / 6e5 - 1.0).abs() < 1e-3, "the range is 6e5");
+    let codes = STANDARD.decode(packed["data"].as_str().expect("text")).expect("base64");
+    assert_eq!(codes.len(), 2000);
+    for (code, value) in codes.as_chunks::<2>().0.iter().zip(&values) {
+        let found = low + step * f64::from(u16::from_le_bytes(*code));
+        assert!((found - value).abs() <= 0.5001 * step, "{found} {value}");
+    }
+    for all in [&[][..], &[2.5; 3], &[f64::MIN, f64::MAX]] {
+        let text = serde_json::to_string(&Packed::numbers(all)).expect("plain");
+        assert!(!text.contains("null"), "{text}");
+    }
+    let densities = serde_json::to_value(Packed::densities([0.0, 0.5, 1.0])).expect("plain");
+    assert_eq!(densities["data"], base64(&[0, 128, 255]));
+}
+
+/// RFC 4648, section 10, and the byte order of browsers.
+#[test]
+fn numbers_as_text() {
+    assert_eq!(base64(b"foobar"), "Zm9vYmFy");
+    assert_eq!(integers([1, 256]), base64(&[1, 0, 0, 0, 0, 1, 0, 0]));
+    assert_eq!(floats([1.0]), base64(&[0, 0, 0x80, 0x3f]));
+}
+
+#[test]
+fn many_frames_are_thinned_evenly() {
+    let numbers: Vec<usize> = (0..=100).collect();
+    let mut notes = Vec::new();
+    assert_eq!(thinned(&numbers, 101, "designs", "design.pvd", &mut notes).len(), 101);
+    assert!(notes.is_empty());
+    assert_eq!(thinned(&numbers, 5, "designs", "design.pvd", &mut notes), [0, 25, 50, 75, 100]);
+    assert_eq!(notes, ["This page shows 5 of 101 designs; design.pvd has all that were written."]);
+    assert_eq!(thinned(&numbers, 0, "designs", "design.pvd", &mut notes), [0, 100]);
+}
+
+#[test]
+fn text_is_no_markup() {
+    assert_eq!(escaped("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");
+}
