@@ -19,12 +19,19 @@ for crate in "${direct[@]}"; do
     names -p "$spec" > "$folder/$crate"
 done
 
-# A crate, its users and purpose; the number of crates below it, and how many of those nothing else needs.
+# The crates of the workspace that depend on a crate.
+users() {
+    awk -v crate="$1" '/^\[/ { inside = $0 == "[dependencies]" }
+        inside && $0 ~ "^" crate "(\\.workspace)? *=" { print FILENAME }' crates/*/Cargo.toml |
+        cut -d/ -f2 | paste -sd, | sed 's/,/, /g'
+}
+
+# A crate, its users and purpose; the number of crates below it, and how many of those no other crate in the table needs.
 row() {
     local below alone
     below=$(sed '/^'"$1"' /d' "$folder/$1" | wc -l)
     alone=$(comm -23 "$folder/$1" <(find "$folder" -type f ! -name "$1" -exec sort -u {} +) | sed '/^'"$1"' /d' | wc -l)
-    printf '| `%s` | %s | %s | %s | %s |\n' "$1" "$2" "$below" "$alone" "$3"
+    printf '| `%s` | %s | %s | %s | %s |\n' "$1" "$(users "$1")" "$below" "$alone" "$2"
 }
 
 all=$(names -p slipstick-cli | wc -l)
@@ -37,36 +44,36 @@ lean=$(names -p slipstick-cli --no-default-features | wc -l)
 The program is built from $all crates, $own of which are its own. With \`--no-default-features\`, which
 omits METIS and therefore needs no C compiler, it is built from $lean. This page is written by
 \`docs/crates/list.sh\`. The column "below" counts the crates that \`cargo tree\` shows below a crate;
-"alone" counts those of them that no other crate in the table needs.
+"only" counts those of them that no other crate in the table needs.
 
-| crate | used by | below | alone | for |
+| crate | used by | below | only | for |
 |---|---|--:|--:|---|
 TEXT
-    row base64 "meshio, slipstick" "binary data in VTU files and in report pages"
-    row clap cli "the command line, its help and errors"
-    row clap_complete cli "command completion in shells"
-    row clap_mangen cli "the manual page"
-    row ctrlc cli "Ctrl-C stops a run when the current attempt at a load step ends"
-    row dyn-stack linalg "memory of faer's kernels"
-    row faer linalg "dense kernels of the fronts, and its sparse LU as a second solver"
-    row flate2 meshio "compressed VTU files"
-    row indicatif cli "the progress bar"
-    row metis-sys linalg "nested dissection by METIS (a C library, Apache 2.0, bundled); feature \`metis\`"
-    row miette "slipstick, cli" "errors that show the line of the case file"
-    row nalgebra "contact, path, slipstick" "vectors and matrices of size three"
-    row png slipstick "pictures"
-    row pulp "linalg" "SIMD for the instruction set detected at run time"
-    row quick-xml "meshio, slipstick" "VTU and 3MF files"
-    row rayon "most" "all cores"
-    row schemars slipstick "the JSON schema of case files"
-    row serde "most" "case files, checkpoints, JSON"
-    row serde_json "slipstick, cli" "checkpoints, records of runs, \`--json\`"
-    row sha2 slipstick "hashes of meshes and checkpoints"
-    row strsim slipstick "“did you mean”"
-    row thiserror "all" "error types"
-    row toml "slipstick, cli" "case files, with the position of every value"
-    row toml_edit slipstick "\`--set\`"
-    row zip slipstick "3MF files"
+    row base64 "binary data in VTU files and in report pages"
+    row clap "the command line, its help and errors"
+    row clap_complete "command completion in shells"
+    row clap_mangen "the manual page"
+    row ctrlc "Ctrl-C stops a run when the current attempt at a load step ends"
+    row dyn-stack "memory of faer's kernels"
+    row faer "dense kernels of the fronts, and its sparse LU as a second solver"
+    row flate2 "compressed VTU files"
+    row indicatif "the progress bar"
+    row metis-sys "nested dissection by METIS (a C library, Apache 2.0, bundled); feature \`metis\`"
+    row miette "errors that show the line of the case file"
+    row nalgebra "vectors and matrices of size three"
+    row png "pictures"
+    row pulp "SIMD for the instruction set detected at run time"
+    row quick-xml "VTU and 3MF files"
+    row rayon "parallel loops"
+    row schemars "the JSON schema of case files"
+    row serde "case files, checkpoints, JSON"
+    row serde_json "checkpoints, records of runs, \`--json\`"
+    row sha2 "hashes of meshes and checkpoints"
+    row strsim "“did you mean”"
+    row thiserror "error types"
+    row toml "case files, with the position of every value"
+    row toml_edit "\`--set\`"
+    row zip "3MF files"
     cat <<'TEXT'
 
 Only for tests and benchmarks: `proptest` (random inputs), `num-dual` (reference derivatives by dual numbers), `criterion` (timing), `tempfile`.

@@ -24,7 +24,7 @@ use slipstick_model::model::{
 };
 pub use slipstick_model::problem::Problem;
 use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tolerance, Tolerances, UzawaOptions};
-use slipstick_solid::{EnergyInterpolation, Interpolation, Section, Simp, SolidModel};
+use slipstick_solid::{Interpolation, Section, Simp, SolidModel};
 use std::sync::Arc;
 
 /// A case that is right in itself but cannot be built: where in the case, why, and what mends it.
@@ -138,12 +138,7 @@ fn interpolation(design: Option<&case::Design>) -> Interpolation {
     let Some(design) = design else {
         return Simp { penalization: 1.0, minimum: 0.0 }.into();
     };
-    Interpolation {
-        simp: Simp { penalization: design.simp.p, minimum: design.simp.min },
-        energy: design
-            .energy_interpolation
-            .map(|e| EnergyInterpolation { threshold: e.threshold, sharpness: e.sharpness }),
-    }
+    Interpolation { simp: design.simp, energy: design.energy_interpolation }
 }
 
 /// Residual of linear solves, forward and transposed: a part of the tolerance of the path, so that both the states and the

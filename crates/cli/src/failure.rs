@@ -34,7 +34,7 @@ pub enum Failure {
     Check {
         /// Its result.
         message: String,
-        /// What to do about it.
+        /// The remedy.
         cure: String,
     },
     /// Stopped by the user.

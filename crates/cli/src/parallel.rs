@@ -1,7 +1,7 @@
-//! Runs on several ranks: who speaks and writes, and how all of them end.
+//! Runs on several ranks: which of them prints and writes, and how all of them end.
 //!
-//! All ranks do the same, but the first alone speaks and writes files. A failure of the analysis is one on all ranks, and
-//! the first tells it; one of a single rank, such as a full disk, ends the others after a while.
+//! All ranks do the same work, but only the first one prints and writes files. An analysis fails on all ranks at once,
+//! and the first one reports it; a failure on a single rank, such as a full disk, ends the others after a while.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,13 +12,13 @@ use slipstick::machine::Machine;
 use crate::failure::Failure;
 use crate::{Context, Outcome};
 
-/// How long a rank that failed for itself waits for the others to come to their end, too.
+/// How long a rank that may have failed alone waits for the others to end too.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long one waits that knows that the others will come: the first may have files to write.
+/// How long a rank waits if the others are sure to end: the first one may have files to write.
 const LONG: Duration = Duration::from_secs(24 * 3600);
 
-/// Variables in which launchers of MPI tell a process how many ranks there are: OpenMPI, MPICH and Slurm's PMI, PMIx.
+/// Environment variables that MPI launchers set for each rank: OpenMPI, MPICH and Slurm's PMI, PMIx.
 const LAUNCHED: &[&str] = &["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"];
 
 /// The ranks of this program; there is one unless it was launched by MPI.
@@ -29,7 +29,7 @@ pub struct Parallel {
 }
 
 impl Parallel {
-    /// Joins the other ranks, if the program was launched with some.
+    /// Joins the other ranks, if the program was launched by MPI.
     ///
     /// # Errors
     /// [`Failure::Input`] if PETSc cannot be started, or is not built in.
@@ -41,17 +41,17 @@ impl Parallel {
         Ok(parallel)
     }
 
-    /// Whether this process was launched as a rank, be it the only one, and can be one.
+    /// Whether this process was launched as a rank, possibly the only one, and was built to act as one.
     pub fn launched() -> bool {
         cfg!(feature = "petsc") && Self::surrounded()
     }
 
-    /// Whether a launcher of MPI says so.
+    /// Whether an MPI launcher started this process.
     fn surrounded() -> bool {
         LAUNCHED.iter().any(|variable| std::env::var_os(variable).is_some())
     }
 
-    /// What problems are computed on; `petsc` starts PETSc if that is not done.
+    /// The machine on which problems are solved; `petsc` starts PETSc if it is not running.
     ///
     /// # Errors
     /// [`Failure::Input`] if PETSc cannot be started.
@@ -62,7 +62,7 @@ impl Parallel {
         Ok(self.present())
     }
 
-    /// Those that are there now.
+    /// The machine as it is now.
     fn present(&self) -> Machine {
         #[cfg(feature = "petsc")]
         if let Some(session) = self.session.get() {
@@ -101,17 +101,17 @@ impl Parallel {
         self.present().ranks().size()
     }
 
-    /// Whether this is the rank that speaks and writes.
+    /// Whether this is the rank that prints and writes.
     pub fn leads(&self) -> bool {
         self.present().ranks().rank() == 0
     }
 
-    /// Whether it holds on any rank.
+    /// Whether `here` is true on any rank.
     pub fn any(&self, here: bool) -> bool {
         self.present().ranks().any(here)
     }
 
-    /// Threads of this rank, of so many that the machine has.
+    /// Number of threads for this rank, if the machine has this many cores.
     pub fn threads(&self, cores: usize) -> usize {
         #[cfg(feature = "petsc")]
         let here = self.session.get().map_or(1, |session| session.size_here());
@@ -120,39 +120,40 @@ impl Parallel {
         (cores / here).max(1)
     }
 
-    /// Does its part of the program. If it panics, that ends the other ranks too, which would wait for ever.
+    /// Runs this rank's part of the program. If it panics, the other ranks are ended too, since they would wait
+    /// forever.
     pub fn guard(&self, part: impl FnOnce() -> Outcome) -> Outcome {
         #[cfg(feature = "petsc")]
         if let Some(session) = self.session.get().filter(|_| self.size() > 1) {
-            // nothing is looked at that the panic may have left half-done
+            // nothing that the panic may have left half-done is used afterwards
             let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(part));
             return result.unwrap_or_else(|_| session.abort(101));
         }
         part()
     }
 
-    /// What the first rank makes for all; `None` on the others.
+    /// The value that the first rank makes for all; `None` on the others.
     ///
     /// # Errors
-    /// Where it fails there, on all ranks.
+    /// On all ranks, if it fails on the first.
     pub fn first<T>(&self, make: impl FnOnce() -> Outcome<T>) -> Outcome<Option<T>> {
         let made = if self.leads() { make().map(Some) } else { Ok(None) };
         match (self.any(made.is_err()), made) {
-            (true, Ok(_)) => Err(Failure::input("the first rank could not begin", "see its message")),
+            (true, Ok(_)) => Err(Failure::input("the first rank could not start", "see its message")),
             (_, made) => made,
         }
     }
 
-    /// Ends the program together with the other ranks, or ends them if they do not come.
+    /// Ends the program together with the other ranks, or aborts them if they do not arrive in time.
     pub fn leave(&self, context: &Context, result: &Outcome) {
         #[cfg(feature = "petsc")]
         if let Some(session) = self.session.get().filter(|_| self.size() > 1) {
-            // an analysis fails on all ranks at once; what else fails may have failed here alone
+            // an analysis fails on all ranks at once; other failures may have occurred only on this rank
             let alone = matches!(result, Err(Failure::Input { .. } | Failure::Case(_)));
             if session.meet(if alone { PATIENCE } else { LONG }) {
                 return;
             }
-            // the first rank has told its failure
+            // the first rank has reported its failure
             if let (false, Err(failure)) = (self.leads(), result) {
                 context.console.speak(failure);
             }

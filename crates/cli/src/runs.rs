@@ -24,7 +24,7 @@ pub fn watch<'a>(context: &'a Context, problem: &Problem, run: Option<&Run>) -> 
     })
 }
 
-/// Does work with files on the first rank; all ranks call it, and succeed or fail together.
+/// Performs file operations on the first rank; all ranks call it, and succeed or fail together.
 ///
 /// # Errors
 /// [`Failure::Input`].
@@ -32,14 +32,15 @@ pub fn first<T>(problem: &Problem, work: impl FnOnce() -> Result<T, RunError>) -
     Ok(on_first(problem.analysis.linear.ranks(), work)?)
 }
 
-/// A failed analysis, after what is left of it has been written to `run`. All ranks call it; the first has the run.
+/// The failure of an analysis, after its remaining results have been written to `run`. All ranks call it; the first has
+/// the run.
 pub fn failed(problem: &Problem, error: &AnalysisError, run: Option<&Run>) -> Failure {
     let run = run.map(Run::directory);
     let (report, kept) = keep_failure(run, &problem.mesh, &problem.analysis.design, error);
     Failure::Analysis { report, kept: told(&kept, run, "") }
 }
 
-/// An optimization that stopped short; the first rank has the run.
+/// The failure of an optimization that stopped early; the first rank has the run.
 pub fn stopped(error: DriveError, run: Option<&Run>) -> Failure {
     match error {
         DriveError::Analysis { report, kept } => {
@@ -47,7 +48,7 @@ pub fn stopped(error: DriveError, run: Option<&Run>) -> Failure {
         }
         DriveError::Mma(error) => Failure::Check {
             message: format!("the optimizer failed: {error}"),
-            cure: "look at history.csv; a smaller `optimizer.mma.move_limit` may help".into(),
+            cure: "check history.csv; a smaller `optimizer.mma.move_limit` may help".into(),
         },
         DriveError::Interrupted => Failure::Interrupted {
             message: "finished iterations are kept".into(),
@@ -57,7 +58,7 @@ pub fn stopped(error: DriveError, run: Option<&Run>) -> Failure {
     }
 }
 
-/// Where what is kept of a failed analysis is, and what was kept `before` it.
+/// The results that are kept of a failed analysis and their directory; `before` names those kept earlier.
 fn told(kept: &Kept, run: Option<&RunDirectory>, before: &str) -> String {
     let Some(directory) = run.map(|run| run.path().display()) else { return String::new() };
     match kept {
@@ -74,15 +75,15 @@ fn told(kept: &Kept, run: Option<&RunDirectory>, before: &str) -> String {
 /// Starts a run in its own directory; `None` on ranks other than the first.
 ///
 /// # Errors
-/// [`Failure::Input`] if the directory holds a run or cannot be written.
+/// [`Failure::Input`] if the directory contains a run or cannot be written.
 pub fn start(context: &Context, setup: &Setup, out: &Out, command: &str) -> Outcome<Option<Run>> {
     context.parallel.first(|| {
         let path = setup.directory(out, command);
-        // a run that may overwrite must not take away what it starts from
+        // a run that may overwrite files must not remove the design that it starts from
         if setup.replaces_design(&path) {
             return Err(Failure::input(
-                format!("{} holds the design that is asked for: results would take its place", path.display()),
-                "give results a directory of their own with --out",
+                format!("{} contains the requested design, which the results would replace", path.display()),
+                "name another directory for the results with --out",
             ));
         }
         let part = RunPart::starting(context.line.clone(), setup.threads);
@@ -97,7 +98,7 @@ pub fn start(context: &Context, setup: &Setup, out: &Out, command: &str) -> Outc
     })
 }
 
-/// Records how the run ended, on the rank that has it, and hands the outcome on.
+/// Records how the run ended, on the rank that has it, and returns the outcome.
 ///
 /// # Errors
 /// Those of the outcome; [`Failure::Input`] if the record cannot be written.

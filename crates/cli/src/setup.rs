@@ -17,25 +17,25 @@ use crate::failure::Failure;
 use crate::memory;
 use crate::{Context, Outcome};
 
-/// A case that is read and looked at; the problem built from it goes its own way.
+/// A case that has been read and inspected; the problem built from it is separate.
 pub struct Setup {
-    /// The case file as it was named.
+    /// The case file, as named by the user.
     pub file: PathBuf,
-    /// What it means.
+    /// Its contents.
     pub resolved: Resolved,
-    /// What can be said about it before it runs.
+    /// Facts about the case that are known before it runs.
     pub inspection: Inspection,
-    /// Threads that it runs on.
+    /// Number of threads.
     pub threads: usize,
-    /// Number of warnings told.
+    /// Number of warnings shown.
     pub warnings: usize,
     /// Whether several ranks share the problem.
     problem_is_shared: bool,
-    /// Where densities were taken from.
+    /// Where the densities come from.
     design_of: OnceLock<PathBuf>,
 }
 
-/// Reads a case file, with values replaced as asked.
+/// Reads a case file, with values replaced as requested.
 ///
 /// # Errors
 /// [`Failure::Case`], [`Failure::Input`].
@@ -55,11 +55,11 @@ pub fn read(file: &CaseFile) -> Outcome<Resolved> {
     })
 }
 
-/// Reads and builds a case that will run, sets the number of threads, and tells warnings; `sections` are those that
-/// the command cannot do without.
+/// Reads and builds a case that will run, sets the number of threads, and shows warnings; `sections` are those that the
+/// command needs.
 ///
 /// # Errors
-/// [`Failure::Case`], [`Failure::Input`]. Of the former: a case that is too large for the machine's memory.
+/// [`Failure::Case`], [`Failure::Input`]. The former includes a case that is too large for the machine's memory.
 pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome<(Setup, Problem)> {
     let resolved = read(file)?;
     resolved.require(sections)?;
@@ -71,7 +71,7 @@ pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome
 }
 
 /// What to do about a case that is too large.
-const FEWER: &str = "take fewer elements, or a machine with more memory";
+const FEWER: &str = "use fewer elements, or a machine with more memory";
 
 /// Refuses a case that could not be built in the memory that is available.
 fn refuse_too_large(resolved: &Resolved) -> Outcome {
@@ -81,18 +81,18 @@ fn refuse_too_large(resolved: &Resolved) -> Outcome {
     let elements = resolved.case.bodies.iter().fold(0, |sum: usize, body| sum.saturating_add(count(body)));
     let (needed, available) = (bytes(needed), bytes(available));
     let message =
-        format!("{elements} elements need about {needed} before anything is solved; {available} are available");
+        format!("{elements} elements need about {needed} before anything is solved; {available} is available");
     Err(resolved.source_map.error(&largest_body(resolved), CaseCode::TooLarge, message, FEWER).into())
 }
 
-/// Where the elements of the largest body are counted.
+/// The place in the case that sets the number of elements of the largest body.
 fn largest_body(resolved: &Resolved) -> String {
     let bodies = resolved.case.bodies.iter().enumerate();
     let largest = bodies.max_by_key(|(_, body)| body.shape.element_count().unwrap_or(usize::MAX));
     largest.map_or(String::new(), |(b, body)| format!("body[{b}].{}.elements", body.shape.key()))
 }
 
-/// Builds a case to look at it, sets the number of threads, and tells warnings.
+/// Builds a case to inspect it, sets the number of threads, and shows warnings.
 ///
 /// # Errors
 /// [`Failure::Case`], [`Failure::Input`].
@@ -122,7 +122,7 @@ pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setu
     if errors.is_empty() { Ok((setup, problem)) } else { Err(Failure::Case(errors)) }
 }
 
-/// Threads that any machine can be asked for; one with more cores, for as many.
+/// Maximum number of threads on any machine, unless it has more cores.
 const MOST_THREADS: usize = 1024;
 
 fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
@@ -131,11 +131,11 @@ fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
     let threads = asked.unwrap_or(context.parallel.threads(cores));
     let most = cores.max(MOST_THREADS);
     if threads > most {
-        let cure = format!("there are {cores} cores; more threads than cores make nothing faster");
-        return Err(Failure::input(format!("{threads} threads are asked for; at most {most} can be"), cure));
+        let cure = format!("this machine has {cores} cores; more threads than cores do not help");
+        return Err(Failure::input(format!("{threads} threads were requested; at most {most} are possible"), cure));
     }
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
-        Failure::input(format!("cannot start {threads} threads: {error}"), "ask for fewer with --threads")
+        Failure::input(format!("cannot start {threads} threads: {error}"), "request fewer with --threads")
     })?;
     Ok(threads)
 }
@@ -143,7 +143,7 @@ fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
 impl Setup {
     /// Errors and warnings at their places in the case file.
     ///
-    /// A body that supports leave free is an error where no contact could hold it: its equations are singular.
+    /// A body that supports leave free is an error if no contact could hold it: its equations are singular.
     fn diagnostics(&self, problem: &Problem) -> (Vec<CaseDiagnostic>, Vec<CaseDiagnostic>) {
         let map = &self.resolved.source_map;
         let mut warnings = self.resolved.warnings.clone();
@@ -167,7 +167,7 @@ impl Setup {
                 NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
             };
             let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
-            // The reader of the case warns of bodies without any condition; what is known now says more.
+            // The case reader warns about bodies without any condition; this diagnostic is more specific.
             let name = map.span(&format!("{}.name", notice.path));
             warnings.retain(|other| other.code() != code || other.span() != name);
             if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
@@ -175,10 +175,10 @@ impl Setup {
         (errors, warnings)
     }
 
-    /// What is wrong with a case whose run, with or without a gradient, needs more memory than there is; `None` if it fits,
-    /// or nobody knows.
+    /// The diagnostic for a case whose run, with or without a gradient, needs more memory than is available; `None` if
+    /// it fits or this is unknown.
     pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
-        // how many ranks share this machine with which memory is the launcher's matter: `check --ranks`
+        // only the launcher knows how ranks share the memory of machines; `check --ranks` predicts it
         if self.problem_is_shared {
             return None;
         }
@@ -186,16 +186,16 @@ impl Setup {
         let kept = if gradient { kept_bytes } else { 0.0 };
         let needed = peak_bytes - kept_bytes + kept;
         let available = memory::available().filter(|&available| needed > available)?;
-        let message = format!("a run needs about {}; {} are available", bytes(needed), bytes(available));
+        let message = format!("a run needs about {}; {} is available", bytes(needed), bytes(available));
         let map = &self.resolved.source_map;
         let told = |path: &str, help: &str| map.diagnostic(severity, path, CaseCode::TooLarge, message, help);
-        // Kept factors save time, no more.
+        // Kept factors only save time.
         if needed - kept > available {
             return Some(told(&largest_body(&self.resolved), FEWER));
         }
         let room = (self.resolved.case.adjoint.memory.0 as f64).min(kept) - (needed - available);
         let room = (room / 1e6).floor().max(0.0);
-        Some(told("adjoint.memory", &format!("give less to kept factors: `[adjoint]` `memory = \"{room} MB\"`")))
+        Some(told("adjoint.memory", &format!("keep fewer factors: `[adjoint]` `memory = \"{room} MB\"`")))
     }
 
     /// Whether no contact pair has a surface of the body that `path` (`body[1]`) names.
@@ -210,7 +210,7 @@ impl Setup {
         !self.resolved.case.contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master))
     }
 
-    /// Whether results in this directory would take the place of the design that is asked for.
+    /// Whether results in this directory would replace the requested design.
     pub fn replaces_design(&self, path: &Path) -> bool {
         let same = |results: &PathBuf| {
             let from = if results.is_file() { results.parent().unwrap_or(Path::new("")) } else { results };
@@ -220,10 +220,10 @@ impl Setup {
         self.design_of.get().is_some_and(same)
     }
 
-    /// Densities to analyse: the case's uniform start, or those of an earlier run.
+    /// Densities to analyse: the case's uniform initial design, or those of an earlier run.
     ///
     /// # Errors
-    /// [`Failure::Input`] if they do not fit; [`Failure::Case`] if the case has no design to put them into.
+    /// [`Failure::Input`] if they do not match the case; [`Failure::Case`] if the case has no `design` section.
     pub fn density(&self, context: &Context, problem: &Problem, from: &DesignFrom) -> Outcome<Vec<f64>> {
         match &from.design {
             Some(results) => self.density_of(context, problem, results),
@@ -231,7 +231,7 @@ impl Setup {
         }
     }
 
-    /// Densities of an earlier run, or of a table; warns where the case keeps its own instead.
+    /// Densities of an earlier run, or of a table; warns if the case keeps its own values for some elements.
     ///
     /// # Errors
     /// As [`Setup::density`].
@@ -240,7 +240,7 @@ impl Setup {
         let found = load_density(results, &problem.mesh)?;
         let _ = self.design_of.set(results.to_owned());
         let Some(variables) = &problem.variables else { return Ok(found) };
-        // Passive elements and those outside of the design are the case's own.
+        // The case sets the densities of passive elements and of those outside the design.
         let kept = DesignMap::apply(variables, &variables.restrict(&found));
         if let Some(message) = replaced(variables, &found, &kept) {
             context.console.warning(&format!("{}: {message}", results.display()));
@@ -248,7 +248,7 @@ impl Setup {
         Ok(kept)
     }
 
-    /// Warns of a start design that fills more than the bound; `known` is whether the reader of the case has done so.
+    /// Warns about an initial design that exceeds the volume bound; `known` says whether the case reader has done so.
     pub fn warn_of_volume(&self, context: &Context, problem: &Problem, known: bool) -> usize {
         let notice = start_volume(&self.resolved.case, problem, &problem.initial_density).filter(|_| !known);
         let told = |notice: Notice| {
@@ -260,13 +260,13 @@ impl Setup {
         warnings.len()
     }
 
-    /// Whether the case's own uniform start is above the bound, of which its reader has warned.
+    /// Whether the case's uniform initial design exceeds the bound; the case reader has then warned about it.
     pub fn starts_above_bound(&self) -> bool {
         self.resolved.warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume)
     }
 
-    /// Where results go: as asked, else as the case says, else beside the case file under its name; commands other than
-    /// `optimize` append their own.
+    /// The directory for results: as requested, otherwise as given in the case, otherwise next to the case file under
+    /// its name; commands other than `optimize` append their own name.
     pub fn directory(&self, out: &Out, command: &str) -> PathBuf {
         if let Some(directory) = &out.out {
             return directory.clone();
@@ -284,10 +284,10 @@ impl Setup {
     }
 }
 
-/// Densities that differ by less are the same.
+/// Densities that differ by less count as equal.
 const SAME_DENSITY: f64 = 1e-9;
 
-/// Which densities of a table the case does not take, and what it takes instead; `None` where it takes all.
+/// The densities of a table that the case replaces, and their replacements; `None` if it uses all of them.
 fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<String> {
     let groups = [
         (Role::Solid, "passive solid element"),
@@ -312,7 +312,7 @@ fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<
     }
     let (count, which) = (found.len(), parts.join(", "));
     (all > 0).then(|| {
-        format!("densities of {all} of {count} elements are replaced, because the case keeps them as they are: {which}")
+        format!("densities of {all} of {count} elements are replaced, because the case prescribes them: {which}")
     })
 }
 

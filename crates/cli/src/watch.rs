@@ -21,10 +21,10 @@ pub struct Watch<'a> {
     interrupt: &'a Interrupt,
     parallel: &'a Parallel,
     newton: Option<NewtonTable>,
-    /// From which verbosity load steps are told.
+    /// Verbosity from which load steps are printed.
     level: u8,
     iteration: usize,
-    /// Load steps completed in this analysis, and before it in all.
+    /// Load steps completed in this analysis, and in all analyses before it.
     steps: usize,
     steps_before: usize,
     newton_iterations: usize,
@@ -32,7 +32,7 @@ pub struct Watch<'a> {
     load_cases: Vec<String>,
     /// Load steps of an analysis.
     steps_of_path: usize,
-    /// What was said of the path before.
+    /// The notice about the previous path.
     notice: Option<ForwardNotice>,
 }
 
@@ -62,13 +62,13 @@ impl<'a> Watch<'a> {
         self
     }
 
-    /// Tells load steps without being asked for more: the command has nothing else to tell meanwhile.
+    /// Prints load steps even without `-v`, because the command has nothing else to print meanwhile.
     pub fn telling_steps(mut self) -> Self {
         self.level = 0;
         self
     }
 
-    /// An analysis of this design begins; `steps_before` load steps lie behind in all.
+    /// Begins an analysis of this design; `steps_before` load steps were completed before it in total.
     pub fn begin(&mut self, iteration: usize, steps_before: usize) {
         (self.iteration, self.steps_before, self.steps, self.newton_iterations) = (iteration, steps_before, 0, 0);
         if let Some(table) = &mut self.newton {
@@ -76,7 +76,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Whether all that was seen could be written.
+    /// Checks that all events could be written.
     ///
     /// # Errors
     /// The first failure to write.
@@ -84,7 +84,7 @@ impl<'a> Watch<'a> {
         self.newton.as_mut().map_or(Ok(()), NewtonTable::check)
     }
 
-    /// A pseudo-time, and before it the load case where it has a name.
+    /// A pseudo-time, preceded by the load case if it has a name.
     fn place(&self, time: f64) -> String {
         match course::named(&self.load_cases, time) {
             (Some(name), own) => format!("{name} t = {own:.5}"),
@@ -178,7 +178,7 @@ impl DriveObserver for Watch<'_> {
 
     fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
         let DesignEvaluated { record, notice, seconds } = *design;
-        // Told again only after it was otherwise.
+        // Repeated only if it differs from that of the previous design.
         self.console.notice(notice.filter(|notice| Some(*notice) != self.notice));
         self.notice = notice;
         let IterationRecord { iteration, objective, volume_fraction, newton_iterations, .. } = record;
@@ -191,7 +191,7 @@ impl DriveObserver for Watch<'_> {
         };
         let change = record.change.map_or("       ".into(), |change| format!("{change:.5}"));
         let [open, stick, slip] = record.status;
-        // kept in a terminal too, above the bar
+        // also kept on a terminal, above the bar
         self.console.text(&format!(
             "{iteration:>5}  objective {:>14}  volume {volume_fraction:.5}  change {change}  Newton {newton_iterations:>4}{failed}  \
              open {open}, stick {stick}, slip {slip}  {seconds:.1} s",

@@ -1,7 +1,7 @@
-//! The cases of the repository by the program: their short runs, and what is expected of them.
+//! Runs short studies of the repository's cases with the program and checks their expected numbers.
 //!
-//! Each study is copied to a folder of its own and run there with `--only`; the program itself compares with
-//! `expected.json`, whose entries say where their values come from. What relates several runs is compared here.
+//! Each study is copied to its own folder and run there with `--only`; the program itself compares the numbers with
+//! `expected.json`, whose entries give the sources of their values. Relations between several runs are checked here.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,11 +20,11 @@ fn program(folder: &Path, words: &[&str]) -> (bool, String) {
     (output.status.success(), text(&output.stdout) + &text(&output.stderr))
 }
 
-/// Runs of a study, and all numbers that they found.
+/// Runs of a study, and all their numbers.
 struct Numbers(BTreeMap<(String, String), f64>);
 
 impl Numbers {
-    /// Of some runs, or of all.
+    /// The numbers of some runs, or of all of them.
     fn of(case: &str, runs: &[&str]) -> Self {
         let place: TempDir = tempfile::tempdir().expect("a temporary folder");
         for file in std::fs::read_dir(cases().join(case)).expect("the case").map(|entry| entry.expect("a file").path())
@@ -39,7 +39,7 @@ impl Numbers {
         assert!(good, "{case}:\n{text}");
         let table = std::fs::read_to_string(place.path().join("study/numbers.csv")).expect("numbers");
         let rows = table.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
-        // a ratio of what is missing has an empty cell
+        // a ratio of missing numbers has an empty cell
         let rows = rows.filter(|row| !row[2].is_empty());
         Self(rows.map(|row| ((row[0].clone(), row[1].clone()), row[2].parse().expect("a number"))).collect())
     }
@@ -54,8 +54,8 @@ impl Numbers {
     }
 }
 
-/// Section 5.1 of the paper, all of it: values and norms of gradients are those of an independent implementation, and the
-/// penalty method comes nearer to the multipliers the stiffer it is.
+/// All of section 5.1 of the paper: values and norms of gradients are those of an independent implementation, and the
+/// penalty method approaches the multipliers as its stiffness increases.
 #[test]
 fn cube_on_cuboid() {
     let found = Numbers::of("cube_on_cuboid", &[]);
@@ -79,7 +79,7 @@ fn half_ball_on_plate() {
     assert!(x > z && z > 1e6 * found.get("short_frictionless", "asymmetry z"), "{x} {z}");
 }
 
-/// Section 5.3 of the paper on a coarse mesh: nearly all nodes slip, so that the force on the uniform start design grows
+/// Section 5.3 of the paper on a coarse mesh: nearly all nodes slip, so the force on the uniform initial design grows
 /// nearly like √(1 + μ²); the first column of the paper's Table 1 gives 1.0044 and 1.0291.
 #[test]
 fn ironing() {
@@ -91,8 +91,8 @@ fn ironing() {
     }
 }
 
-/// Section 5.4 of the paper on a coarse mesh. The augmented Lagrangian method has the paper's tolerance, 1e-3 absolute; its
-/// second-order updates go far below.
+/// Section 5.4 of the paper on a coarse mesh. The augmented Lagrangian method has the paper's tolerance, 1e-3 absolute;
+/// its second-order updates reach far smaller errors.
 #[test]
 fn clutch() {
     let found = Numbers::of("clutch", &["start", "start_by_multipliers", "short_gradient"]);
@@ -100,7 +100,7 @@ fn clutch() {
     assert!((augmented / multipliers - 1.0).abs() < 1e-6, "{augmented} {multipliers}");
 }
 
-/// Cases in the size of the paper have its numbers of elements, where those are published, and load steps.
+/// Cases of the paper's size have its numbers of load steps and, where published, of elements.
 #[test]
 fn paper_sizes() {
     let expected = [
@@ -118,7 +118,7 @@ fn paper_sizes() {
     }
 }
 
-/// Studies are right to the last command line.
+/// All command lines of the studies are valid.
 #[test]
 fn studies_can_be_planned() {
     let more = [

@@ -1,5 +1,5 @@
-//! The program on several ranks of MPI: the same designs as without, one message for a failure, and what is left where a
-//! rank is killed. Where there is no `mpirun`, the tests say that they are skipped.
+//! The program on several MPI ranks: the same designs as without MPI, one message for a failure, and the files that are
+//! left if a rank is killed. Without `mpirun`, the tests report that they are skipped.
 
 #[path = "../../petsc/tests/mpirun/mod.rs"]
 mod mpirun;
@@ -14,7 +14,7 @@ use slipstick::output::read_fields;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_slipstick");
 
-/// One half of a block that is pressed on a slab and drawn along it, pushed from behind in a second load case.
+/// One half of a block that is pressed onto a slab and dragged along it, and pushed from behind in a second load case.
 fn case(directory: &Path, enforcement: &str) -> PathBuf {
     let text = format!(
         r#"
@@ -65,7 +65,7 @@ iterations = 10
     path
 }
 
-/// The program on so many ranks, or without MPI; `None` where there is no `mpirun`.
+/// The program on this many ranks, or without MPI; `None` if there is no `mpirun`.
 fn slipstick(ranks: Option<usize>) -> Option<Command> {
     let Some(ranks) = ranks else {
         return Some(Command::new(PROGRAM));
@@ -104,8 +104,8 @@ fn assert_same_run(found: &Path, expected: &Path, bound: f64) {
     }
 }
 
-/// An optimization of a block that is lifted off ends on all ranks with one error, and leaves the path; forces of contact pairs are
-/// those without MPI.
+/// An optimization of a block that is lifted off ends on all ranks with one error, and leaves the path; forces of
+/// contact pairs equal those without MPI.
 #[test]
 fn an_optimization_of_rounding_ends_on_all_ranks() {
     let place = tempfile::tempdir().expect("a directory");
@@ -150,7 +150,7 @@ fn designs_do_not_depend_on_the_ranks() {
                 run.args(["--set", "solver.linear=petsc"]);
             }
             let told = succeeded(&run.output().expect("the program starts"));
-            // the first rank alone speaks
+            // only the first rank prints
             assert_eq!(told.matches("volume fraction").count(), 1, "{told}");
             Some(out)
         };
@@ -162,7 +162,7 @@ fn designs_do_not_depend_on_the_ranks() {
     }
 }
 
-/// A failure of the first rank alone, and one of the analysis: one message, the exit code of a run without MPI.
+/// A failure of only the first rank, and one of the analysis: one message, and the exit code of a run without MPI.
 #[test]
 fn failures_are_told_once() {
     let place = tempfile::tempdir().expect("a directory");
@@ -177,7 +177,7 @@ fn failures_are_told_once() {
     let told = text(&output.stderr);
     assert_eq!(told.matches("error: ").count(), 1, "{told}");
     assert_eq!(output.status.code(), Some(3), "{told}");
-    // a march that fails later: what converged before is there, and the same as on one rank
+    // a march that fails later: the states that converged before are written, and equal those of one rank
     let (late, alone) = (place.path().join("late"), place.path().join("alone"));
     let driven = "dirichlet[1].motion=[{ t = 0.4, u = [0, -0.05, 0] }, { t = 1, u = [0, -4, 0] }]";
     for (ranks, out) in [(None, &alone), (Some(2), &late)] {
@@ -195,7 +195,7 @@ fn failures_are_told_once() {
         assert_eq!(found.len(), expected.len());
         assert!(found.iter().zip(&expected).all(|(f, e)| (f - e).abs() < 1e-9), "step {step}");
     }
-    // the directory has a run now
+    // the directory now contains a run
     let begin = Instant::now();
     let output = run(&["solve"]).expect("mpirun is there");
     let told = text(&output.stderr);
@@ -205,7 +205,8 @@ fn failures_are_told_once() {
     assert!(text(&output.stderr).contains("runs on one rank"), "{}", text(&output.stderr));
 }
 
-/// A measurement on two ranks: their parts are the whole, and the memory that `check` predicts is of the right size.
+/// A measurement on two ranks: their parts add up to the whole, and the memory that `check` predicts has the right
+/// magnitude.
 #[test]
 fn ranks_tell_their_parts() {
     let place = tempfile::tempdir().expect("a directory");
@@ -222,10 +223,10 @@ fn ranks_tell_their_parts() {
     // 12 x 3 x 4 and 4 x 2 x 4 elements, and the 5 x 5 nodes of the block's underside
     assert_eq!((sum("elements_here"), sum("slave_nodes_here")), (144 + 32, 25));
     for rank in &ranks {
-        // the cut goes through the contact
+        // the partition cuts through the contact
         assert!(rank["slave_nodes_here"].as_u64() > Some(0), "{rank}");
         assert!(rank["operations"].as_f64() > Some(0.0) && rank["factor_bytes"].as_f64() > Some(0.0), "{rank}");
-        // each residual alone is a vector of so many unknowns
+        // a single residual is already a vector of this many unknowns
         let least = 8.0 * rank["unknowns"].as_f64().expect("a number");
         assert!(rank["forward"]["bytes_sent"].as_f64() > Some(least), "{rank}");
     }
@@ -233,12 +234,12 @@ fn ranks_tell_their_parts() {
     let foreseen: serde_json::Value = serde_json::from_str(&succeeded(&check.expect("it starts"))).expect("JSON");
     let each = foreseen["bytes_on_ranks"]["each"].as_f64().expect("a number");
     let peaks: Vec<f64> = ranks.iter().map(|rank| rank["peak_bytes"].as_f64().expect("a number")).collect();
-    // a run as small as this is all libraries: the prediction is of the same size
+    // the libraries dominate the memory of such a small run: the prediction has the same magnitude
     assert!(peaks.iter().all(|peak| (0.4..2.5).contains(&(peak / each))), "{peaks:?} {foreseen}");
 }
 
-/// The meshes of a run in pieces: each rank's elements, with the fields of the whole, which are those of one rank at each
-/// load step; another run in that place leaves none.
+/// The meshes of a run in pieces: each rank's elements, with the fields of the whole mesh, which equal those of one
+/// rank at each load step; a later run in the same directory removes them.
 #[test]
 fn meshes_are_written_in_pieces() {
     let place = tempfile::tempdir().expect("a directory");
@@ -293,7 +294,7 @@ fn meshes_are_written_in_pieces() {
     assert_eq!(pieces.count(), 0);
 }
 
-/// Waits until so many iterations of an optimization are in its table.
+/// Waits until the table of an optimization contains this many iterations.
 fn wait_for_iterations(count: usize, out: &Path, running: &mut Child) {
     let begin = Instant::now();
     while fs::read_to_string(out.join("history.csv")).map_or(0, |table| table.lines().count()) <= count {
@@ -302,7 +303,7 @@ fn wait_for_iterations(count: usize, out: &Path, running: &mut Child) {
     }
 }
 
-/// Processes that a process has started.
+/// The child processes of a process.
 fn children(process: u32) -> Vec<u32> {
     let parent = |id: u32| {
         let stat = fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
@@ -312,7 +313,7 @@ fn children(process: u32) -> Vec<u32> {
     all.filter(|&id| parent(id) == Some(process)).collect()
 }
 
-/// The first rank alone cannot write, in the middle of an optimization: it says so, and all end.
+/// In the middle of an optimization, the first rank can no longer write: it reports this, and all ranks end.
 #[test]
 fn a_file_that_cannot_be_written_ends_all_ranks() {
     let place = tempfile::tempdir().expect("a directory");
@@ -322,7 +323,7 @@ fn a_file_that_cannot_be_written_ends_all_ranks() {
     run.arg("optimize").arg(&case).args(["--iterations", "60"]).arg("--out").arg(&out);
     let mut running = run.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
     wait_for_iterations(2, &out, &mut running);
-    // no file can take the place of a directory
+    // no file can replace a directory
     let table = out.join("design.csv");
     while !table.is_dir() {
         let _ = fs::remove_file(&table).and_then(|()| fs::create_dir(&table));
@@ -342,7 +343,8 @@ fn a_file_that_cannot_be_written_ends_all_ranks() {
     assert!(!output.status.success() && told.matches("error: ").count() == 1 && told.contains("design.csv"), "{told}");
 }
 
-/// All ranks are told to end, as by a batch system: they do, what is finished is kept, and another number of ranks goes on.
+/// All ranks are asked to terminate, as by a batch system: they end, finished iterations are kept, and a different
+/// number of ranks continues.
 #[test]
 fn a_run_that_is_told_to_end_is_resumed_on_other_ranks() {
     let place = tempfile::tempdir().expect("a directory");
@@ -366,7 +368,8 @@ fn a_run_that_is_told_to_end_is_resumed_on_other_ranks() {
     assert_same_run(&out, &whole, 1e-9);
 }
 
-/// A rank is killed in the middle: the run ends soon and says why; one rank goes on to the design of an undisturbed run.
+/// A rank is killed during the run: the run ends soon and says why; a single rank continues and reaches the design of
+/// an uninterrupted run.
 #[test]
 fn a_killed_rank_ends_the_run_and_another_number_goes_on() {
     let place = tempfile::tempdir().expect("a directory");

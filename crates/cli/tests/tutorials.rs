@@ -1,10 +1,10 @@
-//! The pages of the book do what they say: their shell blocks run in their order, and print what they show.
+//! Checks that the pages of the book work: their shell blocks are run in order, and must print the text shown.
 //!
-//! | block | is |
+//! | block | meaning |
 //! |---|---|
-//! | `sh` | run, each in a shell, all of a page in one folder that has the repository's `cases` |
-//! | `sh slow` | the same on demand; with all tests, optimizations in it make one iteration |
-//! | `text` | what the block before has printed: its lines in their order; `…` is any text, a line `…` any lines |
+//! | `sh` | run, each in its own shell, all blocks of a page in one folder that contains the repository's `cases` |
+//! | `sh slow` | the same on demand; in ordinary tests, its optimizations make one iteration |
+//! | `text` | output of the previous block: its lines in order; `…` is any text, a line `…` any lines |
 //! | `text slow` | the same, compared on demand |
 //! | `sh python` | run where Python is installed |
 //! | `toml NAME`, `python NAME` | a file |
@@ -54,7 +54,7 @@ fn blocks(page: &str) -> Vec<Block<'_>> {
     blocks
 }
 
-/// Whether the line is as shown: `…` is any text, spaces are alike.
+/// Whether the line is as shown: `…` is any text, and runs of spaces are equal.
 fn alike(shown: &str, line: &str) -> bool {
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let (shown, line) = (words(shown), words(line));
@@ -71,7 +71,7 @@ fn alike(shown: &str, line: &str) -> bool {
     rest.ends_with(last)
 }
 
-/// The first of the shown lines that is not printed at its place.
+/// The first of the shown lines that is not printed in its place.
 fn missing<'a>(shown: &'a str, printed: &str) -> Option<&'a str> {
     let mut lines = printed.lines();
     let mut any = false;
@@ -106,7 +106,7 @@ fn run(page: &str, whole: bool) {
         let slow = words.get(1) == Some(&"slow");
         match words[0] {
             "sh" if words.get(1) == Some(&"python") && !has_python() => {
-                // Straight to the terminal, past the capture of tests.
+                // Print directly to the terminal, because the test harness captures `eprintln!`.
                 let _ = writeln!(std::io::stderr(), "SKIPPED docs/{page}:{line}: no python3");
             }
             "sh" => {

@@ -4,9 +4,9 @@
 //! cargo run --release -p slipstick-linalg --example measure -- FILE [f64|f32] [factorizations]
 //! ```
 //!
-//! `crates/slipstick/examples/export_matrix.rs` writes such files; `crates/linalg/benches/compare_pardiso.py` runs this
-//! beside PARDISO. Times are the shortest of several factorizations and of ten solves each. Memory, where the system
-//! tells it (Linux), is the peak above what the loaded matrix takes.
+//! `crates/slipstick/examples/export_matrix.rs` writes such files; `crates/linalg/benches/compare_pardiso.py` compares
+//! this program with PARDISO. Times are the shortest of several factorizations and of ten solves each. Memory, if the
+//! system reports it (Linux), is the peak beyond the memory of the loaded matrix.
 
 mod exported;
 
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let precision = match arguments.next().as_deref() {
         None | Some("f64") => Precision::F64,
         Some("f32") => Precision::F32,
-        Some(other) => return Err(format!("{other} is no precision; f64 or f32").into()),
+        Some(other) => return Err(format!("{other} is not a precision: use f64 or f32").into()),
     };
     let runs: usize = arguments.next().map_or(Ok(3), |text| text.parse())?;
     let a = read(&file)?.matrix;
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let symbolic = symbolic?;
     let (mut factor, mut solves, mut kept) = (f64::INFINITY, [f64::INFINITY; 2], None);
     for _ in 0..runs.max(1) {
-        drop(kept.take()); // the old factors are gone before the new ones come
+        drop(kept.take()); // free the old factors before computing new ones
         let (seconds, factors) = timed(|| solver.factorize_matrix(&symbolic, &a));
         factor = factor.min(seconds);
         kept = Some(factors?);

@@ -1,13 +1,14 @@
-//! Measures the preconditioner by a contact zone against MUMPS on a matrix from a file.
+//! Compares the contact-zone preconditioner with MUMPS on a matrix from a file.
 //!
 //! ```text
 //! mpirun -n 2 precondition matrix.bin zone [layers] ["options of PETSc"]
 //! mpirun -n 2 precondition matrix.bin mumps
 //! ```
 //!
-//! The file is of `slipstick`'s example `export_matrix`. One line of numbers: ranks, unknowns, seconds to factorize (the
-//! second time, with the analysis at hand, and without the test), seconds and iterations of a solve to 1e-10 and of one
-//! with the transpose, residuals, peak memory of the process that has most \[MB\]. Times are of the processor.
+//! The file is written by `slipstick`'s example `export_matrix`. The output is one line of numbers: ranks, unknowns,
+//! seconds to factorize (the second time, with the existing analysis and without the test), seconds and iterations of a
+//! solve to 1e-10 and of one with the transpose, residuals, largest peak memory of a process \[MB\]. Times are
+//! processor times.
 
 #[path = "../../linalg/examples/exported/mod.rs"]
 mod exported;
@@ -27,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let session = Session::start()?;
     let file = exported::read(name)?;
-    // bodies are numbered one after the other: equal shares of the nodes
+    // bodies are numbered one after the other, so each rank gets an equal share of the nodes
     let nodes = file.coordinates.len();
     let owners: Vec<u32> = (0..nodes).map(|node| (node * session.size() / nodes) as u32).collect();
     let mine = part(&file.matrix, &owners, session.rank() as u32)?;
@@ -42,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let backend = PetscBackend::new(session.clone(), owners);
     let backend = if method == "zone" { backend.with_contact_zone(zone) } else { backend };
     let mut solver = backend.solver();
-    // with the analysis, and the proof that the transpose is solved
+    // with the analysis, and the test that the transpose can be solved
     let start = seconds();
     let symbolic = solver.analyse(&mine.pattern)?;
     let factors = solver.factorize(&symbolic, &mine)?;
@@ -97,7 +98,7 @@ fn part(a: &CsrMatrix, owners: &[u32], rank: u32) -> Result<CsrMatrix, PatternEr
     Ok(CsrMatrix { pattern: Arc::new(CsrPattern::new(row_offsets, all_columns, groups, origins)?), values })
 }
 
-/// Time of the processor that this process has used. \[s\]
+/// Processor time that this process has used. \[s\]
 fn seconds() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after = text.rsplit(')').next().unwrap_or_default();

@@ -1,4 +1,5 @@
-//! Contact in a zone that is factorized, the bodies by multigrid: an iteration in the place of factors of the whole matrix.
+//! An iterative solver instead of factors of the whole matrix: a zone around the contact is factorized, and multigrid
+//! is used for the bodies.
 
 use crate::factors::Kind;
 use crate::solver::{PetscBackend, PetscSolver};
@@ -9,19 +10,19 @@ use slipstick_linalg::{
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Relative residual to which one solve iterates. The verified solve around it goes on from there.
+/// Relative residual to which one solve iterates. The verified solve around it continues from there.
 const TOLERANCE: f64 = 1e-6;
 
-/// Most iterations of one solve, and vectors kept before a restart.
+/// Maximum number of iterations of one solve, and number of vectors kept before a restart.
 const MOST: usize = 600;
 const RESTART: usize = 200;
 
-/// What the preconditioner by a contact zone has to know of the bodies.
+/// Data of the bodies for the contact-zone preconditioner.
 ///
-/// The zone holds the unknowns of all slave nodes, those coupled to them, and so on for some layers; its block of the
-/// matrix is factorized (by MUMPS). The displacements of all bodies get a cycle of multigrid (PETSc's GAMG) with their
-/// rigid motions. Both take turns, bodies, zone, bodies, as a preconditioner of GMRES; for the transpose the same with
-/// the transposes of all three.
+/// The zone contains the unknowns of all slave nodes, those coupled to them, and so on for some layers; its block of
+/// the matrix is factorized (by MUMPS). The displacements of all bodies get a multigrid cycle (PETSc's GAMG) that uses
+/// their rigid motions. The preconditioner of GMRES applies these in the order bodies, zone, bodies; for the transpose,
+/// it applies the transposes in the same order.
 #[derive(Debug, Clone)]
 pub struct ContactZone {
     /// Reference coordinates of every node, which are the first block rows. \[L\]
@@ -35,13 +36,13 @@ pub struct ContactZone {
 }
 
 impl ContactZone {
-    /// Two layers: the master nodes opposite and the bodies' next nodes, and those around these.
+    /// Two layers: the opposite master nodes and the next nodes of the bodies, and the nodes around these.
     pub fn new(coordinates: impl Into<Arc<[[f64; 3]]>>, slaves: impl Into<Arc<[u32]>>) -> Self {
         Self { coordinates: coordinates.into(), slaves: slaves.into(), layers: 2, iterations: Arc::default() }
     }
 }
 
-/// Makes preconditioned iterations for matrices whose parts are on the ranks.
+/// Makes preconditioned iterative solvers for matrices whose parts are on the ranks.
 #[derive(Debug)]
 pub(crate) struct ContactZoneSolver {
     backend: PetscBackend,
@@ -51,11 +52,11 @@ pub(crate) struct ContactZoneSolver {
     proved: bool,
 }
 
-/// Which unknowns and entries are whose, on one pattern.
+/// The division of unknowns and entries into blocks, for one pattern.
 #[derive(Debug)]
 struct Analysis {
     layout: Arc<Layout>,
-    /// `None` where there is no contact.
+    /// `None` if there is no contact.
     zone: Option<Block>,
     bulk: Block,
 }
@@ -67,19 +68,19 @@ struct Block {
     symbolic: Symbolic,
 }
 
-/// A block of the matrix with a numbering of its own.
+/// A block of the matrix with its own numbering.
 #[derive(Debug)]
 struct Part {
     pattern: Arc<CsrPattern>,
-    /// Entries of own vectors of the whole and of the block that belong together.
+    /// Corresponding entries of this rank's vectors of the whole matrix and of the block.
     shared: Vec<(u32, u32)>,
-    /// Unknowns of the block on this rank.
+    /// Number of unknowns of the block on this rank.
     own: usize,
-    /// Entries of the whole pattern that are the first ones of the block's list.
+    /// Entries of the whole pattern that the block contains.
     entries: Vec<usize>,
-    /// Entries of the block's list in its pattern.
+    /// Positions of these entries in the block's pattern.
     targets: Vec<usize>,
-    /// Diagonal entries of the block that are no entries of the whole.
+    /// Diagonal entries of the block that are not in the whole matrix.
     fillers: Vec<usize>,
 }
 
@@ -90,7 +91,7 @@ impl ContactZoneSolver {
         Self { backend: backend.clone(), data, zone, bulk, proved: false }
     }
 
-    /// The blocks on a pattern, the same choice on all ranks.
+    /// The blocks for a pattern, chosen identically on all ranks.
     fn blocks(&self, pattern: &CsrPattern) -> Result<Analysis, FactorizationError> {
         let n = pattern.n();
         let told = pattern.origins().len() == n && pattern.origins().windows(2).all(|pair| pair[0] < pair[1]);
@@ -128,7 +129,7 @@ impl ContactZoneSolver {
             slave[node as usize] = true;
         }
         let of_slave = |i: usize| slave.get(pattern.groups()[i] as usize).is_some_and(|&is| is);
-        // multipliers as well where they are not with their slave node
+        // multipliers too, if they are not grouped with their slave node
         let mut inside: Vec<bool> =
             (0..pattern.n()).map(|i| of_slave(i) || pattern.origins()[i] >= 3 * nodes).collect();
         for _ in 0..self.data.layers {
@@ -147,8 +148,8 @@ impl ContactZoneSolver {
         inside
     }
 
-    /// Whether the first iteration that is made solves, for the transpose too. A test costs as much as a solve, and every
-    /// solve is verified anyway: later ones are not tested.
+    /// Tests the first solver that is made, also with the transpose. A test costs as much as a solve, and every solve
+    /// is verified anyway, so later ones are not tested.
     fn prove(&mut self, a: &CsrMatrix, factors: &ContactZoneFactorization) -> Result<(), FactorizationError> {
         if self.proved {
             return Ok(());
@@ -160,8 +161,8 @@ impl ContactZoneSolver {
                     FactorizationError::Inaccurate { residual, .. } => {
                         let of = if transpose { "the transpose of the matrix" } else { "the matrix" };
                         let reason = format!(
-                            "the iteration left a relative residual of {residual:.1e} with {of}; leave \
-                         `petsc_preconditioner` out for factors of the whole matrix"
+                            "the iteration left a relative residual of {residual:.1e} with {of}; omit \
+                         `petsc_preconditioner` to use factors of the whole matrix"
                         );
                         FactorizationError::Backend { solver: self.name(), n: a.n(), reason }
                     }
@@ -210,7 +211,7 @@ impl Part {
                     groups.push(whole.groups()[*row]);
                     origins.push(whole.origins()[*row]);
                 }
-                // a prescribed unknown of a node: a row of the identity, in proportion, on the rank that owns it
+                // a prescribed unknown of a node: a scaled row of the identity, on the rank that owns it
                 None => {
                     if backend.owner(inner as u32 / 3) == backend.ranks().rank() {
                         fillers.push(columns.len());
@@ -226,7 +227,7 @@ impl Part {
             "the numbers of a block's unknowns ascend like those of the whole, and there is an offset for each",
         );
         let inside = backend.layout(&pattern);
-        // what is of one group is of one rank, in the block as in the whole
+        // unknowns of one group belong to one rank, in the block as in the whole matrix
         let shared = (0..layout.own() as u32).filter_map(|outer| {
             let inner = number(layout.unknown(outer as usize))?;
             inside.entry(inner as usize).map(|inner| (outer, inner as u32))
@@ -257,7 +258,7 @@ impl Part {
 
 impl LinearSolver for ContactZoneSolver {
     fn name(&self) -> &'static str {
-        "PETSc by a contact zone"
+        "PETSc with a contact zone"
     }
 
     fn analyse_after(&self, pattern: &Arc<CsrPattern>, earlier: &[Symbolic]) -> Result<Symbolic, FactorizationError> {
@@ -305,10 +306,10 @@ struct Cycle {
     a: CsrMatrix,
     layout: Arc<Layout>,
     backend: PetscBackend,
-    /// `None` where there is no contact.
+    /// `None` if there is no contact.
     zone: Option<(Box<dyn Factorization>, Arc<Part>)>,
     bulk: (Box<dyn Factorization>, Arc<Part>),
-    /// Entries of the matrix on a rank, on average: what is decided by memory is then decided alike on all ranks.
+    /// Average number of matrix entries per rank, so that decisions based on memory are the same on all ranks.
     entries: usize,
 }
 
@@ -317,7 +318,8 @@ impl Cycle {
         Summed { part: &self.a, layout: &self.layout, ranks: self.backend.ranks() }
     }
 
-    /// Bodies, zone, bodies: the transpose of the whole is the same with all transposed.
+    /// Applies bodies, zone, bodies; because this order is symmetric, the transpose applies their transposes in the
+    /// same order.
     fn apply(&self, transpose: bool, rhs: &mut [f64]) {
         let matrix = self.matrix();
         let mut x = vec![0.0; rhs.len()];
@@ -367,14 +369,15 @@ impl Factorization for Cycle {
     }
 }
 
-/// The iteration with that preconditioner.
+/// The iterative solver with that preconditioner.
 struct ContactZoneFactorization {
     cycle: Cycle,
     iterations: Arc<AtomicUsize>,
 }
 
 impl ContactZoneFactorization {
-    /// What an iteration that does not arrive leaves is the best it had; the verified solve around it tells.
+    /// If the iteration does not converge, it leaves its best approximation, and the verified solve around it detects
+    /// this.
     fn iterate(&self, transpose: bool, rhs: &mut [f64]) {
         let matrix = self.cycle.matrix();
         let options =

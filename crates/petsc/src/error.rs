@@ -1,9 +1,9 @@
-//! What PETSc refuses.
+//! Errors of PETSc.
 
-/// What PETSc or MPI refused.
+/// An error of PETSc or MPI.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PetscError {
-    /// MPI or PETSc could not be started, or were ended in this process before.
+    /// MPI or PETSc could not be started, or was ended earlier in this process.
     #[error("PETSc cannot be started (error {code}); a process can start it once")]
     Start {
         /// PETSc's error code.
@@ -12,24 +12,24 @@ pub enum PetscError {
     /// A call failed.
     #[error("PETSc failed at {call} (error {code}): {message}")]
     Call {
-        /// What was tried.
+        /// The attempted operation.
         call: &'static str,
         /// PETSc's error code.
         code: i32,
         /// PETSc's first message.
         message: String,
     },
-    /// Options hold a character that C cannot take.
-    #[error("the options for PETSc hold a zero byte")]
+    /// Options contain a character that C strings cannot contain.
+    #[error("the options for PETSc contain a zero byte")]
     Options,
-    /// A small system is not solved with the options.
-    #[error("a small test system is not solved with these options: {reason}")]
+    /// The options do not solve a small system.
+    #[error("these options do not solve a small test system: {reason}")]
     Rehearsal {
-        /// What the solver says.
+        /// The solver's message.
         reason: String,
     },
-    /// No solver has asked for some of the options.
-    #[error("no solver has asked for {options}")]
+    /// No solver uses some of the options.
+    #[error("no solver uses {options}")]
     Unused {
         /// The options, with their dashes.
         options: String,

@@ -7,25 +7,25 @@ use slipstick_linalg::{CsrPattern, FactorPart, Layout};
 use std::ffi::CStr;
 use std::sync::Arc;
 
-/// What is factorized, by which its options are told apart.
+/// The matrix that is factorized, which determines the prefix of its options.
 #[derive(Debug, Clone)]
 pub(crate) enum Kind {
     /// The whole matrix: options without a prefix.
     Whole,
     /// The contact zone: options with the prefix `zone_`.
     Zone,
-    /// The bodies, three unknowns to a node, whose coordinates these are: options with the prefix `bulk_`.
+    /// The bodies, with three unknowns per node, and the coordinates of the nodes: options with the prefix `bulk_`.
     Bulk(Arc<[[f64; 3]]>),
 }
 
-/// A matrix of PETSc whose entries come as those of the ranks' parts.
+/// A PETSc matrix whose entries are given as those of the ranks' parts.
 #[derive(Debug)]
 pub(crate) struct DistributedMatrix {
     session: Session,
     raw: *mut RawMatrix,
 }
 
-// SAFETY: the pointer is used under the session's lock only.
+// SAFETY: the pointer is used only under the session's lock.
 unsafe impl Send for DistributedMatrix {}
 // SAFETY: as above.
 unsafe impl Sync for DistributedMatrix {}
@@ -42,7 +42,8 @@ impl DistributedMatrix {
         let (own, n, count) = (layout.own() as i64, pattern.n() as i64, rows.len() as i64);
         let mut matrix = Self { session: session.clone(), raw: std::ptr::null_mut() };
         let calls = session.calls();
-        // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. What was made is freed by `Drop`.
+        // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. `Drop` frees the objects that
+        // were made.
         let code = unsafe {
             ffi::ss_matrix_new(*calls, own, n, block, count, rows.as_ptr(), columns.as_ptr(), &mut matrix.raw)
         };
@@ -55,7 +56,7 @@ impl DistributedMatrix {
         Ok(matrix)
     }
 
-    /// Tells the coordinates of the nodes of this rank, for their rigid motions.
+    /// Sets the coordinates of this rank's nodes, from which PETSc forms rigid motions.
     fn set_rigid_motions(&self, coordinates: &[f64]) -> Result<(), PetscError> {
         let calls = self.session.calls();
         // SAFETY: a live session and matrix; there is a coordinate per row of this rank.
@@ -66,7 +67,7 @@ impl DistributedMatrix {
     /// Sets the entries; `values` are those of this rank's part.
     pub(crate) fn set(&self, values: &[f64]) -> Result<(), PetscError> {
         let calls = self.session.calls();
-        // SAFETY: a live session and matrix, made for so many values.
+        // SAFETY: a live session and matrix, made for this many values.
         let code = unsafe { ffi::ss_matrix_set(*calls, self.raw, values.as_ptr()) };
         check(&calls, "assembling the matrix", code)
     }
@@ -80,7 +81,7 @@ impl Drop for DistributedMatrix {
     }
 }
 
-/// Rows and columns of all entries of a rank's part, in PETSc's numbers: those of the first rank come first.
+/// Rows and columns of all entries of a rank's part, in PETSc's numbering, in which those of the first rank come first.
 fn places(pattern: &CsrPattern, layout: &Layout) -> (Vec<i32>, Vec<i32>) {
     let number = |unknown: usize| layout.number(unknown) as i32;
     let mut rows = Vec::with_capacity(pattern.entries());
@@ -90,7 +91,7 @@ fn places(pattern: &CsrPattern, layout: &Layout) -> (Vec<i32>, Vec<i32>) {
     (rows, pattern.columns().iter().map(|&column| number(column as usize)).collect())
 }
 
-/// What a factorization tells of itself.
+/// The properties that a factorization reports.
 #[derive(Debug, Clone)]
 pub(crate) struct Facts {
     pub(crate) name: String,
@@ -100,7 +101,7 @@ pub(crate) struct Facts {
     pub(crate) mumps_detail: i64,
     pub(crate) bytes: usize,
     pub(crate) operations: f64,
-    /// Those of this rank.
+    /// The share of this rank.
     pub(crate) part: FactorPart,
 }
 
@@ -109,13 +110,13 @@ pub(crate) struct Facts {
 pub(crate) struct Factors {
     session: Session,
     raw: *mut RawFactors,
-    /// The matrix that they are of.
+    /// The factorized matrix.
     matrix: Arc<DistributedMatrix>,
-    /// Unknowns of this rank.
+    /// Number of unknowns of this rank.
     own: usize,
 }
 
-// SAFETY: the pointer is used under the session's lock only.
+// SAFETY: the pointer is used only under the session's lock.
 unsafe impl Send for Factors {}
 // SAFETY: as above.
 unsafe impl Sync for Factors {}
@@ -135,14 +136,14 @@ impl Factors {
         let own = layout.own();
         let mut factors = Self { session: session.clone(), raw: std::ptr::null_mut(), matrix: matrix.clone(), own };
         let calls = session.calls();
-        // SAFETY: a live session and matrix. What was made is freed by `Drop`.
+        // SAFETY: a live session and matrix. `Drop` frees the objects that were made.
         let code = unsafe { ffi::ss_factors_new(*calls, matrix.raw, number, &mut factors.raw) };
         let result = check(&calls, "making the solver", code);
         drop(calls);
         result.map(|()| factors)
     }
 
-    /// Factorizes the present matrix, with the analysis of before if there is one.
+    /// Factorizes the current matrix, with the previous analysis if there is one.
     pub(crate) fn renew(&self, workspace: i32) -> Result<Facts, PetscError> {
         let mut raw = RawFacts {
             direct: 0,

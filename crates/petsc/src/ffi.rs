@@ -20,7 +20,7 @@ pub struct RawFactors {
     _private: [u8; 0],
 }
 
-/// `ss_facts`: what a factorization tells of itself.
+/// `ss_facts`: the properties that a factorization reports.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct RawFacts {

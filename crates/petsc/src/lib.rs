@@ -1,13 +1,13 @@
-//! Linear solvers on several ranks, by [PETSc](https://petsc.org) over MPI.
+//! Linear solvers on several ranks, with [PETSc](https://petsc.org) over MPI.
 //!
-//! A [`Session`] stands for MPI and PETSc, which a process starts once. It is the [`Ranks`](slipstick_linalg::Ranks) of a
-//! parallel run: sums, decisions and messages between ranks. [`PetscBackend`] makes [`PetscSolver`]s, which factorize
-//! matrices that are the sum of the ranks' parts, by default with MUMPS; with a [`ContactZone`] they factorize only what is
-//! near the contact and iterate.
+//! A [`Session`] represents MPI and PETSc, which a process can start only once. It is the
+//! [`Ranks`](slipstick_linalg::Ranks) of a parallel run: sums, decisions and messages between ranks. [`PetscBackend`]
+//! makes [`PetscSolver`]s, which factorize matrices that are the sum of the ranks' parts, by default with MUMPS; with a
+//! [`ContactZone`], they factorize only the part near the contact and iterate.
 //!
-//! PETSc is called through a shim in C (`src/shim.c`), so that nothing is guessed of how PETSc and MPI were built. Calls
-//! of all threads go one after the other. Some packages of PETSc cannot solve with the transpose and do not say so:
-//! every solver proves that it can, before it is used, and all solutions are verified by
+//! PETSc is called through a shim in C (`src/shim.c`), so that nothing has to be assumed about how PETSc and MPI were
+//! built. Calls from different threads are serialized. Some packages of PETSc cannot solve with the transpose and do
+//! not report this: every solver is tested for it before it is used, and all solutions are verified by
 //! [`solve_verified`](slipstick_linalg::solve_verified) like those of any other solver.
 //!
 //! The crate is empty without its feature `petsc`, which needs both libraries.

@@ -1,4 +1,4 @@
-//! A small system that is solved with a user's options before anything depends on them.
+//! Solves a small system with a user's options before anything depends on them.
 
 use crate::contact_zone::ContactZone;
 use crate::error::PetscError;
@@ -7,20 +7,19 @@ use crate::solver::PetscBackend;
 use slipstick_linalg::{Backend, CsrMatrix, CsrPattern, Ranks, Summed, solve_verified};
 use std::sync::Arc;
 
-/// Nodes of the lattice across; along, there are at least four, and two for each rank.
+/// Number of nodes across the lattice; along it, there are at least four, and at least two per rank.
 const ACROSS: usize = 3;
 
-/// Nodes of a layer of the lattice.
+/// Number of nodes in a layer of the lattice.
 const LAYER: usize = ACROSS * ACROSS;
 
-/// Relative residual of the solutions, which `solve_verified` corrects as often as it takes.
+/// Relative residual of the solutions, which `solve_verified` corrects as often as necessary.
 const TOLERANCE: f64 = 1e-8;
 
-/// Tries options on a lattice of springs, forward and transposed; with `contact_zone` by that preconditioner.
+/// Tries options on a lattice of springs, forward and transposed; with `contact_zone`, it uses that preconditioner.
 ///
 /// # Errors
-/// [`PetscError::Rehearsal`] where they do not solve it, [`PetscError::Unused`] where some of them are none of the solvers
-/// that they could be for.
+/// [`PetscError::Rehearsal`] if they do not solve it, [`PetscError::Unused`] if no solver uses some of them.
 pub(crate) fn rehearse(session: &Session, options: &str, contact_zone: bool) -> Result<(), PetscError> {
     let along = (2 * session.size()).max(4);
     let nodes = LAYER * along;
@@ -43,7 +42,7 @@ pub(crate) fn rehearse(session: &Session, options: &str, contact_zone: bool) -> 
             .map_err(|error| failed(error.to_string()))?;
     }
     let mut unused = session.unused(options)?;
-    // a system as small as this has hardly a coarse grid
+    // such a small system hardly has a coarse grid
     unused.retain(|name| !name.contains("mg_levels_"));
     if unused.is_empty() { Ok(()) } else { Err(PetscError::Unused { options: unused.join(" ") }) }
 }
@@ -52,7 +51,7 @@ fn place(node: usize) -> [usize; 3] {
     [node % ACROSS, node / ACROSS % ACROSS, node / LAYER]
 }
 
-/// Springs between next nodes and to the ground, the same in all directions; or, on the other ranks, nothing.
+/// Springs between adjacent nodes and to the ground, the same in all directions, if `whole`; otherwise an empty matrix.
 fn lattice(nodes: usize, whole: bool) -> CsrMatrix {
     let (mut row_offsets, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
     for i in 0..3 * nodes {
@@ -74,6 +73,6 @@ fn lattice(nodes: usize, whole: bool) -> CsrMatrix {
     }
     let unknowns = 0..3 * nodes as u32;
     let pattern = CsrPattern::new(row_offsets, columns, unknowns.clone().map(|i| i / 3).collect(), unknowns.collect())
-        .expect("near nodes are listed in their order");
+        .expect("adjacent nodes are listed in ascending order");
     CsrMatrix { pattern: Arc::new(pattern), values }
 }

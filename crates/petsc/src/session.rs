@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// MPI and PETSc, from their start to their end, which comes with the last copy of this value and of all that was made
-/// with it.
+/// MPI and PETSc, from their start until the last copy of this value, and everything made with it, is dropped.
 ///
-/// A process can have one in its life. It is the [`Ranks`] of a parallel run; without `mpirun` there is one.
+/// A process can have only one session in its lifetime. It provides the [`Ranks`] of a parallel run; without `mpirun`,
+/// there is one rank.
 #[derive(Debug, Clone)]
 pub struct Session(Arc<Inner>);
 
@@ -27,19 +27,19 @@ struct Inner {
 }
 
 impl Inner {
-    /// Counts a call by which this rank has handed so many bytes to others.
+    /// Counts a call and the bytes that this rank has sent to others in it.
     fn count(&self, bytes: usize) {
         self.calls_made.fetch_add(1, Ordering::Relaxed);
         self.bytes_sent.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 }
 
-/// The pointer of the shim; whoever holds the lock may call it.
+/// The pointer of the shim, which may be used only while holding the lock.
 #[derive(Debug)]
 struct Raw(Mutex<*mut RawSession>);
 
-// SAFETY: MPI was asked for MPI_THREAD_SERIALIZED: any thread may call it, one at a time, which the lock sees to. PETSc
-// keeps no state of threads.
+// SAFETY: MPI is initialized with MPI_THREAD_SERIALIZED: any thread may call it, one at a time, which the lock ensures.
+// PETSc keeps no per-thread state.
 unsafe impl Send for Raw {}
 // SAFETY: as above.
 unsafe impl Sync for Raw {}
@@ -48,10 +48,10 @@ unsafe impl Sync for Raw {}
 pub(crate) type Calls<'a> = MutexGuard<'a, *mut RawSession>;
 
 impl Session {
-    /// Starts MPI, unless the process has done so, and PETSc. PETSc reads no file and handles no signal.
+    /// Starts PETSc, and MPI unless the process has already started it. PETSc reads no file and handles no signal.
     ///
     /// # Errors
-    /// [`PetscError::Start`], of a second start too.
+    /// [`PetscError::Start`], also for a second start.
     pub fn start() -> Result<Self, PetscError> {
         let mut raw = std::ptr::null_mut();
         // SAFETY: `raw` outlives the call; on success it is a session that `Drop` ends.
@@ -67,7 +67,7 @@ impl Session {
         Ok(Self(Arc::new(Inner { raw: Raw(Mutex::new(raw)), rank, size, size_here, calls_made, bytes_sent })))
     }
 
-    /// How many ranks are on the machine of this one.
+    /// Number of ranks on the machine of this rank.
     pub fn size_here(&self) -> usize {
         self.0.size_here
     }
@@ -75,7 +75,7 @@ impl Session {
     /// Sets options of the linear solver as PETSc writes them, without the solver's prefix: `-mat_mumps_icntl_14 60`.
     ///
     /// # Errors
-    /// [`PetscError`] where they cannot be read.
+    /// [`PetscError`] if they cannot be read.
     pub fn set_options(&self, options: &str) -> Result<(), PetscError> {
         let options = CString::new(options).map_err(|_| PetscError::Options)?;
         let calls = self.calls();
@@ -84,20 +84,20 @@ impl Session {
         check(&calls, "reading options", code)
     }
 
-    /// Sets a user's options and solves a small system with them, so that what is wrong with them shows at once.
+    /// Sets a user's options and solves a small system with them, so that errors in them are found at once.
     ///
     /// # Errors
-    /// [`PetscError`] where they cannot be read, do not solve the system, or are none of the solver's.
+    /// [`PetscError`] if they cannot be read, do not solve the system, or are not used by the solver.
     pub fn try_options(&self, options: &str, contact_zone: bool) -> Result<(), PetscError> {
         self.set_options(options)?;
         rehearse(self, options, contact_zone)
     }
 
-    /// Those of the given options, by name with a dash, that nothing has asked for on any rank.
+    /// The names, with a dash, of the given options that nothing has used on any rank.
     pub(crate) fn unused(&self, options: &str) -> Result<Vec<String>, PetscError> {
         let mut text = [0 as c_char; 4096];
         let calls = self.calls();
-        // SAFETY: a live session; the shim writes a string of at most so many characters with its end.
+        // SAFETY: a live session; the shim writes a terminated string of at most this many characters.
         let code = unsafe { ffi::ss_unused(*calls, text.as_mut_ptr(), text.len() as i64) };
         let checked = check(&calls, "looking for unused options", code);
         drop(calls);
@@ -106,14 +106,14 @@ impl Session {
         }
         // SAFETY: the shim has ended it within its length.
         let here = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy();
-        // what a part of the ranks solves, only they ask for
+        // options of a system that only some ranks solve are used only by those
         let all: Vec<String> = self.gather(here.as_bytes()).iter().map(|t| String::from_utf8_lossy(t).into()).collect();
         let everywhere = |name: &&str| all.iter().all(|text| text.lines().any(|line| line == *name));
         let given = |name: &&str| options.split_whitespace().any(|word| word.strip_prefix('-') == Some(name));
         Ok(here.lines().filter(given).filter(everywhere).map(|name| format!("-{name}")).collect())
     }
 
-    /// Whether all ranks call this within `patience`: at the end of a program, whether they all come to it.
+    /// Whether all ranks call this within `patience`; at the end of a program, whether they all reach it.
     pub fn meet(&self, patience: Duration) -> bool {
         let calls = self.calls();
         // SAFETY: a live session.
@@ -134,13 +134,13 @@ impl Session {
     }
 }
 
-/// What a code of the shim means.
+/// Converts an error code of the shim.
 pub(crate) fn check(calls: &Calls<'_>, call: &'static str, code: c_int) -> Result<(), PetscError> {
     if code == 0 {
         return Ok(());
     }
     let mut text = [0 as c_char; 1024];
-    // SAFETY: a live session; the shim writes a string of at most so many characters with its end.
+    // SAFETY: a live session; the shim writes a terminated string of at most this many characters.
     let message = unsafe {
         ffi::ss_message(**calls, text.as_mut_ptr(), text.len() as i64);
         CStr::from_ptr(text.as_ptr()).to_string_lossy().into_owned()
@@ -151,7 +151,7 @@ pub(crate) fn check(calls: &Calls<'_>, call: &'static str, code: c_int) -> Resul
 impl Drop for Inner {
     fn drop(&mut self) {
         let raw = self.raw.0.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
-        // SAFETY: the last owner; nothing that the session made is left.
+        // SAFETY: this is the last owner, and no object made by the session remains.
         unsafe { ffi::ss_end(*raw) };
     }
 }
@@ -167,9 +167,9 @@ impl Ranks for Session {
 
     fn sum(&self, values: &mut [f64]) {
         let calls = self.calls();
-        // SAFETY: a live session; the shim reads and writes so many numbers.
+        // SAFETY: a live session; the shim reads and writes this many numbers.
         unsafe { ffi::ss_sum(*calls, values.as_mut_ptr(), values.len() as i64) };
-        // the terms of others' sums go out, then the own sums to all others
+        // this rank's terms of the others' sums are sent first, then its own sums to all others
         self.0.count(2 * 8 * values.len() * (self.0.size - 1) / self.0.size);
     }
 
@@ -187,7 +187,7 @@ impl Ranks for Session {
         // SAFETY: a live session; there is a place for the length of every rank.
         unsafe { ffi::ss_gather_lengths(*calls, message.len() as i64, lengths.as_mut_ptr()) };
         let mut all = vec![0_u8; lengths.iter().sum::<i64>() as usize];
-        // SAFETY: a live session; `message` has the length that was told, `all` room for all of them.
+        // SAFETY: a live session; `message` has the stated length, and `all` has room for all messages.
         unsafe { ffi::ss_gather(*calls, message.as_ptr().cast(), lengths.as_ptr(), all.as_mut_ptr().cast()) };
         self.0.count((message.len() + 8) * (self.0.size - 1));
         let mut rest = all.as_slice();
@@ -204,11 +204,12 @@ impl Ranks for Session {
     fn exchange(&self, values: &[f64], to: &[usize], from: &[usize]) -> Vec<f64> {
         let size = self.0.size;
         let fits = to.len() == size && from.len() == size && values.len() == to.iter().sum::<usize>();
-        assert!(fits, "there is a number of values to and from every rank");
+        assert!(fits, "there is a count of values to and from every rank");
         let mut all = vec![0.0; from.iter().sum()];
         let [to, from] = [to, from].map(|counts| counts.iter().map(|&count| count as i64).collect::<Vec<i64>>());
         let calls = self.calls();
-        // SAFETY: a live session; both lists have a count for every rank, both arrays as many numbers as these say.
+        // SAFETY: a live session; both lists have a count for every rank, and both arrays have as many numbers as these
+        // state.
         unsafe { ffi::ss_exchange(*calls, values.as_ptr(), to.as_ptr(), all.as_mut_ptr(), from.as_ptr()) };
         self.0.count(8 * values.len());
         all
@@ -220,8 +221,8 @@ impl Ranks for Session {
         // SAFETY: a live session; there is a place for the length of every rank.
         unsafe { ffi::ss_gather_lengths(*calls, size_of_val(values) as i64, lengths.as_mut_ptr()) };
         let mut all = vec![0.0_f64; (lengths.iter().sum::<i64>() as usize).div_ceil(size_of::<f64>())];
-        // SAFETY: a live session; `values` has as many bytes as were told, `all` room for all of them, and any bytes of a
-        // number are one.
+        // SAFETY: a live session; `values` has the stated number of bytes, `all` has room for all of them, and any
+        // bytes form a valid number.
         unsafe { ffi::ss_gather(*calls, values.as_ptr().cast(), lengths.as_ptr(), all.as_mut_ptr().cast()) };
         self.0.count((size_of_val(values) + 8) * (self.0.size - 1));
         all

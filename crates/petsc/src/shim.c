@@ -17,12 +17,12 @@
 
 #define PREFIX "slipstick_"
 
-/* Of options, by kind. */
+/* Prefixes of options, by kind. */
 static const char *const PREFIXES[] = {PREFIX, PREFIX "zone_", PREFIX "bulk_"};
 
 struct ss_session {
     MPI_Comm all;     /* for results */
-    MPI_Comm end;     /* for ss_meet, which must not meet a result half-way */
+    MPI_Comm end;     /* for ss_meet, whose messages must not mix with results */
     int rank, size, here;
     int owns_mpi, owns_petsc;
     int *counts, *begins;
@@ -165,7 +165,7 @@ void ss_sum(ss_session *session, double *values, int64_t count)
         (void)MPI_Bcast(values, (int)count, MPI_DOUBLE, 0, session->all);
         return;
     }
-    /* counts of MPI are ints: long vectors go in pieces */
+    /* MPI counts are ints, so long vectors are sent in pieces */
     const int64_t piece = (int64_t)1 << 30;
     for (int64_t begin = 0; begin < count; begin += piece) {
         const int64_t length = count - begin < piece ? count - begin : piece;
@@ -196,7 +196,7 @@ void ss_gather_lengths(ss_session *session, int64_t length, int64_t *lengths)
     (void)MPI_Allgather(&length, 1, MPI_INT64_T, lengths, 1, MPI_INT64_T, session->all);
 }
 
-/* One broadcast a rank: no sum of lengths has to fit into an int. */
+/* One broadcast per rank, so that no sum of lengths has to fit into an int. */
 void ss_gather(ss_session *session, const char *here, const int64_t *lengths, char *all)
 {
     const int64_t piece = (int64_t)1 << 30;
@@ -218,7 +218,7 @@ void ss_exchange(ss_session *session, const double *values, const int64_t *to, d
     MPI_Request *requests = (MPI_Request *)malloc(2 * (size_t)size * sizeof(MPI_Request));
     if (!requests) MPI_Abort(session->all, 1);
     for (int r = 0; r < size; r++) {
-        /* counts of MPI are ints, and what ranks share is far less */
+        /* MPI counts are ints; ranks exchange far less data than this limit */
         if (from[r] > most || to[r] > most) MPI_Abort(session->all, 1);
         if (from[r] > 0) (void)MPI_Irecv(all, (int)from[r], MPI_DOUBLE, r, 0, session->all, &requests[count++]);
         all += from[r];
@@ -231,7 +231,7 @@ void ss_exchange(ss_session *session, const double *values, const int64_t *to, d
     free(requests);
 }
 
-/* Whether all ranks come here within so many seconds. */
+/* Whether all ranks reach this call within this many seconds. */
 int32_t ss_meet(ss_session *session, double seconds)
 {
     MPI_Request request;
@@ -304,8 +304,8 @@ void ss_matrix_free(ss_matrix *matrix)
     free(matrix);
 }
 
-/* A V-cycle over smoothed aggregates: incomplete factors on each rank smooth, which bear weak elements and have a
- * transpose. */
+/* A V-cycle over smoothed aggregates. The smoother is incomplete factorization on each rank, which tolerates weak
+ * elements and has a transpose. */
 static PetscErrorCode choose_multigrid(const char *prefix)
 {
     static const char *const defaults[][2] = {
@@ -346,7 +346,7 @@ int ss_factors_new(ss_session *session, ss_matrix *matrix, int32_t kind, ss_fact
     return code;
 }
 
-/* What KSP, PC and package are, and whether they can solve with the transpose. */
+/* The names of KSP, PC and package, and whether they can solve with the transpose. */
 static PetscErrorCode describe(KSP ksp, PC pc, ss_facts *facts)
 {
     KSPType iteration = NULL;
@@ -369,7 +369,7 @@ static PetscErrorCode describe(KSP ksp, PC pc, ss_facts *facts)
     return 0;
 }
 
-/* The numbers that MUMPS tells; the manual of MUMPS, section 8. */
+/* The numbers that MUMPS reports; see the manual of MUMPS, section 8. */
 static PetscErrorCode ask_mumps(PC pc, ss_facts *facts)
 {
     Mat inside;
@@ -388,8 +388,8 @@ static PetscErrorCode ask_mumps(PC pc, ss_facts *facts)
     return code;
 }
 
-/* Factorizes; the analysis is kept where the pattern is that of before. `workspace` is the percentage by which MUMPS may
- * exceed its estimate of memory from now on, 0 for that of before. */
+/* Factorizes; the analysis is kept if the pattern has not changed. `workspace` is the percentage by which MUMPS may
+ * exceed its memory estimate from now on; 0 leaves it unchanged. */
 int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix, int32_t workspace, ss_facts *facts)
 {
     PC pc;
@@ -397,7 +397,7 @@ int ss_factors_renew(ss_session *session, ss_factors *factors, ss_matrix *matrix
     memset(facts, 0, sizeof *facts);
     PetscErrorCode code = 0;
     if (workspace > 0) {
-        /* factors that failed stay so: others are made, with more, as are all after them */
+        /* failed factors cannot be reused: new ones are made with more workspace, as are all later ones */
         const char *prefix = NULL;
         char name[96], percentage[16];
         code = KSPGetOptionsPrefix(factors->ksp, &prefix);

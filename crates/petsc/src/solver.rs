@@ -1,4 +1,4 @@
-//! The linear solver: a matrix in parts, its factors, and proof that they serve.
+//! The linear solver: a matrix in parts, its factors, and the test that they are accurate.
 
 use crate::contact_zone::{ContactZone, ContactZoneSolver};
 use crate::error::PetscError;
@@ -10,13 +10,13 @@ use slipstick_linalg::{
 };
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Percentages by which MUMPS may exceed its estimate of memory, one after the other: its default first.
+/// Percentages by which MUMPS may exceed its memory estimate, tried in this order: first its default.
 const WORKSPACE: [i32; 5] = [0, 50, 100, 300, 1000];
 
-/// Errors of MUMPS (INFOG(1)) that more workspace mends.
+/// Errors of MUMPS (INFOG(1)) that more workspace fixes.
 const TOO_LITTLE_WORKSPACE: [i32; 6] = [-8, -9, -11, -14, -15, -20];
 
-/// The error of MUMPS (INFOG(1)) that tells of a singular matrix.
+/// The error of MUMPS (INFOG(1)) for a singular matrix.
 const SINGULAR: i32 = -10;
 
 /// Bytes that a core moves during a solve in the time of one floating-point operation of a factorization: the ratio of
@@ -29,11 +29,11 @@ const NON_FINITE: u64 = 0;
 const VALUES: u64 = 1;
 const ANALYSIS: u64 = 2;
 
-/// Methods that PETSc believes to solve with the transpose: BoomerAMG returns without having done anything, SuperLU_DIST is
-/// wrong where it scales rows and columns, which depends on the matrix.
+/// Methods that, contrary to what PETSc reports, cannot solve with the transpose: BoomerAMG returns without doing
+/// anything, and SuperLU_DIST gives wrong results if it scales rows and columns, which depends on the matrix.
 const KNOWN_TO_FAIL: [&str; 2] = ["hypre", "superlu_dist"];
 
-/// Solvers by PETSc on the ranks of a session. Without other options it is a direct solver, MUMPS.
+/// PETSc solvers on the ranks of a session. Without other options, the solver is MUMPS, a direct solver.
 #[derive(Debug, Clone)]
 pub struct PetscBackend {
     session: Session,
@@ -42,8 +42,8 @@ pub struct PetscBackend {
 }
 
 impl PetscBackend {
-    /// On the ranks of `session`; `owners` has, for every elimination group ([`CsrPattern::groups`]), the rank that owns
-    /// its rows. Groups beyond are the first rank's.
+    /// On the ranks of `session`; `owners` has, for every elimination group ([`CsrPattern::groups`]), the rank that
+    /// owns its rows. The first rank owns all further groups.
     pub fn new(session: Session, owners: impl Into<Arc<[u32]>>) -> Self {
         Self { session, owners: owners.into(), zone: None }
     }
@@ -53,7 +53,7 @@ impl PetscBackend {
         Layout::owner(&self.owners, group, self.session.size())
     }
 
-    /// With the preconditioner by a contact zone in the place of factors of the whole matrix.
+    /// With the contact-zone preconditioner instead of factors of the whole matrix.
     pub fn with_contact_zone(self, zone: ContactZone) -> Self {
         Self { zone: Some(Arc::new(zone)), ..self }
     }
@@ -78,8 +78,8 @@ impl Backend for PetscBackend {
 
 /// Factorizes matrices whose parts are on the ranks.
 ///
-/// Before its first factors are used, a solver proves that they solve with the transpose too; later ones only with the
-/// matrix.
+/// Before its first factors are used, a solver tests them with the matrix and its transpose; later factors are tested
+/// only with the matrix.
 #[derive(Debug)]
 pub struct PetscSolver {
     session: Session,
@@ -88,13 +88,13 @@ pub struct PetscSolver {
     proved: bool,
 }
 
-/// What serves all matrices on one pattern.
+/// Data shared by all matrices with one pattern.
 #[derive(Debug)]
 struct Analysis {
     layout: Arc<Layout>,
-    /// Entries of all ranks.
+    /// Number of entries on all ranks.
     entries: f64,
-    /// PETSc's own analysis is part of these.
+    /// These include PETSc's own analysis.
     objects: Mutex<Objects>,
 }
 
@@ -112,7 +112,7 @@ impl PetscSolver {
         Self::of(backend, Kind::Whole)
     }
 
-    /// A solver for a part of a preconditioner, which is not tested for itself.
+    /// A solver for a part of a preconditioner, which is not tested separately.
     pub(crate) fn of(backend: &PetscBackend, kind: Kind) -> Self {
         let (session, owners) = (backend.session.clone(), backend.owners.clone());
         Self { session, owners, kind, proved: false }
@@ -122,7 +122,7 @@ impl PetscSolver {
         FactorizationError::Backend { solver: "PETSc", n, reason: reason.into() }
     }
 
-    /// The first error of a rank, on all of them.
+    /// Returns the first error of any rank on all of them.
     pub(crate) fn agree(&self, here: Result<(), FactorizationError>, n: usize) -> Result<(), FactorizationError> {
         if !self.session.any(here.is_err()) {
             return Ok(());
@@ -157,7 +157,7 @@ impl PetscSolver {
             None => Arc::new(DistributedMatrix::new(session, &a.pattern, layout, kind)?),
         };
         matrix.set(&a.values)?;
-        // factors that are still in use stay
+        // factors that are still in use are not replaced
         let kept = objects.factors.take().filter(|factors| Arc::strong_count(factors) == 1);
         let factors = match kept {
             Some(factors) => factors,
@@ -174,14 +174,14 @@ impl PetscSolver {
             facts.bytes = (12.0 * analysis.entries / session.size() as f64) as usize;
             facts.part.bytes = facts.bytes;
         }
-        // an iteration goes on with its matrix, which must then stay as it is
+        // an iterative solver keeps using its matrix, which must then not change
         if facts.direct {
             *objects = Objects { matrix: Some(matrix), factors: Some(factors.clone()) };
         }
         Ok((factors, facts))
     }
 
-    /// Whether the factors serve, for the transpose too if that was not seen before.
+    /// Tests the factors, also with the transpose unless this has been done before.
     fn prove(&mut self, a: &CsrMatrix, factors: &PetscFactorization) -> Result<(), FactorizationError> {
         let matrix = Summed { part: a, layout: &factors.layout, ranks: &self.session };
         test_on(&matrix, &matrix.row_weights(false), factors, false, "PETSc")?;
@@ -190,9 +190,9 @@ impl PetscSolver {
         }
         let name = &factors.facts.name;
         let known = KNOWN_TO_FAIL.iter().any(|method| name.contains(method));
-        let cure = "the gradient needs it; leave `petsc_options` out for MUMPS, or choose a method that has it";
+        let cure = "the gradient needs it; omit `petsc_options` to use MUMPS, or choose a method that supports it";
         if known || !factors.facts.transposes {
-            return Err(Self::fail(a.n(), format!("{name} has no solve with the transpose: {cure}")));
+            return Err(Self::fail(a.n(), format!("{name} cannot solve with the transpose: {cure}")));
         }
         test_on(&matrix, &matrix.row_weights(true), factors, true, "PETSc").map_err(|error| match error {
             FactorizationError::Inaccurate { residual, .. } => {
@@ -233,7 +233,7 @@ impl LinearSolver for PetscSolver {
         let analysis = symbolic.content_for::<Analysis>(a);
         self.agree(analysis.as_ref().map(|_| ()).map_err(Clone::clone), n)?;
         let analysis = analysis?;
-        // `factors` takes the objects out while it works, so that a panic leaves none
+        // `factors` removes the objects while it works, so that a panic leaves none behind
         let mut objects = analysis.objects.lock().unwrap_or_else(PoisonError::into_inner);
         let made = self.factors(analysis, &mut objects, a);
         let failed = self.session.any(made.is_err());
@@ -253,7 +253,7 @@ impl LinearSolver for PetscSolver {
                          constraint may repeat a prescribed displacement"
                 )
             } else {
-                format!("MUMPS ended with INFOG(1) = {error}, INFOG(2) = {detail}; its manual tells what that means")
+                format!("MUMPS ended with INFOG(1) = {error}, INFOG(2) = {detail}; see its manual for the meaning")
             };
             return Err(Self::fail(n, reason));
         }
@@ -265,7 +265,7 @@ impl LinearSolver for PetscSolver {
     }
 }
 
-/// Numbers as a message.
+/// Encodes numbers as a message.
 fn words(numbers: &[u64]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
@@ -279,7 +279,7 @@ struct PetscFactorization {
 }
 
 impl PetscFactorization {
-    /// A failed solve leaves NaN, which no verified solve takes for a solution.
+    /// A failed solve leaves NaN, which no verified solve accepts as a solution.
     fn apply(&self, transpose: bool, rhs: &mut [f64]) {
         match self.factors.solve(transpose, rhs) {
             Ok(x) => rhs.copy_from_slice(&x),
@@ -301,7 +301,7 @@ impl Factorization for PetscFactorization {
         self.layout.own()
     }
 
-    /// Of the rank that has most.
+    /// The largest value of any rank.
     fn bytes(&self) -> usize {
         self.facts.bytes
     }

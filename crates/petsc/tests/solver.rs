@@ -50,6 +50,6 @@ fn methods_without_transposed_solves_are_refused() {
     assert_eq!(session.try_options(direct, false), Ok(()));
     assert_eq!(session.try_options("-zone_mat_mumps_icntl_14 60 -bulk_mg_levels_ksp_max_it 2", true), Ok(()));
     let told = |options: &str| session.try_options(options, false).unwrap_err().to_string();
-    assert_eq!(told("-mat_mumps_icntl_414 60 -ksp_typ gmres"), "no solver has asked for -ksp_typ -mat_mumps_icntl_414");
+    assert_eq!(told("-mat_mumps_icntl_414 60 -ksp_typ gmres"), "no solver uses -ksp_typ -mat_mumps_icntl_414");
     assert!(told("-ksp_type gmres -pc_type hypre").contains("transpose"));
 }

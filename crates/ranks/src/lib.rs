@@ -1,45 +1,45 @@
-//! Ranks of a parallel run: what they tell each other.
+//! Ranks of a parallel run, and the messages between them.
 //!
-//! All ranks march the same path with the same states; each assembles a part of every residual and tangent, and solves for a
-//! part of the unknowns (`Layout` of `slipstick-linalg`). What is put together is the same on all of them, bit for bit, so that
-//! decisions that rest on it need no further talk.
+//! All ranks march the same path with the same states; each assembles a part of every residual and tangent, and solves
+//! for a part of the unknowns (`Layout` of `slipstick-linalg`). The assembled results are the same on all ranks, bit
+//! for bit, so that decisions based on them need no further communication.
 
 pub mod threads;
 
 use std::fmt::Debug;
 use std::ops::Range;
 
-/// What a rank has handed to the others, by the calls of [`Ranks`].
+/// The data that a rank has sent to the others through [`Ranks`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// Calls.
+    /// Number of calls.
     pub calls: u64,
-    /// What left this rank. \[bytes\]
+    /// Data sent by this rank. \[bytes\]
     pub bytes: u64,
 }
 
 /// The ranks of a run. All of them must make the same calls in the same order.
 ///
-/// Results are the same on all ranks, bit for bit, and the same whenever the same numbers come from as many ranks. A
-/// message that is lost ends the program on all ranks; none of these calls fails.
+/// Results are the same on all ranks, bit for bit, and reproducible for the same input and number of ranks. A lost
+/// message ends the program on all ranks; none of these calls returns an error.
 pub trait Ranks: Send + Sync + Debug {
     /// Number of this rank, from 0.
     fn rank(&self) -> usize;
 
-    /// How many there are, at least 1.
+    /// Number of ranks, at least 1.
     fn size(&self) -> usize;
 
-    /// Replaces every entry by its sum over the ranks, which all have as many.
+    /// Replaces every entry by its sum over the ranks, all of which have the same number of entries.
     fn sum(&self, values: &mut [f64]);
 
-    /// Whether it holds on any rank.
+    /// Whether `here` is true on any rank.
     fn any(&self, here: bool) -> bool;
 
-    /// What each rank tells, in their order. The lengths may differ.
+    /// The messages of all ranks, in rank order. Their lengths may differ.
     fn gather(&self, message: &[u8]) -> Vec<Vec<u8>>;
 
-    /// Hands the next `to[r]` numbers of `values` to each rank `r`, and returns what the ranks have handed to this one, in
-    /// their order: `from[r]` numbers of rank `r`.
+    /// Sends the next `to[r]` numbers of `values` to each rank `r`, and returns the numbers that the ranks have sent to
+    /// this one, in rank order: `from[r]` numbers from rank `r`.
     fn exchange(&self, values: &[f64], to: &[usize], from: &[usize]) -> Vec<f64>;
 
     /// The numbers of all ranks, one after the other.
@@ -52,7 +52,7 @@ pub trait Ranks: Send + Sync + Debug {
         all.iter().flat_map(|told| told.as_chunks::<8>().0).map(|bytes| f64::from_le_bytes(*bytes)).collect()
     }
 
-    /// The largest number of any rank, or NaN if one is that.
+    /// The largest number of any rank, or NaN if any is NaN.
     fn largest(&self, here: f64) -> f64 {
         if self.size() == 1 {
             return here;
@@ -60,7 +60,7 @@ pub trait Ranks: Send + Sync + Debug {
         largest_or_nan(self.join(&[here]))
     }
 
-    /// The numbers that the first rank has; those of the others do not matter.
+    /// The numbers of the first rank; those of the others are ignored.
     fn of_first(&self, values: &[f64]) -> Vec<f64> {
         if self.size() == 1 {
             return values.to_vec();
@@ -71,14 +71,14 @@ pub trait Ranks: Send + Sync + Debug {
         told.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
     }
 
-    /// What this rank has handed to the others so far.
+    /// The data that this rank has sent to the others so far.
     fn traffic(&self) -> Traffic {
         Traffic::default()
     }
 }
 
-/// The entries of a list of `count` that are this rank's: each rank's follow those of the rank before, in about equal
-/// parts. [`Ranks::join`] puts them together again.
+/// This rank's range of a list of `count` entries: the ranges of successive ranks follow each other and are about
+/// equally long. [`Ranks::join`] puts the parts together again.
 ///
 /// ```
 /// use slipstick_ranks::{Alone, own_range};
@@ -90,7 +90,7 @@ pub fn own_range(count: usize, ranks: &dyn Ranks) -> Range<usize> {
     count * rank / size..count * (rank + 1) / size
 }
 
-/// The largest of some numbers, or NaN if one is that.
+/// The largest of some numbers, or NaN if any is NaN.
 pub fn largest_or_nan(numbers: impl IntoIterator<Item = f64>) -> f64 {
     let larger = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
     numbers.into_iter().fold(f64::NEG_INFINITY, larger)

@@ -3,7 +3,7 @@
 use crate::Ranks;
 use std::sync::{Arc, Barrier, Mutex};
 
-/// What the ranks have said, one place for each.
+/// The messages of the ranks, one entry for each.
 #[derive(Debug)]
 struct Table {
     said: Mutex<Vec<Vec<f64>>>,
@@ -60,7 +60,7 @@ impl Ranks for ThreadRank {
         let parts = counts.iter().zip(&values).zip(from).map(|((counts, values), &expected)| {
             let begin = counts[..self.rank].iter().sum::<f64>() as usize;
             let part = &values[begin..begin + counts[self.rank] as usize];
-            assert_eq!(part.len(), expected, "what is handed over is what is awaited");
+            assert_eq!(part.len(), expected, "the number of values sent is the number expected");
             part.to_vec()
         });
         parts.collect::<Vec<_>>().concat()
@@ -71,7 +71,7 @@ impl Ranks for ThreadRank {
     }
 }
 
-/// What `run` returns on each of so many ranks.
+/// The results of `run` on each of `size` ranks.
 pub fn on_ranks<T: Send>(size: usize, run: impl Fn(ThreadRank) -> T + Sync) -> Vec<T> {
     let table = Arc::new(Table { said: Mutex::new(vec![Vec::new(); size]), barrier: Barrier::new(size) });
     std::thread::scope(|scope| {

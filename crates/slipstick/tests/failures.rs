@@ -143,9 +143,9 @@ fn contradicting_contact_conditions() {
         &[
             "nothing determines the normal contact traction along y of contact pair `block_ymin` on `slab_ymax`",
             "is held along x, y and z by `block_ymin`",
-            "all master nodes opposite are held along x and z by `slab_xmin`, `slab_xmax`",
-            "contact pair `block_ymin` on `slab_ymax` sets 9 conditions at its closed nodes, for which 2 displacements are free",
-            "not held along y by `block_ymin`: contact pair `block_ymin` on `slab_ymax` constrains it along y too",
+            "all opposite master nodes are held along x and z by `slab_xmin`, `slab_xmax`",
+            "contact pair `block_ymin` on `slab_ymax` imposes 9 conditions at its closed nodes, on 2 free displacements",
+            "not held along y by `block_ymin`: contact pair `block_ymin` on `slab_ymax` also constrains it along y",
             "help: slave and master of `block_ymin` on `slab_ymax` exchanged",
         ],
     );
@@ -164,7 +164,7 @@ fn prescribed_penetration() {
                 &[
                     "prescribed displacements push slave node ",
                     "is held along x, y and z by `block_ymin`",
-                    "all master nodes opposite are held along y by `slab_ymax`",
+                    "all opposite master nodes are held along y by `slab_ymax`",
                     "contact pair `block_ymin` on `slab_ymax` acts along y, where no displacement of either surface is free",
                     "help: one surface of `block_ymin` on `slab_ymax` left free along its normal (`block_ymin`, `slab_ymax`)",
                     "help: the penalty method for `block_ymin` on `slab_ymax`",

@@ -231,7 +231,7 @@ fn a_table_goes_on_where_the_run_does() {
     let mut file = fs::OpenOptions::new().append(true).open(&path).expect("open");
     file.write_all(b"3,half a li").expect("written");
     let error = resume(3).expect_err("two whole rows");
-    assert!(error.to_string().contains("has 2 whole rows, not 3"), "{error}");
+    assert!(error.to_string().contains("has 2 complete rows, not 3"), "{error}");
     let mut csv = resume(2).expect("resumed");
     csv.row(&[3usize.into(), "c".into()]).expect("written");
     assert_eq!(text(), "i,note\n1,\"two\nlines\"\n2,b\n3,c\n");
@@ -241,5 +241,5 @@ fn a_table_goes_on_where_the_run_does() {
     resume(0).expect("resumed");
     assert_eq!(text(), "i,note\n");
     let error = Csv::resume(&path, &["i", "other"], 0).expect_err("another table");
-    assert!(error.to_string().contains("has other columns"), "{error}");
+    assert!(error.to_string().contains("has different columns"), "{error}");
 }

@@ -1,5 +1,8 @@
 //! Effect of an element's density on its energy: modified SIMP and, optionally, interpolation of the energy.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::Simp;
 
 /// How an element's energy is scaled: `W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)]`, integrated over the element, with Ψ
@@ -39,7 +42,7 @@ impl ElementScaling {
 ///
 /// Source: Wang, Lazarov, Sigmund, Jensen, Comput. Methods Appl. Mech. Engrg. 276 (2014) 453–472, whose β₁ and ρ₀ are β
 /// and η here. As Ψ_L is quadratic, their Ψ(γu) − Ψ_L(γu) + Ψ_L(u) is Ψ(γu) + (1 − γ²) Ψ_L(u).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct EnergyInterpolation {
     /// Threshold η of φ^p, in (0, 1).
     pub threshold: f64,

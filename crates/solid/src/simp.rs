@@ -1,12 +1,24 @@
 //! Modified SIMP: stiffness of an element as a function of its density.
 
-/// `E(φ)/E₀ = φ_min + (1 − φ_min) φ^p`. Paper: (86).
-#[derive(Debug, Clone, Copy, PartialEq)]
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Modified SIMP: `E(φ)/E₀ = φ_min + (1 − φ_min) φ^p`. Paper: (86).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Simp {
     /// Penalization power p ≥ 1.
+    #[serde(rename = "p")]
     pub penalization: f64,
-    /// Stiffness fraction φ_min of an empty element, in [0, 1).
+    /// φ_min: ratio of the void's to the solid's stiffness, in \[0, 1).
+    #[serde(rename = "min")]
     pub minimum: f64,
+}
+
+impl Default for Simp {
+    /// p = 3, φ_min = 1e-3.
+    fn default() -> Self {
+        Self { penalization: 3.0, minimum: 1e-3 }
+    }
 }
 
 impl Simp {

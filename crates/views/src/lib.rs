@@ -1,5 +1,5 @@
-//! What people look at: [`render`] draws pictures, [`picture`] those of a run, [`report`] makes web pages of runs, [`export`]
-//! surfaces of designs.
+//! Views of results: [`render`] draws pictures, [`picture`] draws those of a run, [`report`] makes web pages of runs,
+//! and [`export`] makes surfaces of designs.
 
 pub mod export;
 pub mod picture;

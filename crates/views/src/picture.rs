@@ -1,4 +1,4 @@
-//! A picture of what a run has written.
+//! A picture of a run's results.
 
 use std::path::PathBuf;
 
@@ -18,42 +18,43 @@ use slipstick_results::run::{RunDirectory, RunError, read_density};
 /// Which result is shown.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Shown {
-    /// The newest design, in its state at the end of the load path if that is there.
+    /// The newest design, in its state at the end of the load path if available.
     #[default]
     Newest,
     /// The design of an iteration, undeformed.
     Iteration(usize),
     /// The state at the end of a load step; 0 is the start.
     Step(usize),
-    /// The iterate at which a march failed for good.
+    /// The iterate at which a march finally failed.
     Failure,
 }
 
 /// What is drawn, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PictureRequest {
-    /// Name of a field, or a word of its name that no other field has: `pressure` for `contact_pressure`. `None` for densities,
-    /// or, where all of them are 1, contact pressure or displacement.
+    /// Name of a field, or a word that occurs only in its name: `pressure` for `contact_pressure`. `None` for densities
+    /// or, if all of them are 1, for contact pressure or displacement.
     pub field: Option<String>,
     /// Which result.
     pub shown: Shown,
-    /// Name of a view ([`View::names`]); `None` for one that sees the field.
+    /// Name of a view ([`View::names`]); `None` for one that shows the field.
     pub view: Option<String>,
-    /// Factor on displacements; `None` for 1 where there are any.
+    /// Factor on displacements; `None` for 1, if there are displacements.
     pub displacement_factor: Option<f64>,
-    /// Elements whose density is not above it are left out; `None` for 0.5, or 0 where the design has nothing above 0.5.
+    /// Elements whose density does not exceed this value are left out; `None` for 0.5, or for 0 if no density exceeds
+    /// 0.5.
     pub threshold: Option<f64>,
-    /// The design as the smooth surface that is exported, undeformed; its threshold, if none is given, is the one of the
-    /// densities' volume.
+    /// Whether to draw the design, undeformed, as the smooth surface that is exported; if no threshold is given, it
+    /// preserves the volume of the densities.
     pub smooth: bool,
-    /// The only bodies that are shown; `None` for those that bear the field, and others as context.
+    /// The bodies to show; `None` for those with the field, and the others as context.
     pub bodies: Option<Vec<String>>,
     /// Size and smoothness.
     pub canvas: Canvas,
 }
 
 impl Default for PictureRequest {
-    /// The newest design's densities above 0.5; where nothing is designed, its contact pressure or displacement.
+    /// The newest design's densities above 0.5; if nothing is designed, its contact pressure or displacement.
     fn default() -> Self {
         Self {
             field: None,
@@ -68,14 +69,14 @@ impl Default for PictureRequest {
     }
 }
 
-/// A picture, and what gives its colours.
+/// A picture, and the field that gives its colours.
 #[derive(Debug)]
 pub struct Drawn {
     /// The picture.
     pub picture: Picture,
-    /// The field's whole name.
+    /// The field's full name.
     pub field: String,
-    /// Why that field was chosen; `None` where it was asked for, or shows a design.
+    /// Why that field was chosen; `None` if it was requested or shows a design.
     pub why: Option<&'static str>,
 }
 
@@ -91,14 +92,14 @@ pub enum PictureError {
     /// The smooth surface of a design.
     #[error(transparent)]
     Surface(#[from] ExportError),
-    /// A field that the results do not have, or whose name says too little.
+    /// A field that the results do not have, or whose name is ambiguous.
     #[error("there is no field `{name}` in {}", .place.display())]
     UnknownField {
-        /// As asked for.
+        /// The requested name.
         name: String,
-        /// The file or directory that was looked at.
+        /// The file or directory that was searched.
         place: PathBuf,
-        /// The fields there are.
+        /// The available fields.
         known: String,
     },
     /// A step or iteration without a file.
@@ -108,18 +109,18 @@ pub enum PictureError {
         directory: PathBuf,
         /// `load step` or `iteration`.
         what: &'static str,
-        /// As asked for.
+        /// The requested number.
         number: usize,
-        /// The numbers there are.
+        /// The available numbers.
         known: String,
     },
-    /// The failing iterate is asked for where no march has failed.
+    /// The failing iterate was requested, but no march has failed.
     #[error("{} has no failure.vtu", .directory.display())]
     NoFailure {
         /// The directory.
         directory: PathBuf,
     },
-    /// Displacements are asked for where there are none.
+    /// Displacements were requested, but there are none.
     #[error("{} has no displacements of this design", .directory.display())]
     NoDisplacement {
         /// The directory.
@@ -128,16 +129,16 @@ pub enum PictureError {
 }
 
 impl PictureError {
-    /// What mends it, in words for the program's user.
+    /// The remedy, for users of the program.
     pub fn cure(&self) -> String {
         match self {
             Self::Run(error) => error.cure(),
             Self::Surface(error) => error.cure(),
             Self::Render(_) => "`slipstick help render` lists the options of a picture".into(),
-            Self::UnknownField { known, .. } => format!("fields there are: {known}"),
-            Self::NotWritten { known, .. } => format!("there are: {known}"),
-            Self::NoFailure { .. } => "leave --failure out: no load step of this run has failed for good".into(),
-            Self::NoDisplacement { .. } => "leave --deformed out, or analyse the design with `slipstick solve`".into(),
+            Self::UnknownField { known, .. } => format!("available fields: {known}"),
+            Self::NotWritten { known, .. } => format!("available: {known}"),
+            Self::NoFailure { .. } => "omit --failure: no load step of this run has finally failed".into(),
+            Self::NoDisplacement { .. } => "omit --deformed, or analyse the design with `slipstick solve`".into(),
         }
     }
 }
@@ -149,7 +150,7 @@ const THRESHOLD: f64 = 0.5;
 struct Source {
     /// Where it comes from.
     place: PathBuf,
-    /// In words, for the caption.
+    /// Its description, for the caption.
     what: String,
     fields: Vec<StoredField>,
 }
@@ -178,9 +179,9 @@ impl Source {
 
 /// Draws a result of a run; `mesh` is that of its case.
 ///
-/// Contact fields are drawn on the bodies that are slaves, seen from the side of the contact; densities and their
-/// derivatives on the design, the other bodies as glass; other fields on all bodies, vectors by their lengths. Of bodies that
-/// are named, nothing but these.
+/// Contact fields are drawn on the slave bodies, seen from the contact side; densities and their derivatives on the
+/// design, with the other bodies as glass; other fields on all bodies, vectors by their magnitude. If bodies are named,
+/// only these are drawn.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -206,8 +207,8 @@ pub fn picture(run: &RunDirectory, case: &Case, mesh: &Mesh, request: &PictureRe
     Ok(Drawn { picture: picture?, field: field.name.clone(), why })
 }
 
-/// The field that says most where none is asked for, and why it is not the density. Densities that are all 1 would give one
-/// colour: nothing is designed, or nothing is taken away yet.
+/// The most informative field if none is requested, and why it is not the density. If all densities are 1, because
+/// nothing is designed or no material has been removed yet, they would give a single colour.
 fn natural(case: &Case, sources: &[Source], request: &PictureRequest) -> (&'static str, Option<&'static str>) {
     let first = sources.iter().find(|source| source.values("density").is_some());
     let full = first.and_then(|source| source.values("density")).is_some_and(|all| all.iter().all(|&phi| phi == 1.0));
@@ -224,7 +225,7 @@ fn natural(case: &Case, sources: &[Source], request: &PictureRequest) -> (&'stat
     }
 }
 
-/// A field on the bodies that bear it.
+/// A field on the bodies that have it.
 fn field_picture(
     run: &RunDirectory,
     case: &Case,
@@ -282,7 +283,7 @@ fn smooth_picture(
     Ok(surface_picture(mesh, &export.surface, &options)?)
 }
 
-/// What may have the field, the first choice first.
+/// The results that may have the field, the first choice first.
 fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<Vec<Source>, PictureError> {
     let (steps, iterations) = (run.numbers("path")?, run.numbers("design")?);
     let pick = |stem, what, number, known: &[usize]| {
@@ -314,7 +315,7 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
     }
     if table.is_file() {
         let values = read_density(&table, mesh)?;
-        // A path that an earlier part of the run has left is not that of the newest design.
+        // A path left by an earlier part of the run is not that of the newest design.
         let other = all.first().is_none_or(|path| path.values("density") != Some(&values[..]));
         if other {
             let fields = vec![StoredField { name: "density".into(), on_points: false, components: 1, values }];
@@ -325,7 +326,7 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
     if gradient.is_file() {
         all.push(Source::file(gradient, "gradient".into())?);
     }
-    // The last design has no derivative, which only an update needs; the one before it has.
+    // The last design has no derivative, because only an update needs one; the design before it has one.
     for &number in iterations.iter().rev().take(2) {
         all.push(Source::numbered(run, "design", number, format!("iteration {number}"))?);
     }
@@ -359,7 +360,7 @@ fn options(
         Some(_) if factor != 1.0 => format!(", displacements x {factor}"),
         _ => String::new(),
     };
-    // where nothing is left out, there is nothing to say
+    // if nothing is left out, the caption does not mention the density
     let full = source.values("density").is_some_and(|all| all.iter().all(|&phi| phi == 1.0));
     let density = if full { String::new() } else { format!(", density > {threshold}") };
     Ok(RenderOptions {
@@ -374,7 +375,7 @@ fn options(
     })
 }
 
-/// Bodies with a slave surface, and whether these surfaces look down.
+/// Bodies with a slave surface, and whether these surfaces face down.
 fn slaves(case: &Case, mesh: &Mesh) -> (Vec<String>, bool) {
     let (mut names, mut up) = (Vec::new(), 0.0);
     for facet in case.contacts.iter().filter_map(|pair| mesh.surfaces.get(&pair.slave)).flat_map(|s| &s.facets) {

@@ -1,6 +1,5 @@
 //! From a resolved case and its problem to an optimization at its start.
 
-use slipstick_design::MmaParameters;
 use slipstick_model::optimize::{FilterOptions, Optimization, OptimizationOptions, PrepareError};
 use slipstick_model::problem::Problem;
 
@@ -19,7 +18,6 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
         .volume_fraction
         .ok_or_else(|| missing("design.volume_fraction", "give the fraction of the design bodies' volume to use"))?;
     let optimizer = case.optimizer.as_ref().ok_or_else(|| missing("optimizer", "add an [optimizer] table"))?;
-    let m = &optimizer.mma;
     let options = OptimizationOptions {
         volume_fraction,
         filter: design.sensitivity_filter.map(|filter| FilterOptions {
@@ -28,18 +26,7 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
         }),
         iterations: optimizer.iterations,
         tolerance: optimizer.tolerance,
-        mma: MmaParameters {
-            asyinit: m.asyinit,
-            asyincr: m.asyincr,
-            asydecr: m.asydecr,
-            asymin: m.asymin,
-            asymax: m.asymax,
-            albefa: m.albefa,
-            move_limit: m.move_limit,
-            raa0: m.raa0,
-            c: m.c,
-            ..MmaParameters::default()
-        },
+        mma: optimizer.mma,
         follow_previous_design: case.load_path.start_values == StartValues::PreviousDesign,
     };
     Optimization::new(problem, options).map_err(|error| match error {

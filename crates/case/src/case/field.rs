@@ -11,13 +11,12 @@ use super::typed::Table;
 pub(super) struct Field<'t, 'a, T> {
     table: &'t Table<'a>,
     key: &'static str,
-    present: bool,
     value: Option<T>,
 }
 
 impl<'t, 'a, T> Field<'t, 'a, T> {
-    pub(super) fn new(table: &'t Table<'a>, key: &'static str, present: bool, value: Option<T>) -> Self {
-        Self { table, key, present, value }
+    pub(super) fn new(table: &'t Table<'a>, key: &'static str, value: Option<T>) -> Self {
+        Self { table, key, value }
     }
 
     /// Reports `code` if the value does not pass the test; `message` follows the key.
@@ -33,7 +32,7 @@ impl<'t, 'a, T> Field<'t, 'a, T> {
     }
 
     pub(super) fn map<U>(self, meaning: impl FnOnce(T) -> U) -> Field<'t, 'a, U> {
-        Field::new(self.table, self.key, self.present, self.value.map(meaning))
+        Field::new(self.table, self.key, self.value.map(meaning))
     }
 
     /// The value, or the default if it is absent.
@@ -48,9 +47,7 @@ impl<'t, 'a, T> Field<'t, 'a, T> {
 
     /// The value; its absence is an error.
     pub(super) fn required(self, stand_in: T, help: &str) -> T {
-        if !self.present {
-            self.table.note_missing(self.key, help);
-        }
+        self.table.require(self.key, help);
         self.value.unwrap_or(stand_in)
     }
 }

@@ -96,6 +96,14 @@ pub fn parse_case(text: &str, file_name: &str) -> Result<Resolved, CaseErrors> {
     parse_case_with(text, file_name, &|_| Err(io::Error::other("the case is read without its folder")))
 }
 
+/// What the reader requires of the tables in a text, whether the text has it or not.
+fn requirements(text: &str) -> Vec<reader::Requirement> {
+    let reader = reader::Reader::new(text, "");
+    let (document, _) = DeTable::parse_recoverable(text);
+    read::case(typed::Table::new(&reader, document.get_ref(), String::new()), &|_| Err(io::Error::other("")));
+    reader.into_requirements()
+}
+
 /// Reads and checks a case file and the mesh files that it refers to.
 ///
 /// # Errors

@@ -12,15 +12,37 @@ use super::{CaseCode, CaseDiagnostic, Severity, SourceMap};
 /// Products of a few numbers of at most this size, and their squares, are finite.
 const LARGEST_NUMBER: f64 = 1e50;
 
-/// Collects places and diagnostics while a document is read.
+/// Collects places, diagnostics and requirements while a document is read.
 pub(super) struct Reader {
     map: RefCell<SourceMap>,
     diagnostics: RefCell<Vec<CaseDiagnostic>>,
+    requirements: RefCell<Vec<Requirement>>,
+}
+
+/// A table must have at least one of these keys, whether the document has it or not. The schema follows from it.
+pub(super) struct Requirement {
+    /// Path of the table.
+    pub(super) path: String,
+    /// One key if it is required, otherwise the alternatives.
+    pub(super) keys: Vec<&'static str>,
 }
 
 impl Reader {
     pub(super) fn new(text: &str, file_name: &str) -> Self {
-        Self { map: RefCell::new(SourceMap::new(text, file_name)), diagnostics: RefCell::default() }
+        Self {
+            map: RefCell::new(SourceMap::new(text, file_name)),
+            diagnostics: RefCell::default(),
+            requirements: RefCell::default(),
+        }
+    }
+
+    pub(super) fn into_requirements(self) -> Vec<Requirement> {
+        self.requirements.into_inner()
+    }
+
+    /// Records that the table at `path` must have at least one of `keys`.
+    pub(super) fn require(&self, path: &str, keys: &[&'static str]) {
+        self.requirements.borrow_mut().push(Requirement { path: path.to_owned(), keys: keys.to_vec() });
     }
 
     pub(super) fn into_parts(self) -> (SourceMap, Vec<CaseDiagnostic>) {

@@ -1,44 +1,12 @@
 //! The JSON schema of case files, for completion and checks in editors.
 
+use std::collections::BTreeMap;
+
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
-use super::Case;
-
-/// Keys without a default, by the definition that they belong to. Variants of an enum are identified by their key.
-const REQUIRED: &[(&str, &[&str])] = &[
-    ("Case", &["body", "load_path"]),
-    ("Body", &["name", "material"]),
-    ("box", &["min", "max", "elements"]),
-    ("half_ball", &["radius", "elements"]),
-    ("hollow_cylinder", &["inner_radius", "outer_radius", "height", "elements"]),
-    ("half_ring", &["inner_radius", "outer_radius", "width", "elements"]),
-    ("MeshFile", &["file"]),
-    ("ElasticConstants", &["youngs_modulus", "poisson_ratio"]),
-    ("Rotate", &["axis", "degrees"]),
-    ("BoxRegion", &["min", "max"]),
-    ("SurfaceSet", &["name", "body"]),
-    ("NormalCone", &["direction"]),
-    ("NodeSet", &["name"]),
-    ("Plane", &["point", "normal"]),
-    ("Cylinder", &["start", "end", "radius"]),
-    ("Contact", &["slave", "master", "friction"]),
-    ("Stiffness", &["normal"]),
-    ("Dirichlet", &["set"]),
-    ("Waypoint", &["t"]),
-    ("RotationAxis", &["point", "direction"]),
-    ("LoadPath", &["steps"]),
-    ("Design", &["bodies"]),
-    ("SensitivityFilter", &["radius"]),
-    ("Optimizer", &["iterations"]),
-];
-
-/// Keys of which a table must have at least one.
-const CONDITIONS: &[(&str, &[&str])] = &[
-    ("SurfaceSet", &["boxes", "normal", "within"]),
-    ("NodeSet", &["boxes", "plane", "cylinder", "nearest"]),
-    ("Design", &["initial", "volume_fraction"]),
-];
+use super::reader::Requirement;
+use super::{Case, requirements};
 
 /// The JSON schema (draft 2020-12) of case files, generated from the types of [`Case`](super::Case). It covers keys,
 /// types and allowed words; [`parse_case`](super::parse_case) checks everything else.
@@ -50,14 +18,19 @@ pub fn schema() -> Value {
         schema.extend(root);
         one_line(schema);
     }
-    close("Case", &mut schema);
+    close(&mut schema);
     if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
-        for (name, definition) in definitions.iter_mut() {
-            close(name, definition);
-        }
+        definitions.values_mut().for_each(close);
         if let Some(body) = definitions.get_mut("Body") {
             one_shape(body);
         }
+    }
+    let mut tables = BTreeMap::new();
+    find_tables(&schema, "", &mut Vec::new(), &mut tables);
+    for (pointer, path) in &tables {
+        require(schema.pointer_mut(pointer), path);
+    }
+    if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         // One number serves both directions.
         if let Some(stiffness) = definitions.get_mut("Stiffness") {
             let table = stiffness.take();
@@ -67,36 +40,80 @@ pub fn schema() -> Value {
     schema
 }
 
-/// Restricts tables to their known keys; only those without a default are required.
-fn close(name: &str, schema: &mut Value) {
+/// Restricts tables to their known keys and leaves it to [`require`] which of them are required. Only a variant of an
+/// enum requires its key: it is a table with exactly one.
+fn close(schema: &mut Value) {
     let Value::Object(object) = schema else { return };
     one_line(object);
     for list in ["oneOf", "anyOf"] {
         for variant in object.get_mut(list).and_then(Value::as_array_mut).into_iter().flatten() {
-            close("", variant);
+            let key = variant.get("required").cloned();
+            close(variant);
+            if let (Some(key), Value::Object(variant)) = (key, variant) {
+                variant.insert("required".into(), key);
+            }
         }
     }
-    // A variant is a table with exactly one key, which is required.
-    let variant = name.is_empty();
     let Some(Value::Object(properties)) = object.get_mut("properties") else { return };
-    for (key, property) in properties.iter_mut() {
+    for property in properties.values_mut() {
         match property {
-            Value::Object(inner) if inner.contains_key("properties") => close(key, property),
+            Value::Object(inner) if inner.contains_key("properties") => close(property),
             Value::Object(inner) => one_line(inner),
             _ => {}
         }
     }
     object.insert("additionalProperties".into(), false.into());
-    if !variant {
-        let required = REQUIRED.iter().find(|(of, _)| *of == name).map_or(&[][..], |(_, keys)| keys);
-        if required.is_empty() {
-            object.remove("required");
-        } else {
-            object.insert("required".into(), json!(required));
+    object.remove("required");
+}
+
+/// One step from a table of a case file to a table within it: the key, and whether it is a list `[[key]]`.
+type Step = (String, bool);
+
+/// Finds the tables that a schema describes: the place of each in the schema, and one path to it in a case file.
+fn find_tables(root: &Value, pointer: &str, path: &mut Vec<Step>, found: &mut BTreeMap<String, Vec<Step>>) {
+    let Some(Value::Object(schema)) = root.pointer(pointer) else { return };
+    if let Some(name) = schema.get("$ref").and_then(Value::as_str) {
+        find_tables(root, name.trim_start_matches('#'), path, found);
+    }
+    for list in ["oneOf", "anyOf"] {
+        for i in 0..schema.get(list).and_then(Value::as_array).map_or(0, Vec::len) {
+            find_tables(root, &format!("{pointer}/{list}/{i}"), path, found);
         }
-        if let Some((_, keys)) = CONDITIONS.iter().find(|(of, _)| *of == name) {
+    }
+    let Some(properties) = schema.get("properties").and_then(Value::as_object) else { return };
+    if found.contains_key(pointer) {
+        return;
+    }
+    found.insert(pointer.to_owned(), path.clone());
+    for (key, property) in properties {
+        let list = property.get("items").is_some();
+        path.push((key.clone(), list));
+        let inner = format!("{pointer}/properties/{key}");
+        find_tables(root, &if list { inner + "/items" } else { inner }, path, found);
+        path.pop();
+    }
+}
+
+/// Adds what the reader requires of the table at `path`: it reads a case file that has nothing but this table, empty.
+fn require(table: Option<&mut Value>, path: &[Step]) {
+    let Some(Value::Object(table)) = table else { return };
+    let mut text = String::new();
+    for (key, list) in path.iter().rev() {
+        text = if *list { format!("{key} = [{{ {text} }}]") } else { format!("{key} = {{ {text} }}") };
+    }
+    let place = path.iter().map(|(key, list)| if *list { format!("{key}[0]") } else { key.clone() });
+    let place = place.collect::<Vec<_>>().join(".");
+    for Requirement { keys, .. } in requirements(&text).into_iter().filter(|r| r.path == place) {
+        if let [key] = keys[..] {
+            let required = table.entry("required").or_insert_with(|| json!([]));
+            if let Some(required) = required.as_array_mut()
+                && !required.contains(&key.into())
+            {
+                required.push(key.into());
+            }
+        } else {
             let one = keys.iter().map(|key| json!({ "required": [key] })).collect::<Vec<_>>();
-            object.insert("anyOf".into(), one.into());
+            table.insert("anyOf".into(), one.into());
         }
     }
 }

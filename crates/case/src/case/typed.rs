@@ -40,8 +40,12 @@ impl<'a> Table<'a> {
         !self.has(key) && self.table.keys().any(|typed| nearest(typed.get_ref(), &[key]).is_some())
     }
 
-    /// Records that a required key is missing; [`Table::finish`] reports it unless an unknown key explains it.
-    pub(super) fn note_missing(&self, key: &'static str, help: &str) {
+    /// Requires a key. If it is missing, [`Table::finish`] reports it unless an unknown key explains it.
+    pub(super) fn require(&self, key: &'static str, help: &str) {
+        self.reader.require(&self.path, &[key]);
+        if self.has(key) {
+            return;
+        }
         let table = if self.path.is_empty() { "the case file" } else { &self.path };
         self.missing.borrow_mut().push(Missing {
             keys: vec![key],
@@ -51,8 +55,12 @@ impl<'a> Table<'a> {
         });
     }
 
-    /// Records that at least one of several keys is required and all are missing; [`Table::finish`] reports it.
-    pub(super) fn note_missing_one_of(&self, keys: &'static [&'static str], message: &str) {
+    /// Requires at least one of several keys. If all are missing, [`Table::finish`] reports it.
+    pub(super) fn require_one_of(&self, keys: &'static [&'static str], message: &str) {
+        self.reader.require(&self.path, keys);
+        if keys.iter().any(|key| self.has(key)) {
+            return;
+        }
         self.missing.borrow_mut().push(Missing {
             keys: keys.to_vec(),
             code: CaseCode::MissingKey,
@@ -88,9 +96,7 @@ impl<'a> Table<'a> {
         key: &'static str,
         read: impl FnOnce(&'a Spanned<DeValue<'a>>, &str) -> Option<T>,
     ) -> Field<'_, 'a, T> {
-        let value = self.get(key);
-        let read = value.and_then(|value| read(value, &format!("`{key}`")));
-        Field::new(self, key, value.is_some(), read)
+        Field::new(self, key, self.get(key).and_then(|value| read(value, &format!("`{key}`"))))
     }
 
     pub(super) fn number(&self, key: &'static str) -> Field<'_, 'a, f64> {

@@ -76,13 +76,14 @@ fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: Option<&
     };
     for &(parameter, derivative) in gradients.parameters.iter().filter(|(parameter, _)| moves(parameter)) {
         let (kind, of) = name(case, parameter);
-        context.console.text(&format!("  by {kind} of {of}: {}", digits(derivative)));
+        context.console.text(&format!("  with respect to {kind} of {of}: {}", digits(derivative)));
     }
-    context.console.text(&format!("derivatives by densities in {}", path.join("gradient.csv").display()));
+    let file = path.join("gradient.csv");
+    context.console.text(&format!("derivatives with respect to the densities in {}", file.display()));
     Ok(())
 }
 
-/// What a parameter is, and of what in the case.
+/// The kind of a parameter, and the part of the case that it belongs to.
 fn name(case: &Case, parameter: Parameter) -> (&'static str, String) {
     match parameter {
         Parameter::Friction { interface } => {

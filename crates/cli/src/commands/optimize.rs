@@ -1,4 +1,4 @@
-//! `slipstick optimize`, and how `slipstick resume` goes on.
+//! `slipstick optimize`, and how `slipstick resume` continues.
 
 use serde_json::json;
 use slipstick::build::{self, Problem};
@@ -15,7 +15,7 @@ use crate::setup::{Setup, prepare};
 use crate::watch::Watch;
 use crate::{Context, Outcome, memory};
 
-/// Sections that an optimization cannot do without.
+/// Sections that an optimization needs.
 pub const SECTIONS: &[&str] = &["dirichlet", "design", "objective", "optimizer"];
 
 /// Optimizes the design of a case.

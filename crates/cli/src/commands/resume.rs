@@ -1,4 +1,4 @@
-//! `slipstick resume`: goes on with an optimization, bit for bit.
+//! `slipstick resume`: continues an optimization, bit for bit.
 
 use slipstick::run::{Checkpoint, ExitState, Run, RunDirectory, RunError, RunPart, RunRecord, sha256};
 use slipstick::words::counted;
@@ -10,21 +10,21 @@ use crate::runs::end;
 use crate::setup::prepare;
 use crate::{Context, Outcome};
 
-/// Goes on with an optimization from its last finished iteration.
+/// Continues an optimization from its last finished iteration.
 ///
 /// # Errors
-/// As [`crate::failure::Failure`] lists them; of those [`crate::failure::Failure::Input`] if the case's text is not the one that the run was started
-/// with.
+/// As [`crate::failure::Failure`] lists them, in particular [`crate::failure::Failure::Input`] if the case's text is
+/// not the one that the run was started with.
 pub fn run(context: &Context, args: &Resume) -> Outcome {
     if !args.set.is_empty() {
         let results = args.results.display();
         return Err(Failure::input(
-            "a run goes on with the case that it was started with: --set is for a new one",
+            "a run continues with the case that it was started with: --set is for new runs",
             format!("`slipstick optimize CASE --design {results} --set …` starts one from the design of this run"),
         ));
     }
     let parallel = &context.parallel;
-    // the first rank has the lock and tells when it is there
+    // the first rank takes the lock, and the others wait until it has it
     let taken = parallel.first(|| Ok(RunDirectory::take_up(&args.results)?))?;
     let directory = taken.map_or_else(|| RunDirectory::open(&args.results), Ok)?;
     let mut checkpoint = Checkpoint::read(&directory)?;
@@ -42,11 +42,11 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     checkpoint.restore(&directory, &mut optimization)?;
     let iterations = args.iterations.map_or(checkpoint.iterations, usize::from);
     optimization.set_iterations(iterations);
-    // One that was stopped while it wrote its last files evaluates its last design again, and writes them.
+    // A run that was stopped while it wrote its last files evaluates its last design again and writes them.
     if optimization.finished() && record.latest.exit == ExitState::Finished {
         let made = optimization.state.iteration;
         context.console.text(&format!(
-            "nothing is left to do after {}; --iterations asks for more, unless `optimizer.tolerance` is met",
+            "the run is complete after {}; give --iterations for more, unless `optimizer.tolerance` is met",
             counted(made, "iteration")
         ));
         let told = serde_json::json!({ "command": "resume", "directory": directory.path(), "iterations": made });

@@ -11,7 +11,7 @@ use crate::runs::{end, failed, first, start, watch};
 use crate::setup::{prepare, volume_fraction};
 use crate::{Context, Outcome, clock};
 
-/// Values of the objective per load step; `None` at those that it does not look at.
+/// Values of the objective per load step; `None` for steps that it does not depend on.
 fn observed(analysis: &Analysis, forward: &Forward) -> Vec<Option<f64>> {
     let steps = analysis.times.len();
     let observes = |step: usize| analysis.objective.as_ref().is_some_and(|objective| objective.observes(step, steps));
@@ -31,7 +31,7 @@ pub fn run(context: &Context, args: &Solve) -> Outcome {
     end(run, outcome)
 }
 
-/// The weighted parts of load cases in the objective, in words; nothing where there is but the one load path.
+/// The weighted parts of the load cases in the objective, as text; empty if there is only one load path.
 fn shares(problem: &Problem, forward: &Forward) -> String {
     let names = &problem.load_cases;
     if names.is_empty() {

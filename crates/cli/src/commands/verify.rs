@@ -35,12 +35,12 @@ const COLUMNS: &[&str] = &[
 /// Compares the gradient with differences.
 ///
 /// # Errors
-/// As [`Failure`] lists them; of those [`Failure::Check`] if a direction is off by more than the tolerance and all that
-/// spoils a difference, or if nothing could be compared.
+/// As [`Failure`] lists them, in particular [`Failure::Check`] if the error in a direction exceeds the tolerance and
+/// cannot be explained by errors of the difference itself, or if nothing could be compared.
 pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
     if args.elements == 0 && args.directions == 0 {
-        let cure = "let --elements or --directions be at least 1";
-        return Err(Failure::input("nothing is left to compare", cure));
+        let cure = "set --elements or --directions to at least 1";
+        return Err(Failure::input("there is nothing to compare", cure));
     }
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
     let density = setup.density(context, &problem, &args.design)?;
@@ -111,11 +111,10 @@ fn verdict(context: &Context, check: &GradientCheck, tolerance: f64) -> Outcome 
     if check.count(Verdict::Off) > 0 {
         let worst = check.worst.unwrap_or(f64::NAN);
         return Err(Failure::Check {
-            message: format!("the gradient is off by {worst:.1e}, allowed is {tolerance:.1e}"),
-            cure:
-                "look at the orders in verify.csv: 2 with errors that fall with the step means the step is too large \
-                   (--step); errors that stay mean a wrong gradient"
-                    .into(),
+            message: format!("the gradient has an error of {worst:.1e}; the tolerance is {tolerance:.1e}"),
+            cure: "check the orders in verify.csv: if they are 2 and errors decrease with the step, the step is too \
+                   large (--step); if errors stay the same, the gradient is wrong"
+                .into(),
         });
     }
     let Some(worst) = check.worst else {
@@ -129,13 +128,13 @@ fn verdict(context: &Context, check: &GradientCheck, tolerance: f64) -> Outcome 
         return Err(Failure::Check { message, cure: cure.into() });
     };
     if !silent.is_empty() {
-        context.console.warning(&format!("some directions say nothing: {}", silent.join(", ")));
+        context.console.warning(&format!("some directions are inconclusive: {}", silent.join(", ")));
     }
-    context.console.text(&format!("right: the largest error is {worst:.1e}, allowed is {tolerance:.1e}"));
+    context.console.text(&format!("confirmed: the largest error is {worst:.1e}, the tolerance is {tolerance:.1e}"));
     Ok(())
 }
 
-/// Why directions say nothing, behind their number.
+/// Why directions are inconclusive, to be printed after their number.
 fn reason(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Kink => "with a kink at every step",
@@ -168,8 +167,8 @@ fn describe(direction: &DirectionCheck) -> Vec<String> {
     text
 }
 
-/// What spoils a difference: where the objective kinks between its densities, the first few places, or that the paths
-/// have other steps.
+/// What spoils a difference: the first few places where the objective has a kink between its two designs, or different
+/// steps of their paths.
 fn remark(at: &Quotient) -> String {
     const SHOWN: usize = 3;
     if at.cut_back {

@@ -1,4 +1,4 @@
-//! Wrong input ends with exit code 2, and the message has the place and the cure.
+//! Wrong input ends with exit code 2, and the message gives the place and the cure.
 
 use super::*;
 
@@ -9,7 +9,7 @@ fn refused(from: &str, to: &str, expected: &[&str]) {
     assert!(ran.err.contains("case.toml:"), "no place in\n{}", ran.err);
     assert!(ran.err.contains("help: ") || ran.err.contains("must be"), "no cure in\n{}", ran.err);
     assert!(ran.err.contains("[slipstick::case::"), "no code in\n{}", ran.err);
-    // A run says the same, and leaves nothing behind.
+    // A run reports the same and leaves nothing behind.
     place.bad("optimize case.toml", 2, expected);
     assert!(!place.path("case").exists());
 }
@@ -45,7 +45,8 @@ fn a_set_without_nodes() {
     refused("[[contact]]", set, &["no node lies in the boxes of set `nowhere`", "empty_set"]);
 }
 
-/// A body that nothing holds makes the equations singular: an error. One that contact may hold is a warning.
+/// A body that nothing holds is an error, because the equations are singular. If contact may hold it, there is a
+/// warning.
 #[test]
 fn bodies_without_support() {
     let loose = "[[body]]\nname = \"stray\"\nbox = { min = [8, 0, 0], max = [9, 1, 1], elements = [1, 1, 1] }\n\
@@ -56,8 +57,8 @@ fn bodies_without_support() {
     assert!(ran.err.contains("is free in 3 of its 6 rigid motions"), "{}", ran.err);
 }
 
-/// What a run says that fails because nothing holds a body: node, direction, contact pair and cure, on the terminal and in the
-/// record.
+/// The report of a run that fails because nothing holds a body: node, direction, contact pair and cure, on the terminal
+/// and in the record.
 #[test]
 fn a_singular_matrix_is_explained() {
     let gap = CASE.replace("min = [0.6, 1.0,", "min = [0.6, 1.1,").replace("u = [0, -0.1, 0]", "u = [0, 0, 0]");
@@ -77,7 +78,7 @@ fn a_singular_matrix_is_explained() {
     assert!(place.read("results/run.json").contains("nothing determines the displacement along "));
 }
 
-/// Bodies that penetrate each other at the start are told before every run, with the place in the case file.
+/// Bodies that penetrate each other at the start are reported before every run, with the place in the case file.
 #[test]
 fn a_penetrating_start_is_told() {
     let place = Place::with("min = [0.6, 1.0,", "min = [0.6, 0.98,");
@@ -105,18 +106,18 @@ fn directories_that_cannot_take_results() {
     place.good("solve case.toml --out results");
     place.write("results/notes.txt", "mine");
     let before = place.read("results/run.json");
-    place.bad("solve case.toml --out results", 2, &["results holds the results of a run already", "--force"]);
+    place.bad("solve case.toml --out results", 2, &["results already contains the results of a run", "--force"]);
     assert_eq!(place.read("results/run.json"), before);
     place.good("gradient case.toml --out results --force");
     assert_eq!(place.read("results/notes.txt"), "mine", "only files of the run are replaced");
     assert!(!place.path("results/path.pvd").exists());
 
-    place.bad("solve case.toml --out case.toml", 2, &["a file of that name exists", "--out"]);
+    place.bad("solve case.toml --out case.toml", 2, &["a file with that name exists", "--out"]);
     place.bad("solve case.toml --out case.toml/results", 2, &["there is no directory case.toml", "--out"]);
     place.bad("solve case.toml --out no/such/place", 2, &["there is no directory no/such", "make it first"]);
 }
 
-/// A directory that only reading is allowed in; the superuser may write everywhere, so there it must succeed.
+/// A read-only directory. The superuser may write everywhere, so the command must then succeed.
 #[cfg(unix)]
 #[test]
 fn a_directory_without_permission_to_write() {
@@ -139,7 +140,7 @@ fn files_that_are_not_there() {
     place.bad("check nothing.toml", 2, &["cannot read the case file nothing.toml", "slipstick new"]);
     place.bad("evaluate case.toml --design nothing", 2, &["cannot read nothing"]);
     std::fs::create_dir(place.path("empty")).expect("made");
-    place.bad("solve case.toml --design empty", 2, &["empty holds no design.csv"]);
+    place.bad("solve case.toml --design empty", 2, &["there is no design.csv in empty"]);
     place.bad("solve", 2, &["<CASE>"]);
 }
 
@@ -153,13 +154,13 @@ fn densities_that_do_not_fit() {
     };
     check("element,phi\n", "d.csv:1: there is no column `density`");
     check(&format!("element,density\n{}", rows(&|e| format!("{e},{}", 0.6 * e as f64))), "d.csv:4: `1.2");
-    check(&format!("element,density\n{}", rows(&|e| format!("{},0.5", e / 2))), "stands here a second time");
-    check(&format!("element,density\n{}21,0.5\n", rows(&|e| format!("{e},0.5"))), "`21` is no element");
+    check(&format!("element,density\n{}", rows(&|e| format!("{},0.5", e / 2))), "appears a second time");
+    check(&format!("element,density\n{}21,0.5\n", rows(&|e| format!("{e},0.5"))), "`21` is not an element");
     check("element,density\n0,0.5\n", "element 1 of 20 is missing");
-    check(&format!("element,body,density\n{}", rows(&|e| format!("{e},block,0.5"))), "of `slab` in the case");
+    check(&format!("element,body,density\n{}", rows(&|e| format!("{e},block,0.5"))), "to `slab` in the case");
 }
 
-/// Two thousand bodies of about a million elements: refused before they are meshed, at the largest body.
+/// Two thousand bodies of about a million elements: the case is refused before it is meshed, at the largest body.
 #[cfg(target_os = "linux")]
 #[test]
 fn cases_larger_than_the_memory() {
@@ -183,8 +184,8 @@ fn cases_larger_than_the_memory() {
     }
 }
 
-/// Files in other encodings than UTF-8 are refused where they first differ; the mark that editors put before UTF-8, and
-/// the quotes and line ends of spreadsheets, are read over.
+/// Files in encodings other than UTF-8 are refused at the first invalid byte; the byte-order mark that editors write,
+/// and the quotes and line ends of spreadsheets, are ignored.
 #[test]
 fn encodings_and_line_ends() {
     let place = Place::new();
@@ -215,13 +216,14 @@ fn encodings_and_line_ends() {
 fn more_threads_than_any_machine_has() {
     let place = Place::new();
     for line in ["check case.toml --threads 1000000", "solve case.toml --threads 1000000"] {
-        place.bad(line, 2, &["1000000 threads are asked for; at most", "more threads than cores"]);
+        place.bad(line, 2, &["1000000 threads were requested; at most", "more threads than cores"]);
     }
     place.write("case.toml", &format!("{CASE}[solver]\nthreads = 1000000\n"));
     place.bad("check case.toml", 2, &["1000000 threads"]);
 }
 
-/// Output that cannot be written is an error, after the work is done; a reader that has seen enough is none.
+/// Output that cannot be written is an error, reported after the work is done; a reader that closes the pipe is not an
+/// error.
 #[cfg(target_os = "linux")]
 #[test]
 fn output_that_cannot_be_written() {
@@ -240,7 +242,7 @@ fn output_that_cannot_be_written() {
         place.command("solve case.toml --json").stdout(full()).stderr(Stdio::null()).status().expect("it runs");
     assert_eq!(status.code(), Some(2));
     assert!(place.path("case_solve/path_0004.vtu").exists(), "the work is done");
-    // Nobody can be told, but the code is right.
+    // No message can be shown, but the exit code is right.
     for (line, code) in [("check nothing.toml", 2), ("check case.toml", 0)] {
         let status = place.command(line).stdout(Stdio::null()).stderr(full()).status().expect("it runs");
         assert_eq!(status.code(), Some(code), "{line}");

@@ -3,8 +3,8 @@
 use super::{Place, number};
 use serde_json::Value;
 
-/// The case is measured in a process of its own for each number of threads; phases are parts of the whole, and the
-/// analysis is the one that `solve` runs.
+/// The case is measured in a separate process for each number of threads; the phases are parts of the total time, and
+/// the analysis is the one that `solve` runs.
 #[test]
 fn phases_are_parts_of_the_whole() {
     let place = Place::new();
@@ -31,7 +31,7 @@ fn phases_are_parts_of_the_whole() {
     }
 }
 
-/// The built-in half ball: one line for each size, and the tables by phase.
+/// The built-in half-ball: one line for each size, and the tables by phase.
 #[test]
 fn the_half_ball_is_measured_in_several_sizes() {
     let place = Place::new();

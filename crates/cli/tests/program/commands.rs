@@ -1,8 +1,8 @@
-//! Each command: what it writes and says.
+//! Each command: its files and its output.
 
 use super::*;
 
-/// Names of units are shown where numbers are, and change none of them.
+/// Names of units are shown with numbers, and change none of them.
 #[test]
 fn units_are_shown() {
     let place = Place::with("[[body]]", "[units]\nlength = \"mm\"\nforce = \"N\"\n[[body]]");
@@ -50,7 +50,7 @@ fn new_writes_templates_that_check_accepts() {
     place.bad("new my-mesh --mesh a.msh", 2, &["cannot read the mesh file a.msh"]);
 }
 
-/// One of elements and random directions is enough for a comparison; none is not.
+/// Either elements or random directions are enough for a comparison; at least one of them is needed.
 #[test]
 fn verify_takes_no_elements_but_not_nothing() {
     let place = Place::new();
@@ -59,7 +59,7 @@ fn verify_takes_no_elements_but_not_nothing() {
     place.bad(
         "verify gradient case.toml --elements 0 --directions 0",
         2,
-        &["nothing is left to compare", "--elements"],
+        &["there is nothing to compare", "--elements"],
     );
 }
 
@@ -144,25 +144,25 @@ fn verify_passes_and_fails_by_its_tolerance() {
     let place = Place::new();
     let line = "verify gradient case.toml --elements 2 --directions 1 --halvings 2";
     let ran = place.good(line);
-    assert!(ran.out.contains("random direction 1") && ran.out.contains("right:"), "{}", ran.out);
+    assert!(ran.out.contains("random direction 1") && ran.out.contains("confirmed:"), "{}", ran.out);
     let report = place.json("case_verify/verify.json");
     let worst = report["check"]["worst"].as_f64().expect("compared");
     assert!(worst < 1e-6 && report["right"] == true, "{worst}");
     // three directions with three steps each
     assert_eq!(place.table("case_verify/verify.csv").len(), 1 + 9);
-    // So large a step is off by its truncation, of second order.
+    // For such a large step, the difference has a truncation error of second order.
     let strict = format!("{line} --force --step 0.3");
-    place.bad(&strict, 3, &["the gradient is off by", "--step"]);
+    place.bad(&strict, 3, &["the gradient has an error of", "--step"]);
     assert_eq!(place.json("case_verify/verify.json")["right"], false);
-    // Nobody can tell more than round-off lets through.
+    // Round-off limits what can be compared.
     let strict = format!("{line} --force --tolerance 1e-15");
     place.bad(&strict, 3, &["nothing could be compared", "agree to round-off", "a larger --step"]);
     assert_eq!(place.json("case_verify/run.json")["exit"], "failed");
-    place.bad("verify gradient case.toml", 2, &["results of a run already"]);
+    place.bad("verify gradient case.toml", 2, &["already contains the results of a run"]);
 }
 
-/// A stiff body beside a soft one, and coordinates that are large beside the bodies, cost digits of the objective; a
-/// difference that is off by that much is no wrong gradient.
+/// A stiff body next to a soft one, and coordinates that are large compared with the bodies, cost digits of the
+/// objective; an error of that size does not mean that the gradient is wrong.
 #[test]
 fn verify_tells_round_off_from_errors() {
     let line = "verify gradient case.toml --elements 3 --directions 0 --tolerance 1e-7 --json";
@@ -184,9 +184,9 @@ fn verify_tells_round_off_from_errors() {
     }
 }
 
-/// Few Newton iterations and large steps: some designs far beside the given one fail in a step that it took, and are cut
-/// back. That is named, and not taken for a kink. At which depth it happens hangs on single Newton iterations, so several
-/// are tried.
+/// Few Newton iterations and large steps: some designs far from the given one fail in a step that it completed, and are
+/// cut back. This is reported, and not mistaken for a kink. The depth at which it happens depends on single Newton
+/// iterations, so several are tried.
 #[test]
 fn verify_names_other_cut_backs() {
     let place = Place::new();
@@ -231,11 +231,11 @@ fn optimize_writes_history_designs_and_the_last_path() {
     assert!(!place.path("case/design_0001.vtu").exists(), "every second");
     assert_eq!(place.read("case/design.pvd").matches("<DataSet").count(), 3);
 
-    // The last design, evaluated by itself from other start values, has the last objective.
+    // The last design, evaluated separately from other start values, has the last objective.
     let alone = place.good("solve case.toml --design case --json").event("result");
     let alone = alone["objective"].as_f64().expect("a number");
     assert!((alone / objective(5) - 1.0).abs() < 1e-9, "{alone} {}", objective(5));
-    // A start from that design begins with it.
+    // An optimization that starts from that design begins with its objective.
     place.good("optimize case.toml --design case --out second --iterations 1");
     assert_eq!(number(&place.table("second/history.csv")[1][1]), alone);
 }
@@ -288,7 +288,7 @@ fn threads_do_not_change_results() {
     assert_eq!(place.json("one/run.json")["threads"], 1);
 }
 
-/// A block that is lifted off: the objective is 0, and every command that analyses says why.
+/// A block that is lifted off: the objective is 0, and every command that runs an analysis says why.
 #[test]
 fn contact_that_never_closes_is_told() {
     let away =
@@ -307,7 +307,7 @@ fn contact_that_never_closes_is_told() {
 
     // Lifted off after the first half, and only the last step counts.
     place.write("case.toml", &CASE.replace("u = [0.2, -0.1, 0.05]", "u = [0.2, 0.1, 0]"));
-    place.bad("solve case.toml", 2, &["results of a run already"]);
+    place.bad("solve case.toml", 2, &["already contains the results of a run"]);
     let ran = place.good("solve case.toml --force");
     assert!(ran.err.contains("open at every step that the objective observes"), "{}", ran.err);
     place.bad(
@@ -319,8 +319,8 @@ fn contact_that_never_closes_is_told() {
     assert_eq!(place.good("solve case.toml --force").err, "");
 }
 
-/// Bottom and front of the block as one slave surface: `check` counts the three nodes of the edge between them, and warns where
-/// that edge counts as smooth.
+/// Bottom and front of the block as one slave surface: `check` counts the three nodes of the edge between them, and
+/// warns if that edge counts as smooth.
 #[test]
 fn edges_of_slave_surfaces_are_reported() {
     let place = Place::new();
@@ -339,7 +339,8 @@ fn edges_of_slave_surfaces_are_reported() {
     assert!(!ran.out.contains("sharper than"), "{}", ran.out);
 }
 
-/// An objective that is rounding ends an optimization with an error, what was computed is there, and `resume` says the same.
+/// An objective that is only round-off ends an optimization with an error; the computed results are kept, and `resume`
+/// reports the same.
 #[test]
 fn an_optimization_of_rounding_ends() {
     let place = Place::new();
@@ -374,7 +375,8 @@ fn an_optimization_of_rounding_ends() {
     assert!(place.good("explain never_closes").out.contains("place.translate"));
 }
 
-/// Five iterations are enough without friction, and not with it: the first row is kept, the failure names the coefficient.
+/// Five iterations are enough without friction but not with it: the first row is kept, and the failure names the
+/// coefficient.
 #[test]
 fn evaluate_goes_on_after_a_failure() {
     let place = Place::new();
@@ -389,7 +391,7 @@ fn evaluate_goes_on_after_a_failure() {
     assert!(number(&table[2][1]) < 0.0, "the analysis without friction: {:?}", table[2]);
 }
 
-/// A box beside the slab, and a radius below the distance of two centroids: elements of the slab are 1 × 0.5 × 1.
+/// A box outside the slab, and a radius below the distance between two centroids: elements of the slab are 1 × 0.5 × 1.
 #[test]
 fn settings_without_effect_are_told() {
     let place = Place::with(
@@ -407,8 +409,9 @@ fn settings_without_effect_are_told() {
     assert!(!told.contains("idle_filter"), "{told}");
 }
 
-/// A table of densities that the case does not take as it is, and a start above the bound on the volume. By hand: the upper
-/// layer of the slab, 8 of its 16 elements and of 20 in all, is solid, so half of it is filled already.
+/// A table of densities that the case partly replaces, and an initial design above the volume bound. Computed by hand:
+/// the upper layer of the slab, 8 of its 16 elements (and of 20 in total), is solid, so half of the slab is already
+/// filled.
 #[test]
 fn passive_elements_are_told() {
     let passive = "passive_solid = [{ min = [0, 0.5, 0], max = [4, 1, 2] }]\n";
@@ -425,10 +428,10 @@ fn passive_elements_are_told() {
         let ran = place.good(line);
         assert!(start.iter().all(|part| ran.err.contains(part)), "{line}: {}", ran.err);
     }
-    // another command does not ask for it, and a start that fits is not told of
+    // other commands do not check the bound, and there is no warning about an initial design below it
     assert_eq!(place.good("solve case.toml").err, "");
     assert_eq!(place.good("check case.toml --set design.initial=0.2").err, "");
-    // 0.3 everywhere but in one passive element, and in the block
+    // 0.3 everywhere except in one passive element, and in one element of the block
     let of = |e: usize| {
         if e == 4 {
             0.9
@@ -440,7 +443,7 @@ fn passive_elements_are_told() {
     };
     let rows: Vec<String> = (0..20).map(|e| format!("{e},{}", of(e))).collect();
     place.write("grey.csv", &format!("element,density\n{}\n", rows.join("\n")));
-    let expected = "warning: grey.csv: densities of 12 of 20 elements are replaced, because the case keeps them as they are: 8 \
+    let expected = "warning: grey.csv: densities of 12 of 20 elements are replaced, because the case prescribes them: 8 \
                     passive solid elements from 0.3 … 0.9 to 1, 4 elements of bodies that are not designed from 0.25 … 0.3 to 1";
     for line in
         ["solve", "gradient", "optimize --iterations 1", "evaluate", "verify gradient --elements 0 --directions 1"]
@@ -448,9 +451,9 @@ fn passive_elements_are_told() {
         let ran = place.good(&format!("{line} case.toml --design grey.csv --out {}_grey", &line[..5]));
         assert!(ran.err.contains(expected), "{line}: {}", ran.err);
     }
-    // a design that was made by this case has what the case keeps
+    // a design made by this case has the densities that the case prescribes
     assert_eq!(place.good("solve case.toml --design first --out again").err, "");
-    // the design that is started from counts, not the uniform one: 0.5 + 0.3/2
+    // the given initial design counts, not the uniform one: 0.5 + 0.3/2
     let ran = place.good("optimize case.toml --design grey.csv --iterations 1 --out other");
     assert!(
         ran.err.contains("the initial design fills 0.65 of the design bodies") && !ran.err.contains("0.75"),
@@ -459,13 +462,14 @@ fn passive_elements_are_told() {
     );
 }
 
-/// At a start design of 1 no density can go up: one-sided differences, whose error falls as the square of the step.
+/// In an initial design of 1, no density can increase: differences are one-sided, and their error decreases with the
+/// square of the step.
 #[test]
 fn gradients_are_verified_at_full_material() {
     let place = Place::with("initial = 0.5\nvolume_fraction = 0.5", "initial = 1.0\nvolume_fraction = 1.0");
     let ran = place.good("verify gradient case.toml --elements 2 --directions 1 --halvings 2 --step 0.005");
     assert!(
-        ran.out.contains("random direction 1 off the bounds: adjoint") && ran.out.contains("right: "),
+        ran.out.contains("random direction 1 off the bounds: adjoint") && ran.out.contains("confirmed: "),
         "{}",
         ran.out
     );
@@ -481,7 +485,7 @@ fn gradients_are_verified_at_full_material() {
         let order = (error(row) / error(row + 1)).log2();
         assert!((order - 2.0).abs() < 0.1, "{order}");
     }
-    // with some of the densities at a bound, those within are compared as ever, and the others apart
+    // with some densities at a bound, the interior ones are compared as usual and the others separately
     let rows: Vec<String> =
         (0..20).map(|e| format!("{e},{}", if e % 4 == 0 || e > 15 { "1.0" } else { "0.5" })).collect();
     place.write("mixed.csv", &format!("element,density\n{}\n", rows.join("\n")));
@@ -493,7 +497,7 @@ fn gradients_are_verified_at_full_material() {
     assert_eq!(out.matches("one-sided differences").count(), 1, "{out}");
 }
 
-/// Lists of load steps count within each load case; files and tables count through all.
+/// Lists of load steps count within each load case; files and tables count through all of them.
 #[test]
 fn steps_of_objectives_count_within_load_cases() {
     let text = CASE.replace("[load_path]", "[[load_case]]\nname = \"one\"\n[[load_case]]\nname = \"two\"\n[load_path]");
@@ -510,7 +514,7 @@ fn steps_of_objectives_count_within_load_cases() {
     place.bad("check case.toml --set objective.contact_force.steps=[5]", 2, &["there is no load step 5", "1 to 4"]);
 }
 
-/// Load cases are told by their names, their parts of the objective are those of runs of their own.
+/// Load cases are reported by name, and their parts of the objective equal those of separate runs.
 #[test]
 fn load_cases_are_told_by_their_names() {
     let place = Place::new();
@@ -548,7 +552,7 @@ fn load_cases_are_told_by_their_names() {
     assert_eq!(place.read("both_solve/report.html").matches("\"load_case\":\"forth\",\"time\":").count(), 4);
 }
 
-/// Results never take the place of the design that they are computed from.
+/// Results never replace the design that they are computed from.
 #[test]
 fn a_design_is_not_overwritten_by_what_is_made_of_it() {
     let place = Place::new();
@@ -558,7 +562,7 @@ fn a_design_is_not_overwritten_by_what_is_made_of_it() {
         "evaluate case.toml --design case --out case --force",
         "solve case.toml --design case/design.csv --out case --force",
     ] {
-        place.bad(line, 2, &["case holds the design", "--out"]);
+        place.bad(line, 2, &["case contains the requested design", "--out"]);
     }
     assert_eq!(place.read("case/design.csv"), before);
     assert!(place.path("case/checkpoint.json").exists());

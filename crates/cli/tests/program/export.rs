@@ -10,12 +10,12 @@ fn triangles(bytes: &[u8]) -> Vec<[[u32; 3]; 3]> {
     (0..word(80) as usize).map(|t| std::array::from_fn(|c| corner(t, c))).collect()
 }
 
-/// As a program that reads STL sees it: points are the same where their bits are; every edge is met once in each
-/// direction. The volume is that of the design's table.
+/// The surface as a program that reads STL sees it: points are equal if their bits are equal, and every edge occurs
+/// once in each direction. The volume is that of the design's table.
 #[test]
 fn the_design_as_a_closed_surface() {
     let place = Place::new();
-    // Densities that one element has and its neighbour has not, as at the end of an optimization.
+    // Densities that differ strongly between neighbours, as at the end of an optimization.
     let rows: Vec<String> = (0..20).map(|e| format!("{e},{}", [1.0, 0.9, 0.02, 0.1, 1.0][e % 5])).collect();
     place.write("start.csv", &format!("element,density\n{}\n", rows.join("\n")));
     place.good("optimize case.toml --design start.csv --iterations 1 -q");
@@ -31,14 +31,14 @@ fn the_design_as_a_closed_surface() {
         }
     }
     assert!(edges.iter().all(|(a, b)| edges.contains(&(*b, *a))), "an edge without its other side");
-    // Elements of the slab have 1 × 1/2 × 1.
+    // Elements of the slab measure 1 × 1/2 × 1.
     let table = place.table("case/design.csv");
     let sum: f64 = table[1..17].iter().map(|row| 0.5 * number(&row[2])).sum();
     let volume = |name: &str| ran[name].as_f64().expect("a number");
     assert!((volume("density_volume") / sum - 1.0).abs() < 1e-12);
     assert!((volume("volume") / sum - 1.0).abs() < 0.05, "{ran}");
 
-    // A new run takes its own surface away; other files are not touched without being told.
+    // A new run removes the surface of the old one; other files are not touched unless requested.
     place.good("export case --obj a.obj --vtu a.vtu --threshold 0.3 --smooth 0 --iteration 0 --body slab");
     assert!(place.read("a.obj").starts_with("# slipstick") && place.path("a.vtu").exists());
     place.good("export case --3mf a.3mf");
@@ -57,7 +57,7 @@ fn what_cannot_be_exported() {
     place.good("optimize case.toml --iterations 1 -q");
     place.bad("export case --threshold 1", 2, &["no density is above 1", "threshold below"]);
     place.bad("export case --iteration 0", 2, &["no threshold preserves the volume", "--threshold"]);
-    place.bad("export case --iteration 7", 2, &["design_0007.vtu", "was not written", "there are: 0 to 1"]);
+    place.bad("export case --iteration 7", 2, &["design_0007.vtu", "was not written", "available iterations: 0 to 1"]);
     place.bad("export case --body plate", 2, &["no body `plate`", "slab, block"]);
     place.bad("export case --threshold 2", 2, &["auto or a number from 0 to 1"]);
     place.bad("export case --stl design.obj", 2, &["design.obj does not end in .stl"]);
@@ -65,7 +65,7 @@ fn what_cannot_be_exported() {
     place.write("miles.toml", &case);
     place.good("optimize miles.toml --iterations 1 -q");
     place.bad("export miles --threshold 0.4 --3mf a.3mf", 2, &["3MF has no unit `furlong`", "[units] length"]);
-    place.bad("export nowhere", 2, &["nowhere holds no run.json"]);
+    place.bad("export nowhere", 2, &["there is no run.json in nowhere"]);
     std::fs::remove_file(place.path("case/design.csv")).expect("there");
-    place.bad("export case", 2, &["case holds no design.csv"]);
+    place.bad("export case", 2, &["there is no design.csv in case"]);
 }

@@ -1,5 +1,5 @@
-//! Disks that are full, places that cannot be written, files that are damaged, foreign or gone: each ends with the
-//! documented exit code and a message with place and cure, and loses nothing. The messages stand in `messages.txt`.
+//! Full disks, places that cannot be written, files that are damaged, foreign or missing: each ends with the documented
+//! exit code and a message with place and cure, and no data are lost. The messages are in `messages/`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,14 +10,14 @@ use super::meshes::{copy, meshed};
 use super::*;
 use crate::table::publish;
 
-/// Messages as users see them, by what was done; kept in a file that a reader can judge.
+/// Messages as users see them, by fault; kept in a file for review.
 #[derive(Default)]
 struct Messages {
     text: String,
     tally: Tally,
 }
 
-/// Tries of one kind of fault, for the table of `docs/robustness.md`. Whatever a test adds here has been asserted.
+/// Counts of one kind of fault, for the table in `docs/robustness.md`. A test asserts everything that it adds here.
 #[derive(Default)]
 struct Tally {
     tries: usize,
@@ -58,7 +58,7 @@ impl Messages {
         ));
     }
 
-    /// Compares with the file, or writes it where `SLIPSTICK_WRITE_MESSAGES` is set.
+    /// Compares with the file, or writes it if `SLIPSTICK_WRITE_MESSAGES` is set.
     fn compare(&self, name: &str) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/messages").join(name);
         if std::env::var_os("SLIPSTICK_WRITE_MESSAGES").is_some() {
@@ -66,12 +66,12 @@ impl Messages {
             fs::write(&path, &self.text).expect("written");
         }
         let kept = fs::read_to_string(&path).expect("the messages");
-        assert_eq!(kept, self.text, "{}: SLIPSTICK_WRITE_MESSAGES=1 writes it anew", path.display());
+        assert_eq!(kept, self.text, "{}: SLIPSTICK_WRITE_MESSAGES=1 rewrites it", path.display());
     }
 }
 
-/// Without what differs from machine to machine: hashes, numbers of more than one digit behind a space, and where, and in
-/// what, a JSON text breaks off.
+/// Removes parts that differ between machines: hashes, numbers of more than one digit after a space, and the place
+/// where a JSON text breaks off.
 fn anonymous(text: &str) -> String {
     let mut words: Vec<String> = Vec::new();
     for line in text.lines() {
@@ -91,8 +91,8 @@ fn anonymous(text: &str) -> String {
     words.concat()
 }
 
-/// A file system of some kilobytes, if this process may mount one: the run is made in it and its folder copied out. Says
-/// loudly where it cannot be tested.
+/// A file system of some kilobytes, if this process may mount one: the run is made in it, and its folder is copied out.
+/// Prints a message if this cannot be tested.
 #[cfg(target_os = "linux")]
 fn on_a_small_disk(place: &Place, line: &str, kilobytes: usize) -> Option<Ran> {
     let script = format!(
@@ -115,8 +115,8 @@ fn on_a_small_disk(place: &Place, line: &str, kilobytes: usize) -> Option<Ran> {
     ran
 }
 
-/// The disk is full at one moment after the other: the run ends with code 2, says which file, and goes on from its
-/// last finished iteration once there is room.
+/// The disk fills up at various times: the run ends with code 2, names the file, and can be resumed from its last
+/// finished iteration once there is space.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_ends_a_run_that_resumes() {
@@ -141,13 +141,13 @@ fn a_full_disk_ends_a_run_that_resumes() {
     tally.publish(1, "disk full at one moment or another");
 }
 
-/// The same with a limit of file sizes, which every Unix has: what is too long by then cannot be written.
+/// The same with a limit on file sizes, which every Unix has: files that exceed it cannot be written.
 #[test]
 fn files_that_cannot_grow_end_a_run_that_resumes() {
     let place = Place::new();
     place.good("optimize case.toml --out whole -q");
     let mut messages = Messages::new();
-    for (blocks, what) in [(1, "nothing longer than 512 bytes"), (8, "nothing longer than 4 kB")] {
+    for (blocks, what) in [(1, "nothing longer than 512 bytes"), (16, "nothing longer than 8 kB")] {
         let line = "optimize case.toml --out run -q --force";
         let output = with_short_files(&place, line, blocks, true).output().expect("sh");
         let ran = Ran::new(line, output);
@@ -161,25 +161,25 @@ fn files_that_cannot_grow_end_a_run_that_resumes() {
     messages.tally.publish(2, "files that may not grow (`ulimit -f`)");
 }
 
-/// Folders in the place of files cannot be written, whoever asks (modes do not bind the superuser).
+/// A folder in place of a file cannot be written, even by the superuser, who is not bound by file modes.
 #[test]
 fn places_that_cannot_be_written() {
     let place = Place::new();
     let mut messages = Messages::new();
     place.write("file", "mine");
-    messages.add("a file in the place of the folder", &place.bad("optimize case.toml --out file", 2, &[]));
+    messages.add("a file instead of the folder", &place.bad("optimize case.toml --out file", 2, &[]));
     messages.add("a folder in a file", &place.bad("optimize case.toml --out file/run", 2, &[]));
     for name in ["run.lock", "run.json", "checkpoint.json", "design.csv"] {
         fs::create_dir_all(place.path("run").join(name)).expect("made");
-        let what = format!("a folder of the name {name}");
+        let what = format!("a folder named {name}");
         messages.add(&what, &place.bad("optimize case.toml --out run -q", 2, &[]));
         fs::remove_dir_all(place.path("run")).expect("removed");
     }
-    // While the run goes on.
+    // During the run.
     place.good("optimize case.toml --out run -q --iterations 2");
     fs::create_dir(place.path("run/design_0004.vtu")).expect("made");
     let before = place.read("run/checkpoint.json");
-    messages.add("a folder in the place of a later file", &place.bad("resume run --iterations 4 -q", 2, &[]));
+    messages.add("a folder instead of a later file", &place.bad("resume run --iterations 4 -q", 2, &[]));
     assert_ne!(place.read("run/checkpoint.json"), before, "finished iterations are kept");
     fs::remove_dir(place.path("run/design_0004.vtu")).expect("removed");
     place.good("resume run --iterations 4 -q");
@@ -190,7 +190,7 @@ fn places_that_cannot_be_written() {
     messages.tally.publish(3, "places that cannot be written");
 }
 
-/// A run's files cut at several lengths and with bits flipped: `resume` refuses those that it reads, and writes nothing.
+/// A run's files cut at several lengths and with bits flipped: `resume` refuses those that it reads and writes nothing.
 #[test]
 fn damaged_files_of_a_run() {
     let place = Place::new();
@@ -204,12 +204,12 @@ fn damaged_files_of_a_run() {
         let mut damages: Vec<(String, Vec<u8>)> = Vec::new();
         let table = name.ends_with(".csv");
         let mut lengths = vec![0, 1, whole.len() / 2, whole.len() / 3];
-        // The last row of a table is of a design that is evaluated again.
+        // The last row of a table belongs to a design that is evaluated again.
         lengths.extend(if table { vec![] } else { vec![whole.len() - 40, whole.len() - 2] });
         for length in lengths {
             damages.push((format!("cut to {length} bytes"), whole[..length].to_vec()));
         }
-        // Any bit, of those files that are hashed; the others hold what no result depends on.
+        // Any bit of the hashed files; no result depends on the contents of the others.
         let hashed = ["checkpoint.json", "start_values_0.bin", "case.toml"].contains(&name);
         for _ in 0..if hashed { 20 } else { 0 } {
             let mut changed = whole.clone();
@@ -230,13 +230,13 @@ fn damaged_files_of_a_run() {
             tally.add(&ran);
             assert!(ran.err.contains("run/") || what == "gone", "{name} {what}: no place in {}", ran.err);
             if ["history.csv", "newton.csv"].contains(&name) {
-                // The record says how the attempt ended; rows of a design that is evaluated again are taken back.
+                // The record says how the attempt ended; rows of a design that is evaluated again are removed.
                 others.0.retain(|(name, _)| !["run.json", "history.csv", "newton.csv"].contains(&name.as_str()));
             }
             others.assert_unchanged(&place, "run", name, what);
             match n {
                 0 => messages.add(&format!("{name} emptied"), &ran),
-                2 => messages.add(&format!("{name} cut to a half"), &ran),
+                2 => messages.add(&format!("{name} cut in half"), &ran),
                 _ if what == "gone" => messages.add(&format!("{name} gone"), &ran),
                 _ => {}
             }
@@ -250,7 +250,7 @@ fn damaged_files_of_a_run() {
     tally.publish(4, "files of a run emptied, cut, with a bit flipped, gone");
 }
 
-/// The bytes of all files of a run but one.
+/// The bytes of all files of a run except one.
 struct Contents(Vec<(String, Vec<u8>)>);
 
 impl Contents {
@@ -272,7 +272,7 @@ impl Contents {
     }
 }
 
-/// Files of another run in the place of a run's own.
+/// Files of another run in place of a run's own.
 #[test]
 fn files_of_another_run() {
     let place = Place::new();
@@ -281,7 +281,7 @@ fn files_of_another_run() {
     place.good("optimize case.toml --out run -q --iterations 2");
     place.good("optimize other.toml --out other -q --iterations 2");
     let mut messages = Messages::new();
-    messages.add("another case into the folder of a run", &place.bad("optimize other.toml --out run", 2, &[]));
+    messages.add("another case in the folder of a run", &place.bad("optimize other.toml --out run", 2, &[]));
     for name in ["checkpoint.json", "start_values_0.bin", "case.toml", "history.csv"] {
         let own = fs::read(place.path("run").join(name)).expect(name);
         fs::copy(place.path("other").join(name), place.path("run").join(name)).expect(name);
@@ -299,7 +299,7 @@ fn files_of_another_run() {
     messages.tally.publish(5, "files or folder of another run");
 }
 
-/// Mesh files that are gone, damaged or changed, before a run and in it.
+/// Mesh files that are missing, damaged or changed, before a run and in its directory.
 #[test]
 fn mesh_files_that_are_not_what_they_were() {
     let place = meshed();
@@ -338,7 +338,7 @@ fn mesh_files_that_are_not_what_they_were() {
     messages.tally.publish(6, "mesh files gone, cut, changed");
 }
 
-/// What a second start on a running optimization says; the first one does not notice.
+/// The messages of a second start on a running optimization, which does not affect the first one.
 #[test]
 fn two_runs_in_one_folder() {
     let place = Place::with("iterations = 4", "iterations = 4000");
@@ -351,11 +351,11 @@ fn two_runs_in_one_folder() {
     for line in ["optimize case.toml -q", "optimize case.toml -q --force", "resume case -q"] {
         messages.add(line, &place.bad(line, 2, &[]));
     }
-    assert!(child.try_wait().expect("told").is_none(), "the first goes on");
+    assert!(child.try_wait().expect("told").is_none(), "the first continues");
     child.kill().expect("killed");
     child.wait().expect("ends");
     messages.compare("two_runs.txt");
-    // Now it has been killed.
+    // The first process has been killed.
     let made = place.json("case/checkpoint.json")["state"]["iteration"].as_u64().expect("a number") as usize;
     place.good(&format!("resume case -q --iterations {}", made + 1));
     place.good(&format!("optimize case.toml --out whole -q --iterations {}", made + 1));

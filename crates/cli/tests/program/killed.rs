@@ -1,5 +1,5 @@
-//! Optimizations that are killed (SIGKILL), at random moments and within the writing of a checkpoint, and resumed: what they
-//! leave in the end is what an uninterrupted run leaves, bit for bit.
+//! Optimizations that are killed (SIGKILL), at random times and while they write a checkpoint, and resumed: in the end,
+//! their files equal those of an uninterrupted run, bit for bit.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -27,14 +27,14 @@ impl Random {
     }
 }
 
-/// Files of a run; the lock file is there or not, as the file system has it.
+/// Names of the files in a folder.
 fn files(folder: &Path) -> BTreeSet<String> {
     let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
     entries.map(|name| name.to_string_lossy().into_owned()).collect()
 }
 
-/// Asserts that two runs hold the same files with the same bytes; the history but for its seconds, the record but for
-/// times and command lines.
+/// Asserts that two runs contain the same files with the same bytes, except for the seconds in the history and the
+/// times and command lines in the record.
 pub fn assert_same_runs(place: &Place, one: &str, other: &str) {
     let names = files(&place.path(one));
     assert_eq!(names, files(&place.path(other)), "files of {one} and {other}");
@@ -54,14 +54,14 @@ pub fn assert_same_runs(place: &Place, one: &str, other: &str) {
 
 const ITERATIONS: &str = "iterations = 12";
 
-/// Parts of files that a killed process has left.
+/// Incomplete files left by a killed process.
 fn parts(folder: &Path) -> BTreeSet<String> {
     let all = if folder.exists() { files(folder) } else { BTreeSet::new() };
     all.into_iter().filter(|name| name.ends_with(".tmp")).collect()
 }
 
-/// Where in the work of an optimization of four load steps a kill has hit, from what was told and whether it has left a
-/// part of a file.
+/// Where a kill hit an optimization of four load steps, judged by the events that were printed and by whether it left
+/// an incomplete file.
 fn place_of_kill(told: &str, part: bool) -> &'static str {
     if part {
         return "within the writing of a file";
@@ -77,10 +77,10 @@ fn place_of_kill(told: &str, part: bool) -> &'static str {
     }
 }
 
-/// How often a kill hit which place.
+/// The number of kills for each place.
 type Kills = BTreeMap<&'static str, usize>;
 
-/// Kills and resumes a run, on another number of threads each time, until it ends by itself.
+/// Kills and resumes a run, with a random number of threads each time, until it ends by itself.
 fn drive_with_kills(place: &Place, run: &str, longest: Duration, random: &mut Random) -> Kills {
     let mut kills = Kills::new();
     loop {
@@ -105,7 +105,7 @@ fn drive_with_kills(place: &Place, run: &str, longest: Duration, random: &mut Ra
     }
 }
 
-/// `SLIPSTICK_KILLS` kills at least, 24 without it.
+/// At least `SLIPSTICK_KILLS` kills, or 24 if it is not set.
 #[test]
 fn runs_that_are_killed_again_and_again_end_as_if_nothing_had_been() {
     let wanted = std::env::var("SLIPSTICK_KILLS").map_or(24, |text| text.parse().expect("SLIPSTICK_KILLS"));
@@ -135,8 +135,8 @@ fn runs_that_are_killed_again_and_again_end_as_if_nothing_had_been() {
     );
 }
 
-/// A command that is killed (SIGXFSZ) as soon as one of its files grows beyond so many blocks of 512 bytes; with `told`
-/// the writing fails instead.
+/// A command that is killed (SIGXFSZ) as soon as one of its files exceeds this many blocks of 512 bytes; with `told`,
+/// writing fails instead.
 pub fn with_short_files(place: &Place, line: &str, blocks: u64, told: bool) -> Command {
     let trap = if told { "trap '' XFSZ; " } else { "" };
     let mut command = Command::new("sh");
@@ -146,8 +146,8 @@ pub fn with_short_files(place: &Place, line: &str, blocks: u64, told: bool) -> C
     command
 }
 
-/// The system kills the process within the writing of a checkpoint, which is the largest file then. The checkpoint before
-/// stays whole, the part is cleared away, and the run ends as if nothing had been.
+/// The system kills the process while it writes a checkpoint, which is the largest file at that time. The previous
+/// checkpoint stays intact, the incomplete file is removed, and the run ends as if nothing had happened.
 #[test]
 fn a_run_killed_within_the_writing_of_a_checkpoint_resumes() {
     let place = Place::new();
@@ -156,7 +156,7 @@ fn a_run_killed_within_the_writing_of_a_checkpoint_resumes() {
     place.write("case.toml", &case.replace("[load_path]", "[load_path]\nstart_values = \"last_state\""));
     place.good("optimize case.toml --out whole -q");
     place.good("optimize case.toml --out cut --iterations 2 -q");
-    // The end of this part is none of the whole run.
+    // The uninterrupted run does not write this file at the end of the first part.
     fs::remove_file(place.path("cut/design_0002.vtu")).expect("there");
     let before = place.read("cut/checkpoint.json");
     let largest = ["newton.csv", "history.csv", "design.csv", "run.json"];
@@ -173,10 +173,10 @@ fn a_run_killed_within_the_writing_of_a_checkpoint_resumes() {
     assert_same_runs(&place, "whole", "cut");
 }
 
-/// Its number on Linux and macOS.
+/// The number of this signal on Linux and macOS.
 const SIGXFSZ: i32 = 25;
 
-/// Killed after its last checkpoint, before the files of its path: there is something left to do.
+/// A run killed after its last checkpoint but before the files of its path still has work to do.
 #[test]
 fn a_run_killed_within_its_last_files_writes_them() {
     let place = Place::new();
@@ -191,8 +191,8 @@ fn a_run_killed_within_its_last_files_writes_them() {
     assert_same_runs(&place, "whole", "cut");
 }
 
-/// A process that was killed before the first file of its run, or within the removal of an earlier one, does not block the
-/// place; what is somebody else's stays.
+/// A process that was killed before it wrote the first file of its run, or while it removed an earlier run, does not
+/// block the directory; other files in it are kept.
 #[test]
 fn a_start_that_was_killed_blocks_nobody() {
     let place = Place::new();
@@ -207,11 +207,11 @@ fn a_start_that_was_killed_blocks_nobody() {
     assert!(left.contains("notes.json.123.tmp") && left.contains("picture.png.123.tmp"), "{left:?}");
 
     fs::remove_file(place.path("case/checkpoint.json")).expect("there");
-    place.bad("resume case", 2, &["case holds no checkpoint.json", "start it again with --force"]);
+    place.bad("resume case", 2, &["there is no checkpoint.json in case", "start it again with --force"]);
     place.good("optimize case.toml -q --iterations 1 --force");
 }
 
-/// Many processes at once on one directory: one makes the run, the others say why they do not.
+/// Many processes start at once on one directory: one makes the run, and the others say why they do not.
 #[test]
 fn of_many_starts_at_once_one_runs() {
     let place = Place::new();
@@ -227,7 +227,7 @@ fn of_many_starts_at_once_one_runs() {
                 Some(0) => made += 1,
                 code => {
                     assert_eq!(code, Some(2), "{said}");
-                    let known = ["is being written by another slipstick", "holds the results of a run already"];
+                    let known = ["another slipstick process is writing to", "already contains the results of a run"];
                     assert!(known.iter().any(|known| said.contains(known)), "{said}");
                 }
             }

@@ -30,7 +30,8 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A block of 2 × 1 × 2 elements pressed onto a slab of 4 × 2 × 2 and drawn over it; 20 elements, 16 of them designed.
+/// A block of 2 × 1 × 2 elements pressed onto a slab of 4 × 2 × 2 elements and dragged over it; 20 elements, 16 of them
+/// designed.
 const CASE: &str = r#"title = "Block on slab"
 [[body]]
 name = "slab"
@@ -78,7 +79,7 @@ impl Place {
         place
     }
 
-    /// With the case changed; `from` must be in it.
+    /// With a change of the case, which must contain `from`.
     fn with(from: &str, to: &str) -> Self {
         let place = Self::new();
         assert!(CASE.contains(from), "{from}");
@@ -102,7 +103,7 @@ impl Place {
         serde_json::from_str(&self.read(name)).expect("JSON")
     }
 
-    /// Rows of a CSV table by their cells, header first.
+    /// Rows of a CSV table as lists of cells, header first.
     fn table(&self, name: &str) -> Vec<Vec<String>> {
         self.read(name).lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
     }
@@ -122,7 +123,7 @@ impl Place {
         ran
     }
 
-    /// Runs a command that must end with `code`, and say all of `expected` on standard error.
+    /// Runs a command that must end with `code` and print all of `expected` to standard error.
     fn bad(&self, line: &str, code: i32, expected: &[&str]) -> Ran {
         let ran = self.run(line);
         assert_eq!(ran.code, Some(code), "{line}\n{}\n{}", ran.out, ran.err);
@@ -139,7 +140,7 @@ fn command(folder: &Path, line: &str) -> Command {
     command
 }
 
-/// What a command said.
+/// The output of a command.
 struct Ran {
     code: Option<i32>,
     out: String,

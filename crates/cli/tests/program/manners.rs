@@ -1,4 +1,4 @@
-//! What the program says about itself, and small things that a user meets.
+//! What the program says about itself, and other small matters that users notice.
 
 use super::*;
 
@@ -7,7 +7,7 @@ fn codes_are_explained() {
     let place = Place::new();
     let all = place.good("explain").out;
     assert!(all.contains("unknown_key") && all.contains("penetrating_start"), "{all}");
-    // As a message shows it, in brackets and with its prefix.
+    // In the form shown in messages: in brackets and with its prefix.
     let place = Place::with("friction = 0.3", "fricton = 0.3");
     let message = place.bad("check case.toml", 2, &["unknown_key"]).err;
     let mut brackets = message.split('[').filter_map(|part| Some(part.split_once(']')?.0.to_owned()));
@@ -35,8 +35,8 @@ fn shells_and_man_know_the_commands() {
     place.bad("man billiards", 2, &["no command `billiards`"]);
 }
 
-/// A terminal keeps the line of every iteration; what is in progress stands below them. `script` (util-linux, bsdutils) is the
-/// terminal.
+/// A terminal keeps the line of every iteration, with the progress below them. `script` (util-linux, bsdutils) provides
+/// the terminal.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_terminal_keeps_the_table_of_iterations() {
@@ -65,7 +65,7 @@ fn a_terminal_keeps_the_table_of_iterations() {
     assert!(shown.contains("iteration 2: step "), "{shown}");
 }
 
-/// The schema goes where it is asked to, and replaces nothing unasked.
+/// The schema is written to the given file, and replaces an existing one only on request.
 #[test]
 fn the_schema_is_written() {
     let place = Place::new();
@@ -77,7 +77,7 @@ fn the_schema_is_written() {
     place.good("schema --out case.schema.json --force");
 }
 
-/// Counts are asked for in the program's own words.
+/// Errors about counts use the program's own words.
 #[test]
 fn counts_are_greater_than_zero() {
     let place = Place::new();
@@ -87,7 +87,7 @@ fn counts_are_greater_than_zero() {
     place.bad("optimize case.toml --iterations 0", 2, &["a whole number greater than zero is expected"]);
 }
 
-/// Steps that the objective does not look at have no value, not the value 0.
+/// Steps that the objective does not observe have no value, rather than the value 0.
 #[test]
 fn only_observed_steps_have_values() {
     let place = Place::new();
@@ -102,7 +102,7 @@ fn only_observed_steps_have_values() {
     assert!((sum / event["objective"].as_f64().expect("a number") - 1.0).abs() < 1e-12);
 }
 
-/// The last design has no derivative, which only an update needs, and its table no column for it.
+/// The last design has no derivative, because only an update needs one, and its table has no column for it.
 #[test]
 fn tables_of_densities_have_no_empty_column() {
     let place = Place::new();

@@ -1,4 +1,4 @@
-//! Memory of runs: what `check` predicts, what they take, and what is refused.
+//! Memory of runs: the prediction of `check`, the memory used, and cases that are refused.
 
 use slipstick::mesh::{BoxShape, box_mesh};
 
@@ -6,21 +6,21 @@ use super::*;
 use crate::abaqus::abaqus;
 use crate::table::publish;
 
-/// What the bodies are meshed with.
+/// The elements of the bodies.
 #[derive(Clone, Copy, PartialEq)]
 enum Elements {
     Hexahedra,
-    /// Two in the place of each hexahedron.
+    /// Two instead of each hexahedron.
     Wedges,
-    /// Six in the place of each hexahedron.
+    /// Six instead of each hexahedron.
     Tetrahedra,
 }
 
-/// A run whose memory is predicted and measured: the case of all tests with other meshes.
+/// A run whose memory is predicted and measured: the case used in all tests, with other meshes.
 struct Measured {
     name: &'static str,
     elements: Elements,
-    /// Cells of the slab; the block has a third of them each way.
+    /// Cells of the slab; the block has a third as many in each direction.
     cells: [usize; 3],
     enforcement: &'static str,
     /// Radius of the filter, or none. \[L\]
@@ -47,8 +47,8 @@ struct Row {
 }
 
 impl Row {
-    /// Measured over predicted. With kept factors the prediction is a bound: steps share factors as long as the active set
-    /// stays.
+    /// Ratio of measured to predicted memory. With kept factors, the prediction is a bound: steps share factors as long
+    /// as the active set does not change.
     fn ratio(&self) -> f64 {
         let [least, most] = self.predicted;
         self.measured / self.measured.clamp(least, most)
@@ -115,7 +115,7 @@ impl Measured {
     }
 }
 
-/// Rows of all runs, in the given order, one run at a time; each prediction is right within a quarter.
+/// Rows of all runs, in the given order, one run at a time; each prediction is within 25 % of the measurement.
 fn measure(runs: &[Measured]) -> Vec<Row> {
     let rows: Vec<Row> = runs.iter().map(Measured::row).collect();
     let wrong: String = rows.iter().filter(|row| !(0.75..=1.25).contains(&row.ratio())).map(Row::line).collect();
@@ -123,7 +123,7 @@ fn measure(runs: &[Measured]) -> Vec<Row> {
     rows
 }
 
-/// Prediction and measurement (`VmHWM`) agree to a quarter, whatever the elements and the method.
+/// Prediction and measurement (`VmHWM`) agree within 25 %, for all elements and methods.
 #[test]
 fn predicted_memory_is_that_of_runs() {
     let run = |name, elements, enforcement, more| {
@@ -148,7 +148,7 @@ fn predicted_memory_is_that_of_runs() {
     ]);
 }
 
-/// The table of `docs/robustness.md`: 5,000 to 40,000 unknowns, of hexahedra, wedges and tetrahedra.
+/// The table in `docs/robustness.md`: 5,000 to 40,000 unknowns, with hexahedra, wedges and tetrahedra.
 #[test]
 #[ignore = "takes minutes: docs/robustness/measure.sh memory"]
 fn table_of_memory() {
@@ -173,8 +173,8 @@ fn table_of_memory() {
     publish("memory", &rows);
 }
 
-/// A run that would not fit into the memory that the process may have is refused before it begins, with what helps: less for
-/// kept factors where that is enough, else fewer elements. `check` says the same and shows the rest.
+/// A run that would exceed the memory available to the process is refused before it begins, with the cure: less memory
+/// for kept factors if that is enough, otherwise fewer elements. `check` reports the same and shows the rest.
 #[test]
 fn runs_larger_than_the_memory() {
     let place = Place::new();
@@ -191,8 +191,8 @@ fn runs_larger_than_the_memory() {
     let number = |name: &str| inspection[name].as_f64().expect("a number") / 1e6;
     let (peak, kept) = (number("peak_bytes"), number("kept_bytes"));
     assert!(kept > 0.5 * peak, "{kept} of {peak}");
-    // Addresses of the program's own text and stacks come on top, so a little less than the limit is left.
-    for (megabytes, help) in [(peak, "memory = \""), (peak - kept, "take fewer elements")] {
+    // The program's code and stacks also use address space, so a little less than the limit is left.
+    for (megabytes, help) in [(peak, "memory = \""), (peak - kept, "use fewer elements")] {
         let ran = limited("gradient case.toml", megabytes);
         assert_eq!(ran.code, Some(2), "{}", ran.err);
         for part in ["a run needs about", "too_large", help] {

@@ -1,4 +1,4 @@
-//! Cases with mesh files: the same pair of bodies as everywhere here, as Gmsh has written it.
+//! Cases with mesh files: the pair of bodies used in all these tests, as written by Gmsh.
 
 use super::*;
 
@@ -23,7 +23,7 @@ pub fn copy(place: &Place, from: &str, to: &str) {
     std::fs::copy(&from, place.path(to)).unwrap_or_else(|error| panic!("{from}: {error}"));
 }
 
-/// Forward and gradient through the program, beside those of the generated boxes.
+/// Forward analysis and gradient of the program, compared with those of the generated boxes.
 #[test]
 fn meshed_bodies_give_what_generated_ones_give() {
     let place = meshed();
@@ -42,8 +42,8 @@ fn meshed_bodies_give_what_generated_ones_give() {
     assert!(resolved.contains("sha256 = \""), "{resolved}");
 }
 
-/// Numbers in a case that is written for people have the digits that mean something: no `1.8699999999999999`. The mesh is moved so
-/// that sums of its coordinates are no round numbers.
+/// Numbers in a case written for people have only meaningful digits, not `1.8699999999999999`. The mesh is moved so
+/// that sums of its coordinates are not round numbers.
 #[test]
 fn numbers_of_written_cases_are_short() {
     let folder = format!("{}/../meshio/tests/data", env!("CARGO_MANIFEST_DIR"));
@@ -73,7 +73,7 @@ fn numbers_of_written_cases_are_short() {
     assert!(numbers > 200, "{numbers}");
 }
 
-/// A run goes on with its own copy of the mesh, wherever the original has gone, and not with another one.
+/// A run continues with its own copy of the mesh, whatever happens to the original, and not with a different mesh.
 #[test]
 fn a_run_keeps_its_meshes_and_notices_changed_ones() {
     let place = meshed();
@@ -119,7 +119,7 @@ fn missing_and_wrong_mesh_files_are_said_at_their_place() {
     place.bad("check case.toml", 2, &["case.toml:4:17: error: cannot read the mesh file meshes/pair.msh", "folder"]);
 }
 
-/// A slab of tetrahedra under a block of hexahedra, through every command that has to do with elements.
+/// A slab of tetrahedra under a block of hexahedra, through every command that deals with elements.
 #[test]
 fn tetrahedra_go_through_all_commands() {
     go_through_all_commands("gmsh_tetrahedra.msh", 100);
@@ -149,7 +149,8 @@ fn go_through_all_commands(mesh: &str, least: usize) {
     assert!(std::fs::metadata(place.path("run/design.stl")).expect("a surface").len() > 10_000);
 }
 
-/// `new my-mesh` names bodies and surfaces of files of all formats, with and without names, and `check` takes what it writes.
+/// `new my-mesh` finds or makes names for bodies and surfaces of files of all formats, and `check` accepts the case
+/// that it writes.
 #[test]
 fn a_case_for_a_mesh_of_ones_own_is_accepted() {
     let place = Place::new();
@@ -158,7 +159,7 @@ fn a_case_for_a_mesh_of_ones_own_is_accepted() {
         // triangles are smaller than the block's quadrilaterals
         ("gmsh_tetrahedra.msh", ["slave = \"slab_top\"", "master = \"block_bottom\"", "set = \"slab_bottom\""]),
         ("gmsh_wedges.msh", ["slave = \"slab_top\"", "master = \"block_bottom\"", "set = \"slab_bottom\""]),
-        // by their corners
+        // reduced to their corner nodes
         (
             "gmsh_41_second_order.msh",
             [
@@ -169,7 +170,7 @@ fn a_case_for_a_mesh_of_ones_own_is_accepted() {
         ),
         // Gmsh's volumes are element sets, its physical groups node sets
         ("gmsh.inp", ["slave = \"Volume2_", "master = \"Volume1_", "set = \"Volume1_slab_bottom\""]),
-        // parts and surfaces by values of a field
+        // parts and surfaces defined by values of a field
         ("meshio_ascii.vtu", ["slave = \"group_6_group=7\"", "master = \"group_1_group=3\"", "part = \"group=6\""]),
     ] {
         copy(&place, mesh, mesh);
@@ -184,14 +185,14 @@ fn a_case_for_a_mesh_of_ones_own_is_accepted() {
         let checked = place.good("check mine.toml").out;
         assert!(checked.contains("no warnings"), "{mesh}\n{checked}\n{text}");
     }
-    // the path goes on: closed, and along
+    // the path closes contact and then slides
     let text = place.read("mine.toml").replace("steps = 10", "steps = 2").replace("iterations = 30", "iterations = 1");
     place.write("mine.toml", &text);
     let history = place.good("optimize mine.toml --json").event("result");
     assert!(history["objective"].as_f64().expect("a number") < -1.0, "{history}");
 }
 
-/// A file with one body gets a block; its mesh lies in another folder than the case.
+/// A mesh with one body gets a block; the mesh file is not in the folder of the case.
 #[test]
 fn a_body_alone_gets_a_block() {
     let place = Place::new();
@@ -225,7 +226,8 @@ fn a_body_alone_gets_a_block() {
     }
 }
 
-/// On an L with a wall and a low seat, the block stands on the seat and not above the whole, and the wall is held.
+/// On an L-shaped body with a wall and a low seat, the block stands on the seat, not above the whole body, and the wall
+/// is held.
 #[test]
 fn the_block_stands_on_the_surface_that_it_touches() {
     let place = Place::new();
@@ -241,7 +243,7 @@ fn the_block_stands_on_the_surface_that_it_touches() {
         let upper = [a + 8, b + 8, c + 8, d + 8].map(|node| node.to_string()).join(", ");
         mesh += &format!("{}, {a}, {b}, {c}, {d}, {upper}\n", number + 1);
     }
-    // S5 is an element's side towards y, S6 that towards −x
+    // S5 is the side of an element facing +y, S6 the side facing −x
     mesh += "*SURFACE, NAME=seat, TYPE=ELEMENT\n2, S5\n*SURFACE, NAME=wall, TYPE=ELEMENT\n1, S6\n3, S6\n";
     place.write("l.inp", &mesh);
     place.good("new --mesh l.inp --out l.toml");

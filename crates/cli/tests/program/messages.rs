@@ -1,60 +1,61 @@
-//! What the program says to wrong input, as it stands in `messages.txt` beside this file: where, what, and what mends it.
+//! The program's messages about wrong input, kept in `messages.txt` next to this file: the place, the error, and the
+//! cure.
 //!
-//! After a change of messages, `UPDATE_MESSAGES=1 cargo test -p slipstick-cli --test program messages` writes the file anew,
-//! to be read before it is committed.
+//! After a change of messages, `UPDATE_MESSAGES=1 cargo test -p slipstick-cli --test program messages` rewrites the
+//! file; read it before you commit it.
 
 use super::*;
 
-/// One line of the case changed: what is wrong, what stands there, and what in its place.
+/// A change of one line of the case: the mistake, the original text, and its replacement.
 const CHANGES: &[(&str, &str, &str)] = &[
     ("a string without quotes", "title = \"Block on slab\"", "title = Block on slab"),
     ("a bracket is missing", "elements = [4, 2, 2] }", "elements = [4, 2, 2 }"),
     ("a key twice", "friction = 0.3", "friction = 0.3\nfriction = 0.2"),
     ("a misspelt key", "friction = 0.3", "fricton = 0.3"),
-    ("a needed key misspelt", "material = {", "materiel = {"),
-    ("a needed key by another name", "friction = 0.3", "mu = 0.3"),
-    ("a needed key with a word too many", "friction = 0.3", "friction_coefficient = 0.3"),
+    ("a required key misspelt", "material = {", "materiel = {"),
+    ("a required key with another name", "friction = 0.3", "mu = 0.3"),
+    ("a required key with an extra word", "friction = 0.3", "friction_coefficient = 0.3"),
     ("a misspelt section", "[optimizer]", "[optimiser]"),
     ("a misspelt section that others need", "[[contact]]", "[[contat]]"),
     ("a key of another table", "steps = 4", "steps = 4\niterations = 4"),
     ("a key is missing", "friction = 0.3\n", ""),
     ("two shapes", "name = \"slab\"", "name = \"slab\"\nhalf_ball = { radius = 1.0, elements = [2, 1, 1] }"),
     ("an unknown material", "material = { neo_hooke", "material = { rubber"),
-    ("a word for a number", "friction = 0.3", "friction = \"rough\""),
-    ("a fraction for a count", "steps = 4", "steps = 4.5"),
-    ("a number of components", "max = [4, 1, 2]", "max = [4, 1]"),
+    ("a string instead of a number", "friction = 0.3", "friction = \"rough\""),
+    ("a fraction instead of a count", "steps = 4", "steps = 4.5"),
+    ("too few components", "max = [4, 1, 2]", "max = [4, 1]"),
     ("not a number", "friction = 0.3", "friction = nan"),
     ("an infinite number", "youngs_modulus = 1000.0", "youngs_modulus = inf"),
-    ("a modulus below zero", "youngs_modulus = 1000.0", "youngs_modulus = -1000.0"),
+    ("a negative modulus", "youngs_modulus = 1000.0", "youngs_modulus = -1000.0"),
     ("an incompressible material", "poisson_ratio = 0.3", "poisson_ratio = 0.5"),
     ("a box inside out", "max = [4, 1, 2]", "max = [4, -1, 2]"),
     ("no elements", "elements = [4, 2, 2]", "elements = [4, 0, 2]"),
-    ("a friction below zero", "friction = 0.3", "friction = -0.1"),
+    ("negative friction", "friction = 0.3", "friction = -0.1"),
     ("no steps", "steps = 4", "steps = 0"),
-    ("two bodies of one name", "name = \"block\"", "name = \"slab\""),
+    ("two bodies with the same name", "name = \"block\"", "name = \"slab\""),
     ("a name with a blank", "name = \"block\"", "name = \"the block\""),
     ("an unknown surface", "slave = \"block_ymin\"", "slave = \"block_bottom\""),
-    ("a body for a surface", "slave = \"block_ymin\"", "slave = \"block\""),
+    ("a body instead of a surface", "slave = \"block_ymin\"", "slave = \"block\""),
     ("one surface twice", "slave = \"block_ymin\"", "slave = \"slab_ymax\""),
     ("surfaces of one body", "slave = \"block_ymin\"", "slave = \"slab_ymin\""),
     ("an unknown enforcement", "friction = 0.3", "friction = 0.3\nenforcement = { nitsche = {} }"),
     (
-        "settings of Uzawa's iteration that differ",
+        "different settings of Uzawa's iteration",
         "friction = 0.3",
         "friction = 0.3\nenforcement = { augmented = { max_uzawa = 50 } }\n[[contact]]\nfriction = 0\nslave = \"slab_xmax\"\n\
          master = \"block_ymax\"\nenforcement = { augmented = {} }",
     ),
     ("a stiffness of zero", "friction = 0.3", "friction = 0.3\nenforcement = { penalty = { stiffness = 0 } }"),
-    ("a rule that is not there", "friction = 0.3", "friction = 0.3\ncell_rule = 5"),
+    ("a rule that does not exist", "friction = 0.3", "friction = 0.3\ncell_rule = 5"),
     ("a search radius too small", "friction = 0.3", "friction = 0.3\nsearch_radius = 1e-4"),
     ("an unknown multiplier shape", "friction = 0.3", "friction = 0.3\nmultiplier_shape = \"quadratic\""),
     ("an unknown set", "set = \"slab_ymin\"", "set = \"slab_bottom\""),
     ("an unknown component", "set = \"slab_ymin\"", "set = \"slab_ymin\"\ncomponents = [\"u\"]"),
-    ("way points out of order", "{ t = 1.0, u", "{ t = 0.4, u"),
-    ("a way point after the end", "{ t = 1.0, u", "{ t = 2.0, u"),
+    ("waypoints out of order", "{ t = 1.0, u", "{ t = 0.4, u"),
+    ("a waypoint after the end", "{ t = 1.0, u", "{ t = 2.0, u"),
     ("an angle without an axis", "u = [0.2, -0.1, 0.05] }", "u = [0.2, -0.1, 0.05], angle = 10 }"),
     (
-        "a turn by more than 90 degrees in a load step",
+        "a rotation by more than 90 degrees in a load step",
         "u = [0.2, -0.1, 0.05] }]",
         "angle = 300 }]\nrotation = { direction = [0, 1, 0], point = [1, 1, 1] }",
     ),
@@ -62,30 +63,30 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("a tolerance of one", "relative = 1e-11", "relative = 1.0"),
     ("an unknown design body", "bodies = [\"slab\"]", "bodies = [\"plate\"]"),
     ("no design body", "bodies = [\"slab\"]", "bodies = []"),
-    ("a start without material", "initial = 0.5", "initial = 0.0"),
+    ("an initial design without material", "initial = 0.5", "initial = 0.0"),
     ("a volume above one", "volume_fraction = 0.5", "volume_fraction = 1.5"),
     ("a penalization below one", "p = 3.0", "p = 0.5"),
     ("a filter without size", "radius = 1.2", "radius = 0"),
     (
-        "all of the design passive",
+        "all of the design is passive",
         "initial = 0.5",
         "initial = 0.5\npassive_solid = [{ min = [-1, -1, -1], max = [9, 9, 9] }]",
     ),
-    ("a step that is not there", "steps = \"last\"", "steps = [2, 5]"),
-    ("a contact force of prescribed nodes only", "set = \"block_ymax\"", "set = \"block_ymin\""),
+    ("a load step that does not exist", "steps = \"last\"", "steps = [2, 5]"),
+    ("a contact force of only prescribed nodes", "set = \"block_ymax\"", "set = \"block_ymin\""),
     ("an unknown objective", "contact_force = {", "stiffness = {"),
     ("no iterations", "iterations = 4", "iterations = 0"),
-    ("an asymptote that does not turn", "iterations = 4", "iterations = 4\nmma = { asydecr = 1.5 }"),
+    ("an asymptote factor above one", "iterations = 4", "iterations = 4\nmma = { asydecr = 1.5 }"),
     ("an unknown solver", "every = 2", "every = 2\n[solver]\nlinear = \"pardiso\""),
-    ("a word in place of true", "every = 2", "every = 2\npieces = \"yes\""),
+    ("a string instead of true", "every = 2", "every = 2\npieces = \"yes\""),
     ("memory without a unit", "every = 2", "every = 2\n[adjoint]\nmemory = \"8\""),
     (
-        "a mesh file that is not there",
+        "a mesh file that does not exist",
         "box = { min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }",
         "mesh = { file = \"slab.msh\" }",
     ),
     (
-        "a mesh file of no known format",
+        "a mesh file of unknown format",
         "box = { min = [0, 0, 0], max = [4, 1, 2], elements = [4, 2, 2] }",
         "mesh = { file = \"notes.txt\" }",
     ),
@@ -96,13 +97,13 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ),
     ("a load on an unknown surface", "[load_path]", "[[load]]\nsurface = \"slab_top\"\npressure = 1.0\n[load_path]"),
     (
-        "a load of two kinds",
+        "a load with two values",
         "[load_path]",
         "[[load]]\nsurface = \"slab_ymax\"\npressure = 1.0\nforce = [0, -1, 0]\n[load_path]",
     ),
-    ("a load of no kind", "[load_path]", "[[load]]\nsurface = \"slab_ymax\"\n[load_path]"),
-    ("a plane of symmetry across no axis", "[[contact]]", "[[symmetry]]\nnormal = \"w\"\n[[contact]]"),
-    ("a load case that is not there", "set = \"slab_ymin\"", "set = \"slab_ymin\"\nload_case = \"second\""),
+    ("a load without a value", "[load_path]", "[[load]]\nsurface = \"slab_ymax\"\n[load_path]"),
+    ("a symmetry plane normal to no axis", "[[contact]]", "[[symmetry]]\nnormal = \"w\"\n[[contact]]"),
+    ("a load case that does not exist", "set = \"slab_ymin\"", "set = \"slab_ymin\"\nload_case = \"second\""),
     ("a load case without weight", "[load_path]", "[[load_case]]\nname = \"first\"\nweight = 0.0\n[load_path]"),
     ("a set without conditions", "[[contact]]", "[[set]]\nname = \"far\"\n[[contact]]"),
     (
@@ -113,7 +114,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ),
 ];
 
-/// Commands on the right case.
+/// Wrong commands on the valid case.
 const COMMANDS: &[&str] = &[
     "optimise case.toml",
     "check nothing.toml",
@@ -132,7 +133,7 @@ const COMMANDS: &[&str] = &[
     "explain slipstick::case::nothing",
 ];
 
-/// What wrong input looks like, and what is said.
+/// Descriptions of wrong input, and the messages.
 fn said() -> Vec<(String, String)> {
     let mut said = Vec::new();
     for &(what, from, to) in CHANGES {
@@ -158,7 +159,7 @@ fn messages_say_where_what_and_what_mends_it() {
         let place = message.lines().any(|line| line.starts_with("case.toml:") || line.starts_with("error: "));
         assert!(place, "{what}: no place\n{message}");
         let cure = ["help: ", "tip: ", "For more information", " must "].iter().any(|word| message.contains(word));
-        assert!(cure, "{what}: nothing mends it\n{message}");
+        assert!(cure, "{what}: no cure\n{message}");
         assert!(!message.contains("panicked"), "{what}\n{message}");
     }
     let text: String = said.iter().map(|(what, message)| format!("== {what}\n{}\n", message.trim_end())).collect();

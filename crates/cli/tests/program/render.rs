@@ -27,20 +27,20 @@ fn the_newest_design_by_default() {
     assert!(picture == drawn(&place, "render case --step 4 --out step.png", "step.png"), "the last step");
     assert!(picture != drawn(&place, "render case --deformed 0 --out flat.png", "flat.png"), "undeformed differs");
 
-    // A path that is not of the newest design is not shown with it.
+    // A path that does not belong to the newest design is not shown with it.
     let table = place.read("case/design.csv");
     let row = table.lines().nth(4).expect("element 3");
     place.write("case/design.csv", &table.replace(row, "3,slab,0.9"));
     assert!(picture != drawn(&place, "render case", "case/picture.png"));
     place.bad("render case --deformed 2", 2, &["no displacements of this design"]);
 
-    // The surface that `export` writes; it has no field and no displacements.
+    // The surface that `export` writes has no field and no displacements.
     let smooth = drawn(&place, "render case --smooth --out smooth.png", "smooth.png");
     assert!(smooth != drawn(&place, "render case --deformed 0 --out flat.png", "flat.png"));
     place.bad("render case --smooth --deformed 1", 2, &["--smooth", "--deformed"]);
     place.bad("render case --smooth --threshold 1", 2, &["density"]);
 
-    // The picture is the run's: a new run takes it away.
+    // The picture belongs to the run: a new run removes it.
     place.good("optimize case.toml -q --force --iterations 1");
     assert!(!place.path("case/picture.png").exists());
 }
@@ -60,7 +60,7 @@ fn fields_steps_and_views() {
     let first = drawn(&place, "render case --iteration 0 --threshold 0 --out a.png", "a.png");
     let second = drawn(&place, "render case --iteration 2 --threshold 0 --out b.png --view top", "b.png");
     assert!(first != second);
-    // A start design below the default threshold is shown whole.
+    // An initial design below the default threshold is shown whole.
     place.good("solve case.toml -q --set design.initial=0.4");
     let whole = drawn(&place, "render case_solve --threshold 0 --out whole.png", "whole.png");
     assert!(whole == drawn(&place, "render case_solve --out grey.png", "grey.png"));
@@ -69,7 +69,8 @@ fn fields_steps_and_views() {
     assert_eq!(event["file"], "case/picture.png");
 }
 
-/// Where nothing is designed, densities would give one colour: contact pressure is drawn, or displacement, and that is said.
+/// If nothing is designed, densities would give a single colour, so contact pressure or displacement is drawn instead,
+/// with a message.
 #[test]
 fn a_field_is_chosen_where_nothing_is_designed() {
     let place = Place::new();
@@ -93,7 +94,7 @@ fn a_field_is_chosen_where_nothing_is_designed() {
     // at rest there is nothing else to draw
     assert_eq!(place.good("render away_solve --step 0").out.trim(), "density in away_solve/picture.png");
 
-    // full material everywhere is one colour too; a design is not
+    // full material everywhere also gives a single colour; a design does not
     place.write("full.toml", CASE);
     place.good("solve full.toml -q --set design.initial=1.0 --out full");
     assert!(place.good("render full").out.contains("contact_pressure in full/picture.png (all densities are 1;"));
@@ -108,8 +109,8 @@ fn what_cannot_be_drawn() {
     place.bad("render case --field colour", 2, &["no field `colour` in case", "contact_pressure, ", "density"]);
     place.bad("render case --field contact", 2, &["no field `contact`"]);
     place.bad("render case --iteration 2 --field pressure", 2, &["design_0002.vtu", "objective_derivative"]);
-    place.bad("render case --step 9", 2, &["case has no load step 9", "there are: 0 to 4"]);
-    place.bad("render case --iteration 1", 2, &["case has no iteration 1", "there are: 0, 2, 4"]);
+    place.bad("render case --step 9", 2, &["case has no load step 9", "available: 0 to 4"]);
+    place.bad("render case --iteration 1", 2, &["case has no iteration 1", "available: 0, 2, 4"]);
     place.bad("render case --view inside", 2, &["no view `inside`", "iso_below"]);
     place.bad("render case --iteration 2 --deformed 3", 2, &["no displacements"]);
     place.bad("render case --size 0x5", 2, &["at least 160x120"]);
@@ -120,14 +121,14 @@ fn what_cannot_be_drawn() {
     place.write("notes.png", "mine");
     place.bad("render case --out notes.png", 2, &["notes.png exists and is not a picture"]);
     assert_eq!(place.read("notes.png"), "mine");
-    place.bad("render nowhere", 2, &["nowhere holds no run.json"]);
+    place.bad("render nowhere", 2, &["there is no run.json in nowhere"]);
 
     let bytes = std::fs::read(place.path("case/path_0004.vtu")).expect("written");
     std::fs::write(place.path("case/path_0004.vtu"), &bytes[..bytes.len() / 2]).expect("written");
     place.bad("render case", 2, &["path_0004.vtu", "ends early"]);
 }
 
-/// The history of a run, in its directory; those of several in a file, from directories and tables alike.
+/// The history of a run goes to its directory; those of several go to a file, from directories and tables alike.
 #[test]
 fn histories_in_one_frame() {
     let place = Place::new();
@@ -142,7 +143,7 @@ fn histories_in_one_frame() {
     let event = place.good("render case smooth --history --out two.png --json").event("result");
     assert_eq!(event["runs"].to_string(), r#"["case","smooth"]"#);
 
-    // The same numbers in a table, but for the bound on the volume, which a table does not hold.
+    // The same numbers in a table, except for the volume bound, which a table does not contain.
     let mut table = String::new();
     for name in ["smooth", "case"] {
         let text = place.read(&format!("{name}/history.csv"));
@@ -178,13 +179,13 @@ fn histories_in_one_frame() {
     );
     place.bad("render none.csv --history --out c.png", 2, &["cannot read none.csv"]);
     place.good("solve case.toml -q");
-    place.bad("render case_solve --history", 2, &["case_solve holds no history.csv", "optimization"]);
-    // The chart is the run's: a new run takes it away.
+    place.bad("render case_solve --history", 2, &["there is no history.csv in case_solve", "optimization"]);
+    // The chart belongs to the run: a new run removes it.
     place.good("optimize case.toml -q --force --iterations 1");
     assert!(!place.path("case/history.png").exists());
 }
 
-/// Bodies by name, and nothing else.
+/// Only the named bodies are drawn.
 #[test]
 fn bodies_that_are_shown() {
     let place = Place::new();

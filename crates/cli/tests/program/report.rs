@@ -1,4 +1,4 @@
-//! Web pages of runs: their data, and what a browser makes of them where there is one.
+//! Web pages of runs: their data and, if a browser is installed, their appearance in it.
 
 use super::*;
 
@@ -9,7 +9,7 @@ fn data(html: &str) -> Value {
     serde_json::from_str(text).expect("JSON, in which NaN cannot be")
 }
 
-/// Whatever could make a browser ask another machine.
+/// Everything that could make a browser contact another machine.
 fn assert_alone(html: &str) {
     let without = html.replace("http://www.w3.org/2000/svg", "");
     for address in ["http:", "https:", "url(", "import(", "fetch(", "<link", "src=\"/", "src=\"."] {
@@ -54,10 +54,10 @@ fn a_run_as_a_page() {
     place.good("report case --out page.html --force");
     place.good("optimize case.toml -q --force --iterations 1");
     assert!(!place.path("case/report.html").exists(), "a new run takes its page away");
-    place.bad("report nowhere", 2, &["nowhere holds no run.json"]);
+    place.bad("report nowhere", 2, &["there is no run.json in nowhere"]);
 }
 
-/// Every kind of run has a page, with what it wrote.
+/// Every kind of run has a page, with its results.
 #[test]
 fn pages_of_other_runs() {
     let place = Place::new();
@@ -72,7 +72,7 @@ fn pages_of_other_runs() {
     assert_eq!(page("case_solve")["steps"].as_array().map(Vec::len), Some(5));
     assert!(page("case_gradient")["designs"][0]["derivative"].is_object());
     let verify = page("case_verify")["verify"].clone();
-    assert!(verify["verdict"].as_str().is_some_and(|text| text.starts_with("Right")), "{verify}");
+    assert!(verify["verdict"].as_str().is_some_and(|text| text.starts_with("Confirmed")), "{verify}");
     assert_eq!(verify["rows"].as_array().map(Vec::len), Some(2));
     assert_eq!(page("case_evaluate")["evaluate"]["rows"][1][0], 0.2);
     // A run that failed says so first.
@@ -86,8 +86,8 @@ fn pages_of_other_runs() {
     );
 }
 
-/// A block that is pressed by a force, without friction: by equilibrium the contact force is that of the load. Half of the slab's
-/// volume of 8 is material.
+/// A block is pressed by a force, without friction: by equilibrium, the contact force equals the load. Half of the
+/// slab's volume of 8 is material.
 #[test]
 fn the_page_shows_forces_and_material() {
     let place = Place::new();
@@ -128,13 +128,13 @@ fn the_page_shows_forces_and_material() {
         pair[4].as_str().is_some_and(|largest| largest.starts_with("50.") && largest.ends_with(" at step 2")),
         "{pair}"
     );
-    // a run that has written no path says what it can
+    // a run without a path still has a page
     place.good("gradient case.toml -q");
     place.good("report case_gradient");
     assert!(data(&place.read("case_gradient/report.html"))["results"].is_null());
 }
 
-/// What is said of one is not said of several.
+/// Messages distinguish singular and plural.
 #[test]
 fn counts_agree_with_their_nouns() {
     let place = Place::new();
@@ -142,14 +142,14 @@ fn counts_agree_with_their_nouns() {
     assert!(place.good("report case_gradient").out.starts_with("1 design, 0 load steps, "));
     place.good("optimize case.toml --iterations 1 -q");
     let out = place.good("resume case --iterations 1").out;
-    assert!(out.contains("nothing is left to do after 1 iteration;"), "{out}");
+    assert!(out.contains("the run is complete after 1 iteration;"), "{out}");
     place.bad("check case.toml --set contact[3].friction=0.1", 2, &["contact has 1 entry, numbered from 0"]);
 }
 
-/// Names of browsers that the page can be tried with.
+/// Names of browsers in which the page can be tested.
 const BROWSERS: &[&str] = &["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
-/// What the page does with its controls, noted in its title: pixels drawn, and drawn after each change.
+/// Operates the page's controls and stores the results in its title: the pixels drawn at first and after each change.
 const TRIAL: &str = r##"<script>
 const canvas = document.getElementById("canvas"), gl = canvas.getContext("webgl");
 const drawn = () => {
@@ -184,7 +184,7 @@ told.faces = [sides.length / 2, sides.filter(side => side < 0).length];
 document.title = JSON.stringify(told);
 </script></body>"##;
 
-/// In a real browser the page draws, without an error, and every control changes the picture.
+/// In a real browser, the page is drawn without errors, and every control changes the picture.
 #[test]
 fn a_browser_shows_the_page() {
     let place = Place::new();
@@ -199,11 +199,11 @@ fn a_browser_shows_the_page() {
     }
     assert!(pixels("threshold") < pixels("first"), "fewer elements: {told}");
     assert!(told["charts"].as_u64() >= Some(7), "{told}");
-    // 6 + 5 + 4 faces, of which two pairs are one each
+    // 6 + 5 + 4 faces, of which two pairs coincide
     assert_eq!(told["faces"], serde_json::json!([13, 11]), "{told}");
 }
 
-/// What the page shows of its notes and results, noted in its title.
+/// Stores the notes and results that the page shows in its title.
 const SHOWN: &str = r##"<script>
 const note = document.querySelector("#notes p"), results = document.getElementById("results");
 const wide = [...document.querySelectorAll(".scroll")].filter(box => box.scrollWidth > box.clientWidth + 1).map(box => box.id);
@@ -213,7 +213,8 @@ document.title = JSON.stringify({
 });
 </script></body>"##;
 
-/// The lines of a failure stay lines; the results of a run without a design are shown in one page's width, and the view has colours.
+/// The lines of a failure message remain separate lines; the results of a run without a design fit the width of a page,
+/// and the view has colours.
 #[test]
 fn a_browser_shows_failures_and_results() {
     let test = "a_browser_shows_failures_and_results";
@@ -232,11 +233,11 @@ fn a_browser_shows_failures_and_results() {
     assert_eq!((&told["wide"], &told["field"]), (&serde_json::json!([]), &"displacement".into()), "{told}");
 }
 
-/// What a script at the end of a run's page notes in its title; `None` without a browser.
+/// The value that a script at the end of a run's page stores in its title; `None` without a browser.
 fn tried(place: &Place, run: &str, script: &str, test: &str) -> Option<Value> {
     let found = BROWSERS.iter().find(|name| Command::new(name).arg("--version").output().is_ok());
     let Some(browser) = found else {
-        // Straight to the terminal, past the capture of tests.
+        // Print directly to the terminal, because the test harness captures `eprintln!`.
         use std::io::Write as _;
         let _ = writeln!(std::io::stderr(), "SKIPPED {test}: none of {BROWSERS:?} is installed");
         return None;
@@ -262,8 +263,8 @@ fn tried(place: &Place, run: &str, script: &str, test: &str) -> Option<Value> {
     Some(serde_json::from_str(&title).unwrap_or_else(|e| panic!("{e}: {title}\n{log}")))
 }
 
-/// The page shows the design in Firefox, too: in the view that turns, or where there is no WebGL (headless as a rule) by the picture
-/// in its place. The colours of a screenshot tell, which the page without both has not.
+/// The page shows the design in Firefox too: in the interactive view or, if there is no WebGL (as is usual in headless
+/// mode), as a picture. This is checked by the colours of a screenshot, which a page without both does not have.
 #[test]
 #[ignore = "needs Firefox"]
 fn firefox_shows_the_page() {
@@ -299,7 +300,7 @@ fn firefox_shows_the_page() {
     assert!(with > 10_000 && without < 100, "{with} coloured pixels with the view, {without} without");
 }
 
-/// A profile for each page, which is made by the browser.
+/// A separate browser profile for each page.
 fn profile(place: &Place, page: &str) -> PathBuf {
     let folder = place.path(&format!("profile_{}", page.replace(['/', '.'], "_")));
     std::fs::create_dir_all(&folder).expect("made");

@@ -1,9 +1,9 @@
-//! Going on with an optimization.
+//! Resuming an optimization.
 
 use super::*;
 
-/// Two updates, then two more, are the same as four at once: every number of the checkpoint, the history but for its
-/// seconds, and the tables of designs and Newton iterations.
+/// Two updates and then two more give the same as four at once: every number of the checkpoint, the history except for
+/// its seconds, and the tables of designs and Newton iterations.
 #[test]
 fn a_resumed_run_is_the_uninterrupted_one_bit_for_bit() {
     let place = Place::new();
@@ -30,7 +30,7 @@ fn a_finished_run_has_nothing_left() {
     let place = Place::new();
     place.good("optimize case.toml --iterations 1");
     let before = place.read("case/checkpoint.json");
-    assert!(place.good("resume case").out.contains("nothing is left to do"));
+    assert!(place.good("resume case").out.contains("the run is complete"));
     assert_eq!(place.read("case/checkpoint.json"), before);
 }
 
@@ -40,11 +40,11 @@ fn what_cannot_be_resumed_is_refused() {
     place.bad(
         "resume case --set a=b",
         2,
-        &["goes on with the case", "`slipstick optimize CASE --design case --set …`"],
+        &["continues with the case", "`slipstick optimize CASE --design case --set …`"],
     );
-    place.bad("resume nowhere", 2, &["nowhere holds no run.json", "directory that an optimization has written"]);
+    place.bad("resume nowhere", 2, &["there is no run.json in nowhere", "directory of an optimization"]);
     place.good("solve case.toml");
-    place.bad("resume case_solve", 2, &["holds no checkpoint.json"]);
+    place.bad("resume case_solve", 2, &["there is no checkpoint.json in case_solve"]);
 
     place.good("optimize case.toml --iterations 1");
     place.write("case/case.toml", &CASE.replace("friction = 0.3", "friction = 0.4"));
@@ -53,12 +53,12 @@ fn what_cannot_be_resumed_is_refused() {
 
     let checkpoint = place.read("case/checkpoint.json");
     place.write("case/checkpoint.json", &checkpoint[..checkpoint.len() / 2]);
-    place.bad("resume case --iterations 3", 2, &["is not a checkpoint", "start anew"]);
+    place.bad("resume case --iterations 3", 2, &["is not a checkpoint", "start a new run"]);
     place.write("case/checkpoint.json", &checkpoint);
     place.good("resume case --iterations 3");
 }
 
-/// Whatever is wrong with a checkpoint is said with its file and a cure; nothing panics, and nothing is written.
+/// Every error in a checkpoint is reported with its file and a cure; nothing panics, and nothing is written.
 #[test]
 fn damaged_checkpoints_are_refused() {
     let place = Place::new();
@@ -121,7 +121,7 @@ fn damaged_checkpoints_are_refused() {
         assert_eq!(said, (Some(2), false, true, true), "{pointer}\n{}", ran.err);
     }
     std::fs::write(place.path("case/checkpoint.json"), b"{\xff").expect("written");
-    place.bad("resume case", 2, &["case/checkpoint.json", "is not a checkpoint", "start anew"]);
+    place.bad("resume case", 2, &["case/checkpoint.json", "is not a checkpoint", "start a new run"]);
 
     place.write("case/checkpoint.json", &whole.to_string());
     place.bad("resume case --iterations 5", 2, &["changed or damaged after it was written"]);
@@ -129,7 +129,7 @@ fn damaged_checkpoints_are_refused() {
     place.good("resume case --iterations 5");
 }
 
-/// The text of a checkpoint with the hash of what stands before it, as the program would have written it.
+/// The text of a checkpoint with the hash of the text before it, as the program would have written it.
 fn sealed(checkpoint: &Value) -> String {
     let mut checkpoint = checkpoint.clone();
     let object = checkpoint.as_object_mut().map(|object| object.remove("sha256")).is_some();
@@ -140,7 +140,7 @@ fn sealed(checkpoint: &Value) -> String {
     }
 }
 
-/// A run that was killed between its files goes on from its checkpoint: rows behind it are replaced.
+/// A run that was killed between writing its files continues from its checkpoint: later rows are replaced.
 #[test]
 fn rows_behind_the_checkpoint_are_replaced() {
     let place = Place::new();

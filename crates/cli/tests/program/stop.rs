@@ -1,4 +1,4 @@
-//! Runs that stop short: by Ctrl-C, by failure.
+//! Runs that stop early, because of Ctrl-C or a failure.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ mod by_signal {
         assert!(sent.success());
     }
 
-    /// Starts a command and interrupts it when it has told the first event of this name.
+    /// Starts a command and interrupts it after the first event with this name.
     fn interrupted_after(place: &Place, line: &str, event: &str) -> (Option<i32>, String, String) {
         let mut child =
             place.command(line).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program runs");
@@ -38,7 +38,7 @@ mod by_signal {
         let place = Place::with("iterations = 4", "iterations = 40");
         let (code, out, err) = interrupted_after(&place, "optimize case.toml --json", "iteration");
         assert_eq!(code, Some(4), "{out}{err}");
-        // as the book says it
+        // in the words of the book
         let book = include_str!("../../../../docs/how_to.md");
         let quoted = book.split("## … stop a run").nth(1).and_then(|rest| rest.split("```").nth(1)).expect("a block");
         let quoted = quoted.lines().nth(1).expect("a line");
@@ -56,7 +56,7 @@ mod by_signal {
         }
     }
 
-    /// Before the first iteration is finished there is a checkpoint too.
+    /// There is a checkpoint even before the first iteration is finished.
     #[test]
     fn an_optimization_interrupted_at_once_resumes_from_its_start() {
         let place = Place::with("steps = 4", "steps = 60");
@@ -67,7 +67,7 @@ mod by_signal {
         assert_eq!(place.table("case/history.csv").len(), 1 + 2);
     }
 
-    /// One process writes to a directory at a time; the lock of a process that was killed blocks nobody.
+    /// Only one process at a time writes to a directory; the lock of a killed process blocks nobody.
     #[test]
     fn a_run_in_progress_is_left_alone() {
         let place = Place::with("iterations = 4", "iterations = 4000");
@@ -80,7 +80,7 @@ mod by_signal {
         }
         let started = place.json("case/run.json")["start"].clone();
         for line in ["resume case", "optimize case.toml", "optimize case.toml --force", "solve case.toml --out case"] {
-            place.bad(line, 2, &["case is being written by another slipstick", "help: wait until it ends"]);
+            place.bad(line, 2, &["another slipstick process is writing to case", "help: wait until it ends"]);
         }
         assert_eq!(place.json("case/run.json")["start"], started);
         place.good("render case");
@@ -91,7 +91,7 @@ mod by_signal {
         place.good(&format!("resume case -q --iterations {}", made + 1));
     }
 
-    /// Differences of paths that were cut short say nothing.
+    /// Differences of incomplete paths are meaningless.
     #[test]
     fn an_interrupted_verification_says_so() {
         let place = Place::with("steps = 4", "steps = 60");
@@ -124,7 +124,7 @@ fn a_failed_march_says_why_and_keeps_what_it_has() {
         "last Newton iterations:",
         "      3: residual ",
         "tried:",
-        "help: more Newton iterations (`load_path.max_newton_iterations`): the residual still fell",
+        "help: more Newton iterations (`load_path.max_newton_iterations`): the residual was still decreasing",
         "help: more load steps",
         "`slipstick render case_solve --failure` draws it",
     ];
@@ -146,7 +146,7 @@ fn inverted_elements_are_named() {
     let place = Place::with("t = 0.5, u = [0, -0.1, 0]", "t = 0.5, u = [0, -2.2, 0]");
     let expected = ["inverted element", "first: element ", "of body `", "help: ", "kept: case_solve"];
     place.bad("solve case.toml", 3, &expected);
-    // What converged before is kept.
+    // The states that converged before are kept.
     assert!(place.path("case_solve/path_0001.vtu").exists() && place.path("case_solve/path.pvd").exists());
 
     let failure = place.run("solve case.toml --json --force").event("error")["failure"].clone();
@@ -161,10 +161,10 @@ fn inverted_elements_are_named() {
     place.good("render case_solve --failure -o failure.png");
     assert!(std::fs::read(place.path("failure.png")).expect("a picture").starts_with(b"\x89PNG"));
     place.good("solve case.toml --out whole --set dirichlet[1].motion=[{t=1,u=[0,-0.1,0]}]");
-    place.bad("render whole --failure", 2, &["whole has no failure.vtu", "help: leave --failure out"]);
+    place.bad("render whole --failure", 2, &["whole has no failure.vtu", "help: omit --failure"]);
 }
 
-/// Friction of 20 in one long step: two nodes go on changing between stick and slip, and are named.
+/// Friction of 20 in one long step: two nodes keep changing between stick and slip, and are named.
 #[test]
 fn nodes_that_go_on_changing_their_status_are_named() {
     let place = Place::with("friction = 0.3", "friction = 20.0");

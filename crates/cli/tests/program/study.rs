@@ -1,4 +1,4 @@
-//! `study`, and values replaced with `--set`.
+//! `study`, and replacing values with `--set`.
 
 use super::{CASE, Place};
 
@@ -85,7 +85,7 @@ fn a_study_does_what_is_not_done() {
         let row = numbers.iter().find(|row| row[0] == run && row[1] == quantity);
         row.unwrap_or_else(|| panic!("{run} {quantity} in {numbers:?}"))[2].parse::<f64>().expect("a number")
     };
-    // The design under its own friction has the objective that its optimization ended with.
+    // With its own friction, the design has the final objective of its optimization.
     let (evaluated, optimized) = (value("table", "objective at 0.3"), value("rough", "objective"));
     assert!((evaluated / optimized - 1.0).abs() < 1e-9, "{evaluated} {optimized}");
     for image in ["x", "z", "half turn y"] {
@@ -96,14 +96,14 @@ fn a_study_does_what_is_not_done() {
 
     let again = place.good("study study.toml");
     assert_eq!((again.out.matches("already finished").count(), again.out.matches("slipstick ").count()), (3, 0));
-    // What is measured of a design can change without the run that made it.
+    // The quantities measured on a design can change without repeating the run that made it.
     let measured = STUDY.replace("mirror = [\"x\", \"z\"]", "mirror = [\"y\"]");
     place.write("study.toml", &measured);
     let more = place.good("study study.toml");
     assert_eq!(more.out.matches("already finished").count(), 3, "{}", more.out);
     let numbers = place.read("study/numbers.csv");
     assert!(numbers.contains("rough,asymmetry y,") && !numbers.contains("rough,asymmetry x,"), "{numbers}");
-    // What depends on a changed line is done anew, and nothing else.
+    // Only runs that depend on a changed line are repeated.
     place.write("study.toml", &STUDY.replace("friction = 0\"", "friction = 0.1\""));
     let changed = place.good("study study.toml");
     assert_eq!(changed.out.matches("already finished").count(), 2, "{}", changed.out);
@@ -115,7 +115,7 @@ fn an_interrupted_optimization_of_a_study_is_resumed() {
     let place = place(r#"{ "runs": {} }"#);
     place.good("study study.toml --only rough");
     let whole = place.read("study/rough/history.csv");
-    // As a killed run leaves it: the record says that it is not done.
+    // In the state left by a killed run: the record says that it is not finished.
     let mut record = place.json("study/rough.json");
     record["finished"] = false.into();
     place.write("study/rough.json", &record.to_string());
@@ -133,7 +133,7 @@ fn numbers_that_are_not_as_expected_are_told() {
     assert!(place.read("study/numbers.csv").contains(",no"));
 }
 
-/// A number over another: of the same run, and of another one.
+/// Ratios of two numbers of the same run and of different runs.
 #[test]
 fn ratios_of_numbers_are_compared() {
     let ratio = |of: &str, to: &str, is: &str| {
@@ -146,7 +146,7 @@ fn ratios_of_numbers_are_compared() {
         ratio(of_table, r#"["smooth", "objective"]"#, r#""value": 7"#),
     ];
     let place = place(&format!(r#"{{ "ratios": [{}] }}"#, good.join(", ")));
-    // Of a run that is not asked for, nothing is expected.
+    // Expectations for runs that were not requested are ignored.
     place.good("study study.toml --only rough,table");
     let numbers = place.table("study/numbers.csv");
     let row = |name: &str| numbers.iter().find(|row| row[0] == "table" && row[1] == name);
@@ -224,7 +224,7 @@ fn wrong_studies_are_refused_whole() {
     place.bad("study study.toml --only roug", 2, &["no run is called `roug`", "rough, smooth, table"]);
 }
 
-/// A run that fails does not stop the others, but those that need it.
+/// A run that fails stops only the runs that need it.
 #[test]
 fn a_failed_run_does_not_stop_the_others() {
     let place = place(r#"{ "runs": {} }"#);

@@ -1,5 +1,6 @@
 //! Parameters of the method of moving asymptotes.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::MmaError;
@@ -10,7 +11,7 @@ use super::MmaError;
 /// variables `y`, `z` make every subproblem feasible: MMA minimises
 /// `f₀(x) + a₀ z + Σ_i (c y_i + ½ d y_i²)` subject to `f_i(x) − a z − y_i ≤ 0`, `y, z ≥ 0`; with the default values
 /// `z = 0`, and `y_i` is a violation of constraint `i` that costs `c` per unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MmaParameters {
     /// Distance of the asymptotes in the first two iterations. In (0, ∞).
@@ -62,36 +63,61 @@ impl Default for MmaParameters {
 }
 
 impl MmaParameters {
-    /// Checks every parameter against its range.
-    ///
-    /// # Errors
-    ///
-    /// [`MmaError::Parameter`] with the first parameter that is out of range.
-    pub fn check(&self) -> Result<(), MmaError> {
+    /// The notes' values with a move limit of 0.1, as in the paper, section 5.
+    pub fn for_densities() -> Self {
+        Self { move_limit: 0.1, ..Self::default() }
+    }
+
+    /// Each parameter by name.
+    pub fn by_name(&mut self) -> [(&'static str, &mut f64); 13] {
+        [
+            ("move_limit", &mut self.move_limit),
+            ("asyinit", &mut self.asyinit),
+            ("asyincr", &mut self.asyincr),
+            ("asydecr", &mut self.asydecr),
+            ("asymin", &mut self.asymin),
+            ("asymax", &mut self.asymax),
+            ("albefa", &mut self.albefa),
+            ("raa0", &mut self.raa0),
+            ("a0", &mut self.a0),
+            ("a", &mut self.a),
+            ("c", &mut self.c),
+            ("d", &mut self.d),
+            ("subproblem_tolerance", &mut self.subproblem_tolerance),
+        ]
+    }
+
+    /// Every parameter that is out of its range: its name, its value, and the range.
+    pub fn out_of_range(&self) -> impl Iterator<Item = (&'static str, f64, &'static str)> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let inside = |value: f64| value > 0.0 && value < 1.0;
         let checks = [
             ("asyinit", self.asyinit, positive(self.asyinit), "positive and finite"),
             ("asyincr", self.asyincr, self.asyincr >= 1.0 && self.asyincr.is_finite(), "at least 1 and finite"),
             ("asydecr", self.asydecr, self.asydecr > 0.0 && self.asydecr <= 1.0, "in (0, 1]"),
             ("asymax", self.asymax, positive(self.asymax), "positive and finite"),
             ("asymin", self.asymin, self.asymin > 0.0 && self.asymin <= self.asymax, "in (0, asymax]"),
-            ("albefa", self.albefa, self.albefa > 0.0 && self.albefa < 1.0, "in (0, 1)"),
+            ("albefa", self.albefa, inside(self.albefa), "in (0, 1)"),
             ("move_limit", self.move_limit, self.move_limit > 0.0 && self.move_limit <= 1.0, "in (0, 1]"),
             ("raa0", self.raa0, positive(self.raa0), "positive and finite"),
             ("a0", self.a0, positive(self.a0), "positive and finite"),
             ("a", self.a, not_negative(self.a), "finite and not negative"),
             ("d", self.d, not_negative(self.d), "finite and not negative"),
             ("c", self.c, not_negative(self.c) && self.c + self.d > 0.0, "finite and not negative, with c + d > 0"),
-            (
-                "subproblem_tolerance",
-                self.subproblem_tolerance,
-                self.subproblem_tolerance > 0.0 && self.subproblem_tolerance < 1.0,
-                "in (0, 1)",
-            ),
+            ("subproblem_tolerance", self.subproblem_tolerance, inside(self.subproblem_tolerance), "in (0, 1)"),
         ];
-        match checks.into_iter().find(|check| !check.2) {
-            Some((name, value, _, range)) => Err(MmaError::Parameter { name, value, range }),
+        checks.into_iter().filter(|check| !check.2).map(|(name, value, _, range)| (name, value, range))
+    }
+
+    /// Checks every parameter against its range.
+    ///
+    /// # Errors
+    ///
+    /// [`MmaError::Parameter`] with the first parameter that is out of range.
+    pub fn check(&self) -> Result<(), MmaError> {
+        match self.out_of_range().next() {
+            Some((name, value, range)) => Err(MmaError::Parameter { name, value, range }),
             None => Ok(()),
         }
     }

@@ -1,11 +1,12 @@
-//! The file of a matrix, and of the bodies behind it, as `slipstick`'s example `export_matrix` writes it.
+//! Reads the file that `slipstick`'s example `export_matrix` writes: a matrix, and data of the bodies that it comes
+//! from.
 #![allow(dead_code)] // each program uses a part
 
 use slipstick_linalg::{CsrMatrix, CsrPattern};
 use std::error::Error;
 use std::sync::Arc;
 
-/// What the file holds.
+/// The contents of the file.
 pub struct File {
     pub matrix: CsrMatrix,
     pub coordinates: Vec<[f64; 3]>,
@@ -40,7 +41,7 @@ pub fn read(file: &str) -> Result<File, Box<dyn Error>> {
     Ok(File { matrix: CsrMatrix { pattern: Arc::new(pattern), values }, coordinates, slaves })
 }
 
-/// A number of kibibytes from the process' status, where there is one.
+/// A number of kibibytes from the process status, if it is available.
 pub fn status(key: &str) -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find(|line| line.starts_with(key))?;

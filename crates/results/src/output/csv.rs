@@ -80,13 +80,13 @@ impl Csv {
         }
         let other = |reason: String| OutputError::OtherTable { path: path.to_owned(), reason };
         if !path.exists() {
-            return Err(other(format!("is missing, with its {rows} rows")));
+            return Err(other(format!("is missing; it should have {rows} rows")));
         }
         let bytes = fs::read(path).map_err(OutputError::io("read", path))?;
         let text = String::from_utf8(bytes).map_err(|_| other("is not text".to_owned()))?;
         let header = header(columns);
         let Some(body) = text.strip_prefix(&header) else {
-            return Err(other("has other columns".to_owned()));
+            return Err(other("has different columns".to_owned()));
         };
         let end = row_ends(body).nth(rows.wrapping_sub(1));
         let kept = match (rows, end) {
@@ -94,7 +94,7 @@ impl Csv {
             (_, Some(end)) => &body[..end],
             (_, None) => {
                 let found = row_ends(body).count();
-                return Err(other(format!("has {found} whole rows, not {rows}")));
+                return Err(other(format!("has {found} complete rows, not {rows}")));
             }
         };
         if kept.len() < body.len() {

@@ -13,7 +13,7 @@ pub enum OutputError {
         action: &'static str,
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// A file that was not written by this program, or is incomplete.

@@ -1,4 +1,4 @@
-//! All that the next iteration of an optimization depends on, on disk.
+//! Everything that the next iteration of an optimization depends on, stored on disk.
 
 use std::fs;
 
@@ -9,23 +9,23 @@ use super::{RunDirectory, RunError, StartValuesFile, seal};
 use crate::output::write_atomically;
 use slipstick_model::optimize::{Optimization, OptimizationState};
 
-/// Version of the file's layout; another one is refused.
+/// Version of the file layout; files of any other version are rejected.
 const FORMAT: u32 = 3;
 
 /// The state of an optimization after a finished iteration, `checkpoint.json`.
 ///
-/// Numbers are written with as many digits as give the same number back, so that a run that goes on from here gives the
-/// same results as one that was never stopped, bit for bit. The file ends with the hash of what stands before it.
+/// Numbers are written with enough digits to be read back exactly, so a run that continues from here gives the same
+/// results as one that was never stopped, bit for bit. The file ends with a hash of everything before it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
     format: u32,
     /// SHA-256 of the case file's text, in hexadecimal.
     pub case_sha256: String,
-    /// Updates asked for.
+    /// Requested number of updates.
     pub iterations: usize,
-    /// Rows of `newton.csv` at the end of each evaluated design; as long as the state's history.
+    /// Number of rows of `newton.csv` after each evaluated design; as long as the state's history.
     pub newton_rows: Vec<usize>,
-    /// Start values of the next march, where they are those of the design before.
+    /// Start values of the next march, if they come from the previous design.
     pub start_values: Option<StartValuesFile>,
     /// The state.
     pub state: OptimizationState,
@@ -37,8 +37,8 @@ impl Checkpoint {
         Self { format: FORMAT, case_sha256, iterations, newton_rows, start_values: None, state }
     }
 
-    /// Drops the evaluation of a design that no update has followed yet, if there is one: to go on, it is evaluated
-    /// again, with its gradient.
+    /// Drops the evaluation of the last design, if no update has followed it: when the run continues, that design is
+    /// evaluated again, with its gradient.
     pub fn reopen(&mut self) {
         self.state.history.truncate(self.state.iteration);
         self.newton_rows.truncate(self.state.iteration);
@@ -49,15 +49,15 @@ impl Checkpoint {
     /// # Errors
     /// [`RunError::Output`].
     pub fn write(&self, run: &RunDirectory) -> Result<(), RunError> {
-        // Compact: a design of a million elements is ten vectors of that length.
+        // Compact, because the state of a design with a million elements has ten vectors of that length.
         let path = run.file("checkpoint.json");
         Ok(write_atomically(&path, |writer| seal::write(writer, |writer| Ok(serde_json::to_writer(writer, self)?)))?)
     }
 
-    /// Reads `checkpoint.json`. Whether it fits a case is checked by [`Checkpoint::restore`].
+    /// Reads `checkpoint.json`. [`Checkpoint::restore`] checks whether it matches a case.
     ///
     /// # Errors
-    /// [`RunError::NoRun`] where there is none, [`RunError::Damaged`] where it is not of a run of this version.
+    /// [`RunError::NoRun`] if there is none, [`RunError::Damaged`] if it is damaged or was written by another version.
     pub fn read(run: &RunDirectory) -> Result<Self, RunError> {
         let path = run.file("checkpoint.json");
         if !path.exists() {
@@ -73,39 +73,39 @@ impl Checkpoint {
             return damaged(format!("has layout {}; this version reads {FORMAT}", found.format));
         }
         if !seal::is_whole(&bytes) {
-            return damaged("was changed or damaged after it was written: its SHA-256 is another".into());
+            return damaged("was changed or damaged after it was written: its SHA-256 does not match".into());
         }
         Ok(found)
     }
 
-    /// Puts the state into an optimization of the same case that is at its start.
+    /// Restores the state in an optimization of the same case that has not started yet.
     ///
     /// # Errors
-    /// [`RunError::Damaged`] where a list has another length than the case needs, a value is out of its range, or parts
-    /// contradict each other; the optimization is then as before.
+    /// [`RunError::Damaged`] if a list does not have the length that the case needs, a value is out of range, or parts
+    /// contradict each other; the optimization is then unchanged.
     pub fn restore(&self, run: &RunDirectory, optimization: &mut Optimization) -> Result<(), RunError> {
         self.check(optimization.state.x.len()).map_err(|reason| damaged(run, reason))?;
         if self.start_values.is_some() != (optimization.follows_previous_design() && self.state.iteration > 0) {
-            return Err(damaged(run, "`start_values` does not fit the case and the number of updates".into()));
+            return Err(damaged(run, "`start_values` does not match the case and the number of updates".into()));
         }
         let ranks = optimization.problem.analysis.linear.ranks();
         let guide = self.start_values.as_ref().map(|file| file.read(run, ranks)).transpose();
         let elsewhere = ranks.any(guide.is_err()) && guide.is_ok();
         let guide = guide?;
         if elsewhere {
-            return Err(damaged(run, "names start values that another rank could not read".into()));
+            return Err(damaged(run, "refers to start values that another rank could not read".into()));
         }
         optimization.state = self.state.clone();
         optimization.problem.analysis.guide = guide;
         Ok(())
     }
 
-    /// Whether the state is one of `n` design variables; else in what it is not.
+    /// Checks that the state is valid for `n` design variables; the error says what is wrong.
     fn check(&self, n: usize) -> Result<(), String> {
         let OptimizationState { iteration, x, x_before, mma, scaling, history } = &self.state;
         let (updates, records, rows) = (*iteration, history.len(), self.newton_rows.len());
         if rows != records || !(records == updates || records.checked_sub(1) == Some(updates)) {
-            return Err(format!("{records} evaluated designs do not fit {updates} updates and {rows} row counts"));
+            return Err(format!("{records} evaluated designs do not match {updates} updates and {rows} row counts"));
         }
         densities("x", x, n)?;
         if let Some(before) = x_before {
@@ -114,12 +114,12 @@ impl Checkpoint {
         mma.check(n, 1).map_err(|error| format!("`mma`: {error}"))?;
         let parts = [x_before.is_some(), scaling.is_some()];
         if mma.iteration() != updates || parts.contains(&(updates == 0)) {
-            return Err(format!("the optimizer's memory does not fit {updates} updates"));
+            return Err(format!("the optimizer's memory does not match {updates} updates"));
         }
         if let Some(Scaling { objective, constraints }) = scaling {
             let right = |factor: &f64| factor.is_finite() && *factor > 0.0;
             if !right(objective) || constraints.len() != 1 || !constraints.iter().all(right) {
-                return Err("`scaling` must be a positive factor of the objective and one of the volume".into());
+                return Err("`scaling` must have two positive factors, for the objective and for the volume".into());
             }
         }
         for (number, record) in history.iter().enumerate() {
@@ -130,24 +130,24 @@ impl Checkpoint {
             }
         }
         if !self.newton_rows.is_sorted() {
-            return Err("`newton_rows` must not fall".into());
+            return Err("`newton_rows` must not decrease".into());
         }
         Ok(())
     }
 }
 
-/// Whether a list is one of `n` densities.
+/// Checks that a list contains `n` densities.
 fn densities(name: &str, list: &[f64], n: usize) -> Result<(), String> {
     if list.len() != n {
         return Err(format!("`{name}` has {} entries; the case has {n} design variables", list.len()));
     }
     match list.iter().position(|value| !(0.0..=1.0).contains(value)) {
-        Some(entry) => Err(format!("`{name}[{entry}]` is {:?}, which is no density in [0, 1]", list[entry])),
+        Some(entry) => Err(format!("`{name}[{entry}]` is {:?}, which is not a density in [0, 1]", list[entry])),
         None => Ok(()),
     }
 }
 
 fn damaged(run: &RunDirectory, reason: String) -> RunError {
-    let cure = "start anew with `slipstick optimize CASE --design RESULTS`".into();
+    let cure = "start a new run with `slipstick optimize CASE --design RESULTS`".into();
     RunError::Damaged { path: run.file("checkpoint.json"), reason, cure }
 }

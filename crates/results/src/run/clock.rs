@@ -1,4 +1,4 @@
-//! Time of day in words.
+//! Time of day as text.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 

@@ -10,14 +10,14 @@ use crate::output::{OutputError, read_fields, write_atomically};
 use slipstick_case::case::utf8;
 use slipstick_model::words::list;
 
-/// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density`, and, where it is known,
-/// `derivative` (dθ/dφ). Whole or not at all.
+/// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density` and, if known,
+/// `derivative` (dθ/dφ). The table is written completely or not at all.
 ///
 /// # Errors
 /// [`OutputError`]; [`OutputError::NotFinite`] before anything is written.
 ///
 /// # Panics
-/// If densities or derivatives are not one per element.
+/// If there is not one density, or not one derivative, per element.
 pub fn write_densities(
     path: &Path,
     mesh: &Mesh,
@@ -61,10 +61,10 @@ pub fn load_density(results: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
     read_density(&table, mesh)
 }
 
-/// The densities of a design of a run: the newest, or that of an iteration whose fields were written.
+/// The densities of a design of a run: the newest one, or that of an iteration whose fields were written.
 ///
 /// # Errors
-/// As [`load_density`]; [`RunError::Densities`] where the iteration has no file, or one of another mesh.
+/// As [`load_density`]; [`RunError::Densities`] if the iteration has no file, or if its file has a different mesh.
 pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>) -> Result<Vec<f64>, RunError> {
     let Some(number) = iteration else { return load_density(run.path(), mesh) };
     let path = run.file(&RunDirectory::numbered("design", number));
@@ -77,22 +77,22 @@ pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>)
     let known = run.numbers("design")?;
     if !known.contains(&number) {
         let known = if known.is_empty() { "none".into() } else { list(&known) };
-        return Err(wrong("this iteration was not written", format!("iterations there are: {known}")));
+        return Err(wrong("this iteration was not written", format!("available iterations: {known}")));
     }
     let fields = read_fields(&path)?;
     let density = fields.into_iter().find(|field| field.name == "density" && !field.on_points);
     match density.filter(|field| field.values.len() == mesh.elements.len()) {
         Some(field) => Ok(field.values),
-        None => Err(wrong("has no densities of this mesh", "take another iteration".into())),
+        None => Err(wrong("has no densities for this mesh", "use another iteration".into())),
     }
 }
 
-/// Reads the densities of all elements from a table with the columns `element` and `density`, in any order of rows;
-/// a column `body` is compared with the mesh, others are ignored. Cells may stand in quotes.
+/// Reads the densities of all elements from a table with the columns `element` and `density`, in any order of rows; a
+/// column `body` is compared with the mesh, other columns are ignored. Cells may be quoted.
 ///
 /// # Errors
-/// [`RunError::Read`]; [`RunError::Densities`] where a column or an element is missing, an element is named twice or not
-/// in the mesh, or a density is no number in \[0, 1\].
+/// [`RunError::Read`]; [`RunError::Densities`] if a column or an element is missing, an element appears twice or is not
+/// in the mesh, or a density is not a number in \[0, 1\].
 pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
     let bytes = fs::read(path).map_err(RunError::read(path))?;
     let text = utf8(bytes).map_err(|error| RunError::Densities {
@@ -105,7 +105,7 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
         path: path.to_owned(),
         line,
         reason,
-        cure: "take the table that a run of a case with the same bodies and meshes has written".into(),
+        cure: "use a table written by a run of a case with the same bodies and meshes".into(),
     };
     let mut lines = text.lines().enumerate();
     let header: Vec<&str> = cells(lines.next().map_or("", |line| line.1));
@@ -120,17 +120,19 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
         let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
         let element = cell(element_at).parse().ok().filter(|&element: &usize| element < count);
         let element = element.ok_or_else(|| {
-            wrong(at, format!("`{}` is no element: the mesh has 0 to {}", cell(element_at), count.saturating_sub(1)))
+            let last = count.saturating_sub(1);
+            wrong(at, format!("`{}` is not an element: the mesh has elements 0 to {last}", cell(element_at)))
         })?;
         let value = cell(density_at).parse().ok().filter(|value: &f64| (0.0..=1.0).contains(value));
-        let value = value.ok_or_else(|| wrong(at, format!("`{}` is no density in [0, 1]", cell(density_at))))?;
+        let value = value.ok_or_else(|| wrong(at, format!("`{}` is not a density in [0, 1]", cell(density_at))))?;
         let body = mesh.body_of_element(element).map(|body| mesh.bodies[body].name.as_str());
         if let Some(column) = body_at.filter(|&column| body != Some(cell(column))) {
             let (found, body) = (cell(column), body.unwrap_or("none"));
-            return Err(wrong(at, format!("element {element} is of body `{found}` here, of `{body}` in the case")));
+            let reason = format!("element {element} belongs to body `{found}` here, but to `{body}` in the case");
+            return Err(wrong(at, reason));
         }
         if !density[element].is_nan() {
-            return Err(wrong(at, format!("element {element} stands here a second time")));
+            return Err(wrong(at, format!("element {element} appears a second time")));
         }
         density[element] = value;
     }

@@ -1,4 +1,4 @@
-//! The directory that belongs to one run.
+//! The directory of a run.
 
 use std::fs;
 use std::io;
@@ -10,17 +10,17 @@ use super::lock::{self, Lock};
 use crate::output::whole_name;
 use slipstick_model::model::Share;
 
-/// A directory that belongs to one run, and the names of its files.
+/// The directory of one run, and the names of its files.
 #[derive(Debug, Clone)]
 pub struct RunDirectory {
     path: PathBuf,
-    /// Of one that is written to.
+    /// The lock, if the directory is open for writing.
     lock: Option<Arc<Lock>>,
-    /// Whether meshes are written in pieces too.
+    /// Whether meshes are also written in pieces.
     in_pieces: bool,
 }
 
-/// Files of a run by their whole names.
+/// Files of a run with fixed names.
 const FILES: &[&str] = &[
     "case.toml",
     "checkpoint.json",
@@ -45,25 +45,25 @@ const FILES: &[&str] = &[
     super::start_values::FILES[1],
 ];
 
-/// The file that marks a directory as a run's: the first to be written, the last to be removed.
+/// The file that marks a directory as that of a run: it is written first and removed last.
 const MARK: &str = "run.json";
 
-/// Files that whoever only looks at a run writes beside it, without its lock.
+/// Files that commands for viewing a run write to its directory, without its lock.
 const OF_READERS: &[&str] = &["design.stl", "history.png", "picture.png", "report.html"];
 
-/// Files of a run that are numbered: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and `{stem}_XXXX.{rank}.vtu`.
+/// Numbered files of a run: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and `{stem}_XXXX.{rank}.vtu`.
 const NUMBERED: &[&str] = &["design", "path"];
 
-/// Of the copies of mesh files, `mesh_XXXX.{extension}`; the last is for names that end otherwise.
+/// Extensions of the copies of mesh files, `mesh_XXXX.{extension}`; the last one is used for all other extensions.
 pub(super) const MESH_EXTENSIONS: &[&str] = &["msh", "inp", "vtu", "dat"];
 
 impl RunDirectory {
-    /// A directory for a new run, locked against other processes while it is held: made where it is missing (its
-    /// parent is not). With `force`, the files of an earlier run are removed, and nothing but those.
+    /// A directory for a new run, locked against other processes while this value exists. It is made if it is missing,
+    /// but its parent must exist. With `force`, the files of an earlier run are removed, and no other files.
     ///
     /// # Errors
-    /// [`RunError::Exists`] where a run is, unless `force`; [`RunError::Locked`] where one is in progress;
-    /// [`RunError::Directory`] where no directory can be, where files of others have the names of results, or if the
+    /// [`RunError::Exists`] if there is a run, unless `force`; [`RunError::Locked`] if a run is in progress;
+    /// [`RunError::Directory`] if the path cannot be a directory, if other files have the names of results, or if the
     /// operating system refuses.
     pub fn create(path: &Path, force: bool) -> Result<Self, RunError> {
         refuse_place(path)?;
@@ -73,7 +73,8 @@ impl RunDirectory {
             made => made.map_err(refused)?,
         }
         let mut run = Self { path: path.to_owned(), lock: None, in_pieces: false };
-        // What is of nobody's run is not touched, not even by a lock.
+        // A directory without a run is not touched, not even by a lock, if it contains other files with the names of
+        // results.
         if !run.holds_run() && !run.file(lock::NAME).exists() {
             run.refuse_names_of_results()?;
         }
@@ -89,26 +90,27 @@ impl RunDirectory {
             run.refuse_names_of_results()?;
         }
         run.remove_parts().map_err(refused)?;
-        // Better to learn now than after the first iteration that nothing can be written.
+        // It is better to learn now than after the first iteration that nothing can be written.
         let probe = run.file(".slipstick-probe");
         fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(refused)?;
         Ok(run)
     }
 
-    /// The directory of an earlier run, to read.
+    /// Opens the directory of an earlier run for reading.
     ///
     /// # Errors
-    /// [`RunError::NoRun`] where it holds none.
+    /// [`RunError::NoRun`] if it contains none.
     pub fn open(path: &Path) -> Result<Self, RunError> {
         let run = Self { path: path.to_owned(), lock: None, in_pieces: false };
         if run.holds_run() { Ok(run) } else { Err(RunError::NoRun { directory: path.to_owned(), file: MARK }) }
     }
 
-    /// The directory of an earlier run, to go on with: locked against other processes while it is held.
+    /// Opens the directory of an earlier run to continue it; it is locked against other processes while this value
+    /// exists.
     ///
     /// # Errors
-    /// As [`RunDirectory::open`]; [`RunError::Locked`] where another process writes to it; [`RunError::Directory`] if
-    /// the operating system refuses.
+    /// As [`RunDirectory::open`]; [`RunError::Locked`] if another process writes to it; [`RunError::Directory`] if the
+    /// operating system refuses.
     pub fn take_up(path: &Path) -> Result<Self, RunError> {
         let mut run = Self::open(path)?;
         run.lock = Some(Arc::new(Lock::take(path)?));
@@ -135,28 +137,29 @@ impl RunDirectory {
         format!("{stem}_{number:04}.vtu")
     }
 
-    /// The same directory, whose meshes are written in pieces too, one for each rank, if that is so: `[output]` `pieces`.
+    /// The same directory; `in_pieces` says whether meshes are also written in pieces, one per rank (`[output]`
+    /// `pieces`).
     pub fn in_pieces(self, in_pieces: bool) -> Self {
         Self { in_pieces, ..self }
     }
 
-    /// The piece of every element, if meshes are written in pieces too.
+    /// The piece of every element, if meshes are also written in pieces.
     pub fn pieces(&self, share: &Share, elements: usize) -> Option<Vec<u32>> {
         self.in_pieces.then(|| (0..elements).map(|element| share.rank_of(element)).collect())
     }
 
-    /// What a series names for a numbered file: itself, or that of its pieces.
+    /// The entry of a series for a numbered file: the file itself, or the file that lists its pieces.
     pub fn in_series(&self, name: &str) -> String {
         let stem = name.strip_suffix(".vtu").filter(|_| self.in_pieces);
         stem.map_or_else(|| name.to_owned(), |stem| format!("{stem}.pvtu"))
     }
 
-    /// The file of the whole mesh, of what a series names.
+    /// The file of the whole mesh for an entry of a series.
     pub fn whole_of(shown: &str) -> String {
         shown.strip_suffix(".pvtu").map_or_else(|| shown.to_owned(), |stem| format!("{stem}.vtu"))
     }
 
-    /// Numbers of the numbered files of a kind (`design`, `path`) that are there, ascending.
+    /// Numbers of the existing numbered files of a kind (`design`, `path`), ascending.
     ///
     /// # Errors
     /// [`RunError::Read`].
@@ -180,7 +183,7 @@ impl RunDirectory {
             if let Some(name) = name.to_str().filter(|name| is_numbered(name) || FILES.contains(name)) {
                 return Err(RunError::Directory {
                     directory: self.path.clone(),
-                    reason: format!("it holds `{name}`, which is not of a run but has the name of a result"),
+                    reason: format!("it contains `{name}`, which is named like a result but does not belong to a run"),
                     cure: "name another directory with --out, or move the file away".into(),
                 });
             }
@@ -188,7 +191,7 @@ impl RunDirectory {
         Ok(())
     }
 
-    /// Removes the files of an earlier run; `run.json`, which marks the directory, last.
+    /// Removes the files of an earlier run; `run.json`, which marks the directory, is removed last.
     fn clear(&self) -> io::Result<()> {
         for entry in fs::read_dir(&self.path)? {
             let entry = entry?;
@@ -205,7 +208,7 @@ impl RunDirectory {
         Ok(())
     }
 
-    /// Removes the parts of files that a process was killed over; whoever calls has the lock.
+    /// Removes incomplete files left by a killed process; the caller has the lock.
     fn remove_parts(&self) -> io::Result<()> {
         for entry in fs::read_dir(&self.path)? {
             let name = entry?.file_name();
@@ -222,7 +225,7 @@ impl RunDirectory {
 fn refuse_place(path: &Path) -> Result<(), RunError> {
     let directory = || path.to_owned();
     if path.exists() && !path.is_dir() {
-        let (reason, cure) = ("a file of that name exists".into(), "name another directory with --out".into());
+        let (reason, cure) = ("a file with that name exists".into(), "name another directory with --out".into());
         return Err(RunError::Directory { directory: directory(), reason, cure });
     }
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
@@ -234,7 +237,7 @@ fn refuse_place(path: &Path) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Whether a name is `{stem}_{digits}.{extension}` of a run, or that of a piece.
+/// Whether a name is `{stem}_{digits}.{extension}` of a run, or the name of a piece.
 fn is_numbered(name: &str) -> bool {
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let numbered = |stem: &str, extension: &str| {

@@ -1,51 +1,51 @@
-//! What can go wrong with a run's directory.
+//! Errors of a run's directory.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::output::OutputError;
 
-/// An error about a run's directory: names the place and the cure.
+/// An error of a run's directory; it gives the place and the cure.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The directory holds a run already.
-    #[error("{} holds the results of a run already", .directory.display())]
+    /// The directory already contains a run.
+    #[error("{} already contains the results of a run", .directory.display())]
     Exists {
         /// The directory.
         directory: PathBuf,
     },
     /// Another process writes to the directory.
-    #[error("{} is being written by another slipstick", .directory.display())]
+    #[error("another slipstick process is writing to {}", .directory.display())]
     Locked {
         /// The directory.
         directory: PathBuf,
     },
-    /// The place cannot become a run's directory.
+    /// The path cannot become a run's directory.
     #[error("cannot make the directory {}: {reason}", .directory.display())]
     Directory {
         /// The directory.
         directory: PathBuf,
-        /// Why not.
+        /// The reason.
         reason: String,
-        /// What mends it.
+        /// The cure.
         cure: String,
     },
-    /// The directory holds no run.
-    #[error("{} holds no {file}", .directory.display())]
+    /// The directory contains no run.
+    #[error("there is no {file} in {}", .directory.display())]
     NoRun {
         /// The directory.
         directory: PathBuf,
         /// The file that should be there.
         file: &'static str,
     },
-    /// A file of the run that is not what it should be.
+    /// A file of the run that is damaged, missing or not its own.
     #[error("{}: {reason}", .path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// In what way.
+        /// What is wrong.
         reason: String,
-        /// What mends it.
+        /// The cure.
         cure: String,
     },
     /// The case is not the one that the run was started with.
@@ -58,19 +58,19 @@ pub enum RunError {
         /// Hash of the file.
         found: String,
     },
-    /// A table of densities that does not fit the mesh.
+    /// A table of densities that does not match the mesh.
     #[error("{}{}: {reason}", .path.display(), .line.map_or(String::new(), |n| format!(":{n}")))]
     Densities {
         /// The table.
         path: PathBuf,
-        /// Line, from 1; `None` where it is the whole table.
+        /// Line, from 1; `None` for the whole table.
         line: Option<usize>,
         /// What is wrong.
         reason: String,
-        /// What mends it.
+        /// The cure.
         cure: String,
     },
-    /// On ranks other than the first: the first one could not do its work with files.
+    /// On ranks other than the first: a file operation failed on the first rank.
     #[error("the first rank failed")]
     FirstRank,
     /// A file cannot be read.
@@ -78,7 +78,7 @@ pub enum RunError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The cause.
         source: io::Error,
     },
     /// A file cannot be written.
@@ -87,29 +87,29 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// What mends it, in words for the program's user.
+    /// The cure, for users of the program.
     pub fn cure(&self) -> String {
         match self {
             Self::Exists { .. } => {
-                "name another directory with --out, go on with `slipstick resume`, or give --force to replace them"
+                "name another directory with --out, continue with `slipstick resume`, or give --force to replace the \
+                 results"
                     .into()
             }
             Self::Locked { .. } => "wait until it ends, stop it, or name another directory with --out".into(),
             Self::Directory { cure, .. } | Self::Damaged { cure, .. } | Self::Densities { cure, .. } => cure.clone(),
             Self::NoRun { file: "checkpoint.json", .. } => {
-                "name the directory that an optimization has written; one that was stopped before its first iteration \
-                 has nothing to go on with: start it again with --force"
+                "name the directory of an optimization; one that was stopped before its first iteration cannot be \
+                 resumed: start it again with --force"
                     .into()
             }
-            Self::NoRun { .. } => "name the directory that an optimization has written".into(),
+            Self::NoRun { .. } => "name the directory of an optimization".into(),
             Self::OtherCase { .. } => {
-                "put the old text back, or start a new run with `slipstick optimize CASE --design RESULTS`".into()
+                "restore the original text, or start a new run with `slipstick optimize CASE --design RESULTS`".into()
             }
             Self::Read { .. } => "check the name and the permission to read it".into(),
             Self::Output(OutputError::NotRead { .. }) => "run the analysis again, or choose another result".into(),
             Self::Output(OutputError::OtherTable { .. }) => {
-                "put the table back as the run left it, or start anew with `slipstick optimize CASE --design RESULTS`"
-                    .into()
+                "restore the table, or start a new run with `slipstick optimize CASE --design RESULTS`".into()
             }
             Self::FirstRank => "see its message".into(),
             Self::Output(_) => "check the permission to write there and the free space".into(),

@@ -1,4 +1,4 @@
-//! A failed analysis in words: where, why, what was tried, what may help.
+//! Explains a failed analysis: where and why it failed, what was tried, and what may help.
 
 use std::fmt;
 use std::mem::discriminant;
@@ -17,11 +17,11 @@ use slipstick_model::words::counted;
 pub struct Iteration {
     /// Its number in the attempt.
     pub number: usize,
-    /// Norm of the balance of forces after it. \[F\]
+    /// Norm of the residual of the force balance after it. \[F\]
     pub residual: f64,
     /// Norm of the contact conditions; 0 in methods without multipliers. \[F/L²\]
     pub contact: f64,
-    /// Nodes of contact that are open, sticking, slipping.
+    /// Numbers of open, sticking and slipping contact nodes.
     pub status: [usize; 3],
 }
 
@@ -42,27 +42,27 @@ impl fmt::Display for Iteration {
 /// Why an analysis failed, for people and programs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct FailureReport {
-    /// The user's load step (from 1) that failed; `None` if it was no load step.
+    /// The user's load step (from 1) that failed; `None` if no load step failed.
     pub step: Option<usize>,
-    /// The load case (from 1) that the step belongs to, from the second on: load steps are counted through all of them.
+    /// The load case (from 1) of the step, unless it is the first: load steps are counted through all load cases.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_case: Option<usize>,
     /// Pseudo-time that was reached.
     pub reached: Option<f64>,
-    /// Why.
+    /// The cause.
     pub cause: String,
-    /// Where, the first few.
+    /// The first few places.
     pub places: Vec<Place>,
-    /// What meets at the first place: supports, contact pairs, rigid motions.
+    /// Conditions that meet at the first place: supports, contact pairs, rigid motions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<String>,
-    /// How the last iterations of the last attempt went.
+    /// The last iterations of the last attempt.
     pub iterations: Vec<Iteration>,
-    /// What was tried in that step, failures of one kind in a row counted together.
+    /// The attempts at that step; consecutive failures of the same kind are counted together.
     pub attempts: Vec<String>,
-    /// Newton iterations of all failed attempts of the path; 0 if it was no load step.
+    /// Newton iterations of all failed attempts of the path; 0 if no load step failed.
     pub failed_iterations: usize,
-    /// What the user may change.
+    /// Changes that may help.
     pub cures: Vec<String>,
 }
 
@@ -90,7 +90,7 @@ impl FailureReport {
     /// Explains a failed march.
     pub fn of_march(failure: &MarchFailure, mesh: &Mesh, design: &Design) -> Self {
         let contact = failure.path.states.last().filter(|last| {
-            // the last state is whole on every rank
+            // the last state is complete on every rank
             let whole = failure.iterate.len() == last.state.unknowns.len();
             whole && failure.iterate.iter().all(|value| value.is_finite())
         });
@@ -110,9 +110,9 @@ impl FailureReport {
         if let (true, Some((_, StepFailureKind::TooManyIterations { .. }))) =
             (still_falls(&failure.iterations), failure.attempts.last())
         {
-            report.cures.insert(0, format!("{MORE_ITERATIONS}: the residual still fell"));
+            report.cures.insert(0, format!("{MORE_ITERATIONS}: the residual was still decreasing"));
         }
-        // The last attempt need not be the telling one: other reasons on the way have their cures too.
+        // The last failure is not always the decisive one, so the cures for the earlier ones are added.
         for cure in failure.attempts.iter().rev().flat_map(|(_, kind)| cures(kind, mesh, model)) {
             if !report.cures.iter().any(|own| own.starts_with(&cure)) {
                 report.cures.push(cure);
@@ -178,7 +178,8 @@ impl fmt::Display for FailureReport {
     }
 }
 
-/// The attempts of the failed step in order, reasons of one kind in a row together, the middle of a long list left out.
+/// The attempts at the failed step in order; consecutive failures of the same kind share a line, and the middle of a
+/// long list is left out.
 fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
     let mut groups: Vec<(f64, f64, usize, &StepFailureKind)> = Vec::new();
     for (time, kind) in &failure.attempts {
@@ -194,7 +195,7 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String
         let why = reason(kind, model);
         match count {
             1 => format!("to t = {first:.6}: {why}{place}"),
-            _ => format!("to t = {first:.6} … {last:.6}, {count} times, at last: {why}{place}"),
+            _ => format!("to t = {first:.6} … {last:.6}, {count} times, finally: {why}{place}"),
         }
     };
     let mut lines: Vec<String> = groups.iter().map(line).collect();
@@ -207,16 +208,16 @@ fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String
 
 const MORE_ITERATIONS: &str = "more Newton iterations (`load_path.max_newton_iterations`)";
 
-const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.motion`) in its place: beyond a limit point \
-                            a load has no equilibrium nearby";
+const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.motion`) instead: beyond a limit point, \
+                            there is no equilibrium under the load nearby";
 
-/// What the user may change, most promising first: what the place tells, or what usually helps.
+/// Changes that may help, most promising first: those that follow from the place, or those that usually help.
 fn cures(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
     let own = conditions(kind, mesh, model).cures;
     if own.is_empty() { usual_cures(kind) } else { own }
 }
 
-/// What usually helps against such a failure; names of the case file's keys in backquotes.
+/// Changes that usually help against such a failure; keys of the case file are in backquotes.
 fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
     let steps = "more load steps (`load_path.steps`), so that each moves the bodies less";
     let cuts = "more halvings of a failing step (`load_path.max_cutbacks`)";
@@ -242,7 +243,7 @@ fn usual_cures(kind: &StepFailureKind) -> Vec<String> {
         StepFailureKind::Singular { .. } | StepFailureKind::Linear(_) => &[
             support,
             "φ_min above 0 (`design.simp.min`), if the design has void elements",
-            "a stiffness of `enforcement.augmented` or `penalty` nearer to the bodies' own, which is taken where none is given",
+            "a stiffness of `enforcement.augmented` or `penalty` closer to that of the bodies, which is the default",
         ],
         StepFailureKind::TooManyIterations { changing, .. } if changing.is_empty() => {
             &[steps, cuts, MORE_ITERATIONS, support]

@@ -10,11 +10,12 @@ use crate::output::{OutputError, Pvd, fields};
 use slipstick_model::analysis::pair_results;
 use slipstick_model::model::{ContactResults, Design};
 
-/// Writes `path_XXXX.vtu` of every completed load step, step 0 included, `path.pvd`, and `contact.csv` ([`ContactTable`]);
-/// returns how many steps it wrote. All ranks call it; `run` is that of the first, if it keeps one.
+/// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`, and `contact.csv`
+/// ([`ContactTable`]); returns the number of steps written. All ranks call it; `run` is that of the first rank, if it
+/// keeps one.
 ///
-/// The slip increment of a step that was cut back is that of its last sub-step. Where a state cannot be evaluated any
-/// more (it converged, so that is rare), its contact fields are left out.
+/// The slip increment of a step that was cut back is that of its last sub-step. If a state can no longer be evaluated
+/// (which is rare, because it converged), its contact fields are left out.
 ///
 /// # Errors
 /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
@@ -33,7 +34,7 @@ pub fn write_path(run: Option<&RunDirectory>, mesh: &Mesh, design: &Design, path
                 None => continue,
             };
             let now = state(index);
-            // mostly the one that was written last
+            // usually the one that was written last
             let before = last.take().filter(|(of, _)| of + 1 == index).map(|(_, state)| state);
             let previous = match before {
                 _ if at.rest => now.clone(),
@@ -58,9 +59,9 @@ pub fn write_path(run: Option<&RunDirectory>, mesh: &Mesh, design: &Design, path
     Ok(agree(&*ranks, written)?.unwrap_or(0))
 }
 
-/// Writes what a failed march leaves: the completed load steps as [`write_path`] does, also on several ranks, the last
-/// converged sub-step after them if it completes no step, and `failure.vtu`, the failing iterate; returns whether that one
-/// is finite and was written. All ranks call it; `run` is that of the first, if it keeps one.
+/// Writes the results of a failed march, also on several ranks: the completed load steps, as [`write_path`] does; then
+/// the last converged sub-step, if it does not complete a step; and `failure.vtu`, the failing iterate. Returns whether
+/// the iterate is finite and was written. All ranks call it; `run` is that of the first rank, if it keeps one.
 ///
 /// # Errors
 /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
@@ -77,11 +78,11 @@ pub fn write_failure(
     Ok(written.unwrap_or(false))
 }
 
-/// Writes the last converged sub-step, if it completes no step, and the failing iterate, if it is finite.
+/// Writes the last converged sub-step, if it does not complete a step, and the failing iterate, if it is finite.
 fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchFailure) -> Result<bool, RunError> {
     let Some(last) = failure.path.states.last() else { return Ok(false) };
     if last.completes.is_none() && failure.path.states.len() > 1 {
-        // the last two states are whole on every rank
+        // the last two states are complete on every rank
         let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
         let contact = design.contact_results(previous, &last.state).unwrap_or_default();
         let name = RunDirectory::numbered("path", failure.step);
@@ -97,12 +98,12 @@ fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchF
     Ok(true)
 }
 
-/// What the states of a run are written with.
+/// Data needed to write the states of a run.
 struct Files<'a> {
     run: &'a RunDirectory,
     mesh: &'a Mesh,
     design: &'a Design,
-    /// The piece of every element, if meshes are written in pieces too.
+    /// The piece of every element, if meshes are also written in pieces.
     pieces: Option<Vec<u32>>,
 }
 
@@ -116,9 +117,9 @@ impl<'a> Files<'a> {
         let model = self.design.model();
         let displacement = &state.unknowns[..3 * self.mesh.nodes.len()];
         let mut determinants = model.smallest_determinants(self.mesh, displacement);
-        // a failed iterate may be far out, and a file holds finite numbers
+        // a failed iterate may be huge, but files can contain only finite numbers
         determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
-        // Where nothing lies opposite, the gap is at least the distance that was searched.
+        // If no facet is opposite, the gap is at least the search distance.
         let no_gap = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
         let (density, determinants) = (self.design.density(), &determinants[..]);
         let state = fields::State { time, displacement, contact, density, determinants, no_gap };

@@ -1,4 +1,4 @@
-//! Work with files, which the first of several ranks does for all.
+//! File operations, which the first of several ranks does for all of them.
 
 use slipstick_linalg::Ranks;
 
@@ -19,5 +19,32 @@ pub(super) fn agree<T>(ranks: &dyn Ranks, done: Option<Result<T, RunError>>) -> 
         Some(result) => result.map(Some),
         None if failed => Err(RunError::FirstRank),
         None => Ok(None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use slipstick_linalg::Alone;
+    use slipstick_ranks::threads::on_ranks;
+
+    use super::*;
+
+    fn wrong() -> RunError {
+        RunError::NoRun { directory: "there".into(), file: "run.json" }
+    }
+
+    #[test]
+    fn only_the_first_rank_works() {
+        let results = on_ranks(3, |rank| on_first(&rank, || Ok(rank.rank() + 7)).map_err(|e| e.to_string()));
+        assert_eq!(results, [Ok(Some(7)), Ok(None), Ok(None)]);
+        assert_eq!(on_first(&Alone, || Ok(7)).ok(), Some(Some(7)));
+    }
+
+    /// A rank that did not learn of the failure would wait for the first one in its next call.
+    #[test]
+    fn all_ranks_fail_with_the_first() {
+        let results = on_ranks(3, |rank| on_first(&rank, || Err::<(), _>(wrong())));
+        assert!(matches!(results[0], Err(RunError::NoRun { .. })), "{results:?}");
+        assert!(results[1..].iter().all(|result| matches!(result, Err(RunError::FirstRank))), "{results:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! The mesh files that a case names, and their copies in the directory of a run.
 //!
-//! A run keeps what it was started with, so that it can be resumed, drawn and moved whatever becomes of the originals.
-//! `run.json` holds the names and hashes; a copy that has changed is not taken.
+//! A run keeps its inputs, so that it can be resumed, drawn and moved whatever happens to the originals. `run.json`
+//! contains the names and hashes; a copy that has changed is rejected.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,10 +15,10 @@ use super::{RunDirectory, RunError, RunRecord, sha256};
 use crate::output::write_atomically;
 use slipstick_case::case::{Case, Shape};
 
-/// A file that a case names, as a run keeps it.
+/// A file that a case names, and the copy that a run keeps.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputFile {
-    /// As the case names it.
+    /// Its name in the case.
     pub name: String,
     /// The copy in the run's directory.
     pub stored: String,
@@ -26,8 +26,8 @@ pub struct InputFile {
     pub sha256: String,
 }
 
-/// How the mesh files are read that a case file names: from its folder, or, where it is the `case.toml` of a run, from
-/// the run's copies, which must not have changed. For [`parse_case_with`](slipstick_case::case::parse_case_with).
+/// A reader for the mesh files that a case file names: from its folder or, if it is the `case.toml` of a run, from the
+/// run's copies, which must not have changed. For [`parse_case_with`](slipstick_case::case::parse_case_with).
 pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
     let folder = case_file.parent().map(Path::to_owned).unwrap_or_default();
     let of_run = case_file.file_name().is_some_and(|name| name == "case.toml");
@@ -41,7 +41,7 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
     move |name| {
         let Some((copy, expected)) = copies.get(name) else { return fs::read(folder.join(name)) };
         let bytes = fs::read(copy).map_err(|error| {
-            let message = format!("the run's copy {}: {error}; put it back, or start a new run", copy.display());
+            let message = format!("the run's copy {}: {error}; restore it, or start a new run", copy.display());
             io::Error::new(error.kind(), message)
         })?;
         let found = sha256(&bytes);
@@ -50,8 +50,8 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
         }
         let copy = copy.display();
         let message = format!(
-            "{copy} is not the mesh that this run was started with: its SHA-256 is {found}, not {expected}; put the old \
-             file back, or start a new run"
+            "{copy} is not the mesh that this run was started with: its SHA-256 is {found}, not {expected}; restore \
+             the original file, or start a new run"
         );
         Err(io::Error::other(message))
     }
@@ -60,8 +60,7 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
 /// Copies the mesh files that a case names into the directory of a run.
 ///
 /// # Errors
-/// [`RunError::Damaged`] where a file is no longer the one that the case was read with; [`RunError::Read`],
-/// [`RunError::Output`].
+/// [`RunError::Damaged`] if a file has changed since the case was read; [`RunError::Read`], [`RunError::Output`].
 pub fn keep_mesh_files(run: &RunDirectory, case: &Case, case_file: &Path) -> Result<Vec<InputFile>, RunError> {
     let read = mesh_files(case_file);
     let mut kept: Vec<InputFile> = Vec::new();

@@ -1,4 +1,4 @@
-//! What is kept of an analysis that failed.
+//! The results that are kept of a failed analysis.
 
 use slipstick_mesh::Mesh;
 
@@ -6,7 +6,7 @@ use super::{FailureReport, RunDirectory, RunError, write_failure};
 use slipstick_model::analysis::AnalysisError;
 use slipstick_model::model::Design;
 
-/// What is kept of an analysis that failed.
+/// The results that are kept of a failed analysis.
 #[derive(Debug)]
 pub enum Kept {
     /// Nothing: there is no directory, or no load step to write.
@@ -19,8 +19,8 @@ pub enum Kept {
     Lost(RunError),
 }
 
-/// Explains a failed analysis of a design, and writes what there is of its path. All ranks call it; `run` is that of the first
-/// rank, if it has one.
+/// Explains a failed analysis of a design, and writes the part of its path that was computed. All ranks call it; `run`
+/// is that of the first rank, if it has one.
 pub fn keep_failure(
     run: Option<&RunDirectory>,
     mesh: &Mesh,

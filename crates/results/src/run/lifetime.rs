@@ -1,4 +1,4 @@
-//! The life of a run: started or taken up, in progress, ended.
+//! The life of a run: started or resumed, in progress, ended.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Starts a run of a case in a directory of its own, with copies of the case and of its mesh files; `case_file` is the
+    /// Starts a run of a case in its own directory, with copies of the case and of its mesh files; `case_file` is the
     /// file that the case was read from. With `force`, the files of an earlier run are removed.
     ///
     /// # Errors
@@ -29,7 +29,8 @@ impl Run {
         let directory = RunDirectory::create(path, force)?.in_pieces(resolved.case.output.pieces);
         let text = resolved.source_map.text();
         let mut record = RunRecord::starting(part, &resolved.case, &case_file.display().to_string(), text);
-        // First of all files: it marks the directory as a run's, should this process be killed before the others are there.
+        // This file comes first: it marks the directory as that of a run, in case this process is killed before it has
+        // written the others.
         record.write(&directory)?;
         write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
         record.inputs = keep_mesh_files(&directory, &resolved.case, case_file)?;
@@ -37,7 +38,7 @@ impl Run {
         Ok(Self { directory, record })
     }
 
-    /// Takes up an earlier run, whose directory this process has locked.
+    /// Resumes an earlier run, whose directory this process has locked.
     ///
     /// # Errors
     /// [`RunError::Output`] if the record cannot be written.

@@ -1,4 +1,4 @@
-//! One writer for a run's directory at a time.
+//! Allows only one process at a time to write to a run's directory.
 
 use std::fs::{File, TryLockError};
 use std::io;
@@ -6,13 +6,13 @@ use std::path::Path;
 
 use super::RunError;
 
-/// The file whose lock says that a process writes to the directory.
+/// The file whose lock shows that a process is writing to the directory.
 pub(super) const NAME: &str = "run.lock";
 
 /// The right to write to a run's directory, until it is dropped.
 ///
-/// The operating system holds the lock, not the file: it ends with the process, however that ends, and a file that is
-/// left behind blocks nobody. The file stays, for whoever removes it may take it from under another process.
+/// The operating system holds the lock, so it is released when the process ends, however it ends, and a leftover file
+/// blocks nobody. The file is never removed, because another process might be about to lock it.
 #[derive(Debug)]
 pub(super) struct Lock {
     _file: File,
@@ -30,7 +30,7 @@ impl Lock {
         match file.try_lock() {
             Ok(()) => Ok(Self { _file: file }),
             Err(TryLockError::WouldBlock) => Err(RunError::Locked { directory: directory.to_owned() }),
-            // Some file systems have no locks: there the user has to look out.
+            // Some file systems have no locks; on those, the user has to be careful.
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(Self { _file: file }),
             Err(TryLockError::Error(error)) => Err(refused(error)),
         }

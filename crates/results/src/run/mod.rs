@@ -1,31 +1,31 @@
-//! What a run writes and reads: one directory per run.
+//! The files that a run writes and reads, in one directory per run.
 //!
-//! | file | holds | written |
+//! | file | contents | written |
 //! |---|---|---|
 //! | `run.json` | who ran what, when, on what machine, and how it ended: [`RunRecord`] | at start and end |
 //! | `case.toml` | the case file's text | at start |
 //! | `mesh_XXXX.msh`, … | copies of the mesh files that the case names: [`InputFile`] | at start |
 //! | `history.csv` | one row per evaluated design: [`History`] | row by row |
 //! | `newton.csv` | one row per Newton iteration: [`NewtonTable`] | row by row |
-//! | `checkpoint.json` | all that the next iteration depends on: [`Checkpoint`] | after every iteration |
+//! | `checkpoint.json` | everything that the next iteration depends on: [`Checkpoint`] | after every iteration |
 //! | `design.csv` | density of every element of the last evaluated design; its derivative if an update followed | after every iteration |
 //! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
-//! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every so many iterations |
+//! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every few iterations, as set by `[output]` `every` |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
-//! | `contact.csv` | resultant and peak pressure of each contact pair, by load step: [`ContactTable`] | with them |
-//! | `path_XXXX.pvtu`, `path_XXXX.N.vtu`, of designs too | the same in pieces, one for each rank | with `[output]` `pieces` |
-//! | `failure.vtu` | the iterate at which a march failed for good | then |
-//! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, of a run that asks for it | at the end |
-//! | `picture.png` | a result as a picture: `slipstick_views::picture` | when asked for |
-//! | `history.png` | the curves of `history.csv` | when asked for |
-//! | `report.html` | the run as a web page: `slipstick_views::report` | when asked for |
-//! | `design.stl` | a design as a surface: `slipstick_views::export` | when asked for |
-//! | `run.lock` | nothing; its lock says that a process writes here | at start |
-//! | `evaluate.csv`, `verify.csv`, `verify.json` | of runs that evaluate a design or verify its gradient | as they go |
+//! | `contact.csv` | resultant and peak pressure of each contact pair, by load step: [`ContactTable`] | at the end |
+//! | `path_XXXX.pvtu`, `path_XXXX.N.vtu`, also for designs | the same in pieces, one per rank | with `[output]` `pieces` |
+//! | `failure.vtu` | the iterate at which a march finally failed | when this happens |
+//! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, for runs that compute it | at the end |
+//! | `picture.png` | a result as a picture: `slipstick_views::picture` | on request |
+//! | `history.png` | the curves of `history.csv` | on request |
+//! | `report.html` | the run as a web page: `slipstick_views::report` | on request |
+//! | `design.stl` | a design as a surface: `slipstick_views::export` | on request |
+//! | `run.lock` | nothing; its lock shows that a process is writing here | at start |
+//! | `evaluate.csv`, `verify.csv`, `verify.json` | results of runs that evaluate a design or verify its gradient | during the run |
 //!
-//! Files appear whole or not at all and tables grow by whole lines, so a run that is killed leaves its last finished
-//! iteration behind, and [`Checkpoint`] takes it up again bit for bit. A directory belongs to one run:
-//! [`RunDirectory::create`] refuses one that holds another's, and one process writes to it at a time.
+//! Files appear complete or not at all, and tables grow by complete lines, so a killed run leaves its last finished
+//! iteration behind, and [`Checkpoint`] continues from it bit for bit. A directory belongs to one run:
+//! [`RunDirectory::create`] refuses a directory that contains another run, and only one process at a time writes to it.
 
 mod checkpoint;
 mod clock;

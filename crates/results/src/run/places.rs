@@ -1,4 +1,4 @@
-//! Places that failures name, and what meets there: supports, contact pairs, rigid motions.
+//! Places that failures name, and the conditions that meet there: supports, contact pairs, rigid motions.
 
 use std::fmt;
 
@@ -14,7 +14,7 @@ use slipstick_model::words::{counted, vector};
 #[derive(Clone, Copy)]
 pub(super) struct Trial<'a> {
     pub model: &'a ContactModel,
-    /// `None` where that state cannot be evaluated, or is not known.
+    /// `None` if that state cannot be evaluated or is not known.
     pub contact: Option<&'a ContactState>,
 }
 
@@ -49,7 +49,7 @@ pub struct Place {
     pub number: u32,
     /// Its body.
     pub body: String,
-    /// Reference position; of an element its centroid. \[L\]
+    /// Reference position; for an element, its centroid. \[L\]
     pub position: [f64; 3],
 }
 
@@ -62,7 +62,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// A coordinate in few digits; rounding beside others of this size is zero.
+/// A coordinate in few digits; a value that is only round-off relative to this size is shown as zero.
 fn coordinate(value: f64, size: f64) -> String {
     match value.abs() {
         small if small <= 1e-9 * size => "0".into(),
@@ -71,7 +71,7 @@ fn coordinate(value: f64, size: f64) -> String {
     }
 }
 
-/// Places that are listed, at most.
+/// Maximum number of listed places.
 pub(super) const LISTED: usize = 5;
 
 /// The first few places that a failure names.
@@ -117,7 +117,7 @@ fn node_place(mesh: &Mesh, node: u32) -> Option<Place> {
     Some(Place { kind: "node", number: node, body: body.name.clone(), position: mesh.nodes[node as usize] })
 }
 
-/// Why a step failed, an unknown by its meaning.
+/// Why a step failed, with the meaning of the unknown if there is one.
 pub(super) fn reason(kind: &StepFailureKind, model: Trial<'_>) -> String {
     let along = |index: usize| model.unknown(index).map(|unknown| meaning(unknown, model));
     match kind {
@@ -155,10 +155,10 @@ fn direction_in_words(direction: [f64; 3]) -> String {
     }
 }
 
-/// What meets at the place of a failure, and what the user may change about it.
+/// Conditions that meet at the place of a failure, and changes that may help.
 #[derive(Default)]
 pub(super) struct Conditions {
-    /// What meets there.
+    /// The conditions that meet there.
     pub facts: Vec<String>,
     /// Cures, most promising first.
     pub cures: Vec<String>,
@@ -167,10 +167,10 @@ pub(super) struct Conditions {
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Component of a direction from which a support along an axis counts as one in that direction.
+/// Smallest component of a direction along an axis for which a support along that axis counts as one in that direction.
 const ALONG: f64 = 0.1;
 
-/// What meets at the place of a failure: of a singular matrix, and of a prescribed penetration; nothing of others.
+/// Conditions at the place of a failure, for a singular matrix and a prescribed penetration; none for other failures.
 pub(super) fn conditions(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Conditions {
     match kind {
         StepFailureKind::Singular { unknown, .. } => match model.unknown(*unknown) {
@@ -223,7 +223,7 @@ fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: Trial<'_>) -> Con
     if let Some(&pair) = closed.iter().find(|&&pair| model.interfaces()[pair].friction == 0.0) {
         let pair = model.pair_name(pair);
         found.cures.push(format!(
-            "friction (`contact.friction`) in contact pair {pair}, which holds the body along its normal only"
+            "friction (`contact.friction`) in contact pair {pair}, which holds the body only along its normal"
         ));
     }
     if let Some(&pair) = open.first() {
@@ -233,7 +233,7 @@ fn of_displacement(node: u32, axis: usize, mesh: &Mesh, model: Trial<'_>) -> Con
     found
 }
 
-/// Rigid motions in words; `None`: none.
+/// Rigid motions as text; `None` if there are none.
 fn rigid((moves, turns): ([bool; 3], [bool; 3])) -> Option<String> {
     if [moves, turns] == [[true; 3]; 2] {
         return Some("any rigid motion".into());
@@ -252,17 +252,17 @@ fn of_multiplier(row: usize, component: usize, model: Trial<'_>) -> Conditions {
     let mut found = Conditions { facts: vec![node_support(node, model)], cures: Vec::new() };
     let opposite = model.opposite(row);
     if let Some(held) = held(opposite, model).filter(|_| !opposite.is_empty()) {
-        found.facts.push(format!("all master nodes opposite are held {held}"));
+        found.facts.push(format!("all opposite master nodes are held {held}"));
     }
     let PairState { conditions, free, .. } = model.pair(pair);
-    let (sets, left) = (counted(conditions, "condition"), counted(free, "displacement"));
-    found.facts.push(format!("contact pair {name} sets {sets} at its closed nodes, for which {left} are free"));
+    let (sets, left) = (counted(conditions, "condition"), counted(free, "free displacement"));
+    found.facts.push(format!("contact pair {name} imposes {sets} at its closed nodes, on {left}"));
     let direction = model.direction(row, component).unwrap_or_default();
     for axis in (0..3).filter(|&axis| direction[axis].abs() > ALONG) {
         let sets = model.holders(&[node], axis);
         if !sets.is_empty() {
             let (sets, axis) = (sets.join(", "), AXES[axis]);
-            let why = format!("contact pair {name} constrains it along {axis} too");
+            let why = format!("contact pair {name} also constrains it along {axis}");
             found.cures.push(format!("slave nodes such as {node} not held along {axis} by {sets}: {why}"));
         }
     }
@@ -277,7 +277,7 @@ fn of_penetration(node: u32, model: Trial<'_>) -> Conditions {
     let Some(row) = model.slave_nodes().iter().position(|&slave| slave == node) else { return found };
     let name = model.pair_name(model.pair_of_row(row));
     if let Some(held) = held(model.opposite(row), model) {
-        found.facts.push(format!("all master nodes opposite are held {held}"));
+        found.facts.push(format!("all opposite master nodes are held {held}"));
     }
     let normal = model.direction(row, 0).unwrap_or_default();
     found.facts.push(format!(
@@ -302,14 +302,14 @@ fn of_penetration(node: u32, model: Trial<'_>) -> Conditions {
     found
 }
 
-/// A contact pair with how many of its nodes are closed.
+/// A contact pair with the number of its closed nodes.
 fn pair_in_numbers(pair: usize, model: Trial<'_>) -> String {
     let PairState { nodes, closed, .. } = model.pair(pair);
     let name = model.pair_name(pair);
     format!("contact pair {name}, closed at {closed} of {}", counted(nodes, "slave node"))
 }
 
-/// What holds a node: `` node 7 is held along x and z by `a` ``.
+/// The supports that hold a node: `` node 7 is held along x and z by `a` ``.
 fn node_support(node: u32, model: Trial<'_>) -> String {
     match held(&[node], model) {
         Some(held) => format!("node {node} is held {held}"),
@@ -317,7 +317,7 @@ fn node_support(node: u32, model: Trial<'_>) -> String {
     }
 }
 
-/// Along which axes all of these nodes are held, and by what; `None`: along none.
+/// The axes along which all of these nodes are held, and the supports that hold them; `None` if there is no such axis.
 fn held(nodes: &[u32], model: Trial<'_>) -> Option<String> {
     let mut groups: Vec<([bool; 3], Vec<String>)> = Vec::new();
     for axis in 0..3 {

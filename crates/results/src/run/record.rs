@@ -12,7 +12,7 @@ use slipstick_case::case::{Case, sha256};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ExitState {
-    /// It has not: it runs, or was killed.
+    /// It has not ended: it is running, or was killed.
     Running,
     /// Done.
     Finished,
@@ -61,7 +61,7 @@ pub struct RunPart {
     pub end: Option<String>,
     /// How it ended.
     pub exit: ExitState,
-    /// What it said at the end, if it failed.
+    /// Its final message, if it failed.
     pub message: Option<String>,
 }
 
@@ -87,14 +87,14 @@ pub struct RunRecord {
     /// The latest start of the program.
     #[serde(flatten)]
     pub latest: RunPart,
-    /// Earlier starts, oldest first: the run was resumed.
+    /// Earlier starts, oldest first, if the run was resumed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub earlier: Vec<RunPart>,
-    /// The case file as it was named.
+    /// The case file, as named by the user.
     pub case_file: String,
     /// SHA-256 of the case file's text, in hexadecimal.
     pub case_sha256: String,
-    /// The files that the case names, of which copies are kept with the run.
+    /// The files that the case names; the run keeps copies of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<InputFile>,
     /// The case with all defaults filled in.
@@ -102,7 +102,7 @@ pub struct RunRecord {
 }
 
 impl RunRecord {
-    /// The record of a run that starts now; `text` is the case file's, named `case_file`.
+    /// The record of a run that starts now; `text` is the text of the case file `case_file`.
     pub fn starting(part: RunPart, case: &Case, case_file: &str, text: &str) -> Self {
         Self {
             latest: part,
@@ -110,7 +110,7 @@ impl RunRecord {
             case_file: case_file.into(),
             case_sha256: sha256(text),
             inputs: Vec::new(),
-            // A resolved case is finite numbers, strings and lists: nothing that JSON cannot hold.
+            // A resolved case consists of finite numbers, strings and lists, which JSON can represent.
             case: serde_json::to_value(case).unwrap_or_default(),
         }
     }
@@ -121,7 +121,7 @@ impl RunRecord {
         self
     }
 
-    /// Marks the end, now.
+    /// Marks the run as ended now.
     pub fn end(&mut self, exit: ExitState, message: Option<String>) {
         self.latest.end = Some(clock::now());
         self.latest.exit = exit;
@@ -149,7 +149,7 @@ impl RunRecord {
         serde_json::from_str(&text).map_err(|error| RunError::Damaged {
             path,
             reason: format!("is not the record of a run: {error}"),
-            cure: "start the run anew".into(),
+            cure: "start the run again".into(),
         })
     }
 }

@@ -6,11 +6,11 @@ use sha2::{Digest, Sha256};
 
 use slipstick_case::case::hexadecimal;
 
-/// What comes between the last entry and the hash, and after the hash.
+/// The text between the last entry and the hash, and the text after the hash.
 const BEFORE: &str = ",\"sha256\":\"";
 const AFTER: &str = "\"}";
 
-/// Writes a JSON object that is not empty, and into it, as its last entry `sha256`, the hash of the bytes before that entry.
+/// Writes a non-empty JSON object and adds, as its last entry `sha256`, the hash of the bytes before that entry.
 ///
 /// # Errors
 /// Those of `write` and of the writer.
@@ -19,7 +19,7 @@ pub(super) fn write(writer: &mut dyn Write, write: impl FnOnce(&mut dyn Write) -
     write(&mut hashing)?;
     let Hashing { writer, hash, held } = hashing;
     if held != Some(b'}') {
-        return Err(io::Error::other("only a JSON object can hold its hash"));
+        return Err(io::Error::other("only a JSON object can contain its hash"));
     }
     write!(writer, "{BEFORE}{}{AFTER}", hexadecimal(&hash.finalize()))
 }
@@ -32,7 +32,7 @@ pub(super) fn is_whole(bytes: &[u8]) -> bool {
     hexadecimal(&Sha256::digest(hashed)).as_bytes() == found
 }
 
-/// Hands bytes on, all but the last.
+/// Passes on all bytes except the last.
 struct Hashing<'w> {
     writer: &'w mut dyn Write,
     hash: Sha256,
@@ -60,7 +60,8 @@ impl Write for Hashing<'_> {
 mod tests {
     use super::*;
 
-    /// The hash is that of the bytes before it, by another way; no part, no changed bit and no longer text is whole.
+    /// The hash is that of the bytes before it, computed in another way; truncated text, a changed bit and appended
+    /// text are detected.
     #[test]
     fn a_changed_bit_is_noticed() {
         let mut bytes = Vec::new();

@@ -16,13 +16,14 @@ use slipstick_case::case::hexadecimal;
 /// First bytes of a file, with the version of its layout.
 const MAGIC: &[u8; 8] = b"slipsv01";
 
-/// Files by turns, so that the one that a checkpoint names stays until the next checkpoint is written.
+/// The files are used alternately, so that the one that a checkpoint names remains until the next checkpoint is
+/// written.
 pub(super) const FILES: [&str; 2] = ["start_values_0.bin", "start_values_1.bin"];
 
 /// A file of start values, as a checkpoint refers to it.
 ///
 /// Little-endian: the magic bytes, number of states and of unknowns (u64), pseudo-times (f64), unknowns state by state
-/// (f32). In single precision they do not lose what a start value needs, and a resumed run reads the same numbers.
+/// (f32). Single precision is accurate enough for start values, and a resumed run reads the same numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StartValuesFile {
     file: String,
@@ -30,7 +31,8 @@ pub struct StartValuesFile {
 }
 
 impl StartValuesFile {
-    /// Writes the path that leads iteration `iteration`. All ranks call it; `run` is that of the first, if it keeps one.
+    /// Writes the path that iteration `iteration` follows. All ranks call it; `run` is that of the first rank, if it
+    /// keeps one.
     ///
     /// # Errors
     /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
@@ -59,32 +61,32 @@ impl StartValuesFile {
         Ok(agree(ranks, written)?.flatten())
     }
 
-    /// Reads it back, each rank its part. The first one compares the hash.
+    /// Reads the file back; each rank reads its part, and the first rank compares the hash.
     ///
     /// # Errors
-    /// [`RunError::Damaged`] where it is not the file that was written.
+    /// [`RunError::Damaged`] if it is not the file that was written.
     pub fn read(&self, run: &RunDirectory, ranks: &dyn Ranks) -> Result<Guide, RunError> {
         let damaged = |reason: &str| RunError::Damaged {
             path: run.file(&self.file),
             reason: reason.to_owned(),
-            cure: "start anew with `slipstick optimize CASE --design RESULTS`".into(),
+            cure: "start a new run with `slipstick optimize CASE --design RESULTS`".into(),
         };
         if !FILES.contains(&self.file.as_str()) {
-            return Err(damaged("is no file of start values"));
+            return Err(damaged("is not a file of start values"));
         }
         let path = run.file(&self.file);
         if !path.exists() {
-            return Err(damaged("is missing, which the checkpoint needs"));
+            return Err(damaged("is missing, but the checkpoint needs it"));
         }
         let open = || fs::File::open(&path).map_err(RunError::read(&path));
         if ranks.rank() == 0 && hash_of(open()?).map_err(RunError::read(&path))? != self.sha256 {
             return Err(damaged("is not the file that the checkpoint names"));
         }
-        decode(open()?, ranks).ok_or_else(|| damaged("holds no start values of this version"))
+        decode(open()?, ranks).ok_or_else(|| damaged("contains no start values of this version"))
     }
 }
 
-/// SHA-256 of a file, in hexadecimal; of any length, piece by piece.
+/// SHA-256 of a file of any length, in hexadecimal; it is read piece by piece.
 fn hash_of(mut file: fs::File) -> io::Result<String> {
     let (mut hash, mut piece) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
@@ -95,7 +97,7 @@ fn hash_of(mut file: fs::File) -> io::Result<String> {
     }
 }
 
-/// What stands before the unknowns.
+/// The header, which precedes the unknowns.
 fn head(guide: &Guide) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend_from_slice(&(guide.times().len() as u64).to_le_bytes());
@@ -113,7 +115,7 @@ fn decode(mut file: fs::File, ranks: &dyn Ranks) -> Option<Guide> {
     let (length, _) = rest.split_first_chunk::<8>()?;
     let states = usize::try_from(u64::from_le_bytes(*states)).ok()?;
     let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-    // the file is as long as it says: no length from a damaged head is allocated
+    // the file must have the length that it states, so that a length from a damaged header is never allocated
     let size = length.checked_mul(4)?.checked_add(8)?.checked_mul(states)?.checked_add(start.len())?;
     if states == 0 || length == 0 || file.metadata().ok()?.len() != size as u64 {
         return None;

@@ -1,14 +1,14 @@
-//! How symmetric a design is.
+//! Measures the symmetry of a design.
 
 use std::collections::BTreeMap;
 
 use slipstick_mesh::Mesh;
 
-/// Centroids count as equal when they agree to this fraction of the design's extent. No round number: centroids of a
-/// regular mesh must not lie at the border between two cells, where round-off decides.
+/// Centroids count as equal when they agree to this fraction of the design's extent. Not a round number, because
+/// centroids of a regular mesh must not lie on the border between two cells, where round-off decides.
 const EQUAL: f64 = 1.234_567e-6;
 
-/// What a design is compared with.
+/// The image that a design is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Image {
     /// Its mirror image about the plane normal to an axis (0: x, 1: y, 2: z).
@@ -28,11 +28,11 @@ impl Image {
 }
 
 /// The share of the material without an image: Σ |φ(e) − φ(e′)| V(e) / (2 Σ φ(e) V(e)) over `elements`, where e′ is the
-/// image of e about the middle of the elements. 0 is symmetric, 1 has no material in common with its image. None where the
-/// mesh is not symmetric, or without material.
+/// image of e about the middle of the elements. 0 is symmetric, 1 has no material in common with its image. `None` if
+/// the mesh is not symmetric or there is no material.
 ///
 /// # Panics
-/// If densities are not one per element of the mesh, or the axis is above 2.
+/// If there is not one density per element of the mesh, or the axis is above 2.
 pub fn asymmetry(mesh: &Mesh, density: &[f64], elements: &[usize], image: Image) -> Option<f64> {
     let (Image::Mirror(axis) | Image::HalfTurn(axis)) = image;
     assert!(axis < 3, "an axis of space");
@@ -66,7 +66,8 @@ mod tests {
     use super::*;
     use slipstick_mesh::{BoxShape, box_mesh};
 
-    /// By hand: of four elements in a row, mirrored about the middle, the first pair shares 0.2 of 1.2, the second all.
+    /// Computed by hand: of four elements in a row, mirrored about the middle, the first pair shares 0.2 of 1.2 and the
+    /// second all of its material.
     #[test]
     fn the_share_without_image_is_measured() {
         let shape = BoxShape { min: [0.0; 3], max: [4.0, 1.0, 1.0], elements: [4, 1, 1], grading: [1.0; 3] };
@@ -80,8 +81,8 @@ mod tests {
         assert_eq!(asymmetry(&mesh, &density, &[0, 1, 3], Image::Mirror(0)), None);
     }
 
-    /// By hand: two by two elements with material in opposite corners are their image under half a turn, and share nothing
-    /// with either mirror image.
+    /// Computed by hand: two by two elements with material in opposite corners equal their image under half a turn, and
+    /// have no material in common with either mirror image.
     #[test]
     fn half_a_turn_is_no_mirror_image() {
         let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 2.0], elements: [2, 1, 2], grading: [1.0; 3] };

@@ -1,4 +1,4 @@
-//! The tables that grow while a run goes on.
+//! The tables that grow during a run.
 
 use std::fs;
 
@@ -35,11 +35,11 @@ pub struct History {
 }
 
 impl History {
-    /// A table that keeps the rows of these designs, none for a new one.
+    /// A table that keeps the rows of these designs; a new table has none.
     ///
     /// # Errors
-    /// [`RunError::Output`]; of it [`OutputError::OtherTable`] if the file has fewer rows. [`RunError::Damaged`] if rows
-    /// are not those of the designs, but for the seconds.
+    /// [`RunError::Output`], with [`OutputError::OtherTable`] if the file has fewer rows; [`RunError::Damaged`] if rows
+    /// differ from those of the designs, except in the seconds.
     pub fn open(run: &RunDirectory, designs: &[IterationRecord]) -> Result<Self, RunError> {
         let path = run.file("history.csv");
         let csv = Csv::resume(&path, HISTORY, designs.len())?;
@@ -49,11 +49,11 @@ impl History {
             let without_seconds = |line: &str| line.rsplit_once(',').map(|(cells, _)| cells.to_owned());
             if without_seconds(line) != without_seconds(&expected) {
                 let reason = format!(
-                    "line {} is not what this run wrote of iteration {row}: rows were changed, added or removed",
+                    "line {} is not what this run wrote for iteration {row}: rows were changed, added or removed",
                     row + 2
                 );
-                let cure = "put the table back, or start anew with `slipstick optimize CASE --design RESULTS`".into();
-                return Err(RunError::Damaged { path, reason, cure });
+                let cure = "restore the table, or start a new run with `slipstick optimize CASE --design RESULTS`";
+                return Err(RunError::Damaged { path, reason, cure: cure.into() });
             }
         }
         Ok(Self { csv })
@@ -92,9 +92,10 @@ const CONTACT: &str =
 
 /// `contact.csv`: what each contact pair transfers at the end of each load step.
 ///
-/// Columns: the load step, counted through all load cases; the load case, from 0, and pseudo-time within it; the number of the
-/// `[[contact]]` table, from 0; the resultant of the contact forces on the slave, friction included, and its size \[F\]; the
-/// largest contact pressure at a slave node \[F/L²\], that node and its reference position \[L\], empty where none is pressed.
+/// Columns: the load step, counted through all load cases; the load case, from 0, and pseudo-time within it; the number
+/// of the `[[contact]]` table, from 0; the resultant of the contact forces on the slave, friction included, and its
+/// magnitude \[F\]; the largest contact pressure at a slave node \[F/L²\], that node and its reference position \[L\],
+/// empty if no node is under pressure.
 #[derive(Debug)]
 pub struct ContactTable<'a> {
     mesh: &'a Mesh,
@@ -102,7 +103,7 @@ pub struct ContactTable<'a> {
 }
 
 impl<'a> ContactTable<'a> {
-    /// A table without rows, of this mesh.
+    /// A table without rows, for this mesh.
     pub fn new(mesh: &'a Mesh) -> Self {
         Self { mesh, text: CONTACT.to_owned() }
     }
@@ -112,7 +113,7 @@ impl<'a> ContactTable<'a> {
         let (case, time) = course::place(time);
         let time = rounded(time, 12);
         for (number, pair) in pairs.iter().enumerate() {
-            // zero has no sign here
+            // write −0 as 0
             let [x, y, z] = pair.force.map(|f| f + 0.0);
             let (size, peak) = (pair.force_size(), pair.peak_pressure);
             let node = pair.peak_node.map_or_else(
@@ -126,7 +127,7 @@ impl<'a> ContactTable<'a> {
         }
     }
 
-    /// Writes the table, whole or not at all; nothing where no pair has a row.
+    /// Writes the table, completely or not at all; nothing if no pair has a row.
     ///
     /// # Errors
     /// [`OutputError::Io`].
@@ -154,8 +155,8 @@ const NEWTON: &[&str] = &[
     "failure",
 ];
 
-/// `newton.csv`: one row per Newton iteration of every accepted (sub-)step, and one per failed attempt, which has only
-/// its reason in the column `failure`.
+/// `newton.csv`: one row per Newton iteration of every accepted (sub-)step, and one per failed attempt, with its reason
+/// in the column `failure`.
 ///
 /// Columns: the design (or analysis) counted from 0, the user's load step, the pseudo-time at its end, and
 /// [`slipstick_path::IterationRecord`].
@@ -169,7 +170,7 @@ pub struct NewtonTable {
 }
 
 impl NewtonTable {
-    /// A table that keeps its first `rows` rows, 0 for a new one.
+    /// A table that keeps its first `rows` rows; 0 for a new table.
     ///
     /// # Errors
     /// [`RunError::Output`].
@@ -184,13 +185,13 @@ impl NewtonTable {
         self.step = 1;
     }
 
-    /// Rows so far.
+    /// Number of rows so far.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Writes what an event tells. An observer cannot stop the march with an error, so a failure to write is kept for
-    /// [`NewtonTable::check`].
+    /// Writes the contents of an event. An observer cannot stop the march with an error, so a failure to write is kept
+    /// for [`NewtonTable::check`].
     pub fn record(&mut self, event: &MarchEvent<'_>) {
         if self.error.is_some() {
             return;
@@ -198,7 +199,7 @@ impl NewtonTable {
         let result = match event {
             MarchEvent::Accepted(state) => self.accepted(state),
             MarchEvent::Retry { step, time, failure, .. } => {
-                // The first step once more: an update of the design was halved and marches from the start.
+                // The first step again: an update of the design was halved, and the march restarts.
                 self.step = *step;
                 self.failed(*time, &failure.to_string())
             }

@@ -1,4 +1,4 @@
-//! Histories of optimizations read back.
+//! Reads histories of optimizations.
 
 use std::fs;
 use std::path::Path;
@@ -6,13 +6,14 @@ use std::path::Path;
 use crate::render::RunHistory;
 use slipstick_results::run::{RunDirectory, RunError};
 
-/// Histories of optimizations: of a run's directory, the one that it holds, named as the directory; of a table (`.csv`) with
-/// a column `run`, one of each run in the order in which they appear; of one without, one that is named as the file.
+/// Histories of optimizations: for a run's directory, its history, named after the directory; for a table (`.csv`) with
+/// a column `run`, one history per run, in the order in which they appear; for a table without it, one history, named
+/// after the file.
 ///
 /// # Errors
-/// [`RunError::NoRun`] for a directory without a run or without `history.csv`; [`RunError::Read`]; [`RunError::Damaged`] for a
-/// table without the columns `iteration`, `objective` and `volume_fraction`, or with rows that are not whole or hold no
-/// numbers.
+/// [`RunError::NoRun`] for a directory without a run or without `history.csv`; [`RunError::Read`];
+/// [`RunError::Damaged`] for a table without the columns `iteration`, `objective` and `volume_fraction`, or with rows
+/// that are incomplete or not numeric.
 pub fn read_histories(results: &Path) -> Result<Vec<RunHistory>, RunError> {
     let table = if is_table(results) {
         results.to_owned()
@@ -29,12 +30,12 @@ pub fn read_histories(results: &Path) -> Result<Vec<RunHistory>, RunError> {
     histories(&text, &name).map_err(|reason| RunError::Damaged {
         path: table,
         reason,
-        cure: "take a `history.csv` as an optimization writes it, or a table with such columns and a column `run`"
+        cure: "use a `history.csv` written by an optimization, or a table with the same columns and a column `run`"
             .into(),
     })
 }
 
-/// Whether what results are read from is a table by its name.
+/// Whether the name of a source of results is that of a table.
 pub fn is_table(results: &Path) -> bool {
     !results.is_dir() && results.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
@@ -52,14 +53,14 @@ fn histories(text: &str, name: &str) -> Result<Vec<RunHistory>, String> {
     for (number, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
         let row = cells(line);
         if row.len() != header.len() {
-            return Err(format!("line {} has {} cells, the first line {}", number + 1, row.len(), header.len()));
+            let (cells, expected) = (row.len(), header.len());
+            return Err(format!("line {} has {cells} cells, but the first line has {expected}", number + 1));
         }
         let mut values = [0.0; 3];
         for (value, at) in values.iter_mut().zip(columns) {
-            let number =
-                row[at].parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
-                    format!("line {}: {} is `{}`, which is no number", number + 1, header[at], row[at])
-                })?;
+            let number = row[at].parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
+                format!("line {}: {} is `{}`, which is not a number", number + 1, header[at], row[at])
+            })?;
             *value = number;
         }
         let name = run.map_or(name, |at| row[at].as_str());
@@ -91,9 +92,10 @@ mod tests {
     fn what_is_no_history_is_told_with_its_line() {
         let wrong = |text: &str| histories(text, "run").unwrap_err();
         assert_eq!(wrong("element,density\n0,1\n"), "line 1: there is no column `iteration`");
-        assert_eq!(wrong("iteration,objective,volume_fraction\n0,1,1\n1,2"), "line 3 has 2 cells, the first line 3");
+        let short = wrong("iteration,objective,volume_fraction\n0,1,1\n1,2");
+        assert_eq!(short, "line 3 has 2 cells, but the first line has 3");
         let nan = wrong("iteration,objective,volume_fraction\n0,nan,1\n");
-        assert_eq!(nan, "line 2: objective is `nan`, which is no number");
+        assert_eq!(nan, "line 2: objective is `nan`, which is not a number");
         assert_eq!(wrong("iteration,objective,volume_fraction\n"), "there is no row below the first line");
         assert_eq!(wrong(""), "line 1: there is no column `iteration`");
     }

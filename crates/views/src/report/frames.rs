@@ -30,7 +30,7 @@ pub(super) struct Design {
 #[derive(Debug, Serialize)]
 pub(super) struct Step {
     number: usize,
-    /// The load case, where it has a name, and pseudo-time within it.
+    /// The load case, if it has a name, and pseudo-time within it.
     #[serde(skip_serializing_if = "Option::is_none")]
     load_case: Option<String>,
     time: f64,

@@ -4,7 +4,7 @@
 //! numbers are base64 of little-endian bytes. It opens from a file, follows the system's light or dark colours, can be
 //! operated by keyboard, and can be printed. Its scripts are in `page/` and use no libraries.
 //!
-//! | part | holds |
+//! | part | contents |
 //! |---|---|
 //! | model | coordinates in 32 bits; elements of the designed bodies, whose skin the page computes for each threshold; the skin of the others |
 //! | designs | densities of the iterations that the run wrote, in steps of 1/255; derivatives in 16 bits |

@@ -124,7 +124,7 @@ pub(super) fn verify(run: &RunDirectory) -> Result<Option<Checked>, RunError> {
     let right = found["right"].as_bool().unwrap_or(false);
     let worst = found["check"]["worst"].as_f64();
     let verdict = match (right, worst) {
-        (true, Some(worst)) => format!("Right: the adjoint agrees with the differences to {worst:.1e}."),
+        (true, Some(worst)) => format!("Confirmed: the adjoint agrees with the differences to {worst:.1e}."),
         (false, Some(worst)) => {
             format!("Not confirmed: the adjoint differs from the differences by up to {worst:.1e}.")
         }

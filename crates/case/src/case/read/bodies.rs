@@ -15,8 +15,12 @@ const MOST_ELEMENTS: usize = 1_000_000;
 
 pub(super) fn bodies(root: &Table<'_>, names: &mut Names, files: &MeshFiles<'_>) -> Vec<Body> {
     let tables = root.tables("body");
+    let help = "add a [[body]] with a name, a shape and a material";
+    root.require("body", help);
     if tables.is_empty() {
-        root.note_missing("body", "add a [[body]] with a name, a shape and a material");
+        if root.value("body").is_some_and(|value| value.get_ref().as_array().is_some_and(|list| list.is_empty())) {
+            root.reader.error("body", CaseCode::Empty, "`body` lists no body", help);
+        }
         names.excuse_all();
     }
     tables.into_iter().map(|table| body(table, names, files)).collect()
@@ -153,12 +157,10 @@ fn place(table: Table<'_>) -> Placement {
 
 fn material(table: &Table<'_>) -> Material {
     let stand_in = Material { law: LawKind::ALL[0], youngs_modulus: 1.0, poisson_ratio: 0.3 };
-    if !table.has("material") {
-        table.note_missing(
-            "material",
-            "for instance material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }",
-        );
-    }
+    table.require(
+        "material",
+        "for instance material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }",
+    );
     let Some(material) = table.table("material") else {
         return stand_in;
     };

@@ -3,8 +3,8 @@
 use super::super::names::Names;
 use super::super::reader::{Reader, suggestion_or_list};
 use super::super::resolved::{
-    Body, Contact, Design, EnergyInterpolation, Mma, Objective, ObservedSteps, Optimizer, SensitivityFilter, Shape,
-    Simp,
+    Body, Contact, Design, EnergyInterpolation, MmaParameters, Objective, ObservedSteps, Optimizer, SensitivityFilter,
+    Shape, Simp,
 };
 use super::super::typed::Table;
 use super::{CaseCode, boxes};
@@ -17,11 +17,8 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         table.number(key).check(CaseCode::Fraction, range, "must lie in (0, 1]", "")
     };
     let volume_fraction = fraction("volume_fraction").optional();
-    let initial = if table.has("initial") || table.has("volume_fraction") {
-        fraction("initial").or(volume_fraction.unwrap_or(1.0))
-    } else {
-        fraction("initial").required(1.0, "the density at the start, in (0, 1]")
-    };
+    table.require_one_of(&["initial", "volume_fraction"], "[design] needs the density at the start, in (0, 1]");
+    let initial = fraction("initial").or(volume_fraction.unwrap_or(1.0));
     let sensitivity_filter = table.table("sensitivity_filter").map(|filter| {
         let help = "in the unit of length, for instance 1.5 element sizes";
         let radius = filter.number("radius").positive(CaseCode::OutOfRange).required(1.0, help);
@@ -39,7 +36,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         passive_void: boxes(&table, "passive_void"),
     };
     let may_vanish = root.has("optimizer") || !design.passive_void.is_empty();
-    if may_vanish && design.simp.min == 0.0 {
+    if may_vanish && design.simp.minimum == 0.0 {
         table.reader.warning(
             "design.simp.min",
             CaseCode::Simp,
@@ -78,25 +75,21 @@ fn design_bodies(table: &Table<'_>, names: &Names) -> Vec<String> {
 }
 
 fn simp(table: &Table<'_>) -> Simp {
-    let default = Simp { p: 3.0, min: 1e-3 };
-    table.table("simp").map_or(default, |simp| {
-        let p = simp.number("p").check(CaseCode::Simp, |&p| p >= 1.0, "must be at least 1", "3 is usual").or(default.p);
-        let min = simp
-            .number("min")
-            .check(
-                CaseCode::Simp,
-                |&min| (0.0..1.0).contains(&min),
-                "must lie in [0, 1)",
-                "the ratio of the void's to the solid's stiffness, usually 1e-3",
-            )
-            .or(default.min);
-        simp.finish();
-        Simp { p, min }
-    })
+    let mut simp = Simp::default();
+    if let Some(table) = table.table("simp") {
+        let at_least_one = |&p: &f64| p >= 1.0;
+        let p = table.number("p").check(CaseCode::Simp, at_least_one, "must be at least 1", "3 is usual");
+        simp.penalization = p.or(simp.penalization);
+        let help = "the ratio of the void's to the solid's stiffness, usually 1e-3";
+        let fraction = |min: &f64| (0.0..1.0).contains(min);
+        simp.minimum = table.number("min").check(CaseCode::Simp, fraction, "must lie in [0, 1)", help).or(simp.minimum);
+        table.finish();
+    }
+    simp
 }
 
 fn energy_interpolation(table: Table<'_>) -> EnergyInterpolation {
-    let slipstick_solid::EnergyInterpolation { threshold, sharpness } = slipstick_solid::EnergyInterpolation::PUBLISHED;
+    let EnergyInterpolation { threshold, sharpness } = EnergyInterpolation::PUBLISHED;
     let threshold = table
         .number("threshold")
         .check(
@@ -258,7 +251,7 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
             "the bound on the mean density, in (0, 1]",
         );
     }
-    let mma = table.table("mma").map_or(Mma::default(), mma);
+    let mma = table.table("mma").map_or(MmaParameters::for_densities(), mma);
     let iterations = table
         .integer("iterations")
         .count(CaseCode::OutOfRange, 1)
@@ -268,30 +261,14 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
     Some(Optimizer { mma, iterations, tolerance })
 }
 
-fn mma(table: Table<'_>) -> Mma {
-    let default = Mma::default();
-    let within = |key, range: fn(&f64) -> bool, message: &str, value| {
-        table.number(key).check(CaseCode::OutOfRange, range, message, "").or(value)
-    };
-    let unit: fn(&f64) -> bool = |&x| x > 0.0 && x <= 1.0;
-    let fraction: fn(&f64) -> bool = |&x| x > 0.0 && x < 1.0;
-    let positive = |key, value| table.number(key).positive(CaseCode::OutOfRange).or(value);
-    let asymin = positive("asymin", default.asymin);
-    let asymax = table
-        .number("asymax")
-        .check(CaseCode::OutOfRange, |&x| x > asymin, "must be greater than `asymin`", "")
-        .or(default.asymax.max(asymin));
-    let mma = Mma {
-        move_limit: within("move_limit", unit, "must lie in (0, 1]", default.move_limit),
-        asyinit: positive("asyinit", default.asyinit),
-        asyincr: within("asyincr", |&x| x >= 1.0, "must be at least 1", default.asyincr),
-        asydecr: within("asydecr", fraction, "must lie between 0 and 1", default.asydecr),
-        asymin,
-        asymax,
-        albefa: within("albefa", fraction, "must lie between 0 and 1", default.albefa),
-        raa0: positive("raa0", default.raa0),
-        c: positive("c", default.c),
-    };
+fn mma(table: Table<'_>) -> MmaParameters {
+    let mut parameters = MmaParameters::for_densities();
+    for (name, value) in parameters.by_name() {
+        *value = table.number(name).or(*value);
+    }
+    for (name, _, range) in parameters.out_of_range() {
+        table.reader.error(&table.path_of(name), CaseCode::OutOfRange, format!("`{name}` must be {range}"), "");
+    }
     table.finish();
-    mma
+    parameters
 }

@@ -17,10 +17,8 @@ pub(super) fn load_path(root: &Table<'_>) -> LoadPath {
     let relative = 1e-9;
     let mut tolerance = Tolerance { relative, residual: None, displacement: None, contact: None, multiplier: None };
     let start_values = StartValues::PreviousDesign;
+    root.require("load_path", "for instance [load_path] with steps = 10");
     let Some(table) = root.table("load_path") else {
-        if !root.has("load_path") {
-            root.note_missing("load_path", "for instance [load_path] with steps = 10");
-        }
         return LoadPath { steps: UNKNOWN_STEPS, tolerance, max_newton_iterations: 25, max_cutbacks: 8, start_values };
     };
     let steps = table
@@ -219,9 +217,7 @@ pub(super) fn time(table: &Table<'_>, earliest: f64, steps: usize) -> f64 {
             "list the waypoints in order of time",
         )
         .optional();
-    if !table.has("t") {
-        table.note_missing("t", "pseudo-time of the waypoint, in (0, 1]");
-    }
+    table.require("t", "pseudo-time of the waypoint, in (0, 1]");
     if let Some(t) = t {
         warn_corner(table, t, steps);
     }

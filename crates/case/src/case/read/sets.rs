@@ -75,9 +75,7 @@ fn conditions(table: &Table<'_>, what: &str, keys: &'static [&'static str], no_b
         let message = format!("{what} with `boxes` needs at least one box");
         table.reader.error(&table.path_of("boxes"), CaseCode::Empty, message, help);
     }
-    if !keys.iter().any(|key| table.has(key)) {
-        table.note_missing_one_of(keys, &format!("{what} needs a condition"));
-    }
+    table.require_one_of(keys, &format!("{what} needs a condition"));
 }
 
 fn plane(table: Table<'_>) -> Plane {

@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{BoxRegion, Dimension};
-pub use slipstick_design::ObservedSteps;
+pub use slipstick_design::{MmaParameters, ObservedSteps};
+pub use slipstick_solid::{EnergyInterpolation, Simp};
 
 /// The design: one density in \[0, 1\] per element of the design bodies. Paper: section 4.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -28,24 +29,6 @@ pub struct Design {
     pub passive_solid: Vec<BoxRegion>,
     /// Elements whose centroid lies in one of these boxes keep density 0.
     pub passive_void: Vec<BoxRegion>,
-}
-
-/// Modified SIMP interpolation. Paper: (86).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct Simp {
-    /// Penalization power p ≥ 1.
-    pub p: f64,
-    /// φ_min: ratio of the void's to the solid's stiffness, 0 ≤ φ_min < 1.
-    pub min: f64,
-}
-
-/// Energy interpolation: elements with φ^p below the threshold follow linear elasticity, which cannot invert.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct EnergyInterpolation {
-    /// Threshold of φ^p, between 0 and 1.
-    pub threshold: f64,
-    /// Sharpness of the threshold, > 0.
-    pub sharpness: f64,
 }
 
 /// Sensitivity filter.
@@ -106,50 +89,10 @@ impl Objective {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Optimizer {
     /// Parameters of the method of moving asymptotes.
-    pub mma: Mma,
+    pub mma: MmaParameters,
     /// Maximum number of iterations.
     pub iterations: usize,
     /// The optimizer stops when no density changes by more than this in an iteration; `None`: it runs all iterations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-}
-
-/// Parameters of the method of moving asymptotes, version of 2007, named as in Svanberg's notes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct Mma {
-    /// Largest change of a density in an iteration (0.1 in the paper).
-    pub move_limit: f64,
-    /// Initial distance of the asymptotes, relative to the range of the variable.
-    pub asyinit: f64,
-    /// Factor on that distance if the variable keeps moving in the same direction, ≥ 1.
-    pub asyincr: f64,
-    /// Factor on that distance if the variable oscillates, < 1.
-    pub asydecr: f64,
-    /// Smallest distance of an asymptote, relative to the range.
-    pub asymin: f64,
-    /// Largest distance of an asymptote, relative to the range.
-    pub asymax: f64,
-    /// How close a variable may come to an asymptote.
-    pub albefa: f64,
-    /// Smallest curvature of the approximations.
-    pub raa0: f64,
-    /// Penalty for violating a constraint.
-    pub c: f64,
-}
-
-impl Default for Mma {
-    /// Svanberg's values with the paper's move limit.
-    fn default() -> Self {
-        Self {
-            move_limit: 0.1,
-            asyinit: 0.5,
-            asyincr: 1.2,
-            asydecr: 0.7,
-            asymin: 0.01,
-            asymax: 10.0,
-            albefa: 0.1,
-            raa0: 1e-5,
-            c: 1000.0,
-        }
-    }
 }

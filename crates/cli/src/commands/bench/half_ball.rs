@@ -20,7 +20,7 @@ fn counts(elements: usize) -> [[usize; 3]; 2] {
 pub fn case(elements: usize, memory: &str) -> String {
     let [plate, ball] = counts(elements);
     format!(
-        r#"title = "Half ball on plate, to measure"
+        r#"title = "Half-ball on a plate, for benchmarks"
 [[body]]
 name = "plate"
 box = {{ min = [-1.5, -1.0, -1.5], max = [1.5, 0.0, 1.5], elements = {plate:?} }}
