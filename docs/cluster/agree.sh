@@ -1,22 +1,22 @@
 #!/usr/bin/env bash
-# How far designs on several ranks agree with those of the default solvers: ten iterations of the coarse examples, and the
-# gradient at the design that they lead to, each tried solver against the first. Puts its table into docs/cluster.md. Needs PETSc
-# and mpirun. (Violations of the clutch's contact conditions stall at 2e-10, so 1e-9 is asked of them.)
+# How closely designs on several ranks agree with those of the default solvers: ten iterations of the coarse examples, and
+# the gradient at the resulting design, each solver compared with the first. Inserts its table into docs/cluster.md. Needs
+# PETSc and mpirun. (Violations of the clutch's contact conditions stall at 2e-10, so their tolerance is 1e-9.)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 source docs/cluster/ranks.sh
 runs=$work
 
-# The largest difference of a column between two tables, over the largest value of the first.
+# The largest difference between a column of two tables, relative to the largest value of the first.
 apart() {
     paste -d, <(cut -d, -f"$1" "$2") <(cut -d, -f"$1" "$3") | awk -F, '
         NR > 1 { d = $1 - $2; d = d < 0 ? -d : d; v = $1 < 0 ? -$1 : $1; if (!(d <= m)) m = d; if (v > s) s = v }
         END { printf "%.0e", m / s }'
 }
 
-# run NAME WORDS… : the program, or mpirun with it, on the case; and its gradient at the default's last design, whose path
-# starts cold there: with more steps where it would else be cut back, which round-off decides
+# run NAME WORDS… : runs the program, directly or with mpirun, on the case, and its gradient at the default's last design.
+# The path of that design has no guide: it takes more steps if it would otherwise be cut back, which depends on round-off
 run() {
     local name=$1
     shift
@@ -33,7 +33,7 @@ told() {
         </dev/null >"$runs/$name.log" 2>&1 || { cat "$runs/$name.log"; exit 1; }
 }
 
-# against NAME: objectives, densities and gradient of the last run against the default's
+# against NAME: compares objectives, densities and gradient of the last run with the default's
 against() {
     printf ' %s, %s, %s |' "$(apart 2 "$runs/default/history.csv" "$runs/$1/history.csv")" \
         "$(apart 3 "$runs/default/design.csv" "$runs/$1/design.csv")" \

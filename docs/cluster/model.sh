@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Work, memory and communication of each rank: one load step of the clutch and its gradient, in three sizes on 1, 2 and 4
-# ranks, by MUMPS. Puts its table into docs/cluster.md. Needs PETSc, and OpenMPI for its count of bytes; half an hour on two
-# idle cores and 20 GB. `model.sh SIZES` takes other sizes: parts of the paper's number of elements along each edge.
+# ranks, with MUMPS. Inserts its table into docs/cluster.md. Needs PETSc, and OpenMPI to count bytes; half an hour on two
+# idle cores and 20 GB. `model.sh SIZES` uses other sizes: fractions of the paper's number of elements along each edge.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 source docs/cluster/ranks.sh
 
-# Bytes that all ranks sent, as OpenMPI counted them: by MUMPS, PETSc and slipstick.
+# Bytes sent by all ranks, as counted by OpenMPI: for MUMPS, PETSc and slipstick.
 sent() { awk '/^E/ { sum += $4 } END { printf "%.3f", sum / 1e9 }' "$work"/bytes.*.prof; }
 
 measured() {
@@ -18,7 +18,7 @@ measured() {
         "$program" bench "$work/case.toml" --steps 1 --threads 1 --memory 20GiB --json --quiet >"$work/told" 2>"$work/log" ||
         { cat "$work/log" >&2; return 1; }
     sent=$(sent) awk -v ranks="$ranks" '
-        # the number that follows a key, from a place in the line on
+        # the number that follows a key, searched from a given position in the line
         function number(key, from,   rest) {
             rest = substr($0, from)
             return match(rest, "\"" key "\":[-0-9.eE+]+") ? substr(rest, RSTART + length(key) + 3, RLENGTH - length(key) - 3) + 0 : 0

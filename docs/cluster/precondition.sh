@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Measures the preconditioner by a contact zone against MUMPS on tangents of real designs and puts the table between the
-# marks of docs/cluster.md. About ten minutes on two idle cores, most of it for a design of the half ball in the size of
-# the paper; `precondition.sh RESULTS` takes the latest design of a run of that case instead.
+# Compares the contact-zone preconditioner with MUMPS on tangents of real designs and inserts the table between the
+# markers of docs/cluster.md. About ten minutes on two idle cores, most of it for a design of the half-ball in the size of
+# the paper; `precondition.sh RESULTS` uses the latest design of a run of that case instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -10,7 +10,7 @@ cargo build --release -p slipstick -p slipstick-cli -p slipstick-petsc --feature
     --bin slipstick --example export_matrix --example precondition
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 RAYON_NUM_THREADS=1
 
-# Tangent of a case, at the end of its path, with a design.
+# Tangent of a case with a given design, at the end of its path.
 tangent() { "$programs/examples/export_matrix" "$1" "$2" "$work/$3.bin" >&2; }
 
 measured() {

@@ -1,11 +1,11 @@
-# What the scripts that measure on ranks share; `source` it at the root of the repository.
+# Shared by the scripts that measure on ranks; `source` it at the root of the repository.
 
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 source docs/tables.sh
 cargo build --release --features petsc
 program=$programs/slipstick
 
-# The clutch in a part of its size, by PETSc.
+# The clutch at a fraction of its size, with PETSc.
 clutch() {
     local scale=$1
     awk -v s="$scale" '

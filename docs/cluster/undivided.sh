@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# What each rank has whole, and what is divided, without factors: peaks of a rank's memory on 2, 4 and 8 ranks, up to the first
-# factorization, with the diagonal in the place of factors, which ends the run there. Prints the fit c + w n + d n / P. Needs
-# PETSc; some minutes.
+# Replicated and distributed data of each rank, without factors: peak memory of a rank on 2, 4 and 8 ranks, up to the first
+# factorization, with the diagonal instead of factors, so that the run ends there. Prints the fit c + w n + d n / P. Needs
+# PETSc; takes a few minutes.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 source docs/cluster/ranks.sh
 
-# Runs what it is given and writes the peak of its memory in kB.
+# Runs the given command and writes its peak memory in kB.
 cat >"$work/peak" <<'END'
 #!/usr/bin/env bash
 "$@" >/dev/null 2>&1 &
@@ -26,7 +26,7 @@ for scale in 0.5 0.7; do
             awk -v n="$unknowns" -v p="$ranks" '$2 > m { m = $2 } END { print n, p, 1.024e-3 * m }'
     done
 done | tee /dev/stderr | awk '
-    # least squares by the normal equations of (1, n, n / P)
+    # least squares with the normal equations of (1, n, n / P)
     { f[1] = 1; f[2] = $1; f[3] = $1 / $2
       for (i = 1; i <= 3; i++) { b[i] += f[i] * $3; for (j = 1; j <= 3; j++) a[i, j] += f[i] * f[j] } }
     END {

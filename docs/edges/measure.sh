@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes the tables of docs/edges.md between the marks of that page; a few minutes on one core.
+# Writes the tables of docs/edges.md between the markers of that page; takes a few minutes on one core.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

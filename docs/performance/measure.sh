@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Measures what docs/performance.md tells and puts it between the marks of that page. About half an hour on two cores;
-# nothing else should run. `measure.sh NAME …` repeats single measurements.
+# Makes the measurements of docs/performance.md and inserts them between the markers of that page. About half an hour on
+# two cores; nothing else should run. `measure.sh NAME …` repeats single measurements.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -8,7 +8,7 @@ source docs/tables.sh
 program=$programs/slipstick
 cargo build --release -p slipstick-cli
 
-# Puts the output of a command between <!-- NAME --> and <!-- end -->.
+# Inserts the output of a command between <!-- NAME --> and <!-- end -->.
 measure() {
     local name=$1
     shift
@@ -18,7 +18,7 @@ measure() {
 
 sizes() { "$program" bench --sizes 1000,3000,9400 --threads 1,2; }
 
-# A settled design first: the same design problem with a fifth of the steps, whose densities are then measured.
+# First a nearly converged design: the same problem with a fifth of the steps; the measurement starts from its densities.
 settled() {
     local case=cases/half_ball_on_plate/case.toml
     "$program" optimize "$case" --set load_path.steps=10 --iterations 12 --out "$work/design" --quiet
@@ -41,8 +41,8 @@ methods() {
     done
 }
 
-# Operations on 30 x 30 x 30 hexahedra and on 6 tetrahedra in the place of each: the same unknowns. Of all samples the
-# fastest counts, which what else the machine does disturbs least.
+# Operations on 30 x 30 x 30 hexahedra and on 6 tetrahedra instead of each: the same unknowns. The fastest of all samples
+# counts, because other load on the machine affects it least.
 elements() {
     cargo bench -p slipstick-solid --bench assembly -- --noplot --sample-size 30 "threads: 1" > "$work/bench.log" 2>&1
     local samples=${CARGO_TARGET_DIR:-target}/criterion
@@ -56,7 +56,7 @@ elements() {
     echo "27,000 hexahedra, 162,000 tetrahedra, 89,373 unknowns"
 }
 
-# The least time per iteration of Criterion's samples. [ms]
+# The shortest time per iteration of Criterion's samples. [ms]
 fastest() {
     tr -d '[]{}"' | sed 's/,*\(iters\|times\):/\n\1 /g' | tr ',' ' ' | awk '
         /^iters/ { for (i = 2; i <= NF; i++) n[i] = $i }

@@ -101,9 +101,9 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
             let x = v
                 .uniform(design.initial)
                 .map_err(|e| BuildError::new("design.initial", e, "choose a density between 0 and 1"))?;
-            slipstick_design::DesignMap::apply(v, &x)
+            v.densities(&x)
         }
-        _ => vec![1.0; mesh.elements.len()],
+        _ => vec![1.0; mesh.elements.len()].into(),
     };
     let largest = prescribed.largest(&times);
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use slipstick::build::{Problem, build_on};
 use slipstick::case::{Body, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
 use slipstick::check::{Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
-use slipstick::design::{DesignMap, DesignVariables, Role};
+use slipstick::design::{DesignVariables, ElementValues, Role};
 use slipstick::run::load_density;
 use slipstick::words::{counted, quantity};
 
@@ -224,7 +224,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Failure::Input`] if they do not match the case; [`Failure::Case`] if the case has no `design` section.
-    pub fn density(&self, context: &Context, problem: &Problem, from: &DesignFrom) -> Outcome<Vec<f64>> {
+    pub fn density(&self, context: &Context, problem: &Problem, from: &DesignFrom) -> Outcome<ElementValues> {
         match &from.design {
             Some(results) => self.density_of(context, problem, results),
             None => Ok(problem.initial_density.clone()),
@@ -235,13 +235,13 @@ impl Setup {
     ///
     /// # Errors
     /// As [`Setup::density`].
-    pub fn density_of(&self, context: &Context, problem: &Problem, results: &Path) -> Outcome<Vec<f64>> {
+    pub fn density_of(&self, context: &Context, problem: &Problem, results: &Path) -> Outcome<ElementValues> {
         self.resolved.require(&["design"])?;
         let found = load_density(results, &problem.mesh)?;
         let _ = self.design_of.set(results.to_owned());
         let Some(variables) = &problem.variables else { return Ok(found) };
         // The case sets the densities of passive elements and of those outside the design.
-        let kept = DesignMap::apply(variables, &variables.restrict(&found));
+        let kept = variables.densities(&variables.restrict(&found));
         if let Some(message) = replaced(variables, &found, &kept) {
             context.console.warning(&format!("{}: {message}", results.display()));
         }

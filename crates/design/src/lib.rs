@@ -5,6 +5,7 @@
 //!
 //! | module | contents |
 //! |---|---|
+//! | [`values`] | densities and derivatives over elements, design domain and variables, as different types |
 //! | [`variables`] | which elements are designed, passive solid or passive void; the initial design |
 //! | [`map`] | the chain from design variables to densities and its exact transpose |
 //! | [`filter`] | density filter and projection (design maps), Sigmund's sensitivity filter (not a design map) |
@@ -24,6 +25,7 @@ pub mod filter;
 pub mod map;
 pub mod objective;
 pub mod optimizer;
+pub mod values;
 pub mod variables;
 pub mod volume;
 
@@ -34,5 +36,6 @@ pub use objective::{
     StateView, Weighted, WrongDerivative, check_derivatives,
 };
 pub use optimizer::{Functions, KktResidual, Mma, MmaError, MmaParameters, MmaStep, Scaling, kkt_residual};
+pub use values::{DomainValues, ElementValues, VariableValues};
 pub use variables::{DesignError, DesignVariables, Passives, Role};
 pub use volume::{VolumeConstraint, VolumeError};

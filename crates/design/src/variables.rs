@@ -5,6 +5,7 @@ mod error;
 pub use error::DesignError;
 
 use crate::map::DesignMap;
+use crate::values::{DomainValues, ElementValues, VariableValues};
 
 /// The role of an element in the design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,9 +31,7 @@ impl Role {
     }
 }
 
-/// The map between design variables (one per designed element) and densities of all elements.
-///
-/// As a [`DesignMap`] it assigns the variables to their elements and the fixed densities of [`Role`] to all others.
+/// The maps between design variables (one per designed element), the design domain, and all elements.
 #[derive(Clone, Debug)]
 pub struct DesignVariables {
     roles: Vec<Role>,
@@ -104,15 +103,50 @@ impl DesignVariables {
         &self.domain
     }
 
-    /// The entries of the designed elements in a vector over all elements: the inverse of the map for densities, its
-    /// transpose for gradients.
+    /// Densities of all elements: the variables of the designed ones, the fixed densities of [`Role`] elsewhere.
     ///
     /// # Panics
     ///
-    /// If `all` does not have one entry per element.
-    pub fn restrict(&self, all: &[f64]) -> Vec<f64> {
+    /// If there is not one variable per designed element.
+    pub fn densities(&self, x: &VariableValues) -> ElementValues {
+        assert_eq!(x.len(), self.designed.len(), "one variable per designed element");
+        let mut densities: Vec<f64> = self.roles.iter().map(|role| role.fixed_density().unwrap_or(0.0)).collect();
+        for (&element, &value) in self.designed.iter().zip(x) {
+            densities[element as usize] = value;
+        }
+        densities.into()
+    }
+
+    /// The entries of the designed elements: the inverse of [`densities`](Self::densities) for densities, its transpose
+    /// for derivatives.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one entry per element.
+    pub fn restrict(&self, all: &ElementValues) -> VariableValues {
         assert_eq!(all.len(), self.roles.len(), "one entry per element");
         self.designed.iter().map(|&element| all[element as usize]).collect()
+    }
+
+    /// The entries of the design domain.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one entry per element.
+    pub fn on_domain(&self, all: &ElementValues) -> DomainValues {
+        assert_eq!(all.len(), self.roles.len(), "one entry per element");
+        self.domain.iter().map(|&element| all[element as usize]).collect()
+    }
+
+    /// The entries of the designed elements of the design domain.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one entry per element of the domain.
+    pub fn restrict_domain(&self, values: &DomainValues) -> VariableValues {
+        assert_eq!(values.len(), self.domain.len(), "one entry per element of the design domain");
+        let designed = |element: u32| self.roles[element as usize] == Role::Designed;
+        self.domain.iter().zip(values).filter(|(element, _)| designed(**element)).map(|(_, value)| *value).collect()
     }
 
     /// The map that resets passive elements, for use after a filter that blurs them.
@@ -120,25 +154,22 @@ impl DesignVariables {
         Passives { fixed: self.roles.iter().map(|role| role.fixed_density()).collect() }
     }
 
-    /// Volumes with those outside the design domain set to zero, for [`crate::VolumeConstraint`]. \[L³\]
+    /// Volumes of the elements of the design domain. \[L³\]
     ///
     /// # Errors
     ///
     /// If there is not one volume per element, or a volume in the domain is not finite and positive.
-    pub fn domain_volumes(&self, volumes: &[f64]) -> Result<Vec<f64>, DesignError> {
+    pub fn domain_volumes(&self, volumes: &[f64]) -> Result<DomainValues, DesignError> {
         if volumes.len() != self.roles.len() {
             return Err(DesignError::VolumeCount { expected: self.roles.len(), found: volumes.len() });
         }
-        let mut domain_volumes = vec![0.0; volumes.len()];
-        for &element in &self.domain {
+        let volume = |&element: &u32| {
             let element = element as usize;
             let volume = volumes[element];
-            if !(volume.is_finite() && volume > 0.0) {
-                return Err(DesignError::Volume { element, volume });
-            }
-            domain_volumes[element] = volume;
-        }
-        Ok(domain_volumes)
+            let right = volume.is_finite() && volume > 0.0;
+            if right { Ok(volume) } else { Err(DesignError::Volume { element, volume }) }
+        };
+        self.domain.iter().map(volume).collect::<Result<Vec<f64>, _>>().map(DomainValues::from)
     }
 
     /// Smallest and largest solid fraction of the design domain that the passive elements allow.
@@ -149,7 +180,8 @@ impl DesignVariables {
     pub fn fraction_range(&self, volumes: &[f64]) -> Result<(f64, f64), DesignError> {
         let volumes = self.domain_volumes(volumes)?;
         let volume_of = |role: Role| -> f64 {
-            self.roles.iter().zip(&volumes).filter(|(other, _)| **other == role).map(|(_, volume)| volume).sum()
+            let of_role = |element: u32| self.roles[element as usize] == role;
+            self.domain.iter().zip(&volumes).filter(|(element, _)| of_role(**element)).map(|(_, volume)| volume).sum()
         };
         let (designed, solid, void) = (volume_of(Role::Designed), volume_of(Role::Solid), volume_of(Role::Void));
         let all = designed + solid + void;
@@ -160,7 +192,8 @@ impl DesignVariables {
     ///
     /// # Errors
     ///
-    /// [`DesignError::Fraction`] if the passive solid elements alone exceed it, and those of [`Self::domain_volumes`].
+    /// [`DesignError::Fraction`] if the passive solid elements by themselves exceed it, and those of
+    /// [`Self::domain_volumes`].
     pub fn check_limit(&self, volumes: &[f64], limit: f64) -> Result<(), DesignError> {
         let (smallest, largest) = self.fraction_range(volumes)?;
         if limit >= smallest { Ok(()) } else { Err(DesignError::Fraction { fraction: limit, smallest, largest }) }
@@ -171,9 +204,9 @@ impl DesignVariables {
     /// # Errors
     ///
     /// A value outside [0, 1].
-    pub fn uniform(&self, value: f64) -> Result<Vec<f64>, DesignError> {
+    pub fn uniform(&self, value: f64) -> Result<VariableValues, DesignError> {
         if (0.0..=1.0).contains(&value) {
-            Ok(vec![value; self.designed.len()])
+            Ok(vec![value; self.designed.len()].into())
         } else {
             Err(DesignError::Initial { value })
         }
@@ -184,7 +217,7 @@ impl DesignVariables {
     /// # Errors
     ///
     /// [`DesignError::Fraction`] if the passive elements make this impossible, and those of [`Self::domain_volumes`].
-    pub fn uniform_with_fraction(&self, volumes: &[f64], fraction: f64) -> Result<Vec<f64>, DesignError> {
+    pub fn uniform_with_fraction(&self, volumes: &[f64], fraction: f64) -> Result<VariableValues, DesignError> {
         let (smallest, largest) = self.fraction_range(volumes)?;
         // `largest > smallest` holds: there is a designed element, and its volume is positive.
         let value = (fraction - smallest) / (largest - smallest);
@@ -192,18 +225,15 @@ impl DesignVariables {
     }
 }
 
+/// [`densities`](DesignVariables::densities) and [`restrict`](DesignVariables::restrict) as a link of a
+/// [`Chain`](crate::Chain).
 impl DesignMap for DesignVariables {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
-        assert_eq!(x.len(), self.designed.len(), "one variable per designed element");
-        let mut densities: Vec<f64> = self.roles.iter().map(|role| role.fixed_density().unwrap_or(0.0)).collect();
-        for (&element, &value) in self.designed.iter().zip(x) {
-            densities[element as usize] = value;
-        }
-        densities
+        self.densities(&x.to_vec().into()).into()
     }
 
     fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
-        self.restrict(d_phi)
+        self.restrict(&d_phi.to_vec().into()).into()
     }
 }
 
@@ -243,10 +273,12 @@ mod tests {
         assert_eq!(variables.designed(), [1, 3, 5]);
         assert_eq!(variables.domain(), [1, 2, 3, 4, 5]);
         assert_eq!((variables.count(), variables.element_count(), variables.roles().len()), (3, 7, 7));
-        let x = [0.1, 0.3, 0.5];
-        let densities = variables.apply(&x);
-        assert_eq!(densities, [1.0, 0.1, 1.0, 0.3, 0.0, 0.5, 1.0]);
+        let x = [0.1, 0.3, 0.5].into();
+        let densities = variables.densities(&x);
+        assert_eq!(densities[..], [1.0, 0.1, 1.0, 0.3, 0.0, 0.5, 1.0]);
         assert_eq!(variables.restrict(&densities), x);
+        assert_eq!(variables.on_domain(&densities)[..], [0.1, 1.0, 0.3, 0.0, 0.5]);
+        assert_eq!(variables.restrict_domain(&variables.on_domain(&densities)), x);
         let blurred = [0.7; 7];
         assert_eq!(variables.passives().apply(&blurred), [1.0, 0.7, 1.0, 0.7, 0.0, 0.7, 1.0]);
         assert_eq!(variables.passives().pull_back(&blurred, &[2.0; 7]), [0.0, 2.0, 0.0, 2.0, 0.0, 2.0, 0.0]);
@@ -260,7 +292,7 @@ mod tests {
         assert!(x.iter().all(|value| (value - 0.5).abs() < 1e-15));
         let constraint = VolumeConstraint::new(variables.domain_volumes(&VOLUMES).unwrap(), 0.45).unwrap();
         assert_eq!(constraint.design_volume(), 20.0);
-        assert!(constraint.value(&variables.apply(&x)).abs() < 1e-15);
+        assert!(constraint.value(&variables.on_domain(&variables.densities(&x))).abs() < 1e-15);
         assert_eq!(variables.fraction_range(&VOLUMES).unwrap(), (0.1, 0.8));
         for fraction in [0.05, 0.9, f64::NAN] {
             let error = variables.uniform_with_fraction(&VOLUMES, fraction).unwrap_err();

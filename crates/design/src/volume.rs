@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::values::DomainValues;
+
 /// Why a volume constraint cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum VolumeError {
@@ -29,19 +31,19 @@ pub enum VolumeError {
 /// It is relative to the limit: `g = 0.01` means one per cent too much. Paper: (87).
 #[derive(Clone, Debug)]
 pub struct VolumeConstraint {
-    volumes: Vec<f64>,
+    volumes: DomainValues,
     design_volume: f64,
     fraction: f64,
 }
 
 impl VolumeConstraint {
-    /// `volumes`: `v_e` of every element, 0 for elements outside the design domain \[L³\]; `fraction`: the limit
-    /// `V_max` in (0, 1\], of the whole domain with its passive elements.
+    /// `volumes`: `v_e` of every element of the design domain \[L³\]; `fraction`: the limit `V_max` in (0, 1\], of the
+    /// whole domain with its passive elements.
     ///
     /// # Errors
     ///
     /// A volume that is negative or not finite, a domain without volume, a fraction outside (0, 1\].
-    pub fn new(volumes: Vec<f64>, fraction: f64) -> Result<Self, VolumeError> {
+    pub fn new(volumes: DomainValues, fraction: f64) -> Result<Self, VolumeError> {
         if let Some(element) = volumes.iter().position(|v| !v.is_finite() || *v < 0.0) {
             return Err(VolumeError::Volume { element, volume: volumes[element] });
         }
@@ -70,7 +72,7 @@ impl VolumeConstraint {
     /// # Panics
     ///
     /// If there are not as many densities as volumes.
-    pub fn fraction(&self, densities: &[f64]) -> f64 {
+    pub fn fraction(&self, densities: &DomainValues) -> f64 {
         assert_eq!(densities.len(), self.volumes.len(), "one density per element");
         let solid: f64 = densities.iter().zip(&self.volumes).map(|(density, volume)| density * volume).sum();
         solid / self.design_volume
@@ -81,12 +83,12 @@ impl VolumeConstraint {
     /// # Panics
     ///
     /// If there are not as many densities as volumes.
-    pub fn value(&self, densities: &[f64]) -> f64 {
+    pub fn value(&self, densities: &DomainValues) -> f64 {
         self.fraction(densities) / self.fraction - 1.0
     }
 
     /// `∂g/∂φ_e = v_e / (V_design · V_max)`, the same for every design.
-    pub fn gradient(&self) -> Vec<f64> {
+    pub fn gradient(&self) -> DomainValues {
         let limit_volume = self.design_volume * self.fraction;
         self.volumes.iter().map(|volume| volume / limit_volume).collect()
     }
@@ -98,28 +100,28 @@ mod tests {
 
     #[test]
     fn value_and_gradient_by_hand() {
-        // 0.5·2 + 1·1 + 0.25·4 = 3 of 7; the zero volume is an element outside the domain.
-        let constraint = VolumeConstraint::new(vec![2.0, 1.0, 4.0, 0.0], 0.4).unwrap();
-        let densities = [0.5, 1.0, 0.25, 1.0];
+        // 0.5·2 + 1·1 + 0.25·4 = 3 of 7; an element may be flat.
+        let constraint = VolumeConstraint::new([2.0, 1.0, 4.0, 0.0].into(), 0.4).unwrap();
+        let densities = [0.5, 1.0, 0.25, 1.0].into();
         assert!((constraint.fraction(&densities) - 3.0 / 7.0).abs() < 1e-15);
         assert!((constraint.value(&densities) - (3.0 / 2.8 - 1.0)).abs() < 1e-15);
         // Linear: the value at the limit is zero, and the gradient maps one design to any other.
-        assert!(constraint.value(&[0.4; 4]).abs() < 1e-15);
+        assert!(constraint.value(&[0.4; 4].into()).abs() < 1e-15);
         let gradient = constraint.gradient();
-        let change: f64 = gradient.iter().zip(densities).map(|(g, density)| g * (density - 0.4)).sum();
+        let change: f64 = gradient.iter().zip(&densities).map(|(g, density)| g * (density - 0.4)).sum();
         assert!((constraint.value(&densities) - change).abs() < 1e-15);
     }
 
     #[test]
     fn errors_name_the_place() {
-        let volume = VolumeConstraint::new(vec![1.0, f64::NAN], 0.5).unwrap_err();
+        let volume = VolumeConstraint::new([1.0, f64::NAN].into(), 0.5).unwrap_err();
         assert!(matches!(volume, VolumeError::Volume { element: 1, .. }));
-        let negative = VolumeConstraint::new(vec![1.0, 1.0, -1.0], 0.5).unwrap_err();
+        let negative = VolumeConstraint::new([1.0, 1.0, -1.0].into(), 0.5).unwrap_err();
         assert_eq!(negative, VolumeError::Volume { element: 2, volume: -1.0 });
-        assert_eq!(VolumeConstraint::new(vec![0.0], 0.5).unwrap_err(), VolumeError::Empty);
-        assert_eq!(VolumeConstraint::new(vec![], 0.5).unwrap_err(), VolumeError::Empty);
+        assert_eq!(VolumeConstraint::new([0.0].into(), 0.5).unwrap_err(), VolumeError::Empty);
+        assert_eq!(VolumeConstraint::new([].into(), 0.5).unwrap_err(), VolumeError::Empty);
         for fraction in [0.0, -0.1, 1.1, f64::NAN] {
-            assert!(matches!(VolumeConstraint::new(vec![1.0], fraction), Err(VolumeError::Fraction { .. })));
+            assert!(matches!(VolumeConstraint::new([1.0].into(), fraction), Err(VolumeError::Fraction { .. })));
         }
     }
 }

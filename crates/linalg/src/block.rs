@@ -42,7 +42,7 @@ impl BlockPattern {
             if let Some(&last) = row.last() {
                 assert!(
                     (last as usize) < rows.len(),
-                    "block row {i} names column {last}, but the pattern has only {} block rows",
+                    "block row {i} has column {last}, but the pattern has only {} block rows",
                     rows.len()
                 );
             }
@@ -52,7 +52,7 @@ impl BlockPattern {
         Self { id: PatternId::mint(), row_offsets, columns }
     }
 
-    /// Identity, shared by clones only.
+    /// Identity, shared only by clones.
     pub fn id(&self) -> PatternId {
         self.id
     }
@@ -72,7 +72,7 @@ impl BlockPattern {
         self.row_offsets[i]..self.row_offsets[i + 1]
     }
 
-    /// Position of block (`row`, `col`), or `None` outside of the pattern.
+    /// Position of block (`row`, `col`), or `None` outside the pattern.
     pub fn find(&self, row: usize, col: usize) -> Option<usize> {
         let column = u32::try_from(col).ok()?;
         let at = self.row(row).binary_search(&column).ok()?;
@@ -121,12 +121,12 @@ impl BlockMatrix {
     /// Adds a 3×3 block, row by row, at block row `row` and block column `col`.
     ///
     /// # Panics
-    /// If the block lies outside of the pattern: the pattern was built for other couplings.
+    /// If the block lies outside the pattern: the pattern was built for other couplings.
     pub fn add(&mut self, row: usize, col: usize, block: &[f64; 9]) {
         match self.pattern.find(row, col) {
             Some(position) => self.add_at(position, block),
             None => panic!(
-                "block ({row}, {col}) is outside of the sparsity pattern of {} block rows; \
+                "block ({row}, {col}) is outside the sparsity pattern of {} block rows; \
                  list column {col} in row {row} when building the pattern",
                 self.pattern.rows()
             ),
@@ -239,7 +239,7 @@ mod tests {
         assert!((av[3] - expected).abs() < 1e-13);
     }
 
-    /// Clones share an identity; a second pattern with the same content is equal but has its own.
+    /// Clones share an identity; a second pattern with the same content is equal but has a different one.
     #[test]
     fn patterns_are_told_apart() {
         let (one, other) = (BlockPattern::from_rows(&[vec![0], vec![1]]), BlockPattern::from_rows(&[vec![0], vec![1]]));
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "outside of the sparsity pattern")]
+    #[should_panic(expected = "outside the sparsity pattern")]
     fn adding_outside_of_the_pattern_is_refused() {
         example().add(1, 0, &[0.0; 9]);
     }

@@ -51,7 +51,7 @@ impl CsrPattern {
     /// * `origins` (n items, or none if no solver needs them): see [`CsrPattern::origins`].
     ///
     /// # Errors
-    /// If a length, an offset or a column violates this.
+    /// If a length, an offset or a column is inconsistent.
     pub fn new(
         row_offsets: Vec<usize>,
         columns: Vec<u32>,
@@ -83,7 +83,7 @@ impl CsrPattern {
         self.columns.len()
     }
 
-    /// Identity, shared by clones only.
+    /// Identity, shared only by clones.
     pub fn id(&self) -> PatternId {
         self.id
     }
@@ -236,13 +236,12 @@ impl CsrMatrix {
     }
 }
 
-/// ‖v‖₂, summed in a fixed order, scaled so that neither overflow nor underflow spoils it.
-/// NaN if an entry is.
+/// ‖v‖₂, summed in a fixed order, scaled so that neither overflow nor underflow spoils it. NaN if an entry is NaN.
 pub(crate) fn norm(v: &[f64]) -> f64 {
     norm_on(v, &Alone)
 }
 
-/// ‖v‖₂ of a vector of which each rank has a part: the same on all of them.
+/// ‖v‖₂ of a vector that is distributed over the ranks; the same on all of them.
 pub(crate) fn norm_on(v: &[f64], ranks: &dyn Ranks) -> f64 {
     let sum_over_ranks = |here: f64| {
         let mut sum = [here];
@@ -297,11 +296,11 @@ mod tests {
         assert!(new(&[0], &[], &[], &[]).is_ok());
         for (offsets, columns, groups, origins) in [
             (&[0, 2, 3][..], &[1, 0, 1][..], &[5, 5][..], &[][..]), // columns descend
-            (&[0, 2, 3], &[1, 1, 1], &[5, 5], &[]),                 // a column comes twice
-            (&[0, 2, 3], &[0, 2, 1], &[5, 5], &[]),                 // and one is none
-            (&[0, 2, 2], &[0, 1, 1], &[5, 5], &[]),                 // the last entry is of no row
-            (&[1, 2, 3], &[0, 1, 1], &[5, 5], &[]),                 // nor is the first
-            (&[0, 9, 3], &[0, 1, 1], &[5, 5], &[]),                 // a row ends beyond the last
+            (&[0, 2, 3], &[1, 1, 1], &[5, 5], &[]),                 // a column appears twice
+            (&[0, 2, 3], &[0, 2, 1], &[5, 5], &[]),                 // a column does not exist
+            (&[0, 2, 2], &[0, 1, 1], &[5, 5], &[]),                 // the last entry belongs to no row
+            (&[1, 2, 3], &[0, 1, 1], &[5, 5], &[]),                 // the first entry belongs to no row
+            (&[0, 9, 3], &[0, 1, 1], &[5, 5], &[]),                 // a row ends beyond the last entry
             (&[0, 3], &[0, 1, 1], &[5, 5], &[]),                    // fewer rows than groups
             (&[0, 2, 3], &[0, 1, 1], &[5, 5], &[0]),                // fewer origins than rows
         ] {
@@ -311,7 +310,7 @@ mod tests {
         assert!(new(&[], &[], &[], &[]).is_err());
     }
 
-    /// Clones share an identity; a second pattern with the same content is equal but has its own.
+    /// Clones share an identity; a second pattern with the same content is equal but has a different one.
     #[test]
     fn patterns_are_told_apart() {
         let (one, other) = (example().pattern, example().pattern);

@@ -1,30 +1,30 @@
-//! Which rank has which unknowns of a distributed vector, and what neighbours tell each other.
+//! Distribution of a vector's unknowns over ranks, and exchange between neighbours.
 
 use crate::csr::CsrPattern;
 use slipstick_ranks::Ranks;
 
-/// Unknowns of the ranks: each has one owner. A rank holds the entries of its own unknowns, ascending, and borrows those
-/// of others that its part of a matrix touches.
+/// Unknowns of the ranks; each has one owner. A rank holds the entries of its own unknowns, ascending, and borrows
+/// those of other ranks' unknowns that its part of a matrix touches.
 ///
-/// Three forms of a vector follow from that. *Own*: the entries of this rank's unknowns, what solvers work with. *Whole*:
-/// all of them, the same on every rank, what states are. *Local*: as long as a whole one, but only the entries that this
-/// rank touches mean anything, as terms of a product before they are collected, or as what a product is to take.
+/// A vector can therefore have three forms. *Own*: the entries of this rank's unknowns, used by solvers. *Whole*: all
+/// entries, the same on every rank, used by states. *Local*: as long as a whole one, but only the entries that this
+/// rank touches have a meaning, as terms of a product before they are collected, or as the argument of a product.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     n: usize,
-    /// `None` on one rank, which has all.
+    /// `None` on one rank, which owns all unknowns.
     shared: Option<Shared>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Shared {
     own: Vec<u32>,
-    /// Number of every unknown when those of the first rank come first, then those of the next.
+    /// Number of every unknown if the unknowns are counted rank by rank.
     numbers: Vec<u32>,
-    /// Entries of own vectors that others borrow: the first rank first, ascending; and how many each borrows.
+    /// Entries of own vectors that others borrow: for the first rank first, ascending; and how many each borrows.
     lent: Vec<u32>,
     lent_to: Vec<usize>,
-    /// Unknowns that this rank borrows, likewise by owner.
+    /// Unknowns that this rank borrows, also by owner.
     borrowed: Vec<u32>,
     borrowed_from: Vec<usize>,
 }
@@ -35,15 +35,15 @@ impl Layout {
         Self { n, shared: None }
     }
 
-    /// The rank of an elimination group among `size` ranks, where `owners` has one for each; that of groups beyond is the
-    /// first.
+    /// The rank of an elimination group among `size` ranks, where `owners` contains one rank for each group; further
+    /// groups belong to the first rank.
     pub fn owner(owners: &[u32], group: u32, size: usize) -> usize {
         owners.get(group as usize).map_or(0, |&rank| rank as usize).min(size - 1)
     }
 
-    /// By the elimination groups of a pattern: `owners` has the rank of each group. Unknowns of groups beyond are the
-    /// first rank's. All ranks call this with patterns of the same unknowns in the same groups, each with the entries of its
-    /// part.
+    /// By the elimination groups of a pattern: `owners` contains the rank of each group. Unknowns of further groups
+    /// belong to the first rank. All ranks call this with patterns of the same unknowns in the same groups, each with
+    /// the entries of its part.
     pub fn new(pattern: &CsrPattern, owners: &[u32], ranks: &dyn Ranks) -> Self {
         let (n, size) = (pattern.n(), ranks.size());
         if size == 1 {
@@ -98,7 +98,7 @@ impl Layout {
         self.shared.as_ref().map_or(entry, |shared| shared.own[entry] as usize)
     }
 
-    /// The entry of own vectors that belongs to an unknown of this rank; `None` for those of others.
+    /// The entry of own vectors that belongs to an unknown of this rank; `None` for unknowns of other ranks.
     pub fn entry(&self, unknown: usize) -> Option<usize> {
         match &self.shared {
             Some(shared) => shared.own.binary_search(&(unknown as u32)).ok(),
@@ -106,7 +106,7 @@ impl Layout {
         }
     }
 
-    /// Number of an unknown when those of the first rank come first, then those of the next.
+    /// Number of an unknown if the unknowns are counted rank by rank.
     pub fn number(&self, unknown: usize) -> usize {
         self.shared.as_ref().map_or(unknown, |shared| shared.numbers[unknown] as usize)
     }
@@ -114,23 +114,23 @@ impl Layout {
     /// The own part of a whole vector, or of a local one.
     ///
     /// # Panics
-    /// If the vector has another length.
+    /// If the vector has the wrong length.
     pub fn restrict(&self, whole: &[f64]) -> Vec<f64> {
-        assert_eq!(whole.len(), self.n, "a whole vector has an entry per unknown");
+        assert_eq!(whole.len(), self.n, "a whole vector has one entry per unknown");
         match &self.shared {
             Some(shared) => shared.own.iter().map(|&unknown| whole[unknown as usize]).collect(),
             None => whole.to_vec(),
         }
     }
 
-    /// The whole vector of which each rank has its own part.
+    /// The whole vector from the own parts of all ranks.
     ///
     /// # Panics
-    /// If the parts have other lengths.
+    /// If the parts have wrong lengths.
     pub fn join(&self, own: &[f64], ranks: &dyn Ranks) -> Vec<f64> {
         let Some(shared) = &self.shared else { return own.to_vec() };
         let all = ranks.join(own);
-        assert_eq!(all.len(), self.n, "the parts of a vector have an entry per unknown");
+        assert_eq!(all.len(), self.n, "the parts of a vector have one entry per unknown");
         shared.numbers.iter().map(|&number| all[number as usize]).collect()
     }
 
@@ -141,7 +141,7 @@ impl Layout {
     pub fn spread(&self, own: &[f64], ranks: &dyn Ranks) -> Vec<f64> {
         let Some(shared) = &self.shared else { return own.to_vec() };
         let mut local = vec![0.0; self.n];
-        assert_eq!(own.len(), shared.own.len(), "an own vector has an entry per unknown of the rank");
+        assert_eq!(own.len(), shared.own.len(), "an own vector has one entry per unknown of the rank");
         shared.own.iter().zip(own).for_each(|(&unknown, value)| local[unknown as usize] = *value);
         let lent: Vec<f64> = shared.lent.iter().map(|&entry| own[entry as usize]).collect();
         let borrowed = ranks.exchange(&lent, &shared.lent_to, &shared.borrowed_from);
@@ -149,11 +149,11 @@ impl Layout {
         local
     }
 
-    /// The own part of the sum of local vectors: each rank's terms go to the owners, who add them to their own in the order
-    /// of ranks.
+    /// The own part of the sum of local vectors: each rank's terms are sent to the owners, who add them to their own in
+    /// the order of ranks.
     ///
     /// # Panics
-    /// If the vector has another length.
+    /// If the vector has the wrong length.
     pub fn collect(&self, local: &[f64], ranks: &dyn Ranks) -> Vec<f64> {
         let mut own = self.restrict(local);
         if let Some(shared) = &self.shared {
@@ -169,7 +169,7 @@ impl Layout {
 mod tests {
     use super::*;
 
-    /// The second of three, told by hand what the others borrow.
+    /// The second of three ranks; the unknowns that the others borrow are given by hand.
     #[derive(Debug)]
     struct SecondOfThree;
 
@@ -188,7 +188,7 @@ mod tests {
             let told = |unknowns: &[u32]| unknowns.iter().flat_map(|unknown| unknown.to_le_bytes()).collect();
             vec![told(&[0, 4, 2]), message.to_vec(), told(&[3, 4])]
         }
-        /// What is lent comes back, with ten times the rank in the place of what others would tell.
+        /// The lent values come back, with ten times the rank in place of data from the others.
         fn exchange(&self, values: &[f64], to: &[usize], from: &[usize]) -> Vec<f64> {
             assert_eq!(values.len(), to.iter().sum::<usize>());
             from.iter().enumerate().flat_map(|(rank, &count)| vec![10.0 * (rank + 1) as f64; count]).collect()

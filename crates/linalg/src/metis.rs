@@ -43,11 +43,11 @@ pub(crate) fn nested_dissection(
     }
 }
 
-/// Parts of a symmetric graph without loops, one of `parts` for every vertex: with about the same sum of `weights`, and a
-/// small sum of `ties` between vertices of different parts. `ties` has an entry per neighbour.
+/// Divides a symmetric graph without loops into parts: one of `parts` for every vertex, with about the same sum of
+/// `weights`, and a small sum of `ties` between vertices of different parts. `ties` has one entry per neighbour.
 ///
 /// # Errors
-/// What METIS says of a graph that it cannot divide, and graphs whose lengths contradict each other.
+/// If METIS cannot divide the graph, or the lengths of its arrays are inconsistent.
 pub fn partition_graph(
     mut offsets: Vec<i32>,
     mut neighbours: Vec<i32>,
@@ -64,7 +64,7 @@ pub fn partition_graph(
         && ties.len() == neighbours.len()
         && neighbours.iter().all(whole);
     if !consistent {
-        return Err("the graph contradicts itself".into());
+        return Err("the graph is inconsistent".into());
     }
     if parts <= 1 || vertices <= parts {
         return Ok((0..vertices as u32).map(|v| v.min(parts.max(1) as u32 - 1)).collect());

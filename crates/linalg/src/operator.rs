@@ -1,4 +1,4 @@
-//! What a verified solve asks of a matrix, which may be the sum of parts on several ranks.
+//! The operations of a matrix that a verified solve needs; the matrix may be a sum of parts on several ranks.
 
 use crate::csr::CsrMatrix;
 use crate::layout::Layout;
@@ -10,12 +10,12 @@ const ENTRY_BYTES: f64 = 12.0;
 
 /// A square matrix that can be multiplied, as it is and transposed.
 ///
-/// Vectors, and all that is told of rows and columns, are of the unknowns of this rank, where there are several.
+/// With several ranks, vectors and all data on rows and columns cover the unknowns of this rank.
 pub trait Operator {
     /// Number of rows and columns of this rank.
     fn n(&self) -> usize;
 
-    /// Who has the others.
+    /// The ranks that hold the other parts.
     fn ranks(&self) -> &dyn Ranks {
         &Alone
     }
@@ -32,21 +32,21 @@ pub trait Operator {
     /// If a length differs from the number of rows.
     fn mul_transpose(&self, x: &[f64], y: &mut [f64]);
 
-    /// ‖A‖∞ (with `transpose`: of Aᵀ), or a bound on it of the same size: of the whole matrix.
+    /// ‖A‖∞ (with `transpose`: of Aᵀ), or a bound on it of the same size, for the whole matrix.
     fn infinity_norm(&self, transpose: bool) -> f64;
 
-    /// `y = |A| |x|`, or `y = |Aᵀ| |x|` where `transpose` is set: what the rounding errors of the product are in proportion to.
+    /// `y = |A| |x|`, or `y = |Aᵀ| |x|` if `transpose` is set: the round-off of the product is proportional to it.
     fn absolute_product(&self, transpose: bool, x: &[f64], y: &mut [f64]);
 
-    /// Factors that bring rows of A (of Aᵀ with `transpose`) to one size, whatever the units of unknowns and equations and
-    /// however stiff what they belong to.
+    /// Factors that scale the rows of A (of Aᵀ with `transpose`) to the same size, regardless of the units of unknowns
+    /// and equations and of the stiffness of the bodies.
     fn row_weights(&self, transpose: bool) -> Vec<f64>;
 
     /// Cost of a product with the whole matrix, summed over the ranks, in the unit of [`Cost`](crate::Cost). All ranks
     /// call this together and get the same number. \[bytes moved\]
     fn product_cost(&self) -> f64;
 
-    /// `r = b − A x`, or `r = b − Aᵀ x` where `transpose` is set.
+    /// `r = b − A x`, or `r = b − Aᵀ x` if `transpose` is set.
     fn residual(&self, transpose: bool, x: &[f64], b: &[f64], r: &mut [f64]) {
         if transpose {
             self.mul_transpose(x, r);
@@ -106,14 +106,14 @@ impl Operator for CsrMatrix {
 pub struct Summed<'a> {
     /// The part of this rank.
     pub part: &'a CsrMatrix,
-    /// Which unknowns are whose.
+    /// The ranks' shares of the unknowns.
     pub layout: &'a Layout,
-    /// Who has the others.
+    /// The ranks that hold the other parts.
     pub ranks: &'a dyn Ranks,
 }
 
 impl Summed<'_> {
-    /// What `product` makes of the own vector `x`: an own vector, the sum of all parts'.
+    /// Applies `product` to the own vector `x`; the result is an own vector, summed over all parts.
     fn product(&self, x: &[f64], y: &mut [f64], product: impl FnOnce(&[f64], &mut [f64])) {
         if self.ranks.size() == 1 {
             product(x, y);
@@ -149,7 +149,7 @@ impl Operator for Summed<'_> {
         self.ranks.largest(sums.into_iter().fold(0.0, f64::max))
     }
 
-    /// A bound: the sum of the parts'.
+    /// A bound: the sum of the parts' products.
     fn absolute_product(&self, transpose: bool, x: &[f64], y: &mut [f64]) {
         self.product(x, y, |x, y| self.part.absolute_product(transpose, x, y));
     }

@@ -19,17 +19,16 @@ pub struct Reduction {
     /// Full index of each free unknown, ascending.
     free: Vec<u32>,
     pattern: Arc<CsrPattern>,
-    /// Position of the block (j, i) for each block (i, j), once it is needed.
+    /// Position of the block (j, i) for each block (i, j), computed when first needed.
     mirror: OnceLock<Vec<u32>>,
 }
 
 impl Reduction {
     /// Prepares the removal of the unknowns marked in `fixed` (three per block row).
     ///
-    /// `groups` has an elimination group per block row; the block row of a multiplier names the
-    /// group of its slave node, which comes first in the group. Where all displacements of that
-    /// node are prescribed, the multiplier would be left alone with its zero diagonal; it then
-    /// joins the group of a free node that it is coupled to.
+    /// `groups` contains an elimination group for each block row; the block row of a multiplier has the group of its
+    /// slave node, which comes first in the group. If all displacements of that node are prescribed, the multiplier
+    /// would remain alone with its zero diagonal; it then joins the group of a free node that it is coupled to.
     ///
     /// # Panics
     /// If a length does not match the pattern.
@@ -38,8 +37,8 @@ impl Reduction {
         Self::of_part(pattern, fixed, &attach_lone_multipliers(pattern, &reduced, groups))
     }
 
-    /// The same for the part of a matrix that one of several ranks has: `groups` stay as they are, since ranks see different
-    /// couplings and have to agree on them.
+    /// The same for one rank's part of a matrix: `groups` are not changed, since ranks have different couplings but
+    /// must agree on the groups.
     ///
     /// # Panics
     /// If a length does not match the pattern.
@@ -69,7 +68,7 @@ impl Reduction {
         &self.pattern
     }
 
-    /// Block row and component (0, 1, 2) of a reduced unknown, to name it in messages.
+    /// Block row and component (0, 1, 2) of a reduced unknown, for messages.
     pub fn origin(&self, unknown: usize) -> (usize, usize) {
         let full = self.free[unknown] as usize;
         (full / 3, full % 3)
@@ -78,7 +77,7 @@ impl Reduction {
     /// Rows and columns of the free unknowns of `a`.
     ///
     /// # Panics
-    /// If `a` has another pattern than this reduction.
+    /// If `a` has a different pattern from this reduction.
     pub fn reduce(&self, a: &BlockMatrix) -> CsrMatrix {
         self.gather(a, |position, component, b| a.values()[position][3 * component + b])
     }
@@ -86,17 +85,18 @@ impl Reduction {
     /// The transpose of [`Reduction::reduce`], on the same pattern.
     ///
     /// # Panics
-    /// If `a` has another pattern than this reduction, or one that is not symmetric.
+    /// If `a` has a different pattern from this reduction, or one that is not symmetric.
     pub fn reduce_transposed(&self, a: &BlockMatrix) -> CsrMatrix {
         let mirror = self.mirror.get_or_init(|| mirrored(&self.blocks));
         self.gather(a, |position, component, b| a.values()[mirror[position] as usize][3 * b + component])
     }
 
-    /// Rows of the free unknowns; `entry` tells one from the position of its block, its component there and its column's.
+    /// Rows of the free unknowns; `entry` returns an entry from the position of its block, its component there and its
+    /// column's.
     fn gather(&self, a: &BlockMatrix, entry: impl Fn(usize, usize, usize) -> f64 + Sync) -> CsrMatrix {
         assert!(
             **a.pattern() == *self.blocks,
-            "the matrix has another sparsity pattern than the reduction was built for"
+            "the reduction was built for a different sparsity pattern from the matrix's"
         );
         let mut values = vec![0.0; self.pattern.entries()];
         let mut rest = values.as_mut_slice();
@@ -131,12 +131,12 @@ impl Reduction {
         self.free.iter().map(|&i| full[i as usize]).collect()
     }
 
-    /// Writes the free entries into a full vector; prescribed entries stay untouched.
+    /// Writes the free entries into a full vector; prescribed entries are left unchanged.
     ///
     /// # Panics
     /// If a length does not match.
     pub fn prolong(&self, reduced: &[f64], full: &mut [f64]) {
-        assert_eq!(reduced.len(), self.free.len(), "a reduced vector has an entry per free unknown");
+        assert_eq!(reduced.len(), self.free.len(), "a reduced vector has one entry per free unknown");
         assert_eq!(full.len(), self.reduced.len(), "a full vector has three entries per block row");
         for (&i, value) in self.free.iter().zip(reduced) {
             full[i as usize] = *value;
@@ -168,8 +168,8 @@ fn free_components(reduced: &[u32], i: usize) -> usize {
     reduced[3 * i..3 * i + 3].iter().filter(|&&k| k != FIXED).count()
 }
 
-/// Moves each block row whose group leader (first row of the group) is entirely prescribed to the
-/// group of the coupled leader with the most free components, the lowest-numbered among equals.
+/// Moves each block row whose group leader (first row of the group) is entirely prescribed to the group of the coupled
+/// leader with the most free components, in case of a tie the lowest-numbered one.
 fn attach_lone_multipliers(pattern: &BlockPattern, reduced: &[u32], groups: &[u32]) -> Vec<u32> {
     let mut leaders: HashMap<u32, usize> = HashMap::new();
     for (i, &group) in groups.iter().enumerate() {
@@ -242,7 +242,7 @@ mod tests {
         }
     }
 
-    /// Against the product with the transpose of the reduced matrix.
+    /// Compared with the product with the transpose of the reduced matrix.
     #[test]
     fn the_transposed_reduction_is_the_transpose_of_the_reduced() {
         let a = example();
@@ -278,7 +278,7 @@ mod tests {
         assert_eq!(reduction.pattern().groups(), vec![0; 6]);
         let free_node = Reduction::new(a.pattern(), &[false; 9], &[0, 1, 1]);
         assert_eq!(free_node.pattern().groups(), vec![0, 0, 0, 1, 1, 1, 1, 1, 1]);
-        // ranks that see other couplings would not agree
+        // ranks with different couplings would not agree
         let part = Reduction::of_part(a.pattern(), &fixed, &[0, 1, 1]);
         assert_eq!(part.pattern().groups(), vec![0, 0, 0, 1, 1, 1]);
     }

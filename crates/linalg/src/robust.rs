@@ -1,4 +1,4 @@
-//! A chain of solvers: where one fails, the next one is tried.
+//! A chain of solvers: if one fails, the next one is tried.
 
 use crate::csr::{CsrMatrix, CsrPattern};
 use crate::multifrontal::MultifrontalSolver;
@@ -11,21 +11,21 @@ use std::borrow::Cow;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// Relative residual that factors must reach on a test vector, with the help of GMRES. A singular
-/// matrix cannot reach it, for the vector has a part of about 1/√n outside of its range.
+/// Relative residual that factors must reach on a test vector, with the help of GMRES. With a singular matrix they
+/// cannot reach it, because a fraction of about 1/√n of the vector lies outside the range.
 const TEST_TOLERANCE: f64 = 1e-4;
 
-/// Pivots of the scaled matrix that, together with a failed test, mean that it is singular rather
-/// than that the method is too weak. Rounding leaves up to about 1e-13 in place of a zero.
+/// Pivots of the scaled matrix below which a failed test means that the matrix is singular, and not that the method is
+/// too weak. Round-off leaves up to about 1e-13 in place of a zero.
 const SINGULAR_PIVOT: f64 = 1e-11;
 
-/// Iterations granted to that test. Single precision needs two to six on hard problems.
+/// Number of iterations allowed in that test. Single precision needs two to six on hard problems.
 const TEST_ITERATIONS: usize = 12;
 
 /// Unknowns above which faer is not tried as a fallback: it would need more than 12 GB.
 const LARGEST_FALLBACK: usize = 120_000;
 
-/// Which direct solvers to use: names of the usual chains.
+/// Which direct solvers to use: names of the standard chains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverChoice {
     /// Multifrontal in single precision, then in double, then faer.
@@ -36,12 +36,12 @@ pub enum SolverChoice {
         /// Number format of the factors.
         precision: Precision,
     },
-    /// faer's supernodal LU only.
+    /// Only faer's supernodal LU.
     Faer,
 }
 
 impl SolverChoice {
-    /// The solvers in turn. As a fallback, faer is tried up to 120 000 unknowns.
+    /// The solvers in sequence. As a fallback, faer is tried up to 120 000 unknowns.
     pub fn chain(self) -> Vec<Link> {
         let faer = Link::new(SupernodalSolver::new());
         let double = MultifrontalSolver::new(Precision::F64);
@@ -107,7 +107,7 @@ impl fmt::Debug for Link {
     }
 }
 
-/// Tries a chain of solvers in turn until factors pass a test solve. For one rank.
+/// Tries a chain of solvers in turn until factors pass a test solve. For a single rank.
 ///
 /// If a solver fails, or its factors fail the test, the next solver is tried. Two failures end the chain at once: a
 /// matrix that is not finite, and one that a solver in double precision finds singular. If all solvers fail, the error
@@ -130,9 +130,9 @@ pub struct RobustSolver {
     used: Option<&'static str>,
 }
 
-/// The analyses of a chain. Those of the fallbacks are made when they are first needed.
+/// The analyses of a chain. Those of the fallbacks are computed when they are first needed.
 struct Analyses {
-    /// Names of the solvers that these are of.
+    /// Names of the solvers that these belong to.
     solvers: Vec<&'static str>,
     made: Vec<OnceLock<Symbolic>>,
 }
@@ -157,7 +157,7 @@ impl RobustSolver {
         self.chain.iter().map(|link| link.solver.name()).collect()
     }
 
-    /// The analyses in `symbolic`, if they are of this pattern and this chain.
+    /// The analyses in `symbolic`, if they belong to this pattern and this chain.
     fn analyses<'s>(&self, symbolic: &'s Symbolic, pattern: &CsrPattern) -> Option<&'s Analyses> {
         let of_pattern = symbolic.content::<Analyses>().filter(|_| symbolic.is_of(pattern));
         of_pattern.filter(|analyses| analyses.solvers == self.solvers())
@@ -165,7 +165,7 @@ impl RobustSolver {
 }
 
 impl Analyses {
-    /// The analysis of a link, made if needed, with the help of those of the other links and of `earlier` ones.
+    /// The analysis of a link, computed if needed, with the help of those of the other links and of `earlier` ones.
     fn of(
         &self,
         link: usize,
@@ -225,7 +225,7 @@ impl LinearSolver for RobustSolver {
                 }
                 Err(error @ (NonFinite { .. } | Values { .. } | Analysis { .. })) => return Err(error),
                 Err(error @ Singular { .. }) if link.solver.precision() == Precision::F64 => return Err(error),
-                // The latest failure is that of the most accurate method.
+                // The last failure is that of the most accurate method.
                 Err(error) => failure = Some(error),
             }
         }
@@ -255,13 +255,13 @@ impl LinearSolver for RobustSolver {
     }
 }
 
-/// Solves with `a`, or its transpose, for a fixed vector without structure, and looks at the true residual.
+/// Solves with `a`, or its transpose, for a fixed vector without structure, and measures the true residual.
 ///
-/// `weights` brings all rows (columns, of the transpose) to one size: right-hand sides are in proportion to these sizes, and
-/// residuals are measured by them. All are of the unknowns of this rank.
+/// `weights` scales all rows (of the transpose: columns) to the same size: right-hand sides are proportional to these
+/// sizes, and residuals are measured relative to them. All vectors cover the unknowns of this rank.
 ///
 /// # Errors
-/// [`FactorizationError::Inaccurate`] if the factors are of no use, even as a preconditioner.
+/// [`FactorizationError::Inaccurate`] if the factors are useless, even as a preconditioner.
 pub fn test_on(
     a: &dyn Operator,
     weights: &[f64],
@@ -269,7 +269,7 @@ pub fn test_on(
     transpose: bool,
     solver: &'static str,
 ) -> Result<(), FactorizationError> {
-    // another one on each rank
+    // a different vector on each rank
     let rank = a.ranks().rank() as f64;
     let entry = |i: usize| (i as f64 * i as f64 * 0.618_034 + rank).sin();
     let rhs: Vec<f64> = weights.iter().enumerate().map(|(i, weight)| entry(i) / weight).collect();

@@ -43,9 +43,9 @@ pub trait LinearSolver: Send {
     /// Analyses `pattern`, with the help of `earlier` analyses, the most useful first.
     ///
     /// An earlier analysis of `pattern` by this solver is returned as it is. From those of other patterns, the solver
-    /// may take over what still serves, for instance the elimination order. It ignores analyses of other solvers. A
-    /// solver for several ranks is called on all of them together, each with its own pattern and analyses, and takes
-    /// over only what serves on all ranks.
+    /// may reuse suitable data, for instance the elimination order. It ignores analyses of other solvers. A solver for
+    /// several ranks is called on all of them together, each with its own pattern and analyses, and reuses only data
+    /// that are suitable on all ranks.
     ///
     /// # Errors
     /// If the pattern is too large for the solver.
@@ -81,17 +81,17 @@ pub trait LinearSolver: Send {
         Precision::F64
     }
 
-    /// Makes factors of double precision only from now on; whether that changes anything.
+    /// From now on, computes factors only in double precision; returns whether that changes anything.
     fn insist_on_double(&mut self) -> bool {
         false
     }
 }
 
-/// Makes solvers, and says which ranks share the matrices that they are given.
+/// Creates solvers, and defines which ranks share their matrices.
 ///
-/// With several ranks, each hands its part to [`LinearSolver::factorize`]: the matrix is their sum. Right-hand sides and
-/// solutions are divided by the [`Layout`] of its pattern: each rank has the entries of its own unknowns. The default
-/// implementations of `ranks` and `layout` are those of a single rank.
+/// With several ranks, each passes its part to [`LinearSolver::factorize`]: the matrix is their sum. Right-hand sides
+/// and solutions are distributed by the [`Layout`] of its pattern: each rank has the entries of its own unknowns. The
+/// default implementations of `ranks` and `layout` are for a single rank.
 pub trait Backend: Send + Sync + Debug {
     /// A new solver.
     fn solver(&self) -> Box<dyn LinearSolver>;
@@ -101,7 +101,7 @@ pub trait Backend: Send + Sync + Debug {
         &Alone
     }
 
-    /// How vectors are divided that belong to matrices on a pattern. All ranks call it together.
+    /// The distribution of vectors that belong to matrices on a pattern. All ranks call it together.
     fn layout(&self, pattern: &CsrPattern) -> Layout {
         Layout::whole(pattern.n())
     }
@@ -129,7 +129,7 @@ pub struct Pivot {
     pub size: f64,
 }
 
-/// What a rank has of the factors of a matrix.
+/// This rank's part of the factors of a matrix.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FactorPart {
     /// Memory. \[bytes\]
@@ -142,13 +142,13 @@ pub struct FactorPart {
 ///
 /// The raw solves do not check anything; [`solve_verified`](crate::solve_verified) does.
 pub trait Factorization: Send + Sync {
-    /// Overwrites `rhs` by A⁻¹ `rhs`.
+    /// Overwrites `rhs` with A⁻¹ `rhs`.
     ///
     /// # Panics
     /// If the length differs from the number of unknowns.
     fn solve(&self, rhs: &mut [f64]);
 
-    /// Overwrites `rhs` by A⁻ᵀ `rhs`.
+    /// Overwrites `rhs` with A⁻ᵀ `rhs`.
     ///
     /// # Panics
     /// If the length differs from the number of unknowns.
@@ -169,12 +169,12 @@ pub trait Factorization: Send + Sync {
         None
     }
 
-    /// What this rank has of the factors and did for them; all of it on one rank.
+    /// This rank's part of the factors and of the work for them; on one rank, all of it.
     fn part(&self) -> FactorPart {
         FactorPart { bytes: self.bytes(), operations: 0.0 }
     }
 
-    /// Factors that scale the rows of the matrix to about one, an entry per unknown, if the solver has computed them.
+    /// Factors that scale the rows of the matrix to about one, one entry per unknown, if the solver has computed them.
     fn row_scaling(&self) -> Option<&[f64]> {
         None
     }
@@ -187,7 +187,7 @@ pub trait Factorization: Send + Sync {
     /// Solves with several right-hand sides, one after the other in `rhs`, on one rank.
     ///
     /// # Panics
-    /// If the length is no multiple of the number of unknowns.
+    /// If the length is not a multiple of the number of unknowns.
     fn solve_many(&self, rhs: &mut [f64]) {
         check_columns(self.n(), rhs.len());
         rhs.chunks_exact_mut(self.n().max(1)).for_each(|column| self.solve(column));
@@ -196,14 +196,14 @@ pub trait Factorization: Send + Sync {
     /// Solves with the transpose for several right-hand sides, one after the other in `rhs`, on one rank.
     ///
     /// # Panics
-    /// If the length is no multiple of the number of unknowns.
+    /// If the length is not a multiple of the number of unknowns.
     fn solve_transpose_many(&self, rhs: &mut [f64]) {
         check_columns(self.n(), rhs.len());
         rhs.chunks_exact_mut(self.n().max(1)).for_each(|column| self.solve_transpose(column));
     }
 }
 
-/// The factorization of Aᵀ that one of A is.
+/// The factorization of Aᵀ, from a factorization of A.
 pub struct Transposed<'a>(pub &'a dyn Factorization);
 
 impl Factorization for Transposed<'_> {
@@ -244,7 +244,7 @@ impl Factorization for Transposed<'_> {
 pub(crate) fn check_columns(n: usize, length: usize) {
     assert!(
         if n == 0 { length == 0 } else { length.is_multiple_of(n) },
-        "{length} entries are no whole number of right-hand sides of {n} unknowns"
+        "{length} entries are not a whole number of right-hand sides of {n} unknowns"
     );
 }
 
@@ -285,9 +285,9 @@ pub enum FactorizationError {
          a body may be free to move, or a contact constraint may repeat a prescribed displacement"
     )]
     Singular {
-        /// Unknown among the free ones; [`Reduction::origin`](crate::Reduction::origin) tells its node.
+        /// Unknown among the free ones; [`Reduction::origin`](crate::Reduction::origin) returns its node.
         unknown: usize,
-        /// Best pivot left, after scaling all rows and columns to about one.
+        /// Best remaining pivot, after scaling all rows and columns to about one.
         pivot: f64,
     },
     /// The factors do not solve the system accurately.
@@ -298,7 +298,7 @@ pub enum FactorizationError {
     Inaccurate {
         /// Name of the solver.
         solver: &'static str,
-        /// ‖b − A x‖ / ‖b‖ reached, NaN if the solution was not finite.
+        /// The ‖b − A x‖ / ‖b‖ reached; NaN if the solution was not finite.
         residual: f64,
     },
     /// The solver itself failed, for lack of memory or index range.
@@ -308,7 +308,7 @@ pub enum FactorizationError {
         solver: &'static str,
         /// Number of unknowns.
         n: usize,
-        /// What happened.
+        /// The reason.
         reason: String,
     },
 }

@@ -1,15 +1,15 @@
-//! Start of an iteration from the solutions of similar systems.
+//! Initial guess of an iteration from the solutions of similar systems.
 
 use crate::csr::norm_on;
 use crate::operator::Operator;
 use slipstick_ranks::Ranks;
 
-/// Part of a product that must be new, not a combination of the others', for its vector to count.
+/// Fraction of a product that must be independent of the others for its vector to count.
 const NEW: f64 = 1e-6;
 
-/// The combination of `vectors` with the least ‖b − A x‖₂; zero if none lowers it.
+/// The combination of `vectors` with the least ‖b − A x‖₂; zero if none reduces it.
 ///
-/// One product with A a vector. Reference: Fischer, Projection techniques for iterative solution of Ax = b with
+/// One product with A per vector. Reference: Fischer, Projection techniques for iterative solution of Ax = b with
 /// successive right-hand sides, Comput. Methods Appl. Mech. Engrg. 163 (1998).
 ///
 /// # Panics
@@ -25,7 +25,7 @@ pub fn best_in_span<'a>(a: &dyn Operator, rhs: &[f64], vectors: impl IntoIterato
         let mut product = vec![0.0; x.len()];
         a.mul(&x, &mut product);
         let whole = norm(&product);
-        // twice, for full orthogonality
+        // done twice, for full orthogonality
         for (y, q) in basis.iter().chain(&basis) {
             let shared = dot(q, &product, ranks);
             add(-shared, q, &mut product);

@@ -1,8 +1,7 @@
 //! faer's sparse LU: column elimination tree, COLAMD ordering, full partial pivoting.
 //!
-//! Two to seven times slower than the multifrontal solver on contact problems and several times
-//! heavier on memory, but row interchanges over whole columns make it the most robust. It serves as
-//! the reference and as the last resort.
+//! Two to seven times slower than the multifrontal solver on contact problems and with several times the memory, but
+//! the most robust, because it interchanges rows over whole columns. It is the reference and the last resort.
 
 use crate::csr::{CsrMatrix, CsrPattern, largest};
 use crate::scaling::Scaling;
@@ -21,7 +20,7 @@ const NAME: &str = "supernodal LU";
 #[derive(Debug, Default)]
 pub struct SupernodalSolver;
 
-/// What is known of a pattern.
+/// The analysis of a pattern.
 #[derive(Debug)]
 struct Analysis {
     row_offsets: Vec<u32>,
@@ -87,7 +86,7 @@ impl LinearSolver for SupernodalSolver {
             return Err(backend(n, "more than 2^32 entries"));
         }
         let row_offsets: Vec<u32> = pattern.row_offsets().iter().map(|&o| o as u32).collect();
-        // Rows read as columns: faer factorizes Aᵀ, and solves swap roles below.
+        // Rows read as columns: faer factorizes Aᵀ, and the two solves exchange roles below.
         let transposed = SymbolicSparseColMatRef::new_checked(n, n, &row_offsets, None, pattern.columns());
         let symbolic =
             factorize_symbolic_lu(transposed, Default::default()).map_err(|error| backend(n, &error.to_string()))?;
@@ -108,7 +107,7 @@ pub struct SupernodalFactorization {
 }
 
 impl SupernodalFactorization {
-    /// faer divides by zero pivots without notice; a test solve shows it.
+    /// faer divides by zero pivots without notice; a test solve detects it.
     fn check_finite(&self) -> Result<(), FactorizationError> {
         let mut test: Vec<f64> = (0..self.n()).map(|i| 1.0 + (i % 7) as f64 / 7.0).collect();
         self.solve(&mut test);
@@ -153,12 +152,12 @@ impl SupernodalFactorization {
 
 impl Factorization for SupernodalFactorization {
     fn solve(&self, rhs: &mut [f64]) {
-        assert_eq!(rhs.len(), self.n(), "the right-hand side needs an entry per unknown");
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
         self.run(false, rhs);
     }
 
     fn solve_transpose(&self, rhs: &mut [f64]) {
-        assert_eq!(rhs.len(), self.n(), "the right-hand side needs an entry per unknown");
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
         self.run(true, rhs);
     }
 
@@ -166,8 +165,8 @@ impl Factorization for SupernodalFactorization {
         self.scaling.rows.len()
     }
 
-    /// An estimate: faer does not tell. Contact problems of 30 000 to 100 000 unknowns peaked at
-    /// about 200 to 275 n^(4/3) entries.
+    /// An estimate: faer does not report it. Contact problems of 30 000 to 100 000 unknowns peaked at about 200 to 275
+    /// n^(4/3) entries.
     fn bytes(&self) -> usize {
         let n = self.n() as f64;
         (8.0 * (250.0 * n.powf(4.0 / 3.0)).min(n * n)) as usize

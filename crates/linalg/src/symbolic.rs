@@ -6,12 +6,12 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// What a solver knows of all matrices on one pattern before it has seen their entries: for instance an elimination
+/// A solver's data on all matrices with the same pattern, before their entries are known: for instance an elimination
 /// order and the structure of the factors.
 ///
 /// [`LinearSolver::analyse`](crate::LinearSolver::analyse) returns it, the caller keeps it, and
-/// [`LinearSolver::factorize`](crate::LinearSolver::factorize) takes it. Each solver has its own type of content.
-/// Clones share the content.
+/// [`LinearSolver::factorize`](crate::LinearSolver::factorize) uses it. Each solver has its own type of content. Clones
+/// share the content.
 #[derive(Clone)]
 pub struct Symbolic {
     pattern: Arc<CsrPattern>,
@@ -43,7 +43,7 @@ impl Symbolic {
     /// The content, checked for a factorization of `a`.
     ///
     /// # Errors
-    /// [`FactorizationError::Analysis`] if `a` has another pattern or the content another type; errors of
+    /// [`FactorizationError::Analysis`] if `a` has a different pattern or the content a different type; errors of
     /// [`CsrMatrix::check`].
     pub fn content_for<T: Any>(&self, a: &CsrMatrix) -> Result<&T, FactorizationError> {
         let content = self.content().filter(|_| self.is_of(&a.pattern));

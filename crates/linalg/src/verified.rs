@@ -6,12 +6,12 @@ use crate::solver::Factorization;
 use slipstick_ranks::Ranks;
 use thiserror::Error;
 
-/// Backward error at which an iteration that stalls has met the rounding errors of the residual
-/// itself: a few units in the last place, since rows hold some hundred entries.
+/// Backward error at which a stalled iteration has reached the round-off of the residual itself: a few units in the
+/// last place, since rows have a few hundred entries.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Iterations before which nothing is foreseen, and how much faster than so far the residual is hoped to fall later: GMRES
-/// gains speed once it has found the few directions in which the factors are wrong.
+/// Number of iterations before the convergence is predicted, and how much faster than so far the residual is expected
+/// to fall later: GMRES becomes faster once it has found the few directions in which the factors are wrong.
 const LEAST_SEEN: usize = 3;
 const HOPE: f64 = 2.0;
 
@@ -22,25 +22,25 @@ pub struct SolveReport {
     pub relative_residual: f64,
     /// ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞): the relative change of A and b for which x is exact.
     pub backward_error: f64,
-    /// Solves with the factors beyond the first one, or from the first on where a start is given.
+    /// Solves with the factors after the first one, or all of them if a start is given.
     pub iterations: usize,
 }
 
-/// How far to go in a verified solve.
+/// Limits of a verified solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolveOptions {
     /// Relative residual ‖b − A x‖₂ / ‖b‖₂ to reach.
     pub tolerance: f64,
-    /// Most solves with the factors beyond the first one.
+    /// Maximum number of solves with the factors after the first one.
     pub max_iterations: usize,
-    /// Directions kept before a restart. Each takes two vectors of memory.
+    /// Directions kept before a restart. Each requires two vectors of memory.
     pub restart: usize,
-    /// Whether to stop as soon as the residual falls too slowly to arrive within `max_iterations`.
+    /// Whether to stop as soon as the residual falls too slowly to reach the tolerance within `max_iterations`.
     pub give_up_early: bool,
 }
 
 impl SolveOptions {
-    /// The given tolerance, at most 100 iterations, a restart after 50, all of them if need be.
+    /// The given tolerance, at most 100 iterations, a restart after 50, without giving up early.
     pub fn new(tolerance: f64) -> Self {
         Self { tolerance, max_iterations: 100, restart: 50, give_up_early: false }
     }
@@ -49,7 +49,7 @@ impl SolveOptions {
 /// Why a verified solve failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SolveError {
-    /// Lengths do not match: of the unknowns of this rank, where there are several.
+    /// Lengths do not match. With several ranks, they refer to the unknowns of this rank.
     #[error(
         "the matrix has {n} unknowns, but the factors, right-hand side and solution have \
          {factors}, {rhs} and {solution}"
@@ -70,7 +70,7 @@ pub enum SolveError {
         .index.map_or("an entry".into(), |index| format!("entry {index}"))
     )]
     NonFiniteRightHandSide {
-        /// First such entry, on one rank.
+        /// The first such entry, on a single rank.
         index: Option<usize>,
     },
     /// The factors or the matrix produced a number that is not finite.
@@ -83,20 +83,20 @@ pub enum SolveError {
         .report.relative_residual, .report.iterations
     )]
     NotConverged {
-        /// What was reached; the solution vector holds the best iterate.
+        /// The result reached; the solution vector holds the best iterate.
         report: SolveReport,
-        /// What was asked for.
+        /// The required tolerance.
         tolerance: f64,
     },
 }
 
-/// Solves A x = b, or Aᵀ x = b where `transpose` is set, to the relative residual `tolerance`.
+/// Solves A x = b, or Aᵀ x = b if `transpose` is set, to the relative residual `tolerance`.
 ///
-/// The factors may be of single precision or of a nearby matrix: they precondition a flexible GMRES
-/// on the double precision matrix `a`, and every convergence decision rests on the true residual. The
-/// previous content of `x` is ignored. Where rounding makes `tolerance` unreachable, a solution counts as converged whose
-/// residual is that of rounding after all equations have been brought to one size, so that soft bodies beside stiff ones, and
-/// equations in small units, are solved as well as the others; the report is then of these.
+/// The factors may be in single precision or of a nearby matrix: they precondition a flexible GMRES on the double
+/// precision matrix `a`, and every convergence decision is based on the true residual. The previous content of `x` is
+/// ignored. If round-off makes `tolerance` unreachable, a solution counts as converged if its residual is at the level
+/// of round-off after all equations have been scaled to the same size. Soft bodies next to stiff ones, and equations in
+/// small units, are thus solved as accurately as the others; the report then refers to the scaled equations.
 ///
 /// References: Saad, A flexible inner-outer preconditioned GMRES algorithm, SIAM J. Sci. Comput. 14
 /// (1993); Rigal and Gaches, J. ACM 14 (1967) for the backward error.
@@ -130,7 +130,7 @@ pub fn solve_with(
     solve_from(a, f, transpose, rhs, x, options)
 }
 
-/// As [`solve_with`], from the start that `x` holds, which may be anything finite.
+/// As [`solve_with`], from the initial guess in `x`, which may be any finite vector.
 ///
 /// # Errors
 /// See [`SolveError`].
@@ -150,7 +150,7 @@ pub fn solve_from(
     if !size.is_finite() {
         let index = rhs.iter().position(|b| !b.is_finite());
         let anywhere = a.ranks().any(index.is_some());
-        // the entry is known to its rank only
+        // only its own rank knows the entry
         let index = index.filter(|_| a.ranks().size() == 1);
         return Err(if anywhere { SolveError::NonFiniteRightHandSide { index } } else { SolveError::NonFinite });
     }
@@ -175,7 +175,7 @@ pub fn solve_from(
     if report.backward_error > ROUNDING {
         return Err(SolveError::NotConverged { report, tolerance: options.tolerance });
     }
-    // Rounding in the stiffest rows hides the others, which must be as exact.
+    // Round-off in the stiffest rows hides the others, which must be solved as accurately.
     let level = System { weights: Some(a.row_weights(transpose)), ..plain };
     let report = level.assess(x, &mut residual, report.iterations)?;
     let target = ROUNDING * level.rounding(x);
@@ -184,7 +184,7 @@ pub fn solve_from(
     if exact(&report) { Ok(report) } else { Err(SolveError::NotConverged { report, tolerance: options.tolerance }) }
 }
 
-/// How well the factors solve, with residuals measured after the equations have been multiplied by `weights`.
+/// Accuracy of the factors, with residuals measured after the equations have been multiplied by `weights`.
 pub(crate) fn solve_weighted(
     a: &dyn Operator,
     f: &dyn Factorization,
@@ -213,7 +213,7 @@ struct System<'a> {
     rhs: &'a [f64],
     /// Infinity norm of the operator.
     norm: f64,
-    /// What the equations are multiplied by before they are measured.
+    /// Factors by which the equations are multiplied before they are measured.
     weights: Option<Vec<f64>>,
 }
 
@@ -251,7 +251,7 @@ impl System<'_> {
         }
     }
 
-    /// ‖W (|A| |x| + |b|)‖₂: the size of the terms that make up the residual.
+    /// ‖W (|A| |x| + |b|)‖₂: the size of the terms in the residual.
     fn rounding(&self, x: &[f64]) -> f64 {
         let mut sizes = vec![0.0; x.len()];
         self.a.absolute_product(self.transpose, x, &mut sizes);
@@ -260,7 +260,7 @@ impl System<'_> {
         self.norm_of(&sizes)
     }
 
-    /// True residual of `x`, left in `residual`, weighted.
+    /// True weighted residual of `x`, stored in `residual`.
     fn assess(&self, x: &[f64], residual: &mut [f64], iterations: usize) -> Result<SolveReport, SolveError> {
         self.a.residual(self.transpose, x, self.rhs, residual);
         let (relative_residual, backward_error) = if self.weights.is_some() {
@@ -282,7 +282,7 @@ impl System<'_> {
         }
     }
 
-    /// Cycles of GMRES until `enough`, until they stall, or until none are left; `target` is what the residual is to fall to.
+    /// Cycles of GMRES until `enough`, until they stall, or until none are left; `target` is the residual to reach.
     fn iterate(
         &self,
         x: &mut [f64],
@@ -321,8 +321,9 @@ impl System<'_> {
         Ok(report)
     }
 
-    /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the
-    /// number of preconditioned directions, and whether `hopeless` (of the part of `r` that is left, and that number) ended it.
+    /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the number of
+    /// preconditioned directions, and whether `hopeless` (a function of the remaining fraction of `r`, and of that
+    /// number) ended it.
     fn cycle(
         &self,
         x: &mut [f64],
@@ -365,11 +366,12 @@ impl System<'_> {
     }
 }
 
-/// Removes the components of `w` along `basis`, twice for full orthogonality. Returns the
-/// coefficients followed by the norm of what is left.
+/// Removes the components of `w` along `basis`, twice for full orthogonality. Returns the coefficients followed by the
+/// norm of the remainder.
 ///
-/// All components of a pass at once, so that ranks talk once a pass. Reference: Giraud, Langou, Rozložník and van den
-/// Eshof, Rounding error analysis of the classical Gram–Schmidt orthogonalization process, Numer. Math. 101 (2005).
+/// All components of a pass are computed at once, so that ranks communicate once per pass. Reference: Giraud, Langou,
+/// Rozložník and van den Eshof, Rounding error analysis of the classical Gram–Schmidt orthogonalization process, Numer.
+/// Math. 101 (2005).
 fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>], ranks: &dyn Ranks) -> Vec<f64> {
     let mut column = vec![0.0; basis.len() + 1];
     for _ in 0..2 {
@@ -416,7 +418,7 @@ impl GivensLeastSquares {
         (s * last).abs()
     }
 
-    /// Coefficients of the minimiser. A zero pivot (an exactly singular operator) gets none.
+    /// Coefficients of the minimiser. The coefficient for a zero pivot (an exactly singular operator) is zero.
     fn solution(&self) -> Vec<f64> {
         let k = self.columns.len();
         let mut y = self.rhs[..k].to_vec();
@@ -434,7 +436,7 @@ impl GivensLeastSquares {
 mod tests {
     use super::*;
 
-    /// By the normal equations: what the minimiser leaves of β e₁ is perpendicular to all columns, and its norm is the one that was
+    /// By the normal equations: the remainder of β e₁ is orthogonal to all columns, and its norm is the one that was
     /// returned.
     #[test]
     fn least_squares_leave_what_is_perpendicular() {

@@ -13,7 +13,7 @@ use crate::{CellKind, FileMesh, MeshFileError};
 /// A body and the changes that were made while reading it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadBody {
-    /// The mesh of this body alone, as from a generator of [`slipstick_mesh`].
+    /// The mesh of only this body, as from a generator of [`slipstick_mesh`].
     pub mesh: Mesh,
     /// Repairs and omissions, for the user's information.
     pub notices: Vec<String>,

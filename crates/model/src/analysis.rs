@@ -8,6 +8,7 @@ use crate::model::{ContactModel, Design, Parameter, Workspace};
 use chain::{Adapter, Forces};
 pub use pairs::{PairResult, pair_results};
 pub use rounding::Rounding;
+use slipstick_design::ElementValues;
 use slipstick_design::objective::{Objective, StateView, WrongDerivative, check_derivatives};
 use slipstick_path::{
     Guide, LinearSystem, LoadPath, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, Solver,
@@ -18,38 +19,38 @@ use slipstick_path::{
 #[derive(Debug, Clone)]
 pub struct Forward {
     /// Densities of all elements.
-    pub density: Vec<f64>,
+    pub density: ElementValues,
     /// All states.
     pub path: Path,
-    /// Per user's step: θ_s where the objective observes it, else 0.
+    /// For each user's step, θ_s if the objective observes it, otherwise 0.
     pub step_values: Vec<f64>,
     /// θ = Σ θ_s.
     pub value: f64,
-    /// What is probably not meant.
+    /// A likely mistake in the case.
     pub notice: Option<ForwardNotice>,
-    /// Set where θ at the end of a whole path is only rounding.
+    /// Set where θ at the end of a whole path is only round-off.
     pub rounding: Option<Rounding>,
 }
 
 /// Derivatives of the objective.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gradients {
-    /// dθ/dφ of every element, zero outside of the design.
-    pub density: Vec<f64>,
-    /// dθ/dp of every other parameter of the model but coefficients of friction that are 0. Stiffnesses of contact that are
-    /// multiples of the bodies' own at the start design follow the moduli.
+    /// dθ/dφ of every element, zero outside the design.
+    pub density: ElementValues,
+    /// dθ/dp of every other parameter of the model, except coefficients of friction that are 0. Contact stiffnesses
+    /// that are multiples of the bodies' own stiffness at the start design vary with the moduli.
     pub parameters: Vec<(Parameter, f64)>,
 }
 
-/// What a whole path can be that is probably not meant.
+/// A likely mistake in the case that a whole path reveals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum ForwardNotice {
-    /// There are contact pairs, but no slave node is ever in contact: contact forces are 0, or rounding.
-    #[error("contact never closed on the path: contact forces and their derivatives are 0, or rounding")]
+    /// There are contact pairs, but no slave node is ever in contact: contact forces are 0, or only round-off.
+    #[error("contact never closed on the path: contact forces and their derivatives are 0, or round-off")]
     ContactNeverCloses,
     /// No slave node is in contact at the steps that the objective observes.
-    #[error("contact is open at every step that the objective observes: its value and gradient are 0, or rounding")]
+    #[error("contact is open at every step that the objective observes: its value and gradient are 0, or round-off")]
     ContactOpenWhereObserved,
 }
 
@@ -75,15 +76,15 @@ pub enum AnalysisError {
     },
 }
 
-/// Why an objective is not taken.
+/// Why an objective is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum ObjectiveRefused {
-    /// Its derivative is not that of its value.
+    /// Its derivative is not the derivative of its value.
     #[error(transparent)]
     Derivative(#[from] WrongDerivative),
     /// It observes no step of the load path: it would always be zero.
     #[error(
-        "objective `{name}` observes none of the {steps} load steps; let Objective::observes be true for one of them"
+        "objective `{name}` observes none of the {steps} load steps; Objective::observes must be true for at least one"
     )]
     NoSteps {
         /// The objective's name.
@@ -103,7 +104,7 @@ pub struct Analysis {
     pub times: Vec<f64>,
     /// Pseudo-times, between two of the steps, at which another load case begins at rest.
     pub restarts: Vec<f64>,
-    /// What is minimised, if anything; [`set_objective`](Self::set_objective) sets one of your own.
+    /// The objective to be minimised, if any; [`set_objective`](Self::set_objective) sets your own.
     pub objective: Option<Box<dyn Objective>>,
     /// March settings.
     pub march: MarchOptions,
@@ -111,7 +112,7 @@ pub struct Analysis {
     pub sweep: SweepOptions,
     /// Linear solver.
     pub linear: LinearSystem,
-    /// Path of a nearby density, which the next march follows for its start values.
+    /// Path of a nearby density, from which the next march takes its start values.
     pub guide: Option<Guide>,
 }
 
@@ -121,8 +122,8 @@ impl Analysis {
         self.design.model()
     }
 
-    /// Sets the density of every element, 1 outside of the design.
-    pub fn set_density(&mut self, density: &[f64]) {
+    /// Sets the density of every element, 1 outside the design.
+    pub fn set_density(&mut self, density: &ElementValues) {
         self.design = Design::new(self.design.model().clone(), density);
         self.workspace.forget();
     }
@@ -132,32 +133,31 @@ impl Analysis {
         self.design.of_changed_model(|model| model.set_friction(friction));
     }
 
-    /// Sets when Uzawa's iteration stops; nothing where no contact pair has it.
+    /// Sets when Uzawa's iteration stops; does nothing if no contact pair uses it.
     pub(crate) fn set_uzawa(&mut self, uzawa: Option<crate::model::Uzawa>) {
         self.design.of_changed_model(|model| model.set_uzawa(uzawa));
     }
 
-    /// Sets the tolerance of Uzawa's iteration, relative; nothing where no contact pair has it.
+    /// Sets the relative tolerance of Uzawa's iteration; does nothing if no contact pair uses it.
     pub(crate) fn set_uzawa_tolerance(&mut self, tolerance: f64) {
         self.design.of_changed_model(|model| model.set_uzawa_tolerance(tolerance));
     }
 
-    /// Measures from now on, with `clock` (seconds from any origin), where the time goes.
+    /// From now on, measures with `clock` (seconds from any origin) how the time is spent.
     pub fn measure(&mut self, clock: fn() -> f64) {
         self.workspace.timings = Timings::with_clock(clock);
         self.linear.set_timings(Timings::with_clock(clock));
     }
 
-    /// Where the time went since [`measure`](Self::measure).
+    /// How the time was spent since [`measure`](Self::measure) was called.
     pub fn timings(&self) -> Timings {
         self.workspace.timings + self.linear.timings()
     }
 
-    /// Takes an objective in the place of the one that is there. Debug builds check its derivatives before
-    /// ([`check_objective`](Self::check_objective)).
+    /// Replaces the objective. Debug builds check its derivatives first ([`check_objective`](Self::check_objective)).
     ///
     /// # Errors
-    /// [`ObjectiveRefused`]; the objective that was there stays.
+    /// [`ObjectiveRefused`]; the previous objective is then kept.
     pub fn set_objective(&mut self, objective: Box<dyn Objective>) -> Result<(), ObjectiveRefused> {
         let steps = self.times.len();
         if !(1..=steps).any(|step| objective.observes(step, steps)) {
@@ -174,7 +174,7 @@ impl Analysis {
     /// the internal forces of the bodies there (density as set), for every step that it observes.
     ///
     /// # Errors
-    /// The first derivative that is wrong.
+    /// The first wrong derivative.
     pub fn check_objective(&self, objective: &dyn Objective) -> Result<(), WrongDerivative> {
         let (displacement, internal_force) = self.some_state();
         let steps = self.times.len();
@@ -191,7 +191,7 @@ impl Analysis {
         Ok(())
     }
 
-    /// Displacements of all nodes that are small beside the elements, and the internal forces there.
+    /// Displacements of all nodes that are small compared to the elements, and the internal forces there.
     fn some_state(&self) -> (Vec<f64>, Vec<f64>) {
         let n = self.model().prescribed().fixed().len();
         let size = self.model().smallest_element().cbrt();
@@ -201,7 +201,7 @@ impl Analysis {
             // spread by the golden ratio, so that no two entries are alike
             let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() - 0.5;
             let displacement: Vec<f64> = (0..n).map(|i| amplitude * spread(i)).collect();
-            // at rest no element is inverted, so this ends
+            // at rest no element is inverted, so this loop ends
             if self.design.internal_force(&displacement, &mut force).is_ok() {
                 return (displacement, force);
             }
@@ -212,8 +212,12 @@ impl Analysis {
     /// Marches the whole path with the given element densities and evaluates the objective.
     ///
     /// # Errors
-    /// [`AnalysisError::March`] with what converged before the failure.
-    pub fn forward(&mut self, density: &[f64], observer: &mut dyn MarchObserver) -> Result<Forward, AnalysisError> {
+    /// [`AnalysisError::March`] with the path up to the failure.
+    pub fn forward(
+        &mut self,
+        density: &ElementValues,
+        observer: &mut dyn MarchObserver,
+    ) -> Result<Forward, AnalysisError> {
         self.set_density(density);
         // without an objective there is no gradient to keep factors for
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
@@ -236,10 +240,10 @@ impl Analysis {
         let notice = self.notice(&path);
         let value = step_values.iter().sum();
         let rounding = if path.steps == steps { self.rounding(value, notice) } else { None };
-        Ok(Forward { density: density.to_vec(), value, path, step_values, notice, rounding })
+        Ok(Forward { density: density.clone(), value, path, step_values, notice, rounding })
     }
 
-    /// Whether contact is open where it should count; nothing is said of a path that was cut short.
+    /// Whether contact is open where it should count; `None` for an incomplete path.
     fn notice(&self, path: &Path) -> Option<ForwardNotice> {
         let steps = self.times.len();
         if path.steps < steps || self.model().interfaces().is_empty() {
@@ -254,18 +258,19 @@ impl Analysis {
         (!observed.any(|(_, state)| closed(state))).then_some(ForwardNotice::ContactOpenWhereObserved)
     }
 
-    /// dθ/dφ of every element: the densities' part of [`gradients`](Self::gradients).
+    /// dθ/dφ of every element, the density part of [`gradients`](Self::gradients).
     ///
     /// # Errors
     /// As [`gradients`](Self::gradients).
     ///
     /// # Panics
     /// Without an objective.
-    pub fn gradient(&mut self, forward: &Forward) -> Result<Vec<f64>, AnalysisError> {
-        self.sweep_back(forward, false).map(|gradient| gradient.design)
+    pub fn gradient(&mut self, forward: &Forward) -> Result<ElementValues, AnalysisError> {
+        self.sweep_back(forward, false).map(|gradient| gradient.design.into())
     }
 
-    /// Derivatives of θ at the densities of a forward analysis by this model, with the friction that it had then.
+    /// Derivatives of θ at the densities of a forward analysis by this model, with the coefficients of friction of that
+    /// analysis.
     ///
     /// # Errors
     /// [`AnalysisError::Sweep`]; [`AnalysisError::Unfinished`] for a path that was cancelled.
@@ -280,7 +285,7 @@ impl Analysis {
             |p: &Parameter| !matches!(p, Parameter::Friction { interface } if interfaces[*interface].friction == 0.0);
         let parameters =
             self.model().parameter_names().into_iter().zip(parameters).filter(|(p, _)| smooth(p)).collect();
-        Ok(Gradients { density: design, parameters })
+        Ok(Gradients { density: design.into(), parameters })
     }
 
     fn sweep_back(&mut self, forward: &Forward, parameters: bool) -> Result<PathGradient, AnalysisError> {
@@ -288,7 +293,7 @@ impl Analysis {
         if steps < all {
             return Err(AnalysisError::Unfinished { steps, all });
         }
-        if self.design.density() != forward.density {
+        if *self.design.density() != forward.density {
             self.set_density(&forward.density);
         }
         let options = SweepOptions { parameters, ..self.sweep };

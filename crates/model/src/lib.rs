@@ -1,8 +1,8 @@
-//! The contact problem of a load path, and what is done with it.
+//! The contact problem of a load path, with its analysis, verification and optimization.
 //!
-//! [`model`] is the one place where meshes, solids, contact and the load path meet. [`analysis`] marches the path of a
-//! [`problem::Problem`] and differentiates the objective, [`verify`] compares gradients with differences, and [`optimize`]
-//! changes the design. [`words`] has counts and numbers in readable form.
+//! [`model`] is the only place where meshes, solids, contact and the load path meet. [`analysis`] marches the path of a
+//! [`problem::Problem`] and differentiates the objective, [`verify`] compares gradients with differences, and
+//! [`optimize`] changes the design. [`words`] formats counts and numbers for display.
 
 pub mod analysis;
 pub mod model;

@@ -4,15 +4,15 @@
 //! x ──design variables──▶ φ ──march──▶ θ ──sweep──▶ dθ/dφ ──sensitivity filter──▶ MMA ──▶ x
 //! ```
 //!
-//! [`Optimization`] only advances; time, files and screens belong to who calls it. All that the next iteration depends on
-//! is in [`OptimizationState`] and the path of the last design, which can be stored and taken up again bit for bit.
+//! [`Optimization`] only advances; the caller handles time, files and screens. All that the next iteration depends on
+//! is in [`OptimizationState`] and the path of the last design. Both can be stored and restored bit for bit.
 
 use crate::analysis::{AnalysisError, Forward};
 use crate::problem::Problem;
 use serde::{Deserialize, Serialize};
 use slipstick_design::{
-    DesignMap, DesignVariables, FilterError, Functions, Mma, MmaError, MmaParameters, Scaling, SensitivityFilter,
-    VolumeConstraint, VolumeError,
+    DesignVariables, DomainValues, ElementValues, FilterError, Functions, Mma, MmaError, MmaParameters, Scaling,
+    SensitivityFilter, VariableValues, VolumeConstraint, VolumeError,
 };
 use slipstick_path::{Guide, MarchFailure, MarchObserver};
 
@@ -31,7 +31,7 @@ pub struct IterationRecord {
     pub optimality: Option<f64>,
     /// Newton iterations of the whole path.
     pub newton_iterations: usize,
-    /// Newton iterations of failed attempts, also of the paths that could not be marched before the update was halved.
+    /// Newton iterations of failed attempts, including the paths that failed before the update was halved.
     #[serde(default)]
     pub failed_iterations: usize,
     /// Uzawa iterations of the whole path.
@@ -50,9 +50,9 @@ pub struct OptimizationState {
     /// Number of updates made.
     pub iteration: usize,
     /// Design variables.
-    pub x: Vec<f64>,
-    /// The variables before the last update, to step back to.
-    pub x_before: Option<Vec<f64>>,
+    pub x: VariableValues,
+    /// The variables before the last update, for halving it.
+    pub x_before: Option<VariableValues>,
     /// The optimizer's memory.
     pub mma: Mma,
     /// Scales of objective and constraint from the first iteration.
@@ -70,11 +70,11 @@ pub struct OptimizationOptions {
     pub filter: Option<FilterOptions>,
     /// Number of updates.
     pub iterations: usize,
-    /// Largest change of a density at which the optimization ends before that.
+    /// The optimization stops early if no density changes by more than this.
     pub tolerance: Option<f64>,
     /// Parameters of MMA.
     pub mma: MmaParameters,
-    /// Whether each march starts its steps where the path of the previous design leads.
+    /// Whether each march takes its start values from the path of the previous design.
     pub follow_previous_design: bool,
 }
 
@@ -113,8 +113,8 @@ pub enum OptimizeError {
     /// The optimizer failed.
     #[error("optimizer: {0}")]
     Mma(#[from] MmaError),
-    /// The objective of a design is only rounding, so no update can follow from it; the state is that of the last
-    /// finished iteration.
+    /// The objective of a design is only round-off, so it permits no update; the state is that of the last finished
+    /// iteration.
     #[error("{}", .0.rounding.map_or(String::new(), |rounding| rounding.to_string()))]
     Rounding(Box<Forward>),
     /// Stopped from outside, in the middle of an iteration; the state is that of the last finished one.
@@ -122,13 +122,13 @@ pub enum OptimizeError {
     Interrupted,
 }
 
-/// The design that was analysed last.
+/// The last analysed design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluated {
     /// Densities of all elements.
-    pub density: Vec<f64>,
-    /// dθ/dφ of all elements, unfiltered; `None` after the last evaluation, which needs none.
-    pub gradient: Option<Vec<f64>>,
+    pub density: ElementValues,
+    /// dθ/dφ of all elements, unfiltered; `None` for the last evaluation, which needs no gradient.
+    pub gradient: Option<ElementValues>,
 }
 
 /// An optimization in progress.
@@ -141,20 +141,20 @@ pub struct Optimization {
     limit: f64,
     iterations: usize,
     tolerance: Option<f64>,
-    /// Whether a march follows the path of the design before; it is in `problem.analysis.guide`.
+    /// Whether a march follows the path of the previous design, in `problem.analysis.guide`.
     follow: bool,
     evaluated: Option<Evaluated>,
-    /// What the next iteration depends on.
+    /// All data that the next iteration depends on.
     pub state: OptimizationState,
 }
 
 /// A design whose path could be marched.
 struct Marched {
-    x: Vec<f64>,
-    density: Vec<f64>,
+    x: VariableValues,
+    density: ElementValues,
     forward: Forward,
     halvings: usize,
-    /// Newton iterations of the paths that failed before.
+    /// Newton iterations of the paths that failed earlier.
     lost: usize,
 }
 
@@ -171,19 +171,17 @@ impl Optimization {
             return Err(PrepareError::NoObjective);
         }
         let variables = problem.variables.clone().ok_or(PrepareError::NoDesign)?;
-        let volumes = problem.mesh.element_volumes();
-        let domain: Vec<usize> = variables.domain().iter().map(|&e| e as usize).collect();
-        let domain_volumes: Vec<f64> = domain.iter().map(|&e| volumes[e]).collect();
+        let volumes = variables.on_domain(&problem.mesh.element_volumes().into());
         let OptimizationOptions { volume_fraction, filter, iterations, tolerance, mma, follow_previous_design } =
             options;
         let filter = filter.map(|FilterOptions { radius, planes }| {
             let centroids = problem.mesh.centroids();
-            let centroids: Vec<[f64; 3]> = domain.iter().map(|&e| centroids[e]).collect();
+            let centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
             let ranks = problem.analysis.model().share().ranks().clone();
-            SensitivityFilter::on_ranks(&centroids, &domain_volumes, radius, &planes, ranks)
+            SensitivityFilter::on_ranks(&centroids, &volumes, radius, &planes, ranks)
         });
         let filter = filter.transpose().map_err(PrepareError::Filter)?;
-        let volume = VolumeConstraint::new(domain_volumes, volume_fraction).map_err(PrepareError::Volume)?;
+        let volume = VolumeConstraint::new(volumes, volume_fraction).map_err(PrepareError::Volume)?;
         let x = variables.restrict(&problem.initial_density);
         let state = OptimizationState {
             iteration: 0,
@@ -208,8 +206,8 @@ impl Optimization {
     }
 
     /// Densities of all elements at the current variables.
-    pub fn density(&self) -> Vec<f64> {
-        self.variables.apply(&self.state.x)
+    pub fn density(&self) -> ElementValues {
+        self.variables.densities(&self.state.x)
     }
 
     /// The design of the last [`advance`](Self::advance); `None` before the first.
@@ -222,18 +220,18 @@ impl Optimization {
         self.limit
     }
 
-    /// Whether each march starts its steps where the path of the design before leads. What the next iteration depends on
-    /// is then that path too, in `problem.analysis.guide`, beside the state.
+    /// Whether each march takes its start values from the path of the previous design. The next iteration then depends
+    /// not only on the state, but also on that path, in `problem.analysis.guide`.
     pub fn follows_previous_design(&self) -> bool {
         self.follow
     }
 
-    /// Updates asked for.
+    /// Number of updates requested.
     pub fn iterations(&self) -> usize {
         self.iterations
     }
 
-    /// Sets the number of updates asked for.
+    /// Sets the number of updates requested.
     pub fn set_iterations(&mut self, iterations: usize) {
         self.iterations = iterations;
     }
@@ -244,7 +242,7 @@ impl Optimization {
         evaluated && self.done()
     }
 
-    /// No further update is wanted.
+    /// Whether no further update is needed.
     fn done(&self) -> bool {
         let settled = self.state.history.iter().rev().find_map(|r| r.change);
         self.state.iteration >= self.iterations
@@ -254,8 +252,8 @@ impl Optimization {
     /// Evaluates the current design and, unless all updates are made, updates it. Returns the forward analysis of the
     /// evaluated design, whose record is the last one of the state's history.
     ///
-    /// If the path of an updated design cannot be marched, the update is halved, a few times. A design whose objective is only
-    /// rounding is not gone on from.
+    /// If the path of an updated design cannot be marched, the update is halved, up to a few times. The optimization
+    /// stops at a design whose objective is only round-off.
     ///
     /// # Errors
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
@@ -265,7 +263,7 @@ impl Optimization {
             forward.path.forget_factors();
             return Err(OptimizeError::Rounding(Box::new(forward)));
         }
-        let domain: Vec<f64> = self.variables.domain().iter().map(|&e| density[e as usize]).collect();
+        let domain = self.variables.on_domain(&density);
         let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
         record.halvings = halvings;
         record.failed_iterations += lost;
@@ -290,12 +288,12 @@ impl Optimization {
         Ok(forward)
     }
 
-    /// Marches with the variables of the state, or with half of their last update where that fails.
+    /// Marches with the variables of the state or, if that fails, with half of their last update.
     fn march_or_step_back(&mut self, observer: &mut dyn MarchObserver) -> Result<Marched, OptimizeError> {
         let mut x = self.state.x.clone();
         let (mut halvings, mut lost) = (0, 0);
         loop {
-            let density = self.variables.apply(&x);
+            let density = self.variables.densities(&x);
             let failure = match self.problem.analysis.forward(&density, observer) {
                 Ok(forward) if forward.path.steps < self.problem.analysis.times.len() => {
                     return Err(OptimizeError::Interrupted);
@@ -320,25 +318,17 @@ impl Optimization {
         &self,
         next: &mut OptimizationState,
         record: &mut IterationRecord,
-        domain_density: &[f64],
+        domain_density: &DomainValues,
         value: f64,
-        gradient: &[f64],
+        gradient: &ElementValues,
     ) -> Result<(), OptimizeError> {
-        let domain = self.variables.domain();
-        let on_domain: Vec<f64> = domain.iter().map(|&e| gradient[e as usize]).collect();
+        let on_domain = self.variables.on_domain(gradient);
         let filtered = match &self.filter {
             Some(filter) => filter.apply(domain_density, &on_domain),
             None => on_domain,
         };
-        let spread = |values: &[f64]| {
-            let mut all = vec![0.0; self.variables.element_count()];
-            for (&e, v) in domain.iter().zip(values) {
-                all[e as usize] = *v;
-            }
-            self.variables.restrict(&all)
-        };
-        let objective_gradient = spread(&filtered);
-        let volume_gradient = vec![spread(&self.volume.gradient())];
+        let objective_gradient = Vec::from(self.variables.restrict_domain(&filtered));
+        let volume_gradient = vec![self.variables.restrict_domain(&self.volume.gradient()).into()];
         let scaling =
             next.scaling.get_or_insert_with(|| Scaling::from_first(&objective_gradient, &volume_gradient)).clone();
         let (f, df) = scaling.scale_objective(value, &objective_gradient);
@@ -349,7 +339,7 @@ impl Optimization {
         let step = next.mma.update_on(&next.x, [&lower, &upper], &Functions::new(f, &df, &g, &dg), ranks)?;
         record.change = Some(step.x.iter().zip(&next.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
         record.optimality = Some(step.kkt_residual.norm);
-        next.x_before = Some(std::mem::replace(&mut next.x, step.x));
+        next.x_before = Some(std::mem::replace(&mut next.x, step.x.into()));
         next.iteration += 1;
         Ok(())
     }
@@ -372,7 +362,7 @@ fn record(iteration: usize, forward: &Forward, volume_fraction: f64) -> Iteratio
 }
 
 impl OptimizeError {
-    /// The march that failed, if that is what happened.
+    /// The failed march, if a march failed.
     pub fn march_failure(&self) -> Option<&MarchFailure> {
         match self {
             Self::Analysis(AnalysisError::March(failure)) => Some(failure),

@@ -17,6 +17,7 @@ mod verdict;
 
 use crate::analysis::{Analysis, AnalysisError, Forward, ForwardNotice, Rounding};
 use serde::Serialize;
+use slipstick_design::ElementValues;
 use slipstick_path::{Guide, MarchObserver, Tolerance, Tolerances};
 use stencil::{Stencil, inwards};
 use verdict::verdict;
@@ -61,7 +62,7 @@ impl Default for VerifyOptions {
 /// All quotients along one direction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DirectionCheck {
-    /// What was varied: "element 17 (body plate)" or "random direction 1".
+    /// The varied elements: "element 17 (body plate)" or "random direction 1".
     pub name: String,
     /// dθ/dφ · v from the adjoint.
     pub adjoint: f64,
@@ -123,7 +124,7 @@ pub enum VerifyError {
 /// [`VerifyError`].
 pub fn verify_gradient(
     analysis: &mut Analysis,
-    density: &[f64],
+    density: &ElementValues,
     designed: &[u32],
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
@@ -147,14 +148,18 @@ fn set_tolerance(analysis: &mut Analysis, tolerance: f64) {
 }
 
 /// Computes the whole path at these densities.
-fn forward(analysis: &mut Analysis, density: &[f64], observer: &mut dyn MarchObserver) -> Result<Forward, VerifyError> {
+fn forward(
+    analysis: &mut Analysis,
+    density: &ElementValues,
+    observer: &mut dyn MarchObserver,
+) -> Result<Forward, VerifyError> {
     let forward = analysis.forward(density, observer)?;
     if forward.path.steps < analysis.times.len() { Err(VerifyError::Interrupted) } else { Ok(forward) }
 }
 
 fn compare(
     analysis: &mut Analysis,
-    density: &[f64],
+    density: &ElementValues,
     designed: &[u32],
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
@@ -186,7 +191,7 @@ fn compare(
 /// the body, cost many digits. So the error is measured.
 fn round_off(
     analysis: &mut Analysis,
-    density: &[f64],
+    density: &ElementValues,
     free: &[u32],
     base: &Forward,
     options: &VerifyOptions,
@@ -218,7 +223,7 @@ fn round_off(
 /// J. J. Moré, S. M. Wild: Estimating computational noise. SIAM J. Sci. Comput. 33 (2011) 1292–1314, (3.4).
 fn noise(
     analysis: &mut Analysis,
-    density: &[f64],
+    density: &ElementValues,
     free: &[u32],
     base: &Forward,
     spacing: f64,
@@ -239,7 +244,7 @@ fn noise(
         (free.iter().zip(along).map(turned).collect(), 0)
     };
     for (value, place) in values.iter_mut().zip(first..).filter(|(_, place)| *place != 0) {
-        let mut moved = density.to_vec();
+        let mut moved = density.clone();
         for (&e, along) in free.iter().zip(&along) {
             moved[e as usize] = (moved[e as usize] + f64::from(place) * along).clamp(0.0, 1.0);
         }
@@ -267,7 +272,7 @@ struct Varied {
 }
 
 impl Varied {
-    fn of(designed: &[u32], density: &[f64], step: f64) -> Self {
+    fn of(designed: &[u32], density: &ElementValues, step: f64) -> Self {
         let phi = |e: &u32| density[*e as usize];
         let (within, others): (Vec<u32>, Vec<u32>) =
             designed.iter().partition(|e| (step..=1.0 - step).contains(&phi(e)));
@@ -284,7 +289,7 @@ impl Varied {
 
     /// Random directions over the elements within the bounds, others over those at a bound, and single elements,
     /// preferably within the bounds.
-    fn directions(&self, density: &[f64], options: &VerifyOptions) -> Vec<(String, Vec<f64>, Stencil)> {
+    fn directions(&self, density: &ElementValues, options: &VerifyOptions) -> Vec<(String, Vec<f64>, Stencil)> {
         let step = options.step;
         let inwards = |e: u32| inwards(density[e as usize], 2.0 * step);
         let mut all = Vec::new();
@@ -330,9 +335,9 @@ fn random(number: usize) -> impl Iterator<Item = f64> {
 
 /// The state at φ that all directions share.
 struct Base<'a> {
-    density: &'a [f64],
+    density: &'a ElementValues,
     forward: &'a Forward,
-    gradient: &'a [f64],
+    gradient: &'a ElementValues,
     /// Norm of the gradient over the elements that vary.
     norm: f64,
     /// Round-off of θ.
@@ -361,7 +366,7 @@ fn along(
     for k in 0..=options.halvings {
         let h = options.step * 0.5f64.powi(k as i32);
         let mut at = |steps: f64| {
-            let moved: Vec<f64> = base.density.iter().zip(direction).map(|(d, v)| d + steps * h * v).collect();
+            let moved: ElementValues = base.density.iter().zip(direction).map(|(d, v)| d + steps * h * v).collect();
             forward(analysis, &moved, observer)
         };
         let [near, far] = stencil.places();

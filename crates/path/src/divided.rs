@@ -1,15 +1,15 @@
 //! Lists of which each rank holds a part, for work that only the first rank does, such as writing files.
 //!
-//! To join a list, all ranks have to send their parts. So while the first rank works, the others wait for the number of the
-//! list that it asks for next, until it asks for no more. On one rank nothing is sent.
+//! Joining a list requires all ranks to send their parts. While the first rank works, the others therefore wait for the
+//! number of the next list that it requests, until it reports that it is done. On one rank nothing is sent.
 
 use slipstick_linalg::Ranks;
 
-/// What the first rank sends when it asks for no more.
+/// The number that the first rank sends when it is done.
 const END: f64 = -1.0;
 
-/// Does `work` on the first rank, which may ask for lists by number, repeatedly and in any order; `None` on the others. All
-/// ranks call it; `join` joins a list when all ranks call that.
+/// Does `work` on the first rank, which may request lists by number, repeatedly and in any order; `None` on the others.
+/// All ranks call this function, and `join` joins a list when all ranks call it.
 pub(crate) fn on_first<T, R>(
     ranks: &dyn Ranks,
     join: impl Fn(usize) -> T,
@@ -38,8 +38,8 @@ mod tests {
     use slipstick_linalg::own_range;
     use slipstick_ranks::threads::on_ranks;
 
-    /// Two lists of which each of three ranks has a part: asked for in any order, repeatedly, and not at all; work that fails
-    /// ends the turn as well, and another one can follow.
+    /// Two lists, each with a part on each of three ranks: requested in any order, repeatedly, and not at all. Failing
+    /// work also ends its turn, and another turn can follow.
     #[test]
     fn parts_are_put_together_when_asked() {
         let lists: [Vec<f64>; 2] = [vec![0.5, 1.5, 2.5, 3.5], vec![7.0]];

@@ -1,10 +1,10 @@
-//! What can go wrong on the path, in types that name the place.
+//! Failures on the path, with types that name the place.
 
 use crate::newton::IterationRecord;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// A trial state at which the equations cannot be evaluated. It is a failed Newton step, never a number that travels on.
+/// A trial state at which the equations cannot be evaluated. It makes a Newton step fail and never produces a number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 pub enum StateError {
     /// Elements with J ≤ 0 at a Gauss point.
@@ -19,18 +19,18 @@ pub enum StateError {
         /// Global node number.
         node: u32,
     },
-    /// A contact facet is so distorted that its projection on the other surface is folded.
+    /// A contact facet is so distorted that its projection onto the other surface is folded.
     #[error("the contact facet of nodes {nodes:?} is folded")]
     FoldedFacet {
         /// Global node numbers of the facet.
         nodes: Vec<u32>,
     },
-    /// Surfaces moved through each other further than contact is searched for, in one (sub-)step.
+    /// Surfaces moved through each other by more than the search radius in one (sub-)step.
     #[error("slave node {node} moved {depth:.3e} through the other surface, beyond the search radius {reach:.3e}")]
     PassedThrough {
-        /// Global node number of the deepest.
+        /// Global number of the deepest node.
         node: u32,
-        /// How far it lies behind where the other surface would be.
+        /// Distance behind the expected position of the other surface.
         depth: f64,
         /// The search radius.
         reach: f64,
@@ -38,43 +38,43 @@ pub enum StateError {
     /// Prescribed displacements push a slave node into the other surface, and no free displacement can close the gap.
     #[error("prescribed displacements push slave node {node} into the other surface by {depth:.3e}")]
     PrescribedPenetration {
-        /// Global node number of the deepest.
+        /// Global number of the deepest node.
         node: u32,
-        /// How deep it lies, by its weighted gap over its area.
+        /// Its depth, from the weighted gap over the area.
         depth: f64,
     },
     /// A residual or an increment is NaN or infinite.
     #[error("{quantity} is not finite")]
     NotFinite {
-        /// What.
+        /// The quantity.
         quantity: Cow<'static, str>,
-        /// First such unknown.
+        /// The first such unknown.
         index: usize,
     },
-    /// The ranks of a parallel run have different numbers where they must have the same.
-    #[error("the ranks have come to different states; their machines or libraries may not be the same")]
+    /// The ranks of a parallel run have different numbers although they should agree.
+    #[error("the ranks have reached different states; their machines or libraries may differ")]
     RanksDisagree,
 }
 
 impl StateError {
-    /// Whether what is prescribed is at fault, so that no other way to the same load step mends it.
+    /// Whether the prescribed data are at fault, so that no other way to the same load step helps.
     pub fn is_prescribed(&self) -> bool {
         matches!(self, Self::PrescribedPenetration { .. })
     }
 }
 
-/// Why the iteration of one (sub-)step failed.
+/// The reason why the iteration of one (sub-)step failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StepFailureKind {
-    /// No state there.
+    /// The equations cannot be evaluated.
     #[error(transparent)]
     State(#[from] StateError),
     /// The tangent is singular: something can move freely, or conditions contradict each other.
     #[error("the tangent is singular (relative pivot {pivot:.1e})")]
     Singular {
-        /// An unknown that nothing determines, of all unknowns of a step.
+        /// An undetermined unknown, among all unknowns of a step.
         unknown: usize,
-        /// Best pivot left, relative to its scaled row.
+        /// Best remaining pivot, relative to its scaled row.
         pivot: f64,
     },
     /// The linear system could not be solved.
@@ -85,7 +85,7 @@ pub enum StepFailureKind {
     TooManyIterations {
         /// Iterations made.
         iterations: usize,
-        /// Positions (in the order of the slave nodes) whose status still changed in the last ones.
+        /// Positions (in the order of the slave nodes) whose status still changed in the last iterations.
         changing: Vec<u32>,
     },
     /// The residual grows without bound.
@@ -104,7 +104,7 @@ pub enum StepFailureKind {
         iterations: usize,
         /// Remaining relative violation of the contact conditions.
         violation: f64,
-        /// What was asked for.
+        /// The required tolerance.
         tolerance: f64,
     },
 }
@@ -120,9 +120,9 @@ fn changing_nodes(count: usize) -> String {
 /// A failed attempt at a (sub-)step, with its iterations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepFailure {
-    /// Why.
+    /// The reason.
     pub kind: StepFailureKind,
-    /// The iterations before it failed.
+    /// The iterations before the failure.
     pub iterations: Vec<IterationRecord>,
     /// The last iterate.
     pub iterate: Vec<f64>,
@@ -130,24 +130,24 @@ pub struct StepFailure {
     pub at_start: bool,
 }
 
-/// The march failed beyond retry and cut-back. What was computed is in `path`.
+/// The march failed beyond retry and cut-back. The computed states are in `path`.
 #[derive(Debug, Clone)]
 pub struct MarchFailure {
     /// The user's step (1-based) in which it failed.
     pub step: usize,
     /// Start and end of the smallest increment tried, in pseudo-time.
     pub increment: (f64, f64),
-    /// Every failed attempt in that step: its target time, and why it failed.
+    /// Every failed attempt in that step: its target time, and the reason for the failure.
     pub attempts: Vec<(f64, StepFailureKind)>,
     /// The last failing iterate, for a picture of it.
     pub iterate: Vec<f64>,
     /// Whether it is the state at which the step starts.
     pub at_start: bool,
-    /// The iterations that led there.
+    /// The iterations that led to it.
     pub iterations: Vec<IterationRecord>,
-    /// Newton iterations of all failed attempts, also of those on the way to the states that converged.
+    /// Newton iterations of all failed attempts, including those of steps that eventually converged.
     pub failed_iterations: usize,
-    /// Everything that converged before.
+    /// All states that converged before the failure.
     pub path: crate::Path,
 }
 

@@ -1,9 +1,10 @@
-//! Reduced linear systems of Newton's method and of the adjoint, every solve verified by its residual.
+//! Reduced linear systems of Newton's method and of the adjoint, with every solve verified by its residual.
 //!
-//! Factors serve more than once: while the active set is almost the same, the factors of an earlier tangent precondition GMRES
-//! on the present one, as long as that is foreseen to cost less than new factors; so do factors that the march kept for
-//! the adjoint. The decision rests on the cost that the factors report ([`slipstick_linalg::Cost`]), which follows from
-//! counts and not from a clock, so that a run can be repeated bit for bit.
+//! Factors are reused: while the active set is almost the same, the factors of an earlier tangent precondition GMRES on
+//! the current one, as long as this is expected to cost less than new factors. Factors that the march kept for the
+//! adjoint are used in the same way. The decision is based on the cost that the factors report
+//! ([`slipstick_linalg::Cost`]), which follows from counts and not from a clock, so that a run can be repeated bit for
+//! bit.
 
 use crate::failure::{StateError, StepFailureKind};
 use crate::timings::{Phase, Timings};
@@ -14,25 +15,26 @@ use slipstick_linalg::{
 };
 use std::sync::Arc;
 
-/// Removes prescribed unknowns, factorizes and solves; keeps the symbolic work while pattern and fixed set stay.
+/// Removes prescribed unknowns, factorizes and solves; keeps the symbolic work while pattern and fixed set do not
+/// change.
 ///
 /// Uzawa's iteration alternates between two systems, with multipliers held and free: each has its own order and factors.
 pub struct LinearSystem {
     backend: Arc<dyn Backend>,
-    /// The one in use last.
+    /// The one that was used last.
     now: Slot,
     other: Slot,
-    /// Iterations that earlier factors are given, instead of what their cost suggests.
+    /// Number of iterations allowed with earlier factors, instead of the number that follows from their cost.
     budget: Option<usize>,
     counts: SolveCounts,
     timings: Timings,
 }
 
-/// What is kept of the systems with one set of prescribed unknowns.
+/// The data kept for systems with one set of prescribed unknowns.
 struct Slot {
     solver: Box<dyn LinearSolver>,
     cached: Option<Cached>,
-    /// The latest analysis, of the pattern of `cached` or of one before.
+    /// The latest analysis, of the pattern of `cached` or of an earlier one.
     symbolic: Option<Symbolic>,
     lagged: Option<Arc<KeptFactors>>,
 }
@@ -47,20 +49,20 @@ impl Slot {
     }
 }
 
-/// What was solved how, since the system was made.
+/// Counts of factorizations and solves since the system was created.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SolveCounts {
     /// Factorizations.
     pub factorizations: usize,
     /// Solves with the factors of an earlier tangent.
     pub lagged: usize,
-    /// Iterations of these.
+    /// Iterations of these solves.
     pub lagged_iterations: usize,
-    /// Attempts with earlier factors that were given up.
+    /// Attempts with earlier factors that were abandoned.
     pub given_up: usize,
-    /// Most memory of factors on this rank. \[bytes\]
+    /// Maximum memory of factors on this rank. \[bytes\]
     pub factor_bytes: usize,
-    /// Floating-point operations of this rank for factors; zero if the solver does not count.
+    /// Floating-point operations of this rank for factors; zero if the solver does not count them.
     pub operations: f64,
 }
 
@@ -75,16 +77,16 @@ struct Cached {
 /// Factors of an earlier tangent, a preconditioner for others with the same free unknowns.
 pub(crate) struct KeptFactors {
     factors: Arc<dyn Factorization>,
-    /// Whether they are those of the transposed tangent.
+    /// Whether they are factors of the transposed tangent.
     transposed: bool,
     fixed: Vec<bool>,
     active_set: Vec<u8>,
-    /// Why the matrix itself has no factors, where these are of the regularised one.
+    /// If these factors are of the regularised matrix, the reason why the matrix itself has none.
     singular: Option<StepFailureKind>,
 }
 
 impl KeptFactors {
-    /// Contact nodes with another status than when these were made.
+    /// Number of contact nodes whose status has changed since these were computed.
     pub(crate) fn changed_nodes(&self, active_set: &[u8]) -> usize {
         if self.active_set.len() != active_set.len() {
             return usize::MAX;
@@ -103,28 +105,29 @@ pub(crate) struct Reduced {
     matrix: CsrMatrix,
     transposed: bool,
     reduction: Arc<Reduction>,
-    /// Which block rows are those of multipliers.
+    /// Which block rows belong to multipliers.
     multipliers: Arc<[bool]>,
-    /// Which of the free unknowns are this rank's.
+    /// Which of the free unknowns belong to this rank.
     layout: Arc<Layout>,
     /// Number of all unknowns.
     unknowns: usize,
 }
 
-/// What is added to the diagonal of the multipliers' rows, whose entries are of the size of 1, where contact conditions
-/// repeat each other or a prescribed displacement.
+/// The term added to the diagonal of the multipliers' rows, whose entries are of order 1, if contact conditions repeat
+/// each other or a prescribed displacement.
 const REGULARISATION: f64 = 1e-7;
 
-/// Part of the break-even number of iterations that earlier factors are given.
+/// Fraction of the break-even number of iterations that is allowed with earlier factors.
 const PATIENCE: f64 = 0.5;
 
-/// Most contact nodes with another status for which earlier factors are tried: each is a few more directions to find.
+/// Maximum number of contact nodes with changed status for which earlier factors are tried: each adds a few directions
+/// that the iteration must find.
 const MOST_CHANGED: usize = 4;
 
 /// Fewer iterations than this are not worth an attempt.
 const LEAST_BUDGET: usize = 3;
 
-/// Most iterations with earlier factors: each keeps two vectors.
+/// Maximum number of iterations with earlier factors: each stores two vectors.
 const MOST_BUDGET: f64 = 60.0;
 
 impl LinearSystem {
@@ -135,18 +138,18 @@ impl LinearSystem {
         Self { backend, now, other, budget: None, counts: SolveCounts::default(), timings: Timings::default() }
     }
 
-    /// Gives earlier factors so many iterations, whether they are foreseen to pay or not; `None` for what is foreseen.
-    /// Results agree to the tolerance of the solves.
+    /// Sets the number of iterations allowed with earlier factors, whether or not they are expected to pay off; `None`
+    /// uses the expected costs. Results agree to the tolerance of the solves.
     pub fn set_budget(&mut self, iterations: Option<usize>) {
         self.budget = iterations;
     }
 
-    /// Who solves together.
+    /// The ranks that solve together.
     pub fn ranks(&self) -> &dyn Ranks {
         self.backend.ranks()
     }
 
-    /// What was solved how.
+    /// Counts of factorizations and solves.
     pub fn counts(&self) -> SolveCounts {
         self.counts
     }
@@ -161,12 +164,12 @@ impl LinearSystem {
         self.timings.end(phase, begin);
     }
 
-    /// Measures time from now on, or no more, from zero.
+    /// Sets the time measurement, starting from zero; without a clock, none is made.
     pub fn set_timings(&mut self, timings: Timings) {
         self.timings = timings;
     }
 
-    /// Drops all that is kept of earlier systems, so that what follows does not depend on them.
+    /// Drops all data of earlier systems, so that later results do not depend on them.
     pub fn forget(&mut self) {
         self.now = Slot::new(&*self.backend);
         self.other = Slot::new(&*self.backend);
@@ -178,19 +181,19 @@ impl LinearSystem {
         self.other.lagged = None;
     }
 
-    /// `y = A x` with the whole matrix, of which `part` is that of this rank.
+    /// `y = A x` with the whole matrix, of which `part` belongs to this rank.
     pub(crate) fn product(&self, part: &BlockMatrix, x: &[f64], y: &mut [f64]) {
         part.mul(x, y);
         self.backend.ranks().sum(y);
     }
 
-    /// `y = Aᵀ x`, likewise.
+    /// `y = Aᵀ x`, in the same way.
     pub(crate) fn product_transpose(&self, part: &BlockMatrix, x: &[f64], y: &mut [f64]) {
         part.mul_transpose(x, y);
         self.backend.ranks().sum(y);
     }
 
-    /// Takes up what is kept of systems with these prescribed unknowns.
+    /// Selects the data kept for systems with these prescribed unknowns.
     fn take_up(&mut self, fixed: &[bool]) {
         if !self.now.is_of(fixed) && (self.other.is_of(fixed) || self.now.cached.is_some()) {
             std::mem::swap(&mut self.now, &mut self.other);
@@ -202,11 +205,11 @@ impl LinearSystem {
         [&self.now, &self.other].into_iter().filter_map(|slot| slot.lagged.as_ref()).find(|f| f.fixed == fixed)
     }
 
-    /// The free part of `matrix`, or of its transpose; prepares for its pattern.
+    /// The free part of `matrix`, or of its transpose; prepares the data of its pattern.
     pub(crate) fn reduce(&mut self, matrix: &BlockMatrix, transposed: bool, fixed: &[bool], groups: &[u32]) -> Reduced {
         self.take_up(fixed);
         let fits = self.now.cached.as_ref().is_some_and(|c| c.pattern == matrix.pattern().id() && c.fixed == fixed);
-        // a rank may have a new pattern where another has not, but a layout is made together
+        // a pattern may be new on one rank only, but all ranks create a layout together
         if self.backend.ranks().any(!fits) {
             let begin = self.timings.begin();
             let alone = self.backend.ranks().size() == 1;
@@ -218,7 +221,7 @@ impl LinearSystem {
             let reduction = kept.map_or_else(|| Arc::new(new()), |cached| cached.reduction);
             let layout = Arc::new(self.backend.layout(reduction.pattern()));
             let (pattern, fixed) = (matrix.pattern().id(), fixed.to_vec());
-            // a node's block row leads its own group, a multiplier's stands in that of its slave node
+            // a node's block row is the first of its own group, a multiplier's belongs to the group of its slave node
             let multipliers = groups.iter().enumerate().map(|(row, &group)| group as usize != row).collect();
             self.now.cached = Some(Cached { pattern, fixed, reduction, multipliers, layout });
             self.timings.end(Phase::Analysis, begin);
@@ -233,7 +236,7 @@ impl LinearSystem {
         system
     }
 
-    /// New factors, the latest from now on.
+    /// Computes new factors, which become the latest ones.
     fn factorize(
         &mut self,
         system: &Reduced,
@@ -241,7 +244,7 @@ impl LinearSystem {
         active_set: &[u8],
     ) -> Result<Arc<KeptFactors>, StepFailureKind> {
         let fail = |e: FactorizationError| system.failure(e);
-        // the old ones of this system go first: they are no longer needed, and memory is
+        // drop the old ones of this system first: they are no longer needed, and memory is scarce
         self.now.lagged = None;
         let begin = self.timings.begin();
         let pattern = &system.matrix.pattern;
@@ -270,8 +273,8 @@ impl LinearSystem {
         Ok(kept)
     }
 
-    /// Solves K x = `rhs` on the free unknowns, with factors of an earlier tangent if they are of almost the same
-    /// active set and good enough, else with new ones. The others are left at zero.
+    /// Solves K x = `rhs` on the free unknowns. Uses factors of an earlier tangent if their active set is almost the
+    /// same and they are good enough, otherwise new ones. The other unknowns are set to zero.
     ///
     /// # Errors
     /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual `tolerance`.
@@ -295,9 +298,8 @@ impl LinearSystem {
         Ok(system.prolong(&x, self.ranks()))
     }
 
-    /// Solves with a reduced system by the factors `at_hand` of a nearby tangent, if they lead to the solution at less
-    /// cost than new ones would. The iteration starts in the span of the solutions `similar`; all vectors have an entry
-    /// per unknown.
+    /// Solves with a reduced system by the factors `at_hand` of a nearby tangent, if this costs less than with new
+    /// ones. The iteration starts in the span of the solutions `similar`; all vectors have one entry per unknown.
     pub(crate) fn solve_similar<'a>(
         &mut self,
         system: &Reduced,
@@ -317,7 +319,7 @@ impl LinearSystem {
         self.solve_nearby(system, at_hand, fixed, start, &rhs, tolerance).map(|x| system.prolong(&x, self.ranks()))
     }
 
-    /// Solves a reduced system with new factors and returns these too.
+    /// Solves a reduced system with new factors and also returns these.
     ///
     /// # Errors
     /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual `tolerance`.
@@ -334,8 +336,8 @@ impl LinearSystem {
         Ok((system.prolong(&x, self.ranks()), factors))
     }
 
-    /// The solution with new factors, and these: of double precision from now on where those of single precision do not
-    /// lead to it.
+    /// The solution with new factors, and these factors. If factors in single precision do not lead to a solution,
+    /// double precision is used from then on.
     fn solve_reduced(
         &mut self,
         system: &Reduced,
@@ -367,13 +369,13 @@ impl LinearSystem {
         let matrix = system.on(self.backend.ranks());
         let result = solve_verified(&matrix, factors.factors.as_ref(), false, rhs, &mut x, tolerance);
         self.timings.end(Phase::Solve, begin);
-        // without a solution, the conditions do not repeat but contradict each other, or something is free to move
+        // without a solution, the conditions are contradictory rather than redundant, or something is free to move
         let failure =
             |e: SolveError| factors.singular.clone().unwrap_or_else(|| StepFailureKind::Linear(e.to_string()));
         result.map(|_| x).map_err(failure)
     }
 
-    /// The solution with factors of a nearby tangent, if they lead to it from `x` at less cost than new ones.
+    /// The solution with factors of a nearby tangent, if they lead to it from `x` at a lower cost than new ones.
     fn solve_nearby(
         &mut self,
         system: &Reduced,
@@ -412,8 +414,8 @@ impl LinearSystem {
     }
 }
 
-/// How many iterations with given factors are cheaper than new factors, equal on all ranks; zero if the factors report
-/// no cost.
+/// The number of iterations with given factors that costs less than new factors, equal on all ranks; zero if the
+/// factors report no cost.
 fn budget(matrix: &dyn Operator, factors: &dyn Factorization) -> usize {
     let Some(cost) = factors.cost() else { return 0 };
     let iteration = cost.substitution + matrix.product_cost();
@@ -421,10 +423,10 @@ fn budget(matrix: &dyn Operator, factors: &dyn Factorization) -> usize {
 }
 
 impl Reduced {
-    /// The matrix with a little on the diagonal of the multipliers' rows, for a preconditioner of a matrix that is singular
-    /// because some contact conditions follow from others: say where more slave nodes stick than master nodes can move
-    /// against prescribed displacements. Such a system has solutions, which differ by multipliers without a force, and
-    /// iterations with these factors find the one with the least of them.
+    /// The matrix with a small term on the diagonal of the multipliers' rows. It preconditions a matrix that is
+    /// singular because some contact conditions follow from others, for instance if more slave nodes stick than master
+    /// nodes can move against prescribed displacements. The solutions of such a system differ by multipliers without a
+    /// force, and iterations with these factors find the solution with the smallest of them.
     fn regularised(&self) -> CsrMatrix {
         let mut matrix = self.matrix.clone();
         for unknown in 0..matrix.n() {
@@ -439,7 +441,7 @@ impl Reduced {
         matrix
     }
 
-    /// A failure that names the unknown by its number among all.
+    /// A failure with the number of the unknown among all unknowns.
     fn failure(&self, error: FactorizationError) -> StepFailureKind {
         match error {
             FactorizationError::Singular { unknown, pivot } => {
@@ -454,7 +456,7 @@ impl Reduced {
         }
     }
 
-    /// The matrix, of which each rank has a part.
+    /// The matrix as the sum of the ranks' parts.
     fn on<'a>(&'a self, ranks: &'a dyn Ranks) -> Summed<'a> {
         Summed { part: &self.matrix, layout: &self.layout, ranks }
     }
@@ -478,7 +480,7 @@ mod tests {
     use super::*;
     use slipstick_linalg::{Cost, CsrPattern};
 
-    /// Factors that have nothing but a cost, or not even that.
+    /// Factors that only have a cost, or not even that.
     struct Costly(Option<Cost>);
 
     impl Factorization for Costly {

@@ -19,11 +19,11 @@ pub struct MarchOptions {
     pub newton: NewtonOptions,
     /// How often the increment of a failing step may be halved.
     pub max_cutbacks: u32,
-    /// Where steps start that no guide leads.
+    /// How to choose the initial guess of a step that has no guide.
     pub start: StartValues,
     /// Memory for factors that are kept for the sweep. \[bytes\] Each step keeps the factors that its Newton iteration
-    /// used last, while they fit; the sweep makes new ones where they do not, or serve badly. The gradient is the same
-    /// either way, to the tolerance of its linear solves.
+    /// used last, while they fit; the sweep factorizes again if there are none or if they no longer work well. The
+    /// gradient is the same in both cases, to the tolerance of its linear solves.
     pub factor_memory: usize,
 }
 
@@ -32,17 +32,18 @@ pub struct MarchOptions {
 pub struct PathState {
     /// Pseudo-time.
     pub time: f64,
-    /// Unknowns and history; of several ranks, each may have [its part of them](Path::state) only.
+    /// Unknowns and history; with several ranks, each may hold only [its part](Path::state).
     pub state: StepState,
-    /// The user's step (1-based) that this state completes; `None` inside of a step that was cut back.
+    /// The user's step (1-based) that this state completes; `None` within a step that was cut back.
     pub completes: Option<usize>,
     /// How it converged.
     pub report: StepReport,
     /// Status of every contact node at this state (0 open, 1 stick, 2 slip).
     pub active_set: Vec<u8>,
-    /// Whether this is rest, where the path begins (anew): it does not depend on the states before.
+    /// Whether this is the state at rest from which the path, or a new load case, starts: it does not depend on the
+    /// states before.
     pub rest: bool,
-    /// Whether each rank has only its part of unknowns and history.
+    /// Whether each rank holds only its part of unknowns and history.
     pub(crate) divided: bool,
     pub(crate) factors: Option<Arc<KeptFactors>>,
 }
@@ -58,10 +59,11 @@ impl std::fmt::Debug for PathState {
     }
 }
 
-/// All accepted states; the first is the start at time 0. A path of several load cases comes back to the start in between.
+/// All accepted states; the first is the start at time 0. A path with several load cases returns to the start between
+/// them.
 #[derive(Debug, Clone, Default)]
 pub struct Path {
-    /// In the order of time.
+    /// In chronological order.
     pub states: Vec<PathState>,
     /// Number of the user's steps that are complete.
     pub steps: usize,
@@ -70,8 +72,8 @@ pub struct Path {
 }
 
 impl Path {
-    /// A state, put together if the ranks have parts of it: then all of them have to ask. The last two states of a path, from
-    /// which steps start, are whole on every rank; on one rank all are.
+    /// Returns a state. If it is distributed over the ranks it is gathered, so all ranks must call this. The last two
+    /// states of a path, from which steps start, are complete on every rank; on one rank all states are.
     pub fn state(&self, index: usize, ranks: &dyn Ranks) -> Cow<'_, StepState> {
         let PathState { state, divided, .. } = &self.states[index];
         if !divided {
@@ -80,8 +82,8 @@ impl Path {
         Cow::Owned(StepState { unknowns: ranks.join(&state.unknowns), history: ranks.join(&state.history) })
     }
 
-    /// Does work on the first rank, such as writing files, that asks for states by number; all ranks call it. `None` on the
-    /// other ranks, which send their parts meanwhile.
+    /// Does work on the first rank, such as writing files, that requests states by number; all ranks call it. Returns
+    /// `None` on the other ranks, which send their parts meanwhile.
     pub fn with_states<'a, R>(
         &'a self,
         ranks: &dyn Ranks,
@@ -90,7 +92,7 @@ impl Path {
         on_first(ranks, |index| self.state(index, ranks), work)
     }
 
-    /// Leaves to each rank its part of what the next steps do not start from.
+    /// Reduces each state that no later step starts from to this rank's part.
     fn divide(&mut self, ranks: &dyn Ranks) {
         let Some(index) = self.states.len().checked_sub(3).filter(|_| ranks.size() > 1) else { return };
         let older = &mut self.states[..=index];
@@ -102,12 +104,13 @@ impl Path {
         }
     }
 
-    /// The states that complete a user's step, with the step's number; of several ranks, each may have its part of them only.
+    /// The states that complete a user's step, with the step's number; with several ranks, each may hold only its part.
     pub fn completed(&self) -> impl Iterator<Item = (usize, &PathState)> {
         self.states.iter().filter_map(|s| s.completes.map(|n| (n, s)))
     }
 
-    /// Factors for the next state, if there is room; those of the state before take none.
+    /// Returns the factors to keep with the next state, if they fit; factors shared with the previous state need no
+    /// extra memory.
     fn keep(&mut self, latest: Option<&Arc<KeptFactors>>, memory: usize) -> Option<Arc<KeptFactors>> {
         let latest = latest?;
         let shared = self.states.last().and_then(|s| s.factors.as_ref()).is_some_and(|f| Arc::ptr_eq(f, latest));
@@ -130,7 +133,7 @@ impl Path {
         self.factor_bytes = 0;
     }
 
-    /// Newton iterations of all failed attempts on the way.
+    /// Newton iterations of all failed attempts along the path.
     pub fn failed_iterations(&self) -> usize {
         self.states.iter().map(|s| s.report.failed_iterations).sum()
     }
@@ -141,13 +144,13 @@ impl Path {
     }
 }
 
-/// What happens on the way.
+/// Events of the march.
 #[derive(Debug)]
 pub enum MarchEvent<'a> {
     /// A (sub-)step was accepted.
     Accepted(&'a PathState),
-    /// A (sub-)step failed and is tried again: from another start, with another setting of the iteration, or with a
-    /// smaller increment.
+    /// A (sub-)step failed and is tried again: from another initial guess, with another setting of the iteration, or
+    /// with a smaller increment.
     Retry {
         /// The user's step.
         step: usize,
@@ -155,15 +158,15 @@ pub enum MarchEvent<'a> {
         time: f64,
         /// Why it failed.
         failure: &'a StepFailureKind,
-        /// What is tried next.
+        /// The next attempt.
         remedy: Remedy,
     },
 }
 
-/// What is tried after a (sub-)step failed.
+/// The attempt after a failed (sub-)step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Remedy {
-    /// Another start, or another setting of the iteration.
+    /// Another initial guess, or another setting of the iteration.
     OtherSetting,
     /// Uzawa's iteration over all multipliers.
     HeldMultipliers,
@@ -174,14 +177,14 @@ pub enum Remedy {
 /// Halvings after which Uzawa's iteration over all multipliers is tried; also after the last one.
 const RESCUED: [i32; 2] = [0, 2];
 
-/// Watches the march; the only place where a run meets clocks, files and screens.
+/// Watches the march; the only connection of the march to clocks, files and the terminal.
 pub trait MarchObserver {
     /// Called at each event.
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         let _ = event;
     }
 
-    /// Asked before each attempt; `true` stops the march with what is there.
+    /// Asked before each attempt; `true` stops the march and keeps the states reached so far.
     fn cancelled(&self) -> bool {
         false
     }
@@ -193,21 +196,21 @@ pub struct Silent;
 
 impl MarchObserver for Silent {}
 
-/// Where a path leads.
+/// The load path to follow.
 #[derive(Debug, Clone)]
 pub struct LoadPath<'a> {
     /// The state at time 0.
     pub start: StepState,
     /// Ends of the user's steps, ascending, > 0.
     pub times: &'a [f64],
-    /// Times, ascending and each between two of `times`, at which another load case begins at the start.
+    /// Times, ascending and each between two of `times`, at which another load case begins from the start state.
     pub restarts: &'a [f64],
-    /// A path to follow.
+    /// A path that provides initial guesses.
     pub guide: Option<&'a Guide>,
 }
 
 impl<'a> LoadPath<'a> {
-    /// From `start` to each of the `times`, with one load case and without a guide.
+    /// A path from `start` to each of the `times`, with one load case and without a guide.
     pub fn new(start: StepState, times: &'a [f64]) -> Self {
         Self { start, times, restarts: &[], guide: None }
     }
@@ -215,13 +218,14 @@ impl<'a> LoadPath<'a> {
 
 /// Marches along a load path.
 ///
-/// A step starts where the guide leads, if there is one, and has its sub-steps if it holds them. A failing step is tried again
-/// from the last state, with the problem's other settings, then with half the increment, at most `max_cutbacks` halvings deep.
-/// Whole, after two halvings and after the last one it is also tried with [held multipliers](Attempt::Rescue). Accepted
-/// sub-steps are states of the path like any other.
+/// If there is a guide, a step starts from the state it predicts, and uses the guide's sub-steps if it holds them. A
+/// failed step is retried from the last state, then with the problem's other settings, then with half the increment,
+/// with at most `max_cutbacks` halvings. The whole step, and the step after two halvings and after the last one, is
+/// also tried with [held multipliers](Attempt::Rescue). Accepted sub-steps are states of the path like any other.
 ///
 /// # Errors
-/// [`MarchFailure`] with everything that converged before. A cancelled march is no error: it returns a shorter path.
+/// [`MarchFailure`] with everything that converged before. Cancelling the march is not an error: the path is then
+/// shorter.
 pub fn march<P: StepProblem>(
     solver: &mut Solver<'_, P>,
     load_path: &LoadPath<'_>,
@@ -241,7 +245,7 @@ pub fn march<P: StepProblem>(
     };
     let mut path = Path { states: vec![rest(0.0)], steps: 0, factor_bytes: 0 };
     solver.linear.forget();
-    // of the last state
+    // geometry of the last state
     let mut geometry: Option<P::Geometry> = None;
     for (index, &end) in times.iter().enumerate() {
         let step = index + 1;
@@ -317,7 +321,7 @@ pub fn march<P: StepProblem>(
     Ok(path)
 }
 
-/// What an accepted increment comes to: state, how it converged, last evaluation.
+/// Result of an accepted increment: state, how it converged, last evaluation.
 type Accepted<P> = (StepState, StepReport, Evaluated<P>);
 
 /// An increment from the last state of a path.
@@ -333,8 +337,8 @@ struct Increment<'a> {
 }
 
 impl Increment<'_> {
-    /// From all start values and with all settings that the problem offers, at last with held multipliers; returns the first
-    /// success or the last failure of the method itself. `geometry` is that of the last state, where it is known.
+    /// Tries all initial guesses and all settings that the problem offers, and finally held multipliers; returns the
+    /// first success or the last failure of the method itself. `geometry` is that of the last state, if known.
     fn attempt<P: StepProblem>(
         &self,
         solver: &mut Solver<'_, P>,
@@ -400,8 +404,8 @@ impl Increment<'_> {
         }
     }
 
-    /// What follows a failed attempt from the last state: other settings, then held multipliers if they may help the `own`
-    /// failure of the method.
+    /// The attempt after a failed one from the last state: other settings, then held multipliers if they may help with
+    /// the method's `own` failure.
     fn next_attempt<P: StepProblem>(
         &self,
         problem: &P,
@@ -411,7 +415,7 @@ impl Increment<'_> {
         rescues: &mut std::ops::Range<usize>,
     ) -> Option<Attempt> {
         if let Attempt::Setting(setting) = last {
-            // an inverted element is no matter of the iteration's settings
+            // an inverted element does not depend on the iteration's settings
             let geometric = matches!(failure.kind, StepFailureKind::State(_));
             let next = Attempt::Setting(setting + 1);
             if !geometric && problem.method(next).is_some() {
@@ -423,8 +427,8 @@ impl Increment<'_> {
     }
 }
 
-/// Whether held multipliers may help: not where prescribed displacements leave no solution or nothing determines one, where
-/// the increment is too long for contact to be seen, or where Newton's method only needs more iterations.
+/// Whether held multipliers may help. They do not if prescribed displacements leave no solution or an unknown is
+/// undetermined, if the increment is so long that contact is missed, or if Newton's method only needs more iterations.
 fn may_be_rescued(failure: &StepFailure) -> bool {
     match &failure.kind {
         StepFailureKind::State(StateError::PassedThrough { .. }) => false,

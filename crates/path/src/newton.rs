@@ -7,9 +7,9 @@ use crate::solver::Solver;
 /// A bound on a norm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tolerance {
-    /// On the norm itself, in its unit, as in the paper.
+    /// On the norm itself, in its own unit, as in the paper.
     Absolute(f64),
-    /// On the norm divided by the problem's [`Scales`]: free of units.
+    /// On the norm divided by the problem's [`Scales`]: dimensionless.
     Relative(f64),
 }
 
@@ -21,8 +21,8 @@ impl Tolerance {
         }
     }
 
-    /// The same for an increment: an absolute bound is one on the last increment, as in the paper, a relative one on the
-    /// increment that would come next.
+    /// The same for an increment: an absolute bound applies to the last increment, as in the paper, a relative one to
+    /// the increment that would come next.
     fn allows_increment(self, last: f64, next: f64, scale: f64) -> bool {
         self.allows(if matches!(self, Self::Absolute(_)) { last } else { next }, scale)
     }
@@ -33,7 +33,8 @@ impl Tolerance {
 pub struct Tolerances {
     /// Norm of the force residual R over the free unknowns.
     pub residual: Tolerance,
-    /// Norm of the displacement increment: a relative bound is one on the increment foreseen next, an absolute one on the last.
+    /// Norm of the displacement increment: a relative bound applies to the next expected increment, an absolute one to
+    /// the last.
     pub displacement: Tolerance,
     /// Norm of the contact residual H.
     pub contact: Tolerance,
@@ -51,9 +52,9 @@ impl Default for Tolerances {
 /// Settings of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonOptions {
-    /// When to stop.
+    /// Stopping criteria.
     pub tolerances: Tolerances,
-    /// Most iterations of a (sub-)step.
+    /// Maximum number of iterations of a (sub-)step.
     pub max_iterations: usize,
     /// Relative residual of the linear solves.
     pub linear_tolerance: f64,
@@ -65,7 +66,7 @@ impl Default for NewtonOptions {
     }
 }
 
-/// Norms of one iteration, absolute.
+/// Norms of one iteration, as absolute values.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct IterationRecord {
     /// Number of tangent solves so far in this Newton loop.
@@ -84,11 +85,11 @@ pub struct IterationRecord {
     pub status: [usize; 3],
 }
 
-/// Iterations by which [`still_falls`] judges.
+/// Number of iterations that [`still_falls`] considers.
 const JUDGED: usize = 5;
 
-/// Whether over the last iterations the balance of forces came to less than half, and the contact conditions no farther off:
-/// more of them would probably converge.
+/// Whether over the last iterations the balance of forces fell to less than half without an increase of the contact
+/// residual: more iterations would then probably converge.
 pub fn still_falls(iterations: &[IterationRecord]) -> bool {
     let [first, .., last] = &iterations[iterations.len().saturating_sub(JUDGED)..] else { return false };
     last.residual < 0.5 * first.residual && last.contact <= first.contact
@@ -97,56 +98,56 @@ pub fn still_falls(iterations: &[IterationRecord]) -> bool {
 /// How a (sub-)step converged.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepReport {
-    /// All Newton iterations, of all Uzawa iterations one after the other.
+    /// All Newton iterations, concatenated over all Uzawa iterations.
     pub iterations: Vec<IterationRecord>,
     /// Newton iterations of the attempts that failed between the state before and this one.
     pub failed_iterations: usize,
-    /// Uzawa iterations (0 for methods without).
+    /// Uzawa iterations (0 for methods without them).
     pub uzawa: usize,
     /// Whether Newton's method failed and [Uzawa's iteration over all multipliers](crate::Attempt::Rescue) led to the
     /// state: it may lie beyond a jump of the contact.
     pub rescued: bool,
-    /// Where the last Newton iteration ended at the rounding of the positions, the relative residual that it left; `None`
-    /// where it met the tolerances.
+    /// If the last Newton iteration was limited by round-off of the positions, the remaining relative residual; `None`
+    /// if it met the tolerances.
     pub rounded: Option<f64>,
 }
 
-/// An increment below this part of the positions is rounding: that of x = X + d, times the sum over a mortar row.
+/// An increment below this fraction of the positions is round-off: that of x = X + d, times the sum over a mortar row.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Largest relative residual that rounding of the positions may leave: a stiff penalty multiplies it.
+/// Largest relative residual that round-off of the positions may leave: a stiff penalty amplifies it.
 const ROUNDED: f64 = 1e-8;
 
 /// Iterations without a new best residual after which increments are damped.
 const STALLED: usize = 3;
 
-/// A residual counts as a new best if it is below this part of the best so far.
+/// A residual counts as a new best if it is below this fraction of the best so far.
 const PROGRESS: f64 = 0.7;
 
 /// Growth of the residual in one iteration after which increments are damped.
 const OUTBURST: f64 = 3.0;
 
-/// Part of the decrease that the linear model promises and a damped increment must deliver (Armijo).
+/// Fraction of the decrease predicted by the linear model that a damped increment must achieve (Armijo).
 const ARMIJO: f64 = 1e-2;
 
-/// Scaled residual from which one more iteration is expected to converge.
+/// Scaled residual below which one more iteration is expected to converge.
 const NEARLY: f64 = 1e-5;
 
-/// Largest ratio of two increments from which the next one is foreseen.
+/// Largest ratio of two increments for which the next one is predicted.
 const CONTRACTION: f64 = 0.1;
 
 /// Relative residual of a linear solve over the scaled residual of the nonlinear equations, and its upper bound.
 const FORCING: f64 = 1e-2;
 const LOOSEST_SOLVE: f64 = 1e-4;
 
-/// Largest growth of the residual over its value after the first solve that still counts as on its way.
+/// Largest growth of the residual, relative to its value after the first solve, that does not count as divergence.
 const DIVERGED: f64 = 1e8;
 
-/// Unknowns where an iteration starts.
+/// Initial unknowns of an iteration.
 pub(crate) struct Start<P: StepProblem> {
     /// y. Its prescribed entries may still hold the last step's values.
     pub unknowns: Vec<f64>,
-    /// Geometry of its displacements, if it is known.
+    /// Geometry of its displacements, if known.
     pub geometry: Option<P::Geometry>,
     /// Whether the step begins here.
     pub at_start: bool,
@@ -165,12 +166,12 @@ impl<P: StepProblem> From<Evaluated<P>> for Start<P> {
     }
 }
 
-/// Solves F(y) = 0 from `start` to the prescribed values of `target`. The Dirichlet increment is carried through the tangent:
-/// K_ff Δy_f = −F_f − K_fp Δy_p in the first solve.
+/// Solves F(y) = 0 from `start` to the prescribed values of `target`. The Dirichlet increment is applied through the
+/// tangent: K_ff Δy_f = −F_f − K_fp Δy_p in the first solve.
 ///
-/// Where the tolerances ask for more than the positions' rounding lets the residual fall, the iteration ends at rounding:
-/// the increment is a few units in the last place of the positions, and the residual falls no more. Where the residual
-/// stalls, increments are damped by a line search.
+/// If round-off of the positions keeps the residual above the tolerances, the iteration ends there: the increment is a
+/// few units in the last place of the positions, and the residual no longer falls. If the residual stalls, increments
+/// are damped by a line search.
 ///
 /// Paper: (28)–(30), (36), (45). Test: `newton_converges_quadratically` (crate slipstick).
 pub(crate) fn solve<P: StepProblem>(
@@ -204,7 +205,7 @@ struct Run<'r, 's, P: StepProblem> {
     target: &'r [f64],
     options: &'r NewtonOptions,
     iteration: Iteration,
-    /// The latest trial, at which the equations need not exist.
+    /// The latest trial, at which the equations may have no value.
     y: Vec<f64>,
     progress: Progress,
     records: Vec<IterationRecord>,
@@ -247,7 +248,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             }
             finite(&increment, "the Newton increment")?;
             wanted = if last_size > NEARLY { Wanted::Both } else { Wanted::Residual };
-            // a first increment carries the prescribed motion, so it is taken whole
+            // a first increment contains the prescribed motion, so it is taken in full
             let (next, step_length) = match iteration {
                 1 => (self.try_length(&at, &increment, 1.0, wanted)?, 1.0),
                 _ => self.advance(&at, &increment, fixed, wanted)?,
@@ -275,7 +276,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             } else if !(size < DIVERGED * reference) {
                 return Err(StepFailureKind::Diverged);
             }
-            // damped, the residual falls from iteration to iteration, so that nothing can repeat itself
+            // when damped, the residual falls in each iteration, so no active set can recur
             let cycle = sets.cycling(&at.active_set);
             if let (Some(nodes), false, false) = (cycle, progress.damped, progress.since == 0) {
                 return Err(StepFailureKind::Cycling { nodes });
@@ -294,14 +295,14 @@ impl<P: StepProblem> Run<'_, '_, P> {
         Ok(Evaluated { residual, scales, ..again })
     }
 
-    /// The first of the increment's parts α = 1, 1/2, … 1/16 whose residual exists and is small enough, the best of them if
-    /// none is, with α.
+    /// Returns the first of the fractions α = 1, 1/2, … 1/16 of the increment for which the residual exists and is
+    /// small enough, together with α; if none is small enough, the best.
     ///
-    /// A whole increment may let the residual grow: on the way to the right active set it often does. After a stall or an
-    /// outburst, increments are damped: the residual must fall as the linear model promises. Newton's increment is a direction
-    /// of descent of the residual's norm wherever the equations are differentiable, so a cycle between branches of the
-    /// friction law, which a smaller load increment does not end (at first contact the problem is homogeneous), ends here.
-    /// Scales are frozen at the start.
+    /// A full increment may increase the residual, as often happens on the way to the right active set. After a stall
+    /// or an outburst, increments are damped: the residual must fall as the linear model predicts. Newton's increment
+    /// is a descent direction for the norm of the residual wherever the equations are differentiable. Damping therefore
+    /// also ends cycles between branches of the friction law, which a smaller load increment does not end (at first
+    /// contact the problem is homogeneous). Scales are frozen at the start.
     fn advance(
         &mut self,
         start: &Evaluated<P>,
@@ -354,7 +355,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
             *y = start + length * increment;
         }
         if self.records.is_empty() {
-            // the sum above is off by rounding
+            // the sum above has round-off
             let fixed = self.solver.problem.unknowns().fixed(Held::None);
             let split = self.solver.problem.unknowns().displacements;
             (0..split).filter(|&i| fixed[i]).for_each(|i| self.y[i] = self.target[i]);
@@ -366,12 +367,12 @@ impl<P: StepProblem> Run<'_, '_, P> {
     }
 }
 
-/// How the residual falls.
+/// The decrease of the residual.
 #[derive(Default)]
 struct Progress {
     best: Option<f64>,
     since: usize,
-    /// From the first stall or outburst on.
+    /// Set at the first stall or outburst.
     damped: bool,
 }
 
@@ -431,10 +432,10 @@ fn free_norm(values: &[f64], fixed: &[bool]) -> f64 {
     values.iter().zip(fixed).filter(|(_, fixed)| !**fixed).map(|(v, _)| v * v).sum::<f64>().sqrt()
 }
 
-/// Estimate of the next increments' norms (displacements, multipliers): the last ones, reduced as they were from
-/// the one before, if whole increments contract fast and the active set holds. Newton's method contracts the next one
-/// by the square of that. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner, Solving Ordinary
-/// Differential Equations II, IV.8.)
+/// Estimate of the norms of the next increments (displacements, multipliers): the last ones, reduced by their ratio to
+/// the previous ones, if full increments contract fast and the active set does not change. Newton's method contracts
+/// the next one by the square of that ratio. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner,
+/// Solving Ordinary Differential Equations II, IV.8.)
 fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord) -> (f64, f64) {
     let rate = |before: f64, last: f64| if last < CONTRACTION * before { last / before } else { 1.0 };
     let Some(before) = before.filter(|b| b.step_length == 1.0 && last.step_length == 1.0) else {
@@ -447,7 +448,7 @@ fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord) -> (f64, f
     (slower * last.displacement, slower * last.multiplier)
 }
 
-/// Whether all bounds hold, with the norms of the `next` increments as they are foreseen.
+/// Whether all bounds hold, with the predicted norms of the `next` increments.
 fn converged(record: &IterationRecord, next: (f64, f64), scales: &Scales, tolerances: &Tolerances) -> bool {
     tolerances.residual.allows(record.residual, scales.force)
         && tolerances.displacement.allows_increment(record.displacement, next.0, scales.displacement)
@@ -455,10 +456,10 @@ fn converged(record: &IterationRecord, next: (f64, f64), scales: &Scales, tolera
         && tolerances.multiplier.allows_increment(record.multiplier, next.1, scales.multiplier)
 }
 
-/// Iterations that show which statuses change.
+/// Number of iterations that show which statuses change.
 const RECENT: usize = 8;
 
-/// Recognises an active set that comes back again and again.
+/// Detects an active set that recurs.
 #[derive(Default)]
 struct ActiveSets {
     history: Vec<Vec<u8>>,
@@ -475,7 +476,7 @@ impl ActiveSets {
         nodes
     }
 
-    /// Positions whose status was another one in the last iterations.
+    /// Positions whose status was different in the last iterations.
     fn changing(&self, now: &[u8]) -> Vec<u32> {
         let changes = |&i: &u32| self.history.iter().rev().take(RECENT).any(|set| set[i as usize] != now[i as usize]);
         (0..now.len() as u32).filter(changes).collect()
@@ -489,8 +490,8 @@ mod tests {
     use crate::spring::Spring;
     use slipstick_linalg::SolverChoice;
 
-    /// By definition: an absolute bound is one on the norm and on the last increment, a relative one on the part of the scale
-    /// and on the next increment.
+    /// By definition: an absolute bound applies to the norm and to the last increment, a relative one to the fraction
+    /// of the scale and to the next increment.
     #[test]
     fn bounds_are_on_norms_or_on_parts_of_scales() {
         let (absolute, relative) = (Tolerance::Absolute(0.1), Tolerance::Relative(0.1));
@@ -503,7 +504,8 @@ mod tests {
         assert!(relative.allows_increment(7.0, 0.05, 50.0) && !relative.allows_increment(0.05, 7.0, 50.0));
     }
 
-    /// By hand: what contracted by a hundred does so again; what was damped, or contracted by less than ten, need not.
+    /// By hand: a contraction by a hundred is expected again, a damped increment or a contraction by less than ten is
+    /// not.
     #[test]
     fn increments_are_foreseen_by_their_contraction() {
         let record = |displacement: f64, multiplier: f64, step_length: f64| IterationRecord {
@@ -526,7 +528,7 @@ mod tests {
         close(foreseen(Some(&record(1e-2, 0.0, 1.0)), &record(1e-4, 0.0, 1.0)), (1e-6, 0.0));
     }
 
-    /// By counting: three iterations without a residual below 0.7 of the best are a stall, and it is remembered.
+    /// By counting: three iterations without a residual below 0.7 of the best are a stall, and this is remembered.
     #[test]
     fn a_stall_is_three_iterations_without_progress() {
         let damped = |sizes: &[f64]| {
@@ -541,8 +543,9 @@ mod tests {
         assert!(progress.falls_to(0.09) && !progress.falls_to(0.11));
     }
 
-    /// By hand: a linear spring's residual after α times `factor` of Newton's increment is |1 − α factor| of that before. Whole
-    /// increments are taken up to a growth by 3; beyond, the first of 1, 1/2 … 1/16 that lets it fall, or the best.
+    /// By hand: a linear spring's residual after α times `factor` of Newton's increment is |1 − α factor| times the
+    /// previous one. Full increments are accepted up to a growth by a factor of 3; beyond that, the first of 1, 1/2 …
+    /// 1/16 for which the residual falls, or the best.
     #[test]
     fn increments_are_damped_after_an_outburst() {
         let fixed = [true, true, true, false, false, false];
@@ -577,7 +580,7 @@ mod tests {
         }
     }
 
-    /// By hand: the norm over what is not prescribed.
+    /// By hand: the norm over the unknowns that are not prescribed.
     #[test]
     fn norms_are_over_free_unknowns() {
         assert_eq!(free_norm(&[3.0, 100.0, -4.0], &[false, true, false]), 5.0);
@@ -591,7 +594,7 @@ mod tests {
         assert_eq!(verdicts[6], Some(vec![1]));
         let mut sets = ActiveSets::default();
         assert!((0..20).all(|_| sets.cycling(&[1, 2]).is_none()));
-        // one excursion from a set that held for long is no cycle
+        // one excursion from a set that held for long is not a cycle
         assert!([[1, 1], [1, 2]].iter().all(|set| sets.cycling(set).is_none()));
     }
 }

@@ -1,4 +1,4 @@
-//! What a load step has to offer so that it can be marched and differentiated.
+//! The interface of a load step that can be marched and differentiated.
 
 use crate::failure::StateError;
 use slipstick_linalg::BlockMatrix;
@@ -6,22 +6,22 @@ use slipstick_linalg::BlockMatrix;
 /// State at the end of a (sub-)step.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StepState {
-    /// y: displacements (3 per node), then multipliers where the method has them (3 per slave node).
+    /// y: displacements (3 per node), then multipliers if the method has them (3 per slave node).
     pub unknowns: Vec<f64>,
-    /// h: explicit, node-local history; empty where the method has none.
+    /// h: explicit, node-local history; empty if the method has none.
     pub history: Vec<f64>,
 }
 
 /// Sizes against which relative tolerances are measured; all positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
-    /// Norm of the forces that balance. \[F\]
+    /// Norm of the forces in equilibrium. \[F\]
     pub force: f64,
     /// Norm of the displacements. \[L\]
     pub displacement: f64,
     /// Norm of the multipliers. \[F/L²\]
     pub multiplier: f64,
-    /// Norm of the positions x = X + d, whose rounding no iteration can undercut. \[L\]
+    /// Norm of the positions x = X + d, whose round-off limits every iteration. \[L\]
     pub position: f64,
 }
 
@@ -40,9 +40,9 @@ pub enum Held {
     /// None: displacements and multipliers are solved for together.
     #[default]
     None,
-    /// Those that Uzawa's iteration updates: of the augmented Lagrangian.
+    /// Those that Uzawa's iteration updates: the multipliers of the augmented Lagrangian.
     Augmented,
-    /// All, also those of the Lagrange method, while a step is [rescued](Attempt::Rescue).
+    /// All, including those of the Lagrange method, while a step is [rescued](Attempt::Rescue).
     All,
 }
 
@@ -51,8 +51,8 @@ pub enum Held {
 pub struct Unknowns {
     /// Number of displacement unknowns. They come first.
     pub displacements: usize,
-    /// Which unknowns are not solved for, with no multiplier held, the augmented Lagrangian's held, and all held: an entry per
-    /// unknown.
+    /// Which unknowns are not solved for if no multiplier is held, if those of the augmented Lagrangian are, and if all
+    /// are: one entry per unknown.
     pub fixed: [Vec<bool>; 3],
     /// Elimination group of every block row (three unknowns), see [`slipstick_linalg::Reduction`].
     pub groups: Vec<u32>,
@@ -60,13 +60,13 @@ pub struct Unknowns {
     pub history: usize,
     /// Number of design densities.
     pub designs: usize,
-    /// Number of parameters beside the design that the path can be differentiated by: coefficients of friction, moduli,
-    /// amplitudes of prescribed motions and loads.
+    /// Number of parameters, in addition to the design, with respect to which the path can be differentiated:
+    /// coefficients of friction, moduli, amplitudes of prescribed motions and loads.
     pub parameters: usize,
 }
 
 impl Unknowns {
-    /// Displacements alone, those that are `fixed` prescribed, and `designs` densities.
+    /// Only displacements, with the `fixed` ones prescribed, and `designs` densities.
     pub fn displacements(fixed: &[bool], designs: usize) -> Self {
         Self {
             displacements: fixed.len(),
@@ -88,29 +88,29 @@ impl Unknowns {
     }
 }
 
-/// How far Uzawa's iteration goes.
+/// When Uzawa's iteration stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UzawaOptions {
-    /// Largest violation of the contact conditions that is left, in the measure of
+    /// Largest violation of the contact conditions that is accepted, in the measure of
     /// [`StepProblem::update_multipliers`].
     pub tolerance: f64,
-    /// Most iterations in a step.
+    /// Maximum number of iterations in a step.
     pub max_iterations: usize,
-    /// Updates that the acceleration remembers; 0 is the plain iteration, without second-order updates.
+    /// Number of updates that the acceleration uses; 0 is the plain iteration, without second-order updates.
     pub memory: usize,
 }
 
-/// One of the ways to iterate to a state: they have the same solutions.
+/// A way to iterate to a state; all have the same solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Attempt {
     /// With the problem's own settings (0), or with others after those have failed.
     Setting(usize),
-    /// By Uzawa's iteration over all multipliers, with its settings of this number, where Newton's method fails. Newton's
-    /// method follows from where it ends.
+    /// By Uzawa's iteration over all multipliers, with its settings of this number, if Newton's method fails. Newton's
+    /// method then continues from its result.
     Rescue(usize),
 }
 
-/// What a step is solved by.
+/// The method that solves a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
     /// Newton's method.
@@ -119,14 +119,14 @@ pub enum Method {
     Uzawa(UzawaOptions),
 }
 
-/// Where an evaluation stands in the iteration. It steers the iteration and not its solution.
+/// The stage of the iteration at which an evaluation takes place. It affects the iteration, not its solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Iteration {
     /// The way to iterate.
     pub attempt: Attempt,
-    /// Multipliers that are held.
+    /// The multipliers that are held fixed.
     pub held: Held,
-    /// Whether the iteration begins, at the state at which the step does.
+    /// Whether this is the beginning of the iteration, at the state where the step starts.
     pub at_start: bool,
 }
 
@@ -136,7 +136,7 @@ impl Default for Iteration {
     }
 }
 
-/// What an evaluation is for.
+/// The results that an evaluation must provide.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wanted {
     /// The residual.
@@ -148,18 +148,18 @@ pub enum Wanted {
 }
 
 impl Wanted {
-    /// Whether the residual is wanted.
+    /// Whether the residual is required.
     pub fn residual(self) -> bool {
         self != Self::Derivatives
     }
 
-    /// Whether derivatives are wanted.
+    /// Whether derivatives are required.
     pub fn derivatives(self) -> bool {
         self != Self::Residual
     }
 }
 
-/// The equations of a step at unknowns y. It is never changed: other unknowns make another evaluation.
+/// The equations of a step at unknowns y. It never changes: other unknowns require another evaluation.
 #[derive(Debug, Clone)]
 pub struct Evaluated<P: StepProblem> {
     /// y.
@@ -172,27 +172,27 @@ pub struct Evaluated<P: StepProblem> {
     pub active_set: Vec<u8>,
     /// Geometry of the displacements.
     pub geometry: P::Geometry,
-    /// What else the problem keeps.
+    /// Further data of the problem.
     pub state: P::State,
 }
 
-/// The equations of a load step. One implementation serves the march, the adjoint and every check of both.
+/// The equations of a load step. One implementation is used by the march, the adjoint and every check of both.
 ///
-/// A problem does not change while a path is marched. A step is a value: [`begin`](Self::begin) makes it of the previous state,
-/// [`evaluate`](Self::evaluate) makes an [`Evaluated`] of a step and unknowns y, and all else is asked of these two. Buffers
-/// that are used again lie in a workspace that the caller lends.
+/// A problem does not change while a path is marched. A step is a value: [`begin`](Self::begin) creates it from the
+/// previous state, [`evaluate`](Self::evaluate) creates an [`Evaluated`] from a step and unknowns y, and everything
+/// else is computed from these two. Reusable buffers are in a workspace that the caller provides.
 ///
 /// Every derivative is exact for the equations that hold **at convergence**, whatever algorithm reached them.
 ///
-/// A complete implementation in few lines is [`slider`](crate::slider).
+/// [`slider`](crate::slider) is a complete implementation in a few lines.
 pub trait StepProblem: Sized {
-    /// What the displacements alone determine, with their derivatives or without: a mesh's contact kinematics, say. The march
-    /// hands it on from the end of a step to the beginning of the next, the sweep from the beginning to the end of the step
-    /// before. Cloning it should be cheap.
+    /// Data that depend only on the displacements, with or without their derivatives, such as a mesh's contact
+    /// kinematics. The march passes it from the end of a step to the beginning of the next, the sweep from the
+    /// beginning of a step to the end of the previous one. Cloning it should be cheap.
     type Geometry: Clone;
-    /// What a step fixes: previous state, pseudo-time.
+    /// The fixed data of a step: previous state, pseudo-time.
     type Step;
-    /// What an evaluation keeps for its derivatives.
+    /// The data that an evaluation keeps for its derivatives.
     type State;
     /// Buffers.
     type Workspace;
@@ -203,16 +203,16 @@ pub trait StepProblem: Sized {
     /// Writes the prescribed displacements of pseudo-time `time` into `y`.
     fn prescribe(&self, time: f64, y: &mut [f64]);
 
-    /// Factors of the external forces at pseudo-time `time`; none where there are no such forces.
+    /// Factors of the external forces at pseudo-time `time`; empty if there are no such forces.
     fn load_factors(&self, time: f64) -> Vec<f64> {
         let _ = time;
         Vec::new()
     }
 
-    /// Geometry of the displacements in `y`, with what `wanted` needs.
+    /// Geometry of the displacements in `y`, with the data that `wanted` requires.
     ///
     /// # Errors
-    /// If `y` is no state.
+    /// If the equations have no value at `y`.
     fn geometry(
         &self,
         y: &[f64],
@@ -220,7 +220,8 @@ pub trait StepProblem: Sized {
         workspace: &mut Self::Workspace,
     ) -> Result<Self::Geometry, StateError>;
 
-    /// The step to pseudo-time `time` from the previous state, whose geometry is given: for the adjoint with derivatives.
+    /// The step to pseudo-time `time` from the previous state, whose geometry is given; for the adjoint, with
+    /// derivatives.
     ///
     /// # Errors
     /// If no step can begin there.
@@ -232,10 +233,10 @@ pub trait StepProblem: Sized {
         workspace: &mut Self::Workspace,
     ) -> Result<Self::Step, StateError>;
 
-    /// The equations at `y`; `geometry` is that of its displacements, where the caller has it.
+    /// The equations at `y`; `geometry` is that of its displacements, if the caller has it.
     ///
     /// # Errors
-    /// If `y` is no state.
+    /// If the equations have no value at `y`.
     fn evaluate(
         &self,
         step: &Self::Step,
@@ -246,10 +247,10 @@ pub trait StepProblem: Sized {
         workspace: &mut Self::Workspace,
     ) -> Result<Evaluated<Self>, StateError>;
 
-    /// ∂F/∂y, including rows and columns of prescribed unknowns, where derivatives were wanted.
+    /// ∂F/∂y, including rows and columns of prescribed unknowns, if derivatives were wanted.
     ///
     /// # Errors
-    /// If `y` is no state.
+    /// If the equations have no value at `y`.
     fn tangent<'w>(
         &self,
         step: &Self::Step,
@@ -260,7 +261,8 @@ pub trait StepProblem: Sized {
     /// h = G(y) of a converged state, before it is accepted.
     ///
     /// # Errors
-    /// If the step to it was so large that the equations have not seen everything on the way. The increment is then cut back.
+    /// If the step was so large that the equations may have missed something on the way. The increment is then cut
+    /// back.
     fn finish(&self, step: &Self::Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError>;
 
     /// Adds (∂G/∂y)ᵀ η.
@@ -290,14 +292,14 @@ pub trait StepProblem: Sized {
     /// Adds (∂F/∂φ)ᵀ λ.
     ///
     /// # Errors
-    /// If `y` is no state.
+    /// If the equations have no value at `y`.
     fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError>;
 
-    /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ, with ŷ the prescribed unknowns and μ what θ changes by with them:
-    /// `adjoint.by_prescribed`.
+    /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ, with the prescribed unknowns ŷ and the derivative μ of θ with respect
+    /// to them: `adjoint.by_prescribed`.
     ///
     /// # Errors
-    /// If `y` is no state.
+    /// If the equations have no value at `y`.
     fn pull_back_parameters(
         &self,
         step: &Self::Step,
@@ -309,13 +311,13 @@ pub trait StepProblem: Sized {
         Ok(())
     }
 
-    /// What attempt `attempt` at a step is solved by; `None` if there is no such attempt.
+    /// The method that solves a step in attempt `attempt`; `None` if there is no such attempt.
     fn method(&self, attempt: Attempt) -> Option<Method> {
         (attempt == Attempt::Setting(0)).then_some(Method::Newton)
     }
 
-    /// y with the multipliers that Uzawa's iteration updates replaced by the augmented traction, and the largest violation of the
-    /// contact conditions before: relative, so that it is free of units, or as the method's option says.
+    /// y with the multipliers that Uzawa's iteration updates replaced by the augmented traction, and the largest
+    /// violation of the contact conditions before the update: dimensionless, or in the measure of the method's option.
     ///
     /// # Errors
     /// If ranks disagree.
@@ -330,9 +332,9 @@ pub trait StepProblem: Sized {
 pub struct Adjoint<'a> {
     /// λ, zero at prescribed unknowns.
     pub lambda: &'a [f64],
-    /// η, of the history.
+    /// η, for the history.
     pub eta: &'a [f64],
-    /// dθ/dŷ: an entry per unknown, of which the prescribed ones count.
+    /// dθ/dŷ: one entry per unknown, of which only the prescribed ones count.
     pub by_prescribed: &'a [f64],
     /// Pseudo-time at the end of the step.
     pub time: f64,

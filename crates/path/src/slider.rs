@@ -1,4 +1,4 @@
-//! A frictional slider: the smallest problem with contact, and an example for those who bring a problem of their own.
+//! A frictional slider: the smallest problem with contact, and an example for users with their own problem.
 //!
 //! A spring of stiffness φ pulls a block along the ground. Its other end moves by a t along x, and by −b along y, which presses the
 //! block down. The unknowns are the block's displacements u_x and u_y; u_z is prescribed, because blocks of a matrix have three
@@ -9,8 +9,8 @@
 //! F_x = φ (u_x − a t) + T = 0        F_y = φ (u_y + b) − p = 0
 //! ```
 //!
-//! [`Slider`] implements [`StepProblem`] for these equations. That is all that the march and the sweep need: the derivative of the
-//! last position with respect to the stiffness φ follows through stick and slip, exactly.
+//! [`Slider`] implements [`StepProblem`] for these equations. The march and the sweep need nothing else: they provide
+//! the exact derivative of the last position with respect to the stiffness φ, through stick and slip.
 //!
 //! ```
 //! use slipstick_linalg::SolverChoice;
@@ -39,7 +39,7 @@ use crate::{
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use std::sync::Arc;
 
-/// The problem: its numbers do not change along a path.
+/// The problem; its numbers do not change along a path.
 #[derive(Debug, Clone)]
 pub struct Slider {
     /// φ of the spring, the design. \[F/L\]
@@ -53,7 +53,7 @@ pub struct Slider {
     unknowns: Unknowns,
 }
 
-/// What the ground does to the block, with derivatives.
+/// The forces of the ground on the block, with derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct Ground {
     /// 0 open, 1 stick, 2 slip.
@@ -105,7 +105,7 @@ impl Slider {
 }
 
 impl StepProblem for Slider {
-    // the displacements determine nothing that is worth keeping
+    // nothing worth keeping depends only on the displacements
     type Geometry = ();
     type Step = Pull;
     type State = Ground;
@@ -184,13 +184,13 @@ impl StepProblem for Slider {
 
     fn pull_back_previous(&self, _: &Pull, at: &Evaluated<Self>, lambda: &[f64], eta: &[f64]) -> PreviousPullBack {
         let [_, t_x, _, t_h] = at.state.slopes;
-        // T is part of F_x, and the new history
+        // T appears in F_x, and is the new history
         let by_friction = lambda[0] + eta[0];
         PreviousPullBack { unknowns: vec![-t_x * by_friction, 0.0, 0.0], history: vec![t_h * by_friction] }
     }
 
     fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        // the spring's forces are φ times its stretch, and so is the residual without the ground's
+        // the spring's forces are φ times its stretch, and so is the residual without the ground's forces
         let [pressure, friction] = at.state.force;
         let spring = [at.residual[0] - friction, at.residual[1] + pressure];
         out[0] += (lambda[0] * spring[0] + lambda[1] * spring[1]) / self.stiffness;
@@ -236,8 +236,8 @@ mod tests {
         (path, gradient.design[0])
     }
 
-    /// By hand: p = ε φ b/(ε + φ). The block sticks with u_x = φ a t/(φ + ε) until φ a t ε/(φ + ε) comes to μ p, then slides
-    /// with u_x = a t − μ p/φ.
+    /// By hand: p = ε φ b/(ε + φ). The block sticks with u_x = φ a t/(φ + ε) until φ a t ε/(φ + ε) reaches μ p, then
+    /// slides with u_x = a t − μ p/φ.
     #[test]
     fn it_sticks_and_slides() {
         let slider = Slider::new(2.0);
@@ -254,7 +254,7 @@ mod tests {
         assert_eq!(path.states.iter().skip(1).map(|s| s.active_set[0]).collect::<Vec<_>>(), [1, 1, 2, 2]);
     }
 
-    /// Through stick alone, slip alone, and a reversal from slip to stick to slip: against central differences.
+    /// Only stick, only slip, and a reversal from slip to stick to slip: compared with central differences.
     #[test]
     fn its_gradient_matches_differences() {
         for (pull, times) in

@@ -1,9 +1,9 @@
-//! A problem with what solving it takes.
+//! A problem with its solver and buffers.
 
 use crate::linear::LinearSystem;
 use crate::problem::StepProblem;
 
-/// A problem, the solver of its linear systems and the buffers that both lend to the march and the sweep.
+/// A problem, the solver of its linear systems and the buffers that the march and the sweep use.
 pub struct Solver<'a, P: StepProblem> {
     /// The problem.
     pub problem: &'a P,

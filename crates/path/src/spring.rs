@@ -1,11 +1,13 @@
-//! The smallest load path with all that a sweep meets, for tests: a driven node pulls a free one by a nonlinear spring.
+//! The smallest load path with all features relevant to a sweep, for tests: a driven node pulls a free one through a
+//! nonlinear spring.
 //!
 //! ```text
 //! F = φ ∘ (e + κ e³) + S e + u + m (h_{n−1} − 0.2 u_{n−1}) − f(t),   e = u − v,   v = a t (1, −0.5, 0.25)
 //! h = 0.5 h_{n−1} + 0.3 u² + 0.1 u_{n−1}
 //! ```
 //!
-//! u is the free node's displacement, v that of the driven one, S has no symmetry. The design is φ, the one parameter a.
+//! u is the free node's displacement, v that of the driven one, S is unsymmetric. The design is φ, the only parameter
+//! is a.
 
 use crate::{
     Adjoint, Evaluated, Iteration, PreviousPullBack, Scales, StateError, StepProblem, StepState, Unknowns, Wanted,
@@ -25,11 +27,11 @@ pub struct Spring {
     pub cubic: f64,
     /// m
     pub memory: f64,
-    /// Of S.
+    /// Scale of S.
     pub coupling: f64,
     /// f(t) = load(t) (1, 1, 1).
     pub load: fn(f64) -> f64,
-    /// A step in which u₁ moves farther is not accepted.
+    /// A step in which u₁ moves farther is rejected.
     pub longest_step: f64,
     pub unknowns: Unknowns,
 }

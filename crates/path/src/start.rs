@@ -1,47 +1,48 @@
-//! Start values of Newton's method, ahead of the last state.
+//! Initial guesses for Newton's method, ahead of the last state.
 //!
-//! A start value changes the way to a solution, not the solution: every one is tried before the increment is cut back.
+//! An initial guess changes the way to a solution, not the solution: all are tried before the increment is cut back.
 
 use crate::divided::on_first;
 use crate::march::{Path, PathState};
 use crate::problem::{Held, StepProblem};
 use slipstick_linalg::{Ranks, own_range};
 
-/// Where Newton's method starts a step.
+/// Initial guess of Newton's method in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StartValues {
     /// At the last state.
     Previous,
-    /// On the line through the last two states where the prescribed motion goes on as it did, else at the last state.
+    /// On the line through the last two states if the prescribed motion continues steadily, otherwise at the last
+    /// state.
     #[default]
     Extrapolated,
 }
 
-/// Largest difference between extrapolated and prescribed motion, as part of the increment, at which the motion is taken
-/// to go on as it did.
+/// Largest difference between extrapolated and prescribed motion, as a fraction of the increment, at which the motion
+/// counts as steady.
 const STEADY: f64 = 0.1;
 
-/// The path of a nearby problem, whose increments are followed: of the previous design, say.
+/// The path of a nearby problem, such as the previous design, whose increments are followed.
 ///
-/// Single precision is enough for that. Of several ranks, each has its part of the unknowns ([`own_range`]).
+/// Single precision is enough for that. With several ranks, each has its part of the unknowns ([`own_range`]).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Guide {
     times: Vec<f64>,
     unknowns: Vec<Vec<f32>>,
     /// Number of all unknowns of a state.
     length: usize,
-    /// Whether its sub-steps are taken too.
+    /// Whether its sub-steps are also used.
     holds_steps: bool,
 }
 
-/// Why numbers are not a [`Guide`].
+/// Why numbers do not form a [`Guide`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum GuideError {
     /// Times must start at 0 and ascend, one for each list of unknowns.
-    #[error("times do not ascend from 0, or are not as many as the states")]
+    #[error("times do not ascend from 0, or do not match the number of states")]
     Times,
-    /// States must be of one length, that of this rank's part, and finite.
-    #[error("states are of different or wrong lengths, or not finite")]
+    /// States must be finite and have the same length, that of this rank's part.
+    #[error("states have different or wrong lengths, or are not finite")]
     Unknowns,
 }
 
@@ -62,8 +63,8 @@ impl Guide {
         }
     }
 
-    /// The same guide for paths that are to have its sub-steps as well, as long as they converge: with friction, a path of
-    /// other steps is another function of the design.
+    /// The same guide for paths that must also use its sub-steps, as long as they converge: with friction, a path with
+    /// different steps is a different function of the design.
     pub fn holding_steps(self) -> Self {
         Self { holds_steps: true, ..self }
     }
@@ -74,13 +75,13 @@ impl Guide {
         Self { unknowns: vec![Vec::new(); times.len()], times, length: 0, holds_steps: true }
     }
 
-    /// The state after `time`, if steps are to be taken as the guide has them.
+    /// The time of the guide's next state after `time`, if its steps are to be used.
     pub(crate) fn next_step(&self, time: f64) -> Option<f64> {
         self.times.iter().copied().find(|&t| t > time).filter(|_| self.holds_steps)
     }
 
-    /// From its numbers: pseudo-times, ascending from 0, and at each this rank's part of the `length` unknowns ([`own_range`]),
-    /// on one rank all of them.
+    /// From its numbers: pseudo-times, ascending from 0, and for each time this rank's part of the `length` unknowns
+    /// ([`own_range`]); on one rank all of them.
     ///
     /// # Errors
     /// [`GuideError`].
@@ -112,8 +113,8 @@ impl Guide {
         self.length
     }
 
-    /// Does work on the first rank that asks for the unknowns of states by number; all ranks call it. `None` on the other
-    /// ranks, which send their parts meanwhile.
+    /// Does work on the first rank that requests the unknowns of states by number; all ranks call it. Returns `None` on
+    /// the other ranks, which send their parts meanwhile.
     pub fn with_unknowns<R>(
         &self,
         ranks: &dyn Ranks,
@@ -131,8 +132,8 @@ impl Guide {
         ranks.join(&part).into_iter().map(|v| v as f32).collect()
     }
 
-    /// The last state plus the guide's increment from its time to `time`; `None` if the guide does not reach so far or
-    /// has other unknowns. Each rank does its part.
+    /// The last state plus the guide's increment from its time to `time`; `None` if the guide does not reach that far
+    /// or has different unknowns. Each rank computes its part.
     fn ahead(&self, last: &[f64], from: f64, time: f64, ranks: &dyn Ranks) -> Option<Vec<f64>> {
         let (begin, end) = (self.at(from)?, self.at(time)?);
         if self.length != last.len() {
@@ -143,7 +144,7 @@ impl Guide {
         Some(if ranks.size() == 1 { ahead } else { ranks.join(&ahead) })
     }
 
-    /// Where `time` lies: number of the state before, and the part of the way to the next.
+    /// The position of `time`: number of the state before it, and the fraction of the way to the next.
     fn at(&self, time: f64) -> Option<(usize, f64)> {
         let next = self.times.partition_point(|&t| t < time).max(1);
         let (before, after) = (*self.times.get(next - 1)?, *self.times.get(next)?);
@@ -156,7 +157,7 @@ impl Guide {
     }
 }
 
-/// Start values for the step from the path's last state to `time`, best first; the last is the last state.
+/// Initial guesses for the step from the path's last state to `time`, best first; the last one is the last state.
 pub(crate) fn candidates<P: StepProblem>(
     problem: &P,
     path: &Path,
@@ -180,7 +181,7 @@ pub(crate) fn candidates<P: StepProblem>(
             }
         }
     }
-    // the last state itself is no start ahead
+    // the last state itself is not a prediction
     let ahead = ahead.filter(|ahead| *ahead != last.state.unknowns);
     ahead.into_iter().chain([last.state.unknowns.clone()]).collect()
 }
@@ -191,8 +192,8 @@ fn prescribed<P: StepProblem>(problem: &P) -> impl Iterator<Item = (usize, &bool
     unknowns.fixed(Held::None).iter().enumerate().take(unknowns.displacements)
 }
 
-/// The line through the last two states at `time`; `None` where there are no two states, or where the prescribed motion
-/// or a load takes another course than before.
+/// The line through the last two states at `time`; `None` if there are no two states, or if the prescribed motion or a
+/// load does not continue as before.
 fn extrapolated<P: StepProblem>(problem: &P, path: &Path, time: f64, target: &[f64]) -> Option<Vec<f64>> {
     let [.., before, last] = path.states.as_slice() else { return None };
     if last.rest {
@@ -229,8 +230,8 @@ mod tests {
         Guide::from_parts(vec![0.0, 0.5, 2.0], unknowns, 2, &Alone).unwrap()
     }
 
-    /// By hand: a time is a part of the way between two states, and the increment between two times is added to the last
-    /// state.
+    /// By hand: a time is a fraction of the way between two states, and the increment between two times is added to the
+    /// last state.
     #[test]
     fn a_guide_is_linear_between_its_states() {
         let guide = guide();
@@ -262,7 +263,7 @@ mod tests {
         assert_eq!(from(&[0.0, 1.0], &[one, &[1.0, f32::NAN]]), Some(GuideError::Unknowns));
     }
 
-    /// A path of two states, at 1 and 1.5, whose unknowns are a line in time through the driven node's motion.
+    /// A path of two states, at 1 and 1.5, whose unknowns are linear in time, with the motion of the driven node.
     fn line(spring: &Spring) -> Path {
         let at = |time: f64| {
             let mut unknowns = vec![0.0, 0.0, 0.0, 3.0 * time, 1.0 - time, 2.0];
@@ -281,8 +282,8 @@ mod tests {
         Path { states: vec![at(1.0), at(1.5)], steps: 0, factor_bytes: 0 }
     }
 
-    /// By hand: the line goes on to 2.25 by one and a half of the last increment, as long as motion and loads go on as they
-    /// did, up to a tenth of their increments.
+    /// By hand: the line continues to 2.25 by one and a half of the last increment, as long as motion and loads
+    /// continue as before, up to a tenth of their increments.
     #[test]
     fn start_values_go_on_where_motion_and_loads_do() {
         let starts =
@@ -295,7 +296,7 @@ mod tests {
                 assert!((a - b).abs() < 1e-14, "{found:?} instead of {exact:?}");
             }
         };
-        // from 1 to 1.5 the load grows by 0.5, and on by 0.75 would be steady; the bound is a tenth of the increment
+        // from 1 to 1.5 the load grows by 0.5, so a further 0.75 would be steady; the bound is a tenth of the increment
         for (load, steady) in [
             ((|time| time) as fn(f64) -> f64, true),
             (|time| if time < 2.0 { time } else { 2.31 }, true),
@@ -309,7 +310,7 @@ mod tests {
             close(&starts(&spring, StartValues::Extrapolated), &expected[usize::from(!steady)..]);
             close(&starts(&spring, StartValues::Previous), &[last]);
         }
-        // a motion that turns back, one that is off by 0.3 and by 0.04 of its increment, and a path that has begun anew
+        // a motion that turns back, one that is off by 0.3 and by 0.04 of its increment, and a path that has restarted
         let spring = Spring::default();
         for (before, steady) in [(2.0, false), (0.8 + 0.1375, false), (0.8 + 0.0183, true)] {
             let mut turned = line(&spring);

@@ -9,8 +9,8 @@ use crate::timings::Phase;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// An objective on a problem `P` as the sweep sees it: explicit partial derivatives at the states that complete a user's
-/// step.
+/// An objective on a problem `P` as used by the sweep: explicit partial derivatives at the states that complete a
+/// user's step.
 pub trait PathObjective<P> {
     /// Adds ∂θ/∂y_n, ∂θ/∂φ and ∂θ/∂p of user step `step` (1-based) at its state.
     ///
@@ -32,7 +32,7 @@ pub trait PathObjective<P> {
 pub struct PathGradient {
     /// dθ/dφ.
     pub design: Vec<f64>,
-    /// dθ/dp by the problem's other parameters.
+    /// dθ/dp with respect to the problem's other parameters.
     pub parameters: Vec<f64>,
 }
 
@@ -41,7 +41,7 @@ pub struct PathGradient {
 pub struct SweepOptions {
     /// Relative residual of the transposed solves.
     pub linear_tolerance: f64,
-    /// Whether derivatives by the problem's parameters beside the design are asked for; they are left at 0 otherwise.
+    /// Whether derivatives with respect to parameters other than the design are requested; otherwise they remain 0.
     pub parameters: bool,
 }
 
@@ -51,20 +51,20 @@ impl Default for SweepOptions {
     }
 }
 
-/// Why a sweep failed: it meets only states that converged, so this is rare.
+/// Why a sweep failed; this is rare, since a sweep visits only converged states.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("adjoint at t = {time}: {kind}")]
 pub struct SweepError {
     /// Pseudo-time of the state.
     pub time: f64,
-    /// Why.
+    /// The reason.
     pub kind: StepFailureKind,
 }
 
 /// dθ/dφ and dθ/dp by the time-discrete adjoint, through all accepted sub-steps.
 ///
 /// Steps whose right-hand side vanishes need no solve: without friction these are all steps that the objective does not
-/// see. Paper: (59)–(61), (69), (70). Tests: `tests/gradient.rs` (crate slipstick).
+/// observe. Paper: (59)–(61), (69), (70). Tests: `tests/gradient.rs` (crate slipstick).
 ///
 /// # Errors
 /// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance.
@@ -74,7 +74,7 @@ pub fn sweep<P: StepProblem>(
     objective: &mut dyn PathObjective<P>,
     options: &SweepOptions,
 ) -> Result<PathGradient, SweepError> {
-    // whatever was solved before, the gradient is the same
+    // so the gradient does not depend on earlier solves
     solver.linear.forget_factors();
     let unknowns = solver.problem.unknowns();
     let mut run = Run {
@@ -91,7 +91,7 @@ pub fn sweep<P: StepProblem>(
     for index in (1..path.states.len()).rev() {
         let here = &path.states[index];
         if here.rest {
-            // nothing before it matters to what comes after
+            // later states do not depend on anything before this one
             run.carry.unknowns.fill(0.0);
             run.carry.history.fill(0.0);
             (run.geometry, fetched) = (None, None);
@@ -103,7 +103,7 @@ pub fn sweep<P: StepProblem>(
         fetched = Some(previous);
     }
     let Run { gradient, solver, .. } = run;
-    // factors of the sweep are of no use to what follows
+    // later solves cannot use factors of the sweep
     solver.linear.forget_factors();
     if let Some(index) = gradient.design.iter().chain(&gradient.parameters).position(|g| !g.is_finite()) {
         let kind = StateError::NotFinite { quantity: "the gradient".into(), index }.into();
@@ -112,20 +112,20 @@ pub fn sweep<P: StepProblem>(
     Ok(gradient)
 }
 
-/// Solutions λ of the steps before in the sweep whose span holds the next start.
+/// Number of previous solutions λ in the sweep that span the next initial guess.
 const RECENT: usize = 4;
 
-/// What the steps before in the sweep leave for the next.
+/// Data that earlier steps of the sweep leave for the next.
 #[derive(Default)]
 struct Earlier {
     /// The latest solutions, the last one first.
     solutions: VecDeque<Vec<f64>>,
-    /// Factors from a later state of the path, with its index.
+    /// Factors of a later state of the path, with its index.
     factors: Option<(usize, Arc<KeptFactors>)>,
 }
 
 impl Earlier {
-    /// The factors to solve with at the state `index`: the march's or those of a later state, whichever are nearer.
+    /// The factors to solve with at the state `index`: the march's or those of a later state, whichever is nearer.
     fn nearest(&self, path: &Path, index: usize) -> Option<Arc<KeptFactors>> {
         let here = &path.states[index];
         let kept = here.factors.as_ref().map(|f| (index - made_at(path, index, f), f));
@@ -155,16 +155,16 @@ fn made_at(path: &Path, mut index: usize, factors: &Arc<KeptFactors>) -> usize {
     index
 }
 
-/// A sweep on its way.
+/// A sweep in progress.
 struct Run<'r, 's, P: StepProblem> {
     solver: &'r mut Solver<'s, P>,
     path: &'r Path,
     objective: &'r mut dyn PathObjective<P>,
     options: &'r SweepOptions,
     gradient: PathGradient,
-    /// What the step after hands back.
+    /// The pull-back from the next step of the path.
     carry: PreviousPullBack,
-    /// Geometry of the state that comes next, where the step after has evaluated it.
+    /// Geometry of the state to be treated next, if the step after it has evaluated it.
     geometry: Option<P::Geometry>,
     earlier: Earlier,
 }
@@ -174,7 +174,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let here = &self.path.states[index];
         let problem = self.solver.problem;
         let geometry = self.geometry.take();
-        // the history takes no direct part in objectives, so η_n is what step n + 1 hands back
+        // objectives do not depend directly on the history, so η_n comes only from step n + 1
         let PreviousPullBack { unknowns: mut rhs, history: eta } = std::mem::take(&mut self.carry);
         if let Some(step) = here.completes {
             self.objective.add_derivative(problem, step, here.time, state, &mut rhs, &mut self.gradient)?;
@@ -202,7 +202,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let (lambda, new) = match linear.solve_similar(&system, fixed, at_hand, &earlier.solutions, &rhs, tolerance) {
             Some(lambda) => (lambda, None),
             None => {
-                // the old ones go before the new ones come
+                // drop the old factors before the new ones are computed
                 earlier.factors = None;
                 let (lambda, new) = linear.solve_anew(&system, fixed, &here.active_set, &rhs, tolerance)?;
                 (lambda, Some(new))
@@ -210,7 +210,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         };
         let begin = linear.timings().begin();
         if self.options.parameters {
-            // dθ/dŷ at the prescribed unknowns, whose rows the solve left out
+            // dθ/dŷ at the prescribed unknowns, whose rows were left out of the solve
             let mut by_prescribed = vec![0.0; lambda.len()];
             linear.product_transpose(matrix, &lambda, &mut by_prescribed);
             by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);

@@ -1,4 +1,4 @@
-//! March and sweep of a [`Spring`]: what is by hand, and the gradient against differences.
+//! March and sweep of a [`Spring`]: results by hand, and the gradient against differences.
 
 use crate::spring::Spring;
 use crate::{
@@ -35,7 +35,7 @@ fn follow(
     march(&mut solver, load_path, options, observer)
 }
 
-/// θ = Σ over the steps n of n w · y_n, but for those that it does not see.
+/// θ = Σ over the steps n of n w · y_n, except for those that it does not observe.
 struct Weights {
     unseen: usize,
 }
@@ -66,8 +66,8 @@ impl PathObjective<Spring> for Weights {
     }
 }
 
-/// Central differences of the whole path, with steps that the objective sees and the last one that it does not, with history,
-/// sub-steps, and with factors that were kept and used again.
+/// Central differences of the whole path, with observed steps and an unobserved last one, with history, sub-steps, and
+/// with factors that are kept and reused.
 #[test]
 fn the_gradient_of_a_spring_matches_differences() {
     for (unseen, longest_step, factor_memory) in [(0, f64::INFINITY, 0), (3, 0.12, 0), (2, 0.12, 1 << 20)] {
@@ -109,7 +109,7 @@ fn the_gradient_of_a_spring_matches_differences() {
     }
 }
 
-/// By hand: the linear spring follows by φ/(φ + 1), and a path of another load case begins at rest again.
+/// By hand: the linear spring follows by φ/(φ + 1), and another load case begins at rest again.
 #[test]
 fn a_linear_spring_follows() {
     let spring = Spring::linear();
@@ -128,7 +128,7 @@ fn a_linear_spring_follows() {
     }
 }
 
-/// What was tried: the target of each step that was accepted, and of each that was tried again.
+/// The attempts: the target of each accepted step, and of each retried one.
 #[derive(Default)]
 struct Tried {
     accepted: Vec<f64>,
@@ -144,7 +144,8 @@ impl MarchObserver for Tried {
     }
 }
 
-/// By hand: u₁ follows by t, and 0.3 is the longest step. Increments are halved twice, and doubled after each success.
+/// By hand: u₁ follows with t, and 0.3 is the longest step. Increments are halved twice, and doubled after each
+/// success.
 #[test]
 fn increments_are_halved_and_grow_again() {
     let spring = || {
@@ -159,7 +160,7 @@ fn increments_are_halved_and_grow_again() {
         follow(&spring(), &mut linear(), &load_path, options, tried)
     };
     let path = follow(None, &previous, &mut tried).unwrap();
-    // each of the four states that were refused took an iteration
+    // each of the four rejected states took an iteration
     assert!(path.failed_iterations() >= 4);
     assert_eq!(tried.accepted, [0.25, 0.5, 0.75, 1.0]);
     assert_eq!(tried.again, [1.0, 0.5, 0.75, 1.0].map(|time| (time, true)));
@@ -170,14 +171,14 @@ fn increments_are_halved_and_grow_again() {
         follow(Some(&guide), &previous, &mut led).unwrap();
         assert_eq!((led.accepted, led.again), (vec![0.25, 0.5, 0.75, 1.0], vec![]));
     }
-    // one halving is not enough: what failed last is the step to 0.5
+    // one halving is not enough: the last failure is that of the step to 0.5
     let failure = follow(None, &MarchOptions { max_cutbacks: 1, ..previous }, &mut Tried::default()).unwrap_err();
     assert_eq!((failure.step, failure.increment), (1, (0.0, 0.5)));
     assert_eq!(failure.attempts.iter().map(|(time, _)| *time).collect::<Vec<_>>(), [1.0, 0.5]);
 }
 
-/// A guide starts at the solution, so that its path takes one iteration a step; its unknowns are those of the path in single
-/// precision.
+/// A guide provides the solution as the initial guess, so that its path takes one iteration per step; its unknowns are
+/// those of the path in single precision.
 #[test]
 fn a_guide_leads_to_its_own_path() {
     let times = [0.4, 1.0];
@@ -206,8 +207,8 @@ fn a_guide_leads_to_its_own_path() {
     }
 }
 
-/// Factors are kept for each set of prescribed unknowns: of six solves in turn, the first two factorize. What was
-/// forgotten is made anew.
+/// Factors are kept for each set of prescribed unknowns: of six alternating solves, only the first two factorize. After
+/// `forget`, they are computed again.
 #[test]
 fn earlier_factors_serve_again() {
     let mut workspace = Spring::workspace();

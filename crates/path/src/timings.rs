@@ -1,4 +1,4 @@
-//! Where the time of an analysis goes, by a clock that the caller lends.
+//! The time spent in each part of an analysis, by a clock that the caller provides.
 
 use std::ops::{Add, Sub};
 
@@ -20,7 +20,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// All phases, in the order of the work.
+    /// All phases, in the order in which they occur.
     pub const ALL: [Self; 6] = [Self::Solid, Self::Contact, Self::Analysis, Self::Factor, Self::Solve, Self::PullBack];
 
     /// Name in tables and records.
@@ -36,7 +36,7 @@ impl Phase {
     }
 }
 
-/// Time by phase. Without a clock nothing is measured: results never depend on one.
+/// Time by phase. Without a clock nothing is measured. Results never depend on it.
 ///
 /// ```
 /// use slipstick_path::{Phase, Timings};
@@ -99,7 +99,7 @@ impl Add for Timings {
     }
 }
 
-/// What was spent since an earlier reading of the same timings.
+/// The time spent since an earlier reading of the same timings.
 impl Sub for Timings {
     type Output = Self;
 
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!((begin, timings.calls(Phase::Solve), timings.total()), (None, 0, 0.0));
     }
 
-    /// By hand, with a clock that goes on by a second at each reading: each call takes one.
+    /// By hand, with a clock that advances by a second at each reading: each call takes one second.
     #[test]
     fn seconds_are_those_of_the_clock() {
         thread_local!(static NOW: std::cell::Cell<f64> = const { std::cell::Cell::new(40.0) });

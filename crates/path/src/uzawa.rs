@@ -1,11 +1,12 @@
 //! Uzawa's iteration: Newton's method with held multipliers, multiplier update, repeat; accelerated.
 //!
-//! The plain update ẑ ← z(d; ẑ) is a fixed-point iteration that converges linearly, slowly where ε is small against the
-//! stiffness of the bodies. Its fixed point is the root of ẑ − z(d; ẑ) and the balance of forces together, which Newton's
-//! method finds at the price of a few inner solves: the second-order multiplier update (Bertsekas, Constrained
-//! Optimization and Lagrange Multiplier Methods, 1982, 2.3.2). Where that fails, Uzawa's iteration brings the state closer,
-//! with Anderson's mixing of the last updates (the secant method in several unknowns). Its inner Newton is solved only as
-//! well as the present violation deserves, and to the full tolerances before the iteration ends.
+//! The plain update ẑ ← z(d; ẑ) is a fixed-point iteration that converges linearly, and slowly if ε is small compared
+//! to the stiffness of the bodies. Its fixed point is the root of ẑ − z(d; ẑ) together with the balance of forces.
+//! Newton's method finds it at the price of a few inner solves: the second-order multiplier update (Bertsekas,
+//! Constrained Optimization and Lagrange Multiplier Methods, 1982, 2.3.2). If that fails, Uzawa's iteration brings the
+//! state closer, with Anderson's mixing of the last updates (the secant method in several unknowns). Its inner Newton
+//! iteration is solved only as accurately as the current violation requires, and to the full tolerances before the
+//! iteration ends.
 
 use crate::failure::{StepFailure, StepFailureKind};
 use crate::newton::{self, NewtonOptions, Start, StepReport, Tolerance};
@@ -13,17 +14,17 @@ use crate::problem::{Attempt, Evaluated, Held, Iteration, StepProblem, UzawaOpti
 use crate::solver::Solver;
 use nalgebra::{DMatrix, DVector};
 
-/// Solves one (sub-)step by Uzawa's iteration over the multipliers `held`: those of the augmented Lagrangian method, or all of
-/// them to rescue a step at which Newton's method fails. Returns the unknowns and the last evaluation, which may hold the
-/// multipliers before their last update.
+/// Solves one (sub-)step by Uzawa's iteration over the multipliers `held`: those of the augmented Lagrangian method, or
+/// all of them to rescue a step at which Newton's method fails. Returns the unknowns and the last evaluation, which may
+/// contain the multipliers before their last update.
 ///
 /// The inner Newton uses the augmented traction z(d; ẑ) and its tangent, then ẑ ← z, until the contact conditions hold to
 /// the tolerance. Paper: (48)–(52), with the inner solve of theory §4.
 ///
-/// The rescue helps past a limit point, where the contact jumps to another equilibrium and stick, slip and opening exclude
-/// each other in every state nearby: with held multipliers the contact is as compliant as its ε, so that displacements and
-/// status follow each other. Newton's method ends it, so that the state solves the step's own equations to its tolerances.
-/// Test: `a_contact_that_jumps_is_followed` (crate slipstick).
+/// The rescue helps past a limit point, where the contact jumps to another equilibrium and stick, slip and opening are
+/// mutually exclusive in every nearby state. With held multipliers the contact has the compliance of its ε, so
+/// displacements and status can follow each other. Newton's method ends the rescue, so that the state solves the step's
+/// own equations to its tolerances. Test: `a_contact_that_jumps_is_followed` (crate slipstick).
 pub(crate) fn solve<P: StepProblem>(
     solver: &mut Solver<'_, P>,
     step: &P::Step,
@@ -37,7 +38,7 @@ pub(crate) fn solve<P: StepProblem>(
     let held = if rescue { Held::All } else { Held::Augmented };
     let mut outer =
         Outer { solver, step, target, newton, uzawa, iteration: Iteration { attempt, held, at_start: false } };
-    // a rescue begins where Newton's method has failed
+    // a rescue begins after Newton's method has failed
     if !rescue
         && uzawa.memory > 0
         && let Some(at) = outer.second_order(start.clone(), report)
@@ -54,13 +55,13 @@ pub(crate) fn solve<P: StepProblem>(
     Ok((at.unknowns.clone(), at))
 }
 
-/// Newton iterations after which a rescue is given up, over the most of a single solve.
+/// Newton iterations after which a rescue is abandoned, relative to the maximum of a single solve.
 const RESCUE: usize = 8;
 
-/// Part of the present violation to which the inner Newton is solved.
+/// Fraction of the current violation to which the inner Newton iteration is solved.
 const FORCING: f64 = 1e-2;
 
-/// What an Uzawa iteration is about.
+/// The data of an Uzawa iteration.
 struct Outer<'r, 's, P: StepProblem> {
     solver: &'r mut Solver<'s, P>,
     step: &'r P::Step,
@@ -71,7 +72,8 @@ struct Outer<'r, 's, P: StepProblem> {
 }
 
 impl<P: StepProblem> Outer<'_, '_, P> {
-    /// Solves for displacements and multipliers together; the solution, if the contact conditions hold there to the tolerance.
+    /// Solves for displacements and multipliers together; returns the solution if it satisfies the contact conditions
+    /// to the tolerance.
     fn second_order(&mut self, start: Start<P>, report: &mut StepReport) -> Option<Evaluated<P>> {
         let mut attempt = StepReport::default();
         let together = Iteration { held: Held::None, ..self.iteration };
@@ -110,7 +112,7 @@ impl<P: StepProblem> Outer<'_, '_, P> {
                 break;
             }
             iterations = iteration;
-            // without acceleration the iteration is the textbook's, with full inner solves
+            // without acceleration this is the textbook iteration, with full inner solves
             let tight = finish || uzawa.memory == 0 || FORCING * violation <= smallest(newton);
             let inner = if tight { *newton } else { loosened(newton, (FORCING * violation).min(1e-3)) };
             let at = newton::solve(self.solver, self.step, start, self.target, &inner, self.iteration, report)?;
@@ -127,7 +129,8 @@ impl<P: StepProblem> Outer<'_, '_, P> {
                 if tight {
                     return Ok((y, at));
                 }
-                // the conditions hold, the balance of forces not yet to its tolerances: one more full solve
+                // the contact conditions hold, but the balance of forces is not yet within its tolerances: one more
+                // full solve
                 mixing.clear();
                 finish = true;
                 start = Start { unknowns: y, geometry: Some(at.geometry), at_start: false };
@@ -140,7 +143,7 @@ impl<P: StepProblem> Outer<'_, '_, P> {
                 }
             }
             let mixed = mixing.mix(&at.unknowns[split..], &y[split..]);
-            // others are unknowns of the inner solve
+            // the others are unknowns of the inner solve
             let held = &problem.unknowns().fixed(held)[split..];
             for ((y, mixed), held) in y[split..].iter_mut().zip(mixed).zip(held) {
                 *y = if *held { mixed } else { *y };
@@ -156,7 +159,7 @@ impl<P: StepProblem> Outer<'_, '_, P> {
     }
 }
 
-/// The smallest relative tolerance; where one is absolute, it cannot be compared with a violation: all solves are tight.
+/// The smallest relative tolerance. An absolute one cannot be compared with a violation: then all solves are tight.
 fn smallest(newton: &NewtonOptions) -> f64 {
     let t = &newton.tolerances;
     match (t.residual, t.displacement) {
@@ -186,7 +189,8 @@ struct Anderson {
     past: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
-/// Growth of ‖f‖ over the last value beyond which the memory is dropped: the iteration left the region it describes.
+/// Growth of ‖f‖ in one iteration beyond which the memory is cleared: the iteration has left the region that it
+/// describes.
 const RESTART: f64 = 2.0;
 
 impl Anderson {
@@ -237,7 +241,7 @@ impl Anderson {
 mod tests {
     use super::*;
 
-    /// On a linear iteration of dimension n, Anderson's mixing with full memory ends in n + 2 steps (it is GMRES).
+    /// For a linear iteration of dimension n, Anderson's mixing with full memory ends in n + 2 steps (it is GMRES).
     #[test]
     fn mixing_solves_a_linear_iteration_in_dimension_plus_two_steps() {
         let a = [[0.9, 0.3, 0.0], [-0.2, 0.8, 0.1], [0.05, 0.0, 0.95]];

@@ -1,5 +1,6 @@
-//! The paper's section 5.1: θ and the sensitivity of every element of the cube on the cuboid, for the penalty method with
-//! growing stiffness, the augmented Lagrangian and the Lagrange multiplier method, at two coefficients of friction.
+//! The paper's section 5.1: θ and the sensitivity of every element of the cube on the cuboid, for the penalty method
+//! with increasing stiffness, the augmented Lagrangian and the Lagrange multiplier method, at two coefficients of
+//! friction.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example cube_on_cuboid
@@ -14,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use slipstick::build::build;
 use slipstick::case::parse_case;
+use slipstick::design::ElementValues;
 use slipstick::output::{Cell, Csv, write_atomically};
 use slipstick::path::Silent;
 
@@ -27,7 +29,7 @@ struct Result51 {
     friction: f64,
     method: String,
     value: f64,
-    gradient: Vec<f64>,
+    gradient: ElementValues,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -119,8 +121,8 @@ mod svg {
     /// Left, top, right and bottom of the drawing area within its panel.
     const AREA: [f64; 4] = [62.0, 84.0, 546.0, 330.0];
     const GROUPS: [&str; 6] = ["①", "②", "③", "④", "cube", "θ"];
-    /// Blues that darken with the stiffness for the penalty method, then two colours that differ from them and from
-    /// each other, also for colour-blind readers.
+    /// Blues that darken with the stiffness for the penalty method, then two colours that are distinct from them and
+    /// from each other, also for colour-blind readers.
     const COLOURS: [&str; 7] = ["#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c", "#e6a100", "#b2182b"];
 
     pub(super) fn figure(results: &[Result51]) -> String {

@@ -6,7 +6,7 @@
 //!
 //! Two blocks with non-matching meshes, pressed together and slid with friction; Lagrange multipliers, so that the
 //! matrix is a saddle point. Stiffness varies over three decades in a smooth pattern of solid and void, as in a topology
-//! optimization; the layers next to the interface are solid. The first argument is the number of unknowns to reach.
+//! optimization; the layers next to the interface are solid. The first argument is the minimum number of unknowns.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example export_matrix -- case.toml results design.bin
@@ -28,6 +28,7 @@ use std::time::Instant;
 use slipstick::analysis::Analysis;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
+use slipstick::design::ElementValues;
 use slipstick::linalg::{CsrMatrix, Precision, Reduction, SolverChoice};
 use slipstick::mesh::Mesh;
 use slipstick::path::{Held, Iteration, LinearSystem, Silent, StepProblem, Wanted};
@@ -42,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (file, problem, (reduction, matrix)) = match arguments.as_slice() {
         [unknowns, file] => {
             let unknowns: usize = unknowns.parse().map_err(|_| "the number of unknowns must be a whole number")?;
-            let edge = (6..).find(|&m| count(m) >= unknowns).ok_or("no mesh of that size")?;
+            let edge = (6..).find(|&m| count(m) >= unknowns).ok_or("there is no mesh of that size")?;
             let mut problem = build(&parse_case(&case(edge), "blocks.toml")?.case)?;
             let density = pattern(&problem.mesh);
             let tangent = converged_tangent(&mut problem, &density)?;
@@ -69,7 +70,7 @@ fn layers(m: usize) -> usize {
 }
 
 /// Free unknowns for `m` elements along the edge of the lower block and m − 2 along that of the upper one, whose nodes
-/// at the interface carry multipliers.
+/// at the interface have multipliers.
 fn count(m: usize) -> usize {
     let (lower, upper) = ((m + 1) * (m + 1), (m - 1) * (m - 1));
     3 * (lower * layers(m) + upper * layers(m - 2) + upper)
@@ -117,7 +118,7 @@ simp = {{ p = 3.0, min = 1e-3 }}
 }
 
 /// Smooth void and solid regions.
-fn pattern(mesh: &Mesh) -> Vec<f64> {
+fn pattern(mesh: &Mesh) -> ElementValues {
     let layer = HEIGHT / 4.0;
     mesh.centroids()
         .iter()
@@ -132,7 +133,7 @@ fn pattern(mesh: &Mesh) -> Vec<f64> {
 }
 
 /// Marches and returns the free part of the tangent at the end.
-fn converged_tangent(problem: &mut Problem, density: &[f64]) -> Result<(Reduction, CsrMatrix), Box<dyn Error>> {
+fn converged_tangent(problem: &mut Problem, density: &ElementValues) -> Result<(Reduction, CsrMatrix), Box<dyn Error>> {
     problem.analysis.linear = LinearSystem::new(SolverChoice::Multifrontal { precision: Precision::F32 });
     let forward = problem.analysis.forward(density, &mut Silent)?;
     let [.., previous, last] = forward.path.states.as_slice() else {

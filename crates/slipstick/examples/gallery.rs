@@ -23,7 +23,7 @@ use slipstick::render::{
     state_picture,
 };
 
-/// Elements below count as void in the pictures.
+/// Elements with a density below this count as void in the pictures.
 const THRESHOLD: f64 = 0.5;
 
 /// A design and the end of its load path.
@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         forward = Some(analysed);
     }
-    let states = &forward.as_ref().ok_or("the case asks for no analysis")?.path.states;
+    let states = &forward.as_ref().ok_or("the case has no analysis")?.path.states;
     let [.., before, last] = states.as_slice() else { return Err("the load path has no steps".into()) };
     let density = optimization.evaluated().ok_or("no design was evaluated")?.density.clone();
     let limit = optimization.volume_limit();

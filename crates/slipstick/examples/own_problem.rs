@@ -1,11 +1,11 @@
-//! A problem of one's own on slipstick's load path: a spring pulls a block that sticks and slips.
+//! A user-defined problem on slipstick's load path: a spring pulls a block that sticks and slips.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example own_problem
 //! ```
 //!
 //! [`Slider`] implements `StepProblem` in about a hundred lines (`crates/path/src/slider.rs`). The tutorial
-//! `docs/tutorials/own_problem.md` explains it; `tests/examples.rs` compares the page with what this program prints.
+//! `docs/tutorials/own_problem.md` explains it; `tests/examples.rs` compares the page with the output of this program.
 
 use std::error::Error;
 
@@ -26,7 +26,7 @@ fn pulled(stiffness: f64) -> Result<(Path, PathGradient), Box<dyn Error>> {
     Ok((path, gradient))
 }
 
-/// What the program prints.
+/// The output of the program.
 pub fn printed() -> Result<String, Box<dyn Error>> {
     let (path, gradient) = pulled(2.0)?;
     let mut text = "time   position   friction   Newton   status\n".to_owned();

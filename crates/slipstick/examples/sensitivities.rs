@@ -51,7 +51,7 @@ pub fn case(numbers: Numbers) -> Result<Case, Box<dyn Error>> {
 pub struct Watch {
     /// Accepted states.
     pub accepted: usize,
-    /// Newton iterations of them.
+    /// Their Newton iterations.
     pub iterations: usize,
     /// Attempts that failed and were repeated.
     pub retries: usize,

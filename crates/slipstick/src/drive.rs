@@ -1,8 +1,8 @@
-//! An optimization from its state to its end: one loop for all ranks, with files where they are wanted.
+//! An optimization from its state to its end: one loop for all ranks, with files if requested.
 //!
-//! [`drive`] repeats [`Optimization::advance`]. With a [`Recorder`], the directory of the run has everything on disk after
-//! every iteration, so that a run that is stopped or killed can be resumed from its [`Checkpoint`], bit for bit. Whoever
-//! shows progress is a [`DriveObserver`].
+//! [`drive`] repeats [`Optimization::advance`]. With a [`Recorder`], the state is on disk in the directory of the run
+//! after every iteration, so that a run that is stopped or killed can be resumed from its [`Checkpoint`], bit for bit.
+//! To show progress, implement [`DriveObserver`].
 //!
 //! ```
 //! use slipstick::{build::{build, optimization}, case::{parse_case, template}, drive::drive};
@@ -32,10 +32,10 @@ use crate::run::{
 };
 use slipstick_design::MmaError;
 
-/// One evaluated design, as an observer is told of it.
+/// One evaluated design, as reported to an observer.
 #[derive(Debug)]
 pub struct DesignEvaluated<'a> {
-    /// Its record; that of the update too, if one followed.
+    /// Its record; if an update followed, including the data of the update.
     pub record: &'a IterationRecord,
     /// What the user should know about its path.
     pub notice: Option<ForwardNotice>,
@@ -54,15 +54,15 @@ pub trait DriveObserver: MarchObserver {
 
 impl DriveObserver for Silent {}
 
-/// Why an optimization stopped short. Finished iterations stay on disk.
+/// Why an optimization stopped early. Finished iterations stay on disk.
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
     /// An analysis failed, or its objective gives no direction.
     #[error("{report}")]
     Analysis {
-        /// Where, why, what was tried, what may help.
+        /// Place, cause, attempts and suggestions.
         report: Box<FailureReport>,
-        /// What is kept of it beside finished iterations.
+        /// The files kept in addition to the finished iterations.
         kept: Kept,
     },
     /// The optimizer failed.
@@ -76,13 +76,13 @@ pub enum DriveError {
     Run(#[from] RunError),
 }
 
-/// Writes what an optimization leaves behind: `history.csv`, `newton.csv`, designs, start values and the checkpoint after every
-/// iteration, and the load path of the last design. All ranks have one; the first writes.
+/// Writes the files of an optimization: `history.csv`, `newton.csv`, designs, start values and the checkpoint after
+/// every iteration, and the load path of the last design. All ranks have one; the first one writes.
 #[derive(Debug)]
 pub struct Recorder {
-    /// On the first rank, if it keeps a run.
+    /// On the first rank, if it records a run.
     files: Option<Files>,
-    /// A design is written as a field every so many iterations.
+    /// Every how many iterations a design is written as a field.
     every: usize,
 }
 
@@ -95,12 +95,12 @@ struct Files {
 }
 
 impl Recorder {
-    /// Goes on with the files of a run, or begins them, from `checkpoint`, the state that the optimization has. All ranks call
-    /// it; `run` is that of the first. A design is written as a field every `every` iterations.
+    /// Continues the files of a run, or begins them, from `checkpoint`, the current state of the optimization. All
+    /// ranks call it; `run` is that of the first. A design is written as a field every `every` iterations.
     ///
     /// # Errors
-    /// [`RunError::Output`] and [`RunError::Damaged`] if a table is not what the run left, or cannot be written, on the first
-    /// rank; [`RunError::FirstRank`] on the others.
+    /// [`RunError::Output`] and [`RunError::Damaged`] if a table was changed after the run or cannot be written, on the
+    /// first rank; [`RunError::FirstRank`] on the others.
     pub fn new(
         run: Option<&RunDirectory>,
         checkpoint: Checkpoint,
@@ -181,7 +181,7 @@ impl Files {
         Ok(collection.save(&run.file("design.pvd"))?)
     }
 
-    /// Writes the checkpoint; without new start values, those of before stay.
+    /// Writes the checkpoint; without new start values, the previous ones are kept.
     fn store(&mut self, optimization: &Optimization, start_values: Option<StartValuesFile>) -> Result<(), RunError> {
         self.checkpoint.newton_rows.push(self.newton.rows());
         self.checkpoint.start_values = start_values.or_else(|| self.checkpoint.start_values.take());
@@ -190,7 +190,8 @@ impl Files {
     }
 }
 
-/// Runs an optimization to its end. All ranks call it, all of them with a recorder or none; they succeed or fail together.
+/// Runs an optimization to its end. All ranks call it, either all with a recorder or all without; they succeed or fail
+/// together.
 ///
 /// # Errors
 /// See [`DriveError`]; the state is that of the last finished iteration.
@@ -202,7 +203,7 @@ pub fn drive(
     let mut last: Option<Forward> = None;
     while !optimization.finished() {
         let iteration = optimization.state.iteration;
-        // The path before goes first: it may be large.
+        // Drop the previous path first: it may be large.
         drop(last.take());
         observer.begins(iteration);
         if let Some(recorder) = &mut recorder {
@@ -230,7 +231,7 @@ pub fn drive(
     Ok(())
 }
 
-/// A table that grows, and the caller's observer.
+/// Combines the growing table and the caller's observer.
 struct Both<'a> {
     newton: Option<&'a mut NewtonTable>,
     observer: &'a mut dyn DriveObserver,
@@ -249,7 +250,7 @@ impl MarchObserver for Both<'_> {
     }
 }
 
-/// An optimization that stopped short, after what is left of its last analysis has been written.
+/// An optimization that stopped early, after the remains of its last analysis have been written.
 fn stopped(optimization: &Optimization, error: OptimizeError, recorder: Option<&Recorder>) -> DriveError {
     match error {
         OptimizeError::Mma(error) => DriveError::Mma(error),
@@ -266,7 +267,7 @@ fn kept(optimization: &Optimization, error: &AnalysisError, recorder: Option<&Re
     DriveError::Analysis { report, kept }
 }
 
-/// The objective of a design is only rounding: its path and densities are written.
+/// The objective of a design is only round-off: its path and densities are written.
 fn without_direction(optimization: &Optimization, forward: &Forward, recorder: Option<&Recorder>) -> DriveError {
     let rounding = forward.rounding.as_ref();
     let report = Box::new(FailureReport {
@@ -278,7 +279,7 @@ fn without_direction(optimization: &Optimization, forward: &Forward, recorder: O
     let (problem, run) = (&optimization.problem, recorder.directory());
     let path = write_path(run, &problem.mesh, &problem.analysis.design, &forward.path);
     let table = on_first(problem.analysis.linear.ranks(), || match run.map(|run| run.file("design.csv")) {
-        // that of an earlier iteration stays: there is none like it
+        // the table of an earlier iteration is kept: it cannot be replaced
         Some(table) if !table.exists() => Ok(write_densities(&table, &problem.mesh, &forward.density, None)?),
         _ => Ok(()),
     });

@@ -4,13 +4,14 @@
 //! case ──build──▶ problem ──analysis──▶ objective, gradient ──optimize──▶ design ──run, report, export──▶ files
 //! ```
 //!
-//! This crate re-exports what users of the library need. [`case`](mod@case) reads a case file, [`build`](mod@build) makes
-//! the mesh and the [`model`](mod@model) from it, [`check`](mod@check) inspects them, [`analysis`] computes the load path and
-//! its derivatives, [`optimize`] changes the design, [`drive`](mod@drive) runs an optimization to its end and records it,
-//! [`verify`] compares gradients with finite differences. [`output`] writes result files, [`run`] manages the directory of a
-//! run, [`render`] draws pictures, [`export`] extracts surfaces of designs, [`report`] writes web pages about runs. Below
-//! them, [`path`] has the march and the adjoint sweep for any [`StepProblem`](path::StepProblem), and [`mesh`], [`solid`],
-//! [`contact`], [`design`] and [`linalg`] have the parts from which problems are built.
+//! This crate re-exports what users of the library need. [`case`](mod@case) reads a case file, [`build`](mod@build)
+//! makes the mesh and the [`model`](mod@model) from it, [`check`](mod@check) inspects them, [`analysis`] computes the
+//! load path and its derivatives, [`optimize`] changes the design, [`drive`](mod@drive) runs an optimization to its end
+//! and records it, and [`verify`] compares gradients with finite differences. [`output`] writes result files, [`run`]
+//! manages the directory of a run, [`render`] draws pictures, [`export`] extracts surfaces of designs, and [`report`]
+//! writes web pages about runs. At a lower level, [`path`] contains the march and the adjoint sweep for any
+//! [`StepProblem`](path::StepProblem), and [`mesh`], [`solid`], [`contact`], [`design`] and [`linalg`] contain the
+//! parts from which problems are built.
 
 pub mod drive;
 
@@ -28,6 +29,6 @@ pub use slipstick_path as path;
 pub use slipstick_ranks as ranks;
 pub use slipstick_solid as solid;
 
-/// PETSc and MPI: sessions on which problems are built.
+/// PETSc and MPI: sessions with which problems are built.
 #[cfg(feature = "petsc")]
 pub use slipstick_petsc as petsc;

@@ -1,4 +1,4 @@
-//! Case files without errors: what they mean, defaults, templates, round trip, warnings, places.
+//! Case files without errors: meaning, defaults, templates, round trip, warnings, places.
 
 use slipstick::case::*;
 
@@ -151,7 +151,7 @@ fn all_enforcements_and_shapes_are_read() {
     assert_eq!(parse(&text).case.bodies[1].shape.element_count(), Some(8));
 }
 
-/// Written out as TOML, a resolved case is a case file that means the same; as JSON it has no null.
+/// Written out as TOML, a resolved case is a case file with the same meaning; as JSON it contains no null.
 #[test]
 fn a_resolved_case_is_a_case_file() {
     for template in TEMPLATES {
@@ -246,7 +246,7 @@ fn warnings_have_code_and_place() {
     assert!(at.starts_with("10 }"), "{at}");
     let absolute = "enforcement = { augmented = { tolerance = 10, tolerance_scaling = \"absolute\" } }";
     assert!(parse(&text.replace("enforcement = { lagrange = {} }", absolute)).warnings.is_empty(), "it has units");
-    // Both bodies have the material; the ball alone is nearly incompressible.
+    // Both bodies have the material; only the ball is nearly incompressible.
     let soft = |element: &str| {
         let (before, ball) = text.split_once("name = \"ball\"").expect("the second body");
         let ball = ball.replacen("poisson_ratio = 0.3 } }", &format!("poisson_ratio = 0.46 }} }}{element}"), 1);
@@ -268,7 +268,7 @@ fn later_errors_point_back_at_the_file() {
     assert_eq!(&text[map.span("contact[0].slave")], "\"ball_dome\"");
     assert_eq!(&text[map.span("set[0].boxes[2].min[0]")], &text[map.span("set[0].boxes[2].min")]);
     assert_eq!(&text[map.span("body[1].material.neo_hooke.poisson_ratio")], "0.3");
-    // A default stands nowhere: its table does instead.
+    // A default is not in the file: its table is reported instead.
     assert_eq!(&text[map.span("contact[0].search_radius")], "[[contact]]");
     assert!(!map.contains("contact[0].search_radius"));
     let errors = map.error("set[0].boxes", CaseCode::EmptySet, "the set is empty", "widen it");

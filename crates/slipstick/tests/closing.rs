@@ -1,4 +1,5 @@
-//! Gaps that no prescribed motion closes are foreseen, and no others: by hand, and by what the load path then does.
+//! Gaps that no prescribed motion closes are predicted, and no others: compared with hand calculations and with the
+//! actual load path.
 
 mod common;
 
@@ -8,7 +9,7 @@ use slipstick::case::{CaseCode, TEMPLATES, parse_case};
 use slipstick::check::{NoticeKind, inspect};
 use slipstick_path::Silent;
 
-/// Block above slab with this gap; what holds and moves them is to follow.
+/// A block above a slab with this gap; the caller appends supports and motions.
 fn bodies(gap: f64) -> String {
     let material = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
     let (bottom, top) = (1.0 + gap, 1.7 + gap);
@@ -24,7 +25,7 @@ fn driven(u: &str) -> String {
     format!("[[dirichlet]]\nset = 'block_ymax'\nmotion = [{{ t = 1.0, u = {u} }}]\n")
 }
 
-/// What `check` foresees of a case with so many steps: the messages about pairs that never close.
+/// The prediction of `check` for a case with this number of steps: the messages about pairs that never close.
 fn foreseen(text: &str, steps: usize) -> Vec<String> {
     let text = format!("{text}\n[load_path]\nsteps = {steps}\n");
     let resolved = parse_case(&text, "gap.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -42,7 +43,8 @@ fn closes(text: &str, steps: usize) -> bool {
     forward.notice != Some(ForwardNotice::ContactNeverCloses)
 }
 
-/// Down by 0.3 and 0.4 aside, a motion of 0.5: the numbers are those of the text, and the message names all of them.
+/// Down by 0.3 and sideways by 0.4, a motion of 0.5: the numbers are those of the text, and the message contains all of
+/// them.
 #[test]
 fn the_pair_the_gap_and_the_motion_are_named() {
     let text = bodies(0.8) + &driven("[0.4, -0.3, 0]");
@@ -58,7 +60,7 @@ fn the_pair_the_gap_and_the_motion_are_named() {
     assert_eq!(CaseCode::NeverCloses.as_str(), "slipstick::case::never_closes", "a stable code");
 }
 
-/// The forecast is what the path does, on either side of a gap as long as the motion.
+/// The prediction agrees with the path on both sides of a gap as large as the motion.
 #[test]
 fn the_path_does_what_is_foreseen() {
     for gap in [0.0, 0.1, 0.27, 0.33, 0.6] {
@@ -68,7 +70,7 @@ fn the_path_does_what_is_foreseen() {
     }
 }
 
-/// In one step from one side to the other: both ends are apart, the way between is not.
+/// In one step from one side to the other: there is a gap at both ends, but not in between.
 #[test]
 fn what_is_passed_in_a_step_is_seen() {
     for depth in [-0.6, -3.0, -40.0] {
@@ -78,7 +80,7 @@ fn what_is_passed_in_a_step_is_seen() {
     assert_eq!(foreseen(&(bodies(0.5) + &driven("[0, -0.4, 0]")), 1).len(), 1);
 }
 
-/// A post beside the block, which comes sideways.
+/// A post next to the block, which approaches sideways.
 #[test]
 fn sideways_motions_close_gaps() {
     let post = |u: f64| {
@@ -91,8 +93,8 @@ fn sideways_motions_close_gaps() {
     assert!(foreseen(&post(-1.7), 3).is_empty() && foreseen(&post(-30.0), 1).is_empty());
 }
 
-/// A block 0.5 above the slab turns about an axis through its top's middle: a corner, 0.7 below and 0.7 aside, comes lowest at
-/// 45 degrees, 0.99 below the axis. By hand: 0.29 of the gap are closed.
+/// A block 0.5 above the slab rotates about an axis through the middle of its top: a corner, 0.7 below and 0.7 to the
+/// side, reaches its lowest point at 45 degrees, 0.99 below the axis. By hand: 0.29 of the gap are closed.
 #[test]
 fn rotations_are_followed() {
     let turned = |gap: f64, degrees: f64| {
@@ -112,7 +114,8 @@ fn rotations_are_followed() {
     assert_eq!(foreseen(&turned(0.28, 10.0), 18).len(), 1);
 }
 
-/// Bodies of which nothing can be said: loaded, free to move, deformed by their supports, pressed by another pair.
+/// Bodies about which no prediction is possible: loaded, free to move, deformed by their supports, pressed by another
+/// pair.
 #[test]
 fn nothing_is_said_of_what_cannot_be_foreseen() {
     let quiet = |text: &str| assert_eq!(foreseen(text, 2), Vec::<String>::new(), "{text}");
@@ -121,11 +124,11 @@ fn nothing_is_said_of_what_cannot_be_foreseen() {
     quiet(&(bodies(0.8) + guided + "[[load]]\nsurface = 'block_ymax'\npressure = 1.0\n"));
     quiet(&(bodies(0.8) + &driven("[0, -0.3, 0]") + "[[load]]\nsurface = 'block_xmax'\ntraction = [0, -5, 0]\n"));
     quiet(&(bodies(0.8) + &driven("[0, -0.3, 0]") + "[[load]]\nsurface = 'slab_xmax'\ntraction = [0, 5, 0]\n"));
-    // two faces of the block move by themselves: what is between and beyond follows elastically
+    // two faces of the block are driven separately: the parts between and beyond them follow elastically
     let bent = "[[dirichlet]]\nset = 'block_xmin'\n[[dirichlet]]\nset = 'block_xmax'\n\
                 motion = [{ t = 1.0, u = [0, -0.3, 0] }]\n";
     quiet(&(bodies(0.8) + bent));
-    // the slab is pressed from below by a stamp that may lift it
+    // the slab is pressed from below by a stamp that can lift it
     let stamp = "[[body]]\nname = 'stamp'\nbox = { min = [3.5, -1, 0], max = [4.5, 0, 2], elements = [1, 1, 2] }\n\
                  material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }\n\
                  [[contact]]\nslave = 'stamp_ymax'\nmaster = 'slab_ymin'\nfriction = 0\n\
@@ -141,7 +144,7 @@ fn partly_held_bodies_are_foreseen() {
                    components = ['x', 'y']\nmotion = [{ t = 1.0, u = [0, -0.3, 0] }]\n";
     assert_eq!(foreseen(&(bodies(0.8) + rollers), 2).len(), 1);
     assert_eq!(foreseen(&(bodies(0.2) + rollers), 2).len(), 0);
-    // both move down, the block further
+    // both move down, the block farther
     let both =
         bodies(0.8).replace("set = 'slab_ymin'\n", "set = 'slab_ymin'\nmotion = [{ t = 1.0, u = [0, -5, 0] }]\n");
     let told = foreseen(&(both.clone() + &driven("[0, -5.3, 0]")), 2);
@@ -184,7 +187,7 @@ fn cases_that_work_are_left_alone() {
     }
 }
 
-/// The case of the issue: a half ball 0.8 above the plate's corner that is pressed down by 0.3.
+/// The case of the issue: a half-ball 0.8 above the plate's corner that is pressed down by 0.3.
 #[test]
 fn the_half_ball_beside_its_plate_is_told() {
     let text = TEMPLATES.iter().find(|template| template.name == "half-ball").expect("there").text;

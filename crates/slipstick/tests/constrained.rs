@@ -1,5 +1,5 @@
-//! Contact where supports prescribe part of what contact acts on: plane strain with friction, prescribed slip, slave nodes held
-//! along the surface, bodies held by contact alone, and gaps that nothing can close.
+//! Contact if supports prescribe some of the displacements that contact acts on: plane strain with friction, prescribed
+//! slip, slave nodes held along the surface, bodies held only by contact, and gaps that nothing can close.
 
 mod common;
 
@@ -8,21 +8,21 @@ use nalgebra::{Rotation3, Vector3};
 use slipstick::analysis::Forward;
 use slipstick::build::Problem;
 
-/// Lagrange, augmented by default, and by Uzawa's plain iteration.
+/// Lagrange, augmented with default settings, and augmented with Uzawa's plain iteration.
 const MULTIPLIERS: [(&str, &str); 3] = [
     ("Lagrange", "{ lagrange = {} }"),
     ("augmented", "{ augmented = { tolerance = 1e-10 } }"),
     ("plain Uzawa", "{ augmented = { tolerance = 1e-10, max_uzawa = 2000, stiffness = 40, acceleration = 0 } }"),
 ];
 
-/// A block pressed on a slab and dragged along it, in plane strain: z is prescribed at all nodes.
+/// A block pressed onto a slab and dragged along it, in plane strain: z is prescribed at all nodes.
 #[derive(Clone)]
 struct Strip {
     enforcement: String,
     shape: &'static str,
     /// Elements of block and slab along x.
     elements: [usize; 2],
-    /// Way points of the block's z and of its top's x and y.
+    /// Waypoints of the block's z and of its top's x and y.
     aside: &'static str,
     drag: String,
     place: String,
@@ -92,7 +92,7 @@ tolerance = {{ relative = 1e-11 }}
     }
 }
 
-/// Resultant contact force on the slave, and the sums of the supports' reactions on either body.
+/// Resultant contact force on the slave, and the sums of the supports' reactions on each body.
 struct Forces {
     contact: Vector3<f64>,
     reactions: [Vector3<f64>; 2],
@@ -107,7 +107,7 @@ fn forces(problem: &mut Problem, run: &Forward) -> Forces {
     problem.analysis.design.internal_force(d, &mut force).unwrap();
     let mut outer = vec![0.0; d.len()];
     problem.analysis.model().external_force(d, run.path.states.last().unwrap().time, &mut outer);
-    // what supports add to contact and loads for equilibrium
+    // forces that supports exert in addition to contact and loads, by equilibrium
     for ((force, contact), outer) in force.iter_mut().zip(&results.force).zip(&outer) {
         *force -= contact + outer;
     }
@@ -121,7 +121,8 @@ fn forces(problem: &mut Problem, run: &Forward) -> Forces {
     Forces { contact: total(&results.force, 0), reactions: [0, 1].map(|body| total(&force, body)) }
 }
 
-/// The last state's forces. Supports of each body carry its contact force, those of both bodies balance each other.
+/// The forces at the last state. The supports of each body carry its contact force, and those of both bodies balance
+/// each other.
 fn solve(text: &str) -> Forces {
     let mut problem = problem(text);
     let density = problem.initial_density.clone();
@@ -140,7 +141,7 @@ fn solve(text: &str) -> Forces {
 
 fn same(name: &str, found: Vector3<f64>, expected: Vector3<f64>, bound: f64) {
     let error = (found - expected).norm() / expected.norm();
-    assert!(error < bound, "{name}: {:?} is off {:?} by {error:e}", found.as_slice(), expected.as_slice());
+    assert!(error < bound, "{name}: {:?} deviates from {:?} by {error:e}", found.as_slice(), expected.as_slice());
 }
 
 /// The strip with all methods and shapes; the augmented Lagrangian agrees with Lagrange multipliers. Returns the force of
@@ -152,7 +153,7 @@ fn methods_agree(name: &str, strip: &Strip) -> [Vector3<f64>; 2] {
             solve(&Strip { enforcement: enforcement.into(), shape, ..strip.clone() }.text()).contact
         };
         let lagrange = force(MULTIPLIERS[0]);
-        // the plain iteration takes hundreds of solves a step: one shape is enough
+        // the plain iteration takes hundreds of solves per step: one shape is enough
         let others = if shape == "standard" { &MULTIPLIERS[1..] } else { &MULTIPLIERS[1..2] };
         for &other in others {
             same(&format!("{name} {shape}: {}", other.0), force(other), lagrange, 1e-8);
@@ -161,7 +162,8 @@ fn methods_agree(name: &str, strip: &Strip) -> [Vector3<f64>; 2] {
     })
 }
 
-/// Penalty tends to `limit` as 1/ε, the order within `bound` of 1; returns the force of the largest stiffness.
+/// The penalty method tends to `limit` as 1/ε, with an order within `bound` of 1; returns the force for the largest
+/// stiffness.
 fn penalty_tends_to(name: &str, strip: &Strip, limit: Vector3<f64>, bound: f64) -> Vector3<f64> {
     let forces = [1e3, 2e3, 1e4].map(|stiffness: f64| {
         let enforcement = format!("{{ penalty = {{ stiffness = {stiffness:?} }} }}");
@@ -175,7 +177,7 @@ fn penalty_tends_to(name: &str, strip: &Strip, limit: Vector3<f64>, bound: f64) 
     forces[2]
 }
 
-/// Numbers of an earlier version, where all four ways agree: a guard.
+/// Numbers of an earlier version, on which all four ways agree: a regression test.
 #[test]
 fn plane_strain_with_friction() {
     let strip = Strip::default();
@@ -184,12 +186,12 @@ fn plane_strain_with_friction() {
     same("dual", dual, Vector3::new(-9.478e-4, 3.2211e-3, 0.0), 2e-5);
     let stiff = penalty_tends_to("plane strain", &strip, standard, 0.05);
     same("penalty", stiff, Vector3::new(-9.486e-4, 3.2143e-3, 0.0), 2e-5);
-    // the friction cone, where everything slides
+    // the friction cone, because everything slides
     let ratio = -standard[0] / standard[1];
     assert!(ratio > 0.29 && ratio < 0.3, "{ratio}");
 }
 
-/// The block slides across as well, as prescribed: friction has a part along z, and only supports carry it.
+/// The block also slides across, as prescribed: friction has a component along z, which only the supports carry.
 #[test]
 fn prescribed_sideways_slip() {
     let strip = Strip { aside: "[{ t = 0.5, u = [0, 0, 0] }, { t = 1, u = [0, 0, 0.02] }]", ..Strip::default() };
@@ -199,11 +201,11 @@ fn prescribed_sideways_slip() {
         let ratio = force[0].hypot(force[2]) / force[1];
         assert!(ratio > 0.28 && ratio < 0.3, "{ratio}");
     }
-    // steps that are cut in two are another path of friction, and a node is about to open: not quite first order
+    // with steps cut in two, the path of friction is different, and a node is about to open: not quite first order
     penalty_tends_to("sideways", &strip, standard, 0.2);
 }
 
-/// Slave nodes held or driven along the surface, so that only their gaps are free.
+/// Slave nodes held or driven along the surface, so only their gaps are free.
 #[test]
 fn slave_nodes_held_along_the_surface() {
     let along = |motion: &str| format!("[[dirichlet]]\nset = 'a_ymin'\ncomponents = ['x']\nmotion = {motion}\n");
@@ -217,7 +219,7 @@ fn slave_nodes_held_along_the_surface() {
     penalty_tends_to("driven", &strip, standard, 0.05);
 }
 
-/// Only the block is prescribed along z; the slab is free, so that friction along z is an unknown again.
+/// Only the block is prescribed along z; the slab is free, so friction along z is again an unknown.
 #[test]
 fn a_master_free_along_z() {
     let strip = Strip { slab: "[]", ..Strip::default() };
@@ -228,7 +230,8 @@ fn a_master_free_along_z() {
     penalty_tends_to("free", &strip, standard, 0.05);
 }
 
-/// Turned about z by an angle that no axis has, the forces turn as well; with x, y, z renamed, they are renamed.
+/// If the scene is rotated about z by an angle that matches no axis, the forces rotate as well; if x, y, z are renamed,
+/// so are they.
 #[test]
 fn turned_plane_strain_is_the_same() {
     let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), 35f64.to_radians());
@@ -317,7 +320,7 @@ fn gradients_under_constraints() {
     }
 }
 
-/// A body that supports hold along x and z only; contact carries its load.
+/// A body whose supports hold it only along x and z; contact carries its load.
 #[test]
 fn a_body_held_by_contact_alone() {
     let text = |enforcement: &str| {
@@ -358,15 +361,16 @@ tolerance = {{ relative = 1e-11 }}
         println!("held by contact, {name}");
         solve(&text(enforcement)).contact
     });
-    // pressure over the top, which is a little larger than 1
+    // pressure over the top, whose area is slightly larger than 1
     assert!(all[0][1] > 0.01 && all[0][1] < 0.0102, "{:?}", all[0]);
     same("augmented", all[1], all[0], 1e-8);
     same("plain Uzawa", all[2], all[0], 1e-8);
     same("augmented, by default", solve(&text(default)).contact, all[0], 1e-5);
 }
 
-/// Two cubes, stretched by λ_x and λ_z with the surfaces that touch, so that their area grows by λ_x λ_z, and pressed
-/// together. With ε over the reference area the pressure is ε λ_x λ_z times the depth, over the area ε times.
+/// Two cubes, stretched by λ_x and λ_z together with their touching surfaces, whose area grows by λ_x λ_z, and pressed
+/// together. With ε over the reference area the pressure is ε λ_x λ_z times the depth, over the current area ε times
+/// the depth.
 ///
 /// The depth solves 2 λ_y − g = 2 − δ with P(λ_y) = −λ_x λ_z ζ and P = 2c (λ_y − J^(−2β)/λ_y) of the neo-Hookean law.
 #[test]

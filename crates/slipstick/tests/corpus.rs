@@ -1,5 +1,5 @@
-//! The corpus of the fuzz targets (`fuzz/`) once more, without a fuzzer: no file of it makes a reader panic or hang. What a
-//! fuzzer finds is added to the corpus when it is mended.
+//! Replays the corpus of the fuzz targets (`fuzz/`) without a fuzzer: none of its files may make a reader panic or
+//! hang. Inputs that a fuzzer finds are added to the corpus when the error is fixed.
 
 #[path = "../../../fuzz/src/targets.rs"]
 mod targets;
@@ -8,7 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// All files of some folders, counted from the repository's root; a file that is named itself too.
+/// All files in some folders, relative to the repository's root; entries may also be single files.
 fn files(of: &[&str]) -> Vec<PathBuf> {
     let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let mut all: Vec<PathBuf> = Vec::new();
@@ -20,7 +20,7 @@ fn files(of: &[&str]) -> Vec<PathBuf> {
     all
 }
 
-/// Runs a target over folders that hold at least so many files.
+/// Runs a target over folders with at least `least` files.
 fn replay(target: fn(&[u8]), folders: &[&str], least: usize) {
     let files = files(folders);
     assert!(files.len() >= least, "{} files in {folders:?}", files.len());

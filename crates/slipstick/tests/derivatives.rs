@@ -1,5 +1,6 @@
-//! Every derivative of the step's equations against central differences (order 4) at generic states: bodies warped at
-//! random, multipliers and history at random, open, sticking and slipping nodes, the slave reaching over the master's edge.
+//! Every derivative of the step's equations compared with central differences (order 4) at generic states: randomly
+//! warped bodies, random multipliers and history, open, sticking and slipping nodes, and a slave that extends over the
+//! master's edge.
 
 mod common;
 
@@ -7,20 +8,21 @@ use common::scene::*;
 use common::*;
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick::build::Problem;
+use slipstick::design::ElementValues;
 use slipstick::model::{Design, Step, Workspace};
 use slipstick_contact::enforcement::lagrange::complementarity;
 use slipstick_contact::enforcement::{NodeMeasures, Stiffness, StiffnessScaling, friction_share};
 use slipstick_path::{Evaluated, Held, Iteration, StateError, StepProblem, StepState, Unknowns, Wanted};
 
 const FRICTION: f64 = 0.4;
-/// Pseudo-time of the state: there is no load that depends on it.
+/// Pseudo-time of the state: no load depends on it.
 const TIME: f64 = 1.0;
 /// Relative to the largest entry of the derivative.
 const BOUND: f64 = 1e-8;
-/// c_t/c_n where a case gives them.
+/// c_t/c_n if a case specifies them.
 const RATIO: f64 = 0.125;
 
-/// c_t/c_n of a method: the augmented Lagrangian chooses its own.
+/// c_t/c_n of a method; the augmented Lagrangian has its own.
 fn ratio(enforcement: &str) -> f64 {
     if enforcement.contains("augmented") { 1.0 } else { RATIO }
 }
@@ -45,18 +47,18 @@ fn variants() -> Vec<(String, String, &'static str)> {
 struct Generic {
     ratio: f64,
     problem: Problem,
-    density: Vec<f64>,
+    density: ElementValues,
     previous: StepState,
     y: Vec<f64>,
     iteration: Iteration,
 }
 
-/// A state in which all three statuses occur; the first of a few seeds that has one.
+/// A state in which all three statuses occur, from the first suitable one of a few seeds.
 fn generic(enforcement: &str, shape: &'static str, held: bool) -> Generic {
     generic_at([0.9, 1.0, 0.37], enforcement, shape, held)
 }
 
-/// The same with the block's lowest corner given.
+/// The same for a given lowest corner of the block.
 fn generic_at(corner: [f64; 3], enforcement: &str, shape: &'static str, held: bool) -> Generic {
     let scene = Scene {
         slab: [3, 1, 2],
@@ -92,7 +94,7 @@ fn generic_at(corner: [f64; 3], enforcement: &str, shape: &'static str, held: bo
         generic.previous = StepState { unknowns: previous, history: random.vector(history, 5.0) };
         let statuses = generic.evaluate(&y).active_set;
         let various = (0..3).all(|s| statuses.iter().filter(|&&a| a == s).count() >= 2);
-        // far from every switch, so that no difference crosses one
+        // far from every switch, so that no difference step crosses one
         let settled = (0..50).all(|_| {
             let mut near = |t: usize, y: f64| y + random.within(-1.0, 1.0) * if t < split { 2e-4 } else { 0.2 };
             let moved: Vec<f64> = y.iter().enumerate().map(|(t, y)| near(t, *y)).collect();
@@ -178,7 +180,7 @@ impl Generic {
             .collect()
     }
 
-    /// F with the parameters c, which steer the iteration only and are not differentiated, held at `parameters`.
+    /// F with the parameters c held at `parameters`: they only affect the iteration and are not differentiated.
     fn frozen(&self, y: &[f64], parameters: &[f64], statuses: &[u8]) -> Vec<f64> {
         let mut out = self.residual(y);
         let split = self.split();
@@ -222,7 +224,7 @@ fn check_tangent(name: &str, generic: &Generic, with_multipliers: bool) {
         statuses = generic.evaluate(&y).active_set;
         parameters = generic.parameters();
     }
-    // blocks (R, C) × (d, ζ): each against its own largest entry
+    // blocks (R, C) × (d, ζ): each relative to its own largest entry
     let mut worst = [[0.0f64; 2]; 2];
     let mut size = [[0.0f64; 2]; 2];
     for (t, column) in columns.iter().enumerate() {
@@ -263,8 +265,8 @@ fn tangent_matches_finite_differences() {
     }
 }
 
-/// A block beyond the slab's edge, its outermost facets hardly covered: there the condition is compliant, and its
-/// compliance depends on the area.
+/// A block extends beyond the slab's edge, and its outermost facets are hardly covered: there the condition is
+/// compliant, and its compliance depends on the area.
 #[test]
 fn tangent_on_slivers_matches_finite_differences() {
     for (name, enforcement, shape) in variants() {
@@ -286,7 +288,7 @@ fn tangent_on_slivers_matches_finite_differences() {
 fn previous_pull_back_matches_finite_differences() {
     for (name, enforcement, shape) in variants() {
         check_previous_pull_back(&name, generic(&enforcement, shape, false));
-        // the same where the previous rows of some nodes are slivers, which friction depends on
+        // the same if the previous rows of some nodes are slivers, on which friction depends
         let sliver = generic_at([-0.32, 1.0, 0.37], &enforcement, shape, false);
         let (previous, reference) = (sliver.previous.clone(), sliver.measures(&sliver.y.clone()));
         let before = sliver.measures(&previous.unknowns);
@@ -365,7 +367,7 @@ fn current_and_design_pull_back_match_finite_differences() {
         let expected: Vec<f64> = (0..density.len())
             .map(|e| {
                 difference(&density, e, 1e-3, |density| {
-                    generic.problem.analysis.set_density(density);
+                    generic.problem.analysis.set_density(&density.to_vec().into());
                     vec![dot(&lambda, &generic.residual(&y))]
                 })[0]
             })
@@ -376,8 +378,9 @@ fn current_and_design_pull_back_match_finite_differences() {
     }
 }
 
-/// A sticking traction turns with the bodies: the history's components are kept under any common rotation of the two
-/// bodies in a step, also a spin about the contact normal (theory §3). The stiffness multiplies the rounding of the slip.
+/// A sticking traction rotates with the bodies: the history's components are preserved under any common rotation of
+/// both bodies in a step, including a spin about the contact normal (theory §3). The stiffness multiplies the round-off
+/// of the slip.
 #[test]
 fn sticking_traction_is_kept_under_rotation() {
     for shape in ["standard", "dual"] {
@@ -385,7 +388,7 @@ fn sticking_traction_is_kept_under_rotation() {
         let mut generic = generic(soft, shape, false);
         let coordinates: Vec<f64> = generic.problem.mesh.nodes.iter().flatten().copied().collect();
         let mut previous = generic.previous.clone();
-        // well inside of the friction cone: pressed together by 0.03, little traction
+        // well inside the friction cone: pressed together by 0.03, little traction
         for (t, d) in previous.unknowns.iter_mut().enumerate() {
             let on_block = generic.problem.mesh.body("block").unwrap().nodes.contains(&(t / 3));
             if on_block && t % 3 == 1 {
@@ -417,7 +420,7 @@ fn sticking_traction_is_kept_under_rotation() {
     }
 }
 
-/// A block that a step moves as a whole: down through the slab beyond the search radius, or sideways off its edge.
+/// A block that moves as a whole in one step: down through the slab beyond the search radius, or sideways off its edge.
 #[test]
 fn a_step_beyond_the_search_radius_is_refused() {
     let problem = problem(&Scene::default().text());

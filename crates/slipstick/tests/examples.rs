@@ -140,7 +140,7 @@ fn wrong_objectives_are_refused() {
     let mut problem = own_objective::problem().expect("builds");
     let analysis = &mut problem.analysis;
     let found = analysis.check_objective(&Wrong { factor: 0.5, step: 2 }).expect_err("wrong").to_string();
-    assert!(found.contains("objective `wrong` at step 2: its derivative by the displacements"), "{found}");
+    assert!(found.contains("objective `wrong` at step 2: its derivative with respect to the displacements"), "{found}");
     let refused = analysis.set_objective(Box::new(Wrong { factor: 0.5, step: 2 }));
     assert_eq!(refused.is_err(), cfg!(debug_assertions));
     let refused = analysis.set_objective(Box::new(Wrong { factor: 1.0, step: 5 }));

@@ -1,5 +1,5 @@
-//! What a failed analysis says about a singular matrix and about gaps that nothing can close: which node and direction, what
-//! holds it, which contact pair acts there, and what mends it. Each case really fails.
+//! The explanation of a failed analysis for a singular matrix and for gaps that nothing can close: which node and
+//! direction, what holds it, which contact pair acts there, and how to fix it. Each case really fails.
 
 mod common;
 
@@ -43,7 +43,7 @@ const LAGRANGE: &str = "{ lagrange = {} }";
 
 const PRESSURE: &str = "[[load]]\nsurface = \"block_ymax\"\npressure = 1\n";
 
-/// Explains why a case fails; all of `parts` are in the explanation, which names no unknown by number.
+/// Explains why a case fails; all of `parts` occur in the explanation, which does not mention unknowns by number.
 fn explained(text: &str, parts: &[&str]) -> (FailureReport, StepFailureKind) {
     let mut problem = problem(text);
     let density = problem.initial_density.clone();
@@ -66,7 +66,7 @@ fn singular(text: &str, parts: &[&str]) -> FailureReport {
     report
 }
 
-/// Neither support nor contact: the free body is named, with all of its motions.
+/// Neither support nor contact: the free body is named, together with all its motions.
 #[test]
 fn a_free_body() {
     let report = singular(
@@ -113,7 +113,7 @@ fn a_mechanism() {
     );
 }
 
-/// Closed contact without friction holds a body along its normal only.
+/// Closed contact without friction holds a body only along its normal.
 #[test]
 fn a_body_that_slides_freely() {
     let text = block_and_slab(0.0, &format!("{}{PRESSURE}", pair(0.0, LAGRANGE)));
@@ -130,8 +130,8 @@ fn a_body_that_slides_freely() {
     assert_eq!(report.cures[0], cure);
 }
 
-/// Nine slave nodes that are prescribed along the normal, against one element whose left half is held: nine gaps and two
-/// free displacements.
+/// Nine slave nodes that are prescribed along the normal, against one element whose left half is held: nine gaps and
+/// only two free displacements.
 #[test]
 fn contradicting_contact_conditions() {
     let pressed = "motion = [{ t = 1, u = [0, -0.1, 0] }]\n";
@@ -153,7 +153,7 @@ fn contradicting_contact_conditions() {
 }
 
 /// Both surfaces are prescribed along the normal and pushed through each other: no multiplier can close the gap, and a
-/// multiplier of zero would hide it. The penalty method has its force: stiffness times depth times area.
+/// multiplier of zero would hide it. The penalty method has a force: stiffness times depth times area.
 #[test]
 fn prescribed_penetration() {
     let driven = "[[dirichlet]]\nset = \"block_ymin\"\nmotion = [{ t = 1, u = [0, -0.1, 0] }]\n[[dirichlet]]\nset = \"block_ymax\"\n[[dirichlet]]\nset = \"slab_ymax\"\ncomponents = [\"y\"]\n";
@@ -173,7 +173,7 @@ fn prescribed_penetration() {
             let StepFailureKind::State(StateError::PrescribedPenetration { node, depth }) = kind else {
                 panic!("{kind:?}")
             };
-            // the first step presses by 0.05, the second by 0.1
+            // the first step presses by 0.05, the second one by 0.1
             let (step, expected) = if gap == 0.0 { (1, 0.05) } else { (2, 0.04) };
             assert_eq!((report.step, report.places[0].number), (Some(step), node));
             assert!((depth - expected).abs() < 1e-9, "{depth}");
@@ -189,7 +189,7 @@ fn prescribed_penetration() {
     assert!((force - 40.0 * 0.1).abs() < 1e-9, "{force}");
 }
 
-/// Surfaces that are held where they touch, without a gap, are no error: the multiplier is zero.
+/// Surfaces that are held where they touch, without a gap, are not an error: the multiplier is zero.
 #[test]
 fn prescribed_touch() {
     let driven = "[[dirichlet]]\nset = \"block_ymin\"\nmotion = [{ t = 1, u = [0.01, 0, 0] }]\n[[dirichlet]]\nset = \"block_ymax\"\n[[dirichlet]]\nset = \"slab_ymax\"\ncomponents = [\"y\"]\n";

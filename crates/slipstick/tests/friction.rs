@@ -1,4 +1,4 @@
-//! Coulomb friction in full slip, and how the methods relate.
+//! Coulomb friction in full slip, and relations between the methods.
 
 mod common;
 
@@ -7,7 +7,7 @@ use common::*;
 use slipstick::build::Problem;
 use slipstick_contact::friction::Status;
 
-/// A block without lateral strain (ν = 0, so that nothing moves across) that slides along x on a rigid plane.
+/// A block without lateral strain (ν = 0, so nothing moves sideways) that slides along x on a rigid plane.
 fn sliding(friction: f64, enforcement: &str, shape: &str, plane_is_slave: bool) -> Problem {
     let (slave, master) = if plane_is_slave { ("base_ymax", "block_ymin") } else { ("block_ymin", "base_ymax") };
     // the nodal forces of prescribed slave nodes do not count
@@ -66,7 +66,7 @@ fn slide(problem: &mut Problem) -> (f64, f64, f64) {
     (sum(0), -sum(1), run.value)
 }
 
-/// Coulomb's law for the whole block: pulling it takes μ times what presses it down.
+/// Coulomb's law for the whole block: the pulling force is μ times the pressing force.
 #[test]
 fn sliding_force_is_friction_times_normal_force() {
     for (method, enforcement) in
@@ -74,7 +74,8 @@ fn sliding_force_is_friction_times_normal_force() {
     {
         for (shape, plane_is_slave) in [("standard", true), ("dual", true), ("standard", false)] {
             for friction in [0.05, 0.3] {
-                // a penalty lets the block's own face warp, and with it the direction of the traction; the plane stays plane
+                // with the penalty method, the block's own face can warp, which changes the direction of the traction;
+                // the plane remains plane
                 if method == "penalty" && !plane_is_slave {
                     continue;
                 }
@@ -92,7 +93,8 @@ fn sliding_force_is_friction_times_normal_force() {
     }
 }
 
-/// In full slip every nodal force is √(1+μ²) times its normal part, so θ grows like that (Table 1 of the paper: 1.0044, 1.0291).
+/// In full slip every nodal force is √(1+μ²) times its normal part, so θ grows by this factor (Table 1 of the paper:
+/// 1.0044, 1.0291).
 #[test]
 fn contact_force_grows_with_friction() {
     for shape in ["standard", "dual"] {
@@ -106,14 +108,14 @@ fn contact_force_grows_with_friction() {
             let (press, value) = at(friction);
             println!("{shape} mu {friction}: {} against {factor}", value / without);
             assert!((value / (press * factor) - 1.0).abs() < 1e-9, "{shape} mu {friction}: {value} {press}");
-            // the pressing force itself changes little
+            // the pressing force itself changes only slightly
             assert!((value / without / factor - 1.0).abs() < 0.02, "{shape} mu {friction}: {value} {without}");
         }
     }
 }
 
-/// |θ| of the penalty method grows with ε to that of the Lagrange method, its error falling like 1/ε; the augmented method
-/// lies on it, whatever ε.
+/// |θ| of the penalty method increases with ε towards that of the Lagrange method, with an error proportional to 1/ε;
+/// the augmented method agrees with it for any ε.
 #[test]
 fn penalty_tends_to_lagrange_from_below_and_augmented_lies_on_it() {
     for shape in ["standard", "dual"] {
@@ -121,7 +123,7 @@ fn penalty_tends_to_lagrange_from_below_and_augmented_lies_on_it() {
             let mut problem = problem(&Scene { enforcement, shape, friction: 0.3, ..Scene::default() }.text());
             let density = random_density(&problem, 5);
             let run = forward(&mut problem, &density);
-            // sub-steps would be another discretisation in time
+            // sub-steps would be a different discretisation in time
             assert_eq!(run.path.states.len(), 11);
             -run.value
         };

@@ -1,6 +1,6 @@
-//! The adjoint gradient against central differences (order 4) of the whole forward analysis, for every enforcement
-//! method, multiplier shape and contact history, with a heterogeneous design; the statuses that a test is about are
-//! checked to occur.
+//! The adjoint gradient compared with central differences (order 4) of the whole forward analysis, for every
+//! enforcement method, multiplier shape and contact history, with a heterogeneous design; each test checks that the
+//! statuses of interest occur.
 
 mod common;
 
@@ -9,13 +9,14 @@ use common::*;
 use slipstick::analysis::Forward;
 use slipstick::build::Problem;
 use slipstick::case::LawKind;
+use slipstick::design::ElementValues;
 use slipstick_mesh::{BoxShape, box_mesh};
 use slipstick_path::Silent;
 
 /// The bound of all comparisons; most are better than 1e-10.
 const BOUND: f64 = 1e-7;
 
-/// Stiff enough that Uzawa's iteration converges fast, soft enough that 1e-12 of the force stays above round-off.
+/// Stiff enough that Uzawa's iteration converges fast, soft enough that 1e-12 of the force is still above round-off.
 const AUGMENTED: f64 = 1e4;
 
 fn methods() -> [(&'static str, String); 3] {
@@ -84,8 +85,8 @@ fn gradient_opening_and_closing_again() {
     }
 }
 
-/// A finer slave surface, partly beyond the slab's edge, rocked by a turn about the horizontal: nodes open while others
-/// stick and slip.
+/// A finer slave surface, partly beyond the slab's edge, tilted by a rotation about a horizontal axis: nodes open while
+/// others stick and slip.
 #[test]
 fn gradient_of_a_rocking_block_over_the_edge() {
     for (method, enforcement) in methods() {
@@ -109,9 +110,9 @@ fn gradient_of_a_rocking_block_over_the_edge() {
     }
 }
 
-/// A block slides onto the slab from beyond its edge: nodes come over the slab that had no mortar row before. Without one
-/// their first slip increment vanishes for every motion, so friction waits for a step; their contact condition hardens
-/// with their area. Steps that cover new nodes could not be solved otherwise.
+/// A block slides onto the slab from beyond its edge: nodes without a previous mortar row reach the slab. For these,
+/// the first slip increment would vanish for every motion, so friction starts one step later; the stiffness of their
+/// contact condition increases with their area. Otherwise, steps that cover new nodes could not be solved.
 #[test]
 fn gradient_of_a_block_sliding_onto_the_slab() {
     for (method, enforcement) in methods() {
@@ -134,7 +135,7 @@ fn gradient_of_a_block_sliding_onto_the_slab() {
     }
 }
 
-/// Every law but the default, and F̄ with nearly incompressible material.
+/// Every law except the default, and F̄ with nearly incompressible material.
 #[test]
 fn gradient_of_other_materials_and_elements() {
     let motion = "[{ t = 0.4, u = [0, -0.08, 0] }, { t = 1.0, u = [0.15, -0.1, 0.04] }]".to_string();
@@ -152,8 +153,8 @@ fn gradient_of_other_materials_and_elements() {
     }
 }
 
-/// Tetrahedra, and both kinds of elements in one body: a slab of which every second hexahedron is divided, under a block of
-/// tetrahedra, so that triangles slide over triangles and quadrilaterals.
+/// Tetrahedra, and both kinds of elements in one body: a slab in which every second hexahedron is divided, under a
+/// block of tetrahedra, so that triangles slide over triangles and quadrilaterals.
 #[test]
 fn gradient_of_tetrahedra_and_hexahedra() {
     let divided = |name: &str, min: [f64; 3], max: [f64; 3], elements: [usize; 3], every: usize| {
@@ -248,8 +249,8 @@ fn gradient_of_an_objective_over_all_steps() {
     }
 }
 
-/// Each pair with a method of its own. Lagrange multipliers and the augmented Lagrangian have the same solution, so the
-/// objective is the same whichever pair has which.
+/// Each pair has its own method. Lagrange multipliers and the augmented Lagrangian have the same solution, so the
+/// objective does not depend on which pair has which.
 #[test]
 fn gradient_of_three_bodies() {
     let mut exact: Vec<(String, f64)> = Vec::new();
@@ -271,8 +272,8 @@ fn gradient_of_three_bodies() {
     }
 }
 
-/// A step that crushes the bodies is cut back, and the adjoint runs through the sub-steps. The first depth is taken that is
-/// too much for one increment.
+/// A step that crushes the bodies is cut back, and the adjoint follows the sub-steps. The test uses the first depth
+/// that is too large for one increment.
 #[test]
 fn gradient_through_sub_steps() {
     for (method, enforcement) in methods() {
@@ -303,8 +304,8 @@ fn last_step_only(forward: &Forward) -> Forward {
     short
 }
 
-/// What a gradient without previous-step terms would be is far off, so the comparisons above do see these terms: by
-/// 1e-4 … 3e-2 at least. Without friction they vanish, and only the observed step is solved.
+/// A gradient without previous-step terms would be wrong by at least 1e-4 … 3e-2, so the comparisons above do test
+/// these terms. Without friction they vanish, and only the observed step is solved.
 #[test]
 fn previous_step_terms_matter_with_friction_and_vanish_without() {
     for (method, enforcement) in methods() {
@@ -326,7 +327,7 @@ fn previous_step_terms_matter_with_friction_and_vanish_without() {
     }
 }
 
-/// Without memory no factors are kept, with a little some, with much those of all steps; what they lead to is the same
+/// Without memory no factors are kept, with little memory some, with much memory those of all steps; the results agree
 /// to the tolerance of the transposed solves.
 #[test]
 fn the_gradient_is_the_same_with_any_memory_for_factors() {
@@ -356,8 +357,8 @@ fn the_gradient_is_the_same_with_any_memory_for_factors() {
     }
 }
 
-/// Small problems are factorized anew in every solve, as that is cheaper. Made to follow earlier factors, the march's, the
-/// sweep's own or both, the sweep has the same result.
+/// Small problems are factorized again in every solve, since that is cheaper. If earlier factors are enforced, those of
+/// the march, of the sweep itself or both, the sweep has the same result.
 #[test]
 fn the_gradient_is_the_same_with_earlier_factors() {
     for (method, enforcement) in methods() {
@@ -404,9 +405,9 @@ fn taylor_remainder_is_of_second_order() {
         let remainders: Vec<f64> = (0..5)
             .map(|k| {
                 let h = 1e-2 * 0.5f64.powi(k);
-                let moved: Vec<f64> = density.iter().zip(&direction).map(|(x, v)| x + h * v).collect();
+                let moved: ElementValues = density.iter().zip(&direction).map(|(x, v)| x + h * v).collect();
                 let run = forward(&mut problem, &moved);
-                assert_eq!(status_path(&mut problem, &run), statuses, "{method}: a kink lies inside of h = {h}");
+                assert_eq!(status_path(&mut problem, &run), statuses, "{method}: a kink lies within h = {h}");
                 (run.value - base.value - h * slope).abs()
             })
             .collect();
@@ -418,8 +419,8 @@ fn taylor_remainder_is_of_second_order() {
     }
 }
 
-/// Where a node changes its status inside of ±h, central differences are wrong and the active sets say so; the adjoint is
-/// the derivative of the side it was computed on.
+/// If a node changes its status within ±h, central differences are wrong and the active sets show it; the adjoint is
+/// the derivative on the side on which it was computed.
 #[test]
 fn a_kink_is_recognised_by_its_active_sets() {
     let mut problem = problem(&Scene { friction: 0.5, ..Scene::default() }.text());
@@ -445,7 +446,7 @@ fn a_kink_is_recognised_by_its_active_sets() {
     let here = low - 1e-6;
     let (centre, left, far, right) = (run(here), run(here - h), run(here - 2.0 * h), run(here + h));
     assert_eq!(centre.1, left.1);
-    assert_ne!(centre.1, right.1, "the change lies inside of the step");
+    assert_ne!(centre.1, right.1, "the change lies within the step");
     let central = (right.0 - left.0) / (2.0 * h);
     let third = run(here - 3.0 * h);
     let one_sided = (11.0 * centre.0 - 18.0 * left.0 + 9.0 * far.0 - 2.0 * third.0) / (6.0 * h);

@@ -1,4 +1,4 @@
-//! What results must not depend on: the observer's frame, the units, the number of threads. And what must balance.
+//! Results must not depend on the observer's frame, the units, or the number of threads, and forces must balance.
 
 mod common;
 
@@ -6,6 +6,7 @@ use common::scene::*;
 use common::*;
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick::analysis::{Forward, pair_results};
+use slipstick::design::ElementValues;
 
 /// All methods with their default parameters.
 const DEFAULTS: [(&str, &str); 3] =
@@ -27,7 +28,7 @@ fn scene(enforcement: &str) -> Scene {
     }
 }
 
-fn run(scene: &Scene) -> (Forward, Vec<f64>) {
+fn run(scene: &Scene) -> (Forward, ElementValues) {
     let mut problem = problem(&scene.text());
     let density = random_density(&problem, 21);
     let run = forward(&mut problem, &density);
@@ -35,7 +36,7 @@ fn run(scene: &Scene) -> (Forward, Vec<f64>) {
     (run, gradient)
 }
 
-/// The whole problem moved and turned: same iterations, same θ and gradient. Way points turn along.
+/// The whole problem translated and rotated: same iterations, same θ and gradient. Waypoints are rotated as well.
 #[test]
 fn rigid_motion_changes_nothing() {
     let (axis, degrees) = (Vector3::new(0.3, -0.5, 0.8), 73.0);
@@ -62,7 +63,8 @@ fn rigid_motion_changes_nothing() {
     }
 }
 
-/// Millimetres or metres, and E times 1e4: same iterations with default parameters and tolerances, θ in its unit of force.
+/// Millimetres or metres, and E times 1e4: same iterations with default parameters and tolerances, θ in the new unit of
+/// force.
 #[test]
 fn units_change_nothing() {
     let motion = |l: f64| {
@@ -93,8 +95,8 @@ fn units_change_nothing() {
     }
 }
 
-/// c_n and c_t in units, per area and as the paper's factors of weighted measures (an interior node's tributary area here
-/// is 0.16): the iteration is another, the solution and its gradient are not.
+/// c_n and c_t with units, per area and as the paper's factors of weighted measures (the tributary area of an interior
+/// node is 0.16 here): the iterations differ, but the solution and its gradient do not.
 #[test]
 fn complementarity_parameters_change_the_iteration_only() {
     let at = |enforcement: &str| run(&Scene { load_path: Scene::default().load_path, ..scene(enforcement) });
@@ -112,7 +114,7 @@ fn complementarity_parameters_change_the_iteration_only() {
         assert!(value.abs() < 1e-11 && slope < 1e-10, "{c}: {value:e} {slope:e}");
         iterations.push(other.path.newton_iterations());
     }
-    assert!(iterations.iter().any(|n| *n != iterations[0]), "the parameters are not taken: {iterations:?}");
+    assert!(iterations.iter().any(|n| *n != iterations[0]), "the parameters have no effect: {iterations:?}");
 }
 
 /// θ and gradient do not depend on the number of threads, bit for bit.
@@ -132,8 +134,8 @@ fn threads_change_no_bit() {
     }
 }
 
-/// The contact force on the slave, Σ_j A_j z_j by hand, balances the internal forces of the slave nodes, those of the master
-/// nodes, and the supports' reactions.
+/// The contact force on the slave, computed directly as Σ_j A_j z_j, balances the internal forces of the slave nodes,
+/// those of the master nodes, and the supports' reactions.
 #[test]
 fn forces_balance() {
     for (method, enforcement) in DEFAULTS {
@@ -183,15 +185,15 @@ fn forces_balance() {
     }
 }
 
-/// Pairs of bodies that do not touch each other have their own solutions, whatever method the others have: those of cases of
-/// their own.
+/// Pairs of bodies that are not in contact with each other have independent solutions, whatever method the others have:
+/// those of separate cases.
 #[test]
 fn pairs_of_other_bodies_and_methods_change_nothing() {
     let alone: Vec<String> = DEFAULTS
         .iter()
         .enumerate()
         .map(|(i, (_, enforcement))| {
-            // steps far below the tolerance that both are solved to; each problem in a place of its own
+            // steps far below the tolerance to which both are solved; each problem at a different place
             let load_path = "tolerance = { relative = 1e-13 }".into();
             let place = format!("{{ translate = [0.0, 0.0, {:?}] }}", 3.0 * i as f64);
             let enforcement = enforcement.replace("augmented = {}", "augmented = { tolerance = 1e-12 }");

@@ -1,4 +1,4 @@
-//! Several load cases: each is what it is alone, and the objective and its gradient are their weighted sums.
+//! Several load cases: each gives the same result as alone, and the objective and its gradient are their weighted sums.
 
 mod common;
 
@@ -7,15 +7,16 @@ use common::*;
 use slipstick::analysis::Gradients;
 use slipstick::build::{Problem, build, optimization};
 use slipstick::case::{CaseCode, Severity, parse_case};
+use slipstick::design::ElementValues;
 use slipstick_path::Silent;
 
-/// What drives the block in the two cases.
+/// The block's motion in each of the two cases.
 const MOTIONS: [&str; 2] = [
     "[{ t = 0.5, u = [0, -0.1, 0] }, { t = 1.0, u = [0.1, -0.1, 0.03] }]",
     "[{ t = 0.5, u = [0, -0.08, 0] }, { t = 1.0, u = [-0.06, -0.12, 0.1] }]",
 ];
 
-/// A load in each.
+/// The load in each case.
 const LOADS: [&str; 2] = ["pressure = 20.0", "traction = [0.0, -9.0, 4.0]"];
 
 const WEIGHTS: [f64; 2] = [0.7, 0.2];
@@ -24,13 +25,13 @@ fn scene(enforcement: &str) -> Scene {
     Scene { enforcement: enforcement.into(), observed: "\"all\"", steps: 6, ..Scene::default() }
 }
 
-/// One of the cases alone.
+/// Only one of the cases.
 fn alone(enforcement: &str, case: usize) -> String {
     let more = format!("[[load]]\nsurface = 'slab_xmax'\n{}\n", LOADS[case]);
     Scene { motion: MOTIONS[case].into(), more, ..scene(enforcement) }.text()
 }
 
-/// Both.
+/// Both cases.
 fn both(enforcement: &str) -> String {
     let mut more = format!("[[dirichlet]]\nset = 'block_ymax'\nload_case = 'second'\nmotion = {}\n", MOTIONS[1]);
     for (name, (weight, load)) in ["first", "second"].iter().zip(WEIGHTS.iter().zip(LOADS)) {
@@ -91,7 +92,7 @@ fn objective_and_gradient_are_weighted_sums() {
     }
 }
 
-/// Later designs start where the path of the design before leads, in each case by itself.
+/// Later designs take their initial guesses from the path of the previous design, separately for each case.
 #[test]
 fn designs_for_two_load_cases() {
     let text = both(LAGRANGE).replace("initial = 0.5", "initial = 0.5\nvolume_fraction = 0.5")
@@ -108,17 +109,17 @@ fn designs_for_two_load_cases() {
     }
     let history: Vec<f64> = optimization.state.history.iter().map(|record| record.objective).collect();
     assert!(history.windows(2).all(|w| w[1] < w[0]), "{history:?}");
-    // the last design, marched without the path of the one before
-    let alone = |density: &[f64], problem: &mut Problem| {
+    // the last design, marched without the path of the previous one
+    let alone = |density: &ElementValues, problem: &mut Problem| {
         problem.analysis.guide = None;
         problem.analysis.forward(density, &mut Silent).unwrap().path.newton_iterations()
     };
     let last = optimization.density();
     let unled = alone(&last, &mut optimization.problem);
-    assert!(counts[3] < unled, "the path of the design before does not help: {counts:?}, alone {unled}");
+    assert!(counts[3] < unled, "the path of the previous design does not help: {counts:?}, alone {unled}");
 }
 
-/// A step that fails in the second case tells so: the block is pushed through the slab there.
+/// A failure in the second case is reported as such: there, the block is pushed through the slab.
 #[test]
 fn failures_name_the_load_case() {
     let text = both(LAGRANGE)

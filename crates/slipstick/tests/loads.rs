@@ -1,13 +1,15 @@
-//! Loads on surfaces: what arrives at the contact, and derivatives of whole paths under loads.
+//! Loads on surfaces: the resulting contact forces, and derivatives of whole paths under loads.
 
 mod common;
 
 use common::scene::*;
 use common::*;
 use slipstick::build::Problem;
+use slipstick::design::ElementValues;
 use slipstick::model::Parameter;
 
-/// Two boxes on top of each other between frictionless walls, faces not matching, the upper one pressed by `load`.
+/// Two boxes on top of each other between frictionless walls, with non-matching meshes, the upper one pressed by
+/// `load`.
 fn stack(load: &str, shape: &str) -> Problem {
     let mut text = String::new();
     for (name, y, elements, modulus) in [("lower", 0, [2, 2, 2], 1000.0), ("upper", 1, [3, 1, 3], 300.0)] {
@@ -35,8 +37,9 @@ fn stack(load: &str, shape: &str) -> Problem {
     problem(&text)
 }
 
-/// Pressure, traction and force of the same size press the same between walls, where no area changes: the contact pressure is
-/// the load, and both boxes are strained by the stretch λ of P = 2c (λ − λ^(−2β−1)), c = E/(4(1+ν)), β = ν/(1−2ν), (100).
+/// Pressure, traction and force of the same size have the same effect between walls, where no area changes: the contact
+/// pressure is the load, and both boxes are strained by the stretch λ of P = 2c (λ − λ^(−2β−1)), c = E/(4(1+ν)), β =
+/// ν/(1−2ν), (100).
 #[test]
 fn a_load_arrives_at_the_contact() {
     let size = 150.0;
@@ -69,7 +72,7 @@ fn a_load_arrives_at_the_contact() {
     }
 }
 
-/// All kinds of loads, rising and falling, on a scene whose block slides.
+/// All kinds of loads, rising and falling, on a scene with a sliding block.
 const MORE: &str = "
 [[load]]
 surface = 'slab_xmax'
@@ -91,7 +94,7 @@ fn scene(enforcement: &str) -> Scene {
     Scene { enforcement: enforcement.into(), observed: "\"all\"", more: MORE.into(), ..Scene::default() }
 }
 
-/// The block's top is free: only contact and friction hold it under a load that presses and drags it.
+/// The block's top is free: only contact and friction hold it, under a load that presses and drags it.
 fn held_by_contact(enforcement: &str) -> String {
     let scene = Scene { enforcement: enforcement.into(), observed: "\"all\"", ..Scene::default() };
     let motion = format!("[[dirichlet]]\nset = \"block_ymax\"\nmotion = {}\n", scene.motion);
@@ -114,7 +117,7 @@ fn check(name: &str, text: &str) {
         (0..density.len()).map(|e| if designed.contains(&e) { random.within(-1.0, 1.0) } else { 0.0 }).collect();
     let fourth =
         |at: &mut dyn FnMut(f64) -> f64, h: f64| (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-    let along = |h: f64| -> Vec<f64> { density.iter().zip(&direction).map(|(d, v)| d + h * v).collect() };
+    let along = |h: f64| -> ElementValues { density.iter().zip(&direction).map(|(d, v)| d + h * v).collect() };
     let expected = fourth(&mut |h| forward(&mut base, &along(h)).value, 1e-4);
     let found: f64 = gradients.density.iter().zip(&direction).map(|(g, v)| g * v).sum();
     assert!((found / expected - 1.0).abs() < 1e-7, "{name}: {found:e} instead of {expected:e} by density");
@@ -153,7 +156,7 @@ fn derivatives_under_loads_match_finite_differences() {
     }
 }
 
-/// Way points of a load: straight from 0, through them, constant after the last.
+/// Waypoints of a load: linear from 0 and between them, constant after the last.
 #[test]
 fn a_load_follows_its_amplitude() {
     let case = parse(&scene(LAGRANGE).text());

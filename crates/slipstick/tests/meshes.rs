@@ -10,7 +10,7 @@ use slipstick::check::{NoticeKind, inspect};
 use slipstick::run::mesh_files;
 use slipstick_mesh::Mesh;
 
-/// A block on a slab, as in the files of `meshio/tests/data`; the shapes are put in.
+/// A block on a slab, as in the files of `meshio/tests/data`; the shapes are inserted.
 fn pair(slab: &str, block: &str, [slab_top, slab_bottom]: [&str; 2], [block_top, block_bottom]: [&str; 2]) -> String {
     let material = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
     format!(
@@ -45,7 +45,7 @@ fn built(text: &str) -> Problem {
     build(&parsed(text).case).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Values of the elements in the order of their centroids.
+/// Values of the elements, sorted by their centroids.
 fn by_place(mesh: &Mesh, values: &[f64]) -> Vec<([i64; 3], f64)> {
     let place = |e: usize| mesh.centroid(e).map(|x| (x * 1e6).round() as i64);
     let mut found: Vec<_> = values.iter().enumerate().map(|(e, &value)| (place(e), value)).collect();
@@ -53,9 +53,9 @@ fn by_place(mesh: &Mesh, values: &[f64]) -> Vec<([i64; 3], f64)> {
     found
 }
 
-/// A slab of tetrahedra under a block of hexahedra, by Gmsh: sizes and groups as drawn in `make.py`, contact with friction
-/// that finds the force of the hexahedral slab up to what so coarse tetrahedra are too stiff; F̄ changes nothing, and a
-/// warning says so.
+/// A slab of tetrahedra under a block of hexahedra, by Gmsh: sizes and groups as drawn in `make.py`. Contact with
+/// friction gives the force of the hexahedral slab, up to the excess stiffness of such coarse tetrahedra. F̄ has no
+/// effect, which a warning reports.
 #[test]
 fn tetrahedra_from_gmsh_are_solved() {
     let text = from_file("gmsh_tetrahedra.msh");
@@ -81,8 +81,9 @@ fn tetrahedra_from_gmsh_are_solved() {
     assert_eq!(run(&mut built(&bar)), found);
 }
 
-/// A slab and a block of wedges, by Gmsh: sizes as drawn in `make.py`, contact with friction. Conforming meshes are too stiff, so
-/// that refined hexahedra carry least; wedges are stiffer than hexahedra of their size, and softer than tetrahedra.
+/// A slab and a block of wedges, by Gmsh: sizes as drawn in `make.py`, contact with friction. Conforming meshes are too
+/// stiff, so refined hexahedra carry the smallest force; wedges are stiffer than hexahedra of their size, and softer
+/// than tetrahedra.
 #[test]
 fn wedges_from_gmsh_are_solved() {
     let text = from_file("gmsh_wedges.msh");
@@ -111,7 +112,7 @@ fn wedges_from_gmsh_are_solved() {
     let order = [fine, hexahedra, wedges, tetrahedra].map(|force| -force);
     assert!(order.is_sorted(), "{order:?}");
     assert!(wedges / hexahedra < 1.1, "{wedges} {hexahedra}");
-    // a Poisson's ratio at which they lock in their triangles, with F̄ too
+    // a Poisson's ratio at which their triangles lock, even with F̄
     let locking =
         text.replace("poisson_ratio = 0.3", "poisson_ratio = 0.49").replace("[[body]]", "[[body]]\nelement = 'f_bar'");
     let warnings = parsed(&locking).warnings;
@@ -157,7 +158,7 @@ fn wedges_from_gmsh_are_strained_uniformly() {
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// With `first_order`, meshes of second order are those of first order by the same program.
+/// With `first_order`, second-order meshes give the same result as first-order ones by the same program.
 #[test]
 fn second_order_is_read_by_its_corners() {
     let second = |file: &str| from_file(file).replace("part =", "first_order = true, part =");
@@ -180,7 +181,7 @@ fn second_order_is_read_by_its_corners() {
 }
 
 /// Contact with friction of two bodies from each kind of file, against the same bodies from the generator. Gmsh's nodes
-/// are off by 2e-12, so that results agree to that times the stiffness of contact, not to round-off.
+/// are off by 2e-12, so results agree to that times the stiffness of contact, not to round-off.
 #[test]
 fn a_meshed_pair_is_the_generated_one() {
     let faces = |body: &str| [format!("{body}_ymax"), format!("{body}_ymin")];
@@ -209,7 +210,7 @@ fn a_meshed_pair_is_the_generated_one() {
     }
 }
 
-/// The whole gradient of the meshed pair against central differences.
+/// The whole gradient of the pair from mesh files, compared with central differences.
 #[test]
 fn gradient_on_a_mesh_from_a_file_matches_differences() {
     let mut problem = built(&from_file("gmsh_41_binary.msh"));
@@ -219,21 +220,21 @@ fn gradient_on_a_mesh_from_a_file_matches_differences() {
     assert_eq!(check.adjoint.len(), 16);
 }
 
-/// Only what the reader is given decides where files come from: the case itself reads none.
+/// The location of the files depends only on the arguments of the reader: the case itself does not read files.
 #[test]
 fn files_come_through_the_caller() {
     let text = from_file("gmsh_41_ascii.msh");
     let errors = slipstick::case::parse_case(&text, "case.toml").expect_err("no folder");
     assert_eq!(errors.diagnostics()[0].code(), CaseCode::MeshFile);
     assert!(errors.to_string().contains("read without its folder"), "{errors}");
-    // written out, the case names the file and not what stands in it
+    // written out, the case contains the name of the file, not its contents
     let case = parsed(&text.replace("part = 'slab'", "part = 'slab', scale = 1.5")).case;
     let written = toml::to_string(&case).expect("writable");
     assert!(written.contains("scale = 1.5") && !written.contains("nodes"), "{written}");
     assert_eq!(parsed(&written).case, case);
 }
 
-/// Every error in a mesh body is at its key, and says what mends it.
+/// Every error in a mesh body is at its key, with a way to fix it.
 #[test]
 fn errors_in_mesh_files_point_at_the_case() {
     let text = from_file("gmsh_41_ascii.msh");
@@ -270,7 +271,7 @@ fn errors_in_mesh_files_point_at_the_case() {
     }
 }
 
-/// Two boxes of 1 × 1 × 1 elements, from one file whose parts share no nodes: as one body, it falls apart.
+/// Two boxes of 1 × 1 × 1 elements, from one file whose parts share no nodes: as one body, it is disconnected.
 #[test]
 fn unmerged_nodes_are_told() {
     let cube = |first: usize, x: f64| {
@@ -304,7 +305,7 @@ fn unmerged_nodes_are_told() {
     );
 }
 
-/// The slab of 4 × 2 × 2 elements with conditions of its own.
+/// The slab of 4 × 2 × 2 elements with selections by the given tables.
 fn selected(tables: &str) -> Result<Mesh, BuildError> {
     let text = format!(
         "[[body]]\nname = 'slab'\n{SLAB}\nmaterial.neo_hooke = {{ youngs_modulus = 1, poisson_ratio = 0 }}\n{tables}\n\
@@ -338,7 +339,7 @@ fn nodes_are_selected_by_place() {
     assert_eq!(nodes("nearest = [2.2, 0.6, 0.9]\nwithin = 'slab_ymax'"), [[2.0, 1.0, 1.0]]);
 }
 
-/// A box's faces by their normals; a ball's dome by angle: its lowest facets only.
+/// A box's faces by their normals; of a ball's dome, by angle, only the lowest facets.
 #[test]
 fn facets_are_selected_by_place_and_normal() {
     let facets = |tables: &str| {

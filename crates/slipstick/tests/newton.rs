@@ -8,15 +8,16 @@ mod table;
 use common::scene::*;
 use common::*;
 use slipstick::analysis::{AnalysisError, Forward};
+use slipstick::design::ElementValues;
 use slipstick_linalg::Alone;
 use slipstick_path::{
     Guide, IterationRecord, MarchEvent, MarchFailure, MarchObserver, Path, Remedy, Silent, StateError, StepFailureKind,
 };
 
-/// Uzawa's iteration without acceleration and with one pass: its inner Newton iteration alone.
+/// Uzawa's iteration without acceleration and with one pass: only its inner Newton iteration.
 const INNER: &str = "{ augmented = { stiffness = 1e4, tolerance = 1e30, max_uzawa = 1, acceleration = 0 } }";
 
-/// Tight, with its own stiffness.
+/// With a tight tolerance and its own stiffness.
 const AUGMENTED: &str = "{ augmented = { tolerance = 1e-11 } }";
 
 /// Order of convergence from three successive increments.
@@ -87,8 +88,8 @@ fn march(scene: &Scene) -> (Result<Path, Box<MarchFailure>>, Watch) {
     (result, watch)
 }
 
-/// At first contact the regularised problem is homogeneous, so that a smaller load increment changes nothing; undamped, the
-/// iteration jumps between directions of slip for ever.
+/// At first contact the regularised problem is homogeneous, so a smaller load increment changes nothing; without
+/// damping, the iteration jumps between directions of slip indefinitely.
 #[test]
 fn friction_from_first_contact_on_needs_no_sub_steps() {
     let mut damped = 0;
@@ -107,7 +108,7 @@ fn friction_from_first_contact_on_needs_no_sub_steps() {
     assert!(damped > 0, "no increment was damped");
 }
 
-/// One step that crushes, shears and turns the bodies; the first depth is taken that is too much for one increment.
+/// One step that crushes, shears and rotates the bodies; uses the first depth that is too large for one increment.
 #[test]
 fn a_step_that_is_too_large_is_reached_in_sub_steps() {
     for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3))] {
@@ -133,7 +134,7 @@ fn a_step_that_is_too_large_is_reached_in_sub_steps() {
     }
 }
 
-/// A path whose sub-steps another one found has the same, and wastes no attempt.
+/// A path that follows another one's sub-steps has the same sub-steps, and wastes no attempt.
 #[test]
 fn sub_steps_of_a_guide_are_taken() {
     let scene = Scene {
@@ -160,14 +161,14 @@ fn sub_steps_of_a_guide_are_taken() {
         assert_eq!(of(&led.path), [(0.0, None), (0.125, None), (0.25, None), (0.5, Some(1)), (1.0, Some(2))]);
         assert!(watch.cut_backs.is_empty());
         assert!((led.value - fine.step_values[2] - fine.step_values[3]).abs() < 1e-7 * led.value.abs());
-        assert!((led.value - coarse.value).abs() > 1e-4 * led.value.abs(), "friction sees no sub-steps");
+        assert!((led.value - coarse.value).abs() > 1e-4 * led.value.abs(), "friction does not depend on sub-steps");
     }
     problem.analysis.guide = Some(Guide::of(&fine.path, &Alone));
     let led = problem.analysis.forward(&density, &mut Silent).expect("converges");
     assert_eq!(of(&led.path), of(&coarse.path));
 }
 
-/// The bodies together are 1.8 high and are to be pressed to −0.2: elements must invert, in the step that gets there.
+/// The bodies together are 1.8 high and are to be pressed to −0.2: elements must invert, in the step that reaches this.
 #[test]
 fn a_hopeless_step_fails_with_its_place_and_the_inverted_elements() {
     let scene = Scene {
@@ -196,7 +197,7 @@ fn a_hopeless_step_fails_with_its_place_and_the_inverted_elements() {
     assert_eq!(failure.iterate.len(), failure.path.states[0].state.unknowns.len());
 }
 
-/// Every norm of the last iteration lies below its own bound, and the iteration did not go on after that.
+/// Every norm of the last iteration lies below its own bound, and the iteration stopped there.
 #[test]
 fn absolute_tolerances_are_honoured() {
     let bounds = [(1e-2, 1e-3, 1e-1, 1.0), (1e-6, 1e-3, 1e2, 1e2), (1e2, 1e2, 1e2, 1e-4), (1e-9, 1e-9, 1e-9, 1e-9)];
@@ -219,8 +220,8 @@ fn absolute_tolerances_are_honoured() {
     }
 }
 
-/// A tolerance below rounding ends at rounding: increments of a few units in the last place of the positions, instead of a
-/// failure.
+/// A tolerance below round-off ends the iteration at round-off, with increments of a few units in the last place of the
+/// positions, instead of a failure.
 #[test]
 fn a_tolerance_below_rounding_ends_at_rounding() {
     for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(1e5))] {
@@ -234,7 +235,7 @@ fn a_tolerance_below_rounding_ends_at_rounding() {
         for state in run.path.states.iter().skip(1) {
             let last = state.report.iterations.last().unwrap();
             assert!(last.displacement < 1e-14 * size, "{method}: {last:?}");
-            // and says so, with what is left
+            // and this is reported, with the remaining residual
             assert!(
                 state.report.rounded.is_some_and(|left| 1e-16 < left && left < 1e-10),
                 "{:?}",
@@ -244,8 +245,8 @@ fn a_tolerance_below_rounding_ends_at_rounding() {
     }
 }
 
-/// Where a step starts changes how many iterations it takes, not where it ends: from the last state, ahead of it, or led
-/// by the path of a nearby design.
+/// The initial guess of a step affects the number of iterations, not the result: from the last state, from a
+/// prediction, or from the path of a nearby design.
 #[test]
 fn start_values_change_no_result() {
     for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3)), ("augmented", AUGMENTED)] {
@@ -255,7 +256,7 @@ fn start_values_change_no_result() {
             let mut problem = problem(&scene.text());
             let density = random_density(&problem, 7);
             if lead {
-                let nearby: Vec<f64> = density.iter().map(|d| 0.99 * d).collect();
+                let nearby: ElementValues = density.iter().map(|d| 0.99 * d).collect();
                 problem.analysis.guide = Some(Guide::of(&forward(&mut problem, &nearby).path, &Alone));
             }
             forward(&mut problem, &density)
@@ -278,7 +279,7 @@ fn start_values_change_no_result() {
     }
 }
 
-/// The augmented Lagrangian method costs about what the Lagrange multiplier method does, however small ε is; where its
+/// The augmented Lagrangian method costs about what the Lagrange multiplier method does, however small ε is; if its
 /// second-order updates cannot converge, Uzawa's iteration ends at the same state.
 #[test]
 fn multiplier_updates_of_second_order_make_epsilon_a_matter_of_taste() {
@@ -308,7 +309,8 @@ fn multiplier_updates_of_second_order_make_epsilon_a_matter_of_taste() {
     let plain = run(&augmented(1e4, 0), "");
     check(&plain, "plain");
     assert!(plain.newton_iterations() > 3 * lagrange.newton_iterations());
-    // few iterations are allowed, so that some updates fail; not so few that steps are cut back, which is another path
+    // few iterations are allowed, so that some updates fail, but enough that no step is cut back, which would be a
+    // different path
     let strained = (3..8)
         .map(|most| run(&augmented(1e4, 8), &format!("max_newton_iterations = {most}\nstart_values = \"last_state\"")));
     let updates = |path: &Path| path.states.iter().map(|s| s.report.uzawa).max().unwrap();
@@ -333,16 +335,17 @@ fn dragged(elements: [usize; 3], steps: usize, friction: f64, enforcement: &str)
     )
 }
 
-/// A cube is pressed by 40 % of its height and dragged over a plate. At t = 0.315 the row of nodes behind its leading edge
-/// loses contact: the equilibrium ends at a limit point, and the cube jumps to another one, in which it slides on. Newton's
-/// method, which no longer finds a solution nearby, alternates between stick, slip and open, however small the increment.
-/// Expected: the state that the augmented Lagrangian finds, which has the same equations and another iteration.
+/// A cube is pressed by 40 % of its height and dragged over a plate. At t = 0.315 the row of nodes behind its leading
+/// edge loses contact: the equilibrium ends at a limit point, and the cube jumps to another one, in which it continues
+/// to slide. Newton's method no longer finds a solution nearby and alternates between stick, slip and open, however
+/// small the increment. Expected: the state found with the augmented Lagrangian, which has the same equations and a
+/// different iteration.
 #[test]
 fn a_contact_that_jumps_is_followed() {
     let run = |enforcement: &str| {
         let mut problem = problem(&dragged([5, 5, 5], 50, 0.2, enforcement));
         problem.analysis.times.truncate(18);
-        let density = vec![1.0; problem.initial_density.len()];
+        let density = vec![1.0; problem.initial_density.len()].into();
         let mut watch = Watch::default();
         let run = problem.analysis.forward(&density, &mut watch).expect("the jump is followed");
         (run, watch, problem)
@@ -353,7 +356,7 @@ fn a_contact_that_jumps_is_followed() {
         lagrange.path.states.iter().filter(|state| state.report.rescued).map(|state| state.time).collect();
     assert_eq!(rescued, [0.32], "two halvings before it is tried");
     assert!(watch.cut_backs.len() <= 2, "{:?}", watch.cut_backs);
-    // what failed is counted where the path goes on: some attempts of 25 iterations each
+    // failed iterations are counted at the next state of the path: some attempts of 25 iterations each
     let failed: Vec<usize> = lagrange.path.states.iter().map(|state| state.report.failed_iterations).collect();
     assert!(failed.iter().sum::<usize>() >= 25 && failed[..16].iter().all(|count| *count == 0), "{failed:?}");
     assert!(lagrange.path.newton_iterations() < 100, "{} Newton iterations", lagrange.path.newton_iterations());
@@ -362,7 +365,7 @@ fn a_contact_that_jumps_is_followed() {
     let (lagrange_end, augmented_end) = (*forces(&lagrange).last().unwrap(), *forces(&augmented).last().unwrap());
     assert!((lagrange_end - augmented_end).abs() < 1e-7 * augmented_end.abs(), "{lagrange_end}, {augmented_end}");
     // The gradient is that of the states found: central differences of order 4 take the same jump.
-    let density = vec![0.9; problem.initial_density.len()];
+    let density = ElementValues::from(vec![0.9; problem.initial_density.len()]);
     let designed = designed(&problem);
     let direction = Random::new(5).vector(designed.len(), 1.0);
     let base = problem.analysis.forward(&density, &mut Silent).expect("converges");
@@ -382,7 +385,7 @@ fn a_contact_that_jumps_is_followed() {
     assert!(error < 1e-7);
 }
 
-/// The dragged cube with other meshes, load steps and friction: how many paths end, and at what cost.
+/// The dragged cube with other meshes, load steps and friction: how many paths reach their end, and at what cost.
 #[test]
 #[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
 fn table_of_jumps() {
@@ -396,7 +399,7 @@ fn table_of_jumps() {
             for steps in [41, 50, 70] {
                 for friction in [0.15, 0.2, 0.3] {
                     let mut problem = problem(&dragged(elements, steps, friction, enforcement));
-                    let density = vec![0.9; problem.initial_density.len()];
+                    let density = ElementValues::from(vec![0.9; problem.initial_density.len()]);
                     let Ok(run) = problem.analysis.forward(&density, &mut Silent) else { continue };
                     ended += 1;
                     rescued += usize::from(run.path.states.iter().any(|state| state.report.rescued));
@@ -411,7 +414,8 @@ fn table_of_jumps() {
     table::publish("jumps", &table);
 }
 
-/// A half ball is pressed into a plate and then slid over it; sliding begins in step 6. The solution does not depend on c.
+/// A half-ball is pressed into a plate and then slid over it; sliding begins in step 6. The solution does not depend on
+/// c.
 #[test]
 #[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
 fn table_of_the_onset_of_sliding() {
@@ -438,7 +442,7 @@ fn table_of_the_onset_of_sliding() {
         ("c_n = c_t = 10000 N/cm³", "stiffness = 10000"),
     ] {
         let mut problem = problem(&text(c));
-        let density = vec![1.0; problem.initial_density.len()];
+        let density = vec![1.0; problem.initial_density.len()].into();
         let path = problem.analysis.forward(&density, &mut Silent).expect("converges").path;
         let steps: Vec<String> = (1..=10)
             .map(|step| {

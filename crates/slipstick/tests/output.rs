@@ -1,4 +1,4 @@
-//! Result files, read back by a small reader of their formats written here.
+//! Result files, read back by a small independent reader of their formats.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -24,7 +24,7 @@ const POINTS: [[f64; 3]; 12] = [
 ];
 const HEXES: [Element; 2] = [Element::Hex8([0, 1, 2, 3, 4, 5, 6, 7]), Element::Hex8([4, 5, 6, 7, 8, 9, 10, 11])];
 
-/// An array as it stands in the file.
+/// An array as stored in the file.
 #[derive(Debug)]
 struct Array {
     section: String,
@@ -119,12 +119,12 @@ fn a_vtu_reads_back_bit_for_bit() {
     let text = String::from_utf8_lossy(&bytes);
     assert!(text.contains("NumberOfPoints=\"12\" NumberOfCells=\"2\""));
     assert!(text.contains("Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">0.1<"));
-    // Only the file itself is left.
+    // Only the file itself remains.
     assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
 }
 
-/// Types and offsets by VTK's file format: 10 is the tetrahedron, 12 the hexahedron, 13 the wedge, whose first triangle is
-/// counter-clockwise seen from outside.
+/// Types and offsets according to VTK's file format: 10 is the tetrahedron, 12 the hexahedron, 13 the wedge, whose
+/// first triangle is counter-clockwise seen from outside.
 #[test]
 fn elements_of_all_types_are_written() {
     let elements = [Element::Tet4([8, 9, 10, 4]), HEXES[0], Element::Wedge6([0, 1, 3, 4, 5, 7])];

@@ -1,5 +1,5 @@
-//! Derivatives with respect to friction, moduli and amplitudes of motion against central differences (order 4) of whole
-//! forward analyses, each of a problem built anew from changed text.
+//! Derivatives with respect to friction, moduli and amplitudes of motion, compared with central differences (order 4)
+//! of whole forward analyses, each of a problem built from modified text.
 
 mod common;
 
@@ -11,7 +11,7 @@ use slipstick_path::Silent;
 /// Relative error.
 const BOUND: f64 = 1e-7;
 
-/// Factors on the numbers that derivatives are asked for.
+/// Factors on the parameters of the derivatives.
 #[derive(Clone, Copy)]
 struct Factors {
     friction: f64,
@@ -107,15 +107,15 @@ fn derivatives_by_parameters_match_finite_differences() {
     }
 }
 
-/// Elements of interpolated energy are linear in the modulus, too.
+/// Elements with interpolated energy are also linear in the modulus.
 #[test]
 fn moduli_of_interpolated_elements_match_finite_differences() {
     let design = "energy_interpolation = { threshold = 0.1, sharpness = 20 }".into();
     check("interpolated", &Scene { design, ..Scene::default() }, 3);
 }
 
-/// Contact on slivers, and the penalty method by default, have stiffnesses that follow the moduli: at the edge of the slab,
-/// with bodies of one modulus and another.
+/// The contact stiffness of slivers, and that of the penalty method by default, follow the moduli: at the edge of the
+/// slab, with equal and with different moduli of the bodies.
 #[test]
 fn stiffnesses_that_follow_the_moduli_are_differentiated() {
     let methods = [("Lagrange", LAGRANGE.to_string()), ("penalty", "{ penalty = {} }".into())];
@@ -125,14 +125,14 @@ fn stiffnesses_that_follow_the_moduli_are_differentiated() {
     }
 }
 
-/// Two pairs with a method each, three bodies.
+/// Two pairs, each with its own method, and three bodies.
 #[test]
 fn derivatives_with_a_method_for_each_pair_match_finite_differences() {
     let (friction, moduli) = ([0.25, 0.18], [1000.0, 700.0, 1500.0]);
     let numbers: Vec<f64> = friction.into_iter().chain(moduli).collect();
     let keys = ["friction", "friction", "youngs_modulus", "youngs_modulus", "youngs_modulus"];
     for (below, above) in [(LAGRANGE.to_string(), penalty(2e4)), ("{ penalty = {} }".into(), augmented(1e4, 1e-11))] {
-        // so little above that nodes slip there, too
+        // so little friction above that nodes slip there, too
         let text = three_bodies(&below, &above).replace("friction = 0.6", "friction = 0.18");
         let at = |factors: &[f64; 5]| {
             let mut text = text.clone();
@@ -164,7 +164,7 @@ fn derivatives_with_a_method_for_each_pair_match_finite_differences() {
     }
 }
 
-/// A frictionless contact has no derivative by its coefficient: it cannot become negative.
+/// A frictionless contact has no derivative with respect to its coefficient of friction, which cannot become negative.
 #[test]
 fn a_coefficient_of_zero_has_no_derivative() {
     let mut problem = problem(&Scene { friction: 0.0, ..Scene::default() }.text());

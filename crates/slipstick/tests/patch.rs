@@ -1,4 +1,4 @@
-//! The contact patch test: a uniform state of stress passes through an interface of meshes that do not match.
+//! The contact patch test: a uniform state of stress passes through an interface between non-matching meshes.
 
 mod common;
 
@@ -15,11 +15,12 @@ const LOWER: (f64, f64) = (1000.0, 0.3);
 const UPPER: (f64, f64) = (300.0, 0.2);
 const PRESSED: f64 = 0.3;
 
-/// Makes other elements of a box of hexahedra.
+/// Replaces the hexahedra of a box by other elements.
 type Divide = fn(&Mesh) -> Mesh;
 
-/// Two boxes 1 × 1 × 1 on top of each other, the upper one pressed down by [`PRESSED`]. `confined`: frictionless walls on all
-/// four sides, else symmetry planes at x = 0 and z = 0 only; `clamped`: no walls, but ends held in all components.
+/// Two boxes 1 × 1 × 1 on top of each other, the upper one pressed down by [`PRESSED`]. `confined`: frictionless walls
+/// on all four sides, otherwise only symmetry planes at x = 0 and z = 0; `clamped`: no walls, but ends held in all
+/// components.
 struct Stack {
     lower: [usize; 3],
     upper: [usize; 3],
@@ -30,7 +31,7 @@ struct Stack {
     clamped: bool,
     moduli: [(f64, f64); 2],
     friction: f64,
-    /// What becomes of the hexahedra of the lower and the upper box.
+    /// How the hexahedra of the lower and of the upper box are divided.
     divided: [Option<Divide>; 2],
 }
 
@@ -52,7 +53,7 @@ impl Default for Stack {
 }
 
 impl Stack {
-    /// The problem, with tetrahedra and wedges where they are asked for.
+    /// The problem, with tetrahedra and wedges if requested.
     fn problem(&self) -> Problem {
         let mut text = self.text();
         let mut meshes = Vec::new();
@@ -208,8 +209,8 @@ fn uniaxial_strain_passes_through_any_meshes() {
     }
 }
 
-/// By hand: under uniaxial strain, linear elastic bodies carry the same pressure M ε with M = λ + 2μ; the strains of both add
-/// up to [`PRESSED`]. In full elements and with B̄.
+/// By hand: under uniaxial strain, linear elastic bodies carry the same pressure M ε with M = λ + 2μ; the strains of
+/// both add up to [`PRESSED`]. With fully integrated elements and with B̄.
 #[test]
 fn linear_elastic_bodies_share_a_pressure() {
     let stack = Stack::default();
@@ -223,7 +224,7 @@ fn linear_elastic_bodies_share_a_pressure() {
     }
 }
 
-/// The same with tetrahedra on either side and on both.
+/// The same with tetrahedra on one side or on both.
 #[test]
 fn uniaxial_strain_passes_through_tetrahedra() {
     let all: Divide = |mesh| mesh.divided(|_| true);
@@ -243,13 +244,13 @@ fn uniaxial_strain_passes_through_tetrahedra() {
     }
 }
 
-/// The same with wedges on either side and on both: standing on their triangles, lying on their quadrilaterals, or beside
+/// The same with wedges on one side or on both: standing on their triangles, lying on their quadrilaterals, or next to
 /// tetrahedra in one body, with inner nodes moved.
 #[test]
 fn uniaxial_strain_passes_through_wedges() {
     let standing: Divide = |mesh| distorted(mesh.divided_into_wedges(|_| Some(1)));
     let lying: Divide = |mesh| distorted(mesh.divided_into_wedges(|_| Some(2)));
-    // wedges along y above and below tetrahedra, whose triangles they share
+    // wedges along y above and below tetrahedra, with shared triangles
     let layers: Divide = |mesh| {
         let middle = |element: usize, mesh: &Mesh| (mesh.centroid(element)[1].fract() - 0.5).abs() < 0.2;
         let wedges = mesh.divided_into_wedges(|element| (!middle(element, mesh)).then_some(1));
@@ -329,13 +330,13 @@ fn inclined(stack: &Stack) -> Problem {
     };
     let density = vec![1.0; mesh.elements.len()];
     let model = ContactModel::new(&mesh, parts, &density, PRESSED);
-    problem.analysis.design = Design::new(Arc::new(model), &density);
+    problem.analysis.design = Design::new(Arc::new(model), &density.into());
     problem.mesh = mesh;
     problem
 }
 
-/// An inclined interface that sticks, one material without lateral strain (ν = 0): a uniform state with traction in normal
-/// and tangential direction, that of the Cauchy stress on the current plane.
+/// An inclined interface that sticks, one material without lateral strain (ν = 0): a uniform state with normal and
+/// tangential traction, equal to that of the Cauchy stress on the current plane.
 #[test]
 fn an_inclined_sticking_interface_passes_shear_too() {
     let moduli = [(1000.0, 0.0); 2];
@@ -352,7 +353,7 @@ fn an_inclined_sticking_interface_passes_shear_too() {
             let run = forward(&mut problem, &density);
             let last = run.path.states.last().unwrap().state.clone();
             let strain = check_uniform(&problem.mesh, &last.unknowns, [1.0; 2], [axial; 2]);
-            // outward of the slave; z is minus the traction on the slave
+            // outward normal of the slave; z is minus the traction on the slave
             let outward = if slave_above { -normal } else { normal };
             let expected = -(cauchy * outward);
             let mut worst: f64 = 0.0;

@@ -1,7 +1,7 @@
-//! Whole problems on the ranks of PETSc against the default solver alone: objective, gradient, statuses.
+//! Whole problems on the ranks of PETSc, compared with the default solver on one rank: objective, gradient, statuses.
 //!
-//! The test starts itself by `mpirun` on one, two and four ranks; without `mpirun` it says that it is skipped. Every
-//! rank computes the reference for itself.
+//! The test starts itself with `mpirun` on one, two and four ranks; without `mpirun` it reports that it is skipped.
+//! Every rank computes the reference independently.
 
 mod common;
 #[path = "../../petsc/tests/mpirun/mod.rs"]
@@ -51,8 +51,8 @@ traction = [9.0, -4.0, 2.0]
 linear = "petsc"
 "#;
 
-/// A block that closes a gap, is pressed on a slab and drawn over its edge: nodes are open, stick and slip; in a second load
-/// case, pressure on its side and on the slab's end.
+/// A block that closes a gap, is pressed onto a slab and dragged over its edge: nodes are open, stick and slip; in a
+/// second load case, pressure acts on its side and on the slab's end.
 fn scene(enforcement: &str, shape: &'static str) -> Scene {
     Scene {
         slab: [8, 2, 3],
@@ -69,7 +69,7 @@ fn scene(enforcement: &str, shape: &'static str) -> Scene {
     }
 }
 
-/// A second body on the slab, whose pair has a method of its own.
+/// A second body on the slab, whose pair has its own method.
 fn beside(enforcement: &str) -> String {
     format!(
         r#"
@@ -101,10 +101,11 @@ fn objectives_and_gradients_agree(machine: &Machine) {
     }
 }
 
-/// Slave nodes whose displacements are all prescribed: their multipliers hang on master nodes, which other ranks may own.
+/// Slave nodes whose displacements are all prescribed: their multipliers are coupled only to master nodes, which other
+/// ranks may own.
 fn a_rigid_tool_is_pressed_on(machine: &Machine) {
     let tool = Scene {
-        // no more slave nodes than master nodes can follow
+        // no more slave nodes than the master nodes can follow
         block: [2, 2, 1],
         drive: String::new(),
         more: "[[dirichlet]]\nset = \"block_ymin\"\n\
@@ -114,12 +115,13 @@ fn a_rigid_tool_is_pressed_on(machine: &Machine) {
             .into(),
         ..scene(LAGRANGE, "standard")
     };
-    // contact forces of prescribed nodes are reactions, which that objective leaves out
+    // contact forces of prescribed nodes are reactions, which that objective excludes
     let text = tool.text().replace("contact_force", "compliance");
     agree(machine, "rigid tool", &text, &['o', 't', 'l']);
 }
 
-/// Objective, gradients and statuses on the ranks against the default solver's alone; `seen` are statuses that must occur.
+/// Objective, gradients and statuses on the ranks compared with those of the default solver; `seen` are statuses that
+/// must occur.
 fn agree(machine: &Machine, name: &str, text: &str, seen: &[char]) {
     let case = parse_case(text, "proof.toml").unwrap_or_else(|e| panic!("{e}\n{text}")).case;
     let mut alone = case.clone();

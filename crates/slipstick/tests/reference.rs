@@ -1,5 +1,5 @@
-//! The paper's example 5.1 against an independent implementation (dual numbers, no shared source): θ and dθ/dφ for the
-//! three methods at two coefficients of friction, and the whole forward path of the Lagrange method.
+//! The paper's example 5.1 compared with an independent implementation (dual numbers, no shared source): θ and dθ/dφ
+//! for the three methods at two coefficients of friction, and the whole forward path of the Lagrange method.
 
 use serde_json::Value;
 use slipstick::build::{Problem, build};
@@ -52,7 +52,7 @@ fn run(friction: f64, enforcement: &str) -> (Problem, f64, Vec<f64>, slipstick::
     let density = problem.initial_density.clone();
     let forward = problem.analysis.forward(&density, &mut Silent).unwrap();
     let gradient = problem.analysis.gradient(&forward).unwrap();
-    (problem, forward.value, gradient, forward)
+    (problem, forward.value, gradient.into(), forward)
 }
 
 fn deviation(found: &[f64], expected: &Value) -> f64 {
@@ -89,8 +89,9 @@ fn penalty_matches_the_independent_implementation() {
     }
 }
 
-/// The reference stopped Uzawa at max |t − z|/ε < 1e-6; the same iterations give the same θ, and the adjoint of a state
-/// that satisfies the contact conditions to 1e-6 only differs by the way the saddle point is written.
+/// The reference stopped Uzawa's iteration at max |t − z|/ε < 1e-6; the same iterations give the same θ, and the
+/// adjoint at a state that satisfies the contact conditions only to 1e-6 differs only by the formulation of the saddle
+/// point.
 #[test]
 fn augmented_lagrangian_matches_the_independent_implementation() {
     let enforcement = "{ augmented = { stiffness = 1000, scaling = \"weighted\", tolerance = 1e-6, tolerance_scaling = \"absolute\", max_uzawa = 500, acceleration = 0 } }";

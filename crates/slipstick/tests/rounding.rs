@@ -1,4 +1,4 @@
-//! Objectives that are only rounding end an optimization, and what was done before stays.
+//! Objectives that are only round-off end an optimization, and earlier results are kept.
 
 mod common;
 
@@ -13,7 +13,7 @@ use slipstick_design::objective::{Objective, StateDerivative, StateView};
 use slipstick_design::{ContactForce, Measure, ObservedSteps};
 use slipstick_path::Silent;
 
-/// A block pressed on a slab that is designed, or lifted off it.
+/// A block pressed onto a slab that is designed, or lifted off it.
 fn case(down: f64, objective: &str) -> String {
     let material = "material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }";
     format!(
@@ -32,7 +32,7 @@ fn prepared(text: &str) -> Optimization {
     optimization(&resolved.case, build(&resolved.case).unwrap()).unwrap()
 }
 
-/// The contact force, but nothing any more once it is lost.
+/// The contact force, but only round-off after it is lost.
 struct Lost {
     force: ContactForce,
     lost: Arc<AtomicBool>,
@@ -48,7 +48,7 @@ impl Objective for Lost {
     }
 
     fn value(&self, state: &StateView) -> f64 {
-        // what is left of a force by rounding
+        // the remainder of a force after round-off
         let factor = if self.lost.load(Ordering::SeqCst) { 1e-16 } else { 1.0 };
         factor * self.force.value(state)
     }
@@ -62,8 +62,8 @@ impl Objective for Lost {
     }
 }
 
-/// Contact that opens for good is an error at once, whatever the value: with a load on the slab, its slave nodes have residual
-/// forces of the size of the tolerance.
+/// Contact that remains open is an error at once, whatever the value: with a load on the slab, its slave nodes have
+/// residual forces of the size of the tolerance.
 #[test]
 fn open_contact_is_no_objective() {
     let mut open = prepared(&case(-0.1, "contact_force = { steps = 'all' }"));
@@ -74,11 +74,11 @@ fn open_contact_is_no_objective() {
         rounding.value.abs() < 1e-6 && rounding.to_string().contains("contact never closes on the path"),
         "{rounding}"
     );
-    assert_eq!(forward.path.steps, 2, "the path is there to be written");
+    assert_eq!(forward.path.steps, 2, "the path is available for writing");
     assert!(open.state.history.is_empty() && open.state.iteration == 0);
 }
 
-/// A value that becomes rounding later ends the optimization there; the iterations before stay as they are.
+/// A value that becomes round-off later ends the optimization there; the earlier iterations remain unchanged.
 #[test]
 fn finished_iterations_stay() {
     let mut optimization = prepared(&case(0.1, "contact_force = { steps = 'last' }"));
@@ -95,7 +95,7 @@ fn finished_iterations_stay() {
     lost.store(true, Ordering::SeqCst);
     let Err(OptimizeError::Rounding(forward)) = optimization.advance(&mut Silent) else { panic!("rounding") };
     let rounding = forward.rounding.expect("says so");
-    // E h u by hand: elements of the block are the smaller, 0.7 × 0.7 × 0.65
+    // E h u by hand: the elements of the block are smaller, 0.7 × 0.7 × 0.65
     let scale = 1000.0 * (0.7f64 * 0.7 * 0.65).cbrt() * 0.1;
     assert!(
         rounding.notice.is_none() && rounding.scale > scale && rounding.scale < 1.2 * scale,
@@ -105,14 +105,14 @@ fn finished_iterations_stay() {
     assert_eq!(optimization.evaluated(), evaluated.as_ref());
 }
 
-/// Work and forces that are small, or have nothing to do with contact, are no rounding.
+/// Work and forces that are small, or independent of contact, do not count as round-off.
 #[test]
 fn small_objectives_go_on() {
     // contact stays open, but the objective is the work of the load on the slab
     let mut work = prepared(&case(-0.1, "compliance = {}"));
     let forward = work.advance(&mut Silent).unwrap_or_else(|e| panic!("{e}"));
     assert!(forward.notice.is_some() && forward.rounding.is_none() && forward.value > 0.0);
-    // pressed by a thousandth of the block's height on a slab of a thousandth of its stiffness, hardly filled
+    // pressed by a thousandth of the block's height on a slab of a thousandth of its stiffness, with low density
     let soft = case(1e-3, "contact_force = {}").replacen("youngs_modulus = 1000.0", "youngs_modulus = 1.0", 1);
     let soft = soft.replace("traction = [1, 0, 0]", "traction = [0, 0, 1e-9]");
     let mut soft = prepared(&soft.replace("volume_fraction = 0.5", "volume_fraction = 0.1"));

@@ -1,4 +1,4 @@
-//! The directory of a run: what is written is read back, what does not fit is refused.
+//! The directory of a run: files are read back, and unsuitable ones are rejected.
 
 mod common;
 
@@ -8,6 +8,7 @@ use common::scene::Scene;
 use slipstick::analysis::AnalysisError;
 use slipstick::build::{Problem, optimization};
 use slipstick::case::parse_case;
+use slipstick::design::ElementValues;
 use slipstick::run::{
     Checkpoint, ExitState, FailureReport, History, NewtonTable, RunDirectory, RunError, RunPart, RunRecord,
     load_density, read_density, sha256, write_densities, write_failure, write_path,
@@ -87,7 +88,7 @@ fn records_are_read_back_with_their_earlier_parts() {
 fn densities_are_read_back_bit_for_bit() {
     let (_folder, run) = directory();
     let (_, problem) = small();
-    let density: Vec<f64> = (0..problem.mesh.elements.len()).map(|e| 1.0 / (e as f64 + 3.0)).collect();
+    let density: ElementValues = (0..problem.mesh.elements.len()).map(|e| 1.0 / (e as f64 + 3.0)).collect();
     let table = run.file("design.csv");
     write_densities(&table, &problem.mesh, &density, Some(&density)).unwrap();
     assert_eq!(load_density(run.path(), &problem.mesh).unwrap(), density);
@@ -98,10 +99,10 @@ fn densities_are_read_back_bit_for_bit() {
     bad[1] = f64::NAN;
     let error = write_densities(&table, &problem.mesh, &density, Some(&bad)).unwrap_err();
     assert!(error.to_string().contains("`derivative` is NaN at entry 1"), "{error}");
-    assert_eq!(fs::read_to_string(&table).unwrap(), text, "the old table stands");
+    assert_eq!(fs::read_to_string(&table).unwrap(), text, "the old table is unchanged");
 }
 
-/// A checkpoint is the state, number for number; going on drops the last evaluation only where no update followed it.
+/// A checkpoint is the state, number for number; continuing drops the last evaluation only if no update followed it.
 #[test]
 fn a_checkpoint_is_the_state_bit_for_bit() {
     let (_folder, run) = directory();
@@ -189,8 +190,8 @@ fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchF
     }
 }
 
-/// What a failure names is found again in the mesh: element 2 of the slab (4 × 1 × 1 unit cubes) has its centroid at
-/// (2.5, 0.5, 0.5), and slave node positions are those of the block's lower face.
+/// The place in a failure message is the place in the mesh: element 2 of the slab (4 × 1 × 1 unit cubes) has its
+/// centroid at (2.5, 0.5, 0.5), and slave node positions are those of the block's lower face.
 #[test]
 fn failures_name_places_attempts_and_cures() {
     let (_folder, run) = directory();

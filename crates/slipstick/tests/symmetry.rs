@@ -1,10 +1,11 @@
-//! Symmetry planes: a half and a quarter of the bodies against the whole, and against finite differences.
+//! Symmetry planes: a half and a quarter of the bodies compared with the whole, and with finite differences.
 
 mod common;
 
 use common::scene::{LAGRANGE, augmented, penalty};
 use common::*;
 use slipstick::build::{Problem, optimization};
+use slipstick::design::ElementValues;
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_path::Silent;
 use std::collections::BTreeMap;
@@ -16,7 +17,7 @@ struct Cut {
     axes: [bool; 2],
     slides: bool,
     shape: &'static str,
-    /// Whether the bodies are of wedges along z, which a plane across z does not change.
+    /// Whether the bodies consist of wedges along z, which a plane normal to z does not change.
     wedges: bool,
 }
 
@@ -73,18 +74,18 @@ impl Cut {
     }
 }
 
-/// Key of a place: equal for the same nodes and elements of part and whole.
+/// Key of a place, equal for the same nodes and elements of part and whole.
 fn key(x: [f64; 3]) -> [i64; 3] {
     x.map(|x| (x * 1e6).round() as i64)
 }
 
-/// Key of a node: nodes of the two bodies may lie in one place.
+/// Key of a node: nodes of the two bodies may coincide.
 fn node_key(mesh: &Mesh, node: usize) -> (usize, [i64; 3]) {
     (usize::from(node >= mesh.bodies[1].nodes.start), key(mesh.nodes[node]))
 }
 
 /// A density that is symmetric in x and z.
-fn density(problem: &Problem) -> Vec<f64> {
+fn density(problem: &Problem) -> ElementValues {
     let wave = |x: [f64; 3]| 0.65 + 0.2 * (5.0 * x[0] * x[0] + 3.0 * x[1]).sin() * (4.0 * x[2] * x[2]).cos();
     problem.mesh.centroids().into_iter().map(wave).collect()
 }
@@ -102,7 +103,7 @@ struct Apart {
     gradient: f64,
 }
 
-/// Part against whole; `supports`: with mere supports on the planes instead.
+/// Compares part and whole; `supports`: with simple supports on the planes instead.
 fn compare(cut: Cut, enforcement: &str, supports: bool) -> Apart {
     let mut text = cut.text(enforcement);
     if supports {
@@ -156,8 +157,9 @@ fn compare(cut: Cut, enforcement: &str, supports: bool) -> Apart {
     apart
 }
 
-/// Bounds are ours: what is left is the overlap of slave facets that stand tilted to the plane, whose projection is cut there.
-/// Mere supports at the plane, with their one-sided normals and tractions across it, are far worse.
+/// The bounds are our own: the remaining error is due to the overlap of slave facets that are inclined to the plane,
+/// whose projection is cut there. Simple supports at the plane, with their one-sided normals and tractions across it,
+/// are far worse.
 #[test]
 fn a_part_is_a_part_of_the_whole() {
     let weighted = "{ penalty = { stiffness = 100000.0, scaling = 'weighted' } }".to_string();
@@ -176,7 +178,7 @@ fn a_part_is_a_part_of_the_whole() {
     }
 }
 
-/// The part's own gradient against central differences, in all methods.
+/// The part's own gradient compared with central differences, for all methods.
 #[test]
 fn gradients_of_a_part_match_finite_differences() {
     for enforcement in [LAGRANGE.to_string(), penalty(2e4), augmented(1e4, 1e-11)] {
@@ -187,7 +189,7 @@ fn gradients_of_a_part_match_finite_differences() {
         let gradient = problem.analysis.gradient(&base).unwrap();
         let direction = Random::new(9).vector(density.len(), 1.0);
         let mut at = |h: f64| {
-            let moved: Vec<f64> = density.iter().zip(&direction).map(|(d, v)| d + h * v).collect();
+            let moved: ElementValues = density.iter().zip(&direction).map(|(d, v)| d + h * v).collect();
             forward(&mut problem, &moved).value
         };
         let h = 1e-5;
@@ -197,7 +199,7 @@ fn gradients_of_a_part_match_finite_differences() {
     }
 }
 
-/// Two optimizer's steps of the part are those of the whole: objective, volume and filter fit together.
+/// Two steps of the optimizer agree between part and whole: objective, volume and filter are consistent.
 #[test]
 fn designs_of_a_part_are_those_of_the_whole() {
     let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
@@ -213,7 +215,7 @@ fn designs_of_a_part_are_those_of_the_whole() {
         }
         let design = optimization.density();
         let places = optimization.problem.mesh.centroids();
-        places.into_iter().map(key).zip(design).collect::<BTreeMap<_, _>>()
+        places.into_iter().map(key).zip(design.to_vec()).collect::<BTreeMap<_, _>>()
     });
     let [part, whole] = designs;
     assert_eq!(2 * part.len(), whole.len());
@@ -244,8 +246,8 @@ fn planes_that_are_none_are_refused() {
     assert!(off.contains("dirichlet[1].motion: node") && off.contains("off its symmetry plane"), "{off}");
 }
 
-/// An eighth of a cube under pressure, held by three symmetry planes and nothing else: uniaxial stress, whose stretches must give
-/// the stresses by (100). A load on a plane does nothing, which is told.
+/// An eighth of a cube under pressure, held only by three symmetry planes: uniaxial stress, whose stretches must give
+/// the stresses by (100). A load on a plane has no effect, which is reported.
 #[test]
 fn planes_alone_hold_an_eighth_of_a_cube() {
     let text = "[[body]]\nname = 'cube'\nbox = { min = [0, 0, 0], max = [1, 1, 1], elements = [2, 2, 2] }\n\

@@ -1,4 +1,4 @@
-//! Void elements with interpolated energy: the whole gradient, a path that ends without it, and one that does not.
+//! Void elements with interpolated energy: the whole gradient, a path that fails without it, and one that does not.
 
 mod common;
 
@@ -6,10 +6,11 @@ use common::scene::*;
 use common::*;
 use slipstick::analysis::AnalysisError;
 use slipstick::build::Problem;
+use slipstick::design::ElementValues;
 use slipstick_path::{Silent, StateError, StepFailureKind};
 
-/// A frictional path with densities in the range where γ rises from 0 to 1, below and above it: adjoint against central
-/// differences of the whole analysis.
+/// A frictional path with densities in the range where γ rises from 0 to 1, below and above it: adjoint compared with
+/// central differences of the whole analysis.
 #[test]
 fn gradient_with_interpolated_energy() {
     for (method, enforcement) in
@@ -22,7 +23,7 @@ fn gradient_with_interpolated_energy() {
             ..Scene::default()
         };
         let mut problem = problem(&scene.text());
-        let density = [0.21, 0.24, 0.22, 0.6, 0.25];
+        let density = [0.21, 0.24, 0.22, 0.6, 0.25].into();
         let shares: Vec<f64> = {
             problem.analysis.set_density(&density);
             problem.analysis.design.scalings().iter().map(|s| s.gamma).collect()
@@ -35,8 +36,9 @@ fn gradient_with_interpolated_energy() {
     }
 }
 
-/// A block on a bridge over a void of stiffness 1e-9, pressed down by `depth` and drawn along it by `side` meanwhile.
-fn bridge(depth: f64, side: f64, energy: &str) -> (Problem, Vec<f64>) {
+/// A block on a bridge over a void of stiffness 1e-9, pressed down by `depth` and simultaneously dragged along it by
+/// `side`.
+fn bridge(depth: f64, side: f64, energy: &str) -> (Problem, ElementValues) {
     let scene = Scene {
         slab: [12, 6, 1],
         block: [2, 1, 1],
@@ -49,14 +51,14 @@ fn bridge(depth: f64, side: f64, energy: &str) -> (Problem, Vec<f64>) {
         ..Scene::default()
     };
     let problem = problem(&scene.text().replace("min = 1e-3", "min = 1e-9"));
-    let density: Vec<f64> = problem.initial_density.iter().map(|&x| if x > 0.0 { 1.0 } else { 0.0 }).collect();
+    let density: ElementValues = problem.initial_density.iter().map(|&x| if x > 0.0 { 1.0 } else { 0.0 }).collect();
     assert_eq!(density.iter().filter(|&&x| x == 0.0).count(), 50, "10 × 5 elements are void");
     (problem, density)
 }
 
 const INTERPOLATED: &str = "energy_interpolation = {}";
 
-/// Where the void inverts on the way, interpolation gets to the end.
+/// If the void inverts during the path, only the path with interpolation reaches its end.
 #[test]
 fn a_void_that_inverts_is_marched_through() {
     let (mut plain, density) = bridge(0.5, 1.0, "");
@@ -79,7 +81,8 @@ fn a_void_that_inverts_is_marched_through() {
     assert!(of(0.0).any(|j| j < 0.0) && of(1.0).all(|j| j > 0.0), "{smallest:?}");
 }
 
-/// Where both get to the end, the force is that of the bridge: a void of 1e-9 of its stiffness has no part in it.
+/// If both paths reach their end, the force is that of the bridge: a void with 1e-9 of its stiffness does not
+/// contribute.
 #[test]
 fn interpolation_leaves_the_solid_as_it_is() {
     let value = |energy| {

@@ -235,9 +235,9 @@ impl SolidModel {
         scatter: &Scatter,
         matrix: &mut BlockMatrix,
     ) -> Result<(), InvertedElements> {
-        assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the matrix has another pattern than the scatter");
+        assert_eq!(scatter.blocks, matrix.pattern().blocks(), "the scatter was made for a different pattern");
         let lengths = (scatter.positions.len(), scatter.batch_positions.len());
-        assert_eq!(lengths, (self.hexahedra.len(), self.batches.len()), "the scatter belongs to another model");
+        assert_eq!(lengths, (self.hexahedra.len(), self.batches.len()), "the scatter belongs to a different model");
         let sections = &self.sections[..];
         let mut rejected = self.clusters.assemble(matrix.values_mut(), |cluster, target, inverted| {
             let (elements, positions) = (&self.hexahedra[cluster.clone()], &scatter.positions[cluster]);

@@ -318,7 +318,8 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
         // A path left by an earlier part of the run is not that of the newest design.
         let other = all.first().is_none_or(|path| path.values("density") != Some(&values[..]));
         if other {
-            let fields = vec![StoredField { name: "density".into(), on_points: false, components: 1, values }];
+            let fields =
+                vec![StoredField { name: "density".into(), on_points: false, components: 1, values: values.into() }];
             all.insert(0, Source { place: table, what: "newest design".into(), fields });
         }
     }

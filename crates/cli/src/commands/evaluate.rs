@@ -2,6 +2,7 @@
 
 use serde_json::json;
 use slipstick::build::Problem;
+use slipstick::design::ElementValues;
 use slipstick::output::{Cell, Csv};
 use slipstick::run::Run;
 
@@ -39,7 +40,7 @@ pub fn run(context: &Context, args: &Evaluate) -> Outcome {
     end(Some(run), outcome)
 }
 
-fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &[f64], friction: &[f64]) -> Outcome {
+fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &ElementValues, friction: &[f64]) -> Outcome {
     let directory = run.directory();
     let own = own_friction(problem);
     problem.analysis.march.factor_memory = 0; // no gradient follows

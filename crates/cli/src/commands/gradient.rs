@@ -3,6 +3,7 @@
 use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::case::Case;
+use slipstick::design::ElementValues;
 use slipstick::model::Parameter;
 use slipstick::output::fields::write_design;
 use slipstick::run::{Run, RunDirectory, write_densities};
@@ -25,7 +26,13 @@ pub fn run(context: &Context, args: &Gradient) -> Outcome {
     end(run, outcome)
 }
 
-fn gradient(context: &Context, case: &Case, problem: &mut Problem, run: Option<&Run>, density: &[f64]) -> Outcome {
+fn gradient(
+    context: &Context,
+    case: &Case,
+    problem: &mut Problem,
+    run: Option<&Run>,
+    density: &ElementValues,
+) -> Outcome {
     let mut watch = watch(context, problem, run)?;
     let analysis = &mut problem.analysis;
     analysis.measure(clock::wall);

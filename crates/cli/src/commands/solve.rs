@@ -3,6 +3,7 @@
 use serde_json::json;
 use slipstick::analysis::{Analysis, Forward};
 use slipstick::build::Problem;
+use slipstick::design::ElementValues;
 use slipstick::run::{Run, RunDirectory, write_densities, write_path};
 
 use super::{digits, final_status, phases, tell_phases, whole};
@@ -42,7 +43,7 @@ fn shares(problem: &Problem, forward: &Forward) -> String {
     format!(": {}, with weights", names.iter().zip(values).map(share).collect::<Vec<_>>().join(", "))
 }
 
-fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &[f64]) -> Outcome {
+fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &ElementValues) -> Outcome {
     let directory = run.map(Run::directory);
     let mut watch = watch(context, problem, run)?.telling_steps();
     problem.analysis.measure(clock::wall);

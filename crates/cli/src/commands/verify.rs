@@ -2,6 +2,7 @@
 
 use serde_json::json;
 use slipstick::build::Problem;
+use slipstick::design::ElementValues;
 use slipstick::output::{Cell, Csv, write_atomically};
 use slipstick::run::{Run, RunError};
 use slipstick::verify::{
@@ -69,7 +70,7 @@ fn verify(
     context: &Context,
     problem: &mut Problem,
     run: Option<&Run>,
-    density: &[f64],
+    density: &ElementValues,
     args: &VerifyGradient,
 ) -> Outcome {
     let (designed, options) = (designed(problem), options(args));

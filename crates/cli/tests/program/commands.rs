@@ -359,7 +359,7 @@ fn an_optimization_of_rounding_ends() {
     let expected = [
         "error: there is nothing to optimize: the objective is",
         "contact never closes on the path",
-        "help: let the motions close the gap",
+        "help: make the motions close the gap",
         "kept: case: ",
     ];
     let ran = place.bad("optimize case.toml", 3, &[&foreseen[..], &expected].concat());

@@ -147,7 +147,7 @@ fn files_that_cannot_grow_end_a_run_that_resumes() {
     let place = Place::new();
     place.good("optimize case.toml --out whole -q");
     let mut messages = Messages::new();
-    for (blocks, what) in [(1, "nothing longer than 512 bytes"), (16, "nothing longer than 8 kB")] {
+    for (blocks, what) in [(1, "nothing longer than 512 bytes"), (10, "nothing longer than 5 kB")] {
         let line = "optimize case.toml --out run -q --force";
         let output = with_short_files(&place, line, blocks, true).output().expect("sh");
         let ran = Ran::new(line, output);

@@ -47,7 +47,7 @@ pub struct Stiffness {
     pub normal: f64,
     /// ε_τ or c_t.
     pub tangential: f64,
-    /// What the stiffness multiplies.
+    /// The measures that the stiffness multiplies.
     pub scaling: StiffnessScaling,
 }
 

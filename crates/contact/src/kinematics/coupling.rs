@@ -331,9 +331,9 @@ struct CornerIntegrals<const N: usize> {
     slope: [[f64; PLANE_COORDINATES]; N],
 }
 
-/// The area element is bilinear as well, J = Σ_i N_i J_i with J_i = ¼ (p_{i+1} − p_i) × (p_{i−1} − p_i), so that
-/// ∫ N_j = Σ_i m_ji J_i with the mass matrix m of the parent square. On a triangle each is a third of the area: m is
-/// 1/3 for one corner i and J_i half of the product.
+/// The area element is bilinear as well, J = Σ_i N_i J_i with J_i = ¼ (p_{i+1} − p_i) × (p_{i−1} − p_i), so that ∫ N_j
+/// = Σ_i m_ji J_i with the mass matrix m of the parent square. On a triangle each integral is a third of the area: for
+/// the single corner i, m_ji = 1/3 and J_i is half the cross product.
 fn corner_integrals<const N: usize>(p: &[Point; N]) -> CornerIntegrals<N> {
     const PARENT: [f64; 4] = [4.0 / 9.0, 2.0 / 9.0, 1.0 / 9.0, 2.0 / 9.0];
     let mut out = CornerIntegrals { value: [0.0; N], slope: [[0.0; PLANE_COORDINATES]; N] };
@@ -394,10 +394,10 @@ mod tests {
 
     // the slave facet faces down: 0 → 1 → 2 → 3 has its normal along −z
     const SLAVE: [u32; 4] = [0, 1, 2, 3];
-    /// A half of it.
+    /// One triangular half of `SLAVE`.
     const HALF: [u32; 3] = [0, 1, 2];
 
-    /// Slave facet, whether the masters are triangles.
+    /// The slave facet, and whether the masters are triangles.
     fn mixtures() -> [(FacetNodes, bool); 4] {
         [(SLAVE.into(), false), (SLAVE.into(), true), (HALF.into(), false), (HALF.into(), true)]
     }
@@ -534,7 +534,7 @@ mod tests {
         }
     }
 
-    /// A facet that is folded to an arrowhead is an error if it may touch, and is ignored if it is farther away.
+    /// A facet that is folded into an arrowhead is an error if it may touch, and is ignored if it is farther away.
     #[test]
     fn a_folded_facet_is_named_where_it_may_touch() {
         let at = |height: f64| {

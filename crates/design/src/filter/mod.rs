@@ -73,6 +73,7 @@ fn check_volumes(centroids: usize, volumes: &[f64]) -> Result<(), FilterError> {
 
 #[cfg(test)]
 mod tests {
+    use crate::values::DomainValues;
     /// Centroids and volumes of a box of cubes of side `size`; the last index runs fastest.
     pub(super) fn box_grid(cells: [usize; 3], size: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
         let mut centroids = Vec::new();
@@ -101,7 +102,7 @@ mod tests {
     }
 
     /// Numbers in [0.05, 1), the same in each run (a linear congruential generator).
-    pub(super) fn pseudo_random(count: usize, seed: u64) -> Vec<f64> {
+    pub(super) fn pseudo_random(count: usize, seed: u64) -> DomainValues {
         let mut state = seed;
         let mut next = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

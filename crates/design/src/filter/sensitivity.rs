@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::{FilterError, Neighbours, check_volumes};
+use crate::values::DomainValues;
 
 /// Densities below this do not increase the filtered gradient further. Sigmund (2007).
 const SMALLEST_DENSITY: f64 = 1e-3;
@@ -76,12 +77,12 @@ impl SensitivityFilter {
         Ok(Self { ranks, own, neighbours, weight_sums, volumes: volumes.to_vec() })
     }
 
-    /// The filtered gradient `∂θ̂/∂φ` of all elements for densities `density` (0 to 1) and their gradient `∂θ/∂φ`.
+    /// The filtered gradient `∂θ̂/∂φ` for densities `density` (0 to 1) and their gradient `∂θ/∂φ`.
     ///
     /// # Panics
     ///
     /// If there is not one density and one derivative per element.
-    pub fn apply(&self, density: &[f64], gradient: &[f64]) -> Vec<f64> {
+    pub fn apply(&self, density: &DomainValues, gradient: &DomainValues) -> DomainValues {
         assert_eq!(density.len(), self.volumes.len(), "one density per element");
         assert_eq!(gradient.len(), self.volumes.len(), "one derivative per element");
         let per_volume: Vec<f64> = (0..density.len()).map(|i| density[i] * gradient[i] / self.volumes[i]).collect();
@@ -90,7 +91,7 @@ impl SensitivityFilter {
             let own = density[element].max(SMALLEST_DENSITY) / self.volumes[element];
             *value /= own * weights;
         });
-        self.ranks.join(&filtered)
+        self.ranks.join(&filtered).into()
     }
 
     /// The neighbours of this rank's elements and their weights.
@@ -117,7 +118,7 @@ mod tests {
     fn agrees_with_all_pairs() {
         let (centroids, volumes) = graded_row(40, 1.15);
         let density = pseudo_random(40, 1);
-        let gradient: Vec<f64> = pseudo_random(40, 2).iter().map(|g| g - 0.7).collect();
+        let gradient: DomainValues = pseudo_random(40, 2).iter().map(|g| g - 0.7).collect();
         let radius = 3.0;
         let filtered = SensitivityFilter::new(&centroids, &volumes, radius).unwrap().apply(&density, &gradient);
         let expected: Vec<f64> = (0..40)
@@ -153,10 +154,10 @@ mod tests {
     #[test]
     fn equal_densities_keep_a_gradient_that_is_proportional_to_volume() {
         let (centroids, volumes) = graded_row(60, 1.08);
-        let gradient: Vec<f64> = volumes.iter().map(|volume| -2.5 * volume).collect();
+        let gradient: DomainValues = volumes.iter().map(|volume| -2.5 * volume).collect();
         for density in [1.0, 0.2, 1e-3] {
             let filter = SensitivityFilter::new(&centroids, &volumes, 4.0).unwrap();
-            close(&filter.apply(&[density; 60], &gradient), &gradient, 1e-13);
+            close(&filter.apply(&[density; 60].into(), &gradient), &gradient, 1e-13);
         }
     }
 
@@ -168,9 +169,9 @@ mod tests {
         let filter = SensitivityFilter::new(&centroids, &volumes, 0.99).unwrap();
         close(&filter.apply(&density, &gradient), &gradient, 1e-15);
         // Below 1e-3 the density no longer cancels: φ g / 1e-3.
-        let filtered = filter.apply(&[1e-4; 24], &gradient);
+        let filtered = filter.apply(&[1e-4; 24].into(), &gradient);
         assert!((filtered[7] - 0.1 * gradient[7]).abs() < 1e-15);
-        assert_eq!(filter.apply(&[0.0; 24], &gradient), [0.0; 24]);
+        assert_eq!(filter.apply(&[0.0; 24].into(), &gradient)[..], [0.0; 24]);
     }
 
     /// Splitting half of the elements of a row in two preserves a constant filtered gradient per volume.
@@ -184,9 +185,9 @@ mod tests {
                 Some(*end)
             });
             let centroids: Vec<[f64; 3]> = ends.zip(&volumes).map(|(end, v)| [end - 0.5 * v, 0.0, 0.0]).collect();
-            let gradient: Vec<f64> = volumes.iter().map(|v| -3.0 * v).collect();
+            let gradient: DomainValues = volumes.iter().map(|v| -3.0 * v).collect();
             let filter = SensitivityFilter::new(&centroids, &volumes, 2.7).unwrap();
-            let filtered = filter.apply(&vec![0.4; volumes.len()], &gradient);
+            let filtered = filter.apply(&vec![0.4; volumes.len()].into(), &gradient);
             for (value, volume) in filtered.iter().zip(&volumes) {
                 assert!((value / volume + 3.0).abs() < 1e-13);
             }
@@ -206,9 +207,11 @@ mod tests {
         });
         assert!(all.iter().all(|filtered| *filtered == alone.apply(&density, &gradient)));
         // two elements for three ranks
+        let two = |values: &DomainValues| DomainValues::from(values[..2].to_vec());
         let of_two = |ranks| SensitivityFilter::on_ranks(&centroids[..2], &volumes[..2], 0.8, &[], ranks).unwrap();
-        let few = on_ranks(3, |rank| of_two(Arc::new(rank)).apply(&density[..2], &gradient[..2]));
-        assert!(few.iter().all(|filtered| *filtered == of_two(Arc::new(Alone)).apply(&density[..2], &gradient[..2])));
+        let few = on_ranks(3, |rank| of_two(Arc::new(rank)).apply(&two(&density), &two(&gradient)));
+        let alone = of_two(Arc::new(Alone)).apply(&two(&density), &two(&gradient));
+        assert!(few.iter().all(|filtered| *filtered == alone));
     }
 
     #[test]
@@ -226,7 +229,7 @@ mod tests {
     fn a_derivative_that_is_not_a_number_stays_visible() {
         let (centroids, volumes) = box_grid([3, 1, 1], 1.0);
         let filter = SensitivityFilter::new(&centroids, &volumes, 1.5).unwrap();
-        let filtered = filter.apply(&[0.5; 3], &[1.0, 1.0, f64::NAN]);
+        let filtered = filter.apply(&[0.5; 3].into(), &[1.0, 1.0, f64::NAN].into());
         assert!(filtered[1].is_nan() && filtered[2].is_nan());
     }
 

@@ -14,16 +14,16 @@ const DIRECTIONS: u64 = 3;
 /// An objective whose derivative does not match its value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "objective `{name}` at step {step}: its derivative by the {argument} is {derivative:e} in a direction in which \
-     differences of its value give {difference:e}; correct Objective::derivative, which adds ∂θ/∂d at fixed forces \
-     and ∂θ/∂f at fixed displacements"
+    "objective `{name}` at step {step}: its derivative with respect to the {argument} is {derivative:e} along a \
+     direction in which differences of its value give {difference:e}; correct Objective::derivative, which adds ∂θ/∂d \
+     at fixed forces and ∂θ/∂f at fixed displacements"
 )]
 pub struct WrongDerivative {
     /// The objective's name.
     pub name: String,
     /// User load step, from 1.
     pub step: usize,
-    /// What was varied: "displacements", "internal forces" or "external forces".
+    /// The varied argument: "displacements", "internal forces" or "external forces".
     pub argument: &'static str,
     /// Derivative along the direction, from [`Objective::derivative`].
     pub derivative: f64,

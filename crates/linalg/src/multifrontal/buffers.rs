@@ -1,18 +1,18 @@
-//! Memory of the contributions, used again.
+//! Reusable memory for the contributions.
 //!
-//! Fronts near the root take and return megabytes each. Fresh pages from the system cost more time than clearing old
-//! ones, above all with several threads.
+//! Each front near the root requests and returns megabytes. Fresh pages from the system cost more time than clearing
+//! old ones, especially with several threads.
 
 use super::scalar::Scalar;
 use std::sync::Mutex;
 
-/// Entries below which the allocator does as well.
+/// Number of entries below which the allocator is just as good.
 const WORTH_KEEPING: usize = 16_384;
 
-/// Buffers kept at a time. A walk in postorder needs few.
+/// Maximum number of buffers kept. A traversal in postorder needs few.
 const KEPT: usize = 2;
 
-/// Buffers that were returned and wait for the next use.
+/// Buffers that were returned and can be reused.
 pub(super) struct Buffers<T> {
     free: Mutex<Vec<Vec<T>>>,
 }
@@ -22,12 +22,13 @@ impl<T: Scalar> Buffers<T> {
         Self { free: Mutex::new(Vec::new()) }
     }
 
-    /// Zeros: in the smallest free buffer of at least this and at most twice this length, else in new memory.
+    /// Zeros: in the smallest free buffer of at least this length and at most twice this length, otherwise in new
+    /// memory.
     pub fn zeros(&self, length: usize) -> Vec<T> {
         let mut buffer = self.reuse(length).unwrap_or_default();
         buffer.clear();
         buffer.reserve_exact(length);
-        // Written at once: memory that is read before it is written would be mapped twice.
+        // Written immediately: memory that is read before it is written would be mapped twice.
         buffer.resize(length, T::ZERO);
         buffer
     }
@@ -42,7 +43,7 @@ impl<T: Scalar> Buffers<T> {
         Some(free.swap_remove(best))
     }
 
-    /// Takes a buffer back; of too many the smallest goes.
+    /// Takes a buffer back; if there are too many, the smallest is dropped.
     pub fn put(&self, buffer: Vec<T>) {
         if buffer.capacity() < WORTH_KEEPING {
             return;
@@ -65,8 +66,8 @@ impl<T: Scalar> Buffers<T> {
 mod tests {
     use super::*;
 
-    /// What comes out is zero whatever went in, a fitting buffer comes back, and the smallest goes
-    /// when there are too many.
+    /// The buffers contain zeros whatever was written to them, a fitting buffer is reused, and the smallest is dropped
+    /// if there are too many.
     #[test]
     fn returned_buffers_are_cleared_and_used_again() {
         let buffers = Buffers::<f64>::new();

@@ -1,7 +1,7 @@
 //! Dense kernels of the fronts.
 //!
-//! Large operands are cut into tiles whose bounds depend on their size alone, each tile computed by
-//! a sequential faer kernel: the threads share the tiles, and the result does not depend on them.
+//! Large operands are divided into tiles whose bounds depend only on their size. Threads share the tiles, and a
+//! sequential faer kernel computes each tile, so the result does not depend on the number of threads.
 
 use super::scalar::Scalar;
 use dyn_stack::{MemBuffer, MemStack};
@@ -15,16 +15,16 @@ use rayon::prelude::*;
 /// Rows or columns of a tile.
 const TILE: usize = 256;
 
-/// Operations that are worth a tiling.
+/// Number of operations from which tiling pays off.
 const WORTH_TILING: usize = 8_000_000;
 
 /// Entries that a thread scans at a time.
 const SCAN: usize = 1 << 16;
 
-/// Pivots up to which the factorization of a diagonal block is left to one faer call.
+/// Number of pivots up to which one faer call factorizes a diagonal block.
 const ONE_PANEL: usize = 256;
 
-/// Columns of a panel beyond that.
+/// Columns of a panel in larger blocks.
 const PANEL: usize = 128;
 
 /// LU with partial pivoting of a square matrix, in place. Row i of the permuted matrix is row
@@ -66,7 +66,7 @@ fn panel_lu<T: Scalar>(a: MatMut<'_, T>, order: &mut [u32]) {
     lu_in_place(a, order, &mut inverse, Par::Seq, stack, Default::default());
 }
 
-/// Row i becomes the former row `order[i]`.
+/// Row i is replaced by the previous row `order[i]`.
 pub(super) fn permute_rows<T: Scalar>(a: MatMut<'_, T>, order: &[u32]) {
     let moved: Vec<(usize, usize)> = order
         .iter()
@@ -152,7 +152,7 @@ pub(super) fn largest<T: Scalar>(values: &[T]) -> f64 {
 fn largest_by_lanes<T: Scalar>(values: &[T]) -> f64 {
     const LANES: usize = 32;
     let mut lanes = [T::ZERO; LANES];
-    // x·0 is NaN for NaN and infinity, and stays so in a sum.
+    // x·0 is NaN if x is NaN or infinite, and remains NaN in a sum.
     let mut poison = [T::ZERO; LANES];
     let (chunks, rest) = values.as_chunks::<LANES>();
     for chunk in chunks {

@@ -1,7 +1,8 @@
 //! Assembly and elimination of one front.
 //!
-//! The fully summed columns F11, F21 are assembled and factorized first, in place; the rest follows once they have
-//! passed. Should a pivot be too small, they are assembled again from what is still there, and go the careful path.
+//! The fully summed columns F11, F21 are first assembled and factorized in place; the other columns follow after a
+//! check of the pivots. If a pivot is too small, the columns are assembled again from the contributions and treated by
+//! threshold pivoting.
 
 use super::buffers::Buffers;
 use super::scalar::Scalar;
@@ -11,10 +12,10 @@ use faer::prelude::ReborrowMut;
 use faer::{MatMut, MatRef};
 use rayon::prelude::*;
 
-/// Entries of the contributions from which on they are added by several threads.
+/// Number of entries of the contributions from which several threads add them.
 const WORTH_SHARING: usize = 200_000;
 
-/// Columns of a task of these.
+/// Columns per task for this.
 const COLUMNS_PER_TASK: usize = 32;
 
 /// No column.
@@ -51,14 +52,14 @@ impl<T: Scalar> Front<T> {
     }
 }
 
-/// What a front passes to its parent: a square matrix over its delayed and its other rows.
+/// The contribution of a front to its parent: a square matrix over its delayed and its other rows.
 pub(super) struct Contribution<T> {
     pub delayed_rows: Vec<u32>,
     pub delayed_columns: Vec<u32>,
     pub values: Vec<T>,
 }
 
-/// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate of the first rejected
+/// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate in the first rejected
 /// column.
 pub(super) fn process<T: Scalar>(
     structure: &Structure,
@@ -77,14 +78,14 @@ pub(super) fn process<T: Scalar>(
 /// A pivot was too small for the fast path.
 struct Rejected;
 
-/// Consecutive entries of a child that go to consecutive places of its parent.
+/// Consecutive entries of a child that are added to consecutive places of its parent.
 struct Run {
     from: usize,
     to: usize,
     length: usize,
 }
 
-/// A contribution and its places in the parent: first those that are fully summed there.
+/// A contribution and its places in the parent, with those that are fully summed there first.
 struct Child<T> {
     contribution: Contribution<T>,
     /// Rows (columns) that are fully summed in the parent.
@@ -93,12 +94,12 @@ struct Child<T> {
     size: usize,
     summed_runs: Vec<Run>,
     beyond_runs: Vec<Run>,
-    /// Column of the contribution for each fully summed column of the parent, and for each beyond; or [`NONE`].
+    /// Column of the contribution for each fully summed column of the parent, and for each column beyond; or [`NONE`].
     summed_sources: Vec<u32>,
     beyond_sources: Vec<u32>,
 }
 
-/// What goes into a front with p fully summed rows and columns, and r beyond.
+/// The data assembled into a front with p fully summed rows and columns, and r beyond.
 struct Assembly<'a, T> {
     structure: &'a Structure,
     values: &'a [T],
@@ -145,7 +146,7 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         (f11, f21)
     }
 
-    /// Columns beyond: F12, p × r, and F22, r × r. The contributions of the children end here.
+    /// Columns beyond: F12, p × r, and F22, r × r. Releases the contributions of the children.
     fn columns_beyond(&mut self, buffers: &Buffers<T>) -> (Vec<T>, Vec<T>) {
         let (p, r, own) = (self.rows.len(), self.beyond, self.own());
         let (mut f12, mut f22) = (zeros(p * r), buffers.zeros(r * r));
@@ -165,7 +166,7 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         self.structure.supernodes[self.k].pivots
     }
 
-    /// Matrix entries, local indices as of the analysis, where the own pivots come first.
+    /// Matrix entries, local indices of the analysis, where the own pivots come first.
     fn entries(&self) -> &[(u32, u32, u32)] {
         &self.structure.entries[self.structure.entry_offsets[self.k]..self.structure.entry_offsets[self.k + 1]]
     }
@@ -232,7 +233,7 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         Ok((front, Contribution { delayed_rows: Vec::new(), delayed_columns: Vec::new(), values: f22 }))
     }
 
-    /// The careful path: threshold pivoting; what is rejected stays in the contribution.
+    /// Threshold pivoting; rejected rows and columns stay in the contribution.
     fn eliminate_some(mut self, buffers: &Buffers<T>) -> (Front<T>, Contribution<T>, f64) {
         let (p, r) = (self.rows.len(), self.beyond);
         let (f11, f21) = self.summed_columns();
@@ -283,8 +284,8 @@ impl<'a, T: Scalar> Assembly<'a, T> {
 }
 
 impl<T: Scalar> Child<T> {
-    /// Finds the places in the parent `supernode`, which has `columns` fully summed columns with the delayed ones; those
-    /// of this child start at `delayed_at`.
+    /// Finds the places in the parent `supernode`, which has `columns` fully summed columns including the delayed ones;
+    /// the delayed columns of this child start at `delayed_at`.
     fn new(
         supernode: &Supernode,
         child: &Supernode,
@@ -292,7 +293,7 @@ impl<T: Scalar> Child<T> {
         contribution: Contribution<T>,
         columns: usize,
     ) -> Self {
-        // Fully summed places first, then places beyond: both child lists keep this order.
+        // Fully summed places first, then places beyond: both lists of the child keep this order.
         let past = (supernode.first + supernode.pivots) as u32;
         let inner = child.rows.partition_point(|&row| row < past);
         let delayed = contribution.delayed_rows.len();
@@ -359,7 +360,7 @@ fn runs(places: &[usize]) -> Vec<Run> {
     runs
 }
 
-/// Written at once: memory that is read before it is written would be mapped twice.
+/// Written immediately: memory that is read before it is written would be mapped twice.
 fn zeros<T: Scalar>(length: usize) -> Vec<T> {
     let mut values = Vec::with_capacity(length);
     values.resize(length, T::ZERO);

@@ -1,15 +1,15 @@
 //! Loops of the solves with one right-hand side, written so that the compiler vectorises them.
 //!
 //! Each is compiled for the instruction sets found at run time. Products and sums are separate operations: `mul_add`
-//! would call a library routine in portable builds, and memory bounds the speed anyway. Matrices are column-major
-//! without gaps. Large products are cut into tiles that threads share; every entry of the result is computed in the
-//! same way whatever the tiles.
+//! would call a library routine in portable builds, and memory bandwidth limits the speed anyway. Matrices are
+//! column-major without gaps. Large products are divided into tiles that threads share; every entry of the result is
+//! computed in the same way for any tiling.
 
 use super::scalar::Scalar;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Entries of a matrix that are worth a tiling.
+/// Number of matrix entries from which tiling pays off.
 const WORTH_TILING: usize = 200_000;
 
 /// Rows of a tile of a product, and entries of a tile of a transposed product.
@@ -117,7 +117,8 @@ pub(super) fn solve_unit_lower_transposed<T: Scalar>(lu: &[T], x: &mut [T]) {
     }
 }
 
-/// Columns of a triangle of `n` that are solved at once; what they couple to follows as products that threads share.
+/// Columns of a triangle of `n` that are solved at once; the remaining unknowns follow from products that threads
+/// share.
 fn panels(n: usize) -> impl DoubleEndedIterator<Item = Range<usize>> {
     let width = if n * n < WORTH_TILING { n.max(1) } else { PANEL };
     (0..n.div_ceil(width)).map(move |k| k * width..((k + 1) * width).min(n))
@@ -297,8 +298,8 @@ mod tests {
         }
     }
 
-    /// Triangles below and above the size that is cut into panels: the products with the solutions give back the
-    /// right-hand sides.
+    /// Triangles below and above the size that is divided into panels: multiplying the solutions by the matrices
+    /// reproduces the right-hand sides.
     #[test]
     fn triangular_solves_invert_products() {
         for n in [7, 300, 3 * PANEL + 100] {

@@ -1,23 +1,22 @@
 //! Multifrontal LU factorization.
 //!
-//! The matrix is equilibrated by powers of two and permuted by nested dissection (without METIS: minimum degree) of the graph of its
-//! elimination groups: one vertex per node, or per slave node with its multipliers. The
-//! elimination tree of the symmetrised pattern, cut into supernodes, becomes a tree of dense
-//! *fronts*. Each front holds its fully summed rows and columns and those they touch:
+//! The matrix is equilibrated by powers of two and permuted by nested dissection (without METIS: minimum degree) of the
+//! graph of its elimination groups: one vertex per node, or per slave node with its multipliers. The elimination tree
+//! of the symmetrised pattern, divided into supernodes, becomes a tree of dense *fronts*. Each front contains its fully
+//! summed rows and columns and those that they couple to:
 //!
 //! ```text
 //!   F = [ F11  F12 ]  fully summed    F11 = L11 U11,  L21 = F21 U11⁻¹,  U12 = L11⁻¹ F12,
 //!       [ F21  F22 ]                  contribution to the parent:  F22 − L21 U12
 //! ```
 //!
-//! Pivots are sought in F11 only, but are accepted only if no multiplier in L21 exceeds
-//! 1/[`PIVOT_THRESHOLD`]. Rejected rows and columns stay in the contribution and are fully summed in
-//! the parent (delayed pivots); what is left at a root is singular.
+//! Pivots are sought only in F11, but are accepted only if no multiplier in L21 exceeds 1/[`PIVOT_THRESHOLD`]. Rejected
+//! rows and columns stay in the contribution and are fully summed in the parent (delayed pivots); if any are left at a
+//! root, the matrix is singular.
 //!
-//! References: Duff and Reid, The multifrontal solution of unsymmetric sets of linear equations,
-//! SIAM J. Sci. Stat. Comput. 5 (1984); Amestoy, Duff, L'Excellent and Koster, A fully asynchronous
-//! multifrontal solver, SIAM J. Matrix Anal. Appl. 23 (2001) for the pivoting; Karypis and Kumar,
-//! SIAM J. Sci. Comput. 20 (1998) for the ordering.
+//! References: Duff and Reid, The multifrontal solution of unsymmetric sets of linear equations, SIAM J. Sci. Stat.
+//! Comput. 5 (1984); Amestoy, Duff, L'Excellent and Koster, A fully asynchronous multifrontal solver, SIAM J. Matrix
+//! Anal. Appl. 23 (2001) (pivoting); Karypis and Kumar, SIAM J. Sci. Comput. 20 (1998) for the ordering.
 
 mod buffers;
 mod dense;
@@ -61,23 +60,23 @@ const BYTES_PER_OPERATION: f64 = 0.4;
 pub struct FactorStatistics {
     /// Fronts of the assembly tree.
     pub fronts: usize,
-    /// Entries of L and U, zeros inside the fronts included.
+    /// Entries of L and U, including zeros inside the fronts.
     pub factor_entries: usize,
-    /// Floating-point operations foreseen by the analysis, without delayed pivots.
+    /// Floating-point operations predicted by the analysis, without delayed pivots.
     pub operations: f64,
     /// Pivots passed on to a parent, counted once per front.
     pub delayed_pivots: usize,
     /// Largest entry of U; the scaled matrix has entries of about one.
     pub growth: f64,
-    /// Smallest pivot of the scaled matrix; infinite without any.
+    /// Smallest pivot of the scaled matrix; infinite if there are no pivots.
     pub smallest_pivot: f64,
     /// Unknown of the smallest pivot: where the matrix is closest to singular.
     pub weakest_unknown: usize,
 }
 
-/// Multifrontal LU solver. It keeps the scaling of the latest matrix as long as that fits. An analysis takes over the
-/// elimination order of an earlier analysis of the same unknowns if the factors cost at most 15 % more than where the
-/// order was made.
+/// Multifrontal LU solver. It keeps the scaling of the latest matrix as long as it is suitable. An analysis uses the
+/// elimination order of an earlier analysis of the same unknowns if the factors cost at most 15 % more than for the
+/// pattern for which the order was computed.
 #[derive(Debug)]
 pub struct MultifrontalSolver {
     precision: Precision,
@@ -85,7 +84,7 @@ pub struct MultifrontalSolver {
     scaling: Arc<Mutex<Option<Scaling>>>,
 }
 
-/// What is known of a pattern.
+/// The analysis of a pattern.
 #[derive(Debug)]
 struct Analysis {
     structure: Arc<Structure>,
@@ -103,8 +102,8 @@ impl MultifrontalSolver {
         Self { precision, scaling: Arc::clone(&self.scaling) }
     }
 
-    /// Entries of L and U and floating-point operations that a factorization of `pattern` will need, from the analysis
-    /// alone; `None` if the pattern cannot be analysed.
+    /// Entries of L and U and floating-point operations that a factorization of `pattern` will need, only from the
+    /// analysis; `None` if the pattern cannot be analysed.
     pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
         let structure = Structure::analyse(pattern, None).ok()?.0;
         let entries = structure.supernodes.iter().map(|s| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64).sum();
@@ -245,12 +244,12 @@ impl MultifrontalFactorization {
 
 impl Factorization for MultifrontalFactorization {
     fn solve(&self, rhs: &mut [f64]) {
-        assert_eq!(rhs.len(), self.n(), "the right-hand side needs an entry per unknown");
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
         self.run(false, rhs);
     }
 
     fn solve_transpose(&self, rhs: &mut [f64]) {
-        assert_eq!(rhs.len(), self.n(), "the right-hand side needs an entry per unknown");
+        assert_eq!(rhs.len(), self.n(), "the right-hand side needs one entry per unknown");
         self.run(true, rhs);
     }
 

@@ -27,7 +27,7 @@ struct Walk<'a, T> {
 }
 
 impl<T: Scalar> Walk<'_, T> {
-    /// Subtrees in parallel; of several errors the first in order is reported.
+    /// Subtrees in parallel; if there are several errors, the first in order is reported.
     fn subtrees(&self, roots: &[usize]) -> Result<Vec<Subtree<T>>, FactorizationError> {
         let results: Vec<_> = roots.par_iter().map(|&root| self.subtree(root)).collect();
         results.into_iter().collect()

@@ -1,17 +1,17 @@
-//! Quotient graph of nodes and multipliers, and the order in which the elimination groups go.
+//! Quotient graph of nodes and multipliers, and the elimination order of the groups.
 
 use crate::csr::CsrPattern;
 use std::collections::HashMap;
 
-/// Groups below which any order will do.
+/// Number of groups below which the order does not matter.
 const SMALL: usize = 48;
 
 /// Undirected graph, without loops, whose vertices are the consecutive unknowns of an elimination group: a node, or the
 /// multipliers of a slave node.
 ///
-/// Groups are ordered as a whole, their vertices in the order of the unknowns: a multiplier follows its node at once, so
-/// that its pivots are not zero. The structure of the factors, however, goes by vertices. Multipliers are coupled to
-/// fewer others than their nodes are; one vertex for both would cost up to a tenth more operations.
+/// Each group is ordered as a unit, with its vertices in the order of the unknowns: a multiplier directly follows its
+/// node, so that its pivots are not zero. The structure of the factors, however, is based on vertices: multipliers are
+/// coupled to fewer others than their nodes are, and one vertex for both would cost up to a tenth more operations.
 pub(super) struct QuotientGraph {
     /// Unknowns of each vertex, ascending.
     pub members: Vec<Vec<u32>>,
@@ -107,7 +107,7 @@ impl QuotientGraph {
     }
 }
 
-/// Offsets and neighbours of the `connected` groups, numbered by their positions there.
+/// Offsets and neighbours of the `connected` groups, renumbered by their positions in this list.
 fn compact(connected: &[usize], couplings: &[Vec<u32>]) -> Result<(Vec<i32>, Vec<i32>), String> {
     let mut position = vec![0i32; couplings.len()];
     for (k, &g) in connected.iter().enumerate() {
@@ -167,7 +167,7 @@ fn number_vertices(groups: &[u32]) -> (Vec<u32>, Vec<Vec<u32>>, Vec<Vec<u32>>) {
 mod tests {
     use super::*;
 
-    /// Fill of the factors of a graph, by elimination vertex by vertex.
+    /// Fill of the factors of a graph, computed by eliminating vertex by vertex.
     fn fill(offsets: &[i32], neighbours: &[i32], order: impl Iterator<Item = usize>) -> usize {
         let n = offsets.len() - 1;
         let row = |v: usize| neighbours[offsets[v] as usize..offsets[v + 1] as usize].iter().map(|&w| w as usize);
@@ -184,7 +184,8 @@ mod tests {
         entries
     }
 
-    /// A grid of 16 × 16: every vertex once, and less fill than by rows, 16 × 16 × 16 less the border.
+    /// A grid of 16 × 16: each vertex occurs once, and there is less fill than row by row, which is 16 × 16 × 16 minus
+    /// the border.
     #[test]
     fn minimum_degree_is_a_permutation_with_less_fill_than_a_band() {
         let n = 16;

@@ -1,4 +1,4 @@
-//! Threshold pivoting with rejected columns: the careful path of a front.
+//! Threshold pivoting with rejected columns, for fronts in which some pivot is too small.
 
 use super::scalar::Scalar;
 use super::{PIVOT_THRESHOLD, dense};
@@ -8,7 +8,7 @@ use faer::{MatMut, MatRef};
 /// Columns treated together before the rest of the front is updated.
 const PANEL: usize = 32;
 
-/// Fully summed columns of a front, rows beyond included, after elimination of what could be.
+/// Fully summed columns of a front, including rows beyond, after the possible eliminations.
 pub(super) struct PivotedColumns<T> {
     /// Column-major, all rows of the front: L below and U on and above the diagonal of the first
     /// `pivots` columns; the rest is updated but not eliminated.
@@ -24,9 +24,9 @@ pub(super) struct PivotedColumns<T> {
 
 /// Eliminates fully summed columns with pivots from the fully summed rows.
 ///
-/// A pivot must reach [`PIVOT_THRESHOLD`] times the largest entry of its column, rows beyond
-/// included, and the smallest pivot of the format. Columns without one are set aside and tried again
-/// as long as other pivots were found meanwhile.
+/// A pivot must reach [`PIVOT_THRESHOLD`] times the largest entry of its column, including rows beyond, and the
+/// smallest pivot of the format. Columns without a pivot are set aside and tried again as long as other pivots have
+/// been found in the meantime.
 pub(super) fn eliminate<T: Scalar>(values: Vec<T>, rows: usize, summed: usize) -> PivotedColumns<T> {
     let mut state =
         State { values, rows, summed, row_order: (0..summed).collect(), column_order: (0..summed).collect() };
@@ -79,8 +79,8 @@ impl<T: Scalar> State<T> {
         (row, size, dense::largest(&column[self.summed..]))
     }
 
-    /// Eliminates within columns `start..end`; returns the end of the accepted ones, behind which
-    /// the rejected are gathered, updated.
+    /// Eliminates within columns `start..end`; returns the end of the accepted columns. The rejected columns follow
+    /// them, updated.
     fn panel(&mut self, start: usize, end: usize) -> usize {
         let (mut k, mut last) = (start, end);
         while k < last {
@@ -161,8 +161,8 @@ impl<T: Scalar> State<T> {
 mod tests {
     use super::*;
 
-    /// Column 0 has nothing but zeros in the fully summed rows, column 2 is dominated by a row
-    /// beyond: both are set aside, and the factors reproduce the matrix otherwise.
+    /// Column 0 has only zeros in the fully summed rows, and column 2 is dominated by a row beyond: both are set aside,
+    /// and otherwise the factors reproduce the matrix.
     #[test]
     fn unacceptable_columns_are_set_aside() {
         let (rows, summed) = (5, 3);
@@ -194,7 +194,7 @@ mod tests {
         let mut third = a.clone();
         third[2] = 0.0;
         let p = eliminate(third, 3, 3);
-        // Rank two: columns 1 and 2 are eliminated, the empty one stays.
+        // Rank two: columns 1 and 2 are eliminated, the empty column remains.
         assert_eq!(p.pivots, 2);
         assert!(p.best_rejected < 1e-19);
         // [0 1; 1 0] pattern with a filled-in entry: regular after one elimination.

@@ -1,7 +1,7 @@
 //! Forward and backward substitution along the fronts.
 //!
-//! With P A Q = L U, rows are read in the order of the pivot rows and columns in that of the pivot
-//! columns; for the transposed system the two and the two triangles swap roles.
+//! With P A Q = L U, rows are read in the order of the pivot rows and columns in the order of the pivot columns; for
+//! the transposed system, rows and columns exchange roles, and so do the two triangles.
 
 use super::Numeric;
 use super::front::Front;
@@ -9,11 +9,11 @@ use super::scalar::Scalar;
 use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
 
-/// Right-hand sides treated together.
+/// Number of right-hand sides treated together.
 const BLOCK: usize = 32;
 
 impl<T: Scalar> Numeric<T> {
-    /// Overwrites the right-hand sides, one after the other in `rhs`, by the solutions.
+    /// Overwrites the right-hand sides, one after the other in `rhs`, with the solutions.
     pub fn solve(&self, transpose: bool, rhs: &mut [f64]) {
         if self.structure.n == 0 {
             return;
@@ -56,7 +56,7 @@ impl<T: Scalar> Numeric<T> {
         delayed.iter().chain(&self.structure.supernodes[k].rows).map(|&i| i as usize)
     }
 
-    /// Several right-hand sides at once, by matrix products.
+    /// Several right-hand sides at once, with matrix products.
     fn sweep_block(&self, transpose: bool, x: &mut [T]) {
         let n = self.structure.n;
         let mut stages: Vec<Vec<T>> = Vec::with_capacity(self.fronts.len());

@@ -1,7 +1,7 @@
-//! Substitution for one right-hand side, by several threads.
+//! Substitution for one right-hand side with several threads.
 //!
-//! Small subtrees of the assembly tree are independent tasks. What they pass on to the fronts above is added in a fixed
-//! order; the fronts above share the threads in their products. Which subtrees are tasks depends on the matrix alone.
+//! Small subtrees of the assembly tree are independent tasks. Their results for the fronts above are added in a fixed
+//! order; in these fronts the threads share the products. The choice of tasks depends only on the matrix.
 
 use super::Numeric;
 use super::front::Front;
@@ -11,10 +11,10 @@ use super::symbolic::Structure;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Entries of the factors below which one thread does it all.
+/// Number of factor entries below which a single thread does all the work.
 const WORTH_SHARING: usize = 500_000;
 
-/// A subtree with less than this part of all entries is a task.
+/// A subtree with less than this fraction of all entries is a task.
 const SHARES: usize = 24;
 
 /// Division of the fronts into tasks.
@@ -33,7 +33,7 @@ struct Task {
     fronts: Range<usize>,
     /// Its unknowns in the permuted numbering.
     unknowns: Range<usize>,
-    /// Its pivots in the order of elimination; delayed ones are not among them.
+    /// Its pivots in the order of elimination, without delayed ones.
     pivots: Range<usize>,
 }
 
@@ -69,7 +69,7 @@ impl Plan {
     }
 }
 
-/// The unknowns that a task sees: its own from `first` on, and a copy of those beyond.
+/// The unknowns that a task uses: its own from `first` on, and a copy of those beyond.
 struct View<'a, T> {
     first: usize,
     own: &'a mut [T],
@@ -147,7 +147,7 @@ impl<T: Scalar> Numeric<T> {
         });
     }
 
-    /// Unknowns beyond a task that its fronts touch: those of its last front.
+    /// Unknowns beyond a task that its fronts couple to: those of its last front.
     fn passed_on(&self, task: &Task) -> impl Iterator<Item = usize> + '_ {
         self.structure.supernodes[task.fronts.end - 1].rows.iter().map(|&i| i as usize)
     }

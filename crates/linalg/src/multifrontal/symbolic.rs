@@ -1,4 +1,4 @@
-//! Elimination tree, supernodes and the places of matrix entries in the fronts.
+//! Elimination tree, supernodes, and positions of matrix entries in the fronts.
 
 use super::ordering::QuotientGraph;
 use crate::csr::CsrPattern;
@@ -14,7 +14,7 @@ pub(super) struct Supernode {
     pub first: usize,
     /// Number of pivots, before any delay.
     pub pivots: usize,
-    /// Permuted unknowns beyond the pivots that the front touches, ascending.
+    /// Permuted unknowns beyond the pivots that the front couples to, ascending.
     pub rows: Vec<u32>,
     pub parent: Option<usize>,
     /// In elimination order.
@@ -25,10 +25,10 @@ pub(super) struct Supernode {
     pub subtree_operations: f64,
 }
 
-/// Place of a matrix entry in its front: index in the matrix values; local row and column.
+/// Position of a matrix entry in its front: index in the matrix values; local row and column.
 pub(super) type Entry = (u32, u32, u32);
 
-/// Everything that depends on the pattern alone.
+/// All data that depend only on the pattern.
 #[derive(Debug)]
 pub(super) struct Structure {
     pub n: usize,
@@ -43,21 +43,21 @@ pub(super) struct Structure {
     pub operations: f64,
 }
 
-/// An elimination order that may serve for other patterns of the same unknowns.
+/// An elimination order that may be suitable for other patterns of the same unknowns.
 #[derive(Debug)]
 pub(super) struct Ordering {
     groups: Vec<u32>,
     vertices: Vec<u32>,
-    /// What it cost where it was made.
+    /// Number of operations for the pattern for which it was computed.
     operations: f64,
 }
 
-/// Growth of the operations beyond which a known order is given up for a new one.
+/// Growth of the operations beyond which a known order is replaced.
 const WORN: f64 = 1.15;
 
 impl Structure {
-    /// Analyses with a `known` order, if it is of the same unknowns and costs little more than where it was made, else
-    /// with a new one; returns the order used.
+    /// Analyses with a `known` order if it is for the same unknowns and costs little more than for its original
+    /// pattern, otherwise with a new one; returns the order used.
     pub fn analyse(pattern: &CsrPattern, known: Option<&Arc<Ordering>>) -> Result<(Self, Arc<Ordering>), String> {
         if u32::try_from(pattern.entries()).is_err() {
             return Err("more than 2^32 matrix entries".to_owned());
@@ -139,7 +139,7 @@ fn children_of(parents: &[usize]) -> Vec<Vec<usize>> {
     children
 }
 
-/// Postorder of the forest below the extra last node, that node left out.
+/// Postorder of the forest below the extra last node, without that node.
 fn postorder(children: &[Vec<usize>]) -> Vec<usize> {
     let root = children.len() - 1;
     let mut order = Vec::with_capacity(root);
@@ -229,8 +229,8 @@ fn fundamental_supernodes(graph: &QuotientGraph, order: &[u32], parents: &[usize
     groups
 }
 
-/// Merges supernodes into their parents where few zeros come in: larger dense blocks run faster.
-/// Limits after measurements on contact problems of 30 000 to 300 000 unknowns.
+/// Merges supernodes into their parents if this introduces few zeros: larger dense blocks are faster. The limits are
+/// based on measurements on contact problems of 30 000 to 300 000 unknowns.
 fn amalgamate(groups: &mut [Group]) {
     for s in 0..groups.len() {
         let p = groups[s].parent;
@@ -296,7 +296,7 @@ fn memory_postorder(groups: &[Group]) -> (Vec<usize>, Vec<usize>) {
     (post.iter().map(|&k| survivors[k]).collect(), parents)
 }
 
-/// Numbers the unknowns along the postorder and places the matrix entries.
+/// Numbers the unknowns along the postorder and determines the positions of the matrix entries.
 fn number(pattern: &CsrPattern, graph: &QuotientGraph, order: &[u32], mut groups: Vec<Group>) -> Structure {
     let (post, parents) = memory_postorder(&groups);
     let mut starts = vec![0u32; graph.len()];
@@ -348,7 +348,7 @@ fn number(pattern: &CsrPattern, graph: &QuotientGraph, order: &[u32], mut groups
     Structure { n: pattern.n(), permutation, supernodes, roots, entry_offsets, entries, operations }
 }
 
-/// An entry belongs to the front that eliminates the earlier one of its row and column.
+/// An entry belongs to the front that eliminates its row or column, whichever comes first.
 fn place_entries(pattern: &CsrPattern, permutation: &[u32], supernodes: &[Supernode]) -> (Vec<usize>, Vec<Entry>) {
     let position = inverse(permutation);
     let mut owner = vec![0u32; pattern.n()];

@@ -38,7 +38,7 @@ pub(super) struct Adapter<'a> {
     pub(super) objective: &'a dyn Objective,
     /// User steps of the path.
     pub(super) steps: usize,
-    /// Whether derivatives by moduli and loads are asked for.
+    /// Whether derivatives with respect to moduli and loads are requested.
     pub(super) parameters: bool,
 }
 

@@ -1,27 +1,27 @@
-//! What a contact pair transfers as a whole.
+//! Total force and peak pressure of a contact pair.
 
 use crate::model::{ContactResults, ModelInterface};
 use serde::Serialize;
 
-/// What a contact pair transfers at a state.
+/// Total force and peak pressure of a contact pair at a state.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct PairResult {
     /// Resultant of the contact forces on the slave, friction included; the master has the opposite one. \[F\]
     pub force: [f64; 3],
     /// Largest contact pressure at a slave node, nodal force over nodal area ([`ContactResults::pressure`]), ≥ 0. \[F/L²\]
     pub peak_pressure: f64,
-    /// The node that has it; `None` where no node is pressed.
+    /// The node with this pressure; `None` if no node is under pressure.
     pub peak_node: Option<u32>,
 }
 
 impl PairResult {
-    /// Size of the resultant. \[F\]
+    /// Magnitude of the resultant. \[F\]
     pub fn force_size(&self) -> f64 {
         self.force.iter().map(|f| f * f).sum::<f64>().sqrt()
     }
 }
 
-/// What each pair transfers.
+/// Total force and peak pressure of each pair.
 ///
 /// A node's multiplier acts on the slave with −b_js z_j over its row, and the slave part of the row sums up to the covered
 /// area A_j, so that the resultant is −Σ_j A_j z_j. Paper: (17), (43). Test: `forces_balance` (tests/invariance.rs).

@@ -1,58 +1,60 @@
-//! Objectives that are only rounding.
+//! Objectives that are only round-off.
 
 use super::{Analysis, ForwardNotice};
 use crate::words::quantity;
 use slipstick_design::objective::Measure;
 use std::fmt;
 
-/// Values below this part of the problem's own scale are rounding: some thousand times the precision of numbers, and far
-/// below what soft, slender or nearly void structures give.
+/// Values below this fraction of the problem's own scale are round-off. It is about a thousand times the machine
+/// precision, and far below the values of soft, slender or nearly void structures.
 const ROUNDING: f64 = 1e-13;
 
-/// A value of the objective that is only rounding: its derivatives give an optimizer no direction.
+/// A value of the objective that is only round-off: its derivatives give an optimizer no direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rounding {
     /// θ.
     pub value: f64,
-    /// What forces (or works) the motions and loads of the case stand for: E h u and the loads.
+    /// Characteristic force (or work) of the case's motions and loads, from E h u and the loads.
     pub scale: f64,
-    /// What contact has to do with it.
+    /// The role of contact in it.
     pub notice: Option<ForwardNotice>,
 }
 
 impl fmt::Display for Rounding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let value = if self.value == 0.0 { "0".into() } else { format!("{:.1e}, which is rounding", self.value) };
+        let value = if self.value == 0.0 { "0".into() } else { format!("{:.1e}, which is only round-off", self.value) };
         write!(f, "the objective is {value}")?;
         match self.notice {
             Some(ForwardNotice::ContactNeverCloses) => f.write_str(": contact never closes on the path"),
             Some(ForwardNotice::ContactOpenWhereObserved) => {
                 f.write_str(": contact is open at every load step that the objective observes")
             }
-            None => write!(f, " beside the {} that motions and loads of the case stand for", quantity(self.scale)),
+            None => write!(f, " compared to {}, the scale of the case's motions and loads", quantity(self.scale)),
         }
     }
 }
 
 impl Rounding {
-    /// What the user may change.
+    /// Suggested changes to the case.
     pub fn cures(&self) -> &'static [&'static str] {
         match self.notice {
             Some(ForwardNotice::ContactNeverCloses) => &[
-                "let the motions close the gap (`place.translate`, `dirichlet.motion`): `slipstick check` shows gaps and motions",
-                "a look at the end of the path: `slipstick render RESULTS --field displacement`",
+                "make the motions close the gap (`place.translate`, `dirichlet.motion`): `slipstick check` shows gaps and \
+                 motions",
+                "inspect the end of the path: `slipstick render RESULTS --field displacement`",
             ],
             Some(ForwardNotice::ContactOpenWhereObserved) => &[
-                "observe load steps at which contact is closed (`objective.contact_force.steps`): newton.csv counts the open nodes",
-                "let the motions keep the bodies pressed together until the end (`dirichlet.motion`)",
+                "observe load steps with closed contact (`objective.contact_force.steps`): newton.csv lists the number of \
+                 open nodes",
+                "make the motions keep the bodies pressed together until the end (`dirichlet.motion`)",
             ],
-            None => &["motions or loads that act at the load steps that the objective observes"],
+            None => &["apply motions or loads at the load steps that the objective observes"],
         }
     }
 }
 
 impl Analysis {
-    /// Whether a value of the objective is rounding, at the end of a whole path.
+    /// Whether a value of the objective at the end of a whole path is only round-off.
     pub(super) fn rounding(&self, value: f64, notice: Option<ForwardNotice>) -> Option<Rounding> {
         let measure = self.objective.as_ref()?.measure();
         let (force, motion) = self.scales();
@@ -61,13 +63,14 @@ impl Analysis {
             Measure::Work => force * motion,
             Measure::Other => return None,
         };
-        // another objective may well be something where contact is open
+        // another objective may be nonzero with open contact
         let notice = notice.filter(|_| measure == Measure::ContactForce);
         let rounding = Rounding { value, scale, notice };
         (notice.is_some() || value.abs() <= ROUNDING * scale).then_some(rounding)
     }
 
-    /// Characteristic force and motion: what motions and loads would press one element by, and with.
+    /// Characteristic force and motion: the force with which motions and loads would compress one element, and the
+    /// displacement.
     fn scales(&self) -> (f64, f64) {
         let model = self.model();
         let modulus =

@@ -1,6 +1,6 @@
 //! The contact part of the tangent, assembled by rows in parallel.
 //!
-//! Each block row is added to by one thread, node by node in their order, so that the sum is the same, bit for bit, for any
+//! Only one thread adds to a block row, node by node in ascending order, so the sum is the same, bit for bit, for any
 //! number of threads.
 
 use super::ContactModel;
@@ -12,17 +12,17 @@ use rayon::prelude::*;
 use slipstick_contact::kinematics::NodeKinematics;
 use slipstick_linalg::BlockMatrix;
 
-/// A slave node with what its blocks are made of.
+/// A slave node with the data for its blocks.
 struct Prepared<'a> {
     now: &'a NodeKinematics,
     node: &'a NodeState,
     /// Multiplier row of the node.
     row: usize,
-    /// z of the traction that acts, as a vector, and ∂z/∂x; `None` where the node has no part but its C = ζ.
+    /// The acting traction as a vector z, and ∂z/∂x; `None` if the node contributes only C = ζ.
     traction: Option<(Vector3<f64>, Vec<f64>)>,
 }
 
-/// Where a node adds to a block row: as the `support`-th node of its force, or with its own C.
+/// The term that a node adds to a block row: the force on the `support`-th node, or its own C.
 #[derive(Clone, Copy)]
 enum Term {
     Force { node: u32, support: u32 },
@@ -79,7 +79,7 @@ pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: 
     });
 }
 
-/// The terms of each block row, those of a row in the order of the nodes, and where each row's begin.
+/// The terms of each block row, in the order of the nodes, and the position where each row's terms begin.
 fn by_rows(prepared: &[Prepared<'_>], rows: usize) -> (Vec<usize>, Vec<Term>) {
     let terms = || {
         prepared.iter().zip(0_u32..).flat_map(|(at, node)| {
@@ -128,7 +128,7 @@ impl Prepared<'_> {
         }
     }
 
-    /// ∂C/∂ζ, and ∂C/∂x through gap, slip and area. C = ζ of a node that has no part.
+    /// ∂C/∂ζ, and ∂C/∂x through gap, slip and area. C = ζ for a node that contributes nothing else.
     fn add_condition_row(&self, add: &mut impl FnMut(usize, [f64; 9])) {
         let NodeLaw::Multiplier { equation, .. } = &self.node.law else {
             return add(self.row, IDENTITY);

@@ -1,4 +1,4 @@
-//! Several load cases, one after the other, on one axis of pseudo-time: case k (from 0) runs from 2k, where everything is at
+//! Several load cases in sequence on one axis of pseudo-time: case k (from 0) runs from 2k, where everything is at
 //! rest, to 2k + 1.
 
 /// Pseudo-time at which a load case starts.
@@ -12,7 +12,7 @@ pub fn place(time: f64) -> (usize, f64) {
     (case, (time - start(case)).min(1.0))
 }
 
-/// The name of the load case at a pseudo-time, where load cases have names, and its own pseudo-time.
+/// The name of the load case at a pseudo-time, if load cases have names, and its own pseudo-time.
 pub fn named(names: &[String], time: f64) -> (Option<&str>, f64) {
     let (case, own) = place(time);
     names.get(case).map_or((None, time), |name| (Some(name), own))

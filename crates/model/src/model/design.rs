@@ -1,8 +1,10 @@
-//! What the density determines: how stiff every element is, and what follows from that at the contact.
+//! The quantities that the density determines: the stiffness of every element, and the resulting stiffness at the
+//! contact.
 
 use super::enforcement::{Enforcement, GivenStiffness, Method, TANGENTIAL_COMPLEMENTARITY};
 use super::{ContactModel, LEAST_SHARE, SlaveData, inverted};
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
+use slipstick_design::ElementValues;
 use slipstick_path::StateError;
 use slipstick_solid::ElementScaling;
 use std::sync::Arc;
@@ -11,7 +13,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Design {
     pub(super) model: Arc<ContactModel>,
-    density: Vec<f64>,
+    density: ElementValues,
     pub(super) scalings: Vec<ElementScaling>,
     slopes: Vec<ElementScaling>,
     /// The bodies' own stiffness at each slave node: E_eff/h. \[F/L³\]
@@ -21,40 +23,40 @@ pub struct Design {
 }
 
 impl Design {
-    /// A model with the density of every element, 1 outside of the design. Values are taken as they are; the caller keeps
-    /// them in [0, 1].
+    /// A model with the density of every element, 1 outside the design. Values are not clamped; the caller keeps them
+    /// in [0, 1].
     ///
     /// # Panics
     /// If there is not one density for each element.
-    pub fn new(model: Arc<ContactModel>, density: &[f64]) -> Self {
+    pub fn new(model: Arc<ContactModel>, density: &ElementValues) -> Self {
         assert_eq!(density.len(), model.solid.elements(), "one density for each element");
         let (scalings, slopes) = model.scale(density);
         let local_stiffness = model.local_stiffness(&scalings);
         let stiffness = model.node_stiffness(&local_stiffness);
-        Self { model, density: density.to_vec(), scalings, slopes, local_stiffness, stiffness }
+        Self { model, density: density.clone(), scalings, slopes, local_stiffness, stiffness }
     }
 
-    /// The same densities in a model that `change` has made another.
+    /// The same densities in the model as modified by `change`.
     pub(crate) fn of_changed_model(&mut self, change: impl FnOnce(&mut ContactModel)) {
         change(Arc::make_mut(&mut self.model));
     }
 
-    /// What does not depend on the density.
+    /// The data that do not depend on the density.
     pub fn model(&self) -> &Arc<ContactModel> {
         &self.model
     }
 
     /// The density of every element.
-    pub fn density(&self) -> &[f64] {
+    pub fn density(&self) -> &ElementValues {
         &self.density
     }
 
-    /// What the density makes of every element.
+    /// The scaling of every element by its density.
     pub fn scalings(&self) -> &[ElementScaling] {
         &self.scalings
     }
 
-    /// Derivatives of [`scalings`](Self::scalings) with respect to the element's density: zero outside of the design.
+    /// Derivatives of [`scalings`](Self::scalings) with respect to the element's density: zero outside the design.
     pub fn scaling_slopes(&self) -> &[ElementScaling] {
         &self.slopes
     }
@@ -102,7 +104,7 @@ impl Design {
         self.model.share.add(out, |out| self.pull_back_own_moduli(d, lambda, out))
     }
 
-    /// The part of this rank.
+    /// The contribution of this rank.
     pub(super) fn pull_back_own_moduli(&self, d: &[f64], lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let model = &*self.model;
         let whole: Vec<ElementScaling> =
@@ -120,7 +122,7 @@ impl Design {
 }
 
 impl ContactModel {
-    /// What densities make of every element, and the derivative: zero outside of the design.
+    /// Scaling of every element by its density, and its derivative: zero outside the design.
     pub(super) fn scale(&self, density: &[f64]) -> (Vec<ElementScaling>, Vec<ElementScaling>) {
         let none = ElementScaling { factor: 0.0, gamma: 0.0 };
         let of = |(&density, &designed): (&f64, &bool)| match designed {
@@ -140,20 +142,20 @@ impl ContactModel {
         let master: Vec<f64> = self.master_elements.iter().map(|m| modulus(m)).collect();
         let of = |(slave, elements): (&SlaveData, &Vec<u32>)| {
             let (s, m) = (modulus(elements), master[slave.interface as usize]);
-            // the two sides give way one after the other; φ_min = 0 and φ = 0 would leave nothing
+            // the two sides deform in series; with φ_min = 0 and φ = 0 their stiffness would be zero
             (s * m / (s + m)).max(LEAST_SHARE * s.max(m)) / slave.size
         };
         self.slaves.iter().zip(&self.slave_elements).map(of).collect()
     }
 
-    /// ε or c of every slave node, as given or from the bodies' own stiffness: of the present design, or of the start design
-    /// for the penalty method.
+    /// ε or c of every slave node, as given or from the bodies' own stiffness: that of the present design, or for the
+    /// penalty method that of the start design.
     fn node_stiffness(&self, local_stiffness: &[f64]) -> Vec<Stiffness> {
         let of = |(j, slave): (usize, &SlaveData)| {
             let Enforcement { method, stiffness } = self.interfaces[slave.interface as usize].enforcement;
             let local = if method == Method::Penalty { self.start.local_stiffness[j] } else { local_stiffness[j] };
             match stiffness {
-                // weighted measures of the half are half of the whole's
+                // the weighted measures of the modelled half are half of those of the whole body
                 GivenStiffness::Absolute(Stiffness { normal, tangential, scaling: StiffnessScaling::Weighted }) => {
                     Stiffness {
                         normal: normal * slave.images,

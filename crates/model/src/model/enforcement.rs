@@ -1,8 +1,8 @@
 //! How the contact conditions of each interface are enforced, and with which stiffness.
 //!
-//! Each interface has a method of its own. What differs between them differs by slave node: which unknowns, history and
-//! rows it has. Uzawa's iteration goes over all nodes of the augmented Lagrangian together, while the multipliers of the
-//! Lagrange method are unknowns of its inner solves.
+//! Each interface has its own method. The methods differ at each slave node, in its unknowns, history and rows. Uzawa's
+//! iteration treats all nodes of the augmented Lagrangian together, while the multipliers of the Lagrange method are
+//! unknowns of its inner solves.
 
 use super::ContactModel;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
@@ -13,7 +13,7 @@ use slipstick_path::UzawaOptions;
 pub struct Enforcement {
     /// The method.
     pub method: Method,
-    /// c of the Lagrange method, on which the solution does not depend; ε of the others.
+    /// c of the Lagrange method, which does not affect the solution; ε of the other methods.
     pub stiffness: GivenStiffness,
 }
 
@@ -31,25 +31,26 @@ pub enum Method {
 /// ε or c of an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GivenStiffness {
-    /// As multiple of the bodies' own stiffness E/h at the interface, with E the moduli of both sides in series and h the
-    /// facet size: ε h/E or c h A/E, unit-free.
+    /// A multiple of the bodies' own stiffness E/h at the interface, with E the moduli of both sides in series and h
+    /// the facet size: ε h/E or c h A/E, unit-free.
     ///
-    /// The penalty method takes E at the start design, because ε must not depend on the design; the others take the
+    /// The penalty method uses E at the start design, because ε must not depend on the design; the others use the
     /// current E, because their solution does not depend on it.
     Relative {
         /// The multiple.
         factor: f64,
-        /// What the product is brought to multiply; for weighted measures, by the reference area of each node.
+        /// The measures that the stiffness multiplies; for weighted measures it is divided by the reference area of each
+        /// node.
         scaling: StiffnessScaling,
     },
-    /// Values in units.
+    /// Values with units.
     Absolute(Stiffness),
 }
 
-/// When Uzawa's iteration stops; one for all interfaces that have it.
+/// When Uzawa's iteration stops; common to all interfaces that use it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Uzawa {
-    /// Tolerance, most iterations, acceleration.
+    /// Tolerance, maximum number of iterations, acceleration.
     pub options: UzawaOptions,
     /// Whether the tolerance bounds |ζ − ẑ|/ε (the paper's measure, a weighted gap) instead of the change of traction
     /// relative to the largest traction.
@@ -63,14 +64,14 @@ pub const DEFAULT_STIFFNESS: f64 = 10.0;
 /// Default of c_n h A/E of the Lagrange method.
 pub const DEFAULT_COMPLEMENTARITY: f64 = 2.0;
 
-/// c_t/c_n of the Lagrange method where they follow from a factor; docs/robustness.md compares choices.
+/// c_t/c_n of the Lagrange method if they are derived from a factor; docs/robustness.md compares choices.
 pub const TANGENTIAL_COMPLEMENTARITY: f64 = 2.5;
 
-/// c h A/E in second-order updates of the augmented Lagrangian's multipliers, and ε h/E in the first attempt to rescue a step of
-/// the Lagrange method.
+/// c h A/E in second-order updates of the augmented Lagrangian's multipliers, and ε h/E in the first attempt to rescue
+/// a step of the Lagrange method.
 pub(super) const UPDATE_STIFFNESS: f64 = 5.0;
 
-/// Most Uzawa iterations where a tolerance far below the case's own is asked for.
+/// Maximum number of Uzawa iterations if a tolerance far below the case's own is requested.
 const TIGHT_ITERATIONS: usize = 10_000;
 
 impl Method {
@@ -91,23 +92,23 @@ impl ContactModel {
         self.interfaces.iter().any(|i| i.enforcement.method == method)
     }
 
-    /// Length of the history: two tangential tractions per slave node where an interface has the penalty method, those of
-    /// other interfaces' nodes zero.
+    /// Length of the history: two tangential tractions per slave node if an interface has the penalty method; those of
+    /// other interfaces' nodes are zero.
     pub(super) fn tangential_history(&self) -> usize {
         if self.has(Method::Penalty) { 2 * self.slaves.len() } else { 0 }
     }
 
-    /// Uzawa's iteration, where an interface has the augmented Lagrangian.
+    /// Uzawa's iteration, if an interface has the augmented Lagrangian.
     pub fn uzawa(&self) -> Option<Uzawa> {
         self.uzawa
     }
 
-    /// Sets when Uzawa's iteration stops; nothing where no interface has it.
+    /// Sets when Uzawa's iteration stops; does nothing if no interface uses it.
     pub(crate) fn set_uzawa(&mut self, uzawa: Option<Uzawa>) {
         self.uzawa = self.uzawa.and(uzawa);
     }
 
-    /// Sets the tolerance of Uzawa's iteration, relative; nothing where no interface has it.
+    /// Sets the relative tolerance of Uzawa's iteration; does nothing if no interface uses it.
     pub(crate) fn set_uzawa_tolerance(&mut self, tolerance: f64) {
         if let Some(Uzawa { options, absolute }) = &mut self.uzawa {
             *absolute = false;

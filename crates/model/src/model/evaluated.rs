@@ -1,4 +1,4 @@
-//! What a load step fixes, and what an evaluation of its equations knows about the contact.
+//! The fixed data of a load step, and the contact data of an evaluation of its equations.
 
 use super::law::{LawWeights, NodeLaw, Steering};
 use super::node::{self, NodeStep};
@@ -20,18 +20,18 @@ use super::pattern::PatternInUse;
 pub struct Kinematics {
     /// In the order of [`ContactModel::slave_nodes`]; empty for nodes of other ranks.
     pub nodes: Vec<NodeKinematics>,
-    /// Whether gradients came with them.
+    /// Whether gradients were computed.
     pub with_gradient: bool,
 }
 
-/// What a load step fixes.
+/// The fixed data of a load step.
 #[derive(Debug)]
 pub struct Step {
-    /// The state before it.
+    /// Kinematics of the previous state.
     pub(super) previous: Arc<Kinematics>,
-    /// Mortar rows of that.
+    /// Mortar rows of the previous state.
     pub(super) rows: Vec<PreviousRow>,
-    /// Tangential tractions of the penalty method there.
+    /// Tangential tractions of the penalty method at the previous state.
     pub(super) history: Vec<f64>,
     /// Pseudo-time at its end.
     pub(super) time: f64,
@@ -43,7 +43,7 @@ impl Step {
         Self { previous, rows, history: history.to_vec(), time }
     }
 
-    /// Tangential traction of node j at the end of the previous step, of the penalty method.
+    /// Tangential traction of the penalty method at node j, at the end of the previous step.
     pub(super) fn previous_traction(&self, j: usize) -> Vector3<f64> {
         Vector3::new(0.0, self.history[2 * j], self.history[2 * j + 1])
     }
@@ -73,7 +73,7 @@ impl ContactState {
         nodes.filter_map(|(j, (node, now))| node.as_ref().map(|node| (j, now, node)))
     }
 
-    /// Measures of slave node j; `None` of other ranks' nodes.
+    /// Measures of slave node j; `None` for nodes of other ranks.
     pub fn measures(&self, j: usize) -> Option<&NodeMeasures> {
         self.nodes.get(j)?.as_ref().map(|node| &node.measures)
     }
@@ -94,11 +94,11 @@ impl ContactState {
     }
 }
 
-/// Buffers that evaluations use again. They hold nothing that a result depends on.
+/// Buffers that evaluations reuse. No result depends on their contents.
 #[derive(Default)]
 pub struct Workspace {
     interfaces: Vec<InterfaceWorkspace>,
-    /// Kinematics that were in use. Those that nobody else holds any more lend their memory.
+    /// Previously used kinematics. The memory of those with no other owner is reused.
     kinematics: Vec<Arc<Kinematics>>,
     pub(super) pattern: PatternInUse,
     pub(super) scatter: Option<Scatter>,
@@ -114,7 +114,7 @@ impl std::fmt::Debug for Workspace {
 }
 
 impl Workspace {
-    /// Forgets the sparsity pattern, so that a march does not depend on what was solved before it.
+    /// Forgets the sparsity pattern, so that a march does not depend on earlier solves.
     pub fn forget(&mut self) {
         (self.pattern, self.scatter, self.matrix) = (PatternInUse::default(), None, None);
     }
@@ -153,7 +153,7 @@ impl ContactModel {
         out: &mut Kinematics,
     ) -> Result<(), StateError> {
         out.with_gradient = with_gradient;
-        // each interface takes its part of the nodes, whose memory is used again
+        // each interface fills its part of the nodes and reuses their memory
         let mut rest = std::mem::take(&mut out.nodes);
         for (model, workspace) in self.interfaces.iter().zip(workspaces) {
             let later = rest.split_off(model.interface.slave_nodes().len().min(rest.len()));
@@ -170,7 +170,7 @@ impl ContactModel {
 }
 
 impl Design {
-    /// The contact at `y` in a step, whose kinematics are known: each node's law is evaluated here, once.
+    /// The contact at `y` in a step, with known kinematics: each node's law is evaluated once, here.
     pub(super) fn contact(
         &self,
         step: &Step,
@@ -195,8 +195,8 @@ impl Design {
         ContactState { kinematics, nodes, steering }
     }
 
-    /// The contact of all slave nodes at unknowns `y` after a previous state; on any rank, without the others. `at_start` says
-    /// that `y` is where a step starts.
+    /// The contact of all slave nodes at unknowns `y` after a previous state; any rank may call it without the others.
+    /// `at_start`: `y` is the start of a step.
     ///
     /// # Errors
     /// If one of the two states cannot be evaluated.

@@ -1,4 +1,5 @@
-//! The contact law of one slave node in a step: which traction acts, what its rows of C are, by the method of its pair.
+//! The contact law of one slave node in a step: the acting traction and the node's rows of C, by the method of its
+//! pair.
 
 use super::enforcement::UPDATE_STIFFNESS;
 use super::node::NodeTraction;
@@ -10,30 +11,30 @@ use slipstick_contact::enforcement::{NodeMeasures, Stiffness, friction_share};
 use slipstick_contact::friction::Status;
 use slipstick_path::{Attempt, Held, Iteration, UzawaOptions};
 
-/// Part of the facet size by which gap and slip are moved off the branch point where a step starts.
+/// Fraction of the facet size by which gap and slip are moved off the branch point at the start of a step.
 const NUDGE: f64 = 1e-9;
 
-/// ε and c over the bodies' own stiffness in the attempts to rescue a step of the Lagrange method.
+/// ε and c relative to the bodies' own stiffness in the attempts to rescue a step of the Lagrange method.
 const RESCUE_FACTORS: [f64; 3] = [UPDATE_STIFFNESS, 0.1 * UPDATE_STIFFNESS, 10.0 * UPDATE_STIFFNESS];
 
 /// Uzawa's iteration that rescues a step of the Lagrange method.
 const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64, memory: 8 };
 
-/// What an [`Iteration`] means for the laws. None of it changes a solution.
+/// How the laws interpret an [`Iteration`]. None of this changes a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Steering {
     /// Factor on c of the Lagrange method.
     variation: f64,
-    /// Whether nodes that slid before start a step as sliding on (1) or sticking (−1).
+    /// Whether nodes that slid in the last step are assumed at the start to keep sliding (1) or to stick (−1).
     onward: f64,
-    /// While a step is rescued, ε and c of the Lagrange method over the bodies' own stiffness.
+    /// While a step is rescued, ε and c of the Lagrange method relative to the bodies' own stiffness.
     rescue: Option<f64>,
     held: Held,
     at_start: bool,
 }
 
 impl Steering {
-    /// Multipliers that are held.
+    /// The multipliers that are held fixed.
     pub fn held(&self) -> Held {
         self.held
     }
@@ -49,7 +50,7 @@ pub(super) enum NodeLaw {
         /// C with its derivatives.
         equation: Complementarity,
     },
-    /// The traction follows from gap and slip, around a history or a multiplier that is held.
+    /// The traction follows from gap and slip, around a history or a held multiplier.
     Regularised(Traction),
 }
 
@@ -62,7 +63,7 @@ impl NodeLaw {
         }
     }
 
-    /// Traction that acts in R. \[F/L²\]
+    /// The traction in R. \[F/L²\]
     pub fn value(&self) -> Vector3<f64> {
         match self {
             Self::Multiplier { value, .. } => *value,
@@ -70,7 +71,7 @@ impl NodeLaw {
         }
     }
 
-    /// The same with its dependence on the displacements.
+    /// The same traction with its dependence on the displacements.
     pub fn traction(&self) -> NodeTraction {
         match self {
             Self::Multiplier { value, equation } => NodeTraction {
@@ -92,8 +93,8 @@ impl NodeLaw {
         }
     }
 
-    /// Whether the node has a part in the tangent. An open node without multiplier has none: its C = ζ = 0 stays, its force
-    /// stays zero, and its adjoint multiplies nothing.
+    /// Whether the node contributes to the tangent. An open node without multiplier does not: C = ζ = 0 and its force
+    /// remain zero, and its adjoint has no effect.
     pub fn contributes(&self) -> bool {
         self.status() != Status::Inactive || self.value() != Vector3::zeros()
     }
@@ -101,18 +102,19 @@ impl NodeLaw {
 
 /// Derivatives of λᵀF + ηᵀG through the law of one node.
 pub(super) struct LawWeights {
-    /// By the slip increment ũ_τ.
+    /// With respect to the slip increment ũ_τ.
     pub by_slip: Vector2<f64>,
-    /// By the coefficient of friction that acts.
+    /// With respect to the acting coefficient of friction.
     pub by_friction: f64,
-    /// By the logarithm of the stiffness that belongs to the model: of a partly covered node, or the penalty method's.
+    /// With respect to the logarithm of the stiffness that belongs to the model: of a partly covered node, or the
+    /// penalty method's.
     pub by_stiffness: f64,
-    /// By the tangential history, where the method has one.
+    /// With respect to the tangential history, if the method has one.
     pub by_history: Option<Vector2<f64>>,
 }
 
 impl Design {
-    /// What attempt `attempt` at a step varies; `None` if there is no such attempt.
+    /// The settings of attempt `attempt` at a step; `None` if there is no such attempt.
     fn settings(&self, attempt: Attempt) -> Option<Steering> {
         let model = &*self.model;
         let lagrange = model.has(Method::Lagrange);
@@ -134,7 +136,7 @@ impl Design {
         }
     }
 
-    /// What a step is solved by in attempt `attempt`.
+    /// The method that solves a step in attempt `attempt`.
     pub(super) fn solution(&self, attempt: Attempt) -> Option<slipstick_path::Method> {
         use slipstick_path::Method as Solution;
         let Steering { rescue, .. } = self.settings(attempt)?;
@@ -146,15 +148,15 @@ impl Design {
     pub(super) fn steering(&self, iteration: Iteration) -> Steering {
         let Iteration { attempt, held, at_start } = iteration;
         let own = self.settings(attempt).or_else(|| self.settings(Attempt::Setting(0)));
-        Steering { held, at_start, ..own.expect("a problem has settings of its own") }
+        Steering { held, at_start, ..own.expect("a problem has its own settings") }
     }
 
-    /// The measures that decide about branches of the contact law for a node with the given tangential traction.
+    /// The measures that determine the branches of the contact law for a node with the given tangential traction.
     ///
-    /// Where a step starts, they are ambiguous: a node that slid before lies exactly on the friction cone, a touching one
-    /// has no gap, and rounding would choose the branch of Newton's first tangent. They are taken a little inside of
-    /// touching and of sliding on, which is what most nodes do, so that the iteration depends on no rounding; in a retry
-    /// inside of sticking, which suits a reversal.
+    /// At the start of a step they are ambiguous: a node that slid before lies exactly on the friction cone, a touching
+    /// one has no gap, and round-off would choose the branch of Newton's first tangent. They are therefore shifted
+    /// slightly towards touching and continued sliding, which is what most nodes do, so that the iteration does not
+    /// depend on round-off; in a retry they are shifted towards sticking, which suits a reversal.
     fn deciding(
         &self,
         j: usize,
@@ -174,7 +176,8 @@ impl Design {
         at
     }
 
-    /// Coefficient of friction that acts at node j in a step, and its slope in the tributary area of the node's previous row.
+    /// The acting coefficient of friction at node j in a step, and its derivative with respect to the tributary area of
+    /// the node's previous row.
     pub(super) fn friction(&self, step: &Step, j: usize) -> (f64, f64) {
         let slave = &self.model.slaves[j];
         let (share, slope) = friction_share(step.previous.nodes[j].area, slave.area);
@@ -205,8 +208,8 @@ impl Design {
         NodeLaw::Regularised(self.regularised(step, j, measures, around, steering))
     }
 
-    /// C of node j for multiplier ζ. The augmented Lagrangian needs it where its multipliers are free, in the second-order
-    /// update and in the adjoint; its ε, which may be anything, would be a poor c there.
+    /// C of node j for multiplier ζ. The augmented Lagrangian needs it when its multipliers are free, in the
+    /// second-order update and in the adjoint; its ε can have any size and would be a poor choice of c there.
     fn complementarity(
         &self,
         step: &Step,
@@ -237,7 +240,7 @@ impl Design {
         traction(around, &at, self.friction(step, j).0, &self.augmentation(j, steering))
     }
 
-    /// ε of the traction of node j around its multiplier. The Lagrange method has one while a step is rescued.
+    /// ε of the traction of node j around its multiplier. The Lagrange method has one only while a step is rescued.
     pub(super) fn augmentation(&self, j: usize, steering: &Steering) -> Stiffness {
         match self.model.method_of(j) {
             Method::Lagrange => self.own_stiffness(j, steering.rescue.unwrap_or(UPDATE_STIFFNESS)),

@@ -15,13 +15,13 @@ pub struct Loads {
 #[derive(Debug, Clone)]
 struct Applied {
     load: Load,
-    /// Number of its load case; `None`: it acts in all.
+    /// Number of its load case; `None`: the load acts in all.
     case: Option<usize>,
     action: Action,
 }
 
 impl Applied {
-    /// What multiplies it at a pseudo-time.
+    /// The factor on the load at a pseudo-time.
     fn factor(&self, time: f64) -> f64 {
         let (case, time) = course::place(time);
         if self.case.is_none_or(|own| own == case) { self.load.factor(time) } else { 0.0 }
@@ -37,8 +37,8 @@ enum Action {
 }
 
 impl Loads {
-    /// `facets[i]` are those that `loads[i]` acts on; `coordinates` has three entries per node; `cases` are the names of the
-    /// load cases.
+    /// `facets[i]` are the facets on which `loads[i]` acts; `coordinates` has three entries per node; `cases` are the
+    /// names of the load cases.
     pub fn new(loads: Vec<Load>, facets: Vec<Vec<FacetNodes>>, coordinates: &[f64], cases: &[&str]) -> Self {
         let dead = |facets: &[FacetNodes], traction: [f64; 3]| {
             let areas = nodal_areas(facets, coordinates);
@@ -74,14 +74,15 @@ impl Loads {
         self.loads.iter().map(|applied| applied.factor(time)).collect()
     }
 
-    /// Adds minus the external force at pseudo-time `time` and positions `x`: its part of R. \[F\]
+    /// Adds minus the external force at pseudo-time `time` and positions `x`: its contribution to R. \[F\]
     pub fn add_residual(&self, time: f64, x: &[f64], out: &mut [f64]) {
         for applied in &self.loads {
             applied.action.add(applied.factor(time), x, out);
         }
     }
 
-    /// Hands the blocks of the derivative of [`add_residual`](Self::add_residual) with respect to the positions to `add`.
+    /// Calls `add` with the blocks of the derivative of [`add_residual`](Self::add_residual) with respect to the
+    /// positions.
     fn tangent(&self, time: f64, x: &[f64], mut add: impl FnMut(u32, u32, &[f64; 9])) {
         for applied in &self.loads {
             if let Action::Pressure(facets, pressure) = &applied.action {
@@ -90,7 +91,7 @@ impl Loads {
         }
     }
 
-    /// Adds the couplings of that derivative to the rows of a part of the model, if it has the loads.
+    /// Adds the couplings of that derivative to the rows of a part of the model, if this part has the loads.
     pub(super) fn couple(&self, mut rows: Vec<Vec<u32>>, share: &Share) -> Vec<Vec<u32>> {
         for applied in self.loads.iter().filter(|_| share.has_rest()) {
             if let Action::Pressure(facets, _) = &applied.action {
@@ -116,7 +117,7 @@ impl Loads {
         });
     }
 
-    /// Adds weightsᵀ ∂f_ext/∂a of every load, where a = 1 multiplies it.
+    /// Adds weightsᵀ ∂f_ext/∂a of every load, where a = 1 is a factor on the load.
     pub fn pull_back_amplitudes(&self, time: f64, x: &[f64], weights: &[f64], out: &mut [f64]) {
         let mut residual = vec![0.0; x.len()];
         for (applied, out) in self.loads.iter().zip(out) {
@@ -126,7 +127,7 @@ impl Loads {
         }
     }
 
-    /// Numbers of the loads that act on prescribed displacements only, marked in `fixed`.
+    /// Numbers of the loads that act only on prescribed displacements, marked in `fixed`.
     pub fn idle(&self, fixed: &[bool], coordinates: &[f64]) -> Vec<usize> {
         let moves_nothing = |applied: &Applied| {
             let mut force = vec![0.0; coordinates.len()];
@@ -137,7 +138,7 @@ impl Loads {
         (0..self.loads.len()).filter(|&load| moves_nothing(&self.loads[load])).collect()
     }
 
-    /// Largest norm of the external force at any way point, on the bodies as they were at the start. \[F\]
+    /// Largest norm of the external force at any waypoint, on the undeformed bodies. \[F\]
     pub fn largest(&self, coordinates: &[f64]) -> f64 {
         let norm = |time: f64| {
             let mut force = vec![0.0; coordinates.len()];

@@ -1,17 +1,18 @@
 //! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion, loads.
 //!
-//! Each is a value that the next one is made of:
+//! Each value is built from the previous one:
 //!
 //! ```text
 //! ContactModel    never changes: mesh, solids, interfaces, supports, loads
-//!   └ Design        what the density determines: scalings of elements, stiffness at the contact
-//!       └ Step        what a load step fixes: the state before it, its pseudo-time
+//!   └ Design        determined by the density: scalings of elements, stiffness at the contact
+//!       └ Step        fixed data of a load step: previous state, pseudo-time
 //!           └ Evaluated, with ContactState    at unknowns y: kinematics, measures, each node's law once, residual
 //! ```
 //!
-//! [`Design`] implements [`StepProblem`](slipstick_path::StepProblem), which the march and the adjoint sweep work on. Buffers lie
-//! in a [`Workspace`] that the caller lends. Unknowns are the displacements d of all nodes and, for the Lagrange and augmented Lagrangian methods, the
-//! multiplier components ζ_j in the frame of each slave node. Each interface has a method of its own.
+//! [`Design`] implements [`StepProblem`](slipstick_path::StepProblem), on which the march and the adjoint sweep work.
+//! Buffers are in a [`Workspace`] that the caller provides. Unknowns are the displacements d of all nodes and, for the
+//! Lagrange and augmented Lagrangian methods, the multiplier components ζ_j in the frame of each slave node. Each
+//! interface has its own method.
 //!
 //! | method | y | h | F |
 //! |---|---|---|---|
@@ -55,7 +56,7 @@ use slipstick_path::{Held, StateError, StepState, Unknowns};
 use slipstick_solid::{Interpolation, InvertedElements, SolidModel};
 use std::ops::Range;
 
-/// An interface with what the model adds to its geometry.
+/// An interface with the data that the model adds to its geometry.
 #[derive(Debug, Clone)]
 pub struct ModelInterface {
     /// Names of the slave and the master surface.
@@ -64,7 +65,7 @@ pub struct ModelInterface {
     pub interface: ContactInterface,
     /// Coefficient of friction μ.
     pub friction: f64,
-    /// Part of the area around a slave node below which its contact condition is compliant,
+    /// Fraction of the area around a slave node below which its contact condition is compliant,
     /// [`compliance`](slipstick_contact::enforcement::NodeMeasures::compliance).
     pub edge_cover: f64,
     /// How contact and friction are enforced.
@@ -79,7 +80,7 @@ struct SlaveData {
     area: f64,
     /// Facet size around the node. \[L\]
     size: f64,
-    /// How many times the area counts with its mirror images.
+    /// How many times the area counts, including its mirror images.
     images: f64,
 }
 
@@ -88,14 +89,14 @@ struct SlaveData {
 struct StartStiffness {
     /// E_eff/h at each slave node. \[F/L³\]
     local_stiffness: Vec<f64>,
-    /// ∂ln/∂ln E of that for each body: one list per slave node.
+    /// Its logarithmic derivative ∂ln/∂ln E for each body: one list per slave node.
     shares: Vec<Vec<f64>>,
 }
 
 /// The discrete contact problem; see the module's description. It never changes while a path is marched.
 #[derive(Clone)]
 pub struct ContactModel {
-    /// The part of this rank, and which slave nodes are in it.
+    /// The part of this rank, and the slave nodes in it.
     share: Share,
     own: Vec<bool>,
     solid: SolidModel,
@@ -105,12 +106,12 @@ pub struct ContactModel {
     /// Elements of each body.
     bodies: Vec<Range<usize>>,
     interfaces: Vec<ModelInterface>,
-    /// Uzawa's iteration, where a pair has the augmented Lagrangian.
+    /// Uzawa's iteration, if a pair has the augmented Lagrangian.
     uzawa: Option<Uzawa>,
     prescribed: Prescribed,
     loads: Loads,
     slaves: Vec<SlaveData>,
-    /// Elements at each slave node's facets, and at each interface's master facets: for E_eff.
+    /// Elements at each slave node's facets, and at each interface's master facets, for E_eff.
     slave_elements: Vec<Vec<u32>>,
     master_elements: Vec<Vec<u32>>,
     start: StartStiffness,
@@ -121,7 +122,7 @@ pub struct ContactModel {
     floors: Floors,
 }
 
-/// What a [`ContactModel`] is put together from.
+/// The parts of a [`ContactModel`].
 #[derive(Debug, Clone)]
 pub struct ModelParts {
     /// Elements and slave nodes of this rank.
@@ -130,11 +131,11 @@ pub struct ModelParts {
     pub solid: SolidModel,
     /// Which elements are designed.
     pub designed: Vec<bool>,
-    /// What density makes of an element.
+    /// Effect of the density on an element.
     pub interpolation: Interpolation,
     /// Contact pairs.
     pub interfaces: Vec<ModelInterface>,
-    /// Uzawa's iteration, where a pair has the augmented Lagrangian.
+    /// Uzawa's iteration, if a pair has the augmented Lagrangian.
     pub uzawa: Option<Uzawa>,
     /// Prescribed motion.
     pub prescribed: Prescribed,
@@ -142,7 +143,7 @@ pub struct ModelParts {
     pub loads: Loads,
 }
 
-/// Lower bounds of the scales, from the problem's own data, so that a start at rest has scales too.
+/// Lower bounds of the scales, from the problem's own data, so that there are scales even at rest.
 #[derive(Debug, Clone, Copy)]
 struct Floors {
     force: f64,
@@ -150,18 +151,18 @@ struct Floors {
     multiplier: f64,
 }
 
-/// Part of the stiffer side that the bodies' own stiffness at an interface is at least.
+/// Lower bound of the bodies' own stiffness at an interface, as a fraction of the stiffer side.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// Smallest part of a characteristic size that a relative tolerance is measured against.
+/// Smallest fraction of a characteristic size that a relative tolerance refers to.
 const FLOOR: f64 = 1e-6;
 
 impl ContactModel {
-    /// Puts a model together.
+    /// Assembles a model.
     ///
     /// `start` is the density of every element at the start design; it sizes the penalty method's default stiffness.
-    /// `largest_motion` is the largest prescribed displacement on the path; with the loads, it sizes the tolerances of a start
-    /// at rest.
+    /// `largest_motion` is the largest prescribed displacement on the path; together with the loads, it sets the
+    /// tolerances of a start at rest.
     pub fn new(mesh: &Mesh, parts: ModelParts, start: &[f64], largest_motion: f64) -> Self {
         let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads } = parts;
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
@@ -179,7 +180,7 @@ impl ContactModel {
         let modulus = (0..solid.elements()).map(|e| solid.material(e).youngs_modulus()).fold(0.0, f64::max);
         let volume: f64 = mesh.element_volumes().iter().sum();
         let size = (volume / mesh.elements.len() as f64).cbrt();
-        // what a load would press an element by
+        // the displacement by which a load would compress an element
         let driven = largest_motion.max(loads.largest(&coordinates) / (modulus * size));
         let motion = if driven > 0.0 { driven } else { size };
         let floors = Floors {
@@ -233,7 +234,7 @@ impl ContactModel {
             parameters: self.parameter_names().len(),
             ..Unknowns::displacements(self.prescribed.fixed(), self.solid.elements())
         };
-        // a pair without multipliers has rows all the same where another pair has them, with nothing to solve for
+        // if another pair has multipliers, a pair without them has rows too, with nothing to solve for
         if self.pattern.rows() > unknowns.groups.len() {
             for model in &self.interfaces {
                 let method = model.enforcement.method;
@@ -261,7 +262,7 @@ impl ContactModel {
         &self.solid
     }
 
-    /// Smallest J of each element at displacements `d`, whatever its scaling, of the whole mesh.
+    /// Smallest J of each element at displacements `d`, regardless of its scaling, for the whole mesh.
     pub fn smallest_determinants(&self, mesh: &Mesh, d: &[f64]) -> Vec<f64> {
         if self.share.is_part() {
             let whole = SolidModel::new(mesh, self.solid.sections().to_vec());
@@ -272,7 +273,7 @@ impl ContactModel {
 
     /// Volume of the smallest element. \[L³\]
     pub fn smallest_element(&self) -> f64 {
-        // those of other ranks are 0 here
+        // elements of other ranks are 0 here
         let volumes = self.solid.element_volumes().into_iter().filter(|volume| *volume > 0.0);
         -self.share.largest(-volumes.fold(f64::INFINITY, f64::min))
     }
@@ -303,17 +304,17 @@ impl ContactModel {
         &self.prescribed
     }
 
-    /// Whether loads act on the bodies, besides prescribed motions.
+    /// Whether loads act on the bodies, in addition to prescribed motions.
     pub fn has_loads(&self) -> bool {
         !self.loads.is_empty()
     }
 
-    /// Numbers of the loads that act on prescribed displacements only, and so do nothing.
+    /// Numbers of the loads that act only on prescribed displacements and so have no effect.
     pub fn idle_loads(&self) -> Vec<usize> {
         self.loads.idle(self.prescribed.fixed(), &self.coordinates)
     }
 
-    /// Global numbers of all slave nodes, interface after interface: the order of nodal contact results. A node on a sharp
+    /// Global numbers of all slave nodes, interface by interface: the order of nodal contact results. A node on a sharp
     /// edge is repeated for each of the patches that meet there.
     pub fn slave_nodes(&self) -> Vec<u32> {
         self.interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node).collect()
@@ -350,7 +351,7 @@ impl std::fmt::Debug for ContactModel {
     }
 }
 
-/// An inverted element is a trial state that is none.
+/// With an inverted element, the trial state is invalid.
 pub(crate) fn inverted(error: InvertedElements) -> StateError {
     StateError::InvertedElements { elements: error.elements }
 }

@@ -1,4 +1,4 @@
-//! What is prescribed along the load path: displacements, rotations, loads, symmetry planes.
+//! Prescribed data along the load path: displacements, rotations, loads, symmetry planes.
 
 use schemars::JsonSchema;
 use serde::Serialize;

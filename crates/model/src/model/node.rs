@@ -16,26 +16,26 @@ pub struct NodeSettings {
     pub size: f64,
     /// Stiffness of the contact condition while the node is partly covered; infinite: rigid. \[F/L³\]
     pub edge_stiffness: f64,
-    /// Part of the reference area below which the condition is compliant.
+    /// Fraction of the reference area below which the condition is compliant.
     pub edge_cover: f64,
-    /// Whether multipliers enforce it, which prescribed displacements may leave without an equation.
+    /// Whether multipliers enforce it; prescribed displacements can leave these without an equation.
     pub multipliers: bool,
 }
 
-/// Prescribed slip increments below this part of the facet size count as none: curved facets make up for as much.
+/// Prescribed slip increments below this fraction of the facet size count as zero: curved facets cause as much.
 const RESTING: f64 = 1e-6;
 
-/// Nodes whose coefficient is below this part of the row's largest do not move its gap or slip.
+/// Nodes whose coefficient is below this fraction of the row's largest do not affect its gap or slip.
 const MOVES: f64 = 1e-9;
 
-/// Squared component along a normal or tangent plane below which an axis stands across it.
+/// Squared component along a normal or tangent plane below which an axis is perpendicular to it.
 const PERPENDICULAR: f64 = 1e-12;
 
 /// Measures of a slave node in the current step with their gradients over the union of the current and the previous
 /// mortar row's support.
 #[derive(Debug, Clone, Default)]
 pub struct NodeStep {
-    /// Global nodes: the current support, then nodes that only the previous row has.
+    /// Global nodes: the current support, then the nodes that only the previous row has.
     pub support: Vec<u32>,
     /// Slip increment over the step. \[L³\]
     pub slip: Vector2<f64>,
@@ -99,8 +99,8 @@ impl NodeStep {
         }
     }
 
-    /// The measures that the contact laws take. The penalty method needs no [`Freedom`]: its traction follows from the slip,
-    /// prescribed or not.
+    /// The measures that the contact laws use. The penalty method needs no [`Freedom`]: its traction follows from the
+    /// slip, prescribed or not.
     pub fn measures(&self, now: &NodeKinematics, settings: &NodeSettings) -> NodeMeasures {
         let &NodeSettings { reference_area, size, edge_stiffness, edge_cover, multipliers } = settings;
         NodeMeasures {
@@ -114,12 +114,13 @@ impl NodeStep {
         }
     }
 
-    /// What free displacements of the row's nodes can change. They change w_j along the axes that are not prescribed; what is
-    /// left of that with the gap closed is slip.
+    /// The measures that free displacements of the row's nodes can change. These change w_j along the axes that are not
+    /// prescribed; the part of this change that leaves the gap closed is slip.
     ///
-    /// Along one prescribed axis k this is the slip perpendicular to the tangential part of k, and with two none, unless the
-    /// free axes do not move the gap. The prescribed slip is what remains when the free axes close the present gap; where
-    /// nothing slips at present, as in a step without motion, there is none, whatever gap a compliant condition leaves.
+    /// With one prescribed axis k, this is the slip perpendicular to the tangential part of k; with two, there is no
+    /// slip, unless the free axes do not change the gap. The prescribed slip is the remainder when the free axes close
+    /// the present gap. If nothing slips at present, as in a step without motion, it is zero, whatever gap a compliant
+    /// condition leaves.
     fn freedom(&self, now: &NodeKinematics, resting: f64) -> Freedom {
         let normal = now.frame.vector(0);
         let count = self.prescribed.iter().filter(|&&p| p).count();
@@ -143,8 +144,8 @@ impl NodeStep {
         }
     }
 
-    /// Tangential part of the one prescribed axis, as a unit vector in the tangent basis, and its length before; `None` if the
-    /// axis is normal to the surface.
+    /// Tangential part of the one prescribed axis, as a unit vector in the tangent basis, and its original length;
+    /// `None` if the axis is normal to the surface.
     fn prescribed_direction(&self, now: &NodeKinematics) -> Option<(Vector2<f64>, f64)> {
         let axis = self.prescribed.iter().position(|&p| p)?;
         let along = Vector2::new(now.frame.vector(1)[axis], now.frame.vector(2)[axis]);
@@ -152,7 +153,7 @@ impl NodeStep {
         (length * length > PERPENDICULAR).then(|| (along / length, length))
     }
 
-    /// Adds `weight`ᵀ ∂a/∂x to a row over the support, a the direction of [`Freedom::SlipAcross`].
+    /// Adds `weight`ᵀ ∂a/∂x to a row over the support, where a is the direction of [`Freedom::SlipAcross`].
     fn add_direction_row(&self, now: &NodeKinematics, weight: Vector2<f64>, out: &mut [f64]) {
         let Some((direction, length)) = self.prescribed_direction(now).filter(|_| weight != Vector2::zeros()) else {
             return;
@@ -164,7 +165,7 @@ impl NodeStep {
         }
     }
 
-    /// Row of ∂(law)/∂x for a law component with the given partial derivatives in gap, slip and area.
+    /// Row of ∂(law)/∂x for a law component with the given partial derivatives with respect to gap, slip and area.
     fn law_row(&self, now: &NodeKinematics, by_gap: f64, by_slip: [f64; 2], by_area: f64, out: &mut Vec<f64>) {
         out.clear();
         out.extend((0..self.gap_gradient.len()).map(|t| {
@@ -178,8 +179,8 @@ impl NodeStep {
     }
 }
 
-/// A node's traction in its frame, and how it depends on the measures. For the Lagrange method ζ is an unknown of its
-/// own and all partial derivatives vanish.
+/// A node's traction in its frame, and how it depends on the measures. For the Lagrange method ζ is a separate unknown
+/// and all partial derivatives vanish.
 #[derive(Debug, Clone, Copy)]
 pub struct NodeTraction {
     /// Status of the node.
@@ -192,11 +193,11 @@ pub struct NodeTraction {
     pub by_slip: Matrix3x2<f64>,
     /// ∂ζ/∂A.
     pub by_area: Vector3<f64>,
-    /// ∂ζ/∂a with the direction a of prescribed slip.
+    /// ∂ζ/∂a, where a is the direction of prescribed slip.
     pub by_direction: Matrix3x2<f64>,
 }
 
-/// Adds the node's contact force f_s = b_js z_j to `out`, with z_j put together from its components.
+/// Adds the node's contact force f_s = b_js z_j to `out`, with z_j assembled from its components.
 ///
 /// Paper: (17), (19), (42), (43), (52). Test: `forces_balance` (tests/invariance.rs).
 pub fn add_force(now: &NodeKinematics, traction: &Vector3<f64>, out: &mut [f64]) {
@@ -239,7 +240,7 @@ pub fn traction_slope(now: &NodeKinematics, step: &NodeStep, traction: &NodeTrac
     slope
 }
 
-/// ∂C/∂x_t through gap, slip, area and the direction of prescribed slip, a row for each component of C.
+/// ∂C/∂x_t through gap, slip, area and the direction of prescribed slip, one row per component of C.
 pub fn condition_slopes(now: &NodeKinematics, step: &NodeStep, law: &Complementarity) -> [Vec<f64>; 3] {
     let mut rows: [Vec<f64>; 3] = Default::default();
     for b in 0..3 {

@@ -1,4 +1,4 @@
-//! Derivatives with respect to what is no density: friction, moduli, amplitudes of motions and loads.
+//! Derivatives with respect to parameters other than densities: friction, moduli, amplitudes of motions and loads.
 
 use super::evaluated::{ContactState, Step};
 use super::law::LawWeights;
@@ -7,7 +7,7 @@ use slipstick_contact::enforcement::friction_share;
 use slipstick_solid::ElementScaling;
 use std::ops::Range;
 
-/// A number of the model that a path can be differentiated by, beside the densities.
+/// A parameter of the model, other than the densities, with respect to which a path can be differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
     /// Coefficient of friction μ of an interface.
@@ -20,13 +20,13 @@ pub enum Parameter {
         /// Number of the body, from 0.
         body: usize,
     },
-    /// A factor on a prescribed motion, translation and angle, that is 1. Nodes that two equal motions share count for the
-    /// first.
+    /// A factor of 1 on a prescribed motion, both translation and angle. Nodes that two equal motions share count for
+    /// the first.
     Amplitude {
         /// Number of the motion, from 0.
         motion: usize,
     },
-    /// A factor on a load that is 1.
+    /// A factor of 1 on a load.
     Load {
         /// Number of the load, from 0.
         load: usize,
@@ -34,7 +34,7 @@ pub enum Parameter {
 }
 
 impl ContactModel {
-    /// What derivatives by parameters belong to, in their order.
+    /// The parameters, in the order of their derivatives.
     pub fn parameter_names(&self) -> Vec<Parameter> {
         let interfaces = (0..self.interfaces.len()).map(|interface| Parameter::Friction { interface });
         let bodies = (0..self.bodies.len()).map(|body| Parameter::YoungsModulus { body });
@@ -57,7 +57,7 @@ impl ContactModel {
         let shares = |(slave, elements): (&SlaveData, &Vec<u32>)| {
             let (slaves, masters) = (moduli(elements), &master[slave.interface as usize]);
             let (s, m) = (slaves.iter().sum::<f64>(), masters.iter().sum::<f64>());
-            // where one side is next to nothing, the stiffness is a part of the other's
+            // if one side is almost empty, the stiffness is a fraction of the other's
             let (of_s, of_m) = match s * m / (s + m) {
                 series if series >= LEAST_SHARE * s.max(m) => (m / (s + m), s / (s + m)),
                 _ if s > m => (1.0, 0.0),
@@ -80,7 +80,7 @@ impl ContactModel {
     ) {
         let first = self.interfaces.len() + self.bodies.len();
         self.prescribed.pull_back_amplitudes(time, by_prescribed, &mut out[first..]);
-        // R has minus the external force
+        // R contains minus the external force
         let weights: Vec<f64> = lambda.iter().map(|l| -l).collect();
         self.pull_back_loads(d, time, &weights, out);
     }
@@ -111,9 +111,9 @@ impl ContactModel {
 }
 
 impl Design {
-    /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface, and ∂(λᵀF + ηᵀG)/∂E of every body through stiffnesses that are multiples of the
-    /// bodies' own at the start design: of contact at partly covered nodes, and of the penalty method where it is not given in
-    /// units.
+    /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface. Also adds ∂(λᵀF + ηᵀG)/∂E of every body through stiffnesses that are
+    /// multiples of the bodies' own at the start design: those of contact at partly covered nodes, and of the penalty
+    /// method unless given in units.
     pub(super) fn pull_back_contact(
         &self,
         step: &Step,

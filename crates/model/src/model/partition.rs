@@ -1,19 +1,21 @@
-//! The elements of a mesh in parts of about the same work, with little between them.
+//! Partition of a mesh's elements into parts of about equal work with few connections between them.
 
 use slipstick_mesh::{FacetTree, Mesh, Surface};
 use std::collections::BTreeMap;
 
-/// Work on a slave facet, in that on elements. By the time that `slipstick bench` shows it is some 30, where
-/// most are open, to 70, where all are closed; but elements are memory too, of which a rank with few leaves more to others.
+/// Work on a slave facet, relative to that on an element. By the times of `slipstick bench` it is between about 30, if
+/// most facets are open, and 70, if all are closed. But elements also take memory, and a rank with few elements leaves
+/// more of them to others.
 const CONTACT_WORK: i32 = 12;
 
-/// Ties between elements opposite each other in contact; those of neighbours are their common nodes, 3 or 4.
+/// Weight of the tie between elements opposite each other in contact; that between neighbours is their number of common
+/// nodes, 3 or 4.
 const CONTACT_TIE: i32 = 8;
 
-/// The part of every element, one of `parts`; `pairs` are the names of slave and master surfaces.
+/// The part, of `parts`, to which each element belongs; `pairs` are the names of slave and master surfaces.
 ///
-/// By METIS, on the graph of elements with a common face; elements that are opposite each other at the start are tied too,
-/// so that few contact pairs lie on two ranks.
+/// Uses METIS on the graph of elements with a common face. Elements that face each other at the start are also tied, so
+/// that few contact pairs are split between ranks.
 pub(super) fn partition(mesh: &Mesh, pairs: &[(&str, &str)], parts: usize) -> Vec<u32> {
     let mut edges = neighbours(mesh);
     let mut weights = vec![1; mesh.elements.len()];
@@ -30,11 +32,11 @@ pub(super) fn partition(mesh: &Mesh, pairs: &[(&str, &str)], parts: usize) -> Ve
         graph.offsets.push(graph.neighbours.len() as i32);
     }
     let found = cut(graph, weights, parts);
-    // without METIS, or where it gives up: slices in the order of the mesh
+    // without METIS, or if it fails: slices in the order of the mesh
     found.unwrap_or_else(|| (0..mesh.elements.len()).map(|e| (e * parts / mesh.elements.len()) as u32).collect())
 }
 
-/// A symmetric graph without loops, as METIS takes it.
+/// A symmetric graph without loops, as METIS expects it.
 #[derive(Default)]
 struct Graph {
     offsets: Vec<i32>,
@@ -52,7 +54,7 @@ fn cut(_: Graph, _: Vec<i32>, _: usize) -> Option<Vec<u32>> {
     None
 }
 
-/// For every element those that share a face with it, and the number of common nodes.
+/// For every element, the elements that share a face with it, and the number of common nodes.
 fn neighbours(mesh: &Mesh) -> Vec<BTreeMap<u32, i32>> {
     let around = mesh.node_elements();
     let of = |(element, own): (usize, &slipstick_mesh::Element)| {
@@ -99,7 +101,7 @@ mod tests {
     use super::*;
     use slipstick_mesh::{BoxShape, box_mesh};
 
-    /// Parts of a bar: of about the same size, and each in one piece of few cut faces.
+    /// Parts of a bar are of about the same size, and each is in one piece with few cut faces.
     #[test]
     fn parts_are_balanced_and_compact() {
         let shape = BoxShape { min: [0.0; 3], max: [12.0, 2.0, 2.0], elements: [24, 4, 4], grading: [1.0; 3] };
@@ -119,7 +121,8 @@ mod tests {
         }
     }
 
-    /// Two bars that touch along their length: each half has a part of both, with the elements on both sides of the contact.
+    /// Two bars that touch along their length: each part contains a half of both, with the elements on both sides of
+    /// the contact.
     #[test]
     fn what_touches_stays_together() {
         let bar = |name: &str, low: f64| {
@@ -136,7 +139,7 @@ mod tests {
             let below = elements("lower_ymax").find(opposite).unwrap();
             apart += usize::from(of[above] != of[below]);
         }
-        assert!(apart <= 4, "{apart} of 96 pairs are on two ranks");
+        assert!(apart <= 4, "{apart} of 96 pairs are split between ranks");
         for part in [0, 1] {
             assert!(elements("upper_ymin").filter(|&e| of[e] == part).count() > 38, "contact is work for both");
         }

@@ -4,21 +4,21 @@ use slipstick_linalg::BlockPattern;
 use slipstick_mesh::FacetNodes;
 use std::sync::Arc;
 
-/// What patterns are built from.
+/// The data from which patterns are built.
 #[derive(Debug, Clone)]
 pub struct ContactPattern {
     bulk: Vec<Vec<u32>>,
     /// Per node: nodes that share a master facet with it; empty away from masters.
     ring: Vec<Vec<u32>>,
-    /// Whether slave nodes have block rows of multipliers, and of which this rank has them.
+    /// Whether slave nodes have block rows of multipliers, and which of them this rank has.
     multipliers: bool,
     own: Vec<bool>,
 }
 
 /// The pattern in use; it is rebuilt only when a coupling leaves it.
 ///
-/// A rebuild takes all nodes near contact along, not only those in contact, and all nodes of the master facets around those
-/// that they couple with, so that sliding does not leave the pattern at once. The first rebuild of a step forgets
+/// A rebuild includes all nodes near contact, not only those in contact, and all nodes of the master facets around the
+/// nodes that they couple with, so that sliding does not leave the pattern at once. The first rebuild of a step drops
 /// couplings that slid away, later ones only add, so that a step cannot alternate between two patterns.
 #[derive(Debug, Clone, Default)]
 pub struct PatternInUse {
@@ -30,26 +30,26 @@ pub struct PatternInUse {
 }
 
 impl PatternInUse {
-    /// Tells that a new step begins.
+    /// Marks the beginning of a new step.
     pub fn begin_step(&mut self) {
         self.first = true;
     }
 }
 
-/// What a slave node asks of the pattern.
+/// The couplings that a slave node needs from the pattern.
 #[derive(Debug, Clone, Copy)]
 pub struct Coupling<'a> {
     /// Nodes that its mortar rows reach.
     pub support: &'a [u32],
-    /// It contributes to the tangent now.
+    /// Whether it contributes to the tangent now.
     pub needed: bool,
-    /// It may contribute soon.
+    /// Whether it may contribute soon.
     pub near: bool,
 }
 
 impl ContactPattern {
-    /// `bulk`: node neighbours of the mesh; `masters`: facets of all master surfaces; `own`: for every slave node, whether this
-    /// rank evaluates it; `multipliers`: whether each has a block row.
+    /// `bulk`: node neighbours in the mesh; `masters`: facets of all master surfaces; `own`: for every slave node,
+    /// whether this rank evaluates it; `multipliers`: whether each has a block row.
     pub fn new<'a>(
         bulk: Vec<Vec<u32>>,
         masters: impl Iterator<Item = &'a FacetNodes>,
@@ -72,7 +72,7 @@ impl ContactPattern {
         self.bulk.len() + if self.multipliers { self.own.len() } else { 0 }
     }
 
-    /// The pattern that holds the needed couplings (one per slave node), and whether it is a new one.
+    /// The pattern that holds the needed couplings (one per slave node), and whether it is new.
     pub fn covering<'a>(
         &self,
         couplings: impl Iterator<Item = Coupling<'a>> + Clone,

@@ -1,4 +1,4 @@
-//! What an unknown is, what holds a node, and which contact conditions it has: for messages.
+//! Descriptions of unknowns, of nodes' supports and of nodes' contact conditions, for messages.
 
 use super::ContactModel;
 use super::evaluated::ContactState;
@@ -31,14 +31,14 @@ pub struct PairState {
     pub nodes: usize,
     /// Those in contact.
     pub closed: usize,
-    /// Equations of these: a gap each, and the slip components of those that stick.
+    /// Equations of the closed nodes: one gap each, and the slip components of those that stick.
     pub conditions: usize,
-    /// Displacements in these equations that are not prescribed.
+    /// Free displacements in these equations.
     pub free: usize,
 }
 
 impl ContactModel {
-    /// What unknown number `index` of a step is; `None` behind the last one.
+    /// The unknown with number `index` of a step; `None` beyond the last one.
     pub fn unknown(&self, index: usize) -> Option<Unknown> {
         let (row, component) = (index / 3, index % 3);
         match row.checked_sub(self.displacement_count() / 3) {
@@ -47,7 +47,8 @@ impl ContactModel {
         }
     }
 
-    /// Which sets prescribe all of `nodes` along each axis, in backquotes, and symmetry planes; empty where one of them is free.
+    /// The sets, in backquotes, and symmetry planes that prescribe all of `nodes` along each axis; empty if one of the
+    /// nodes is free.
     pub fn holders(&self, nodes: &[u32], axis: usize) -> Vec<String> {
         let dof = |node: u32| 3 * node as usize + axis;
         let mut names: Vec<String> = Vec::new();
@@ -66,7 +67,7 @@ impl ContactModel {
         names
     }
 
-    /// Contact pairs that a node belongs to, and whether to the slave surface.
+    /// Contact pairs that a node belongs to, and whether it is on the slave surface.
     pub fn pairs_of(&self, node: u32) -> Vec<(usize, bool)> {
         let mut pairs = Vec::new();
         for (i, model) in self.interfaces.iter().enumerate() {

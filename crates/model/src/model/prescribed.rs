@@ -8,14 +8,14 @@ use nalgebra::{Rotation3, Unit, Vector3};
 #[derive(Debug, Clone, Default)]
 pub struct Prescribed {
     motions: Vec<Dirichlet>,
-    /// Number of each motion's load case; `None`: it acts in all.
+    /// Number of each motion's load case; `None`: the motion acts in all.
     cases: Vec<Option<usize>>,
-    /// Displacement unknown, its node's reference position, component, number of its motion.
+    /// Displacement unknown, reference position of its node, component, number of its motion.
     entries: Vec<(u32, [f64; 3], u8, u32)>,
-    /// Displacement unknowns that a further motion prescribes in the same way, and its number.
+    /// Displacement unknowns that another motion prescribes identically, and its number.
     repeated: Vec<(u32, u32)>,
     fixed: Vec<bool>,
-    /// Displacement unknowns across symmetry planes, which no motion prescribes: zero.
+    /// Displacement unknowns normal to symmetry planes, which no motion prescribes: zero.
     mirrored: Vec<u32>,
 }
 
@@ -33,7 +33,10 @@ pub struct OffThePlane {
 
 /// Two motions prescribe different displacements of one node.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("node {node} also belongs to `{set}`: `dirichlet[{first}]` prescribes another {} displacement of it", ["x", "y", "z"][*component as usize])]
+#[error(
+    "node {node} also belongs to `{set}`: `dirichlet[{first}]` prescribes a different {} displacement for it",
+    ["x", "y", "z"][*component as usize]
+)]
 pub struct ConflictingMotion {
     /// Global node number.
     pub node: u32,
@@ -48,11 +51,12 @@ pub struct ConflictingMotion {
 }
 
 impl Prescribed {
-    /// `sets[i]` are the nodes that `motions[i]` moves; `coordinates` has three entries per node; `cases` are the names of the
-    /// load cases. What one of them moves is held in the others, unless something moves it there.
+    /// `sets[i]` are the nodes that `motions[i]` moves; `coordinates` has three entries per node; `cases` are the names
+    /// of the load cases. A component that a motion prescribes in one case is held in the others, unless another motion
+    /// prescribes it there.
     ///
     /// # Errors
-    /// [`ConflictingMotion`] where two tables prescribe different values of one unknown.
+    /// [`ConflictingMotion`] if two tables prescribe different values of one unknown.
     pub fn new(
         motions: Vec<Dirichlet>,
         sets: &[Vec<u32>],
@@ -79,7 +83,7 @@ impl Prescribed {
                             let (first, set) = (first as usize, motions[first as usize].set.clone());
                             return Err(ConflictingMotion { node, component: c as u8, first, set, motion: m });
                         }
-                        // the same in all of this one's cases
+                        // identical in all cases of this motion
                         Some(&first) if cases[first as usize].is_none() || cases[first as usize] == cases[m] => {
                             repeated.push((dof as u32, m as u32));
                         }
@@ -95,13 +99,13 @@ impl Prescribed {
         Ok(Self { motions, cases, entries, repeated, fixed, mirrored: Vec::new() })
     }
 
-    /// The same with the components held that stand across symmetry planes: three per node in `mirrored`.
+    /// The same with the components normal to symmetry planes held: three per node in `mirrored`.
     ///
     /// # Errors
-    /// [`OffThePlane`] where a motion moves such a component.
+    /// [`OffThePlane`] if a motion moves such a component.
     pub fn with_symmetry(mut self, mirrored: &[[bool; 3]]) -> Result<Self, OffThePlane> {
         let mut d = vec![0.0; self.fixed.len()];
-        // a turn may come back to the plane at its way points
+        // a rotation may return to the plane at its waypoints
         let of = |(motion, case): (&Dirichlet, &Option<usize>)| {
             let start = course::start(case.unwrap_or(0));
             let times = motion.motion.iter().flat_map(|point| [point.t, 0.618 * point.t]);
@@ -130,8 +134,8 @@ impl Prescribed {
         &self.fixed
     }
 
-    /// The sets whose motions prescribe displacement unknown `dof`, in the order of the case, each once. A symmetry plane has
-    /// no set.
+    /// The sets whose motions prescribe displacement unknown `dof`, in the order of the case, without repetitions. A
+    /// symmetry plane has no set.
     pub fn sets(&self, dof: usize) -> Vec<&str> {
         let entries = self.entries.iter().map(|&(at, _, _, motion)| (at, motion));
         let mut motions: Vec<u32> = entries
@@ -182,8 +186,8 @@ impl Prescribed {
         self.motions.len()
     }
 
-    /// Adds Σ μ ∂d/∂a of each motion at pseudo-time `time`, where a = 1 multiplies its translation and its angle θ: with the
-    /// unit axis n, ∂/∂a (R(aθ) − I) r = θ n × R(θ) r.
+    /// Adds Σ μ ∂d/∂a of each motion at pseudo-time `time`, where a = 1 is a factor on its translation and its angle θ:
+    /// with the unit axis n, ∂/∂a (R(aθ) − I) r = θ n × R(θ) r.
     ///
     /// Test: `amplitudes_match_finite_differences`.
     pub fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
@@ -240,7 +244,7 @@ fn same(a: &Dirichlet, b: &Dirichlet, c: usize) -> bool {
     if turns(a) || turns(b) {
         return a.motion == b.motion && a.rotation == b.rotation;
     }
-    // both are piecewise linear between the way points
+    // both are piecewise linear between the waypoints
     a.motion.iter().chain(&b.motion).all(|point| a.at(point.t).0[c] == b.at(point.t).0[c])
 }
 
@@ -317,7 +321,7 @@ mod tests {
         assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 2 });
     }
 
-    /// A support and a motion within its plane meet at a node: they agree in y, where both hold it, and differ in x.
+    /// A support and a motion within its plane meet at a node: they agree in y, which both hold, and differ in x.
     #[test]
     fn tables_may_share_a_component_that_both_hold() {
         let held = |components: &[Component]| Dirichlet {

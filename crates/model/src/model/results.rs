@@ -1,9 +1,9 @@
-//! Contact results of a state: what acts at each slave node, and nodal fields whose integrals are the forces.
+//! Contact results of a state: the traction at each slave node, and nodal fields whose integrals are the forces.
 //!
-//! A multiplier ζ_j belongs to the mortar row of slave node j. It acts on the part of the surface that the other one
-//! covers, over the tributary area A_j = Σ_k D_jk, and its shape function reaches over the whole facets: where a facet is
-//! partly covered, multipliers are coefficients, not pressures at their nodes, and integrating them over the surface gives
-//! no force. The nodal contact force f = Dᵀz is what the bodies feel. Divided by the whole area around the node,
+//! A multiplier ζ_j belongs to the mortar row of slave node j. It acts on the covered part of the surface, over the
+//! tributary area A_j = Σ_k D_jk, while its shape function extends over whole facets. On a partly covered facet,
+//! multipliers are therefore coefficients, not pressures at their nodes, and their integral over the surface is not the
+//! force. The bodies are subject to the nodal contact force f = Dᵀz. Divided by the whole area around the node,
 //! a_k = ∫ N_k dA, it is the traction whose integral over the surface is the resultant, for any overlap:
 //!
 //! ```text
@@ -29,7 +29,7 @@ pub struct NodalContact {
     pub multiplier: [f64; 3],
     /// The multiplier as a vector z. \[F/L²\]
     pub global_multiplier: [f64; 3],
-    /// Weighted gap over tributary area, ≥ 0 open; `None` where nothing lies opposite. \[L\]
+    /// Weighted gap over tributary area, ≥ 0 open; `None` if no master facet lies opposite. \[L\]
     pub gap: Option<f64>,
     /// Weighted gap g̃. \[L³\]
     pub weighted_gap: f64,
@@ -52,13 +52,14 @@ pub struct ContactResults {
     /// Traction on the slave surfaces per current area, friction included; three per node. Its integral over the deformed
     /// surface is the resultant force on the slave. \[F/L²\]
     pub traction: Vec<f64>,
-    /// Contact pressure on the slave surfaces per current area, ≥ 0 in compression with standard shapes; one per node. Its
-    /// integral over the deformed surface is the normal force, its magnitudes added up where the surface is curved. \[F/L²\]
+    /// Contact pressure on the slave surfaces per current area, ≥ 0 in compression with standard shapes; one per node.
+    /// Its integral over the deformed surface is the normal force, as a sum of magnitudes if the surface is curved.
+    /// \[F/L²\]
     pub pressure: Vec<f64>,
 }
 
 impl Design {
-    /// Contact results of all slave nodes at a state; on any rank, without the others.
+    /// Contact results of all slave nodes at a state; any rank may call it without the others.
     ///
     /// # Errors
     /// If the state cannot be evaluated.
@@ -77,7 +78,7 @@ impl ContactState {
         for (at, (_, now, _)) in nodes.iter().zip(self.own()) {
             for (s, (&node, b)) in now.support.iter().zip(&now.coefficient).enumerate() {
                 for (c, z) in at.global_multiplier.iter().enumerate() {
-                    // minus: the force of the slave's surroundings on the contact is b z
+                    // minus: b z is the force of the slave's surroundings on the contact
                     force[3 * node as usize + c] -= b * z;
                     if s < now.ring {
                         traction[3 * node as usize + c] -= b * z;

@@ -1,8 +1,9 @@
-//! Which part of a model this rank assembles, and how the parts come together.
+//! The part of a model that this rank assembles, and how the parts are combined.
 //!
-//! Elements belong to one rank each; a node, with its row of the mortar matrices if it is a slave, to the rank of its
-//! first element; what is not worth dividing, such as loads on surfaces, to the first rank. Sums of the parts are the
-//! same on all ranks, bit for bit, and so is every decision that rests on them. On one rank all of this is nothing.
+//! Each element belongs to one rank; a node, with its row of the mortar matrices if it is a slave, belongs to the rank
+//! of its first element; work that is not worth dividing, such as loads on surfaces, to the first rank. Sums of the
+//! parts are the same on all ranks, bit for bit, and so is every decision based on them. On a single rank, none of this
+//! has any effect.
 
 use super::partition::partition;
 use slipstick_linalg::{Alone, Ranks};
@@ -10,28 +11,28 @@ use slipstick_mesh::Mesh;
 use slipstick_path::StateError;
 use std::sync::Arc;
 
-/// The part of this rank, and who has the others.
+/// The part of this rank, and the communication with the other ranks.
 #[derive(Debug, Clone)]
 pub struct Share {
     ranks: Arc<dyn Ranks>,
-    /// Rank of every element, and of every node; empty where there is one rank.
+    /// Rank of every element, and of every node; empty if there is only one rank.
     elements: Arc<[u32]>,
     nodes: Arc<[u32]>,
 }
 
 impl Share {
-    /// All of a model, on one rank.
+    /// The whole model, on one rank.
     pub fn whole() -> Self {
         Self { ranks: Arc::new(Alone), elements: Arc::new([]), nodes: Arc::new([]) }
     }
 
-    /// A share of about the same work on each rank; `pairs` are the names of slave and master surface of every contact
+    /// Shares of about equal work on all ranks; `pairs` are the names of slave and master surface of every contact
     /// pair, whose elements stay together.
     pub fn of(mesh: &Mesh, pairs: &[(&str, &str)], ranks: Arc<dyn Ranks>) -> Self {
         if ranks.size() == 1 {
             return Self::whole();
         }
-        // the first rank's work for all: two machines need not agree
+        // the first rank computes it for all: two machines might not agree
         let divide = || bytes(partition(mesh, pairs, ranks.size()).into_iter());
         let told: Vec<u8> = if ranks.rank() == 0 { divide() } else { Vec::new() };
         let elements = numbers(&ranks.gather(&told).swap_remove(0));
@@ -56,22 +57,22 @@ impl Share {
         self.rank_of(element) as usize == self.ranks.rank()
     }
 
-    /// Whether this rank assembles what belongs to a node.
+    /// Whether this rank assembles the data of a node.
     pub fn has_node(&self, node: u32) -> bool {
         self.nodes.get(node as usize).is_none_or(|&rank| rank as usize == self.ranks.rank())
     }
 
-    /// Whether this rank assembles what is not divided.
+    /// Whether this rank assembles the undivided work.
     pub fn has_rest(&self) -> bool {
         self.ranks.rank() == 0
     }
 
-    /// Who has the other parts.
+    /// Communication with the other ranks.
     pub fn ranks(&self) -> &Arc<dyn Ranks> {
         &self.ranks
     }
 
-    /// Rank of every node; empty where there is one rank.
+    /// Rank of every node; empty if there is only one rank.
     pub fn owners(&self) -> &[u32] {
         &self.nodes
     }
@@ -96,7 +97,7 @@ impl Share {
         }
     }
 
-    /// Adds up the ranks' parts of numbers, and of statuses.
+    /// Sums the ranks' parts of numbers, and of statuses.
     pub fn join(&self, parts: &mut [&mut [f64]], status: &mut [u8]) {
         if self.is_part() {
             let mut own: Vec<f64> = status.iter().map(|&s| f64::from(s)).collect();
@@ -106,10 +107,10 @@ impl Share {
         }
     }
 
-    /// Adds to `to`, which is the same on all ranks, what `add` adds on each of them.
+    /// Adds to `to`, which is the same on all ranks, the contributions of `add` on each of them.
     ///
     /// # Errors
-    /// That of `add`, on all ranks.
+    /// The error of `add`, on all ranks.
     pub fn add(
         &self,
         to: &mut [f64],
@@ -131,10 +132,11 @@ impl Share {
         self.ranks.largest(here)
     }
 
-    /// What went well on all ranks, or what failed on any.
+    /// The result if all ranks succeeded, otherwise the error of any.
     ///
     /// # Errors
-    /// The same on all ranks: all inverted elements, the node that passed furthest through, or the first rank's error.
+    /// The same on all ranks: all inverted elements, the node that passed through the farthest, or the first rank's
+    /// error.
     pub fn agree<T>(&self, here: Result<T, StateError>) -> Result<T, StateError> {
         if !self.is_part() || !self.ranks.any(here.is_err()) {
             return here;
@@ -172,7 +174,7 @@ fn numbers(bytes: &[u8]) -> Vec<u32> {
     bytes.as_chunks::<4>().0.iter().map(|b| u32::from_le_bytes(*b)).collect()
 }
 
-/// One error for all.
+/// A single error for all ranks.
 fn worst(errors: Vec<StateError>) -> StateError {
     let mut inverted: Vec<u32> = errors
         .iter()
@@ -191,7 +193,7 @@ fn worst(errors: Vec<StateError>) -> StateError {
         StateError::PassedThrough { depth, .. } | StateError::PrescribedPenetration { depth, .. } => *depth,
         _ => f64::INFINITY,
     };
-    // the first among equals
+    // ties: the first
     let deepest = errors.into_iter().reduce(|a, b| if depth(&b) > depth(&a) { b } else { a });
     deepest.unwrap_or(StateError::RanksDisagree)
 }

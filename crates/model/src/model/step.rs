@@ -14,10 +14,10 @@ use slipstick_path::{
 };
 use std::sync::Arc;
 
-/// Nodes whose gap is below this fraction of their facet size have a place in the pattern before they touch.
+/// Nodes whose gap is below this fraction of their facet size get entries in the sparsity pattern before contact.
 const NEAR: f64 = 0.1;
 
-/// Prescribed penetrations below this part of the facet size are rounding.
+/// Prescribed penetrations below this fraction of the facet size are round-off.
 const CLOSED: f64 = 1e-6;
 
 impl StepProblem for Design {
@@ -57,7 +57,7 @@ impl StepProblem for Design {
         Ok(Step::new(geometry.clone(), &previous.history, time))
     }
 
-    /// R, and below it C where the method has multipliers. Paper: (18), (27), (35), (44).
+    /// R, and below it C if the method has multipliers. Paper: (18), (27), (35), (44).
     fn evaluate(
         &self,
         step: &Step,
@@ -141,10 +141,11 @@ impl StepProblem for Design {
         Ok(workspace.matrix.as_ref().expect("made above"))
     }
 
-    /// A node that was opposite to the other surface and is no more must not lie deep behind where that surface was: it
-    /// would have passed through unnoticed. The previous row at the current positions tells.
+    /// A node that faced the other surface and no longer does must not lie far behind that surface's former position;
+    /// otherwise it has passed through undetected. We check this with the previous row at the current positions.
     ///
-    /// Nor may prescribed displacements alone push a node into the other surface: no multiplier can close that gap.
+    /// Nor may prescribed displacements by themselves push a node into the other surface: no multiplier can close that
+    /// gap.
     fn finish(&self, step: &Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
         let x = model.positions(&at.unknowns);
@@ -196,13 +197,13 @@ impl StepProblem for Design {
         })
     }
 
-    /// The previous state enters through its mortar row in ũ_τ, (66), and its area in the share of friction, and through
-    /// the history of the penalty method.
+    /// The previous state enters through its mortar row in ũ_τ, (66), through its area in the friction term, and through the
+    /// history of the penalty method.
     ///
-    /// * Multipliers: R and the normal rows of C do not see it (62), (63), (67), (85); stick and slip rows do (64), (65).
-    ///   So with the augmented Lagrangian, whose equations at convergence are these.
-    /// * Penalty: R sees it through the tangential traction (71), (72), in stick (73), (74) and in slip (75)–(77). Where
-    ///   the paper carries ∂t_τ/∂d on in (74), the history has its own adjoint η.
+    /// * Multipliers: R and the normal rows of C do not depend on it (62), (63), (67), (85); stick and slip rows do
+    ///   (64), (65). The same holds for the augmented Lagrangian, whose equations at convergence are identical.
+    /// * Penalty: R depends on it through the tangential traction (71), (72), in stick (73), (74) and in slip
+    ///   (75)–(77). The paper propagates ∂t_τ/∂d in (74); here the history has its own adjoint η instead.
     ///
     /// Paper: (62)–(67), (71)–(77), (85). Test: `previous_pull_back_matches_finite_differences` (tests/derivatives.rs).
     fn pull_back_previous(&self, step: &Step, at: &Evaluated<Self>, lambda: &[f64], eta: &[f64]) -> PreviousPullBack {
@@ -230,7 +231,7 @@ impl StepProblem for Design {
         out
     }
 
-    /// Through the internal force alone: contact knows no density, and C has no part in it.
+    /// Only through the internal force: neither contact nor C depends on the density.
     ///
     /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences` (tests/derivatives.rs).
     fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
@@ -268,19 +269,19 @@ impl StepProblem for Design {
         let split = model.displacement_count();
         let mut y = at.unknowns.clone();
         if model.share.is_part() {
-            // the others' multipliers come with the sum
+            // the sum provides the multipliers of the other ranks
             (0..model.slaves.len()).filter(|&j| !model.own[j]).for_each(|j| y[split + 3 * j..][..3].fill(0.0));
         }
         let mut change: f64 = 0.0;
         let mut largest = model.floors.multiplier / (model.slaves.len() as f64).sqrt();
         for (j, _, node) in at.state.own() {
-            // after a solve for all of them, the method's own multipliers are looked at: nothing is held then
+            // nothing is held after a solve for all multipliers: then those of the augmented Lagrangian are compared
             if model.method_of(j) != Method::Augmented && !self.is_held(j, steering.held()) {
                 continue;
             }
             let before = model.multiplier(&at.unknowns, j);
             let now = self.regularised(step, j, &node.measures, before, steering).value;
-            // normal and tangential conditions each for itself
+            // normal and tangential conditions are checked separately
             let mut difference = (now[0] - before[0]).abs().max((now[1] - before[1]).hypot(now[2] - before[2]));
             if absolute {
                 let epsilon = self.augmentation(j, steering);
@@ -298,7 +299,7 @@ impl StepProblem for Design {
 }
 
 impl Design {
-    /// F of this rank, and the sum of squares of its tractions.
+    /// This rank's part of F, and the sum of squares of its tractions.
     fn residual(
         &self,
         step: &Step,

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
 
 use super::{RunDirectory, RunError};
@@ -50,7 +51,7 @@ pub fn write_densities(
 ///
 /// # Errors
 /// As [`read_density`]; [`RunError::NoRun`] for a directory without `design.csv`.
-pub fn load_density(results: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
+pub fn load_density(results: &Path, mesh: &Mesh) -> Result<ElementValues, RunError> {
     if !results.is_dir() {
         return read_density(results, mesh);
     }
@@ -65,7 +66,7 @@ pub fn load_density(results: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
 ///
 /// # Errors
 /// As [`load_density`]; [`RunError::Densities`] if the iteration has no file, or if its file has a different mesh.
-pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>) -> Result<Vec<f64>, RunError> {
+pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>) -> Result<ElementValues, RunError> {
     let Some(number) = iteration else { return load_density(run.path(), mesh) };
     let path = run.file(&RunDirectory::numbered("design", number));
     let wrong = |reason: &str, cure: String| RunError::Densities {
@@ -82,7 +83,7 @@ pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>)
     let fields = read_fields(&path)?;
     let density = fields.into_iter().find(|field| field.name == "density" && !field.on_points);
     match density.filter(|field| field.values.len() == mesh.elements.len()) {
-        Some(field) => Ok(field.values),
+        Some(field) => Ok(field.values.into()),
         None => Err(wrong("has no densities for this mesh", "use another iteration".into())),
     }
 }
@@ -93,7 +94,7 @@ pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>)
 /// # Errors
 /// [`RunError::Read`]; [`RunError::Densities`] if a column or an element is missing, an element appears twice or is not
 /// in the mesh, or a density is not a number in \[0, 1\].
-pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
+pub fn read_density(path: &Path, mesh: &Mesh) -> Result<ElementValues, RunError> {
     let bytes = fs::read(path).map_err(RunError::read(path))?;
     let text = utf8(bytes).map_err(|error| RunError::Densities {
         path: path.to_owned(),
@@ -138,7 +139,7 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<Vec<f64>, RunError> {
     }
     match density.iter().position(|value| value.is_nan()) {
         Some(element) => Err(wrong(None, format!("element {element} of {count} is missing"))),
-        None => Ok(density),
+        None => Ok(density.into()),
     }
 }
 

@@ -6,7 +6,7 @@ fn with(load: &str) -> String {
     GOOD.replacen("[load_path]", &format!("{load}\n[load_path]"), 1)
 }
 
-/// Line of the first load in the spoilt case.
+/// Line of the first load in the invalid case.
 const LINE: usize = 25;
 
 #[test]
@@ -43,7 +43,7 @@ fn wrong_loads() {
     ] {
         let text = with(load);
         let help = only_error(&text, code, at);
-        // what is no number says itself what is right
+        // messages about non-numbers contain the correct form themselves
         assert!(!help.is_empty() || [WrongType, NotFinite].contains(&code), "{load}");
         let told = errors(&text).to_string();
         assert!(told.contains(says), "{load}: {told}");

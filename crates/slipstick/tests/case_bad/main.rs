@@ -1,11 +1,11 @@
-//! Wrong case files: each with the code and the place of what is wrong, all errors at once.
+//! Invalid case files: each with the code and the place of its error, all errors at once.
 
 mod loads;
 mod sections;
 
 use slipstick::case::{CaseCode, CaseErrors, Severity, parse_case};
 
-/// A right case; the tests spoil one line of it.
+/// A valid case; the tests break one line of it.
 const GOOD: &str = r#"title = "good"
 [[body]]
 name = "plate"
@@ -56,8 +56,8 @@ fn errors(text: &str) -> CaseErrors {
     }
 }
 
-/// Spoils line `line` of the right case by replacing `from`, and expects exactly one error, with this code, where `at`
-/// first begins on or after that line. Returns its help.
+/// Breaks line `line` of the valid case by replacing `from`, and expects exactly one error, with this code, at the
+/// first place where `at` begins on or after that line. Returns its help.
 #[track_caller]
 fn one(line: usize, from: &str, to: &str, code: CaseCode, at: &str) -> String {
     let (text, start) = spoil(line, from, to);
@@ -74,7 +74,7 @@ fn one_at(line: usize, from: &str, to: &str, code: CaseCode, place: (usize, usiz
     only_error(&spoil(line, from, to).0, code, place)
 }
 
-/// The right case with one line changed, and where that line starts.
+/// The valid case with one line changed, and where that line starts.
 #[track_caller]
 fn spoil(line: usize, from: &str, to: &str) -> (String, usize) {
     let mut lines: Vec<String> = GOOD.lines().map(str::to_owned).collect();
@@ -155,7 +155,7 @@ fn missing_sections() {
     assert!(errors.to_string().contains("[load_path]"), "{errors}");
 }
 
-/// A misspelt key is one error, not also a missing one; a known key that happens to be near explains nothing.
+/// A misspelt key is one error and does not also count as missing; a valid key with a similar name explains nothing.
 #[test]
 fn a_misspelt_key_is_not_missing_as_well() {
     use CaseCode::*;
@@ -166,8 +166,8 @@ fn a_misspelt_key_is_not_missing_as_well() {
     assert_eq!(one(5, "material = {", "materiel = {", UnknownKey, "materiel"), "did you mean `material`?");
 }
 
-/// One wrong key is one error, and that names the cause: also where the needed key is called otherwise, where one of several is
-/// needed, and where others depend on it.
+/// One wrong key is one error, which names the cause, even if the required key has another name, if one of several is
+/// required, or if others depend on it.
 #[test]
 fn one_wrong_key_is_one_error() {
     use CaseCode::UnknownKey;
@@ -183,7 +183,7 @@ fn one_wrong_key_is_one_error() {
     one(34, "contact_force", "stiffness", UnknownKey, "stiffness");
     one(15, "[[contact]]", "[[contat]]", UnknownKey, "contat");
     one(11, "[[set]]", "[[sets]]", UnknownKey, "sets");
-    // two are missing, and one wrong key explains one of them
+    // two keys are missing, and one wrong key explains one of them
     let text = GOOD.replace("{ radius = 1.0, elements = [2, 1, 1] }", "{ radios = 1.0 }");
     let found: Vec<_> = errors(&text).diagnostics().iter().map(|d| d.message().to_owned()).collect();
     assert_eq!(found.len(), 2, "{found:?}");
@@ -303,7 +303,7 @@ fn miette_renders_the_place() {
     }
 }
 
-/// Whatever is lost or doubled: an answer, and no panic.
+/// If anything is missing or doubled, the reader gives an answer and does not panic.
 #[test]
 fn mutilated_files_never_panic() {
     for place in 0..GOOD.len() {

@@ -1,4 +1,4 @@
-//! What can be wrong in each section of a case file.
+//! Possible errors in each section of a case file.
 
 use super::*;
 
@@ -26,7 +26,7 @@ fn bodies_and_material() {
     only_error(&text, BadShape, (8, 48));
 }
 
-/// Selections without a condition, or with one that selects nothing whatever the mesh.
+/// Selections without a condition, or with one that selects nothing in any mesh.
 #[test]
 fn surfaces_and_sets() {
     use CaseCode::*;
@@ -75,7 +75,7 @@ fn contact() {
     one(19, "lagrange = {}", "lagrange = { stiffness = 1, complementarity_parameter = 5.0 }", ChooseOne, "5.0");
 }
 
-/// The shapes are such that no two surfaces of one body can meet.
+/// The shapes are such that no two surfaces of the same body can meet.
 #[test]
 fn a_body_in_contact_with_itself() {
     for (slave, master) in [("plate_ymin", "plate_ymax"), ("plate_xmin", "plate_ymax"), ("ball_dome", "ball_flat")] {
@@ -85,7 +85,7 @@ fn a_body_in_contact_with_itself() {
     }
 }
 
-/// Beyond 1e±50, volumes and their squares leave the range of floating-point numbers.
+/// Beyond 1e±50, volumes and their squares exceed the range of floating-point numbers.
 #[test]
 fn numbers_beyond_any_unit() {
     use CaseCode::OutOfRange;
@@ -105,7 +105,7 @@ fn numbers_beyond_any_unit() {
     assert_eq!(case.bodies[0].material.youngs_modulus, 1e20);
 }
 
-/// Elements without any stiffness are allowed, but told.
+/// Elements without any stiffness are allowed, but reported.
 #[test]
 fn void_without_stiffness_is_told() {
     let resolved = parse_case(&GOOD.replace("min = 1e-3", "min = 0"), "case.toml").unwrap_or_else(|e| panic!("{e}"));

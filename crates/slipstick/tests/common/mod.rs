@@ -1,10 +1,11 @@
-//! What the proofs of the method share: small scenes, status tables, finite differences of the whole objective.
+//! Shared by the tests of the method: small scenes, status tables, finite differences of the whole objective.
 
-#![allow(dead_code)] // each test binary uses its part
+#![allow(dead_code)] // each test binary uses only a part
 
 use slipstick::analysis::Forward;
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case_with;
+use slipstick::design::ElementValues;
 use slipstick::model::NodalContact;
 use slipstick_contact::friction::Status;
 use slipstick_mesh::Mesh;
@@ -18,7 +19,7 @@ pub fn problem(text: &str) -> Problem {
     problem_with(text, &[])
 }
 
-/// Builds a case whose bodies may be `mesh = { file = 'NAME' }` with meshes by their names.
+/// Builds a case whose bodies may be `mesh = { file = 'NAME' }`, with meshes given by name.
 pub fn problem_with(text: &str, meshes: &[(&str, Mesh)]) -> Problem {
     let read = |name: &str| {
         let mesh = meshes.iter().find(|mesh| mesh.0 == name).ok_or_else(|| std::io::Error::other("no such mesh"))?;
@@ -55,7 +56,7 @@ impl Random {
 }
 
 /// A heterogeneous density in [0.4, 0.9) on the design elements, 1 elsewhere.
-pub fn random_density(problem: &Problem, seed: u64) -> Vec<f64> {
+pub fn random_density(problem: &Problem, seed: u64) -> ElementValues {
     let mut random = Random::new(seed);
     let designed = designed(problem);
     (0..problem.initial_density.len())
@@ -74,19 +75,19 @@ pub fn designed(problem: &Problem) -> Vec<usize> {
     }
 }
 
-/// Marches; a failure is the test's failure.
-pub fn forward(problem: &mut Problem, density: &[f64]) -> Forward {
+/// Marches; a failure makes the test fail.
+pub fn forward(problem: &mut Problem, density: &ElementValues) -> Forward {
     problem.analysis.forward(density, &mut Silent).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Contact results at every accepted state after the start; all ranks ask for them.
+/// Contact results at every accepted state after the start; all ranks must call it.
 pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalContact>> {
     let (path, ranks) = (&forward.path, problem.analysis.linear.ranks());
     let states: Vec<_> = (0..path.states.len()).map(|index| path.state(index, ranks).into_owned()).collect();
     states.windows(2).map(|w| problem.analysis.design.contact_results(&w[0], &w[1]).unwrap().nodes).collect()
 }
 
-/// Status of every slave node at every accepted state after the start: `O`pen, s`t`ick, s`l`ip, one word a state.
+/// Status of every slave node at every accepted state after the start: `O`pen, s`t`ick, s`l`ip, one word per state.
 pub fn status_path(problem: &mut Problem, forward: &Forward) -> Vec<String> {
     let letter = |c: &NodalContact| match c.status {
         Status::Inactive => 'o',
@@ -108,13 +109,13 @@ pub fn deviation(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Central differences of θ over the whole design, of order 4: `(8 (θ₊₁ − θ₋₁) − (θ₊₂ − θ₋₂))/12h`. `None` if an active
-/// set on the way differs from `expected`, so that a kink may lie inside of ±2h. The steps must be those of the base run:
-/// give sub-steps by [`fix_steps`].
-pub fn differences(problem: &mut Problem, density: &[f64], h: f64, expected: &[String]) -> Option<Vec<f64>> {
+/// set at one of the points differs from `expected`, so that a kink may lie within ±2h. The steps must be those of the
+/// base run: use [`fix_steps`] for sub-steps.
+pub fn differences(problem: &mut Problem, density: &ElementValues, h: f64, expected: &[String]) -> Option<Vec<f64>> {
     let mut gradient = Vec::new();
     for e in designed(problem) {
         let mut value = |shift: f64| {
-            let mut moved = density.to_vec();
+            let mut moved = density.clone();
             moved[e] += shift;
             let run = forward(problem, &moved);
             (status_path(problem, &run) == expected).then_some(run.value)
@@ -125,7 +126,7 @@ pub fn differences(problem: &mut Problem, density: &[f64], h: f64, expected: &[S
     Some(gradient)
 }
 
-/// A gradient with what it was compared to.
+/// A gradient with the result of its comparison.
 pub struct GradientCheck {
     /// ‖adjoint − differences‖/‖differences‖ over the whole design, the best of the step sizes.
     pub error: f64,
@@ -139,8 +140,8 @@ pub struct GradientCheck {
     pub forward: Forward,
 }
 
-/// Makes the accepted sub-steps of a run load steps of their own, still with only the user's last step observed: a
-/// perturbed run must not choose other ones, nor cut back.
+/// Turns the accepted sub-steps of a run into load steps, still with only the user's last step observed: a perturbed
+/// run must neither choose different steps nor cut back.
 pub fn fix_steps(problem: &mut Problem, base: &Forward) {
     problem.analysis.times = base.path.states.iter().skip(1).map(|s| s.time).collect();
     problem.analysis.march.newton.max_iterations = 40;
@@ -150,8 +151,8 @@ pub fn fix_steps(problem: &mut Problem, base: &Forward) {
 /// Compares the adjoint gradient with central differences of order 4, step sizes 1e-3 … 1e-4 until one agrees to 1e-8.
 ///
 /// # Panics
-/// If active sets change inside of the smallest step.
-pub fn check_gradient(problem: &mut Problem, density: &[f64]) -> GradientCheck {
+/// If active sets change within the smallest step.
+pub fn check_gradient(problem: &mut Problem, density: &ElementValues) -> GradientCheck {
     let base = forward(problem, density);
     let statuses = status_path(problem, &base);
     let whole = problem.analysis.gradient(&base).unwrap_or_else(|e| panic!("{e}"));
@@ -168,6 +169,6 @@ pub fn check_gradient(problem: &mut Problem, density: &[f64]) -> GradientCheck {
             break;
         }
     }
-    assert!(error.is_finite(), "an active set changes inside of every step size; statuses {statuses:?}");
+    assert!(error.is_finite(), "an active set changes within every step size; statuses {statuses:?}");
     GradientCheck { error, value: base.value, adjoint, statuses, forward: base }
 }

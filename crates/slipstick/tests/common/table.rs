@@ -1,8 +1,8 @@
-//! Tables of `docs/robustness.md`, which `docs/robustness/measure.sh` puts there.
+//! Tables of `docs/robustness.md`, which `docs/robustness/measure.sh` inserts there.
 
 use std::path::Path;
 
-/// Prints a table and, where `SLIPSTICK_TABLES` names a folder, leaves it there as `{name}.md`.
+/// Prints a table and, if `SLIPSTICK_TABLES` names a folder, also writes it there as `{name}.md`.
 pub fn publish(name: &str, table: &str) {
     println!("{table}");
     if let Some(folder) = std::env::var_os("SLIPSTICK_TABLES") {

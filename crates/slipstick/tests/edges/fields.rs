@@ -1,4 +1,5 @@
-//! Traction and pressure integrate to the forces: a quadrature of its own over the deformed slave surface.
+//! Traction and pressure integrate to the forces: checked with an independent quadrature over the deformed slave
+//! surface.
 
 use crate::nose::Drag;
 use crate::solved::Solved;
@@ -51,7 +52,7 @@ fn integral<const N: usize>(
     sum
 }
 
-/// What fields and forces of a state add up to.
+/// Sums of the fields and forces of a state.
 struct Sums {
     /// ∫ traction dA.
     traction: Vector3<f64>,
@@ -75,7 +76,8 @@ fn sums(solved: &mut Solved, step: usize, slave: &str, master: &str) -> Sums {
     Sums { traction: traction.into(), slave: on(slave), master: on(master), pressure, normal }
 }
 
-/// The block of a user's case, pressed by 40 on a slab that begins under its first facets: `overlap` of them is covered.
+/// A block from a mesh file, pressed by 40 onto a slab that begins under its first facets: the fraction `overlap` of
+/// these is covered.
 fn pressed(overlap: f64, shape: &str, friction: f64, tetrahedra: bool) -> Solved {
     let width = even(0.0, 1.0, 2);
     let start = 1.0 - overlap;
@@ -96,8 +98,8 @@ fn pressed(overlap: f64, shape: &str, friction: f64, tetrahedra: bool) -> Solved
     solve(&text, &[("block", of(block)), ("slab", of(slab))])
 }
 
-/// The traction's integral over the deformed surface is the sum of the nodal forces, and these are the load (that of the
-/// master is the opposite); the pressure's is the normal force.
+/// The integral of the traction over the deformed surface is the sum of the nodal forces and equals the load (for the
+/// master, its opposite); the integral of the pressure is the normal force.
 #[test]
 fn fields_integrate_to_the_resultant() {
     let mut worst = [0.0f64; 4];
@@ -123,17 +125,17 @@ fn fields_integrate_to_the_resultant() {
     }
     println!("traction, balance, pressure, load: {worst:.3?}");
     assert!(worst[0] < 1e-10 && worst[1] < 1e-12 && worst[2] < 1e-10, "{worst:?}");
-    // the load acts on a surface that keeps its area seen from above: equilibrium makes it exact
+    // the load acts on a surface with a constant projected area, so equilibrium is exact
     assert!(worst[3] < 1e-9, "{worst:?}");
 }
 
-/// The same where both faces at a sharp edge of the slave are in contact: fields add up over the patches of a node.
+/// The same if both faces at a sharp edge of the slave are in contact: fields are summed over the patches of a node.
 #[test]
 fn fields_at_a_sharp_edge_integrate_to_the_resultant() {
     let mut solved = Drag { angle: 75.0, tilt: 25.0, steps: 3, ..Drag::default() }.solve();
     let at = sums(&mut solved, 4, "block_nose", "plate_ymax");
     let size = at.slave.norm();
-    // the driver holds what contact exerts
+    // the driver's reaction balances the contact force
     let driver = solved.reaction("block_ymax", 4);
     assert!((driver + at.slave).norm() < 1e-6 * size, "{driver} {}", at.slave);
     assert!((at.traction - at.slave).norm() < 1e-8 * size, "{} {}", at.traction, at.slave);

@@ -1,5 +1,5 @@
-//! The adjoint gradient against central differences where slave edges are sharp, and where the other surface covers nodes in
-//! part.
+//! The adjoint gradient compared with central differences if slave edges are sharp, and if the other surface covers
+//! nodes only partly.
 
 use crate::common::scene::{LAGRANGE, Scene, augmented, penalty};
 use crate::common::{check_gradient, problem_with, random_density};
@@ -46,14 +46,14 @@ fn gradient_of_a_block_overhanging_the_slab() {
             let (statuses, compliance) = check(&format!("{method} {shape}"), &mut problem_with(&scene.text(), &[]));
             let last = statuses.last().expect("a state").iter();
             let compliant = last.zip(&compliance).filter(|(status, k)| **status != 'o' && **k > 0.0).count();
-            // the penalty method has ε instead
+            // the penalty method uses ε instead
             assert_eq!(compliant > 0, method != "penalty", "{method} {shape}: {compliance:?}");
         }
     }
 }
 
-/// An edge that is pressed into a slab and dragged along it, with its two nodes as sharp slave nodes: the case and the rows
-/// of these nodes, patch after patch.
+/// An edge that is pressed into a slab and dragged along it, with its two nodes as sharp slave nodes: the case, and the
+/// rows of these nodes, patch by patch.
 fn dragged(
     enforcement: &str,
     shape: &'static str,
@@ -65,12 +65,12 @@ fn dragged(
     let enforcement = enforcement.to_owned();
     let text =
         Scene { slab: [3, 1, 1], enforcement, shape, friction: 0.3, motion, steps: 5, ..Scene::default() }.text();
-    // the block from a mesh, with both faces at its edge as the slave
+    // the block is read from a mesh, with both faces at its edge as the slave
     let start = text.find("name = \"block\"\nbox").expect("the block") + "name = \"block\"\n".len();
     let end = start + text[start..].find("place").expect("its place");
     let after = text[end..].replacen("place = {}", "place = { translate = [1.72, 0, 0.1] }", 1);
     let text = format!("{}mesh = {{ file = 'block' }}\n{after}", &text[..start]).replace("block_ymin", "block_nose");
-    // differences of the whole path for each designed element: a few say as much as all
+    // differences need the whole path for each designed element: a few are sufficient
     let text = text.replace("bodies = [\"slab\", \"block\"]", "bodies = [\"slab\"]");
     let [angle, tilt] = angles;
     let problem = problem_with(&text, &[("block", nose(angle, tilt, 0.8, elements))]);
@@ -82,7 +82,7 @@ fn dragged(
     (problem, sharp)
 }
 
-/// The bottom touches, turned by 10 degrees: one patch of each node is in contact, with the slab's normal.
+/// The bottom is in contact, rotated by 10 degrees: one patch of each node is in contact, with the slab's normal.
 #[test]
 fn gradient_with_a_sharp_slave_edge() {
     for (method, enforcement) in methods() {
@@ -95,8 +95,8 @@ fn gradient_with_a_sharp_slave_edge() {
     }
 }
 
-/// Both faces are pressed into the slab, and both patches are in contact on the way. Standard shapes: with dual ones, both conditions of a
-/// node on a flat facet are the same (docs/edges.md).
+/// Both faces are pressed into the slab, and both patches are in contact during the path. With standard shapes, because
+/// with dual ones both conditions of a node on a flat facet are the same (docs/edges.md).
 #[test]
 fn gradient_with_both_sides_of_a_sharp_edge_in_contact() {
     for (method, enforcement) in methods() {

@@ -1,5 +1,5 @@
 //! Contact at edges: pressure on partly covered facets, bodies that slide over an edge, and edges of the slave surface.
-//! `docs/edges.md` explains what the tests guard; its table of overlaps is written by
+//! `docs/edges.md` explains the purpose of the tests; its table of overlaps is written by
 //!
 //!     docs/edges/measure.sh
 
@@ -25,7 +25,7 @@ use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_path::Silent;
 use solved::Solved;
 
-/// A box whose nodes lie at these coordinates along x, y and z.
+/// A box with nodes at these coordinates along x, y and z.
 fn grid(name: &str, ticks: [&[f64]; 3]) -> Mesh {
     let elements = ticks.map(|along| along.len() - 1);
     let shape = BoxShape { min: [0.0; 3], max: elements.map(|n| n as f64), elements, grading: [1.0; 3] };
@@ -36,12 +36,12 @@ fn grid(name: &str, ticks: [&[f64]; 3]) -> Mesh {
     mesh
 }
 
-/// Coordinates from `from` to `to`, `count` elements of equal size.
+/// Coordinates from `from` to `to` for `count` elements of equal size.
 fn even(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..=count).map(|i| from + (to - from) * i as f64 / count as f64).collect()
 }
 
-/// Solves a case with meshes by their names.
+/// Solves a case with meshes given by name.
 fn solve(text: &str, meshes: &[(&str, Mesh)]) -> Solved {
     let mut problem = problem_with(text, meshes);
     let density = problem.initial_density.clone();

@@ -10,8 +10,8 @@ use slipstick_mesh::{Mesh, Surface};
 /// Coefficient of friction.
 pub const FRICTION: f64 = 0.2;
 
-/// A block (1.2 × 0.8 × `width`) whose bottom and front face meet at an angle within the body, in degrees, turned forward by
-/// `tilt` about this edge, which lies at x = 0 and y = 1. Its surface `block_nose` is both faces.
+/// A block (1.2 × 0.8 × `width`) whose bottom and front face meet at an interior angle in degrees, rotated forward by
+/// `tilt` about this edge, which lies at x = 0 and y = 1. Its surface `block_nose` consists of both faces.
 pub fn nose(angle: f64, tilt: f64, width: f64, elements: [usize; 3]) -> Mesh {
     let [along, up, across] = elements;
     let ticks = [even(-1.2, 0.0, along), even(0.0, 0.8, up), even(0.0, width, across)];
@@ -28,12 +28,12 @@ pub fn nose(angle: f64, tilt: f64, width: f64, elements: [usize; 3]) -> Mesh {
     mesh
 }
 
-/// The nose pressed on a plate (4 × 1 × 2, x from 0) at x = `start`, and dragged along it by `slide`.
+/// The nose pressed onto a plate (4 × 1 × 2, x from 0) at x = `start`, and dragged along it by `slide`.
 #[derive(Debug, Clone, Copy)]
 pub struct Drag {
     pub angle: f64,
     pub tilt: f64,
-    /// The nose is the slave.
+    /// Whether the nose is the slave.
     pub nose_is_slave: bool,
     pub shape: &'static str,
     pub start: f64,
@@ -59,7 +59,7 @@ impl Default for Drag {
 }
 
 impl Drag {
-    /// Solves: load step 1 presses, the others drag.
+    /// Solves: load step 1 presses, the other steps drag.
     pub fn solve(&self) -> Solved {
         let Self { angle, tilt, nose_is_slave, shape, start, slide, steps, feature_angle } = *self;
         let sides = ["block_nose", "plate_ymax"];
@@ -98,11 +98,11 @@ fn deviation(forces: &[[f64; 2]], slide: f64) -> f64 {
     largest(forces[STEADY..].iter().map(|[t, n]| t / n / FRICTION * slide.signum() - 1.0))
 }
 
-/// Load steps after which all of the surface slips.
+/// Number of load steps after which the whole surface slips.
 pub const STEADY: usize = 4;
 
-/// Coulomb's law for the whole body, F_t = μ F_n, on a plate that is a hundred times as stiff: flat, on the edge alone, and
-/// with both faces of the edge turned to the plate.
+/// Coulomb's law for the whole body, F_t = μ F_n, on a plate that is a hundred times as stiff: flat, only on the edge,
+/// and with both faces of the edge inclined to the plate.
 #[test]
 fn a_sharp_slave_edge_slides_with_coulombs_ratio() {
     let (mut worst, mut jump) = (0.0f64, 0.0f64);
@@ -122,12 +122,12 @@ fn a_sharp_slave_edge_slides_with_coulombs_ratio() {
         }
     }
     assert!(worst < 0.01, "{worst}");
-    // over a facet of the plate and more, in steps of a ninth of it
+    // over more than one facet of the plate, in steps of a ninth of it
     assert!(jump < 0.005, "{jump}");
 }
 
-/// The same with exchanged sides, where the plate has the finer facets, as a slave should: the flat nose, and an edge that
-/// trails.
+/// The same with slave and master exchanged, where the plate has the finer facets, as a slave should: the flat nose,
+/// and a trailing edge.
 #[test]
 fn a_sharp_master_edge_slides_with_coulombs_ratio() {
     for (angle, tilt, slide) in [(90.0, 0.0, 0.9), (90.0, 0.0, -0.9), (90.0, 5.0, -0.9), (60.0, 5.0, -0.9)] {
@@ -138,8 +138,8 @@ fn a_sharp_master_edge_slides_with_coulombs_ratio() {
     }
 }
 
-/// An edge that leads covers new slave nodes, which carry its pressure at once and friction a step later: as a master it needs
-/// small steps, as a slave it does not.
+/// A leading edge covers new slave nodes, which carry its pressure at once, but friction only one step later: if it is
+/// the master it needs small steps, if it is the slave it does not.
 #[test]
 fn friction_under_a_leading_master_edge_comes_with_the_steps() {
     let off = [12, 24].map(|steps| {
@@ -150,8 +150,9 @@ fn friction_under_a_leading_master_edge_comes_with_the_steps() {
     assert!(off[1] < 0.5 * off[0], "{off:?}");
 }
 
-/// Forces do not jump: over two facets of the plate and nearly three of the nose's slip by slip, and off the plate's end, where
-/// all contact is lost within one facet of the nose; there, half the step is nearly half the change.
+/// Forces do not jump, whether over two facets of the plate and nearly three of the nose slip by slip, or off the
+/// plate's end, where all contact is lost within one facet of the nose; there, half the step gives nearly half the
+/// change.
 #[test]
 fn a_sharp_edge_slides_over_facets_and_off_the_plate_without_jumps() {
     for (angle, shape) in [(90.0, "standard"), (60.0, "dual")] {
@@ -161,7 +162,7 @@ fn a_sharp_edge_slides_over_facets_and_off_the_plate_without_jumps() {
             [0, 1].map(|which| jumps(&all[STEADY..], which)).into_iter().fold(0.0, f64::max)
         };
         let on_plate = change(2.1, 1.3, 26);
-        // from 3.85, the plate ends at 4
+        // starts at 3.85; the plate ends at 4
         let off = [14, 28].map(|steps| change(3.85, 0.35, steps));
         println!("{angle}, {shape}: on the plate {on_plate:.1e}, off it {off:.3?}");
         assert!(on_plate < 2e-3, "{on_plate}");

@@ -1,18 +1,18 @@
-//! A block on a slab whose edge it overhangs, in plane strain, and what fine meshes make of its nodal forces.
+//! A block on a slab, overhanging the slab's edge, in plane strain, and the nodal forces from fine meshes.
 
 use crate::solved::Solved;
 use crate::{body, even, grid, results, solve};
 
-/// Pressure on the block's top, all of which arrives at the slab. \[F/L²\]
+/// Pressure on the block's top, all of which is transferred to the slab. \[F/L²\]
 pub const PRESSURE: f64 = 10.0;
 
 /// Length of the block, whose depth is 1. \[L\]
 pub const LENGTH: f64 = 4.0;
 
-/// A block (4 × 1) is pressed on a slab (5 × 1) and pushed over the slab's edge, one element across.
+/// A block (4 × 1) is pressed onto a slab (5 × 1) and pushed over the slab's edge, one element across.
 #[derive(Debug, Clone, Copy)]
 pub struct Overhang {
-    /// Elements per length; of bodies with more than four times as many, both meshes match at all steps.
+    /// Elements per unit length. In a reference with more than four times as many, both meshes match at all steps.
     pub fine: usize,
     /// "standard" or "dual".
     pub shape: &'static str,
@@ -22,12 +22,12 @@ pub struct Overhang {
     pub edge_cover: Option<f64>,
     /// Overhang at the start and at the end. \[L\]
     pub overhang: [f64; 2],
-    /// Steps of the slide, after one that presses.
+    /// Number of sliding steps, after one pressing step.
     pub steps: usize,
 }
 
 impl Overhang {
-    /// Solves: load step 1 presses, the others slide.
+    /// Solves: load step 1 presses, the other steps slide.
     pub fn solve(&self) -> Solved {
         let Self { fine, shape, friction, edge_cover, overhang: [start, end], steps } = *self;
         let (vertical, across) = (fine.max(2), [0.0, 1.0]);
@@ -58,14 +58,14 @@ impl Overhang {
         solve(&text, &meshes)
     }
 
-    /// Elements per length of `coarse`, of which this is a refinement.
+    /// Ratio of the elements per length to those of `coarse`, of which this is a refinement.
     fn ratio(&self, coarse: &Self) -> usize {
         assert_eq!(self.fine % coarse.fine, 0);
         self.fine / coarse.fine
     }
 }
 
-/// Nodal contact forces (x, y) on the block's bottom along x after a load step, of both nodes across together, and the
+/// Nodal contact forces (x, y) on the block's bottom along x after a load step, as sums of both nodes across, and the
 /// tributary areas.
 pub fn forces(case: &Overhang, solved: &mut Solved, step: usize) -> (Vec<[f64; 2]>, Vec<f64>) {
     let found = results(solved, step);
@@ -86,8 +86,8 @@ pub fn forces(case: &Overhang, solved: &mut Solved, step: usize) -> (Vec<[f64; 2
     (force, (0..=last).map(area).collect())
 }
 
-/// Normal forces of a fine mesh on the nodes of a coarse one: Σ_i N_k(X_i) f_i, the same virtual work of every displacement
-/// that the coarse mesh has.
+/// Normal forces of a fine mesh on the nodes of a coarse one: Σ_i N_k(X_i) f_i, with the same virtual work for every
+/// displacement that the coarse mesh can represent.
 pub fn projected(fine: &Overhang, coarse: &Overhang, force: &[[f64; 2]]) -> Vec<f64> {
     let ratio = fine.ratio(coarse);
     let hat = |k: usize, i: usize| (1.0 - (i as f64 / ratio as f64 - k as f64).abs()).max(0.0);

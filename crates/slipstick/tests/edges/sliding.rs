@@ -1,28 +1,31 @@
-//! A block slides off an edge: its nodal forces follow those of a fine mesh whose lines lie at the edge, and do not jump.
+//! A block slides off an edge: its nodal forces follow those of a fine mesh with a mesh line at the edge, and do not
+//! jump.
 
 use crate::overhang::{LENGTH, Overhang, PRESSURE, forces, largest, projected};
 
 const FINE: usize = 8;
 
-/// What is compared along the slide, over all steps.
+/// Deviations along the slide, over all steps.
 #[derive(Debug, Default)]
 struct Course {
-    /// Largest deviation of the peak pressure from the fine mesh's, and of a nodal force over the largest one.
+    /// Largest deviation of the peak pressure from that of the fine mesh, and of a nodal force relative to the largest
+    /// one.
     peak: f64,
     force: f64,
-    /// Largest deviation of the normal force from the load, and of the force along x from the fine mesh's, over the load.
+    /// Largest deviation of the normal force from the load, and of the force along x from that of the fine mesh,
+    /// relative to the load.
     normal: f64,
     tangential: f64,
-    /// Largest deviation of the resultant's size from the fine mesh's.
+    /// Largest deviation of the resultant's magnitude from that of the fine mesh.
     resultant: f64,
-    /// Largest change of the peak pressure, and of a nodal pressure over the mean, between successive steps.
+    /// Largest change of the peak pressure, and of a nodal pressure relative to the mean, between successive steps.
     peak_jump: f64,
     jump: f64,
 }
 
 fn course(shape: &'static str, friction: f64, edge_cover: Option<f64>) -> Course {
     let coarse = Overhang { fine: 1, shape, friction, edge_cover, overhang: [0.0, 1.25], steps: 20 };
-    // every 1/8 the meshes match; steps of the coarse one are half as long
+    // the meshes match every 1/8; steps of the coarse one are half as long
     let fine = Overhang { fine: FINE, shape: "standard", steps: 10, ..coarse };
     let (mut found, mut reference) = (coarse.solve(), fine.solve());
     let mut course = Course::default();
@@ -55,8 +58,8 @@ fn course(shape: &'static str, friction: f64, edge_cover: Option<f64>) -> Course
     course
 }
 
-/// The reference is the same block with eight times as many elements, whose lines lie at the slab's edge wherever it is
-/// compared. The load is the resultant. Steps are a sixteenth of a facet.
+/// The reference is the same block with eight times as many elements, with mesh lines at the slab's edge at every
+/// comparison. The load is the resultant. A step is a sixteenth of a facet.
 #[test]
 fn pressure_follows_a_matched_mesh_over_the_edge() {
     for friction in [0.0, 0.2] {
@@ -73,7 +76,8 @@ fn pressure_follows_a_matched_mesh_over_the_edge() {
     }
 }
 
-/// What the default of `edge_cover` is for: with conditions that are rigid from a cover of 1/20 on, the same slide is rougher.
+/// The purpose of the default of `edge_cover`: if conditions are rigid from a cover of 1/20 on, the same slide is
+/// rougher.
 #[test]
 fn rigid_conditions_on_partly_covered_facets_jump() {
     let [smooth, rigid] = [None, Some(0.05)].map(|cover| course("standard", 0.0, cover));

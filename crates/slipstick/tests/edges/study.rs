@@ -7,19 +7,21 @@ use crate::nose::{Drag, FRICTION, STEADY};
 use crate::overhang::{LENGTH, Overhang, PRESSURE, forces, largest, projected};
 use crate::{nose, results, ssnp503, table};
 
-/// Elements per length of the reference, whose meshes match.
+/// Elements per length of the reference, which has matching meshes.
 const FINE: usize = 32;
 
-/// Parts of the facet at the edge that the slab covers, in eighths.
+/// Fractions of the facet at the edge that the slab covers, in eighths.
 const COVERED: [usize; 6] = [1, 2, 4, 6, 7, 8];
 
-/// One state of a coarse mesh beside the fine one.
+/// One state of a coarse mesh, with the corresponding values of the fine one.
 struct State {
-    /// Multipliers and pressures at the first two nodes, those of the fine mesh there; all over the mean pressure.
+    /// Multipliers and pressures at the first two nodes, and the fine mesh's pressures there; all relative to the mean
+    /// pressure.
     multiplier: [f64; 2],
     pressure: [f64; 2],
     exact: [f64; 2],
-    /// Largest error of a nodal force over the largest nodal force, and peak pressure over that of the fine mesh.
+    /// Largest error of a nodal force relative to the largest nodal force, and peak pressure relative to that of the
+    /// fine mesh.
     error: f64,
     peak: f64,
 }
@@ -59,7 +61,7 @@ fn state(mesh: usize, eighths: usize, shape: &'static str, edge_cover: f64, refe
     }
 }
 
-/// Minutes of work.
+/// Takes minutes.
 #[test]
 #[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
 fn tables_of_overlaps() {
@@ -96,7 +98,7 @@ fn tables_of_overlaps() {
     table::publish("meshes", &meshes);
 }
 
-/// The singularity: meshes that match, with a line at the edge.
+/// The singularity: matching meshes with a mesh line at the edge.
 #[test]
 #[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
 fn table_of_refinement() {
@@ -113,7 +115,7 @@ fn table_of_refinement() {
     table::publish("refinement", &refinement);
 }
 
-/// Pressures of SSNP503 beside those of code_aster and of a mesh eight times as fine.
+/// Pressures of SSNP503 together with those of code_aster and of a mesh eight times as fine.
 #[test]
 #[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
 fn table_of_ssnp503() {
@@ -137,8 +139,8 @@ fn table_of_ssnp503() {
     table::publish("ssnp503", &text);
 }
 
-/// F_t/F_n of a sharp edge on a flat plate: as slave, as slave whose edge counts as smooth, as master; the one that is farthest
-/// from μ along the slide, and Newton's iterations per load step.
+/// F_t/F_n of a sharp edge on a flat plate: as slave, as slave whose edge counts as smooth, as master. Reports the
+/// value farthest from μ along the slide, and Newton's iterations per load step.
 #[test]
 #[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
 fn table_of_sharp_edges() {

@@ -1,4 +1,4 @@
-//! What `check` says about averaged normals and sharp edges of slave surfaces.
+//! The warnings of `check` about averaged normals and sharp edges of slave surfaces.
 
 use slipstick::build::build;
 use slipstick::case::{CaseCode, TEMPLATES, parse_case_with};
@@ -21,7 +21,7 @@ fn inspected(text: &str, angle: f64) -> Inspection {
     inspect(&resolved.case, &mut problem).expect("a reference configuration")
 }
 
-/// A block with an edge of this angle within, on a plate; further keys of the pair.
+/// A block with an edge of this interior angle, on a plate; `keys` are further keys of the pair.
 fn on_plate(angle: f64, keys: &str) -> Inspection {
     let text = format!(
         "{}{}[[contact]]\nslave = 'block_nose'\nmaster = 'plate_ymax'\nfriction = 0.2\n{keys}\n\
@@ -38,8 +38,9 @@ fn warnings(inspection: &Inspection) -> Vec<String> {
     averaged.map(|notice| format!("{}: {} ({})", notice.path, notice.message, notice.help)).collect()
 }
 
-/// By hand: faces that meet at 140 degrees within the body turn by 40 degrees, and the mean is 20 off either; two facets wide,
-/// three nodes lie on the edge, the first at z = 0. At 168 degrees it is 6, too much beside a plane; at 172 it is 4.
+/// By hand: at an interior angle of 140 degrees the faces differ by 40 degrees, and the mean normal by 20 degrees from
+/// each. At two facets of width, three nodes lie on the edge, the first at z = 0. At 168 degrees the deviation is 6,
+/// too much next to a plane; at 172 it is 4.
 #[test]
 fn averaged_normals_far_from_facets_are_told() {
     assert_eq!(
@@ -60,7 +61,8 @@ fn averaged_normals_far_from_facets_are_told() {
     assert_eq!(CaseCode::AveragedNormals.as_str(), "slipstick::case::averaged_normals", "a stable code");
 }
 
-/// Each node counts once, however many patches meet there: 4 × 3 nodes of the bottom and 2 × 3 more of the face.
+/// Each node counts once, regardless of how many patches meet there: 4 × 3 nodes of the bottom and 2 × 3 more of the
+/// face.
 #[test]
 fn nodes_on_sharp_edges_are_counted_once() {
     let [sharp, blunt] = [on_plate(90.0, ""), on_plate(140.0, "")].map(|inspection| inspection.contacts[0].clone());
@@ -69,7 +71,7 @@ fn nodes_on_sharp_edges_are_counted_once() {
     assert!(sharp.covered <= 18);
 }
 
-/// Cases that are fine: those that `slipstick new` writes and those of the folder `cases`.
+/// Cases without warnings: those that `slipstick new` writes and those of the folder `cases`.
 #[test]
 fn good_surfaces_are_not_complained_about() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases");
@@ -88,7 +90,8 @@ fn good_surfaces_are_not_complained_about() {
     }
 }
 
-/// Slave facets of 1 × 1 on master facets of 0.4 × 0.5 are told of, the other choice is not.
+/// Slave facets of 1 × 1 on master facets of 0.4 × 0.5 are reported; with slave and master exchanged, there is no
+/// warning.
 #[test]
 fn a_coarse_slave_is_told() {
     let exchanged = |slave: &str, master: &str| {

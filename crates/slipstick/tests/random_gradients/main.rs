@@ -1,5 +1,5 @@
-//! The adjoint gradient of random small contact problems against central differences, with the kinks that `slipstick verify
-//! gradient` detects. The first few run with all tests; all of them with
+//! The adjoint gradient of random small contact problems compared with central differences, with the kinks that
+//! `slipstick verify gradient` detects. The first few problems run with all tests; all of them with
 //!
 //!     cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture
 
@@ -28,13 +28,13 @@ const BOUND: f64 = 1e-6;
 const OPTIONS: VerifyOptions =
     VerifyOptions { directions: 1, elements: 1, step: 1e-3, halvings: 5, forward_tolerance: 1e-11, tolerance: BOUND };
 
-/// Problems that take longer are named. \[s\]
+/// Problems that take longer than this are reported. \[s\]
 const SLOW: f64 = 20.0;
 
-/// What became of one problem.
+/// Result for one problem.
 enum Outcome {
     Checked(GradientCheck),
-    /// Its path cannot be marched, for this reason.
+    /// Its path could not be marched, for this reason.
     Failed(String),
     /// It panicked.
     Panicked,
@@ -86,7 +86,7 @@ fn best(direction: &DirectionCheck) -> Option<f64> {
     quotients.iter().map(|q| q.relative_error).chain(extrapolated).filter(|error| error.is_finite()).reduce(f64::min)
 }
 
-/// What a direction says; truncation, which extrapolation takes away, does not count against it.
+/// The verdict on a direction; truncation, which extrapolation removes, does not count.
 fn verdict(direction: &DirectionCheck) -> Verdict {
     if best(direction).is_some_and(|error| error <= BOUND) { Verdict::Right } else { direction.verdict }
 }
@@ -138,7 +138,7 @@ impl Tally {
 const HEADER: &str = "| | problems | not marched | directions | right | kink | other cut-backs | below round-off | wrong | largest error |\n\
                       |---|---|---|---|---|---|---|---|---|---|";
 
-/// Checks the problems of these seeds, prints what came out, and asserts that no derivative is wrong; returns the table.
+/// Checks the problems of these seeds, prints the results, and asserts that no derivative is wrong; returns the table.
 fn suite(seeds: std::ops::Range<u64>) -> String {
     let rows: Vec<Row> = seeds.into_par_iter().map(check).collect();
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
@@ -186,8 +186,8 @@ fn gradients_of_the_first_random_problems() {
     suite(0..30);
 }
 
-/// Problems with a kink nearer than the smallest step, or small beside the curvature: one-sided differences agree with the
-/// adjoint to second order, central ones do not. They are told as kinks, not as errors.
+/// Problems with a kink closer than the smallest step, or small compared to the curvature: one-sided differences agree
+/// with the adjoint to second order, central ones do not. They are reported as kinks, not as errors.
 #[test]
 fn kinks_next_to_the_design_are_no_errors() {
     for seed in [163, 182, 750] {

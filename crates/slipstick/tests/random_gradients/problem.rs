@@ -1,23 +1,24 @@
-//! Random small contact problems: a block of 2 to 16 elements over a slab of as many, at any place in space.
+//! Random small contact problems: a block of 2 to 16 elements over a slab of 2 to 16 elements, anywhere in space.
 
 use std::fmt::Write as _;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick::build::Problem;
+use slipstick::design::ElementValues;
 use slipstick_design::objective::{ObservedSteps, ReactionForce};
 
 use crate::common::{Random, designed, problem};
 
-/// A problem to differentiate, as its seed makes it.
+/// A problem to differentiate, generated from its seed.
 pub struct RandomProblem {
-    /// The case's text, for whoever wants to repeat it.
+    /// The case's text, to reproduce the problem.
     pub text: String,
     /// Enforcement method.
     pub method: &'static str,
     /// Objective.
     pub objective: &'static str,
     /// Densities of all elements.
-    pub density: Vec<f64>,
+    pub density: ElementValues,
     /// Elements that may vary.
     pub designed: Vec<u32>,
     /// The built case.
@@ -87,7 +88,7 @@ fn enforcement(random: &mut Random) -> (&'static str, String) {
     (method, text)
 }
 
-/// Way points of the block's top in the frame of the slab: pressed down, moved along, perhaps lifted or turned.
+/// Waypoints of the block's top in the frame of the slab: pressed down, moved along, perhaps lifted or turned.
 fn motion(random: &mut Random, turn: &Rotation3<f64>, gap: f64) -> String {
     let depth = gap + random.within(0.02, 0.1);
     let along = one_of(random, &[0.0, 0.05, 0.3]);
@@ -114,7 +115,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let slab = [r.within(1.5, 4.0), r.within(0.5, 1.2), r.within(0.8, 2.0)];
     let block = [r.within(0.5, 1.2), r.within(0.4, 1.0), r.within(0.5, 1.2)];
     let gap = if chance(r, 0.5) { 0.0 } else { r.within(0.0, 0.02) };
-    // The block stands somewhere over the slab's top, perhaps partly beyond its edge, turned about the vertical.
+    // The block stands somewhere over the slab's top, perhaps partly beyond its edge, rotated about the vertical.
     let spin = Rotation3::from_axis_angle(&Vector3::y_axis(), if chance(r, 0.5) { 0.0 } else { r.within(-3.0, 3.0) });
     let centre = Vector3::new(slab[0] * r.within(0.15, 0.85), slab[1] + gap, slab[2] * r.within(0.2, 0.8));
     let corner = centre - spin * Vector3::new(0.5 * block[0], 0.0, 0.5 * block[2]);
@@ -127,7 +128,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let pivot: [f64; 3] = (turn * (centre + Vector3::new(0.0, block[1], 0.0)) + shift).into();
     let bodies = [body(r, "slab", slab, &places[0]), body(r, "block", block, &places[1])].concat();
     let friction = if chance(r, 0.12) { 0.0 } else { r.within(0.0, 2.0) };
-    // Of the seed and not drawn, so that the rest of a problem does not depend on it.
+    // Determined by the seed and not drawn, so that the rest of a problem does not depend on it.
     let edge_cover = [0.5, 0.5, 0.05, 1.0][(seed % 4) as usize];
     let text = format!(
         "{bodies}[[contact]]\nslave = \"{}\"\nmaster = \"{}\"\nfriction = {friction:?}\nedge_cover = {edge_cover:?}\n\
@@ -152,7 +153,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let mut problem = problem(&text);
     let elements = designed(&problem);
     let lowest = one_of(r, &[0.1, 0.4]);
-    let mut density = vec![1.0; problem.initial_density.len()];
+    let mut density = ElementValues::from(vec![1.0; problem.initial_density.len()]);
     elements.iter().for_each(|&e| density[e] = r.within(lowest, 0.95));
     let objective = if chance(r, 0.7) { "contact force" } else { "reaction force" };
     if objective == "reaction force" {

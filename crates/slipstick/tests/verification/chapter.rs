@@ -1,4 +1,4 @@
-//! The chapters of the suite, and the page that they make.
+//! The chapters of the suite, and the page generated from them.
 
 use crate::finding::{Expected, Finding};
 use crate::{fourc, hertz, mindlin, objectivity, patch, peers, ring, sliding};
@@ -7,19 +7,19 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// A problem, or several of one source.
+/// A problem, or several problems from one source.
 pub struct Chapter {
     /// Name for `SLIPSTICK_VERIFY`.
     pub key: &'static str,
     /// Heading.
     pub title: &'static str,
-    /// What is computed, and where the expected numbers come from. Markdown.
+    /// The computed problem, and the source of the expected numbers. Markdown.
     pub about: &'static str,
-    /// What the findings mean: discretisation, known deviations and their cause. Markdown, or empty.
+    /// Interpretation of the findings: discretisation, known deviations and their cause. Markdown, or empty.
     pub remarks: &'static str,
     /// Whether it runs with all other tests, not only on request.
     pub quick: bool,
-    /// Computes; `None` where the outside data are not there.
+    /// Computes; `None` if the external data are not available.
     pub run: fn() -> Option<Vec<Finding>>,
 }
 
@@ -33,10 +33,10 @@ pub fn chapters() -> Vec<Chapter> {
     all
 }
 
-/// What a chapter found last.
+/// The last findings of a chapter.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Record {
-    /// Time that the run took, in seconds, rounded.
+    /// Time of the run in seconds, rounded.
     pub seconds: u64,
     /// Its numbers.
     pub findings: Vec<Finding>,
@@ -49,13 +49,13 @@ impl Record {
         self.findings.iter().filter(|finding| !free(finding)).count()
     }
 
-    /// How many lie outside of it.
+    /// How many numbers lie outside their bound.
     fn outside(&self) -> usize {
         self.findings.iter().filter(|finding| !finding.holds()).count()
     }
 }
 
-/// What all chapters found last, by key.
+/// The last findings of all chapters, by key.
 pub type Records = BTreeMap<String, Record>;
 
 fn records_file() -> PathBuf {
@@ -165,7 +165,7 @@ fn row(finding: &Finding) -> String {
     format!("| {} | {expected} | {} | {deviation}{outside} |\n", finding.what, number(finding.found))
 }
 
-/// Six significant digits, or two with an exponent for what is small.
+/// Six significant digits, or two with an exponent for small numbers.
 fn number(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {

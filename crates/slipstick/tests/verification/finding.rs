@@ -1,40 +1,40 @@
-//! One number against outside truth.
+//! One number compared with an external reference.
 
 use serde::{Deserialize, Serialize};
 
-/// What a number should be, and how far from it it may be.
+/// The expected value of a number, and the allowed deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Expected {
-    /// A value, within a bound on the relative deviation.
+    /// A value, with a bound on the relative deviation.
     Value { value: f64, within: f64 },
     /// A band, ends included.
     Band { low: f64, high: f64 },
-    /// At most so much in magnitude: an error or a ratio that should be zero.
+    /// At most this magnitude: an error or a ratio that should be zero.
     AtMost(f64),
-    /// A value to compare with, where the deviation itself is the finding: steps of a convergence study, and known
+    /// A value for comparison, if the deviation itself is the finding: steps of a convergence study, and known
     /// deviations that the text of the chapter explains.
     Compare(f64),
-    /// Nothing: a number that explains others.
+    /// No expectation: a number that explains others.
     Shown,
 }
 
 /// A number that the program found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    /// What, in words of the field.
+    /// The quantity, in the terms of the field.
     pub what: String,
-    /// What it should be.
+    /// The expected value.
     pub expected: Expected,
-    /// What it is.
+    /// The value found.
     pub found: f64,
-    /// Whether it is known to lie outside of its bound, and the chapter's remarks say why.
+    /// Whether it is known to lie outside its bound, and the chapter's remarks say why.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub known: bool,
 }
 
 impl Finding {
-    /// A number that should be `value` up to `within`, relative.
+    /// A number that should be `value`, up to a relative deviation of `within`.
     pub fn value(what: impl Into<String>, value: f64, within: f64, found: f64) -> Self {
         Self { what: what.into(), expected: Expected::Value { value, within }, found, known: false }
     }
@@ -49,7 +49,7 @@ impl Finding {
         Self { what: what.into(), expected: Expected::AtMost(most), found, known: false }
     }
 
-    /// A number beside `value`.
+    /// A number for comparison with `value`.
     pub fn compare(what: impl Into<String>, value: f64, found: f64) -> Self {
         Self { what: what.into(), expected: Expected::Compare(value), found, known: false }
     }
@@ -59,12 +59,12 @@ impl Finding {
         Self { what: what.into(), expected: Expected::Shown, found, known: false }
     }
 
-    /// The same, known to lie outside.
+    /// The same number, known to lie outside its bound.
     pub fn known(self) -> Self {
         Self { known: true, ..self }
     }
 
-    /// Whether the number is where it must be. NaN never is.
+    /// Whether the number satisfies the expectation. NaN never does.
     pub fn holds(&self) -> bool {
         match self.expected {
             Expected::Value { value, within } => (self.found / value - 1.0).abs() <= within,

@@ -65,7 +65,7 @@ struct CaseElement {
 
 #[derive(Deserialize)]
 struct Function {
-    /// Way points, straight in between; none: the pseudo-time itself, which the sixth test takes for its load.
+    /// Waypoints, linear in between; none: the pseudo-time itself, which the sixth test uses for its load.
     #[serde(default)]
     times: Vec<f64>,
     #[serde(default)]
@@ -82,7 +82,7 @@ struct Material {
 #[derive(Deserialize)]
 struct Contact {
     surfaces: Vec<Side>,
-    /// `false` or the law.
+    /// `false` or the name of the law.
     friction_active: serde_json::Value,
 }
 
@@ -149,7 +149,7 @@ fn run() -> Option<Vec<Finding>> {
     Some(findings)
 }
 
-/// Part of the tractions that is applied, so that the theory is as good as linear.
+/// Fraction of the tractions that is applied, so that the problem is practically linear.
 const PART: f64 = 1e-6;
 
 /// Expected and found displacements.
@@ -169,7 +169,7 @@ fn solve(file: &Path, method: &str) -> Vec<(String, f64, f64)> {
     case.expected_results.iter().map(of).collect()
 }
 
-/// The case as a scene: one body per material and type of element; of every node its body and number there.
+/// The case as a scene, with one body per material and element type; for every node, its body and its number there.
 fn convert(case: &Case, method: &str) -> (Scene, Vec<(String, usize)>) {
     let mut scene = Scene::default();
     let mut places = vec![(String::new(), 0); case.nodes.len()];
@@ -249,7 +249,7 @@ fn is_face(mesh: &Mesh, facet: &Facet) -> bool {
 /// Material, type of element, and a node of the connected part.
 type Part<'a> = (&'a str, &'a str, usize);
 
-/// What each element belongs to.
+/// Material, element type and connected part of each element.
 fn parts(case: &Case) -> Vec<Part<'_>> {
     let mut parent: Vec<usize> = (0..case.nodes.len()).collect();
     let root = |parent: &[usize], mut node: usize| {
@@ -276,7 +276,7 @@ fn facet_nodes(face: &Face, number: &[Option<u32>]) -> FacetNodes {
     FacetNodes::new(&nodes).expect("three or four nodes")
 }
 
-/// Node sets of the same prescribed displacements, and their tables.
+/// Node sets with the same prescribed displacements, and their tables.
 fn supports(case: &Case, body: &str, number: &[Option<u32>], mesh: &mut Mesh, dirichlet: &mut String) {
     // per node: component, factor's bits, function
     let mut of_node: BTreeMap<usize, Vec<(usize, u64, usize)>> = BTreeMap::new();

@@ -38,7 +38,7 @@ const RADIUS: f64 = 50.0;
 
 fn run() -> Vec<Finding> {
     let mut findings = Vec::new();
-    // approach, elements across the block, where the pole's element lies
+    // approach, elements across the block, grading towards the pole
     for (approach, n, pull) in [(4.0, 12, 0.25), (4.0, 24, 0.25), (0.16, 12, 0.06), (0.16, 24, 0.06), (0.16, 32, 0.06)]
     {
         let [force, radius, peak] = spheres(approach, n, pull);
@@ -92,7 +92,7 @@ fn spheres(approach: f64, n: usize, pull: f64) -> [f64; 3] {
     measure(&mut solved)
 }
 
-/// Force of the full spheres, contact radius from the second moment, pressure in the middle.
+/// Force of the full spheres, contact radius from the second moment, pressure at the centre.
 fn measure(solved: &mut Solved) -> [f64; 3] {
     let last = solved.steps();
     let force = -4.0 * solved.reaction("upper_flat", last).y;
@@ -106,7 +106,7 @@ fn measure(solved: &mut Solved) -> [f64; 3] {
         (sum + part, moment + part * radius(c.node).powi(2))
     });
     let a = (2.5 * moment / sum).sqrt();
-    // of p₀ √(1 − r²/a²), over the nodes well inside
+    // fit of p₀ √(1 − r²/a²) to the nodes well inside
     let inside = contact.iter().filter(|c| radius(c.node) < 0.5 * a);
     let (part, shape) = inside.fold((0.0, 0.0), |(part, shape), c| {
         let profile = (1.0 - (radius(c.node) / a).powi(2)).sqrt();
@@ -115,8 +115,8 @@ fn measure(solved: &mut Solved) -> [f64; 3] {
     [force, a, part / shape]
 }
 
-/// A quarter of a half ball, z ≥ 0 and x of the sign given, with nodes drawn towards the pole (0, −R, 0): the polar angle in
-/// quarter turns u becomes `pull` u + (1 − `pull`) u⁵, the radius over R becomes ρ + (1 − 2 `pull`) ρ (1 − ρ).
+/// A quarter of a half-ball, z ≥ 0 and x of the given sign, with nodes drawn towards the pole (0, −R, 0): the polar
+/// angle in quarter turns u becomes `pull` u + (1 − `pull`) u⁵, the radius over R becomes ρ + (1 − 2 `pull`) ρ (1 − ρ).
 fn quarter(name: &str, n: usize, pull: f64, sign: f64) -> Mesh {
     let whole = half_ball(name, &HalfBallShape { radius: RADIUS, elements: [n, n / 4, n / 3] }).expect("a half ball");
     let drawn = whole.nodes.iter().map(|&[x, y, z]| {
@@ -153,7 +153,7 @@ fn quarter(name: &str, n: usize, pull: f64, sign: f64) -> Mesh {
     for facet in mesh.boundary(0).facets {
         let corners: Vec<[f64; 3]> = facet.nodes.iter().map(|&n| mesh.nodes[n as usize]).collect();
         let on = |c: usize| corners.iter().all(|x| x[c].abs() < 1e-9 * RADIUS);
-        // beyond 45° there is no contact
+        // there is no contact beyond 45°
         let kind = match (on(0), on(1), on(2)) {
             (true, _, _) => "x",
             (_, true, _) => "flat",

@@ -1,9 +1,8 @@
-//! Verification against outside truth: analytic solutions, published numbers, other programs. `docs/verification.md` is
-//! written by this suite from `results.json`.
+//! Verification against external references: analytic solutions, published numbers, other programs. This suite writes
+//! `docs/verification.md` from `results.json`.
 //!
-//! The quick problems run with all tests. The whole suite, which writes the page:
-//! `cargo test --release -p slipstick --test verification -- --ignored`; with `SLIPSTICK_VERIFY=ring,hertz` only some
-//! chapters.
+//! The quick problems run with all tests. The whole suite writes the page: `cargo test --release -p slipstick --test
+//! verification -- --ignored`; with `SLIPSTICK_VERIFY=ring,hertz` only some chapters run.
 
 #[path = "../common/abaqus.rs"]
 mod abaqus;
@@ -23,7 +22,7 @@ mod solved;
 use chapter::{Chapter, Record, chapters};
 use std::time::Instant;
 
-/// Runs a chapter and prints what it finds; `None` where its data are not there.
+/// Runs a chapter and prints its findings; `None` if its data are not available.
 fn run(chapter: &Chapter) -> Option<Record> {
     let start = Instant::now();
     let findings = (chapter.run)()?;
@@ -44,12 +43,12 @@ fn run(chapter: &Chapter) -> Option<Record> {
 }
 
 fn assert_inside(chapter: &Chapter, record: &Record) {
-    // what is known to lie outside must do so, or its mark and its explanation are out of date
+    // findings that are known to lie outside must do so, or their mark and explanation are out of date
     let surprises: Vec<_> = record.findings.iter().filter(|finding| finding.holds() == finding.known).collect();
     assert!(surprises.is_empty(), "{}: {surprises:#?}", chapter.title);
 }
 
-/// The page says what the committed results say: nobody edited one without the other.
+/// The page agrees with the committed results: neither was edited without the other.
 #[test]
 fn the_page_shows_the_results() {
     let page = std::fs::read_to_string(chapter::page_file()).expect("docs/verification.md");
@@ -65,7 +64,7 @@ fn quick_problems() {
     }
 }
 
-/// Every problem, or those that `SLIPSTICK_VERIFY` names; writes results and page, then asserts the bounds.
+/// Every problem, or those listed in `SLIPSTICK_VERIFY`; writes results and page, then asserts the bounds.
 #[test]
 #[ignore = "the whole suite takes many minutes"]
 fn all_problems() {

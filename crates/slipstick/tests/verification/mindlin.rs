@@ -46,24 +46,24 @@ const FRICTION: f64 = 0.2;
 const WIDTH: f64 = 0.1;
 const LOADS: [f64; 2] = [10.0, 0.93616];
 
-/// What is measured after pressing and after shearing.
+/// Measurements after pressing and after shearing.
 struct Measured {
     force: [f64; 2],
     half_width: f64,
     peak: f64,
-    /// Largest deviation of a nodal pressure from the ellipse of these loads and width, within 0.8 b, over p₀.
+    /// Largest deviation of a nodal pressure from the ellipse of these loads and width, within 0.8 b, relative to p₀.
     roughness: f64,
     stick: f64,
-    /// Half the width between the boundaries of stick, each in the middle of the facet that it crosses.
+    /// Half the width between the boundaries of stick, each taken in the middle of the facet that it crosses.
     boundary: f64,
-    /// Length of those facets, the longer one.
+    /// Length of those facets, the larger of the two.
     facet: f64,
 }
 
 fn run() -> Vec<Finding> {
     let modulus = 200.0 / (2.0 * (1.0 - 0.09));
     let mut findings = Vec::new();
-    // share of the loads, how far nodes are drawn to the contact, displacements near those that are wanted
+    // fraction of the loads, grading of the nodes towards the contact, initial displacements
     for (share, pull, mut motion) in [(1.0, 0.12, [0.2339, 0.38]), (1.0 / 16.0, 0.03, [0.0192, 0.0196])] {
         for n in [24, 48, 64] {
             let found = iterated(LOADS.map(|load| load * share), &mut motion, n, pull);
@@ -95,14 +95,15 @@ fn run() -> Vec<Finding> {
             push("b", b, 0.02, found.half_width);
             push("p₀", 2.0 * normal / (PI * b), 0.02, found.peak);
             push("c", c, 0.02, found.stick);
-            // statuses know it to half a facet on either side
+            // statuses determine it up to half a facet on either side
             push("c from statuses", c, found.facet / c, found.boundary);
         }
     }
     findings
 }
 
-/// Press and shear that give the forces to 0.2 %, by the secant method; `motion` is where it starts and where it ends.
+/// Press and shear displacements that give the forces to 0.2 %, by the secant method; `motion` is the initial guess and
+/// the result.
 fn iterated(wanted: [f64; 2], motion: &mut [f64; 2], n: usize, pull: f64) -> Measured {
     for _ in 0..12 {
         let found = solve(*motion, n, pull, "dual");
@@ -110,7 +111,7 @@ fn iterated(wanted: [f64; 2], motion: &mut [f64; 2], n: usize, pull: f64) -> Mea
         if off.iter().all(|o| o.abs() < 2e-3) {
             return found;
         }
-        // both forces grow about linearly with their displacements
+        // both forces are about proportional to their displacements
         (0..2).for_each(|k| motion[k] /= 1.0 + off[k]);
     }
     panic!("the displacements do not settle");
@@ -141,7 +142,7 @@ fn solve([press, shear]: [f64; 2], n: usize, pull: f64, shape: &str) -> Measured
     measure(&mut scene.solve())
 }
 
-/// Half a ring of one element across: angles are drawn towards the lowest point, radii towards the outer side (ymin).
+/// Half a ring, one element wide: angles are drawn towards the lowest point, radii towards the outer side (ymin).
 fn half_ring(name: &str, n: usize, pull: f64) -> String {
     mapped_box(name, [n, n / 4, 1], |[s, r, t]| {
         let u = 2.0 * s - 1.0;
@@ -162,7 +163,7 @@ fn measure(solved: &mut Solved) -> Measured {
     let side = -nodes.iter().map(|n| n.global_multiplier[1]).sum::<f64>().signum();
     let pressure = |k: usize| nodes[k].global_multiplier[1] * -side;
     let shear = |k: usize| nodes[k].global_multiplier[0] * side;
-    // integrals of piecewise linear tractions; the contact moves with the shear
+    // integrals of piecewise linear tractions; the contact moves with the shear displacement
     let integral = |f: &dyn Fn(usize) -> f64, weight: &dyn Fn(f64) -> f64| -> f64 {
         let simpson = |k: usize| {
             let (a, b) = (place(nodes[k].node), place(nodes[k + 1].node));

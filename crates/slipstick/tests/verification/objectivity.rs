@@ -1,4 +1,4 @@
-//! Two bodies that stick to each other, turned once around together.
+//! Two bodies that stick to each other, rotated together by a full turn.
 
 use crate::chapter::Chapter;
 use crate::finding::Finding;
@@ -24,7 +24,7 @@ largest displacement and traction.",
 }
 
 const TURNS: usize = 24;
-/// Steps before the turn.
+/// Steps before the rotation.
 const BEFORE: usize = 4;
 
 fn run() -> Vec<Finding> {
@@ -45,7 +45,7 @@ fn run() -> Vec<Finding> {
     findings
 }
 
-/// Deviations of tractions in nodal frames on the way, of traction vectors and displacements after the turn.
+/// Deviations of tractions in nodal frames during the rotation, and of traction vectors and displacements after it.
 fn turn(enforcement: &str, shape: &str) -> [f64; 3] {
     let mut solved = Scene::from(text(enforcement, shape)).solve();
     let start = solved.contact(BEFORE);

@@ -55,16 +55,16 @@ fn run() -> Vec<Finding> {
     findings
 }
 
-/// What varies.
+/// Parameters that vary.
 struct Mesh {
     shape: &'static str,
-    /// Whether nodes within the faces are moved, so that facets are no parallelograms.
+    /// Whether nodes within the faces are moved, so that facets are not parallelograms.
     warped: bool,
     /// Integration points per triangle.
     rule: usize,
 }
 
-/// A point of [0, 1]² moved within it; the boundary stays.
+/// A point of [0, 1]² moved within it; the boundary is unchanged.
 fn warp(s: f64, t: f64, by: f64) -> [f64; 2] {
     let bump = by * (PI * s).sin() * (PI * t).sin();
     [s + bump, t - 0.7 * bump]
@@ -76,7 +76,7 @@ fn axial_stress(modulus: f64, ratio: f64, stretch: f64) -> f64 {
     2.0 * c * (stretch - stretch.powf(-2.0 * beta) / stretch)
 }
 
-/// Largest deviation of the displacement from u_y = −0.15 y, over the pressed distance.
+/// Largest deviation of the displacement from u_y = −0.15 y, relative to the prescribed displacement.
 fn strain_error(solved: &Solved) -> f64 {
     let last = solved.steps();
     let deviation = |n: usize| {

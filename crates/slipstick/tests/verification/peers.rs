@@ -89,7 +89,7 @@ fn cube_forces(friction: f64, shape: &str, n: usize) -> [f64; 2] {
     [-force.y, force.x]
 }
 
-/// The ironing problem with the die's elements and the load steps multiplied.
+/// The ironing problem with multiples of the die's elements and of the load steps.
 fn block(friction: f64, shape: &str, finer_die: usize, more_steps: usize) -> Solved {
     let die = [16, 3, 6].map(|n| n * finer_die);
     Scene::from(format!(
@@ -125,7 +125,7 @@ fn ironing() -> Vec<Finding> {
     for (name, finer_die, more_steps) in [("80 steps", 1, 4), ("32 × 6 × 12 elements in the die", 2, 2)] {
         let solved = block(0.2, "standard", finer_die, more_steps);
         let last = solved.steps();
-        // the slide from 0.5 to 2
+        // the sliding distance from 0.5 to 2
         let path: Vec<_> = (last * 5 / 8..=last).map(|step| solved.reaction("die_ends", step)).collect();
         for (part, of) in [("F_n", [0.0, -1.0]), ("F_t", [1.0, 0.0])] {
             let values = path.iter().map(|force| of[0] * force.x + of[1] * force.y);

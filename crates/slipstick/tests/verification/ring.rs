@@ -1,4 +1,4 @@
-//! A ring that is pressed on another and twisted.
+//! A ring that is pressed onto another one and twisted.
 
 use crate::chapter::Chapter;
 use crate::finding::Finding;

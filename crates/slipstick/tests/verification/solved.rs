@@ -1,4 +1,4 @@
-//! A case that has been solved, and what is measured on it.
+//! A solved case, and measurements on it.
 
 use nalgebra::Vector3;
 use slipstick::analysis::Forward;
@@ -8,7 +8,7 @@ use slipstick::model::NodalContact;
 use slipstick_path::Silent;
 use std::collections::HashMap;
 
-/// A case's text with the mesh files that it names.
+/// A case's text and its mesh files.
 #[derive(Default)]
 pub struct Scene {
     /// TOML.
@@ -35,7 +35,7 @@ impl Scene {
     /// Builds and solves.
     ///
     /// # Panics
-    /// If there are errors in the case, or the path does not come to its end.
+    /// If there are errors in the case, or the path is incomplete.
     pub fn solve(&self) -> Solved {
         let read = |name: &str| {
             let text = self.files.get(name).ok_or_else(|| std::io::Error::other("no such mesh"))?;
@@ -55,7 +55,7 @@ impl Solved {
         self.problem.analysis.times.len()
     }
 
-    /// Where the state that completes a load step (from 1) is in the path.
+    /// Index in the path of the state that completes a load step (from 1).
     fn at(&self, step: usize) -> usize {
         let states = &self.forward.path.states;
         states.iter().position(|s| s.completes == Some(step)).expect("the path came to its end")
@@ -76,7 +76,7 @@ impl Solved {
         Vector3::from(self.problem.mesh.nodes[node as usize]) + self.displacement(node, step)
     }
 
-    /// Internal minus external forces of all nodes after a load step: reactions where displacements are prescribed.
+    /// Internal minus external forces of all nodes after a load step: reactions at prescribed displacements.
     fn forces(&self, step: usize) -> Vec<f64> {
         let d = self.displacements(step);
         let mut force = vec![0.0; d.len()];

@@ -26,7 +26,7 @@ fn resumes_bit_for_bit() {
     }
 }
 
-/// Whether `error` says that entry `index` of `vector` is not finite.
+/// Whether `error` reports that entry `index` of `vector` is not finite.
 fn not_finite(error: &MmaError, vector: &str, index: usize) -> bool {
     matches!(error, MmaError::NotFinite { what, index: i, .. } if what.contains(vector) && *i == index)
 }
