@@ -211,9 +211,11 @@ fn build_interfaces(
         // at least what the bodies can approach each other in one step, so that nothing is passed unnoticed
         let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach);
         if reach < approach {
-            let message =
-                format!("bodies may approach each other by {approach:.3e} in one load step, further than {reach:.3e}");
-            let help = "raise the search radius, leave it out, or take more load steps; else surfaces pass unnoticed";
+            let message = format!(
+                "bodies may approach each other by {approach:.3e} in one load step, \
+                 more than the search radius {reach:.3e}"
+            );
+            let help = "raise the search radius, leave it out, or use more load steps; otherwise contact may be missed";
             return Err(BuildError::new(format!("contact[{i}].search_radius"), message, help));
         }
         let rule = CellRule::with_points(contact.cell_rule).ok_or_else(|| {
@@ -263,7 +265,8 @@ fn build_uzawa(case: &Case) -> Result<Option<Uzawa>, BuildError> {
     if let Some((i, _)) = all.find(|(_, other)| *other != uzawa) {
         let path = format!("contact[{i}].enforcement");
         let message = format!("the settings of Uzawa's iteration differ from those of contact[{first}]");
-        return Err(BuildError::new(path, message, "give both the same; stiffness and its scaling may differ"));
+        let help = "give both pairs the same settings; only stiffness and its scaling may differ";
+        return Err(BuildError::new(path, message, help));
     }
     Ok(Some(uzawa))
 }

@@ -111,7 +111,7 @@ impl Parallel {
         self.present().ranks().any(here)
     }
 
-    /// Number of threads for this rank, if the machine has this many cores.
+    /// Number of threads for this rank on a machine with this many cores, which its ranks share.
     pub fn threads(&self, cores: usize) -> usize {
         #[cfg(feature = "petsc")]
         let here = self.session.get().map_or(1, |session| session.size_here());

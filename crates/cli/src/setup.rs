@@ -317,9 +317,9 @@ fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<
 }
 
 /// Filled fraction of the design domain; `None` without a design.
-pub fn volume_fraction(problem: &Problem, density: &[f64]) -> Option<f64> {
-    let domain = problem.variables.as_ref()?.domain();
-    let volumes = problem.mesh.element_volumes();
-    let sum = |value: &dyn Fn(usize) -> f64| domain.iter().map(|&e| value(e as usize)).sum::<f64>();
-    Some(sum(&|e| volumes[e] * density[e]) / sum(&|e| volumes[e]))
+pub fn volume_fraction(problem: &Problem, density: &ElementValues) -> Option<f64> {
+    let variables = problem.variables.as_ref()?;
+    let volumes = variables.on_domain(&problem.mesh.element_volumes().into());
+    let filled: f64 = variables.on_domain(density).iter().zip(&volumes).map(|(density, volume)| density * volume).sum();
+    Some(filled / volumes.iter().sum::<f64>())
 }

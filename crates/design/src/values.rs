@@ -1,8 +1,8 @@
 //! Lists of numbers that know what they are listed over.
 //!
 //! A design has three index spaces: all elements of the mesh, the elements of the design domain, and the design
-//! variables. A density or derivative over one of them is a different type from one over another, and only
-//! [`DesignVariables`](crate::DesignVariables) converts between them.
+//! variables. A density or derivative over one of them is a different type from one over another;
+//! [`DesignVariables`](crate::DesignVariables) converts between them. Conversions from and to plain vectors are explicit.
 
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
@@ -22,7 +22,7 @@ pub enum Domain {}
 pub enum Variables {}
 
 /// One number for each index of the space `S`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent, bound = "")]
 pub struct Values<S> {
     numbers: Vec<f64>,

@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn value_and_gradient_by_hand() {
-        // 0.5·2 + 1·1 + 0.25·4 = 3 of 7; an element may be flat.
+        // 0.5·2 + 1·1 + 0.25·4 = 3 of 7.
         let constraint = VolumeConstraint::new([2.0, 1.0, 4.0, 0.0].into(), 0.4).unwrap();
         let densities = [0.5, 1.0, 0.25, 1.0].into();
         assert!((constraint.fraction(&densities) - 3.0 / 7.0).abs() < 1e-15);

@@ -22,7 +22,7 @@ pub struct MarchOptions {
     /// How to choose the initial guess of a step that has no guide.
     pub start: StartValues,
     /// Memory for factors that are kept for the sweep. \[bytes\] Each step keeps the factors that its Newton iteration
-    /// used last, while they fit; the sweep factorizes again if there are none or if they no longer work well. The
+    /// used last, as long as they fit; the sweep factorizes again if there are none or if they no longer work well. The
     /// gradient is the same in both cases, to the tolerance of its linear solves.
     pub factor_memory: usize,
 }
@@ -40,8 +40,8 @@ pub struct PathState {
     pub report: StepReport,
     /// Status of every contact node at this state (0 open, 1 stick, 2 slip).
     pub active_set: Vec<u8>,
-    /// Whether this is the state at rest from which the path, or a new load case, starts: it does not depend on the
-    /// states before.
+    /// Whether this is the state at rest from which the path, or a new load case, starts: it does not depend on
+    /// earlier states.
     pub rest: bool,
     /// Whether each rank holds only its part of unknowns and history.
     pub(crate) divided: bool,
@@ -73,7 +73,7 @@ pub struct Path {
 
 impl Path {
     /// Returns a state. If it is distributed over the ranks it is gathered, so all ranks must call this. The last two
-    /// states of a path, from which steps start, are complete on every rank; on one rank all states are.
+    /// states of a path, from which steps start, are complete on every rank. In a run on one rank, all are complete.
     pub fn state(&self, index: usize, ranks: &dyn Ranks) -> Cow<'_, StepState> {
         let PathState { state, divided, .. } = &self.states[index];
         if !divided {
@@ -82,8 +82,8 @@ impl Path {
         Cow::Owned(StepState { unknowns: ranks.join(&state.unknowns), history: ranks.join(&state.history) })
     }
 
-    /// Does work on the first rank, such as writing files, that requests states by number; all ranks call it. Returns
-    /// `None` on the other ranks, which send their parts meanwhile.
+    /// Runs a task on the first rank, such as writing files, that requests states by number. All ranks must call this;
+    /// the other ranks send their parts meanwhile and get `None`.
     pub fn with_states<'a, R>(
         &'a self,
         ranks: &dyn Ranks,
@@ -92,7 +92,7 @@ impl Path {
         on_first(ranks, |index| self.state(index, ranks), work)
     }
 
-    /// Reduces each state that no later step starts from to this rank's part.
+    /// Keeps only this rank's part of each state, unless a later step may start from it.
     fn divide(&mut self, ranks: &dyn Ranks) {
         let Some(index) = self.states.len().checked_sub(3).filter(|_| ranks.size() > 1) else { return };
         let older = &mut self.states[..=index];
@@ -174,7 +174,7 @@ pub enum Remedy {
     CutBack,
 }
 
-/// Halvings after which Uzawa's iteration over all multipliers is tried; also after the last one.
+/// Uzawa's iteration over all multipliers is tried after these numbers of halvings, and after the last halving.
 const RESCUED: [i32; 2] = [0, 2];
 
 /// Watches the march; the only connection of the march to clocks, files and the terminal.
@@ -218,10 +218,10 @@ impl<'a> LoadPath<'a> {
 
 /// Marches along a load path.
 ///
-/// If there is a guide, a step starts from the state it predicts, and uses the guide's sub-steps if it holds them. A
-/// failed step is retried from the last state, then with the problem's other settings, then with half the increment,
-/// with at most `max_cutbacks` halvings. The whole step, and the step after two halvings and after the last one, is
-/// also tried with [held multipliers](Attempt::Rescue). Accepted sub-steps are states of the path like any other.
+/// If there is a guide, a step starts from the state it predicts, and uses the guide's sub-steps, if any. A failed step
+/// is retried from the last state, then with the problem's other settings, then with half the increment, with at most
+/// `max_cutbacks` halvings. [Held multipliers](Attempt::Rescue) are also tried: for the whole step, after two halvings,
+/// and after the last halving. Accepted sub-steps are states of the path like any other.
 ///
 /// # Errors
 /// [`MarchFailure`] with everything that converged before. Cancelling the march is not an error: the path is then
@@ -404,8 +404,8 @@ impl Increment<'_> {
         }
     }
 
-    /// The attempt after a failed one from the last state: other settings, then held multipliers if they may help with
-    /// the method's `own` failure.
+    /// Returns the attempt to make after the attempt `last`, which started from the last state, has failed: the next
+    /// setting, or held multipliers if they may help with `own`, the failure of the method itself.
     fn next_attempt<P: StepProblem>(
         &self,
         problem: &P,

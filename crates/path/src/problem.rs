@@ -187,8 +187,8 @@ pub struct Evaluated<P: StepProblem> {
 /// [`slider`](crate::slider) is a complete implementation in a few lines.
 pub trait StepProblem: Sized {
     /// Data that depend only on the displacements, with or without their derivatives, such as a mesh's contact
-    /// kinematics. The march passes it from the end of a step to the beginning of the next, the sweep from the
-    /// beginning of a step to the end of the previous one. Cloning it should be cheap.
+    /// kinematics. The march passes them from the end of a step to the beginning of the next, the sweep from the
+    /// beginning of a step to the end of the previous one. Cloning them should be cheap.
     type Geometry: Clone;
     /// The fixed data of a step: previous state, pseudo-time.
     type Step;

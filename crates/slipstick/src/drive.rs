@@ -26,6 +26,7 @@ use slipstick_path::{MarchEvent, MarchObserver, Silent};
 use crate::analysis::{AnalysisError, Forward, ForwardNotice, Rounding};
 use crate::optimize::{IterationRecord, Optimization, OptimizeError};
 use crate::output::{Pvd, fields::write_design};
+use crate::quantities::Quantities;
 use crate::run::{
     Checkpoint, FailureReport, History, Kept, NewtonTable, RunDirectory, RunError, StartValuesFile, keep_failure,
     on_first, write_densities, write_path,
@@ -163,7 +164,7 @@ impl Files {
         self.history.record(record, seconds)?;
         let Some(design) = optimization.evaluated() else { return Ok(()) };
         let (run, number) = (&self.directory, record.iteration);
-        let (mesh, gradient) = (&optimization.problem.mesh, design.gradient.as_deref());
+        let (mesh, gradient) = (&optimization.problem.mesh, design.gradient.as_ref());
         write_densities(&run.file("design.csv"), mesh, &design.density, gradient)?;
         if !number.is_multiple_of(every) && !optimization.finished() {
             return Ok(());
@@ -191,7 +192,7 @@ impl Files {
 }
 
 /// Runs an optimization to its end. All ranks call it, either all with a recorder or all without; they succeed or fail
-/// together.
+/// together. Returns the [quantities](crate::quantities) of the last design, if it was evaluated now and recorded.
 ///
 /// # Errors
 /// See [`DriveError`]; the state is that of the last finished iteration.
@@ -199,7 +200,7 @@ pub fn drive(
     optimization: &mut Optimization,
     mut recorder: Option<Recorder>,
     observer: &mut dyn DriveObserver,
-) -> Result<(), DriveError> {
+) -> Result<Option<Quantities>, DriveError> {
     let mut last: Option<Forward> = None;
     while !optimization.finished() {
         let iteration = optimization.state.iteration;
@@ -224,11 +225,9 @@ pub fn drive(
         }
         last = Some(forward);
     }
-    if let (Some(recorder), Some(forward)) = (&recorder, &last) {
-        let problem = &optimization.problem;
-        write_path(recorder.directory(), &problem.mesh, &problem.analysis.design, &forward.path)?;
-    }
-    Ok(())
+    let (Some(recorder), Some(forward)) = (&recorder, &last) else { return Ok(None) };
+    let problem = &optimization.problem;
+    Ok(Some(write_path(recorder.directory(), &problem.mesh, &problem.analysis.design, &forward.path)?))
 }
 
 /// Combines the growing table and the caller's observer.

@@ -1,4 +1,5 @@
-//! The JSON schema of case files compared with the reader of case files, which was written independently.
+//! The JSON schema of case files: its types and words are checked against the reader; its required keys come from the
+//! reader, and some are checked against the documentation.
 
 use serde_json::Value;
 use slipstick::case::{CaseCode, TEMPLATES, parse_case, schema};
@@ -129,4 +130,26 @@ fn schema_and_reader_agree() {
         }
     }
     assert!(tried > 500, "{tried}");
+}
+
+/// Required keys as `docs/case_file.md` states them.
+#[test]
+fn required_keys() {
+    let schema = schema();
+    let required = |pointer: &str| schema.pointer(pointer).and_then(|table| table["required"].as_array()).cloned();
+    for (table, keys) in [
+        ("", &["body", "load_path"][..]),
+        ("/$defs/Body", &["name", "material"]),
+        ("/$defs/Contact", &["slave", "master", "friction"]),
+        ("/$defs/Symmetry", &["normal"]),
+        ("/$defs/LoadCase", &["name"]),
+        ("/$defs/AmplitudePoint", &["t", "factor"]),
+        ("/$defs/Load", &["surface"]),
+        ("/$defs/Optimizer", &["iterations"]),
+    ] {
+        let mut found = required(table).unwrap_or_else(|| panic!("{table} requires nothing"));
+        found.sort_by_key(|key| keys.iter().position(|known| key == known));
+        assert_eq!(found, keys, "{table}");
+    }
+    assert!(!schema.to_string().contains("\"default\":"), "the defaults of a case are those of its reader");
 }

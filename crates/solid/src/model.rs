@@ -340,6 +340,14 @@ impl SolidModel {
     /// # Errors
     /// [`InvertedElements`].
     pub fn energy(&self, d: &[f64], scalings: &[ElementScaling]) -> Result<f64, InvertedElements> {
+        Ok(self.energies(d, scalings)?.iter().sum())
+    }
+
+    /// Strain energy of each element; 0 for elements of other ranks. \[F L\]
+    ///
+    /// # Errors
+    /// [`InvertedElements`].
+    pub fn energies(&self, d: &[f64], scalings: &[ElementScaling]) -> Result<Vec<f64>, InvertedElements> {
         let of_hexahedron = |element: &Hexahedron| {
             let (section, scaling) = (&self.sections[element.section()], scalings[element.number()]);
             hex8::energy(section, scaling, &element.geometry, &local(&element.nodes, d)).unwrap_or(f64::NAN)
@@ -350,7 +358,7 @@ impl SolidModel {
         };
         let energies = self.by_number(of_hexahedron, of_tetrahedron);
         refuse((0_u32..).zip(&energies).filter(|(_, w)| !w.is_finite()).map(|(e, _)| e).collect())?;
-        Ok(energies.iter().sum())
+        Ok(energies)
     }
 
     /// Smallest J of each element, regardless of its scaling: an element with interpolated energy may have J ≤ 0.

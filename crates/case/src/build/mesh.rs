@@ -117,7 +117,7 @@ fn select_nodes(mesh: &Mesh, set: &case::NodeSet, path: &str) -> Result<Vec<u32>
     };
     let empty = |key: &str, what: &str| {
         let message = format!("no node lies {what} of set `{}`", set.name);
-        let help = "widen it; it holds reference positions after placement, and all conditions together must";
+        let help = "widen the conditions; a node must satisfy all of them at its reference position after placement";
         BuildError::new(format!("{path}.{key}"), message, help)
     };
     if !set.boxes.is_empty() {

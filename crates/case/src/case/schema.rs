@@ -9,7 +9,7 @@ use super::reader::Requirement;
 use super::{Case, requirements};
 
 /// The JSON schema (draft 2020-12) of case files, generated from the types of [`Case`](super::Case). It covers keys,
-/// types and allowed words; [`parse_case`](super::parse_case) checks everything else.
+/// types, allowed words and required keys, as the reader asks for them; [`parse_case`](super::parse_case) checks everything else.
 pub fn schema() -> Value {
     let generator = SchemaSettings::draft2020_12().into_generator();
     let mut schema = generator.into_root_schema_for::<Case>().to_value();
@@ -60,6 +60,10 @@ fn close(schema: &mut Value) {
             Value::Object(inner) if inner.contains_key("properties") => close(property),
             Value::Object(inner) => one_line(inner),
             _ => {}
+        }
+        // the case's defaults are the reader's
+        if let Value::Object(property) = property {
+            property.remove("default");
         }
     }
     object.insert("additionalProperties".into(), false.into());
@@ -113,15 +117,18 @@ fn require(table: Option<&mut Value>, path: &[Step]) {
             }
         } else {
             let one = keys.iter().map(|key| json!({ "required": [key] })).collect::<Vec<_>>();
-            table.insert("anyOf".into(), one.into());
+            let former = table.insert("anyOf".into(), one.into());
+            debug_assert!(former.is_none(), "two conditions on {place}");
         }
     }
 }
 
-/// Descriptions as plain text: without rustdoc markup and line breaks.
+/// Descriptions as plain text: the first paragraph, without rustdoc markup and line breaks.
 fn one_line(object: &mut Map<String, Value>) {
     if let Some(Value::String(text)) = object.get_mut("description") {
-        *text = text.split_whitespace().collect::<Vec<_>>().join(" ").replace("\\[", "[").replace("\\]", "]");
+        let first = text.split("\n\n").next().unwrap_or_default();
+        let line = first.split_whitespace().collect::<Vec<_>>().join(" ");
+        *text = line.replace("[`", "`").replace("`]", "`").replace("\\[", "[").replace("\\]", "]");
     }
 }
 

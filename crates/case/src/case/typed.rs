@@ -221,7 +221,7 @@ impl<'a> Table<'a> {
             self.reader.error(
                 &self.path_of(given[1]),
                 CaseCode::ChooseOne,
-                format!("{what} is given {} times: {}", given.len(), given.join(", ")),
+                format!("{what} is given more than once: {}", given.join(", ")),
                 "keep one of them",
             );
         }

@@ -3,14 +3,14 @@
 use super::{Notice, NoticeKind};
 use crate::build::Problem;
 use crate::case::Case;
-use slipstick_design::{DesignVariables, Role};
+use slipstick_design::{DesignVariables, ElementValues, Role};
 use slipstick_model::words::quantity;
 
 /// Fractions above the bound by less than this part of it are round-off.
 const ROUNDING: f64 = 1e-9;
 
 /// Filled fraction of those elements of a design whose density passes a test, and their part of the design's volume.
-fn share(variables: &DesignVariables, volumes: &[f64], density: &[f64], of: impl Fn(Role) -> bool) -> [f64; 2] {
+fn share(variables: &DesignVariables, volumes: &[f64], density: &ElementValues, of: impl Fn(Role) -> bool) -> [f64; 2] {
     let domain = || variables.domain().iter().map(|&e| e as usize);
     let all: f64 = domain().map(|e| volumes[e]).sum();
     let chosen = || domain().filter(|&e| of(variables.roles()[e]));
@@ -18,7 +18,7 @@ fn share(variables: &DesignVariables, volumes: &[f64], density: &[f64], of: impl
 }
 
 /// A notice if an initial design with these densities exceeds the bound; it mentions the share of passive regions.
-pub fn start_volume(case: &Case, problem: &Problem, density: &[f64]) -> Option<Notice> {
+pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> Option<Notice> {
     let (variables, design) = (problem.variables.as_ref()?, case.design.as_ref()?);
     let limit = design.volume_fraction?;
     let volumes = problem.mesh.element_volumes();

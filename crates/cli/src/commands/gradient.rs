@@ -86,7 +86,7 @@ fn gradient(
         context.console.text(&format!("  with respect to {kind} of {of}: {}", digits(derivative)));
     }
     let file = path.join("gradient.csv");
-    context.console.text(&format!("derivatives with respect to the densities in {}", file.display()));
+    context.console.text(&format!("{} contains the derivatives with respect to the densities", file.display()));
     Ok(())
 }
 

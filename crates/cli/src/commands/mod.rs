@@ -20,6 +20,7 @@ pub mod verify;
 use serde_json::{Value, json};
 use slipstick::analysis::Forward;
 use slipstick::path::{Phase, Timings};
+use slipstick::quantities::Quantities;
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};
@@ -44,6 +45,49 @@ pub(crate) fn digits(value: f64) -> String {
     // Write −0 as 0.
     let (value, size) = (value + 0.0, value.abs());
     if size != 0.0 && !(1e-3..1e6).contains(&size) { format!("{value:.5e}") } else { format!("{value:.6}") }
+}
+
+/// The quantities at the last load step by name, for programs.
+pub(crate) fn last_values(quantities: &Quantities) -> Value {
+    let values = quantities.rows.last().map_or(&[][..], |row| &row.values);
+    quantities.names.iter().zip(values).map(|(name, value)| (name.name.clone(), json!(value))).collect()
+}
+
+/// Prints the key quantities at the last load step: reactions, contact forces, energies.
+pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
+    let Some(row) = quantities.rows.last().filter(|row| row.step > 0) else { return };
+    let values = |prefix: &str| -> Vec<(&str, f64)> {
+        let named = quantities.names.iter().zip(&row.values);
+        named.filter_map(|(name, &value)| Some((name.name.strip_prefix(prefix)?, value))).collect()
+    };
+    let mut lines: Vec<(String, String)> = Vec::new();
+    for (rest, value) in values("reaction_") {
+        let Some((set, axis)) = rest.rsplit_once('_') else { continue };
+        let title = format!("reaction of {set}");
+        match lines.iter_mut().find(|(known, _)| *known == title) {
+            Some((_, text)) => *text += &format!(", {axis} {}", digits(value)),
+            None => lines.push((title, format!("{axis} {}", digits(value)))),
+        }
+    }
+    for (slave, normal) in values("").into_iter().filter_map(|(name, v)| Some((name.strip_suffix("_normal_force")?, v)))
+    {
+        let of = |what: &str| values(&format!("{slave}_{what}")).first().map_or(0.0, |(_, value)| *value);
+        let text = format!(
+            "normal {}, friction {}, peak pressure {}",
+            digits(normal),
+            digits(of("friction_force")),
+            digits(of("peak_pressure"))
+        );
+        lines.push((format!("contact at {slave}"), text));
+    }
+    let of = |name: &str| values(name).iter().find(|(rest, _)| rest.is_empty()).map_or(0.0, |(_, value)| *value);
+    let [work, stored, friction] = ["external_work", "strain_energy", "friction_work"].map(|name| digits(of(name)));
+    lines.push(("energy".into(), format!("external work {work}, stored {stored}, friction {friction}")));
+    let width = lines.iter().map(|(title, _)| title.chars().count()).max().unwrap_or_default();
+    context.console.text("at the last load step:");
+    for (title, text) in lines {
+        context.console.text(&format!("  {title:width$}  {text}"));
+    }
 }
 
 /// Time by phase: seconds and number of calls.

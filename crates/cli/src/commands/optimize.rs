@@ -1,13 +1,13 @@
 //! `slipstick optimize`, and how `slipstick resume` continues.
 
-use serde_json::json;
+use serde_json::{Value, json};
 use slipstick::build::{self, Problem};
 use slipstick::drive::{Recorder, drive};
 use slipstick::optimize::Optimization;
 use slipstick::run::{Checkpoint, Run};
 use slipstick::words::counted;
 
-use super::digits;
+use super::{digits, last_values, tell_quantities};
 use crate::args::Optimize;
 use crate::failure::Failure;
 use crate::runs::{end, start, stopped};
@@ -64,22 +64,26 @@ pub fn optimize(
     let steps = optimization.problem.analysis.times.len();
     let all = steps.saturating_mul(optimization.iterations().saturating_add(1));
     context.console.start_bar(all, steps.saturating_mul(optimization.state.iteration));
-    drive(optimization, Some(recorder), &mut watch).map_err(|error| stopped(error, run))?;
+    let quantities = drive(optimization, Some(recorder), &mut watch).map_err(|error| stopped(error, run))?;
     context.console.end_bar();
     if let Some(run) = run {
-        tell_result(context, optimization, run);
+        if let Some(quantities) = &quantities {
+            tell_quantities(context, quantities);
+        }
+        tell_result(context, optimization, run, quantities.as_ref().map(last_values));
     }
     Ok(())
 }
 
-fn tell_result(context: &Context, optimization: &Optimization, run: &Run) {
+fn tell_result(context: &Context, optimization: &Optimization, run: &Run, quantities: Option<Value>) {
     let Some(record) = optimization.state.history.last() else { return };
     let path = run.directory().path();
     context.console.event(
         "result",
         json!({
             "command": "optimize", "directory": path, "iterations": optimization.state.iteration,
-            "objective": record.objective, "volume_fraction": record.volume_fraction, "peak_bytes": memory::peak(),
+            "objective": record.objective, "volume_fraction": record.volume_fraction,
+            "quantities": quantities, "peak_bytes": memory::peak(),
         }),
     );
     context.console.text(&format!(

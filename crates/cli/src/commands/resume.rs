@@ -46,8 +46,9 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     if optimization.finished() && record.latest.exit == ExitState::Finished {
         let made = optimization.state.iteration;
         context.console.text(&format!(
-            "the run is complete after {}; give --iterations for more, unless `optimizer.tolerance` is met",
-            counted(made, "iteration")
+            "the run is complete after {}: {}",
+            counted(made, "iteration"),
+            if made < iterations { "`optimizer.tolerance` is met" } else { "give --iterations for more" }
         ));
         let told = serde_json::json!({ "command": "resume", "directory": directory.path(), "iterations": made });
         context.console.event("result", told);

@@ -6,7 +6,7 @@ use slipstick::build::Problem;
 use slipstick::design::ElementValues;
 use slipstick::run::{Run, RunDirectory, write_densities, write_path};
 
-use super::{digits, final_status, phases, tell_phases, whole};
+use super::{digits, final_status, last_values, phases, tell_phases, tell_quantities, whole};
 use crate::args::Solve;
 use crate::runs::{end, failed, first, start, watch};
 use crate::setup::{prepare, volume_fraction};
@@ -56,7 +56,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
         let write = |run: &RunDirectory| write_densities(&run.file("design.csv"), &problem.mesh, density, None);
         Ok(directory.map_or(Ok(()), write)?)
     })?;
-    write_path(directory, &problem.mesh, &problem.analysis.design, &forward.path)?;
+    let quantities = write_path(directory, &problem.mesh, &problem.analysis.design, &forward.path)?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
     let Some(directory) = directory else { return Ok(()) };
@@ -70,13 +70,14 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
             "volume_fraction": volume_fraction(problem, density), "newton_iterations": newton,
             "failed_iterations": forward.path.failed_iterations(),
             "increments": forward.path.states.len() - 1, "open": open, "stick": stick, "slip": slip,
-            "phases": phases(&problem.analysis.timings()),
+            "quantities": last_values(&quantities), "phases": phases(&problem.analysis.timings()),
         }),
     );
     tell_phases(context, "solution", &problem.analysis.timings());
     if let Some(value) = objective {
         context.console.text(&format!("objective {}{}", digits(value), shares(problem, &forward)));
     }
+    tell_quantities(context, &quantities);
     let failed = match forward.path.failed_iterations() {
         0 => String::new(),
         failed => format!(" and {failed} in failed attempts"),

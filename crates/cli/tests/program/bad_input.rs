@@ -129,7 +129,7 @@ fn a_directory_without_permission_to_write() {
     if std::fs::write(locked.join("probe"), b"").is_ok() {
         place.good("solve case.toml --out locked");
     } else {
-        place.bad("solve case.toml --out locked", 2, &["cannot make the directory locked", "permission"]);
+        place.bad("solve case.toml --out locked", 2, &["cannot create the directory locked", "permission"]);
     }
     std::fs::set_permissions(&locked, std::fs::Permissions::from_mode(0o700)).expect("set");
 }

@@ -142,7 +142,7 @@ fn counts_agree_with_their_nouns() {
     assert!(place.good("report case_gradient").out.starts_with("1 design, 0 load steps, "));
     place.good("optimize case.toml --iterations 1 -q");
     let out = place.good("resume case --iterations 1").out;
-    assert!(out.contains("the run is complete after 1 iteration;"), "{out}");
+    assert!(out.contains("the run is complete after 1 iteration: "), "{out}");
     place.bad("check case.toml --set contact[3].friction=0.1", 2, &["contact has 1 entry, numbered from 0"]);
 }
 

@@ -42,7 +42,7 @@ fn what_cannot_be_resumed_is_refused() {
         2,
         &["continues with the case", "`slipstick optimize CASE --design case --set …`"],
     );
-    place.bad("resume nowhere", 2, &["there is no run.json in nowhere", "directory of an optimization"]);
+    place.bad("resume nowhere", 2, &["there is no run.json in nowhere", "directory of a run"]);
     place.good("solve case.toml");
     place.bad("resume case_solve", 2, &["there is no checkpoint.json in case_solve"]);
 

@@ -29,8 +29,8 @@ pub enum MultiplierShape {
     /// Φ_j = N¹_j, as in the paper's examples.
     #[default]
     Standard,
-    /// Φ biorthogonal to N¹ on each covered slave facet, so that D is diagonal; on a partially covered one, between
-    /// this and N¹.
+    /// On each covered slave facet, Φ is biorthogonal to N¹, so that D is diagonal; on a partially covered one, Φ lies
+    /// between these shapes and N¹.
     Dual,
 }
 
@@ -49,8 +49,8 @@ pub struct FacetCoupling {
     pub coefficient: Vec<f64>,
     /// `gradient[(j * nodes.len() + s) * 3 nodes.len() + t]` = ∂b_js/∂x_t. \[L\]
     pub gradient: Vec<f64>,
-    /// `facing[3 j + c]` = −Σ_p n_p ∫ N_j over the overlap with master facet p of normal n_p: the direction opposite to
-    /// the masters that face a corner on a sharp edge; zero for other corners. \[L²\]
+    /// `facing[3 j + c]` = −Σ_p n_p ∫ N_j over the overlap with master facet p of normal n_p: opposite to the normals
+    /// of the masters that face a corner on a sharp edge; zero for other corners. \[L²\]
     pub facing: Vec<f64>,
     /// `facing_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂facing/∂x_t; empty if no corner lies on a sharp edge. \[L\]
     pub facing_gradient: Vec<f64>,
@@ -66,7 +66,7 @@ impl FacetCoupling {
         &self.gradient[(corner * n + node) * 3 * n..][..3 * n]
     }
 
-    /// Integrates the slave facet with its candidate masters.
+    /// Integrates over the overlaps of the slave facet with its candidate masters.
     ///
     /// Masters that do not face the slave facet, or whose centre is further away than `reach` along n₀, are ignored, as
     /// are those whose projection is folded, unless they are so close that they may touch. `sharp` marks the corners
@@ -165,7 +165,7 @@ impl FacetCoupling {
         Ok(())
     }
 
-    /// Integrates with one master facet.
+    /// Integrates over the overlap with one master facet.
     fn add_master<const S: usize, const M: usize>(
         &mut self,
         plane: &Plane<S>,
@@ -322,7 +322,7 @@ impl FacetCoupling {
     }
 }
 
-/// An uncovered fraction of a facet below this is the error of the triangle rule on a warped facet.
+/// An uncovered fraction of a facet below this is attributed to the error of the triangle rule on a warped facet.
 const COVERED: f64 = 1e-9;
 
 /// ∫ N_j over a projected facet and its gradient in the facet's plane coordinates.
@@ -362,7 +362,7 @@ mod tests {
     use super::*;
     use crate::kinematics::CellRule;
 
-    /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12) that faces up to it;
+    /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12) whose normals point up;
     /// the slave extends over the patch's edge if `shift` is large. Optionally, each master is replaced by two
     /// triangles.
     fn scene(shift: f64, triangles: bool) -> (Vec<f64>, Vec<FacetNodes>) {
@@ -513,8 +513,8 @@ mod tests {
         }
     }
 
-    /// By dimension: D and M are areas, their derivatives lengths, in any unit of length. A power of two does not
-    /// change the digits.
+    /// D and M are areas and their derivatives lengths, so they scale with the square and the first power of the unit
+    /// of length. The unit is a power of two, so that scaling the input does not change its digits.
     #[test]
     fn rows_do_not_depend_on_the_unit_of_length() {
         let unit = 0.5f64.powi(14);
@@ -538,7 +538,7 @@ mod tests {
     #[test]
     fn a_folded_facet_is_named_where_it_may_touch() {
         let at = |height: f64| {
-            // is counter-clockwise seen from above, so that it faces up to the slave
+            // is counter-clockwise seen from above, so that its normal points up to the slave
             let arrow = [[-0.5, -0.5], [0.4, 0.4], [1.5, -0.5], [0.5, 1.5]];
             let mut x = scene(0.0, false).0[..12].to_vec();
             x.extend(arrow.iter().flat_map(|p| [p[0], p[1], height]));
@@ -553,8 +553,8 @@ mod tests {
         assert_eq!(at(-5.0), Ok(()));
     }
 
-    /// Computed by hand: a master square of size 20 whose centre is 9 to the side still covers a slave square of size
-    /// 0.1.
+    /// Computed by hand: a master square of size 20 whose centre is offset sideways by 9 still covers a slave square of
+    /// size 0.1.
     #[test]
     fn a_large_master_couples_aside_of_its_centre() {
         let mut x = vec![0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.1, 0.0, 0.1, 0.0, 0.0];

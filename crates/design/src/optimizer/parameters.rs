@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::MmaError;
 
-/// Parameters of MMA by the names of the notes; [`Default`] gives the notes' values.
+/// Parameters of the method of moving asymptotes, version of 2007, named as in Svanberg's notes.
 ///
 /// Lengths are relative to the range `upper − lower` of each variable, so no parameter has a unit. The elastic
 /// variables `y`, `z` make every subproblem feasible: MMA minimises
@@ -26,7 +26,7 @@ pub struct MmaParameters {
     pub asymax: f64,
     /// A step leaves at least this part of the distance to the asymptotes. In (0, 1).
     pub albefa: f64,
-    /// Largest step. In (0, 1].
+    /// Largest change of a variable in a step: 0.1 in a case file, as in the paper; 0.5 in the notes. In (0, 1].
     pub move_limit: f64,
     /// Curvature that is added to each function. In (0, ∞).
     pub raa0: f64,
@@ -63,7 +63,7 @@ impl Default for MmaParameters {
 }
 
 impl MmaParameters {
-    /// The notes' values with a move limit of 0.1, as in the paper, section 5.
+    /// The notes' values ([`Default`]) with a move limit of 0.1, as in the paper, section 5.
     pub fn for_densities() -> Self {
         Self { move_limit: 0.1, ..Self::default() }
     }
@@ -97,14 +97,19 @@ impl MmaParameters {
             ("asyincr", self.asyincr, self.asyincr >= 1.0 && self.asyincr.is_finite(), "at least 1 and finite"),
             ("asydecr", self.asydecr, self.asydecr > 0.0 && self.asydecr <= 1.0, "in (0, 1]"),
             ("asymax", self.asymax, positive(self.asymax), "positive and finite"),
-            ("asymin", self.asymin, self.asymin > 0.0 && self.asymin <= self.asymax, "in (0, asymax]"),
+            (
+                "asymin",
+                self.asymin,
+                self.asymin > 0.0 && !(self.asymin > self.asymax && self.asymax > 0.0),
+                "in (0, asymax]",
+            ),
             ("albefa", self.albefa, inside(self.albefa), "in (0, 1)"),
             ("move_limit", self.move_limit, self.move_limit > 0.0 && self.move_limit <= 1.0, "in (0, 1]"),
             ("raa0", self.raa0, positive(self.raa0), "positive and finite"),
             ("a0", self.a0, positive(self.a0), "positive and finite"),
             ("a", self.a, not_negative(self.a), "finite and not negative"),
             ("d", self.d, not_negative(self.d), "finite and not negative"),
-            ("c", self.c, not_negative(self.c) && self.c + self.d > 0.0, "finite and not negative, with c + d > 0"),
+            ("c", self.c, not_negative(self.c) && !(self.c + self.d == 0.0), "finite and not negative, with c + d > 0"),
             ("subproblem_tolerance", self.subproblem_tolerance, inside(self.subproblem_tolerance), "in (0, 1)"),
         ];
         checks.into_iter().filter(|check| !check.2).map(|(name, value, _, range)| (name, value, range))

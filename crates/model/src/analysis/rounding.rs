@@ -5,7 +5,7 @@ use crate::words::quantity;
 use slipstick_design::objective::Measure;
 use std::fmt;
 
-/// Values below this fraction of the problem's own scale are round-off. It is about a thousand times the machine
+/// Values below this fraction of the problem's own scale are round-off. It is some hundred times the machine
 /// precision, and far below the values of soft, slender or nearly void structures.
 const ROUNDING: f64 = 1e-13;
 
@@ -29,6 +29,7 @@ impl fmt::Display for Rounding {
             Some(ForwardNotice::ContactOpenWhereObserved) => {
                 f.write_str(": contact is open at every load step that the objective observes")
             }
+            None if self.value == 0.0 => Ok(()),
             None => write!(f, " compared to {}, the scale of the case's motions and loads", quantity(self.scale)),
         }
     }

@@ -78,6 +78,14 @@ impl Design {
         Ok(())
     }
 
+    /// Strain energy of each element at displacements `d`; 0 for elements of other ranks. \[F L\]
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub fn energies(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
+        self.model.share.agree(self.model.solid.energies(d, &self.scalings).map_err(inverted))
+    }
+
     /// Adds K v with K = ∂f_int/∂d, which is symmetric.
     ///
     /// # Errors

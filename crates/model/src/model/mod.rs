@@ -6,7 +6,7 @@
 //! ContactModel    never changes: mesh, solids, interfaces, supports, loads
 //!   └ Design        determined by the density: scalings of elements, stiffness at the contact
 //!       └ Step        fixed data of a load step: previous state, pseudo-time
-//!           └ Evaluated, with ContactState    at unknowns y: kinematics, measures, each node's law once, residual
+//!           └ Evaluated, with ContactState    at unknowns y: kinematics, measures, each node's law (evaluated once), residual
 //! ```
 //!
 //! [`Design`] implements [`StepProblem`](slipstick_path::StepProblem), on which the march and the adjoint sweep work.

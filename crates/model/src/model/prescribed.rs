@@ -153,6 +153,30 @@ impl Prescribed {
         names
     }
 
+    /// The displacement unknowns that each set prescribes, in the order of the case. An unknown that several tables
+    /// prescribe belongs to the first of them.
+    pub fn owned(&self) -> Vec<(&str, Vec<u32>)> {
+        let mut owned: Vec<(&str, Vec<u32>)> = Vec::new();
+        let mut taken = vec![false; self.fixed.len()];
+        for &(dof, _, _, motion) in &self.entries {
+            if std::mem::replace(&mut taken[dof as usize], true) {
+                continue;
+            }
+            let set = self.motions[motion as usize].set.as_str();
+            match owned.iter_mut().find(|(name, _)| *name == set) {
+                Some((_, unknowns)) => unknowns.push(dof),
+                None => owned.push((set, vec![dof])),
+            }
+        }
+        owned.iter_mut().for_each(|(_, unknowns)| unknowns.sort_unstable());
+        owned
+    }
+
+    /// Displacement unknowns normal to symmetry planes that no set prescribes.
+    pub fn mirrored(&self) -> &[u32] {
+        &self.mirrored
+    }
+
     /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis, then translation.
     pub fn apply(&self, time: f64, d: &mut [f64]) {
         for &dof in &self.mirrored {

@@ -144,8 +144,8 @@ impl StepProblem for Design {
     /// A node that faced the other surface and no longer does must not lie far behind that surface's former position;
     /// otherwise it has passed through undetected. We check this with the previous row at the current positions.
     ///
-    /// Nor may prescribed displacements by themselves push a node into the other surface: no multiplier can close that
-    /// gap.
+    /// Nor may prescribed displacements by themselves push a node into the other surface: no multiplier could push it
+    /// out again.
     fn finish(&self, step: &Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
         let x = model.positions(&at.unknowns);
@@ -197,8 +197,8 @@ impl StepProblem for Design {
         })
     }
 
-    /// The previous state enters through its mortar row in ũ_τ, (66), through its area in the friction term, and through the
-    /// history of the penalty method.
+    /// The previous state enters through its mortar row in ũ_τ, (66), through its area in the fraction of
+    /// friction that acts, and through the history of the penalty method.
     ///
     /// * Multipliers: R and the normal rows of C do not depend on it (62), (63), (67), (85); stick and slip rows do
     ///   (64), (65). The same holds for the augmented Lagrangian, whose equations at convergence are identical.
@@ -231,7 +231,7 @@ impl StepProblem for Design {
         out
     }
 
-    /// Only through the internal force: neither contact nor C depends on the density.
+    /// The density enters only through the internal force: neither contact nor C depends on it.
     ///
     /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences` (tests/derivatives.rs).
     fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
@@ -275,7 +275,7 @@ impl StepProblem for Design {
         let mut change: f64 = 0.0;
         let mut largest = model.floors.multiplier / (model.slaves.len() as f64).sqrt();
         for (j, _, node) in at.state.own() {
-            // nothing is held after a solve for all multipliers: then those of the augmented Lagrangian are compared
+            // the augmented Lagrangian's multipliers are compared even after a solve that held none
             if model.method_of(j) != Method::Augmented && !self.is_held(j, steering.held()) {
                 continue;
             }

@@ -6,6 +6,7 @@ use super::OutputError;
 use super::vtu::{Values, Vtu};
 use slipstick_case::case::Dimension;
 use slipstick_contact::friction::Status;
+use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
 use slipstick_model::model::ContactResults;
 
@@ -19,7 +20,7 @@ pub struct State<'a> {
     /// Results of contact.
     pub contact: &'a ContactResults,
     /// Density of every element.
-    pub density: &'a [f64],
+    pub density: &'a ElementValues,
     /// Smallest J of every element.
     pub determinants: &'a [f64],
     /// `contact_gap` where no master facet is opposite a slave node. \[L\]
@@ -99,8 +100,8 @@ pub fn write_design(
     path: &Path,
     mesh: &Mesh,
     iteration: usize,
-    density: &[f64],
-    derivative: Option<&[f64]>,
+    density: &ElementValues,
+    derivative: Option<&ElementValues>,
     pieces: Option<&[u32]>,
 ) -> Result<(), OutputError> {
     let body = body_numbers(mesh);

@@ -22,8 +22,8 @@ use slipstick_model::words::list;
 pub fn write_densities(
     path: &Path,
     mesh: &Mesh,
-    density: &[f64],
-    derivative: Option<&[f64]>,
+    density: &ElementValues,
+    derivative: Option<&ElementValues>,
 ) -> Result<(), OutputError> {
     assert_eq!(density.len(), mesh.elements.len(), "one density per element");
     for (name, values) in [("density", Some(density)), ("derivative", derivative)] {

@@ -25,6 +25,7 @@ const FILES: &[&str] = &[
     "case.toml",
     "checkpoint.json",
     "contact.csv",
+    "quantities.csv",
     "design.csv",
     "design.pvd",
     "design.stl",

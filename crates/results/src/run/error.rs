@@ -21,7 +21,7 @@ pub enum RunError {
         directory: PathBuf,
     },
     /// The path cannot become a run's directory.
-    #[error("cannot make the directory {}: {reason}", .directory.display())]
+    #[error("cannot create the directory {}: {reason}", .directory.display())]
     Directory {
         /// The directory.
         directory: PathBuf,
@@ -102,7 +102,8 @@ impl RunError {
                  resumed: start it again with --force"
                     .into()
             }
-            Self::NoRun { .. } => "name the directory of an optimization".into(),
+            Self::NoRun { file: "history.csv" | "design.csv", .. } => "name the directory of an optimization".into(),
+            Self::NoRun { .. } => "name the directory of a run".into(),
             Self::OtherCase { .. } => {
                 "restore the original text, or start a new run with `slipstick optimize CASE --design RESULTS`".into()
             }

@@ -4,14 +4,15 @@ use slipstick_mesh::Mesh;
 use slipstick_path::{MarchFailure, Path, StepState};
 
 use super::first::agree;
-use super::tables::ContactTable;
+use super::tables::{ContactTable, write_quantities};
 use super::{RunDirectory, RunError, on_first};
 use crate::output::{OutputError, Pvd, fields};
 use slipstick_model::analysis::pair_results;
 use slipstick_model::model::{ContactResults, Design};
+use slipstick_model::quantities::{Quantities, quantities};
 
-/// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`, and `contact.csv`
-/// ([`ContactTable`]); returns the number of steps written. All ranks call it; `run` is that of the first rank, if it
+/// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`, `contact.csv`
+/// ([`ContactTable`]) and `quantities.csv` ([`write_quantities`]); returns the quantities. All ranks call it; `run` is that of the first rank, if it
 /// keeps one.
 ///
 /// The slip increment of a step that was cut back is that of its last sub-step. If a state can no longer be evaluated
@@ -19,13 +20,18 @@ use slipstick_model::model::{ContactResults, Design};
 ///
 /// # Errors
 /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
-pub fn write_path(run: Option<&RunDirectory>, mesh: &Mesh, design: &Design, path: &Path) -> Result<usize, RunError> {
+pub fn write_path(
+    run: Option<&RunDirectory>,
+    mesh: &Mesh,
+    design: &Design,
+    path: &Path,
+) -> Result<Quantities, RunError> {
     let ranks = design.model().share().ranks().clone();
+    let quantities = quantities(mesh, design, path);
     let written = path.with_states(&*ranks, |state| {
-        let Some(run) = run else { return Ok(0) };
+        let Some(run) = run else { return Ok(()) };
         let files = Files::new(run, mesh, design);
         let (mut collection, mut forces) = (Pvd::default(), ContactTable::new(mesh));
-        let mut written = 0;
         let mut last = None;
         for (index, at) in path.states.iter().enumerate() {
             let step = match at.completes {
@@ -49,14 +55,14 @@ pub fn write_path(run: Option<&RunDirectory>, mesh: &Mesh, design: &Design, path
             if !contact.nodes.is_empty() {
                 forces.add(step, at.time, &pair_results(design.model().interfaces(), &contact));
             }
-            written += 1;
             last = Some((index, now));
         }
         collection.save(&run.file("path.pvd"))?;
         forces.save(run)?;
-        Ok(written)
+        Ok(write_quantities(run, &quantities)?)
     });
-    Ok(agree(&*ranks, written)?.unwrap_or(0))
+    agree(&*ranks, written)?;
+    Ok(quantities)
 }
 
 /// Writes the results of a failed march, also on several ranks: the completed load steps, as [`write_path`] does; then

@@ -11,8 +11,9 @@
 //! | `design.csv` | density of every element of the last evaluated design; its derivative if an update followed | after every iteration |
 //! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every few iterations, as set by `[output]` `every` |
-//! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end |
-//! | `contact.csv` | resultant and peak pressure of each contact pair, by load step: [`ContactTable`] | at the end |
+//! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end, also of a failed march |
+//! | `quantities.csv` | reactions, contact forces and energies, by load step: [`write_quantities`] | at the end, also of a failed march |
+//! | `contact.csv` | resultant and peak pressure of each contact pair, by load step: [`ContactTable`] | at the end, also of a failed march |
 //! | `path_XXXX.pvtu`, `path_XXXX.N.vtu`, also for designs | the same in pieces, one per rank | with `[output]` `pieces` |
 //! | `failure.vtu` | the iterate at which a march finally failed | when this happens |
 //! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, for runs that compute it | at the end |
@@ -61,4 +62,4 @@ pub use record::{ExitState, Machine, RunPart, RunRecord};
 pub use slipstick_case::case::sha256;
 pub use start_values::StartValuesFile;
 pub use symmetry::{Image, asymmetry};
-pub use tables::{ContactTable, History, NewtonTable};
+pub use tables::{ContactTable, History, NewtonTable, write_quantities};

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
 
 /// Centroids count as equal when they agree to this fraction of the design's extent. Not a round number, because
@@ -33,7 +34,7 @@ impl Image {
 ///
 /// # Panics
 /// If there is not one density per element of the mesh, or the axis is above 2.
-pub fn asymmetry(mesh: &Mesh, density: &[f64], elements: &[usize], image: Image) -> Option<f64> {
+pub fn asymmetry(mesh: &Mesh, density: &ElementValues, elements: &[usize], image: Image) -> Option<f64> {
     let (Image::Mirror(axis) | Image::HalfTurn(axis)) = image;
     assert!(axis < 3, "an axis of space");
     let reversed = image.reversed();
@@ -73,11 +74,11 @@ mod tests {
         let shape = BoxShape { min: [0.0; 3], max: [4.0, 1.0, 1.0], elements: [4, 1, 1], grading: [1.0; 3] };
         let mesh = box_mesh("row", &shape).expect("a mesh");
         let elements: Vec<usize> = (0..4).collect();
-        let density = [1.0, 0.5, 0.5, 0.2];
+        let density = [1.0, 0.5, 0.5, 0.2].into();
         let found = asymmetry(&mesh, &density, &elements, Image::Mirror(0)).expect("a symmetric mesh");
         assert!((found - 2.0 * 0.8 / (2.0 * 2.2)).abs() < 1e-12, "{found}");
         assert_eq!(asymmetry(&mesh, &density, &elements, Image::Mirror(1)), Some(0.0));
-        assert_eq!(asymmetry(&mesh, &[0.0; 4], &elements, Image::Mirror(0)), None);
+        assert_eq!(asymmetry(&mesh, &[0.0; 4].into(), &elements, Image::Mirror(0)), None);
         assert_eq!(asymmetry(&mesh, &density, &[0, 1, 3], Image::Mirror(0)), None);
     }
 
@@ -92,7 +93,7 @@ mod tests {
             if (x > 1.0) == (z > 1.0) { 1.0 } else { 0.0 }
         };
         let elements: Vec<usize> = (0..4).collect();
-        let density: Vec<f64> = elements.iter().map(|&e| opposite(e)).collect();
+        let density: ElementValues = elements.iter().map(|&e| opposite(e)).collect();
         let found = |image| asymmetry(&mesh, &density, &elements, image);
         assert_eq!(found(Image::HalfTurn(1)), Some(0.0));
         assert_eq!([0, 1, 2].map(|axis| found(Image::Mirror(axis))), [Some(1.0), Some(0.0), Some(1.0)]);

@@ -10,6 +10,7 @@ use crate::output::{Cell, Csv, OutputError, write_atomically};
 use slipstick_model::analysis::PairResult;
 use slipstick_model::model::course;
 use slipstick_model::optimize::IterationRecord;
+use slipstick_model::quantities::Quantities;
 use slipstick_model::words::rounded;
 
 const HISTORY: &[&str] = &[
@@ -137,6 +138,26 @@ impl<'a> ContactTable<'a> {
         }
         write_atomically(&run.file("contact.csv"), |writer| writer.write_all(self.text.as_bytes()))
     }
+}
+
+/// Writes `quantities.csv`, completely or not at all: one row per load step and one column per quantity
+/// ([`slipstick_model::quantities`]), after the load step, counted through all load cases; the load case, from 0; and
+/// pseudo-time within it. A cell is empty if the state can no longer be evaluated.
+///
+/// # Errors
+/// [`OutputError::Io`].
+pub fn write_quantities(run: &RunDirectory, quantities: &Quantities) -> Result<(), OutputError> {
+    write_atomically(&run.file("quantities.csv"), |writer| {
+        let names: String = quantities.names.iter().map(|quantity| format!(",{}", quantity.name)).collect();
+        writeln!(writer, "step,load_case,time{names}")?;
+        for row in &quantities.rows {
+            let (case, time) = course::place(row.time);
+            let cell = |value: &f64| if value.is_finite() { format!(",{value:?}") } else { ",".to_owned() };
+            let cells: String = row.values.iter().map(cell).collect();
+            writeln!(writer, "{},{case},{:?}{cells}", row.step, rounded(time, 12))?;
+        }
+        Ok(())
+    })
 }
 
 const NEWTON: &[&str] = &[

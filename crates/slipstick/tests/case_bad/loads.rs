@@ -20,7 +20,12 @@ fn wrong_loads() {
         ("[[load]]\nsurface = 'ball_flat'\npressure = 0.0", OutOfRange, (LINE + 2, 12), "is a load of zero"),
         ("[[load]]\nsurface = 'ball_flat'\ntraction = 3.0", WrongType, (LINE + 2, 12), "traction"),
         ("[[load]]\nsurface = 'ball_flat'\nforce = [0, 0, 0]", OutOfRange, (LINE + 2, 9), "is a load of zero"),
-        ("[[load]]\nsurface = 'ball_flat'\nforce = [0, 1, 0]\npressure = 2.0", ChooseOne, (LINE + 2, 9), "2 times"),
+        (
+            "[[load]]\nsurface = 'ball_flat'\nforce = [0, 1, 0]\npressure = 2.0",
+            ChooseOne,
+            (LINE + 2, 9),
+            "more than once",
+        ),
         (
             "[[load]]\nsurface = 'ball_flat'\npressure = 2.0\namplitude = [{ t = 1.5, factor = 1 }]",
             MotionTime,

@@ -18,7 +18,7 @@ pub const MATCHED: [(usize, [f64; 5]); 2] =
 pub const BETWEEN: [(usize, [f64; 5]); 2] =
     [(1, [0.0, 7439.0, 5560.0, 5789.0, 3872.0]), (3, [0.0, 0.0, 20439.0, 16585.0, 11025.0])];
 
-/// Smallest pressure to which deviations are related; small compared to the pressures of 2e4.
+/// Deviations of smaller pressures are relative to this one, which is small compared to the pressures of 2e4.
 const SMALL: f64 = 100.0;
 
 /// Refinement factor of the reference.

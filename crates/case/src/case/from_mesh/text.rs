@@ -179,7 +179,8 @@ impl<'a> Plan<'a> {
             quoted(&master)
         );
         let far = self.far_side(self.held, self.normal);
-        let _ = write!(text, "\n[[dirichlet]]                     # without a motion: held\nset = {}\n", quoted(&far));
+        let _ =
+            write!(text, "\n[[dirichlet]]                     # no motion given: held fixed\nset = {}\n", quoted(&far));
         let (held, driven) = (self.held, self.driven);
         for further in (0..self.survey.parts.len()).filter(|&body| body != held && Some(body) != driven) {
             let set = self.far_side(further, self.normal);

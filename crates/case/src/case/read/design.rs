@@ -17,7 +17,10 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         table.number(key).check(CaseCode::Fraction, range, "must lie in (0, 1]", "")
     };
     let volume_fraction = fraction("volume_fraction").optional();
-    table.require_one_of(&["initial", "volume_fraction"], "[design] needs the density at the start, in (0, 1]");
+    table.require_one_of(
+        &["initial", "volume_fraction"],
+        "[design] needs `initial`, the density at the start, or `volume_fraction`, which it then equals",
+    );
     let initial = fraction("initial").or(volume_fraction.unwrap_or(1.0));
     let sensitivity_filter = table.table("sensitivity_filter").map(|filter| {
         let help = "in the unit of length, for instance 1.5 element sizes";
@@ -57,7 +60,7 @@ fn design_bodies(table: &Table<'_>, names: &Names) -> Vec<String> {
         names.check_body(reader, &path, &name);
         Some((name, path))
     };
-    let help = "the names of the bodies to be designed";
+    let help = "list the names of the bodies to be designed";
     let listed = table
         .list("bodies", one)
         .check(CaseCode::EmptyDesign, |list| !list.is_empty(), "is empty: there is nothing to design", help)
@@ -138,7 +141,7 @@ fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
         reader.error(
             "design.volume_fraction",
             CaseCode::InfeasibleVolume,
-            format!("passive solid elements alone fill {fraction:.4} of the design bodies"),
+            format!("passive solid elements alone fill {fraction:.4} of the volume of the design bodies"),
             "raise `volume_fraction` above that, or shrink `passive_solid`",
         );
     }
@@ -263,11 +266,17 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
 
 fn mma(table: Table<'_>) -> MmaParameters {
     let mut parameters = MmaParameters::for_densities();
+    let mut readable = true;
     for (name, value) in parameters.by_name() {
-        *value = table.number(name).or(*value);
+        let read = table.number(name).optional();
+        readable &= read.is_some() || !table.has(name);
+        *value = read.unwrap_or(*value);
     }
-    for (name, _, range) in parameters.out_of_range() {
-        table.reader.error(&table.path_of(name), CaseCode::OutOfRange, format!("`{name}` must be {range}"), "");
+    for (name, value, range) in parameters.out_of_range().filter(|_| readable) {
+        // the range of `asymin` depends on `asymax`, which may be the one that is given
+        let given = if table.has(name) { name } else { "asymax" };
+        let message = format!("`{name}` must be {range}, but is {value}");
+        table.reader.error(&table.path_of(given), CaseCode::OutOfRange, message, "");
     }
     table.finish();
     parameters

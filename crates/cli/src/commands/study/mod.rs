@@ -65,7 +65,7 @@ pub fn run(context: &Context, args: &Study) -> Outcome {
     }
     let results = plan.folder.join(&plan.results);
     std::fs::create_dir_all(&results).map_err(|error| {
-        Failure::input(format!("cannot make the directory {}: {error}", results.display()), "check its parent")
+        Failure::input(format!("cannot create the directory {}: {error}", results.display()), "check its parent")
     })?;
     let mut failed: Vec<String> = Vec::new();
     for run in plan.file.runs.iter().filter(|run| asked(&run.name)) {

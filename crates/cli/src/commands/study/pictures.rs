@@ -29,7 +29,7 @@ pub fn draw(context: &Context, plan: &Plan, done: &[&str], asked: &dyn Fn(&str) 
 fn one(context: &Context, plan: &Plan, file: &Path, line: &[String]) -> Outcome {
     if let Some(folder) = plan.folder.join(file).parent() {
         std::fs::create_dir_all(folder).map_err(|error| {
-            Failure::input(format!("cannot make the directory {}: {error}", folder.display()), "check its parent")
+            Failure::input(format!("cannot create the directory {}: {error}", folder.display()), "check its parent")
         })?;
     }
     let ended = child::run(context, &plan.folder, line)?;

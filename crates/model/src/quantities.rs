@@ -1,0 +1,310 @@
+//! Quantities that every run reports at each load step: reactions and displacements of the supports, forces of the
+//! contact pairs, energies.
+//!
+//! | name | of | unit | meaning |
+//! |---|---|---|---|
+//! | `displacement_SET_x` … | a support | L | mean displacement of its nodes |
+//! | `reaction_SET_x` … | a support | F | force that it exerts on the body, for each prescribed component |
+//! | `symmetry_reaction_x` … | a symmetry plane | F | force that it exerts on the bodies, along its normal |
+//! | `SLAVE_force_x` … | a contact pair | F | resultant of the contact forces on the slave, friction included |
+//! | `SLAVE_normal_force` | a contact pair | F | sum of the normal forces of the slave nodes, Σ A_j ζ_nj |
+//! | `SLAVE_friction_force` | a contact pair | F | sum of the magnitudes of their friction forces, Σ A_j ‖ζ_τj‖ |
+//! | `SLAVE_peak_pressure` | a contact pair | F/L² | largest contact pressure at a slave node |
+//! | `SLAVE_contact_area` | a contact pair | L² | covered area of the slave nodes that are in contact |
+//! | `SLAVE_open`, `_stick`, `_slip` | a contact pair | – | numbers of slave nodes |
+//! | `SLAVE_friction_work` | a contact pair | F L | work dissipated by friction since the start of the load case |
+//! | `strain_energy_BODY` | a body | F L | elastic energy |
+//! | `strain_energy`, `friction_work` | everything | F L | sums over bodies and pairs |
+//! | `external_work` | everything | F L | work of loads and supports since the start of the load case |
+//! | `contact_work` | everything | F L | work that contact takes from the bodies since the start of the load case |
+//! | `energy_balance` | everything | F L | external work − strain energy − friction work |
+//!
+//! `SET` is the set of a `[[dirichlet]]` table, `SLAVE` the slave surface. A displacement component that several tables
+//! prescribe belongs to the first of them, so that the reactions of all supports and symmetry planes and the loads add
+//! up to zero. Test: `reactions_and_loads_are_in_equilibrium`.
+//!
+//! External work and contact work are integrated by the trapezoidal rule over the accepted (sub-)steps: external work −
+//! strain energy − contact work is zero in the limit of small steps. Friction work is the sum of the tractions at the end
+//! of each step times the objective slip increments, Σ ζ_τj·ũ_τj. It differs from contact work by the energy of
+//! penalties; by the size of the steps; and, at finite strains, by the discretization, where the normals of slave and
+//! master are not opposite, as at the rim of a block that digs in. The energy balance shows that difference.
+//! Tests: `work_is_stored_or_taken_by_contact`, `friction_work_is_contact_work_at_small_strains`.
+
+use std::borrow::Cow;
+
+use slipstick_mesh::Mesh;
+use slipstick_path::{Path, StateError, StepState};
+
+use crate::analysis::pair_results;
+use crate::model::{ContactModel, ContactResults, Design, NodalContact};
+
+/// A quantity's name and unit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct QuantityName {
+    /// As in the [table](self) of names.
+    pub name: String,
+    /// In units of force F and length L; empty for numbers.
+    pub unit: &'static str,
+}
+
+/// All quantities at the end of a load step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct QuantityRow {
+    /// Load step, counted through all load cases; 0 at rest.
+    pub step: usize,
+    /// Pseudo-time, counted through all load cases.
+    pub time: f64,
+    /// One number per name; NaN from a state on that can no longer be evaluated, which is rare because it converged.
+    pub values: Vec<f64>,
+}
+
+/// Quantities of a path.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Quantities {
+    /// Names, in the order of the values.
+    pub names: Vec<QuantityName>,
+    /// The state at rest and every completed load step.
+    pub rows: Vec<QuantityRow>,
+}
+
+impl Quantities {
+    /// A quantity at every row; `None` if there is none of this name.
+    pub fn get(&self, name: &str) -> Option<Vec<f64>> {
+        let column = self.names.iter().position(|known| known.name == name)?;
+        Some(self.rows.iter().map(|row| row.values[column]).collect())
+    }
+}
+
+/// Computes the quantities of all completed load steps of a path. All ranks call it and receive the same.
+pub fn quantities(mesh: &Mesh, design: &Design, path: &Path) -> Quantities {
+    let recorder = Recorder { mesh, design, supports: supports(design.model()) };
+    let ranks = design.model().share().ranks().clone();
+    let mut result = Quantities { names: recorder.names(), rows: Vec::new() };
+    let mut sums = Sums::default();
+    let mut last: Option<(Cow<'_, StepState>, Forces)> = None;
+    for (index, at) in path.states.iter().enumerate() {
+        let now = path.state(index, &*ranks);
+        let before = last.take().filter(|_| !at.rest);
+        let previous = before.as_ref().map_or(&now, |(state, _)| state);
+        let evaluated = recorder.evaluate(at.time, previous, &now);
+        let step = at.completes.or((index == 0).then_some(0));
+        let Ok((forces, contact)) = evaluated else {
+            sums.broken = true;
+            result.rows.extend(step.map(|step| recorder.unknown(step, at.time, result.names.len())));
+            last = Some((now, Forces::default()));
+            continue;
+        };
+        match &before {
+            Some((state, old)) if !sums.broken => {
+                sums.add(design.model(), (state, old), (&now, &forces), &contact);
+            }
+            Some(_) => {}
+            None => sums = Sums::default(),
+        }
+        if let Some(step) = step {
+            let row = match sums.broken {
+                true => recorder.unknown(step, at.time, result.names.len()),
+                false => QuantityRow { step, time: at.time, values: recorder.values(&now, &forces, &contact, &sums) },
+            };
+            result.rows.push(row);
+        }
+        last = Some((now, forces));
+    }
+    result
+}
+
+/// Displacement unknowns that a support prescribes, and its name.
+struct Support {
+    set: Option<String>,
+    unknowns: Vec<u32>,
+}
+
+fn supports(model: &ContactModel) -> Vec<Support> {
+    let prescribed = model.prescribed();
+    let sets = prescribed.owned().into_iter().map(|(set, unknowns)| Support { set: Some(set.to_owned()), unknowns });
+    let mirrored = prescribed.mirrored();
+    let plane = |c: u32| mirrored.iter().copied().filter(|unknown| unknown % 3 == c).collect::<Vec<u32>>();
+    let planes = (0..3).map(plane).filter(|unknowns| !unknowns.is_empty());
+    sets.chain(planes.map(|unknowns| Support { set: None, unknowns })).collect()
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl Support {
+    /// The nodes, and whether any unknown of each component is prescribed.
+    fn nodes(&self) -> (Vec<u32>, [bool; 3]) {
+        let mut nodes: Vec<u32> = self.unknowns.iter().map(|unknown| unknown / 3).collect();
+        nodes.dedup();
+        let mut components = [false; 3];
+        self.unknowns.iter().for_each(|unknown| components[(unknown % 3) as usize] = true);
+        (nodes, components)
+    }
+}
+
+/// Forces on all displacement unknowns at a state, and the energy of each body.
+#[derive(Debug, Default)]
+struct Forces {
+    external: Vec<f64>,
+    /// Of the supports; zero at free unknowns. \[F\]
+    reaction: Vec<f64>,
+    contact: Vec<f64>,
+    /// \[F L\]
+    energy: Vec<f64>,
+}
+
+/// Work since the start of the load case. \[F L\]
+#[derive(Debug, Default)]
+struct Sums {
+    external: f64,
+    contact: f64,
+    /// Of each pair.
+    friction: Vec<f64>,
+    /// A state since then could not be evaluated.
+    broken: bool,
+}
+
+impl Sums {
+    fn add(
+        &mut self,
+        model: &ContactModel,
+        (before, old): (&StepState, &Forces),
+        (now, new): (&StepState, &Forces),
+        contact: &ContactResults,
+    ) {
+        for i in 0..new.external.len() {
+            let moved = 0.5 * (now.unknowns[i] - before.unknowns[i]);
+            self.external += (old.external[i] + new.external[i] + old.reaction[i] + new.reaction[i]) * moved;
+            self.contact -= (old.contact[i] + new.contact[i]) * moved;
+        }
+        self.friction.resize(model.interfaces().len(), 0.0);
+        for (sum, nodes) in self.friction.iter_mut().zip(by_pair(model, contact)) {
+            let work =
+                |at: &NodalContact| at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
+            *sum += nodes.iter().filter(|at| at.status as u8 != 0).map(work).sum::<f64>();
+        }
+    }
+}
+
+/// The slave nodes of each pair.
+fn by_pair<'a>(model: &'a ContactModel, contact: &'a ContactResults) -> impl Iterator<Item = &'a [NodalContact]> {
+    let mut rest = &contact.nodes[..];
+    model.interfaces().iter().map(move |pair| {
+        let (own, others) = rest.split_at(pair.interface.slave_nodes().len().min(rest.len()));
+        rest = others;
+        own
+    })
+}
+
+struct Recorder<'a> {
+    mesh: &'a Mesh,
+    design: &'a Design,
+    supports: Vec<Support>,
+}
+
+impl Recorder<'_> {
+    fn names(&self) -> Vec<QuantityName> {
+        let mut names = Vec::new();
+        let mut push = |name: String, unit| names.push(QuantityName { name, unit });
+        for support in &self.supports {
+            let (_, components) = support.nodes();
+            let prescribed = (0..3).filter(|&c| components[c]);
+            match &support.set {
+                Some(set) => {
+                    AXES.iter().for_each(|axis| push(format!("displacement_{set}_{axis}"), "L"));
+                    prescribed.for_each(|c| push(format!("reaction_{set}_{}", AXES[c]), "F"));
+                }
+                None => prescribed.for_each(|c| push(format!("symmetry_reaction_{}", AXES[c]), "F")),
+            }
+        }
+        for pair in self.design.model().interfaces() {
+            let slave = &pair.surfaces[0];
+            AXES.iter().for_each(|axis| push(format!("{slave}_force_{axis}"), "F"));
+            for (name, unit) in PAIR {
+                push(format!("{slave}_{name}"), unit);
+            }
+        }
+        self.mesh.bodies.iter().for_each(|body| push(format!("strain_energy_{}", body.name), "F L"));
+        for name in ["strain_energy", "friction_work", "external_work", "contact_work", "energy_balance"] {
+            push(name.into(), "F L");
+        }
+        names
+    }
+
+    /// Forces and contact at a state.
+    fn evaluate(
+        &self,
+        time: f64,
+        previous: &StepState,
+        state: &StepState,
+    ) -> Result<(Forces, ContactResults), StateError> {
+        let (design, model) = (self.design, self.design.model());
+        let n = model.prescribed().fixed().len();
+        let d = &state.unknowns[..n];
+        let (mut reaction, mut external) = (vec![0.0; n], vec![0.0; n]);
+        design.internal_force(d, &mut reaction)?;
+        model.external_force(d, time, &mut external);
+        let mut contact = design.contact_results(previous, state)?;
+        for (i, fixed) in model.prescribed().fixed().iter().enumerate() {
+            reaction[i] = if *fixed { reaction[i] - external[i] - contact.force[i] } else { 0.0 };
+        }
+        let of_elements = design.energies(d)?;
+        let mut energy: Vec<f64> =
+            self.mesh.bodies.iter().map(|body| of_elements[body.elements.clone()].iter().sum()).collect();
+        model.share().sum(&mut [&mut energy]);
+        let force = std::mem::take(&mut contact.force);
+        Ok((Forces { external, reaction, contact: force, energy }, contact))
+    }
+
+    fn unknown(&self, step: usize, time: f64, count: usize) -> QuantityRow {
+        QuantityRow { step, time, values: vec![f64::NAN; count] }
+    }
+
+    fn values(&self, state: &StepState, forces: &Forces, contact: &ContactResults, sums: &Sums) -> Vec<f64> {
+        let mut values = Vec::new();
+        for support in &self.supports {
+            let (nodes, components) = support.nodes();
+            if support.set.is_some() {
+                for c in 0..3 {
+                    let sum: f64 = nodes.iter().map(|&node| state.unknowns[3 * node as usize + c]).sum();
+                    values.push(sum / nodes.len() as f64);
+                }
+            }
+            for c in (0..3).filter(|&c| components[c]) {
+                let own = support.unknowns.iter().filter(|&&unknown| unknown as usize % 3 == c);
+                values.push(own.map(|&unknown| forces.reaction[unknown as usize]).sum());
+            }
+        }
+        let model = self.design.model();
+        let results = pair_results(model.interfaces(), contact);
+        for (i, (nodes, result)) in by_pair(model, contact).zip(&results).enumerate() {
+            let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);
+            let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
+            let friction = |at: &NodalContact| at.covered_area * at.multiplier[1].hypot(at.multiplier[2]);
+            values.extend(result.force);
+            values.push(nodes.iter().map(|at| at.covered_area * at.multiplier[0]).sum());
+            values.push(nodes.iter().map(friction).sum());
+            values.push(result.peak_pressure);
+            values.push(in_contact().map(|at| at.covered_area).sum());
+            values.extend([count(0), count(1), count(2)]);
+            values.push(sums.friction.get(i).copied().unwrap_or(0.0));
+        }
+        values.extend(&forces.energy);
+        let (stored, dissipated) = (forces.energy.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
+        values.extend([stored, dissipated, sums.external, sums.contact, sums.external - stored - dissipated]);
+        // −0 is written as 0
+        values.iter_mut().for_each(|value| *value += 0.0);
+        values
+    }
+}
+
+/// Quantities of a pair after its resultant.
+const PAIR: [(&str, &str); 8] = [
+    ("normal_force", "F"),
+    ("friction_force", "F"),
+    ("peak_pressure", "F/L²"),
+    ("contact_area", "L²"),
+    ("open", ""),
+    ("stick", ""),
+    ("slip", ""),
+    ("friction_work", "F L"),
+];
