@@ -287,17 +287,21 @@ pub struct Evaluate {
 /// Arguments of `render`.
 #[derive(Debug, Clone, Args)]
 pub struct Render {
-    /// Directory of a run; with --history, several directories or tables of histories (.csv)
+    /// Directory of a run; with --curve, several; with --history, several directories or tables of histories (.csv)
     #[arg(value_name = "RESULTS", required = true, value_hint = ValueHint::AnyPath)]
     pub results: Vec<PathBuf>,
     /// Draw objectives and volume fractions over the iterations, all runs in one chart
     #[arg(long, conflicts_with_all = ["field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
     pub history: bool,
+    /// Draw a column of quantities.csv over another, such as a reaction over a displacement, all runs in one chart; an
+    /// unknown name lists the available ones
+    #[arg(long, num_args = 2, value_names = ["X", "Y"], conflicts_with_all = ["history", "field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
+    pub curve: Vec<String>,
     /// Only these runs, by name, in this order (with --history)
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "history")]
     pub runs: Vec<String>,
-    /// Title of the chart (with --history)
-    #[arg(long, value_name = "TEXT", requires = "history")]
+    /// Title of the chart (with --history or --curve)
+    #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
     /// Field to colour by: pressure, gap, displacement, …; an unknown name lists the available ones [default: density;
     /// if all densities are 1, as without a designed body, contact pressure or displacement]
@@ -333,7 +337,7 @@ pub struct Render {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
     pub size: (u32, u32),
-    /// File to write [default: picture.png in the directory; with --history of a single directory, history.png]
+    /// File to write [default: picture.png in the directory; with --history or --curve of a single directory, history.png or curve.png]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
 }

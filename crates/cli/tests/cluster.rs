@@ -93,7 +93,14 @@ fn column(path: &Path, name: &str) -> Vec<f64> {
 }
 
 fn assert_same_run(found: &Path, expected: &Path, bound: f64) {
-    let pairs = [("history.csv", "objective"), ("design.csv", "density")];
+    let pairs = [
+        ("history.csv", "objective"),
+        ("design.csv", "density"),
+        ("quantities.csv", "reaction_block_ymax_x"),
+        ("quantities.csv", "strain_energy"),
+        ("quantities.csv", "external_work"),
+        ("quantities.csv", "friction_work"),
+    ];
     for (file, name) in pairs {
         let (found, expected) = (column(&found.join(file), name), column(&expected.join(file), name));
         assert_eq!(found.len(), expected.len(), "{file}");

@@ -6,7 +6,7 @@ use serde_json::json;
 use slipstick::build::build_mesh;
 use slipstick::picture::{Drawn, PictureError, PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, Picture, RenderError, RunHistory, histories_picture};
-use slipstick::render::{is_table, read_histories};
+use slipstick::render::{curves_picture, is_table, read_curves, read_histories};
 use slipstick::run::RunDirectory;
 
 use crate::args::Render;
@@ -17,13 +17,19 @@ use crate::{Context, Outcome};
 /// The first bytes of every PNG file.
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Draws a result of a run, or the histories of several.
+/// Draws a result of a run, or the histories or curves of several.
 ///
 /// # Errors
 /// [`Failure::Input`], [`Failure::Case`].
 pub fn run(context: &Context, args: &Render) -> Outcome {
     if args.history {
         return histories(context, args);
+    }
+    if let [x, y] = &args.curve[..] {
+        return curves(context, args, [x, y]);
+    }
+    if args.title.is_some() {
+        return Err(Failure::input("only charts have titles", "add --history or --curve, or omit --title"));
     }
     let [results] = &args.results[..] else {
         let message = format!("{} results were given for one picture", args.results.len());
@@ -74,15 +80,7 @@ fn save(picture: &Picture, file: &Path) -> Outcome {
 
 /// Draws the histories of runs in one chart.
 fn histories(context: &Context, args: &Render) -> Outcome {
-    let file = match (&args.out, &args.results[..]) {
-        (Some(file), _) => file.clone(),
-        (None, [results]) if results.is_dir() => results.join("history.png"),
-        _ => {
-            let message = "the chart needs a file name";
-            return Err(Failure::input(message, "give one with --out, for instance --out history.png"));
-        }
-    };
-    replaceable(&file)?;
+    let file = chart_file(args, "history.png")?;
     let runs = chosen(named(&args.results)?, &args.runs)?;
     let limit = common_limit(&args.results);
     let (width, height) = args.size;
@@ -93,6 +91,36 @@ fn histories(context: &Context, args: &Render) -> Outcome {
     context.console.event("result", told);
     context.console.text(&format!("histories of {} in {}", names.join(", "), file.display()));
     Ok(())
+}
+
+/// Draws one quantity over another, for all runs in one chart.
+fn curves(context: &Context, args: &Render, [x, y]: [&str; 2]) -> Outcome {
+    let file = chart_file(args, "curve.png")?;
+    let mut all = Vec::new();
+    for results in &args.results {
+        all.extend(read_curves(results, &results.display().to_string(), x, y)?);
+    }
+    let (width, height) = args.size;
+    let canvas = Canvas { width, height, ..Canvas::default() };
+    save(&curves_picture(args.title.as_deref(), &all, [x, y], &canvas).map_err(PictureError::from)?, &file)?;
+    let told = json!({ "command": "render", "file": file, "curve": [x, y], "width": width, "height": height });
+    context.console.event("result", told);
+    context.console.text(&format!("{y} over {x} in {}", file.display()));
+    Ok(())
+}
+
+/// The file for a chart: as requested, or in the only directory.
+fn chart_file(args: &Render, name: &str) -> Outcome<PathBuf> {
+    let file = match (&args.out, &args.results[..]) {
+        (Some(file), _) => file.clone(),
+        (None, [results]) if results.is_dir() => results.join(name),
+        _ => {
+            let message = "the chart needs a file name";
+            return Err(Failure::input(message, format!("give one with --out, for instance --out {name}")));
+        }
+    };
+    replaceable(&file)?;
+    Ok(file)
 }
 
 /// All histories of the results. Runs with the same name are distinguished by their paths.

@@ -25,6 +25,7 @@ const FILES: &[&str] = &[
     "case.toml",
     "checkpoint.json",
     "contact.csv",
+    "curve.png",
     "quantities.csv",
     "design.csv",
     "design.pvd",
@@ -50,7 +51,7 @@ const FILES: &[&str] = &[
 const MARK: &str = "run.json";
 
 /// Files that commands for viewing a run write to its directory, without its lock.
-const OF_READERS: &[&str] = &["design.stl", "history.png", "picture.png", "report.html"];
+const OF_READERS: &[&str] = &["curve.png", "design.stl", "history.png", "picture.png", "report.html"];
 
 /// Numbered files of a run: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and `{stem}_XXXX.{rank}.vtu`.
 const NUMBERED: &[&str] = &["design", "path"];

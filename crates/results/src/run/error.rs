@@ -102,6 +102,7 @@ impl RunError {
                  resumed: start it again with --force"
                     .into()
             }
+            Self::NoRun { file: "quantities.csv", .. } => "name the directory of a run of `solve` or `optimize`".into(),
             Self::NoRun { file: "history.csv" | "design.csv", .. } => "name the directory of an optimization".into(),
             Self::NoRun { .. } => "name the directory of a run".into(),
             Self::OtherCase { .. } => {

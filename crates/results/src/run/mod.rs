@@ -18,6 +18,7 @@
 //! | `failure.vtu` | the iterate at which a march finally failed | when this happens |
 //! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, for runs that compute it | at the end |
 //! | `picture.png` | a result as a picture: `slipstick_views::picture` | on request |
+//! | `curve.png` | one quantity over another | on request |
 //! | `history.png` | the curves of `history.csv` | on request |
 //! | `report.html` | the run as a web page: `slipstick_views::report` | on request |
 //! | `design.stl` | a design as a surface: `slipstick_views::export` | on request |

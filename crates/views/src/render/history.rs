@@ -49,20 +49,29 @@ pub fn histories_picture(
     limit: Option<f64>,
     canvas: &Canvas,
 ) -> Result<Picture, RenderError> {
-    if runs.len() > MOST_LINES {
-        return Err(RenderError::TooManyLines { found: runs.len(), limit: MOST_LINES });
-    }
+    check_count(runs.len())?;
     let lines = |column: usize| {
-        let line = |(number, run): (usize, &RunHistory)| Line {
-            name: run.name.clone(),
-            points: run.rows.iter().map(|row| [row[0], row[column]]).collect(),
-            colour: COLOURS[number % COLOURS.len()],
-            dash: DASHES[number % DASHES.len()],
-            marked: false,
+        let line = |(number, run): (usize, &RunHistory)| {
+            let points = run.rows.iter().map(|row| [row[0], row[column]]).collect();
+            let (colour, dash) = style(number);
+            Line { name: run.name.clone(), points, colour, dash, marked: false }
         };
         runs.iter().enumerate().map(line).collect()
     };
     chart(title, &plots(lines(1), lines(2), limit), ITERATION, canvas)
+}
+
+/// Refuses more lines than can be distinguished.
+pub(super) fn check_count(lines: usize) -> Result<(), RenderError> {
+    if lines > MOST_LINES {
+        return Err(RenderError::TooManyLines { found: lines, limit: MOST_LINES });
+    }
+    Ok(())
+}
+
+/// Colour and dash of a line of several, by number.
+pub(super) fn style(number: usize) -> (Colour, Dash) {
+    (COLOURS[number % COLOURS.len()], DASHES[number % DASHES.len()])
 }
 
 const ITERATION: &str = "iteration";

@@ -18,6 +18,7 @@
 mod chart;
 mod colour;
 mod compose;
+mod curve;
 mod error;
 mod font;
 mod history;
@@ -36,6 +37,7 @@ mod view;
 
 pub use chart::{Dash, Line, Plot, chart};
 pub use colour::{Colour, ColourMap, ColourScale};
+pub use curve::{Curve, curves_picture, read_curves};
 pub use error::RenderError;
 pub use history::{RunHistory, histories_picture, history_picture};
 pub use picture::{Canvas, Picture};
