@@ -5,6 +5,7 @@ mod abaqus;
 mod bad_input;
 mod bench;
 mod commands;
+mod curve;
 mod export;
 #[cfg(unix)]
 mod faults;

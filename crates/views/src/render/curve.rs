@@ -51,7 +51,7 @@ pub fn curves_picture(
         Line { name, points: curve.points.clone(), colour, dash, marked: curves.len() == 1 }
     };
     let lines = curves.iter().enumerate().map(line).collect();
-    chart(title, &[Plot { title: y.to_owned(), lines, level: None, share: 1.0 }], x, canvas)
+    chart(title, &[Plot { title: y.to_owned(), lines, level: None, share: 2.0 }], x, canvas)
 }
 
 fn curves(text: &str, name: &str, columns: [&str; 2]) -> Result<Vec<Curve>, (String, String)> {
