@@ -11,7 +11,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 direct=($(grep -h 'workspace = true' crates/*/Cargo.toml | sed -n 's/^\([a-z0-9_-]*\)\(\.workspace\| = {\).*/\1/p' |
     grep -v -E '^(slipstick|version|edition|rust-version|license|lints)' | sort -u |
-    grep -v -E '^(cc|pkg-config|criterion|num-dual|proptest|tempfile)$'))
+    grep -v -E '^(cc|pkg-config|num-dual|proptest|tempfile)$'))
 for crate in "${direct[@]}"; do
     # if the tree has several versions, use the newest
     said=$(cargo pkgid --offline -p "$crate" 2>&1 || true)
@@ -76,7 +76,7 @@ TEXT
     row zip "3MF files"
     cat <<'TEXT'
 
-Only for tests and benchmarks: `proptest` (random inputs), `num-dual` (reference derivatives by dual numbers), `criterion` (timing), `tempfile`.
+Only for tests and benchmarks: `proptest` (random inputs), `num-dual` (reference derivatives by dual numbers), `tempfile`.
 TEXT
     printf '\nLicences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
         sed 's/.*|//' | sort -u | sed '/^$/d' | paste -sd';' | sed 's/;/; /g')"

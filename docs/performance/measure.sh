@@ -41,28 +41,7 @@ methods() {
     done
 }
 
-# Operations on 30 x 30 x 30 hexahedra and on 6 tetrahedra instead of each: the same unknowns. The fastest of all samples
-# counts, because other load on the machine affects it least.
-elements() {
-    cargo bench -p slipstick-solid --bench assembly -- --noplot --sample-size 30 "threads: 1" > "$work/bench.log" 2>&1
-    local samples=${CARGO_TARGET_DIR:-target}/criterion
-    printf '%-24s %14s %15s %7s\n' "one thread [ms]" hexahedra tetrahedra ratio
-    for operation in "internal force" tangent "tangent product" "pull back to densities"; do
-        for kind in hexahedra tetrahedra; do
-            fastest < "$samples/$kind, threads_ 1/$operation/new/sample.json"
-        done | paste - - | awk -v name="$operation" '{ printf "%-24s %14.2f %15.2f %7.2f\n", name, $1, $2, $2 / $1 }'
-    done
-    echo
-    echo "27,000 hexahedra, 162,000 tetrahedra, 89,373 unknowns"
-}
-
-# The shortest time per iteration of Criterion's samples. [ms]
-fastest() {
-    tr -d '[]{}"' | sed 's/,*\(iters\|times\):/\n\1 /g' | tr ',' ' ' | awk '
-        /^iters/ { for (i = 2; i <= NF; i++) n[i] = $i }
-        /^times/ { for (i = 2; i <= NF; i++) if (!least || $i / n[i] < least) least = $i / n[i] }
-        END { print 1e-6 * least }'
-}
+elements() { cargo bench --quiet -p slipstick-solid --bench assembly; }
 
 large() { "$program" bench --sizes 90000 --steps 1 --threads 2; }
 

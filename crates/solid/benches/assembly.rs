@@ -1,26 +1,33 @@
-//! Assembly on one and two threads of 30 × 30 × 30 hexahedra, and of six tetrahedra in the place of each, with the same
-//! unknowns: `cargo bench -p slipstick-solid`.
-//!
-//! Throughput counts unknowns: 1 Melem/s is 1 µs per unknown.
+//! Assembly on one thread of 30 × 30 × 30 hexahedra, and of six tetrahedra instead of each, with the same unknowns:
+//! `cargo bench -p slipstick-solid`. Prints the shortest of 30 times of each, because other load on the machine affects
+//! it least.
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_solid::{ElementScaling, NeoHooke, SolidModel};
 use std::sync::Arc;
+use std::time::Instant;
 
 const ELEMENTS: usize = 30;
+const SAMPLES: usize = 30;
+const OPERATIONS: [&str; 4] = ["internal force", "tangent", "tangent product", "pull back to densities"];
 
-fn assembly(criterion: &mut Criterion) {
+fn main() {
     let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.0, 1.0], elements: [ELEMENTS; 3], grading: [1.2, 1.0, 1.0] };
     let hexahedra = box_mesh("block", &shape).expect("a box");
     let tetrahedra = hexahedra.divided(|_| true);
-    for (name, mesh) in [("hexahedra", hexahedra), ("tetrahedra", tetrahedra)] {
-        measure(criterion, name, &mesh);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let [of_hexahedra, of_tetrahedra] = [&hexahedra, &tetrahedra].map(|mesh| pool.install(|| measure(mesh)));
+    println!("{:24} {:>14} {:>15} {:>7}", "one thread [ms]", "hexahedra", "tetrahedra", "ratio");
+    for ((name, a), b) in OPERATIONS.iter().zip(of_hexahedra).zip(of_tetrahedra) {
+        println!("{name:24} {a:>14.2} {b:>15.2} {:>7.2}", b / a);
     }
+    let counts = [hexahedra.elements.len(), tetrahedra.elements.len(), 3 * hexahedra.nodes.len()];
+    println!("\n{} hexahedra, {} tetrahedra, {} unknowns", counts[0], counts[1], counts[2]);
 }
 
-fn measure(criterion: &mut Criterion, name: &str, mesh: &Mesh) {
+/// The shortest time of each operation. \[ms\]
+fn measure(mesh: &Mesh) -> [f64; 4] {
     let model = SolidModel::new(mesh, vec![NeoHooke::new(1000.0, 0.3).expect("a law")]).expect("a model");
     let unknowns = 3 * mesh.nodes.len();
     let amplitude = 0.05 / ELEMENTS as f64;
@@ -33,30 +40,19 @@ fn measure(criterion: &mut Criterion, name: &str, mesh: &Mesh) {
     let scatter = model.scatter(&pattern);
     let mut matrix = BlockMatrix::new(pattern);
     let (mut nodal, mut elemental) = (vec![0.0; unknowns], vec![0.0; model.elements()]);
-
-    for threads in [1, 2] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let mut group = criterion.benchmark_group(format!("{name}, threads: {threads}"));
-        group.throughput(Throughput::Elements(unknowns as u64));
-        group.bench_function("internal force", |b| {
-            b.iter(|| pool.install(|| model.internal_force(&d, &scalings, &mut nodal)).expect("a state"));
-        });
-        group.bench_function("tangent", |b| {
-            b.iter(|| pool.install(|| model.add_tangent(&d, &scalings, &scatter, &mut matrix)).expect("a state"));
-        });
-        group.bench_function("tangent product", |b| {
-            b.iter(|| {
-                let product = || model.add_tangent_product(&d, &scalings, &direction, &mut nodal);
-                pool.install(product).expect("a state");
-            });
-        });
-        group.bench_function("pull back to densities", |b| {
-            let mut pull_back = || model.pull_back_density(&d, &scalings, &slopes, &direction, &mut elemental);
-            b.iter(|| pool.install(&mut pull_back).expect("a state"));
-        });
-        group.finish();
-    }
+    [
+        shortest(|| model.internal_force(&d, &scalings, &mut nodal).expect("a state")),
+        shortest(|| model.add_tangent(&d, &scalings, &scatter, &mut matrix).expect("a state")),
+        shortest(|| model.add_tangent_product(&d, &scalings, &direction, &mut nodal).expect("a state")),
+        shortest(|| model.pull_back_density(&d, &scalings, &slopes, &direction, &mut elemental).expect("a state")),
+    ]
 }
 
-criterion_group!(benches, assembly);
-criterion_main!(benches);
+fn shortest(mut work: impl FnMut()) -> f64 {
+    let one = |_| {
+        let clock = Instant::now();
+        work();
+        1e3 * clock.elapsed().as_secs_f64()
+    };
+    (0..SAMPLES).map(one).fold(f64::INFINITY, f64::min)
+}
