@@ -249,12 +249,13 @@ impl<P: StepProblem> Run<'_, '_, P> {
             finite(&increment, "the Newton increment")?;
             wanted = if last_size > NEARLY { Wanted::Both } else { Wanted::Residual };
             // a first increment contains the prescribed motion, so it is taken in full
+            let base = Base::from(at);
             let (next, step_length) = match iteration {
-                1 => (self.try_length(&at, &increment, 1.0, wanted)?, 1.0),
-                _ => self.advance(&at, &increment, fixed, wanted)?,
+                1 => (self.try_length(&base, &increment, 1.0, wanted)?, 1.0),
+                _ => self.advance(&base, &increment, fixed, wanted)?,
             };
             let record = record(iteration, displacements, &next, &increment, fixed, step_length);
-            let settled = at.active_set == next.active_set;
+            let settled = base.active_set == next.active_set;
             let foreseen = foreseen(self.records.last().filter(|_| settled), &record);
             at = next;
             self.records.push(record);
@@ -305,7 +306,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
     /// contact the problem is homogeneous). Scales are frozen at the start.
     fn advance(
         &mut self,
-        start: &Evaluated<P>,
+        start: &Base,
         increment: &[f64],
         fixed: &[bool],
         wanted: Wanted,
@@ -346,7 +347,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
     /// The equations at y = start + α Δ.
     fn try_length(
         &mut self,
-        start: &Evaluated<P>,
+        start: &Base,
         increment: &[f64],
         length: f64,
         wanted: Wanted,
@@ -364,6 +365,22 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let at = self.solver.problem.evaluate(self.step, &self.y, None, self.iteration, wanted, workspace)?;
         finite(&at.residual, "the residual")?;
         Ok(at)
+    }
+}
+
+/// What an iteration needs of the state that it starts from once its increment is known. Geometry and laws of that state
+/// are dropped before the next one is evaluated, which reuses their memory.
+struct Base {
+    unknowns: Vec<f64>,
+    residual: Vec<f64>,
+    scales: Scales,
+    active_set: Vec<u8>,
+}
+
+impl<P: StepProblem> From<Evaluated<P>> for Base {
+    fn from(at: Evaluated<P>) -> Self {
+        let Evaluated { unknowns, residual, scales, active_set, .. } = at;
+        Self { unknowns, residual, scales, active_set }
     }
 }
 
@@ -556,7 +573,7 @@ mod tests {
             let (mut linear, mut workspace) = (LinearSystem::new(SolverChoice::Auto), Spring::workspace());
             let (y, iteration) = (vec![0.2, 0.4, -0.1, 0.0, 0.0, 0.0], Iteration::default());
             let step = spring.begin(&Spring::rest(), &(), 1.0, &mut workspace).unwrap();
-            let start = spring.evaluate(&step, &y, None, iteration, Wanted::Both, &mut workspace).unwrap();
+            let start = Base::from(spring.evaluate(&step, &y, None, iteration, Wanted::Both, &mut workspace).unwrap());
             // K is φ + 1
             let increment: Vec<f64> = (0..6)
                 .map(|i| if i < 3 { 0.0 } else { -factor * start.residual[i] / (spring.stiffness[i - 3] + 1.0) })
