@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Writes docs/bracket.md and its pictures by doing what the page tells: mesh, check, optimize, report, pictures, surface.
+# Writes docs/bracket.md and its pictures by running the commands of the page: mesh, check, optimize,
+# report, pictures, surface.
 #
 #   PATH=$PWD/target/release:$PATH cases/bracket/transcript.sh
 #
@@ -29,8 +30,8 @@ rm -rf case
     cat <<'TEXT'
 # A bracket, from geometry to a printed part
 
-A wall bracket is held by two pins. A pad is pressed onto its shelf and drawn towards the tip, with
-friction. The bracket may keep 45 % of its material; the design should carry as much force as
+A wall bracket is held by two pins. A pad is pressed onto its shelf and dragged towards the tip,
+with friction. The bracket may use 45 % of its volume; the design should carry as much force as
 possible at the final position of the pad. This page is written by [a
 script](../cases/bracket/transcript.sh) that runs each command below and records its output.
 

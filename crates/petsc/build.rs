@@ -1,4 +1,5 @@
-//! Compiles the shim between Rust and PETSc's C interface, with the compiler that PETSc's MPI names.
+//! Compiles the shim between Rust and PETSc's C interface, with the compiler that PETSc's MPI
+//! names.
 
 fn main() {
     println!("cargo::rerun-if-changed=src/shim.c");

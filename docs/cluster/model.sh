@@ -46,7 +46,7 @@ measured() {
 }
 
 {
-    echo '| unknowns | ranks | Newton | factorizations | step [s] | adjoint, factors kept [s] | adjoint, factors made anew [s] | Gflop for factors | a factorization [s] | balance of work | balance of elements | factors of a rank [GB] | peak of a rank [GB] | sent by all ranks, a factorization [GB] | vectors sent by a rank, a Newton iteration [MB] |'
+    echo '| unknowns | ranks | Newton | factorizations | step [s] | adjoint, factors kept [s] | adjoint, refactorized [s] | Gflop per factorization | time per factorization [s] | balance of work | balance of elements | factors per rank [GB] | peak memory per rank [GB] | sent by all ranks per factorization [GB] | vectors sent per rank and Newton iteration [MB] |'
     echo '|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|'
     for scale in ${1-0.5 0.7 1}; do
         clutch "$scale" >"$work/case.toml"

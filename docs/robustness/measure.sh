@@ -79,8 +79,9 @@ mutations() {
     mutations_table
 }
 
-# The latest version in docs/robustness/mutations.csv, beside what the crate's own tests noticed in the first: version, crate,
-# sampled, unviable, noticed by the tests of the crate, by those of the facade alone, unnoticed.
+# The latest version in docs/robustness/mutations.csv, next to what the crate's own tests noticed in
+# the first version. Columns: version, crate, sampled, unviable, noticed by the crate's tests, noticed
+# only by the facade's tests, not noticed.
 mutations_table() {
     awk -F, '
         function row(name, r, first) {
@@ -92,7 +93,7 @@ mutations_table() {
             last[$2] = $0
         }
         END {
-            print "| crate | sampled | do not compile | noticed by its own tests at first | now | by the facade alone |" \
+            print "| crate | sampled | do not compile | noticed by its own tests at first | now | noticed only by tests of the facade |" \
                 " not noticed | share at first, own tests | share now |"
             print "|---|---|---|---|---|---|---|---|---|"
             for (i = 1; i <= n; i++) {

@@ -74,8 +74,8 @@ pub struct BodySummary {
     pub nodes: usize,
     /// Volume. \[L³\]
     pub volume: f64,
-    /// Worst scaled Jacobian of its elements: 1 for a brick, a right prism on an equilateral triangle or a regular
-    /// tetrahedron, 0 for a degenerate element.
+    /// Worst scaled Jacobian of its elements: 1 for a brick, a right prism on an equilateral
+    /// triangle or a regular tetrahedron, 0 for a degenerate element.
     pub quality: f64,
     /// Rigid motions (of 6) that supports and prescribed motions leave free.
     pub free_motions: usize,
@@ -96,8 +96,8 @@ pub struct ContactSummary {
     pub sharp_nodes: usize,
     /// Slave nodes that face the master within the search radius.
     pub covered: usize,
-    /// Smallest nodal gap (weighted gap over tributary area), negative: penetration; `None` if no slave node faces the
-    /// master. \[L\]
+    /// Smallest nodal gap (weighted gap over tributary area), negative: penetration; `None` if no
+    /// slave node faces the master. \[L\]
     pub smallest_gap: Option<f64>,
     /// Node of the smallest gap.
     pub at_node: Option<u32>,
@@ -122,12 +122,13 @@ pub struct Inspection {
     pub steps: usize,
     /// Predicted memory of one factorization. \[bytes\]
     pub factor_bytes: f64,
-    /// Load steps whose factors fit into `adjoint.memory` and are reused for the gradient, without cut-backs. It is 0
-    /// for the plain Uzawa iteration, since its inner solves are of different systems.
+    /// Number of load steps whose factors fit into `adjoint.memory` and are reused for the
+    /// gradient, if no step is cut back. It is 0 for the plain Uzawa iteration, whose inner solves
+    /// are of other systems.
     pub steps_with_factors: usize,
     /// Predicted peak memory of a run. \[bytes\]
     pub peak_bytes: f64,
-    /// The part of it that is factors kept for the gradient. \[bytes\]
+    /// The part of `peak_bytes` for factors kept for the gradient. \[bytes\]
     pub kept_bytes: f64,
     /// Floating-point operations of one factorization.
     pub factor_operations: f64,
@@ -137,16 +138,18 @@ pub struct Inspection {
     pub notices: Vec<Notice>,
 }
 
-/// Memory that [`build`](crate::build::build) and [`inspect`] need for each element and for each node: mesh, reference
-/// geometry, scatter map, matrix and its ordering. Measured on blocks and plates of 64 000 to 216 000 elements, where
-/// the sum is accurate to within a tenth; rounded down. \[bytes\]
+/// Memory that [`build`](crate::build::build) and [`inspect`] need for each element and for each
+/// node: mesh, reference geometry, scatter map, matrix and its ordering. Measured on blocks and
+/// plates of 64 000 to 216 000 elements, where the sum is accurate to within a tenth; rounded
+/// down. \[bytes\]
 const BYTES_TO_BUILD: [f64; 2] = [4500.0, 4000.0];
 
-/// The same for each tetrahedron; a node there has about 15 neighbours instead of 27. Measured on meshes of 73 000 to
-/// 570 000 tetrahedra from files, where tetrahedra and nodes together need a sixth more. \[bytes\]
+/// The same for each tetrahedron; a node there has about 15 neighbours instead of 27. Measured on
+/// meshes of 73 000 to 570 000 tetrahedra from files, where tetrahedra and nodes together need a
+/// sixth more. \[bytes\]
 const BYTES_PER_TETRAHEDRON: f64 = 700.0;
 
-/// Memory that is needed just to build a case, from its numbers of elements alone. \[bytes\]
+/// Memory that building a case needs, estimated from its numbers of elements and nodes. \[bytes\]
 pub fn bytes_to_build(case: &Case) -> f64 {
     let of_body = |body: &Body| match &body.shape {
         Shape::Mesh(file) => bytes_of_building(counts(&file.mesh), body.shape.node_count()),
@@ -158,7 +161,8 @@ pub fn bytes_to_build(case: &Case) -> f64 {
     case.bodies.iter().map(of_body).sum()
 }
 
-/// Numbers of tetrahedra, and of hexahedra and wedges together, since wedges are stored as hexahedra.
+/// Numbers of tetrahedra, and of hexahedra and wedges together, since wedges are stored as
+/// hexahedra.
 fn counts(mesh: &Mesh) -> (f64, f64) {
     let tetrahedra = mesh.elements.iter().filter(|element| matches!(element, Element::Tet4(_))).count();
     (tetrahedra as f64, (mesh.elements.len() - tetrahedra) as f64)
@@ -257,7 +261,8 @@ fn bodies(mesh: &Mesh, fixed: &[bool]) -> Vec<BodySummary> {
         .collect()
 }
 
-/// Number of the six rigid motions of a body, or a part of it, that prescribed displacements suppress.
+/// Number of the six rigid motions of a body, or a part of it, that prescribed displacements
+/// suppress.
 fn held_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> usize {
     let gram = rigid_motions(mesh, nodes, fixed);
     let largest = gram.diagonal().max();
@@ -270,8 +275,8 @@ fn held_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: 
 /// Fraction of the largest eigenvalue below which a rigid motion counts as free.
 const HELD: f64 = 1e-10;
 
-/// The axes along which a body, or a part of it, can still move despite the prescribed displacements, and the axes
-/// about whose directions it can rotate.
+/// The axes along which a body, or a part of it, can still move despite the prescribed
+/// displacements, and the axes about whose directions it can rotate.
 pub fn free_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> ([bool; 3], [bool; 3]) {
     let gram = rigid_motions(mesh, nodes, fixed);
     let largest = gram.diagonal().max();
@@ -281,8 +286,8 @@ pub fn free_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fix
         return ([false; 3], [false; 3]);
     }
     let motions = DMatrix::from_fn(6, free.len(), |c, i| eigen.eigenvectors[(c, free[i])]);
-    // unit translations in the span of the free motions; unit rotations, about any point, in the span of their
-    // rotations
+    // unit translations in the span of the free motions; unit rotations, about any point, in the
+    // span of their rotations
     let translation = |c: usize| motions.row(c).norm_squared() > 1.0 - FREE;
     let turns = motions.rows(3, 3).into_owned().svd(true, false);
     let basis = turns.u.unwrap_or_default();
@@ -292,11 +297,12 @@ pub fn free_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fix
     (std::array::from_fn(translation), std::array::from_fn(rotation))
 }
 
-/// Tolerance on the squared length of the projection of a unit vector onto a subspace that contains it.
+/// Tolerance on the squared length of the projection of a unit vector onto a subspace that contains
+/// it.
 const FREE: f64 = 1e-6;
 
-/// Gram matrix of the six rigid motions of a body, three translations and three rotations about its centre with arms
-/// relative to its size, summed over its prescribed displacements.
+/// Gram matrix of the six rigid motions of a body, three translations and three rotations about its
+/// centre with arms relative to its size, summed over its prescribed displacements.
 fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed: &[bool]) -> DMatrix<f64> {
     let count = nodes.clone().count() as f64;
     let mut centre = [0.0; 3];
@@ -312,7 +318,8 @@ fn rigid_motions(mesh: &Mesh, nodes: impl Iterator<Item = usize> + Clone, fixed:
     for (n, arm) in nodes.zip(&arms) {
         let arm = arm.map(|a| a / size.max(f64::MIN_POSITIVE));
         for c in (0..3).filter(|&c| fixed[3 * n + c]) {
-            // displacement component c of a translation and of a rotation about each axis: (ω × arm)_c
+            // displacement component c of a translation and of a rotation about each axis:
+            // (ω × arm)_c
             let (c1, c2) = ((c + 1) % 3, (c + 2) % 3);
             let mut row = [0.0; 6];
             row[c] = 1.0;
@@ -390,7 +397,8 @@ fn contacts(case: &Case, problem: &mut Problem, notices: &mut Vec<Notice>) -> Re
     Ok(summaries)
 }
 
-/// Number of distinct nodes in an ascending list: a node on a sharp edge appears once for each patch.
+/// Number of distinct nodes in an ascending list: a node on a sharp edge appears once for each
+/// patch.
 fn distinct(nodes: impl Iterator<Item = u32>) -> usize {
     let mut nodes: Vec<u32> = nodes.collect();
     nodes.dedup();
@@ -423,7 +431,8 @@ fn entry_bytes(case: &Case) -> f64 {
     }
 }
 
-/// Number of steps whose factors can be kept for the gradient within the memory that the case allows.
+/// Number of steps whose factors can be kept for the gradient within the memory that the case
+/// allows.
 fn steps_with_factors(case: &Case, problem: &Problem, factor_bytes: f64) -> usize {
     let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
     if problem.analysis.objective.is_none() || case.contacts.iter().any(plain) || factor_bytes <= 0.0 {

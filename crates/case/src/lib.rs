@@ -1,5 +1,5 @@
-//! Case files: [`case`] reads and checks one, [`build`] makes a problem of it on a [`machine`], [`check`] inspects that before
-//! anything is solved.
+//! Case files: [`case`] reads and checks a file, [`build`] turns it into a problem on a
+//! [`machine`], and [`check`] inspects the problem before anything is solved.
 
 pub mod build;
 pub mod case;

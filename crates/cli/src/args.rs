@@ -42,7 +42,8 @@ pub struct Common {
     /// Print results and errors as JSON, one object per line, on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// Number of threads; results do not depend on it [default: from the case file, otherwise all cores]
+    /// Number of threads; results do not depend on it [default: from the case file, otherwise all
+    /// cores]
     #[arg(long, global = true, value_name = "NUMBER", value_parser = count)]
     pub threads: Option<NonZeroUsize>,
     /// Print errors only
@@ -99,10 +100,12 @@ pub struct New {
     /// The template; if omitted, the available ones are listed
     #[arg(value_name = "TEMPLATE")]
     pub template: Option<String>,
-    /// Write a case for this mesh (.msh, .inp, .vtu), with its bodies and surfaces by name (template `my-mesh`)
+    /// Write a case for this mesh (.msh, .inp, .vtu), with its bodies and surfaces by name
+    /// (template `my-mesh`)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub mesh: Option<PathBuf>,
-    /// File to write; `-` is standard output [default: the name of the template or of the mesh file, with `.toml`]
+    /// File to write; `-` is standard output [default: the name of the template or of the mesh
+    /// file, with `.toml`]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
     /// Replace the file if it exists
@@ -131,8 +134,8 @@ impl From<&Path> for CaseFile {
 /// Options for output.
 #[derive(Debug, Clone, Args)]
 pub struct Out {
-    /// Directory for results [default: `output.directory` of the case file, otherwise its name without `.toml`, next to
-    /// it; all commands except `optimize` append `_` and their name]
+    /// Directory for results [default: `output.directory` of the case file, otherwise its name
+    /// without `.toml`, next to it; all commands except `optimize` append `_` and their name]
     #[arg(short, long, value_name = "DIRECTORY", value_hint = ValueHint::DirPath)]
     pub out: Option<PathBuf>,
     /// Replace the results of an earlier run in that directory
@@ -143,7 +146,8 @@ pub struct Out {
 /// A design other than the case's uniform initial design.
 #[derive(Debug, Clone, Args)]
 pub struct DesignFrom {
-    /// Read the densities from the results of an optimization: its directory, or a table of densities (.csv)
+    /// Read the densities from the results of an optimization: its directory, or a table of
+    /// densities (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: Option<PathBuf>,
 }
@@ -218,8 +222,8 @@ pub struct Verify {
 /// Derivatives that `verify` can check.
 #[derive(Debug, Clone, Subcommand)]
 pub enum VerifyWhat {
-    /// Compare the gradient with central differences (one-sided at densities near 0 or 1) at successively halved steps;
-    /// the error decreases with the square of the step, except at kinks
+    /// Compare the gradient with central differences (one-sided at densities near 0 or 1) at
+    /// successively halved steps; the error decreases with the square of the step, except at kinks
     Gradient(VerifyGradient),
 }
 
@@ -235,8 +239,8 @@ pub struct VerifyGradient {
     /// Number of single elements to vary, spread over the design; each costs two analyses per step
     #[arg(long, value_name = "NUMBER", default_value_t = 5)]
     pub elements: usize,
-    /// Number of random directions over the whole design, and of further ones over the densities near 0 or 1; each
-    /// costs as much as an element
+    /// Number of random directions over the whole design, and of further ones over the densities
+    /// near 0 or 1; each costs as much as an element
     #[arg(long, value_name = "NUMBER", default_value_t = 2)]
     pub directions: usize,
     /// First step in density
@@ -273,10 +277,12 @@ pub struct Evaluate {
     /// The case file.
     #[command(flatten)]
     pub case: CaseFile,
-    /// Read the densities from the results of an optimization: its directory, or a table of densities (.csv)
+    /// Read the densities from the results of an optimization: its directory, or a table of
+    /// densities (.csv)
     #[arg(long, value_name = "RESULTS", value_hint = ValueHint::AnyPath)]
     pub design: PathBuf,
-    /// Coefficients of friction, one evaluation for each, applied to all contact pairs [default: from the case file]
+    /// Coefficients of friction, one evaluation for each, applied to all contact pairs
+    /// [default: from the case file]
     #[arg(long, value_name = "MU", value_delimiter = ',', value_parser = not_negative)]
     pub friction: Vec<f64>,
     /// Options for output.
@@ -287,14 +293,15 @@ pub struct Evaluate {
 /// Arguments of `render`.
 #[derive(Debug, Clone, Args)]
 pub struct Render {
-    /// Directory of a run; with --curve, several; with --history, several directories or tables of histories (.csv)
+    /// Directory of a run; with --curve, several; with --history, several directories or tables of
+    /// histories (.csv)
     #[arg(value_name = "RESULTS", required = true, value_hint = ValueHint::AnyPath)]
     pub results: Vec<PathBuf>,
     /// Draw objectives and volume fractions over the iterations, all runs in one chart
     #[arg(long, conflicts_with_all = ["field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
     pub history: bool,
-    /// Draw a column of quantities.csv over another, such as a reaction over a displacement, all runs in one chart; an
-    /// unknown name lists the available ones
+    /// Draw a column of quantities.csv over another, such as a reaction over a displacement, all
+    /// runs in one chart; an unknown name lists the available ones
     #[arg(long, num_args = 2, value_names = ["X", "Y"], conflicts_with_all = ["history", "field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
     pub curve: Vec<String>,
     /// Only these runs, by name, in this order (with --history)
@@ -303,32 +310,36 @@ pub struct Render {
     /// Title of the chart (with --history or --curve)
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
-    /// Field to colour by: pressure, gap, displacement, …; an unknown name lists the available ones [default: density;
-    /// if all densities are 1, as without a designed body, contact pressure or displacement]
+    /// Field to colour by: pressure, gap, displacement, …; an unknown name lists the available ones
+    /// [default: density; if all densities are 1, as without a designed body, contact pressure or
+    /// displacement]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
-    /// Draw the state at the end of a load step [default: the newest design, at the last load step if available]
+    /// Draw the state at the end of a load step [default: the newest design, at the last load step
+    /// if available]
     #[arg(long, value_name = "NUMBER", conflicts_with = "iteration")]
     pub step: Option<usize>,
     /// Draw the design of an iteration, undeformed
     #[arg(long, value_name = "NUMBER")]
     pub iteration: Option<usize>,
-    /// Draw the iterate at which a load step finally failed, by default with the smallest determinant of each element
+    /// Draw the iterate at which a load step finally failed, by default with the smallest
+    /// determinant of each element
     #[arg(long, conflicts_with_all = ["step", "iteration"])]
     pub failure: bool,
-    /// View: iso, front, side, top, …; an unknown name lists the available ones [default: iso; for contact fields, from
-    /// the contact side]
+    /// View: iso, front, side, top, …; an unknown name lists the available ones [default: iso; for
+    /// contact fields, from the contact side]
     #[arg(long, value_name = "NAME")]
     pub view: Option<String>,
     /// Factor on displacements; 0 draws the undeformed shape [default: 1]
     #[arg(long, value_name = "SCALE", value_parser = not_negative)]
     pub deformed: Option<f64>,
-    /// Leave out elements whose density does not exceed this value [default: 0.5; 0 if no density exceeds 0.5, and with
-    /// --failure; with --smooth, the value that preserves the volume of the densities]
+    /// Leave out elements whose density does not exceed this value [default: 0.5; 0 if no density
+    /// exceeds 0.5, and with --failure; with --smooth, the value that preserves the volume of the
+    /// densities]
     #[arg(long, value_name = "DENSITY", value_parser = fraction)]
     pub threshold: Option<f64>,
-    /// Draw the design, undeformed, as the smooth surface that `export` writes; it has the same volume as the densities
-    /// unless --threshold is given
+    /// Draw the design, undeformed, as the smooth surface that `export` writes; it has the same
+    /// volume as the densities unless --threshold is given
     #[arg(long, conflicts_with_all = ["field", "failure", "deformed"])]
     pub smooth: bool,
     /// Draw only these bodies [default: those with the field, the others as context]
@@ -337,7 +348,8 @@ pub struct Render {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "900x720", value_parser = size)]
     pub size: (u32, u32),
-    /// File to write [default: picture.png in the directory; with --history or --curve of a single directory, history.png or curve.png]
+    /// File to write [default: picture.png in the directory; with --history or --curve of a single
+    /// directory, history.png or curve.png]
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub out: Option<PathBuf>,
 }
@@ -365,7 +377,8 @@ pub struct Bench {
     /// The design.
     #[command(flatten)]
     pub design: DesignFrom,
-    /// Approximate numbers of elements of the half-ball on its plate; on MPI ranks only the first is used
+    /// Approximate numbers of elements of the half-ball on its plate; on MPI ranks only the first
+    /// is used
     #[arg(
         long,
         value_name = "NUMBERS",
@@ -378,7 +391,8 @@ pub struct Bench {
     /// Numbers of threads; on MPI ranks only the first is used
     #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2", value_parser = count)]
     pub threads: Vec<NonZeroUsize>,
-    /// Number of load steps from the start of the path [default: all of a case; 10 of the half-ball's 50]
+    /// Number of load steps from the start of the path [default: all of a case; 10 of the
+    /// half-ball's 50]
     #[arg(long, value_name = "NUMBER", value_parser = count)]
     pub steps: Option<NonZeroUsize>,
     /// Memory for factors that are kept for the gradient [default: `adjoint.memory` of the case]

@@ -23,8 +23,8 @@ pub enum Unreadable {
     Wrong(CaseErrors),
 }
 
-/// Reads a case file, replaces values, and checks it. Places in messages refer to the changed text; the file name in
-/// messages says so.
+/// Reads a case file, replaces values, and checks it. Places in messages refer to the changed text;
+/// the file name in messages says so.
 ///
 /// # Errors
 ///
@@ -39,7 +39,8 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<Resolved, Unreadable>
     parse_case_with(&changed, &name, &mesh_files(path)).map_err(Unreadable::Wrong)
 }
 
-/// Diagnostics for people: with the lines of the file on a terminal, otherwise `file:line:column: …`.
+/// Diagnostics for people: with the lines of the file on a terminal, otherwise
+/// `file:line:column: …`.
 pub fn report(diagnostics: &[CaseDiagnostic], terminal: bool) -> String {
     let mut text = String::new();
     let handler = miette::GraphicalReportHandler::new();

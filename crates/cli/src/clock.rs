@@ -7,8 +7,8 @@ pub fn wall() -> f64 {
     SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0.0, |time| time.as_secs_f64())
 }
 
-/// Processor time of all threads of this process, which other processes do not disturb; zero if the system does not
-/// provide it (Linux does).
+/// Processor time of all threads of this process, which other processes do not disturb; zero if the
+/// system does not provide it (Linux does).
 pub fn processor() -> f64 {
     let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return 0.0 };
     tasks
@@ -22,7 +22,8 @@ pub fn processor() -> f64 {
 mod tests {
     use super::*;
 
-    /// One thread cannot compute for longer than the wall time; tests that run at the same time add to it.
+    /// One thread cannot compute for longer than the wall time; tests that run at the same time add
+    /// to it.
     #[test]
     fn clocks_go_forward() {
         let (wall_before, processor_before) = (wall(), processor());

@@ -16,8 +16,8 @@ use crate::failure::Failure;
 
 /// Output of text and events.
 ///
-/// Results are written to standard output, warnings and errors to standard error; with `--json`, all of them are events
-/// on standard output.
+/// Results are written to standard output, warnings and errors to standard error; with `--json`,
+/// all of them are events on standard output.
 #[derive(Debug)]
 pub struct Console {
     json: bool,
@@ -171,8 +171,8 @@ impl Console {
         }
     }
 
-    /// Shows a progress bar for this many load steps on a terminal; `done` of them are finished. Called once per
-    /// command.
+    /// Shows a progress bar for this many load steps on a terminal; `done` of them are finished.
+    /// Called once per command.
     pub fn start_bar(&self, total: usize, done: usize) {
         let watched = io::stderr().is_terminal() && io::stdout().is_terminal();
         if self.json || self.quiet || self.verbose > 0 || !watched {

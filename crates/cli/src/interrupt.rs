@@ -16,7 +16,8 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Listens for Ctrl-C, and for the request to terminate on systems that have one; `speaks` makes it print a reply.
+    /// Listens for Ctrl-C, and for the request to terminate on systems that have one; `speaks`
+    /// makes it print a reply.
     pub fn install(speaks: bool) -> Self {
         let interrupt = Self::default();
         let pressed = Arc::clone(&interrupt.pressed);
@@ -29,7 +30,8 @@ impl Interrupt {
             }
             complain(&format!("\n{STOPPING}\n"));
         };
-        // Without this handler, the default one ends the program at once, and the files on disk are valid then too.
+        // Without this handler, the default one ends the program at once, and the files on disk are
+        // valid then too.
         if let Err(error) = ctrlc::set_handler(handler) {
             complain(&format!("warning: Ctrl-C will stop at once: {error}\n"));
         }

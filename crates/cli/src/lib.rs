@@ -1,7 +1,7 @@
 //! The parts of the slipstick program.
 //!
-//! [`run`] executes a command line. The program adds nothing to the method: it reads cases, observes analyses, and
-//! manages the directory of a run ([`slipstick::run`]).
+//! [`run`] executes a command line. The program adds nothing to the method: it reads cases,
+//! observes analyses, and manages the directory of a run ([`slipstick::run`]).
 
 pub mod args;
 pub mod case_file;

@@ -3,9 +3,9 @@
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// Total memory available to this process: what it already uses plus what the system can provide without swapping,
-/// within the limits on its address space (`ulimit -v`) and of its control groups (containers). `None` if unknown.
-/// \[bytes\]
+/// Total memory available to this process: what it already uses plus what the system can provide
+/// without swapping, within the limits on its address space (`ulimit -v`) and of its control groups
+/// (containers). `None` if unknown. \[bytes\]
 pub fn available() -> Option<f64> {
     let status = read_to_string("/proc/self/status").ok()?;
     let of_machine = parse(&read_to_string("/proc/meminfo").ok()?, "MemAvailable:");
@@ -27,15 +27,16 @@ fn parse(text: &str, name: &str) -> Option<f64> {
     Some(1024.0 * kilobytes)
 }
 
-/// What remains of the soft limit on the address space in `/proc/self/limits`; `None` if it is unlimited.
+/// What remains of the soft limit on the address space in `/proc/self/limits`; `None` if it is
+/// unlimited.
 fn address_space(limits: &str, status: &str) -> Option<f64> {
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: f64 = line.split_whitespace().next()?.parse().ok()?;
     Some((limit - parse(status, "VmSize:").unwrap_or(0.0)).max(0.0))
 }
 
-/// What remains of the tightest limit of the control groups (version 2) in `/proc/self/cgroup`; `None` without a limit.
-/// File contents in memory that can be dropped do not count as used.
+/// What remains of the tightest limit of the control groups (version 2) in `/proc/self/cgroup`;
+/// `None` without a limit. File contents in memory that can be dropped do not count as used.
 fn control_groups(groups: &str, root: &Path) -> Option<f64> {
     let group = groups.lines().find_map(|line| line.strip_prefix("0::/"))?;
     let left = |folder: &Path| {
@@ -74,8 +75,8 @@ mod tests {
         assert_eq!(address_space(&limits("1024"), "VmSize:  24 kB\n"), Some(0.0));
     }
 
-    /// According to the Linux kernel's documentation of control groups, `memory.max` is `max` without a limit, and also
-    /// applies to all groups below.
+    /// According to the Linux kernel's documentation of control groups, `memory.max` is `max`
+    /// without a limit, and also applies to all groups below.
     #[test]
     fn the_tightest_control_group_counts() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,7 +1,8 @@
 //! Runs on several ranks: which of them prints and writes, and how all of them end.
 //!
-//! All ranks do the same work, but only the first one prints and writes files. An analysis fails on all ranks at once,
-//! and the first one reports it; a failure on a single rank, such as a full disk, ends the others after a while.
+//! All ranks do the same work, but only the first one prints and writes files. An analysis fails on
+//! all ranks at once, and the first one reports it; a failure on a single rank, such as a full
+//! disk, ends the others after a while.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,7 +19,8 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// How long a rank waits if the others are sure to end: the first one may have files to write.
 const LONG: Duration = Duration::from_secs(24 * 3600);
 
-/// Environment variables that MPI launchers set for each rank: OpenMPI, MPICH and Slurm's PMI, PMIx.
+/// Environment variables that MPI launchers set for each rank: OpenMPI, MPICH and Slurm's PMI,
+/// PMIx.
 const LAUNCHED: &[&str] = &["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"];
 
 /// The ranks of this program; there is one unless it was launched by MPI.
@@ -41,7 +43,8 @@ impl Parallel {
         Ok(parallel)
     }
 
-    /// Whether this process was launched as a rank, possibly the only one, and was built to act as one.
+    /// Whether this process was launched as a rank, possibly the only one, and was built to act as
+    /// one.
     pub fn launched() -> bool {
         cfg!(feature = "petsc") && Self::surrounded()
     }
@@ -120,8 +123,8 @@ impl Parallel {
         (cores / here).max(1)
     }
 
-    /// Runs this rank's part of the program. If it panics, the other ranks are ended too, since they would wait
-    /// forever.
+    /// Runs this rank's part of the program. If it panics, the other ranks are ended too, since
+    /// they would wait forever.
     pub fn guard(&self, part: impl FnOnce() -> Outcome) -> Outcome {
         #[cfg(feature = "petsc")]
         if let Some(session) = self.session.get().filter(|_| self.size() > 1) {
@@ -144,11 +147,13 @@ impl Parallel {
         }
     }
 
-    /// Ends the program together with the other ranks, or aborts them if they do not arrive in time.
+    /// Ends the program together with the other ranks, or aborts them if they do not arrive in
+    /// time.
     pub fn leave(&self, context: &Context, result: &Outcome) {
         #[cfg(feature = "petsc")]
         if let Some(session) = self.session.get().filter(|_| self.size() > 1) {
-            // an analysis fails on all ranks at once; other failures may have occurred only on this rank
+            // an analysis fails on all ranks at once; other failures may have occurred only on this
+            // rank
             let alone = matches!(result, Err(Failure::Input { .. } | Failure::Case(_)));
             if session.meet(if alone { PATIENCE } else { LONG }) {
                 return;

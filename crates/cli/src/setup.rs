@@ -55,11 +55,12 @@ pub fn read(file: &CaseFile) -> Outcome<Resolved> {
     })
 }
 
-/// Reads and builds a case that will run, sets the number of threads, and shows warnings; `sections` are those that the
-/// command needs.
+/// Reads and builds a case that will run, sets the number of threads, and shows warnings;
+/// `sections` are those that the command needs.
 ///
 /// # Errors
-/// [`Failure::Case`], [`Failure::Input`]. The former includes a case that is too large for the machine's memory.
+/// [`Failure::Case`], [`Failure::Input`]. The former includes a case that is too large for the
+/// machine's memory.
 pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome<(Setup, Problem)> {
     let resolved = read(file)?;
     resolved.require(sections)?;
@@ -143,7 +144,8 @@ fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
 impl Setup {
     /// Errors and warnings at their places in the case file.
     ///
-    /// A body that supports leave free is an error if no contact could hold it: its equations are singular.
+    /// A body that supports leave free is an error if no contact could hold it: its equations are
+    /// singular.
     fn diagnostics(&self, problem: &Problem) -> (Vec<CaseDiagnostic>, Vec<CaseDiagnostic>) {
         let map = &self.resolved.source_map;
         let mut warnings = self.resolved.warnings.clone();
@@ -167,7 +169,8 @@ impl Setup {
                 NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
             };
             let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
-            // The case reader warns about bodies without any condition; this diagnostic is more specific.
+            // The case reader warns about bodies without any condition; this diagnostic is more
+            // specific.
             let name = map.span(&format!("{}.name", notice.path));
             warnings.retain(|other| other.code() != code || other.span() != name);
             if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
@@ -175,10 +178,11 @@ impl Setup {
         (errors, warnings)
     }
 
-    /// The diagnostic for a case whose run, with or without a gradient, needs more memory than is available; `None` if
-    /// it fits or this is unknown.
+    /// The diagnostic for a case whose run, with or without a gradient, needs more memory than is
+    /// available; `None` if it fits or this is unknown.
     pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
-        // only the launcher knows how ranks share the memory of machines; `check --ranks` predicts it
+        // only the launcher knows how ranks share the memory of machines; `check --ranks` predicts
+        // it
         if self.problem_is_shared {
             return None;
         }
@@ -223,7 +227,8 @@ impl Setup {
     /// Densities to analyse: the case's uniform initial design, or those of an earlier run.
     ///
     /// # Errors
-    /// [`Failure::Input`] if they do not match the case; [`Failure::Case`] if the case has no `design` section.
+    /// [`Failure::Input`] if they do not match the case; [`Failure::Case`] if the case has no
+    /// `design` section.
     pub fn density(&self, context: &Context, problem: &Problem, from: &DesignFrom) -> Outcome<ElementValues> {
         match &from.design {
             Some(results) => self.density_of(context, problem, results),
@@ -231,7 +236,8 @@ impl Setup {
         }
     }
 
-    /// Densities of an earlier run, or of a table; warns if the case keeps its own values for some elements.
+    /// Densities of an earlier run, or of a table; warns if the case keeps its own values for some
+    /// elements.
     ///
     /// # Errors
     /// As [`Setup::density`].
@@ -248,7 +254,8 @@ impl Setup {
         Ok(kept)
     }
 
-    /// Warns about an initial design that exceeds the volume bound; `known` says whether the case reader has done so.
+    /// Warns about an initial design that exceeds the volume bound; `known` says whether the case
+    /// reader has done so.
     pub fn warn_of_volume(&self, context: &Context, problem: &Problem, known: bool) -> usize {
         let notice = start_volume(&self.resolved.case, problem, &problem.initial_density).filter(|_| !known);
         let told = |notice: Notice| {
@@ -260,13 +267,14 @@ impl Setup {
         warnings.len()
     }
 
-    /// Whether the case's uniform initial design exceeds the bound; the case reader has then warned about it.
+    /// Whether the case's uniform initial design exceeds the bound; the case reader has then warned
+    /// about it.
     pub fn starts_above_bound(&self) -> bool {
         self.resolved.warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume)
     }
 
-    /// The directory for results: as requested, otherwise as given in the case, otherwise next to the case file under
-    /// its name; commands other than `optimize` append their own name.
+    /// The directory for results: as requested, otherwise as given in the case, otherwise next to
+    /// the case file under its name; commands other than `optimize` append their own name.
     pub fn directory(&self, out: &Out, command: &str) -> PathBuf {
         if let Some(directory) = &out.out {
             return directory.clone();
@@ -287,7 +295,8 @@ impl Setup {
 /// Densities that differ by less count as equal.
 const SAME_DENSITY: f64 = 1e-9;
 
-/// The densities of a table that the case replaces, and their replacements; `None` if it uses all of them.
+/// The densities of a table that the case replaces, and their replacements; `None` if it uses all
+/// of them.
 fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<String> {
     let groups = [
         (Role::Solid, "passive solid element"),

@@ -1,7 +1,7 @@
 //! Tables of text.
 
-/// Lines of a table: the first row is the header, columns are as wide as their widest cell; the first column is
-/// left-aligned, the others right-aligned.
+/// Lines of a table: the first row is the header, columns are as wide as their widest cell; the
+/// first column is left-aligned, the others right-aligned.
 pub fn lines(header: &[&str], rows: &[Vec<String>]) -> Vec<String> {
     let mut widths: Vec<usize> = header.iter().map(|cell| cell.chars().count()).collect();
     for row in rows {

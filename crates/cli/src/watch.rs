@@ -62,13 +62,15 @@ impl<'a> Watch<'a> {
         self
     }
 
-    /// Prints load steps even without `-v`, because the command has nothing else to print meanwhile.
+    /// Prints load steps even without `-v`, because the command has nothing else to print
+    /// meanwhile.
     pub fn telling_steps(mut self) -> Self {
         self.level = 0;
         self
     }
 
-    /// Begins an analysis of this design; `steps_before` load steps were completed before it in total.
+    /// Begins an analysis of this design; `steps_before` load steps were completed before it in
+    /// total.
     pub fn begin(&mut self, iteration: usize, steps_before: usize) {
         (self.iteration, self.steps_before, self.steps, self.newton_iterations) = (iteration, steps_before, 0, 0);
         if let Some(table) = &mut self.newton {

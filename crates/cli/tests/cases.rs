@@ -1,7 +1,8 @@
 //! Runs short studies of the repository's cases with the program and checks their expected numbers.
 //!
-//! Each study is copied to its own folder and run there with `--only`; the program itself compares the numbers with
-//! `expected.json`, whose entries give the sources of their values. Relations between several runs are checked here.
+//! Each study is copied to its own folder and run there with `--only`; the program itself compares
+//! the numbers with `expected.json`, whose entries give the sources of their values. Relations
+//! between several runs are checked here.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -54,8 +55,8 @@ impl Numbers {
     }
 }
 
-/// All of section 5.1 of the paper: values and norms of gradients are those of an independent implementation, and the
-/// penalty method approaches the multipliers as its stiffness increases.
+/// All of section 5.1 of the paper: values and norms of gradients are those of an independent
+/// implementation, and the penalty method approaches the multipliers as its stiffness increases.
 #[test]
 fn cube_on_cuboid() {
     let found = Numbers::of("cube_on_cuboid", &[]);
@@ -79,8 +80,9 @@ fn half_ball_on_plate() {
     assert!(x > z && z > 1e6 * found.get("short_frictionless", "asymmetry z"), "{x} {z}");
 }
 
-/// Section 5.3 of the paper on a coarse mesh: nearly all nodes slip, so the force on the uniform initial design grows
-/// nearly like √(1 + μ²); the first column of the paper's Table 1 gives 1.0044 and 1.0291.
+/// Section 5.3 of the paper on a coarse mesh: nearly all nodes slip, so the force on the uniform
+/// initial design grows nearly like √(1 + μ²); the first column of the paper's Table 1 gives 1.0044
+/// and 1.0291.
 #[test]
 fn ironing() {
     let found = Numbers::of("ironing", &["start_mu_0", "start_mu_01", "start_mu_025", "short_gradient"]);
@@ -91,8 +93,8 @@ fn ironing() {
     }
 }
 
-/// Section 5.4 of the paper on a coarse mesh. The augmented Lagrangian method has the paper's tolerance, 1e-3 absolute;
-/// its second-order updates reach far smaller errors.
+/// Section 5.4 of the paper on a coarse mesh. The augmented Lagrangian method has the paper's
+/// tolerance, 1e-3 absolute; its second-order updates reach far smaller errors.
 #[test]
 fn clutch() {
     let found = Numbers::of("clutch", &["start", "start_by_multipliers", "short_gradient"]);

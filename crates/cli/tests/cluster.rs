@@ -1,5 +1,6 @@
-//! The program on several MPI ranks: the same designs as without MPI, one message for a failure, and the files that are
-//! left if a rank is killed. Without `mpirun`, the tests report that they are skipped.
+//! The program on several MPI ranks: the same designs as without MPI, one message for a failure,
+//! and the files that are left if a rank is killed. Without `mpirun`, the tests report that they
+//! are skipped.
 
 #[path = "../../petsc/tests/mpirun/mod.rs"]
 mod mpirun;
@@ -14,7 +15,8 @@ use slipstick::output::read_fields;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_slipstick");
 
-/// One half of a block that is pressed onto a slab and dragged along it, and pushed from behind in a second load case.
+/// One half of a block that is pressed onto a slab and dragged along it, and pushed from behind in
+/// a second load case.
 fn case(directory: &Path, enforcement: &str) -> PathBuf {
     let text = format!(
         r#"
@@ -111,8 +113,8 @@ fn assert_same_run(found: &Path, expected: &Path, bound: f64) {
     }
 }
 
-/// An optimization of a block that is lifted off ends on all ranks with one error, and leaves the path; forces of
-/// contact pairs equal those without MPI.
+/// An optimization of a block that is lifted off ends on all ranks with one error, and leaves the
+/// path; forces of contact pairs equal those without MPI.
 #[test]
 fn an_optimization_of_rounding_ends_on_all_ranks() {
     let place = tempfile::tempdir().expect("a directory");
@@ -169,7 +171,8 @@ fn designs_do_not_depend_on_the_ranks() {
     }
 }
 
-/// A failure of only the first rank, and one of the analysis: one message, and the exit code of a run without MPI.
+/// A failure of only the first rank, and one of the analysis: one message, and the exit code of a
+/// run without MPI.
 #[test]
 fn failures_are_told_once() {
     let place = tempfile::tempdir().expect("a directory");
@@ -184,7 +187,8 @@ fn failures_are_told_once() {
     let told = text(&output.stderr);
     assert_eq!(told.matches("error: ").count(), 1, "{told}");
     assert_eq!(output.status.code(), Some(3), "{told}");
-    // a march that fails later: the states that converged before are written, and equal those of one rank
+    // a march that fails later: the states that converged before are written, and equal those of
+    // one rank
     let (late, alone) = (place.path().join("late"), place.path().join("alone"));
     let driven = "dirichlet[1].motion=[{ t = 0.4, u = [0, -0.05, 0] }, { t = 1, u = [0, -4, 0] }]";
     for (ranks, out) in [(None, &alone), (Some(2), &late)] {
@@ -212,8 +216,8 @@ fn failures_are_told_once() {
     assert!(text(&output.stderr).contains("runs on one rank"), "{}", text(&output.stderr));
 }
 
-/// A measurement on two ranks: their parts add up to the whole, and the memory that `check` predicts has the right
-/// magnitude.
+/// A measurement on two ranks: their parts add up to the whole, and the memory that `check`
+/// predicts has the right magnitude.
 #[test]
 fn ranks_tell_their_parts() {
     let place = tempfile::tempdir().expect("a directory");
@@ -245,8 +249,8 @@ fn ranks_tell_their_parts() {
     assert!(peaks.iter().all(|peak| (0.4..2.5).contains(&(peak / each))), "{peaks:?} {foreseen}");
 }
 
-/// The meshes of a run in pieces: each rank's elements, with the fields of the whole mesh, which equal those of one
-/// rank at each load step; a later run in the same directory removes them.
+/// The meshes of a run in pieces: each rank's elements, with the fields of the whole mesh, which
+/// equal those of one rank at each load step; a later run in the same directory removes them.
 #[test]
 fn meshes_are_written_in_pieces() {
     let place = tempfile::tempdir().expect("a directory");
@@ -320,7 +324,8 @@ fn children(process: u32) -> Vec<u32> {
     all.filter(|&id| parent(id) == Some(process)).collect()
 }
 
-/// In the middle of an optimization, the first rank can no longer write: it reports this, and all ranks end.
+/// In the middle of an optimization, the first rank can no longer write: it reports this, and all
+/// ranks end.
 #[test]
 fn a_file_that_cannot_be_written_ends_all_ranks() {
     let place = tempfile::tempdir().expect("a directory");
@@ -350,8 +355,8 @@ fn a_file_that_cannot_be_written_ends_all_ranks() {
     assert!(!output.status.success() && told.matches("error: ").count() == 1 && told.contains("design.csv"), "{told}");
 }
 
-/// All ranks are asked to terminate, as by a batch system: they end, finished iterations are kept, and a different
-/// number of ranks continues.
+/// All ranks are asked to terminate, as by a batch system: they end, finished iterations are kept,
+/// and a different number of ranks continues.
 #[test]
 fn a_run_that_is_told_to_end_is_resumed_on_other_ranks() {
     let place = tempfile::tempdir().expect("a directory");
@@ -375,8 +380,8 @@ fn a_run_that_is_told_to_end_is_resumed_on_other_ranks() {
     assert_same_run(&out, &whole, 1e-9);
 }
 
-/// A rank is killed during the run: the run ends soon and says why; a single rank continues and reaches the design of
-/// an uninterrupted run.
+/// A rank is killed during the run: the run ends soon and says why; a single rank continues and
+/// reaches the design of an uninterrupted run.
 #[test]
 fn a_killed_rank_ends_the_run_and_another_number_goes_on() {
     let place = tempfile::tempdir().expect("a directory");

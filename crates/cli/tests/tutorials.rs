@@ -1,4 +1,5 @@
-//! Checks that the pages of the book work: their shell blocks are run in order, and must print the text shown.
+//! Checks that the pages of the book work: their shell blocks are run in order, and must print the
+//! text shown.
 //!
 //! | block | meaning |
 //! |---|---|
@@ -9,7 +10,8 @@
 //! | `sh python` | run where Python is installed |
 //! | `toml NAME`, `python NAME` | a file |
 //!
-//! On demand, in some minutes: `cargo test --release -p slipstick-cli --test tutorials -- --ignored`
+//! On demand, in some minutes:
+//! `cargo test --release -p slipstick-cli --test tutorials -- --ignored`
 
 #![cfg(unix)]
 

@@ -29,13 +29,15 @@ pub struct Returned {
     pub by_friction: Vector2<f64>,
 }
 
-/// Coulomb return map: a `trial` inside the cone `‖·‖ ≤ μ p` is kept (stick), one outside is scaled back (slip).
+/// Coulomb return map: a `trial` inside the cone `‖·‖ ≤ μ p` is kept (stick), one outside is scaled
+/// back (slip).
 ///
 /// `pressure` p ≥ 0 and `trial` in F/L². With s = trial/‖trial‖ the slip branch has
-/// `∂ζ_τ/∂trial = (μ p/‖trial‖)(I − s sᵀ)`, `∂ζ_τ/∂p = μ s` and `∂ζ_τ/∂μ = p s`; s sᵀ is a dyad, although the paper
-/// prints squares.
+/// `∂ζ_τ/∂trial = (μ p/‖trial‖)(I − s sᵀ)`, `∂ζ_τ/∂p = μ s` and `∂ζ_τ/∂μ = p s`; s sᵀ is a dyad,
+/// although the paper prints squares.
 ///
-/// Paper: (41), (50), linearised (75)–(77), (82)–(84). Test: `return_map_matches_finite_differences`.
+/// Paper: (41), (50), linearised (75)–(77), (82)–(84).
+/// Test: `return_map_matches_finite_differences`.
 pub fn return_map(pressure: f64, trial: Vector2<f64>, friction: f64) -> Returned {
     if friction == 0.0 {
         return Returned {

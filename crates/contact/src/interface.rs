@@ -30,7 +30,8 @@ pub enum InterfaceError {
         /// Global node number.
         node: u32,
     },
-    /// A slave facet, or a master facet close to one, is so distorted that its projection is folded.
+    /// A slave facet, or a master facet close to one, is so distorted that its projection is
+    /// folded.
     #[error("the facet of nodes {} is folded where surfaces may touch", list(.nodes))]
     FoldedFacet {
         /// Global node numbers of the facet.
@@ -43,8 +44,8 @@ fn list(nodes: &FacetNodes) -> String {
     numbers.join(", ")
 }
 
-/// A slave node and the slave facets around it. At an edge sharper than the feature angle there is one entry for each
-/// of the smooth patches that meet there, with the facets of that patch.
+/// A slave node and the slave facets around it. At an edge sharper than the feature angle there is
+/// one entry for each of the smooth patches that meet there, with the facets of that patch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SlaveNode {
     /// Global node number.
@@ -59,8 +60,8 @@ pub struct SlaveNode {
     pub facets: Vec<(u32, u8)>,
     /// Coordinate axes normal to a symmetry plane through the node.
     pub mirrored: [bool; 3],
-    /// Whether the node lies on a sharp edge and the facets are those of one patch: then the frame uses the master's
-    /// normal.
+    /// Whether the node lies on a sharp edge and the facets are those of one patch: then the frame
+    /// uses the master's normal.
     pub sharp: bool,
 }
 
@@ -71,15 +72,16 @@ pub struct InterfaceOptions {
     pub shape: MultiplierShape,
     /// Integration rule of the mortar cells.
     pub rule: CellRule,
-    /// Distance along the slave normal within which facets are coupled; it must exceed the largest relative motion of
-    /// one step, and be less than the thickness of the bodies. \[L\]
+    /// Distance along the slave normal within which facets are coupled; it must exceed the largest
+    /// relative motion of one step, and be less than the thickness of the bodies. \[L\]
     pub reach: f64,
-    /// Angle between the normals of neighbouring slave facets above which the edge between them is sharp, in the
-    /// reference configuration. \[rad\]
+    /// Angle between the normals of neighbouring slave facets above which the edge between them is
+    /// sharp, in the reference configuration. \[rad\]
     pub feature_angle: f64,
 }
 
-/// Slave and master surface with the data for the mortar integrals; positions are passed to the evaluation.
+/// Slave and master surface with the data for the mortar integrals; positions are passed to the
+/// evaluation.
 #[derive(Debug, Clone)]
 pub struct ContactInterface {
     slave_facets: Vec<FacetNodes>,
@@ -105,8 +107,9 @@ pub struct InterfaceWorkspace {
 }
 
 impl ContactInterface {
-    /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise from outside),
-    /// triangles and quadrilaterals in any mixture, at the reference `coordinates` (3 per node).
+    /// Builds the interface between two surfaces given by their facets' nodes (counter-clockwise
+    /// from outside), triangles and quadrilaterals in any mixture, at the reference `coordinates`
+    /// (3 per node).
     ///
     /// # Errors
     /// If a surface is empty, or a node lies on both surfaces.
@@ -147,15 +150,15 @@ impl ContactInterface {
         }
     }
 
-    /// The same interface with symmetry planes: `mirrored` returns for a node the coordinate axes normal to the planes
-    /// through it.
+    /// The same interface with symmetry planes: `mirrored` returns for a node the coordinate axes
+    /// normal to the planes through it.
     pub fn with_symmetry(mut self, mirrored: impl Fn(u32) -> [bool; 3]) -> Self {
         self.slave_nodes.iter_mut().for_each(|slave| slave.mirrored = mirrored(slave.node));
         self
     }
 
-    /// The slave nodes, ascending by global number, and patch by patch at sharp edges: the order of all nodal contact
-    /// quantities.
+    /// The slave nodes, ascending by global number, and patch by patch at sharp edges: the order of
+    /// all nodal contact quantities.
     pub fn slave_nodes(&self) -> &[SlaveNode] {
         &self.slave_nodes
     }
@@ -175,8 +178,8 @@ impl ContactInterface {
         self.reach
     }
 
-    /// Evaluates mortar rows and frames at the current positions `x` (3 per node of the mesh) of the slave nodes of the
-    /// workspace, and leaves the others empty.
+    /// Evaluates mortar rows and frames at the current positions `x` (3 per node of the mesh) of
+    /// the slave nodes of the workspace, and leaves the others empty.
     ///
     /// The result depends only on `x`, not on earlier evaluations or the number of threads.
     ///
@@ -278,12 +281,12 @@ fn slave_node(node: u32, touching: Vec<(u32, u8)>, facets: &[FacetNodes], sharp:
     SlaveNode { node, ring, corners, edge, facets: touching, mirrored: [false; 3], sharp }
 }
 
-/// Cosines that differ by less belong to the same angle: edges at exactly the feature angle are smooth, regardless of
-/// round-off.
+/// Cosines that differ by less belong to the same angle: edges at exactly the feature angle are
+/// smooth, regardless of round-off.
 const SAME_COSINE: f64 = 1e-9;
 
-/// Divides the facets around a node into patches: facets whose normals differ by at most the feature angle belong
-/// together, transitively.
+/// Divides the facets around a node into patches: facets whose normals differ by at most the
+/// feature angle belong together, transitively.
 fn patches(facets: Vec<(u32, u8)>, normals: &[Vector3<f64>], feature_angle: f64) -> Vec<Vec<(u32, u8)>> {
     let least = feature_angle.cos() - SAME_COSINE;
     let smooth = |a: &(u32, u8), b: &(u32, u8)| {
@@ -318,8 +321,8 @@ fn normal(facet: &FacetNodes, x: &[f64]) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    /// Two unit squares that share the edge of nodes 1 and 2, folded by an angle: patches meet there only if the angle
-    /// is larger than the feature angle.
+    /// Two unit squares that share the edge of nodes 1 and 2, folded by an angle: patches meet
+    /// there only if the angle is larger than the feature angle.
     #[test]
     fn nodes_at_sharp_edges_have_a_patch_for_each_side() {
         let folded = |degrees: f64, feature: f64| {
@@ -350,9 +353,9 @@ mod tests {
         }
     }
 
-    /// Compared with a search through all masters: one slave facet and layers of parallel master squares over its
-    /// centre and its corners, near and far, for all proportions of slave, masters and reach. Facets that the tree
-    /// excludes do not couple.
+    /// Compared with a search through all masters: one slave facet and layers of parallel master
+    /// squares over its centre and its corners, near and far, for all proportions of slave, masters
+    /// and reach. Facets that the tree excludes do not couple.
     #[test]
     fn no_master_within_reach_is_missed() {
         let square = |half: f64| vec![[-half, -half], [half, -half], [half, half], [-half, half]];
@@ -368,8 +371,8 @@ mod tests {
             let mut x: Vec<f64> = slave.iter().flat_map(|&[a, b]| [a, b, 0.0]).collect();
             let corners = slave.len();
             let centre: [f64; 2] = std::array::from_fn(|c| slave.iter().map(|p| p[c]).sum::<f64>() / corners as f64);
-            // the farthest layer that couples, with centres beyond the reach by the radius of a square, and a farther
-            // one
+            // the farthest layer that couples, with centres beyond the reach by the radius of a
+            // square, and a farther one
             let farthest = reach + f64::sqrt(2.0) * half;
             let mut masters = Vec::new();
             for height in [0.0, 0.9 * reach, 0.999 * farthest, 1.001 * farthest].map(|h| [-h, h]).concat() {

@@ -1,4 +1,5 @@
-//! Weighted gap, slip increment and tributary area: gradients against central differences, objectivity under any common rotation.
+//! Weighted gap, slip increment and tributary area: gradients against central differences,
+//! objectivity under any common rotation.
 
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
 use slipstick_contact::kinematics::rows::SlipIncrement;
@@ -8,8 +9,9 @@ use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 
 const SHAPES: [MultiplierShape; 2] = [MultiplierShape::Standard, MultiplierShape::Dual];
 
-/// A block over a slab, faces not matching, the block sticking out over the slab's edge; of hexahedra, of tetrahedra, of
-/// both, or of wedges that stand on their triangles or lie on their quadrilaterals, so that all facets meet each other.
+/// A block over a slab, faces not matching, the block sticking out over the slab's edge; of
+/// hexahedra, of tetrahedra, of both, or of wedges that stand on their triangles or lie on their
+/// quadrilaterals, so that all facets meet each other.
 fn meshes() -> [Mesh; 4] {
     let mesh = mesh();
     let (tetrahedra, mixed) = (mesh.divided(|_| true), mesh.divided(|element| element % 4 == 1));
@@ -24,8 +26,8 @@ fn mesh() -> Mesh {
     Mesh::merge(vec![slab, block]).unwrap()
 }
 
-/// A mesh, and the faces of its block that are the slave: its bottom; or a block that stands on its edge, or on a corner,
-/// with the two or three faces that meet there.
+/// A mesh, and the faces of its block that are the slave: its bottom; or a block that stands on its
+/// edge, or on a corner, with the two or three faces that meet there.
 fn scenes() -> Vec<(Mesh, &'static [&'static str])> {
     const BOTTOM: &[&str] = &["block_ymin"];
     const EDGE: &[&str] = &["block_ymin", "block_xmax"];
@@ -97,7 +99,8 @@ fn difference(mut at: impl FnMut(f64) -> Vec<[f64; 4]>) -> Vec<[f64; 4]> {
     (0..p1.len()).map(|j| std::array::from_fn(|c| entry(j, c))).collect()
 }
 
-/// Largest deviation of any entry of any gradient, current and previous. Entries are of the size of facet areas, 0.1.
+/// Largest deviation of any entry of any gradient, current and previous. Entries are of the size of
+/// facet areas, 0.1.
 #[test]
 fn gap_and_slip_gradients() {
     for ((mesh, slaves), shape) in scenes().into_iter().flat_map(|scene| SHAPES.map(|shape| (scene.clone(), shape))) {
@@ -167,7 +170,8 @@ fn rotated(x: &[f64], axis: Vector3<f64>, degrees: f64) -> Vec<f64> {
     x.chunks_exact(3).flat_map(|p| <[f64; 3]>::from(turn * Vector3::new(p[0], p[1], p[2]) + shift)).collect()
 }
 
-/// A common rigid motion between two steps is no slip, whatever axis and angle; spin about the contact normal included.
+/// A common rigid motion between two steps causes no slip, whatever its axis and angle; this
+/// includes spin about the contact normal.
 #[test]
 fn slip_increment_is_objective() {
     for ((mesh, slaves), shape) in scenes().into_iter().flat_map(|scene| SHAPES.map(|shape| (scene.clone(), shape))) {

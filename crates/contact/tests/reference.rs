@@ -1,13 +1,14 @@
-//! Mortar matrices, normals, gap and slip of one configuration against an independent implementation (dual numbers, no
-//! shared source), standard and dual shapes.
+//! Mortar matrices, normals, gap and slip of one configuration against an independent
+//! implementation (dual numbers, no shared source), standard and dual shapes.
 
 use serde_json::Value;
 use slipstick_contact::kinematics::rows::SlipIncrement;
 use slipstick_contact::kinematics::{CellRule, MultiplierShape, NodeKinematics, PreviousRow};
 use slipstick_contact::{ContactInterface, InterfaceOptions};
 
-/// The reference divides overlaps at the mean of their vertices, slipstick at the centroid: on these distorted facets the
-/// 7-point rule then differs by up to 4e-11. With the mean of the vertices here too, it is 1e-16.
+/// The reference divides overlaps at the mean of their vertices, slipstick at the centroid: on
+/// these distorted facets the 7-point rule then differs by up to 4e-11. With the mean of the
+/// vertices here too, it is 1e-16.
 const BOUND: f64 = 1e-10;
 
 struct Configuration {

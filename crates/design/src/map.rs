@@ -2,12 +2,13 @@
 
 /// A differentiable map from design variables `x` to densities `φ`, with its exact transpose.
 ///
-/// `x` and `φ` may have different lengths, which each implementation documents. Both are dimensionless.
+/// `x` and `φ` may have different lengths, which each implementation documents. Both are
+/// dimensionless.
 ///
 /// # Panics
 ///
-/// Implementations panic if a slice does not have the length for which the map was built: that is an error of the
-/// calling program, never of its input.
+/// Implementations panic if a slice does not have the length for which the map was built: that is
+/// an error of the calling program, never of its input.
 pub trait DesignMap: Send + Sync {
     /// Densities `φ(x)`.
     fn apply(&self, x: &[f64]) -> Vec<f64>;
@@ -49,8 +50,8 @@ impl DesignMap for Chain {
     }
 
     fn pull_back(&self, x: &[f64], d_phi: &[f64]) -> Vec<f64> {
-        // Each map is differentiated at the point where it was applied, so the forward values are computed and stored
-        // first.
+        // Each map is differentiated at the point where it was applied, so the forward values are
+        // computed and stored first.
         let mut inputs = Vec::with_capacity(self.maps.len());
         let mut value = x.to_vec();
         for map in &self.maps {
@@ -62,9 +63,11 @@ impl DesignMap for Chain {
     }
 }
 
-/// Applies a map of the listed elements' densities to these entries of a longer vector; the others are unchanged.
+/// Applies a map of the listed elements' densities to these entries of a longer vector; the others
+/// are unchanged.
 ///
-/// Keeps a filter inside the design domain, so that densities do not leak from or to bodies that are not designed.
+/// Keeps a filter inside the design domain, so that densities do not leak from or to bodies that
+/// are not designed.
 pub struct OnElements<M> {
     elements: Vec<u32>,
     map: M,

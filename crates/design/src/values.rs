@@ -1,8 +1,9 @@
 //! Lists of numbers that know what they are listed over.
 //!
-//! A design has three index spaces: all elements of the mesh, the elements of the design domain, and the design
-//! variables. A density or derivative over one of them is a different type from one over another;
-//! [`DesignVariables`](crate::DesignVariables) converts between them. Conversions from and to plain vectors are explicit.
+//! A design has three index spaces: all elements of the mesh, the elements of the design domain,
+//! and the design variables. A density or derivative over one of them is a different type from one
+//! over another; [`DesignVariables`](crate::DesignVariables) converts between them. Conversions
+//! from and to plain vectors are explicit.
 
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};

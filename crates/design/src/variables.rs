@@ -16,7 +16,8 @@ pub enum Role {
     Designed,
     /// In the design domain, always φ = 1.
     Solid,
-    /// In the design domain, always φ = 0, so that only the minimum stiffness of the interpolation (86) remains.
+    /// In the design domain, always φ = 0, so that only the minimum stiffness of the interpolation
+    /// (86) remains.
     Void,
 }
 
@@ -31,7 +32,8 @@ impl Role {
     }
 }
 
-/// The maps between design variables (one per designed element), the design domain, and all elements.
+/// The maps between design variables (one per designed element), the design domain, and all
+/// elements.
 #[derive(Clone, Debug)]
 pub struct DesignVariables {
     roles: Vec<Role>,
@@ -40,13 +42,14 @@ pub struct DesignVariables {
 }
 
 impl DesignVariables {
-    /// `domain`: elements of the design domain of a mesh with `element_count` elements; `solid`, `void`: its passive
-    /// elements. Lists may be in any order and may contain an element more than once.
+    /// `domain`: elements of the design domain of a mesh with `element_count` elements; `solid`,
+    /// `void`: its passive elements. Lists may be in any order and may contain an element more than
+    /// once.
     ///
     /// # Errors
     ///
-    /// If an element is out of range, passive outside the domain, or both solid and void; or if the domain has no
-    /// designed elements.
+    /// If an element is out of range, passive outside the domain, or both solid and void; or if the
+    /// domain has no designed elements.
     pub fn new(element_count: usize, domain: &[u32], solid: &[u32], void: &[u32]) -> Result<Self, DesignError> {
         let mut roles = vec![Role::Outside; element_count];
         for &element in domain {
@@ -93,7 +96,8 @@ impl DesignVariables {
         &self.roles
     }
 
-    /// Designed elements in ascending order: variable `k` is the density of element `designed()[k]`.
+    /// Designed elements in ascending order: variable `k` is the density of element
+    /// `designed()[k]`.
     pub fn designed(&self) -> &[u32] {
         &self.designed
     }
@@ -103,7 +107,8 @@ impl DesignVariables {
         &self.domain
     }
 
-    /// Densities of all elements: the variables of the designed ones, the fixed densities of [`Role`] elsewhere.
+    /// Densities of all elements: the variables of the designed ones, the fixed densities of
+    /// [`Role`] elsewhere.
     ///
     /// # Panics
     ///
@@ -117,8 +122,8 @@ impl DesignVariables {
         densities.into()
     }
 
-    /// The entries of the designed elements: the inverse of [`densities`](Self::densities) for densities, its transpose
-    /// for derivatives.
+    /// The entries of the designed elements: the inverse of [`densities`](Self::densities) for
+    /// densities, its transpose for derivatives.
     ///
     /// # Panics
     ///
@@ -158,7 +163,8 @@ impl DesignVariables {
     ///
     /// # Errors
     ///
-    /// If there is not one volume per element, or a volume in the domain is not finite and positive.
+    /// If there is not one volume per element, or a volume in the domain is not finite and
+    /// positive.
     pub fn domain_volumes(&self, volumes: &[f64]) -> Result<DomainValues, DesignError> {
         if volumes.len() != self.roles.len() {
             return Err(DesignError::VolumeCount { expected: self.roles.len(), found: volumes.len() });
@@ -192,8 +198,8 @@ impl DesignVariables {
     ///
     /// # Errors
     ///
-    /// [`DesignError::Fraction`] if the passive solid elements by themselves exceed it, and those of
-    /// [`Self::domain_volumes`].
+    /// [`DesignError::Fraction`] if the passive solid elements by themselves exceed it, and those
+    /// of [`Self::domain_volumes`].
     pub fn check_limit(&self, volumes: &[f64], limit: f64) -> Result<(), DesignError> {
         let (smallest, largest) = self.fraction_range(volumes)?;
         if limit >= smallest { Ok(()) } else { Err(DesignError::Fraction { fraction: limit, smallest, largest }) }
@@ -212,11 +218,13 @@ impl DesignVariables {
         }
     }
 
-    /// Equal variables for which the design domain, including passive elements, has the solid fraction `fraction`.
+    /// Equal variables for which the design domain, including passive elements, has the solid
+    /// fraction `fraction`.
     ///
     /// # Errors
     ///
-    /// [`DesignError::Fraction`] if the passive elements make this impossible, and those of [`Self::domain_volumes`].
+    /// [`DesignError::Fraction`] if the passive elements make this impossible, and those of
+    /// [`Self::domain_volumes`].
     pub fn uniform_with_fraction(&self, volumes: &[f64], fraction: f64) -> Result<VariableValues, DesignError> {
         let (smallest, largest) = self.fraction_range(volumes)?;
         // `largest > smallest` holds: there is a designed element, and its volume is positive.
@@ -225,8 +233,8 @@ impl DesignVariables {
     }
 }
 
-/// [`densities`](DesignVariables::densities) and [`restrict`](DesignVariables::restrict) as a link of a
-/// [`Chain`](crate::Chain).
+/// [`densities`](DesignVariables::densities) and [`restrict`](DesignVariables::restrict) as a link
+/// of a [`Chain`](crate::Chain).
 impl DesignMap for DesignVariables {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
         self.densities(&x.to_vec().into()).into()

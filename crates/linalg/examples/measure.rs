@@ -4,9 +4,10 @@
 //! cargo run --release -p slipstick-linalg --example measure -- FILE [f64|f32] [factorizations]
 //! ```
 //!
-//! `crates/slipstick/examples/export_matrix.rs` writes such files; `crates/linalg/benches/compare_pardiso.py` compares
-//! this program with PARDISO. Times are the shortest of several factorizations and of ten solves each. Memory, if the
-//! system reports it (Linux), is the peak beyond the memory of the loaded matrix.
+//! `crates/slipstick/examples/export_matrix.rs` writes such files;
+//! `crates/linalg/benches/compare_pardiso.py` compares this program with PARDISO. Times are the
+//! shortest of several factorizations and of ten solves each. Memory, if the system reports it
+//! (Linux), is the peak beyond the memory of the loaded matrix.
 
 mod exported;
 

@@ -86,7 +86,8 @@ impl BlockPattern {
 }
 
 impl PartialEq for BlockPattern {
-    /// Whether the content is equal. Only patterns with different identities are compared entry by entry.
+    /// Whether the content is equal. Only patterns with different identities are compared entry by
+    /// entry.
     fn eq(&self, other: &Self) -> bool {
         self.id == other.id || (&self.row_offsets, &self.columns) == (&other.row_offsets, &other.columns)
     }
@@ -239,7 +240,8 @@ mod tests {
         assert!((av[3] - expected).abs() < 1e-13);
     }
 
-    /// Clones share an identity; a second pattern with the same content is equal but has a different one.
+    /// Clones share an identity; a second pattern with the same content is equal but has a
+    /// different one.
     #[test]
     fn patterns_are_told_apart() {
         let (one, other) = (BlockPattern::from_rows(&[vec![0], vec![1]]), BlockPattern::from_rows(&[vec![0], vec![1]]));

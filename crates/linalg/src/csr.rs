@@ -108,23 +108,25 @@ impl CsrPattern {
         &self.columns[self.row_range(i)]
     }
 
-    /// Elimination group of each unknown, n items: a solver eliminates the unknowns of a group one after the other. A
-    /// contact multiplier shares the group of its slave node, whose displacements come first: once they are eliminated,
-    /// the multiplier's pivots are no longer zero. Group numbers are arbitrary.
+    /// Elimination group of each unknown, n items: a solver eliminates the unknowns of a group one
+    /// after the other. A contact multiplier shares the group of its slave node, whose
+    /// displacements come first: once they are eliminated, the multiplier's pivots are no longer
+    /// zero. Group numbers are arbitrary.
     pub fn groups(&self) -> &[u32] {
         &self.groups
     }
 
-    /// Number of each unknown before prescribed ones were removed, three times its block row plus its component; n
-    /// items, or none. Groups are named after block rows: an unknown whose block row differs from its group is a
-    /// multiplier.
+    /// Number of each unknown before prescribed ones were removed, three times its block row plus
+    /// its component; n items, or none. Groups are named after block rows: an unknown whose block
+    /// row differs from its group is a multiplier.
     pub fn origins(&self) -> &[u32] {
         &self.origins
     }
 }
 
 impl PartialEq for CsrPattern {
-    /// Whether the content is equal. Only patterns with different identities are compared entry by entry.
+    /// Whether the content is equal. Only patterns with different identities are compared entry by
+    /// entry.
     fn eq(&self, other: &Self) -> bool {
         let same_rows = || self.row_offsets == other.row_offsets && self.columns == other.columns;
         let same_unknowns = || self.groups == other.groups && self.origins == other.origins;
@@ -236,7 +238,8 @@ impl CsrMatrix {
     }
 }
 
-/// ‖v‖₂, summed in a fixed order, scaled so that neither overflow nor underflow spoils it. NaN if an entry is NaN.
+/// ‖v‖₂, summed in a fixed order, scaled so that neither overflow nor underflow spoils it. NaN if
+/// an entry is NaN.
 pub(crate) fn norm(v: &[f64]) -> f64 {
     norm_on(v, &Alone)
 }
@@ -310,7 +313,8 @@ mod tests {
         assert!(new(&[], &[], &[], &[]).is_err());
     }
 
-    /// Clones share an identity; a second pattern with the same content is equal but has a different one.
+    /// Clones share an identity; a second pattern with the same content is equal but has a
+    /// different one.
     #[test]
     fn patterns_are_told_apart() {
         let (one, other) = (example().pattern, example().pattern);

@@ -3,12 +3,13 @@
 use crate::csr::CsrPattern;
 use slipstick_ranks::Ranks;
 
-/// Unknowns of the ranks; each has one owner. A rank holds the entries of its own unknowns, ascending, and borrows
-/// those of other ranks' unknowns that its part of a matrix touches.
+/// Unknowns of the ranks; each has one owner. A rank holds the entries of its own unknowns,
+/// ascending, and borrows those of other ranks' unknowns that its part of a matrix touches.
 ///
-/// A vector can therefore have three forms. *Own*: the entries of this rank's unknowns, used by solvers. *Whole*: all
-/// entries, the same on every rank, used by states. *Local*: as long as a whole one, but only the entries that this
-/// rank touches have a meaning, as terms of a product before they are collected, or as the argument of a product.
+/// A vector can therefore have three forms. *Own*: the entries of this rank's unknowns, used by
+/// solvers. *Whole*: all entries, the same on every rank, used by states. *Local*: as long as a
+/// whole one, but only the entries that this rank touches have a meaning, as terms of a product
+/// before they are collected, or as the argument of a product.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     n: usize,
@@ -21,7 +22,8 @@ struct Shared {
     own: Vec<u32>,
     /// Number of every unknown if the unknowns are counted rank by rank.
     numbers: Vec<u32>,
-    /// Entries of own vectors that others borrow: for the first rank first, ascending; and how many each borrows.
+    /// Entries of own vectors that others borrow: for the first rank first, ascending; and how many
+    /// each borrows.
     lent: Vec<u32>,
     lent_to: Vec<usize>,
     /// Unknowns that this rank borrows, also by owner.
@@ -35,15 +37,15 @@ impl Layout {
         Self { n, shared: None }
     }
 
-    /// The rank of an elimination group among `size` ranks, where `owners` contains one rank for each group; further
-    /// groups belong to the first rank.
+    /// The rank of an elimination group among `size` ranks, where `owners` contains one rank for
+    /// each group; further groups belong to the first rank.
     pub fn owner(owners: &[u32], group: u32, size: usize) -> usize {
         owners.get(group as usize).map_or(0, |&rank| rank as usize).min(size - 1)
     }
 
-    /// By the elimination groups of a pattern: `owners` contains the rank of each group. Unknowns of further groups
-    /// belong to the first rank. All ranks call this with patterns of the same unknowns in the same groups, each with
-    /// the entries of its part.
+    /// By the elimination groups of a pattern: `owners` contains the rank of each group. Unknowns
+    /// of further groups belong to the first rank. All ranks call this with patterns of the same
+    /// unknowns in the same groups, each with the entries of its part.
     pub fn new(pattern: &CsrPattern, owners: &[u32], ranks: &dyn Ranks) -> Self {
         let (n, size) = (pattern.n(), ranks.size());
         if size == 1 {
@@ -98,7 +100,8 @@ impl Layout {
         self.shared.as_ref().map_or(entry, |shared| shared.own[entry] as usize)
     }
 
-    /// The entry of own vectors that belongs to an unknown of this rank; `None` for unknowns of other ranks.
+    /// The entry of own vectors that belongs to an unknown of this rank; `None` for unknowns of
+    /// other ranks.
     pub fn entry(&self, unknown: usize) -> Option<usize> {
         match &self.shared {
             Some(shared) => shared.own.binary_search(&(unknown as u32)).ok(),
@@ -149,8 +152,8 @@ impl Layout {
         local
     }
 
-    /// The own part of the sum of local vectors: each rank's terms are sent to the owners, who add them to their own in
-    /// the order of ranks.
+    /// The own part of the sum of local vectors: each rank's terms are sent to the owners, who add
+    /// them to their own in the order of ranks.
     ///
     /// # Panics
     /// If the vector has the wrong length.
@@ -198,7 +201,8 @@ mod tests {
         }
     }
 
-    /// By hand: ranks 0, 1, 2 own the unknowns {1, 5}, {0, 3, 4}, {2}; the part of rank 1 touches 0, 2, 4 and 5.
+    /// By hand: ranks 0, 1, 2 own the unknowns {1, 5}, {0, 3, 4}, {2}; the part of rank 1 touches
+    /// 0, 2, 4 and 5.
     fn example() -> Layout {
         let (offsets, groups) = (vec![0, 1, 1, 3, 3, 3, 3], vec![7, 2, 4, 7, 7, 99]);
         let pattern = CsrPattern::new(offsets, vec![5, 0, 4], groups, vec![]).unwrap();

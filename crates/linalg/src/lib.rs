@@ -1,16 +1,19 @@
 //! Block-sparse matrices and direct solvers with transposed solves.
 //!
-//! The tangent of a load step is assembled into a [`BlockMatrix`] of 3×3 blocks: one block row per mesh node, followed
-//! by one per contact-multiplier node. A [`Reduction`] removes the prescribed unknowns and yields a scalar
-//! [`CsrMatrix`]. A [`LinearSolver`] analyses its pattern, which gives a [`Symbolic`] value, and factorizes it with
-//! that; the [`Factorization`] solves with the matrix *and* with its transpose, since the adjoint of every step needs
-//! the latter, and reports its [`Cost`]. [`solve_verified`] measures the true residual of every solution and improves
-//! it by preconditioned GMRES, so a factorization in single precision, or of a nearby matrix, is also sufficient.
+//! The tangent of a load step is assembled into a [`BlockMatrix`] of 3×3 blocks: one block row per
+//! mesh node, followed by one per contact-multiplier node. A [`Reduction`] removes the prescribed
+//! unknowns and yields a scalar [`CsrMatrix`]. A [`LinearSolver`] analyses its pattern, which gives
+//! a [`Symbolic`] value, and factorizes it with that; the [`Factorization`] solves with the matrix
+//! *and* with its transpose, since the adjoint of every step needs the latter, and reports its
+//! [`Cost`]. [`solve_verified`] measures the true residual of every solution and improves it by
+//! preconditioned GMRES, so a factorization in single precision, or of a nearby matrix, is also
+//! sufficient.
 //!
-//! Solvers: [`MultifrontalSolver`] (the default: nested dissection by METIS, or minimum degree without the feature
-//! `metis`, threshold pivoting with delayed pivots, single or double precision), [`SupernodalSolver`] (faer's
-//! left-looking LU with full partial pivoting: the reference and the last resort) and [`RobustSolver`], which tries
-//! these, or any others, in sequence.
+//! Solvers: [`MultifrontalSolver`] (the default: nested dissection by METIS, or minimum degree
+//! without the feature `metis`, threshold pivoting with delayed pivots, single or double
+//! precision), [`SupernodalSolver`] (faer's left-looking LU with full partial pivoting: the
+//! reference and the last resort) and [`RobustSolver`], which tries these, or any others, in
+//! sequence.
 //!
 //! ```
 //! use slipstick_linalg::{
@@ -34,11 +37,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Several processes can share matrices and vectors: [`Ranks`] is their communication, [`Layout`] the distribution of
-//! unknowns, and [`Summed`] the matrix whose parts they hold.
+//! Several processes can share matrices and vectors: [`Ranks`] is their communication, [`Layout`]
+//! the distribution of unknowns, and [`Summed`] the matrix whose parts they hold.
 //!
-//! Results do not depend on the number of threads, bit for bit: every parallel loop works on tiles whose bounds depend
-//! only on the matrix, and sums run in a fixed order.
+//! Results do not depend on the number of threads, bit for bit: every parallel loop works on tiles
+//! whose bounds depend only on the matrix, and sums run in a fixed order.
 
 pub mod block;
 pub mod csr;

@@ -9,7 +9,8 @@ const SEED: i32 = 20_011;
 /// the same time would disturb each other and no longer be reproducible.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// Vertices of a symmetric graph without loops in elimination order; `weights` are their numbers of unknowns.
+/// Vertices of a symmetric graph without loops in elimination order; `weights` are their numbers of
+/// unknowns.
 pub(crate) fn nested_dissection(
     mut offsets: Vec<i32>,
     mut neighbours: Vec<i32>,
@@ -43,8 +44,9 @@ pub(crate) fn nested_dissection(
     }
 }
 
-/// Divides a symmetric graph without loops into parts: one of `parts` for every vertex, with about the same sum of
-/// `weights`, and a small sum of `ties` between vertices of different parts. `ties` has one entry per neighbour.
+/// Divides a symmetric graph without loops into parts: one of `parts` for every vertex, with about
+/// the same sum of `weights`, and a small sum of `ties` between vertices of different parts. `ties`
+/// has one entry per neighbour.
 ///
 /// # Errors
 /// If METIS cannot divide the graph, or the lengths of its arrays are inconsistent.
@@ -74,8 +76,9 @@ pub fn partition_graph(
     let (mut cut, mut part) = (0_i32, vec![0_i32; vertices]);
     let mut options = [0i32; metis_sys::METIS_NOPTIONS as usize];
     let guard = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    // SAFETY: `options` has METIS_NOPTIONS items; offsets, neighbours and ties form a consistent graph; the other arrays
-    // have one item per vertex. Null stands for METIS' defaults. METIS keeps no pointer.
+    // SAFETY: `options` has METIS_NOPTIONS items; offsets, neighbours and ties form a consistent
+    // graph; the other arrays have one item per vertex. Null stands for METIS' defaults. METIS
+    // keeps no pointer.
     let status = unsafe {
         metis_sys::METIS_SetDefaultOptions(options.as_mut_ptr());
         options[metis_sys::moptions_et_METIS_OPTION_SEED as usize] = SEED;

@@ -1,4 +1,5 @@
-//! The operations of a matrix that a verified solve needs; the matrix may be a sum of parts on several ranks.
+//! The operations of a matrix that a verified solve needs; the matrix may be a sum of parts on
+//! several ranks.
 
 use crate::csr::CsrMatrix;
 use crate::layout::Layout;
@@ -35,15 +36,16 @@ pub trait Operator {
     /// ‖A‖∞ (with `transpose`: of Aᵀ), or a bound on it of the same size, for the whole matrix.
     fn infinity_norm(&self, transpose: bool) -> f64;
 
-    /// `y = |A| |x|`, or `y = |Aᵀ| |x|` if `transpose` is set: the round-off of the product is proportional to it.
+    /// `y = |A| |x|`, or `y = |Aᵀ| |x|` if `transpose` is set: the round-off of the product is
+    /// proportional to it.
     fn absolute_product(&self, transpose: bool, x: &[f64], y: &mut [f64]);
 
-    /// Factors that scale the rows of A (of Aᵀ with `transpose`) to the same size, regardless of the units of unknowns
-    /// and equations and of the stiffness of the bodies.
+    /// Factors that scale the rows of A (of Aᵀ with `transpose`) to the same size, regardless of
+    /// the units of unknowns and equations and of the stiffness of the bodies.
     fn row_weights(&self, transpose: bool) -> Vec<f64>;
 
-    /// Cost of a product with the whole matrix, summed over the ranks, in the unit of [`Cost`](crate::Cost). All ranks
-    /// call this together and get the same number. \[bytes moved\]
+    /// Cost of a product with the whole matrix, summed over the ranks, in the unit of
+    /// [`Cost`](crate::Cost). All ranks call this together and get the same number. \[bytes moved\]
     fn product_cost(&self) -> f64;
 
     /// `r = b − A x`, or `r = b − Aᵀ x` if `transpose` is set.
@@ -100,8 +102,8 @@ impl Operator for CsrMatrix {
     }
 }
 
-/// The sum of the matrices that the ranks hold, all with the same number of rows. Vectors are the own parts of a
-/// [`Layout`].
+/// The sum of the matrices that the ranks hold, all with the same number of rows. Vectors are the
+/// own parts of a [`Layout`].
 #[derive(Debug, Clone, Copy)]
 pub struct Summed<'a> {
     /// The part of this rank.

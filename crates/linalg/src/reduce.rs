@@ -26,9 +26,10 @@ pub struct Reduction {
 impl Reduction {
     /// Prepares the removal of the unknowns marked in `fixed` (three per block row).
     ///
-    /// `groups` contains an elimination group for each block row; the block row of a multiplier has the group of its
-    /// slave node, which comes first in the group. If all displacements of that node are prescribed, the multiplier
-    /// would remain alone with its zero diagonal; it then joins the group of a free node that it is coupled to.
+    /// `groups` contains an elimination group for each block row; the block row of a multiplier has
+    /// the group of its slave node, which comes first in the group. If all displacements of that
+    /// node are prescribed, the multiplier would remain alone with its zero diagonal; it then joins
+    /// the group of a free node that it is coupled to.
     ///
     /// # Panics
     /// If a length does not match the pattern.
@@ -37,8 +38,8 @@ impl Reduction {
         Self::of_part(pattern, fixed, &attach_lone_multipliers(pattern, &reduced, groups))
     }
 
-    /// The same for one rank's part of a matrix: `groups` are not changed, since ranks have different couplings but
-    /// must agree on the groups.
+    /// The same for one rank's part of a matrix: `groups` are not changed, since ranks have
+    /// different couplings but must agree on the groups.
     ///
     /// # Panics
     /// If a length does not match the pattern.
@@ -91,8 +92,8 @@ impl Reduction {
         self.gather(a, |position, component, b| a.values()[mirror[position] as usize][3 * b + component])
     }
 
-    /// Rows of the free unknowns; `entry` returns an entry from the position of its block, its component there and its
-    /// column's.
+    /// Rows of the free unknowns; `entry` returns an entry from the position of its block, its
+    /// component there and its column's.
     fn gather(&self, a: &BlockMatrix, entry: impl Fn(usize, usize, usize) -> f64 + Sync) -> CsrMatrix {
         assert!(
             **a.pattern() == *self.blocks,
@@ -168,8 +169,9 @@ fn free_components(reduced: &[u32], i: usize) -> usize {
     reduced[3 * i..3 * i + 3].iter().filter(|&&k| k != FIXED).count()
 }
 
-/// Moves each block row whose group leader (first row of the group) is entirely prescribed to the group of the coupled
-/// leader with the most free components, in case of a tie the lowest-numbered one.
+/// Moves each block row whose group leader (first row of the group) is entirely prescribed to the
+/// group of the coupled leader with the most free components, in case of a tie the lowest-numbered
+/// one.
 fn attach_lone_multipliers(pattern: &BlockPattern, reduced: &[u32], groups: &[u32]) -> Vec<u32> {
     let mut leaders: HashMap<u32, usize> = HashMap::new();
     for (i, &group) in groups.iter().enumerate() {

@@ -11,12 +11,13 @@ use std::borrow::Cow;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// Relative residual that factors must reach on a test vector, with the help of GMRES. With a singular matrix they
-/// cannot reach it, because a fraction of about 1/√n of the vector lies outside the range.
+/// Relative residual that factors must reach on a test vector, with the help of GMRES. With a
+/// singular matrix they cannot reach it, because a fraction of about 1/√n of the vector lies
+/// outside the range.
 const TEST_TOLERANCE: f64 = 1e-4;
 
-/// Pivots of the scaled matrix below which a failed test means that the matrix is singular, and not that the method is
-/// too weak. Round-off leaves up to about 1e-13 in place of a zero.
+/// Pivots of the scaled matrix below which a failed test means that the matrix is singular, and not
+/// that the method is too weak. Round-off leaves up to about 1e-13 in place of a zero.
 const SINGULAR_PIVOT: f64 = 1e-11;
 
 /// Number of iterations allowed in that test. Single precision needs two to six on hard problems.
@@ -109,9 +110,9 @@ impl fmt::Debug for Link {
 
 /// Tries a chain of solvers in turn until factors pass a test solve. For a single rank.
 ///
-/// If a solver fails, or its factors fail the test, the next solver is tried. Two failures end the chain at once: a
-/// matrix that is not finite, and one that a solver in double precision finds singular. If all solvers fail, the error
-/// is that of the last one.
+/// If a solver fails, or its factors fail the test, the next solver is tried. Two failures end the
+/// chain at once: a matrix that is not finite, and one that a solver in double precision finds
+/// singular. If all solvers fail, the error is that of the last one.
 ///
 /// A chain is a list; any [`LinearSolver`] can be in it:
 ///
@@ -165,7 +166,8 @@ impl RobustSolver {
 }
 
 impl Analyses {
-    /// The analysis of a link, computed if needed, with the help of those of the other links and of `earlier` ones.
+    /// The analysis of a link, computed if needed, with the help of those of the other links and of
+    /// `earlier` ones.
     fn of(
         &self,
         link: usize,
@@ -193,7 +195,8 @@ impl LinearSolver for RobustSolver {
         }
     }
 
-    /// Analyses for the first solver; `factorize` adds the analyses of the fallbacks if it needs them.
+    /// Analyses for the first solver; `factorize` adds the analyses of the fallbacks if it needs
+    /// them.
     fn analyse_after(&self, pattern: &Arc<CsrPattern>, earlier: &[Symbolic]) -> Result<Symbolic, FactorizationError> {
         if let Some(symbolic) = earlier.iter().find(|symbolic| self.analyses(symbolic, pattern).is_some()) {
             return Ok(symbolic.clone());
@@ -255,10 +258,12 @@ impl LinearSolver for RobustSolver {
     }
 }
 
-/// Solves with `a`, or its transpose, for a fixed vector without structure, and measures the true residual.
+/// Solves with `a`, or its transpose, for a fixed vector without structure, and measures the true
+/// residual.
 ///
-/// `weights` scales all rows (of the transpose: columns) to the same size: right-hand sides are proportional to these
-/// sizes, and residuals are measured relative to them. All vectors cover the unknowns of this rank.
+/// `weights` scales all rows (of the transpose: columns) to the same size: right-hand sides are
+/// proportional to these sizes, and residuals are measured relative to them. All vectors cover the
+/// unknowns of this rank.
 ///
 /// # Errors
 /// [`FactorizationError::Inaccurate`] if the factors are useless, even as a preconditioner.

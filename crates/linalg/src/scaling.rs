@@ -9,7 +9,8 @@ const ROWS_PER_TASK: usize = 8192;
 /// Number of symmetric sweeps before the rows and then the columns are equilibrated at once.
 const SWEEPS: usize = 3;
 
-/// Range of sizes of rows and columns, as a factor in both directions, within which a scaling is kept.
+/// Range of sizes of rows and columns, as a factor in both directions, within which a scaling is
+/// kept.
 const LEVEL: f64 = 16.0;
 
 /// Row and column factors that bring the largest entry of every row and column of
@@ -21,16 +22,16 @@ pub(crate) struct Scaling {
 }
 
 impl Scaling {
-    /// A few simultaneous sweeps in the maximum norm treat rows and columns alike; one pass over rows and one over
-    /// columns then remove what remains due to widely spread entries. Reference: D. Ruiz, A scaling algorithm to
-    /// equilibrate both rows and columns norms in matrices, RAL-TR-2001-034. Empty rows and columns keep the factor
-    /// one.
+    /// A few simultaneous sweeps in the maximum norm treat rows and columns alike; one pass over
+    /// rows and one over columns then remove what remains due to widely spread entries.
+    /// Reference: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
+    /// matrices, RAL-TR-2001-034. Empty rows and columns keep the factor one.
     pub fn equilibrate(a: &CsrMatrix) -> Self {
         Self::equilibrate_by(a, |_| ())
     }
 
-    /// The same for the sum of matrices on several ranks: `add` replaces the sizes of rows or columns, which are the
-    /// largest entries of this rank's part, by their sums over the ranks.
+    /// The same for the sum of matrices on several ranks: `add` replaces the sizes of rows or
+    /// columns, which are the largest entries of this rank's part, by their sums over the ranks.
     pub fn equilibrate_by(part: &CsrMatrix, add: impl Fn(&mut Vec<f64>)) -> Self {
         let n = part.n();
         let mut scaling = Self { rows: vec![1.0; n], columns: vec![1.0; n] };
@@ -57,8 +58,8 @@ impl Scaling {
         if transpose { self.columns } else { self.rows }
     }
 
-    /// Adapts the scaling of an earlier matrix to `a`: keeps it if the rows and columns are still level, otherwise
-    /// computes a new one.
+    /// Adapts the scaling of an earlier matrix to `a`: keeps it if the rows and columns are still
+    /// level, otherwise computes a new one.
     pub fn follow(earlier: Option<Self>, a: &CsrMatrix) -> Self {
         let still_fits = |scaling: &Self| {
             let (rows, columns) = scaling.largest_entries(a);
@@ -69,8 +70,8 @@ impl Scaling {
             .unwrap_or_else(|| Self::equilibrate(a))
     }
 
-    /// Largest absolute entry of each scaled row and column. Maxima do not depend on the order in which threads compute
-    /// them.
+    /// Largest absolute entry of each scaled row and column. Maxima do not depend on the order in
+    /// which threads compute them.
     fn largest_entries(&self, a: &CsrMatrix) -> (Vec<f64>, Vec<f64>) {
         let n = a.n();
         let mut rows = vec![0.0f64; n];
@@ -116,8 +117,9 @@ impl Scaling {
     }
 }
 
-/// Multiplies each factor by the power of two next to `size^exponent`. Factors with a size of zero are not changed, and
-/// all factors stay within 2^±400, so that neither they nor their products overflow.
+/// Multiplies each factor by the power of two next to `size^exponent`. Factors with a size of zero
+/// are not changed, and all factors stay within 2^±400, so that neither they nor their products
+/// overflow.
 fn multiply(factors: &mut [f64], sizes: &[f64], exponent: f64) {
     for (factor, size) in factors.iter_mut().zip(sizes) {
         if *size > 0.0 && size.is_finite() {
@@ -156,8 +158,9 @@ mod tests {
         }
     }
 
-    /// By definition: an earlier scaling is kept, bit for bit, while the largest entries of rows and columns are
-    /// between 1/16 and 16. Otherwise, the matrix is scaled again. Empty rows do not matter.
+    /// By definition: an earlier scaling is kept, bit for bit, while the largest entries of rows
+    /// and columns are between 1/16 and 16. Otherwise, the matrix is scaled again. Empty rows do
+    /// not matter.
     #[test]
     fn a_scaling_is_kept_while_it_levels() {
         let matrix = |first: f64| {

@@ -19,8 +19,8 @@ pub enum Precision {
     F32,
 }
 
-/// A direct solver. It analyses a pattern once and factorizes any number of matrices on it; the caller keeps the
-/// analysis.
+/// A direct solver. It analyses a pattern once and factorizes any number of matrices on it; the
+/// caller keeps the analysis.
 ///
 /// ```
 /// # use slipstick_linalg::{CsrMatrix, CsrPattern, LinearSolver, MultifrontalSolver, Precision};
@@ -42,10 +42,10 @@ pub trait LinearSolver: Send {
 
     /// Analyses `pattern`, with the help of `earlier` analyses, the most useful first.
     ///
-    /// An earlier analysis of `pattern` by this solver is returned as it is. From those of other patterns, the solver
-    /// may reuse suitable data, for instance the elimination order. It ignores analyses of other solvers. A solver for
-    /// several ranks is called on all of them together, each with its own pattern and analyses, and reuses only data
-    /// that are suitable on all ranks.
+    /// An earlier analysis of `pattern` by this solver is returned as it is. From those of other
+    /// patterns, the solver may reuse suitable data, for instance the elimination order. It ignores
+    /// analyses of other solvers. A solver for several ranks is called on all of them together,
+    /// each with its own pattern and analyses, and reuses only data that are suitable on all ranks.
     ///
     /// # Errors
     /// If the pattern is too large for the solver.
@@ -59,7 +59,8 @@ pub trait LinearSolver: Send {
         self.analyse_after(pattern, &[])
     }
 
-    /// Factorizes `a` with the analysis of its pattern. A solver for several ranks is called on all of them together.
+    /// Factorizes `a` with the analysis of its pattern. A solver for several ranks is called on all
+    /// of them together.
     ///
     /// # Errors
     /// A [`FactorizationError`] that names the unknown where the matrix is singular or not finite;
@@ -75,13 +76,14 @@ pub trait LinearSolver: Send {
         self.factorize(&symbolic, a)
     }
 
-    /// Number format of the next factors. A matrix that is singular in single precision may be regular in double
-    /// precision.
+    /// Number format of the next factors. A matrix that is singular in single precision may be
+    /// regular in double precision.
     fn precision(&self) -> Precision {
         Precision::F64
     }
 
-    /// From now on, computes factors only in double precision; returns whether that changes anything.
+    /// From now on, computes factors only in double precision; returns whether that changes
+    /// anything.
     fn insist_on_double(&mut self) -> bool {
         false
     }
@@ -89,9 +91,10 @@ pub trait LinearSolver: Send {
 
 /// Creates solvers, and defines which ranks share their matrices.
 ///
-/// With several ranks, each passes its part to [`LinearSolver::factorize`]: the matrix is their sum. Right-hand sides
-/// and solutions are distributed by the [`Layout`] of its pattern: each rank has the entries of its own unknowns. The
-/// default implementations of `ranks` and `layout` are for a single rank.
+/// With several ranks, each passes its part to [`LinearSolver::factorize`]: the matrix is their
+/// sum. Right-hand sides and solutions are distributed by the [`Layout`] of its pattern: each rank
+/// has the entries of its own unknowns. The default implementations of `ranks` and `layout` are for
+/// a single rank.
 pub trait Backend: Send + Sync + Debug {
     /// A new solver.
     fn solver(&self) -> Box<dyn LinearSolver>;
@@ -101,7 +104,8 @@ pub trait Backend: Send + Sync + Debug {
         &Alone
     }
 
-    /// The distribution of vectors that belong to matrices on a pattern. All ranks call it together.
+    /// The distribution of vectors that belong to matrices on a pattern. All ranks call it
+    /// together.
     fn layout(&self, pattern: &CsrPattern) -> Layout {
         Layout::whole(pattern.n())
     }
@@ -109,9 +113,10 @@ pub trait Backend: Send + Sync + Debug {
 
 /// Modelled cost of factors.
 ///
-/// The unit is the time that a core takes to move one byte between memory and its registers: a pass over b bytes costs
-/// b. Each solver converts its floating-point operations into this unit. Costs follow from counts, never from a clock.
-/// They are therefore the same in every run and on all ranks, and decisions based on them are reproducible bit for bit.
+/// The unit is the time that a core takes to move one byte between memory and its registers: a pass
+/// over b bytes costs b. Each solver converts its floating-point operations into this unit. Costs
+/// follow from counts, never from a clock. They are therefore the same in every run and on all
+/// ranks, and decisions based on them are reproducible bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
     /// Cost of another factorization like this one, without the analysis. \[bytes moved\]
@@ -163,8 +168,9 @@ pub trait Factorization: Send + Sync {
     /// Number format of the factors.
     fn precision(&self) -> Precision;
 
-    /// Costs of new factors and of a solve with these, equal on all ranks: they decide how long factors are reused for
-    /// other matrices. `None` if the solver cannot estimate them; its factors are then not reused.
+    /// Costs of new factors and of a solve with these, equal on all ranks: they decide how long
+    /// factors are reused for other matrices. `None` if the solver cannot estimate them; its
+    /// factors are then not reused.
     fn cost(&self) -> Option<Cost> {
         None
     }
@@ -174,7 +180,8 @@ pub trait Factorization: Send + Sync {
         FactorPart { bytes: self.bytes(), operations: 0.0 }
     }
 
-    /// Factors that scale the rows of the matrix to about one, one entry per unknown, if the solver has computed them.
+    /// Factors that scale the rows of the matrix to about one, one entry per unknown, if the solver
+    /// has computed them.
     fn row_scaling(&self) -> Option<&[f64]> {
         None
     }
@@ -193,7 +200,8 @@ pub trait Factorization: Send + Sync {
         rhs.chunks_exact_mut(self.n().max(1)).for_each(|column| self.solve(column));
     }
 
-    /// Solves with the transpose for several right-hand sides, one after the other in `rhs`, on one rank.
+    /// Solves with the transpose for several right-hand sides, one after the other in `rhs`, on one
+    /// rank.
     ///
     /// # Panics
     /// If the length is not a multiple of the number of unknowns.
@@ -285,7 +293,8 @@ pub enum FactorizationError {
          a body may be free to move, or a contact constraint may repeat a prescribed displacement"
     )]
     Singular {
-        /// Unknown among the free ones; [`Reduction::origin`](crate::Reduction::origin) returns its node.
+        /// Unknown among the free ones; [`Reduction::origin`](crate::Reduction::origin) returns its
+        /// node.
         unknown: usize,
         /// Best remaining pivot, after scaling all rows and columns to about one.
         pivot: f64,

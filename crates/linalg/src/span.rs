@@ -9,8 +9,8 @@ const NEW: f64 = 1e-6;
 
 /// The combination of `vectors` with the least ‖b − A x‖₂; zero if none reduces it.
 ///
-/// One product with A per vector. Reference: Fischer, Projection techniques for iterative solution of Ax = b with
-/// successive right-hand sides, Comput. Methods Appl. Mech. Engrg. 163 (1998).
+/// One product with A per vector. Reference: Fischer, Projection techniques for iterative solution
+/// of Ax = b with successive right-hand sides, Comput. Methods Appl. Mech. Engrg. 163 (1998).
 ///
 /// # Panics
 /// If a length differs from the number of rows.

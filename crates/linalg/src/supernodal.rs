@@ -1,7 +1,8 @@
 //! faer's sparse LU: column elimination tree, COLAMD ordering, full partial pivoting.
 //!
-//! Two to seven times slower than the multifrontal solver on contact problems and with several times the memory, but
-//! the most robust, because it interchanges rows over whole columns. It is the reference and the last resort.
+//! Two to seven times slower than the multifrontal solver on contact problems and with several
+//! times the memory, but the most robust, because it interchanges rows over whole columns. It is
+//! the reference and the last resort.
 
 use crate::csr::{CsrMatrix, CsrPattern, largest};
 use crate::scaling::Scaling;
@@ -165,8 +166,8 @@ impl Factorization for SupernodalFactorization {
         self.scaling.rows.len()
     }
 
-    /// An estimate: faer does not report it. Contact problems of 30 000 to 100 000 unknowns peaked at about 200 to 275
-    /// n^(4/3) entries.
+    /// An estimate: faer does not report it. Contact problems of 30 000 to 100 000 unknowns peaked
+    /// at about 200 to 275 n^(4/3) entries.
     fn bytes(&self) -> usize {
         let n = self.n() as f64;
         (8.0 * (250.0 * n.powf(4.0 / 3.0)).min(n * n)) as usize

@@ -6,12 +6,12 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// A solver's data on all matrices with the same pattern, before their entries are known: for instance an elimination
-/// order and the structure of the factors.
+/// A solver's data on all matrices with the same pattern, before their entries are known: for
+/// instance an elimination order and the structure of the factors.
 ///
 /// [`LinearSolver::analyse`](crate::LinearSolver::analyse) returns it, the caller keeps it, and
-/// [`LinearSolver::factorize`](crate::LinearSolver::factorize) uses it. Each solver has its own type of content. Clones
-/// share the content.
+/// [`LinearSolver::factorize`](crate::LinearSolver::factorize) uses it. Each solver has its own
+/// type of content. Clones share the content.
 #[derive(Clone)]
 pub struct Symbolic {
     pattern: Arc<CsrPattern>,
@@ -29,8 +29,8 @@ impl Symbolic {
         &self.pattern
     }
 
-    /// Whether `pattern` is the analysed one, by [identity](CsrPattern::id). An equal pattern from another constructor
-    /// call is a different one.
+    /// Whether `pattern` is the analysed one, by [identity](CsrPattern::id). An equal pattern from
+    /// another constructor call is a different one.
     pub fn is_of(&self, pattern: &CsrPattern) -> bool {
         self.pattern.id() == pattern.id()
     }
@@ -43,8 +43,8 @@ impl Symbolic {
     /// The content, checked for a factorization of `a`.
     ///
     /// # Errors
-    /// [`FactorizationError::Analysis`] if `a` has a different pattern or the content a different type; errors of
-    /// [`CsrMatrix::check`].
+    /// [`FactorizationError::Analysis`] if `a` has a different pattern or the content a different
+    /// type; errors of [`CsrMatrix::check`].
     pub fn content_for<T: Any>(&self, a: &CsrMatrix) -> Result<&T, FactorizationError> {
         let content = self.content().filter(|_| self.is_of(&a.pattern));
         let content = content.ok_or(FactorizationError::Analysis { n: a.n() })?;

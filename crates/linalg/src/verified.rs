@@ -6,12 +6,13 @@ use crate::solver::Factorization;
 use slipstick_ranks::Ranks;
 use thiserror::Error;
 
-/// Backward error at which a stalled iteration has reached the round-off of the residual itself: a few units in the
-/// last place, since rows have a few hundred entries.
+/// Backward error at which a stalled iteration has reached the round-off of the residual itself: a
+/// few units in the last place, since rows have a few hundred entries.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Number of iterations before the convergence is predicted, and how much faster than so far the residual is expected
-/// to fall later: GMRES becomes faster once it has found the few directions in which the factors are wrong.
+/// Number of iterations before the convergence is predicted, and how much faster than so far the
+/// residual is expected to fall later: GMRES becomes faster once it has found the few directions in
+/// which the factors are wrong.
 const LEAST_SEEN: usize = 3;
 const HOPE: f64 = 2.0;
 
@@ -35,7 +36,8 @@ pub struct SolveOptions {
     pub max_iterations: usize,
     /// Directions kept before a restart. Each requires two vectors of memory.
     pub restart: usize,
-    /// Whether to stop as soon as the residual falls too slowly to reach the tolerance within `max_iterations`.
+    /// Whether to stop as soon as the residual falls too slowly to reach the tolerance within
+    /// `max_iterations`.
     pub give_up_early: bool,
 }
 
@@ -92,11 +94,12 @@ pub enum SolveError {
 
 /// Solves A x = b, or Aᵀ x = b if `transpose` is set, to the relative residual `tolerance`.
 ///
-/// The factors may be in single precision or of a nearby matrix: they precondition a flexible GMRES on the double
-/// precision matrix `a`, and every convergence decision is based on the true residual. The previous content of `x` is
-/// ignored. If round-off makes `tolerance` unreachable, a solution counts as converged if its residual is at the level
-/// of round-off after all equations have been scaled to the same size. Soft bodies next to stiff ones, and equations in
-/// small units, are thus solved as accurately as the others; the report then refers to the scaled equations.
+/// The factors may be in single precision or of a nearby matrix: they precondition a flexible GMRES
+/// on the double precision matrix `a`, and every convergence decision is based on the true
+/// residual. The previous content of `x` is ignored. If round-off makes `tolerance` unreachable, a
+/// solution counts as converged if its residual is at the level of round-off after all equations
+/// have been scaled to the same size. Soft bodies next to stiff ones, and equations in small units,
+/// are thus solved as accurately as the others; the report then refers to the scaled equations.
 ///
 /// References: Saad, A flexible inner-outer preconditioned GMRES algorithm, SIAM J. Sci. Comput. 14
 /// (1993); Rigal and Gaches, J. ACM 14 (1967) for the backward error.
@@ -184,7 +187,8 @@ pub fn solve_from(
     if exact(&report) { Ok(report) } else { Err(SolveError::NotConverged { report, tolerance: options.tolerance }) }
 }
 
-/// Accuracy of the factors, with residuals measured after the equations have been multiplied by `weights`.
+/// Accuracy of the factors, with residuals measured after the equations have been multiplied by
+/// `weights`.
 pub(crate) fn solve_weighted(
     a: &dyn Operator,
     f: &dyn Factorization,
@@ -282,7 +286,8 @@ impl System<'_> {
         }
     }
 
-    /// Cycles of GMRES until `enough`, until they stall, or until none are left; `target` is the residual to reach.
+    /// Cycles of GMRES until `enough`, until they stall, or until none are left; `target` is the
+    /// residual to reach.
     fn iterate(
         &self,
         x: &mut [f64],
@@ -321,9 +326,9 @@ impl System<'_> {
         Ok(report)
     }
 
-    /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the number of
-    /// preconditioned directions, and whether `hopeless` (a function of the remaining fraction of `r`, and of that
-    /// number) ended it.
+    /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the
+    /// number of preconditioned directions, and whether `hopeless` (a function of the remaining
+    /// fraction of `r`, and of that number) ended it.
     fn cycle(
         &self,
         x: &mut [f64],
@@ -366,12 +371,12 @@ impl System<'_> {
     }
 }
 
-/// Removes the components of `w` along `basis`, twice for full orthogonality. Returns the coefficients followed by the
-/// norm of the remainder.
+/// Removes the components of `w` along `basis`, twice for full orthogonality. Returns the
+/// coefficients followed by the norm of the remainder.
 ///
-/// All components of a pass are computed at once, so that ranks communicate once per pass. Reference: Giraud, Langou,
-/// Rozložník and van den Eshof, Rounding error analysis of the classical Gram–Schmidt orthogonalization process, Numer.
-/// Math. 101 (2005).
+/// All components of a pass are computed at once, so that ranks communicate once per pass.
+/// Reference: Giraud, Langou, Rozložník and van den Eshof, Rounding error analysis of the classical
+/// Gram–Schmidt orthogonalization process, Numer. Math. 101 (2005).
 fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>], ranks: &dyn Ranks) -> Vec<f64> {
     let mut column = vec![0.0; basis.len() + 1];
     for _ in 0..2 {
@@ -418,7 +423,8 @@ impl GivensLeastSquares {
         (s * last).abs()
     }
 
-    /// Coefficients of the minimiser. The coefficient for a zero pivot (an exactly singular operator) is zero.
+    /// Coefficients of the minimiser. The coefficient for a zero pivot (an exactly singular
+    /// operator) is zero.
     fn solution(&self) -> Vec<f64> {
         let k = self.columns.len();
         let mut y = self.rhs[..k].to_vec();
@@ -436,8 +442,8 @@ impl GivensLeastSquares {
 mod tests {
     use super::*;
 
-    /// By the normal equations: the remainder of β e₁ is orthogonal to all columns, and its norm is the one that was
-    /// returned.
+    /// By the normal equations: the remainder of β e₁ is orthogonal to all columns, and its norm is
+    /// the one that was returned.
     #[test]
     fn least_squares_leave_what_is_perpendicular() {
         let columns = [vec![0.8, 1.1], vec![-0.4, 0.7, 0.9], vec![0.3, -1.2, 0.5, 0.6]];

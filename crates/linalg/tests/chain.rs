@@ -86,8 +86,8 @@ fn behind(first: Link) -> RobustSolver {
     RobustSolver::of(chain)
 }
 
-/// A solver from outside serves where its factors pass the test, and only where it is to be tried; else the next one
-/// does.
+/// A solver from outside serves where its factors pass the test, and only where it is to be tried;
+/// else the next one does.
 #[test]
 fn a_solver_can_be_added_to_a_chain() {
     let asked = Arc::default();
@@ -107,8 +107,8 @@ fn a_solver_can_be_added_to_a_chain() {
     }
 }
 
-/// What passes a matrix on to the next solver: a failure, also to find regular in single precision what may be so; not
-/// a matrix that is singular in double precision, or unusable.
+/// What passes a matrix on to the next solver: a failure, also to find regular in single precision
+/// what may be so; not a matrix that is singular in double precision, or unusable.
 #[test]
 fn failures_pass_a_matrix_on_unless_it_is_to_blame() {
     let a = BRICK.reduced(1).0;
@@ -170,8 +170,8 @@ impl LinearSolver for Spy {
     }
 }
 
-/// The solvers of a chain hand on what they know: of this pattern, so that single and double precision share an
-/// analysis, and of the one before.
+/// The solvers of a chain hand on what they know: of this pattern, so that single and double
+/// precision share an analysis, and of the one before.
 #[test]
 fn solvers_of_a_chain_share_what_they_know() {
     let told = Arc::default();

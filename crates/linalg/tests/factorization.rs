@@ -100,9 +100,10 @@ fn saddle_points_on_many_fronts_are_solved_to_rounding() {
     }
 }
 
-/// Multipliers as groups of their own may be eliminated first, on zero pivots: they must be
-/// delayed, without loss of accuracy. The brick is large enough for solves by subtrees, which the solves with several
-/// right-hand sides do without. Minimum degree, the order without METIS, happens to place none of them first.
+/// Multipliers in separate groups may be eliminated first, on zero pivots. These pivots must be
+/// delayed, without loss of accuracy. The brick is large enough for solves by subtrees, which
+/// solves with several right-hand sides do not use. Minimum degree, the ordering without METIS,
+/// happens to place no multiplier first.
 #[cfg(feature = "metis")]
 #[test]
 fn multipliers_apart_from_their_nodes_are_delayed() {
@@ -238,8 +239,8 @@ fn unstructured_matrices_agree_with_dense_elimination() {
     }
 }
 
-/// An analysis serves for new values on its pattern, in any order with those of other patterns, and for no other
-/// pattern: not even for an equal one that was made apart.
+/// An analysis serves for new values on its pattern, in any order with those of other patterns, and
+/// for no other pattern: not even for an equal one that was made apart.
 #[test]
 fn analyses_serve_for_their_patterns() {
     let (first, _) = BRICK.reduced(20);
@@ -268,8 +269,8 @@ fn analyses_serve_for_their_patterns() {
     }
 }
 
-/// By definition: the elimination order of an earlier pattern serves for one with a few entries more, in which METIS
-/// alone would find another one, and no longer where it would cost too much.
+/// By definition: the elimination order of an earlier pattern serves for one with a few entries
+/// more, in which METIS alone would find another one, and no longer where it would cost too much.
 #[test]
 fn an_elimination_order_is_taken_over_while_it_serves() {
     let n = 1000;
@@ -302,8 +303,9 @@ fn blocks(sizes: &[usize], coupled: impl Fn(usize, usize) -> bool) -> CsrMatrix 
     csr(&(0..n).map(row).collect::<Vec<_>>(), (0..n as u32).collect())
 }
 
-/// By hand: a front of p pivots and r rows beyond has p (p + 2 r) entries and takes ⅔ p³ + 2 p² r + 2 p r² operations. A dense
-/// matrix is one front; of two blocks of 100 that a third one of 30 joins, one leaves its 30 rows to the front of the others.
+/// By hand: a front of p pivots and r rows beyond has p (p + 2 r) entries and takes ⅔ p³ + 2 p²
+/// r + 2 p r² operations. A dense matrix is one front; of two blocks of 100 that a third one of 30
+/// joins, one leaves its 30 rows to the front of the others.
 #[test]
 fn entries_and_operations_are_those_of_the_fronts() {
     let front = |p: f64, r: f64| [p * (p + 2.0 * r), 2.0 / 3.0 * p * p * p + 2.0 * p * p * r + 2.0 * p * r * r];
@@ -327,7 +329,8 @@ fn entries_and_operations_are_those_of_the_fronts() {
             let transposed = Transposed(&factors);
             assert_eq!((transposed.bytes(), transposed.cost()), (factors.bytes(), factors.cost()));
             assert_eq!((transposed.precision(), transposed.part()), (precision, factors.part()));
-            // by hand: 0.4 bytes in the time of an operation, 0.2 in single precision; a solve passes over the factors
+            // by hand: 0.4 bytes in the time of an operation, 0.2 in single precision; a solve
+            // passes over the factors
             let cost = factors.cost().unwrap();
             close(cost.factorization, 0.05 * size * operations);
             assert_eq!(cost.substitution, bytes);
@@ -335,7 +338,8 @@ fn entries_and_operations_are_those_of_the_fronts() {
     }
 }
 
-/// By definition: once double precision is insisted on, factors are of it; solvers that make no others change nothing.
+/// By definition: once double precision is insisted on, factors are of it; solvers that make no
+/// others change nothing.
 #[test]
 fn double_precision_can_be_insisted_on() {
     let a = blocks(&[20], |_, _| true);

@@ -26,7 +26,8 @@ fn ranges_make_up_the_whole() {
     assert_eq!((Alone.rank(), Alone.size(), own_range(11, &Alone)), (0, 1, 0..11));
 }
 
-/// The rows of a rank, and of each other row the entries in its columns where `i + j` is even: what ranks add to each other's.
+/// The rows of a rank, and of each other row the entries in its columns where `i + j` is even: what
+/// ranks add to each other's.
 fn part(a: &CsrMatrix, rank: usize) -> CsrMatrix {
     let owners = owners();
     let owner = |i: usize| owners[a.pattern.groups()[i] as usize] as usize;
@@ -115,7 +116,8 @@ fn parts_make_the_matrix() {
         // no entry has terms of two ranks here, so that sums of sizes are those of the matrix
         for (transpose, (norm, weights)) in [false, true].into_iter().zip(norms.iter().zip(weights)) {
             assert!((norm / a.infinity_norm(transpose) - 1.0).abs() < 1e-14);
-            // sizes of rows are sums of the parts' largest entries, at most four times the largest of all
+            // sizes of rows are sums of the parts' largest entries, at most four times the largest
+            // of all
             let ratio = weights.iter().zip(a.row_weights(transpose)).map(|(here, alone)| here / alone);
             assert!(ratio.clone().all(|ratio| (1.0 / 16.0..=16.0).contains(&ratio)), "{:?}", ratio.collect::<Vec<_>>());
         }
@@ -125,7 +127,8 @@ fn parts_make_the_matrix() {
     assert_eq!((own.iter().sum::<usize>(), own[2]), (a.n(), 0));
 }
 
-/// GMRES with the factors of a nearby matrix, on ranks of which one has nothing, from a start in the span of two vectors.
+/// GMRES with the factors of a nearby matrix, on ranks of which one has nothing, from a start in
+/// the span of two vectors.
 #[test]
 fn divided_systems_are_solved() {
     let a = BRICK.reduced(3).0;

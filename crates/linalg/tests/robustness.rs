@@ -50,8 +50,8 @@ fn multipliers_of_prescribed_nodes_are_handled() {
     assert!(report.iterations <= 2, "{report:?}");
 }
 
-/// Bodies without supports, of sizes and contrasts where rounding leaves pivots on either side of the
-/// smallest accepted one: always reported as singular, never by way of faer.
+/// Bodies without supports, of sizes and contrasts where rounding leaves pivots on either side of
+/// the smallest accepted one: always reported as singular, never by way of faer.
 #[test]
 fn floating_bodies_are_reported_as_singular() {
     for (edge, contrast) in [(5, 0.0), (8, 0.0), (8, 3.0), (10, 9.0), (12, 0.0)] {
@@ -157,9 +157,10 @@ fn hopelessly_conditioned_matrices_are_refused() {
     assert!(relative_residual(&a, false, &x, &b) <= 1e-4, "{report:?}");
 }
 
-/// A slender cantilever by finite differences (biharmonic operator, clamped and free ends): its
-/// condition of about n⁴ defeats single precision, and the chain goes on to double. The tip
-/// deflection under a unit tip force is n³/3 + O(n²), by beam theory.
+/// A slender cantilever, discretized by finite differences (biharmonic operator, clamped and free
+/// ends). Its condition number of about n⁴ is too large for single precision, so the chain falls
+/// back to double precision. By beam theory, the tip deflection under a unit tip force is
+/// n³/3 + O(n²).
 #[test]
 fn single_precision_gives_way_to_double() {
     let n = 1000;

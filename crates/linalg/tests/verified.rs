@@ -64,8 +64,8 @@ fn factors_of_a_nearby_matrix_precondition() {
     }
 }
 
-/// From the solution no iteration is needed, from near it fewer than from nothing, from any other start it is reached as
-/// well; the factors of A serve Aᵀ.
+/// From the solution no iteration is needed, from near it fewer than from nothing, from any other
+/// start it is reached as well; the factors of A serve Aᵀ.
 #[test]
 fn a_given_start_is_used_and_does_no_harm() {
     let (a, _) = BRICK.reduced(5);
@@ -85,12 +85,12 @@ fn a_given_start_is_used_and_does_no_harm() {
     let mut far: Vec<f64> = random.vector(a.n()).iter().map(|r| 1e3 * r).collect();
     solve_from(&nearby, &factors, true, &b, &mut far, &options).unwrap();
     assert!(relative_residual(&nearby, true, &far, &b) <= 1e-10);
-    // a start is no solution of zero, and NaN is no start
+    // a zero right-hand side gives zero whatever the start, and NaN is refused as a start
     solve_from(&nearby, &factors, true, &vec![0.0; a.n()], &mut far, &options).unwrap();
     assert!(far.iter().all(|x| *x == 0.0));
     far[3] = f64::NAN;
     assert_eq!(solve_from(&nearby, &factors, true, &b, &mut far, &options), Err(SolveError::NonFinite));
-    // the transposed view of the factors of A, on A itself: those of Aᵀ would be asked for Aᵀ
+    // transposed twice, the factors of A solve with A itself
     let mut y = vec![0.0; a.n()];
     let swapped = solve_with(&a, &Transposed(&Transposed(&factors)), false, &b, &mut y, &options).unwrap();
     assert!(swapped.relative_residual <= 1e-10 && swapped.iterations <= 8);
@@ -159,8 +159,8 @@ fn a_matrix_with_nan_does_not_pass() {
     assert_eq!(error, Err(SolveError::NonFinite));
 }
 
-/// A body beside one of 10¹² times its stiffness, in other units: its part of the solution, found by factors of single
-/// precision, is that of the body alone, found in double precision.
+/// A body beside one of 10¹² times its stiffness, in other units: its part of the solution, found
+/// by factors of single precision, is that of the body alone, found in double precision.
 #[test]
 fn soft_parts_beside_stiff_ones_are_solved_as_well() {
     let (soft, _) = Brick { multipliers: false, contrast: 1.0, ..BRICK }.reduced(1);
@@ -187,8 +187,9 @@ fn soft_parts_beside_stiff_ones_are_solved_as_well() {
     }
 }
 
-/// By hand: on a cyclic shift of 40 unknowns, the residual e₀ − e₁ cannot fall below 1 before the 39th direction. So the
-/// iteration is given up as soon as its pace is seen, where that is asked for.
+/// By hand: on a cyclic shift of 40 unknowns, the residual e₀ − e₁ cannot fall below 1 before the
+/// 39th direction. So the iteration is given up as soon as its pace is seen, where that is asked
+/// for.
 #[test]
 fn hopeless_iterations_are_given_up() {
     let n = 40;

@@ -28,12 +28,14 @@ pub struct Placement {
 impl Rotation {
     /// The rotation matrix, rows first: x ↦ R x (Rodrigues' formula).
     ///
-    /// Exact for multiples of 90° about a coordinate axis, so that planes stay planes to the last bit.
+    /// Exact for multiples of 90° about a coordinate axis, so that planes stay planes to the last
+    /// bit.
     ///
     /// # Errors
     /// [`MeshError::Parameter`] if the axis has no direction or a number is not finite.
     pub fn matrix(&self) -> Result<[[f64; 3]; 3], MeshError> {
-        // Scaled by the largest component first: otherwise squares of tiny or huge components would under- or overflow.
+        // Scaled by the largest component first: otherwise squares of tiny or huge components would
+        // under- or overflow.
         let largest = self.axis.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
         let scaled = self.axis.map(|c| c / largest);
         if !(largest > 0.0 && scaled.iter().all(|c| c.is_finite())) {
@@ -74,7 +76,8 @@ impl Mesh {
     /// Moves all nodes: the rotation about the origin first, then the translation.
     ///
     /// # Errors
-    /// [`MeshError::Parameter`] if the axis has no direction or a number is not finite; the mesh is then unchanged.
+    /// [`MeshError::Parameter`] if the axis has no direction or a number is not finite; the mesh is
+    /// then unchanged.
     pub fn transform(&mut self, placement: &Placement) -> Result<(), MeshError> {
         let shift = placement.translate;
         if !shift.iter().all(|c| c.is_finite()) {
@@ -92,12 +95,13 @@ impl Mesh {
         Ok(())
     }
 
-    /// Merges meshes into one, in the given order; nodes and elements are renumbered, and no nodes are joined.
+    /// Merges meshes into one, in the given order; nodes and elements are renumbered, and no nodes
+    /// are joined.
     ///
     /// # Errors
-    /// [`MeshError::DuplicateName`] if two meshes have bodies, or node sets or surfaces, with the same name (sets and
-    /// surfaces share one namespace across meshes, because [`Mesh::set_nodes`] finds both); [`MeshError::TooLarge`] if
-    /// the numbers do not fit 32 bits.
+    /// [`MeshError::DuplicateName`] if two meshes have bodies, or node sets or surfaces, with the
+    /// same name (sets and surfaces share one namespace across meshes, because [`Mesh::set_nodes`]
+    /// finds both); [`MeshError::TooLarge`] if the numbers do not fit 32 bits.
     pub fn merge(meshes: Vec<Mesh>) -> Result<Mesh, MeshError> {
         let mut whole = Mesh::default();
         for mesh in meshes {

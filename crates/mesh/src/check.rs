@@ -7,7 +7,8 @@ use crate::topology::{Face, faces_of, keys, single};
 use crate::{Element, Facet, FacetNodes, Mesh, MeshDefect, MeshError, Surface};
 
 impl Mesh {
-    /// All defects of the mesh; empty if it is suitable for analysis. Never panics, whatever the mesh contains.
+    /// All defects of the mesh; empty if it is suitable for analysis. Never panics, whatever the
+    /// mesh contains.
     ///
     /// Elements with node numbers out of range are excluded from the checks of shape and ownership.
     pub fn check(&self) -> Vec<MeshDefect> {
@@ -33,11 +34,11 @@ impl Mesh {
         if defects.is_empty() { Ok(()) } else { Err(MeshError::Defects(defects)) }
     }
 
-    /// Orients all facets that are faces of their elements outward, and corrects crosswise node orders; returns how
-    /// many it changed.
+    /// Orients all facets that are faces of their elements outward, and corrects crosswise node
+    /// orders; returns how many it changed.
     ///
-    /// Each keeps its first node. Facets that are not faces of their elements are left unchanged; [`Mesh::check`]
-    /// reports them.
+    /// Each keeps its first node. Facets that are not faces of their elements are left unchanged;
+    /// [`Mesh::check`] reports them.
     pub fn orient_facets(&mut self) -> usize {
         let mut changed = 0;
         for facet in self.surfaces.values_mut().flat_map(|surface| &mut surface.facets) {
@@ -54,7 +55,8 @@ impl Mesh {
     }
 }
 
-/// The facet's nodes as the outward face of its element, starting at the same node; `None` if it is not a face.
+/// The facet's nodes as the outward face of its element, starting at the same node; `None` if it is
+/// not a face.
 fn outward_nodes(element: &Element, facet: &Facet) -> Option<FacetNodes> {
     let key = facet.nodes.sorted();
     let side = (0..element.sides()).map(|side| element.side(side)).find(|side| side.sorted() == key)?;
@@ -72,7 +74,8 @@ struct Check<'a> {
     in_range: Vec<bool>,
     /// All faces, sorted by their nodes.
     faces: Vec<Face>,
-    /// Quadrilaterals that are covered by two triangles, and these triangles, sorted by their nodes.
+    /// Quadrilaterals that are covered by two triangles, and these triangles, sorted by their
+    /// nodes.
     divided: BTreeSet<FacetNodes>,
     defects: Vec<MeshDefect>,
 }
@@ -255,7 +258,8 @@ fn same_winding(a: FacetNodes, b: FacetNodes) -> bool {
     b.starting_at(a[0]) == Some(a)
 }
 
-/// The error in a body's range, which must start at or after the end of the previous one and end within `count`.
+/// The error in a body's range, which must start at or after the end of the previous one and end
+/// within `count`.
 fn range_fault(what: &str, range: &Range<usize>, last_end: usize, count: usize) -> Option<String> {
     if range.is_empty() {
         Some(format!("has no {what}: remove the body or add some"))

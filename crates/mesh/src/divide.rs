@@ -2,16 +2,18 @@
 
 use crate::{Body, Element, Facet, FacetNodes, HEX_FACES, Mesh, Surface};
 
-/// Corners of the face of a hex8 at ξ, η or ζ = −1, counter-clockwise seen from inside, and those above them.
+/// Corners of the face of a hex8 at ξ, η or ζ = −1, counter-clockwise seen from inside, and those
+/// above them.
 const ALONG: [[[usize; 4]; 2]; 3] =
     [[[0, 3, 7, 4], [1, 2, 6, 5]], [[0, 4, 5, 1], [3, 7, 6, 2]], [[0, 1, 2, 3], [4, 5, 6, 7]]];
 
 impl Mesh {
-    /// The mesh with each of the `chosen` hexahedra divided into six tetrahedra, and their facets into two triangles;
-    /// the nodes stay the same.
+    /// The mesh with each of the `chosen` hexahedra divided into six tetrahedra, and their facets
+    /// into two triangles; the nodes stay the same.
     ///
-    /// Every quadrilateral is divided at its lowest node, so that neighbours agree. Source: J. Dompierre et al., How
-    /// to subdivide pyramids, prisms, and hexahedra into tetrahedra, 8th Int. Meshing Roundtable (1999) 195–204.
+    /// Every quadrilateral is divided at its lowest node, so that neighbours agree. Source: J.
+    /// Dompierre et al., How to subdivide pyramids, prisms, and hexahedra into tetrahedra, 8th Int.
+    /// Meshing Roundtable (1999) 195–204.
     ///
     /// # Panics
     /// If a facet or body has an element out of range (see [`Mesh::check`]).
@@ -23,15 +25,17 @@ impl Mesh {
         })
     }
 
-    /// The mesh with each hexahedron divided into two wedges; the nodes stay the same. The axis of the wedges is the
-    /// parent direction `along` (0, 1 or 2 for ξ, η, ζ); `None` leaves the hexahedron undivided.
+    /// The mesh with each hexahedron divided into two wedges; the nodes stay the same. The axis of
+    /// the wedges is the parent direction `along` (0, 1 or 2 for ξ, η, ζ); `None` leaves the
+    /// hexahedron undivided.
     ///
-    /// The faces at both ends of the axis become two triangles each, divided at the lowest node of the face at −1. In a
-    /// mesh of [`box_mesh`](crate::box_mesh), neighbours along the axis agree, and so do the tetrahedra of
-    /// [`divided`](Self::divided).
+    /// The faces at both ends of the axis become two triangles each, divided at the lowest node of
+    /// the face at −1. In a mesh of [`box_mesh`](crate::box_mesh), neighbours along the axis agree,
+    /// and so do the tetrahedra of [`divided`](Self::divided).
     ///
     /// # Panics
-    /// If a facet or body has an element out of range (see [`Mesh::check`]), or if there is no such direction.
+    /// If a facet or body has an element out of range (see [`Mesh::check`]), or if there is no such
+    /// direction.
     pub fn divided_into_wedges(&self, along: impl Fn(usize) -> Option<usize>) -> Mesh {
         self.with_parts(|number, hex, parts| {
             if let Some(along) = along(number) {
@@ -40,8 +44,8 @@ impl Mesh {
         })
     }
 
-    /// The mesh with hexahedra replaced by their parts. `divide` receives the number and nodes of each hexahedron and
-    /// adds its parts to the list, or none if it stays.
+    /// The mesh with hexahedra replaced by their parts. `divide` receives the number and nodes of
+    /// each hexahedron and adds its parts to the list, or none if it stays.
     fn with_parts(&self, divide: impl Fn(usize, &[u32; 8], &mut Vec<Element>)) -> Mesh {
         let mut elements = Vec::with_capacity(self.elements.len());
         // first part of each element

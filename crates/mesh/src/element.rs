@@ -1,11 +1,13 @@
-//! Elements and facets, given by their nodes: tetrahedra, wedges and hexahedra, triangles and quadrilaterals.
+//! Elements and facets, given by their nodes: tetrahedra, wedges and hexahedra, triangles and
+//! quadrilaterals.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
 
 /// Local node numbers of the six faces of a hex8, each counter-clockwise seen from outside.
 ///
-/// Hex8 numbering: 0–3 counter-clockwise on the face ζ = −1 seen from inside (ζ > −1), 4–7 above them.
+/// Hex8 numbering: 0–3 counter-clockwise on the face ζ = −1 seen from inside (ζ > −1), 4–7 above
+/// them.
 pub const HEX_FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
@@ -14,22 +16,24 @@ pub const HEX_FACES: [[usize; 4]; 6] =
 /// Tet4 numbering: 0–2 counter-clockwise seen from node 3. The faces are in the order of Abaqus.
 pub const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
 
-/// Local node numbers of the two triangular faces of a wedge6, its faces 0 and 1, each counter-clockwise seen from
-/// outside.
+/// Local node numbers of the two triangular faces of a wedge6, its faces 0 and 1, each
+/// counter-clockwise seen from outside.
 ///
-/// Wedge6 numbering: 0–2 counter-clockwise seen from inside, 3–5 above them, as in Gmsh, Abaqus and VTK 9.7. Earlier
-/// versions of VTK number wedges in the opposite sense. The faces are in the order of Abaqus.
+/// Wedge6 numbering: 0–2 counter-clockwise seen from inside, 3–5 above them, as in Gmsh, Abaqus and
+/// VTK 9.7. Earlier versions of VTK number wedges in the opposite sense. The faces are in the order
+/// of Abaqus.
 pub const WEDGE_TRIANGLES: [[usize; 3]; 2] = [[0, 2, 1], [3, 4, 5]];
 
-/// Local node numbers of the three quadrilateral faces of a wedge6, its faces 2 to 4, each counter-clockwise seen from
-/// outside.
+/// Local node numbers of the three quadrilateral faces of a wedge6, its faces 2 to 4, each
+/// counter-clockwise seen from outside.
 pub const WEDGE_QUADRILATERALS: [[usize; 4]; 3] = [[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]];
 
 /// The corners of a wedge6 as corners of a hex8 in which two edges have no length.
 ///
-/// The trilinear map of this hexahedron is the map of the wedge. With ξ, η, ζ of the parent cube, the shape functions
-/// of coinciding corners add up to those of the wedge, N = L(ξ, η) (1 ∓ ζ)/2, where L = (1−ξ)(1−η)/4, (1+ξ)(1−η)/4 and
-/// (1+η)/2 are the area coordinates of the triangle. Test: `a_wedge_is_a_hexahedron_with_two_edges_of_no_length`.
+/// The trilinear map of this hexahedron is the map of the wedge. With ξ, η, ζ of the parent cube,
+/// the shape functions of coinciding corners add up to those of the wedge, N = L(ξ, η) (1 ∓ ζ)/2,
+/// where L = (1−ξ)(1−η)/4, (1+ξ)(1−η)/4 and (1+η)/2 are the area coordinates of the triangle.
+/// Test: `a_wedge_is_a_hexahedron_with_two_edges_of_no_length`.
 pub const WEDGE_AS_HEX: [usize; 8] = [0, 1, 2, 2, 3, 4, 5, 5];
 
 /// An element, given by its global node numbers; tetrahedra and hexahedra are numbered as in VTK.
@@ -86,8 +90,8 @@ impl Element {
         }
     }
 
-    /// Nodes of a hexahedron with the same map: the element's own, or those of a wedge by [`WEDGE_AS_HEX`]; `None` for
-    /// a tetrahedron.
+    /// Nodes of a hexahedron with the same map: the element's own, or those of a wedge by
+    /// [`WEDGE_AS_HEX`]; `None` for a tetrahedron.
     pub fn as_hex(&self) -> Option<[u32; 8]> {
         match self {
             Self::Tet4(_) => None,
@@ -115,7 +119,8 @@ impl From<[u32; 8]> for Element {
     }
 }
 
-/// The three or four global node numbers of a triangle or quadrilateral, in its winding; dereferences to a slice.
+/// The three or four global node numbers of a triangle or quadrilateral, in its winding;
+/// dereferences to a slice.
 ///
 /// Ordered by the nodes, then by their number.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

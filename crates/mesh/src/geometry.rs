@@ -54,14 +54,15 @@ fn hex_tangents(corners: &[[f64; 3]; 8], xi: [f64; 3]) -> [[f64; 3]; 3] {
 
 /// Jacobian determinant det ∂X/∂ξ of the trilinear map at the natural coordinates `xi`. \[L³\]
 ///
-/// Positive in a well-shaped element with the numbering of [`HEX_FACES`](crate::HEX_FACES); a brick has an
-/// eighth of its volume everywhere.
+/// Positive in a well-shaped element with the numbering of [`HEX_FACES`](crate::HEX_FACES); a brick
+/// has an eighth of its volume everywhere.
 pub fn hex_jacobian(corners: &[[f64; 3]; 8], xi: [f64; 3]) -> f64 {
     let [a, b, c] = hex_tangents(corners, xi);
     dot(a, cross(b, c))
 }
 
-/// Smallest scaled Jacobian over the corners and the centre: the determinant of the three *unit* tangents. \[–\]
+/// Smallest scaled Jacobian over the corners and the centre: the determinant of the three *unit*
+/// tangents. \[–\]
 ///
 /// 1 for a brick, 0 for a flat corner or an edge without length, negative for an inverted one.
 pub fn hex_scaled_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
@@ -74,7 +75,8 @@ pub fn hex_scaled_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
     })
 }
 
-/// Smallest Jacobian determinant over the corners and the 2×2×2 Gauss points; NaN if any is NaN. \[L³\]
+/// Smallest Jacobian determinant over the corners and the 2×2×2 Gauss points; NaN if any is
+/// NaN. \[L³\]
 fn hex_least_jacobian(corners: &[[f64; 3]; 8]) -> f64 {
     HEX_CORNERS.iter().flat_map(|&corner| [corner, corner.map(|c| c * GAUSS)]).fold(f64::INFINITY, |least, xi| {
         let jacobian = hex_jacobian(corners, xi);
@@ -89,8 +91,9 @@ fn as_hex(corners: &[[f64; 3]; 6]) -> [[f64; 3]; 8] {
 
 /// Volume \[L³\] and first moment about corner 0 \[L⁴\].
 ///
-/// det J is quadratic in each natural coordinate and X·det J cubic, and two Gauss points per direction integrate
-/// cubics: both are exact for any trilinear hexahedron, and for a wedge represented as one.
+/// det J is quadratic in each natural coordinate and X·det J cubic, and two Gauss points per
+/// direction integrate cubics: both are exact for any trilinear hexahedron, and for a wedge
+/// represented as one.
 fn hex_moments(corners: &[[f64; 3]; 8]) -> (f64, [f64; 3]) {
     // Relative to a corner: far from the origin, differences would lose digits.
     let local = corners.map(|x| subtract(x, corners[0]));
@@ -109,16 +112,16 @@ fn hex_moments(corners: &[[f64; 3]; 8]) -> (f64, [f64; 3]) {
     (volume, moment)
 }
 
-/// Parent coordinates (r, s, ζ) of the corners of a wedge6: r and s are the area coordinates of the second and third
-/// corner of the triangle.
+/// Parent coordinates (r, s, ζ) of the corners of a wedge6: r and s are the area coordinates of the
+/// second and third corner of the triangle.
 pub const WEDGE_CORNERS: [[f64; 3]; 6] =
     [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
 
-/// Jacobian determinant det ∂X/∂(r, s, ζ) of a wedge, with the area coordinates r and s of the second and third corner
-/// of its triangle and −1 ≤ ζ ≤ 1. \[L³\]
+/// Jacobian determinant det ∂X/∂(r, s, ζ) of a wedge, with the area coordinates r and s of the
+/// second and third corner of its triangle and −1 ≤ ζ ≤ 1. \[L³\]
 ///
-/// Positive in a well-shaped element with the numbering of [`WEDGE_TRIANGLES`](crate::WEDGE_TRIANGLES); a right prism
-/// has its volume everywhere.
+/// Positive in a well-shaped element with the numbering of
+/// [`WEDGE_TRIANGLES`](crate::WEDGE_TRIANGLES); a right prism has its volume everywhere.
 pub fn wedge_jacobian(corners: &[[f64; 3]; 6], [r, s, zeta]: [f64; 3]) -> f64 {
     let [below, above] = [0.5 * (1.0 - zeta), 0.5 * (1.0 + zeta)];
     let along = |corner: usize| -> [f64; 3] {
@@ -132,10 +135,12 @@ pub fn wedge_jacobian(corners: &[[f64; 3]; 6], [r, s, zeta]: [f64; 3]) -> f64 {
     dot(along(1), cross(along(2), axial))
 }
 
-/// Scaled Jacobian of a wedge: 2/√3 times the smallest determinant of a corner's three *unit* edges. \[–\]
+/// Scaled Jacobian of a wedge: 2/√3 times the smallest determinant of a corner's three *unit*
+/// edges. \[–\]
 ///
-/// 1 for a right prism on an equilateral triangle, 0 for a flat corner or an edge without length, negative for an
-/// inverted one. Source: the metric with that name in the Verdict library, as implemented in VTK 9.
+/// 1 for a right prism on an equilateral triangle, 0 for a flat corner or an edge without length,
+/// negative for an inverted one. Source: the metric with that name in the Verdict library, as
+/// implemented in VTK 9.
 pub fn wedge_scaled_jacobian(corners: &[[f64; 3]; 6]) -> f64 {
     (0..6).fold(f64::INFINITY, |least, corner| {
         let triangle = 3 * (corner / 3);
@@ -151,7 +156,8 @@ pub fn wedge_scaled_jacobian(corners: &[[f64; 3]; 6]) -> f64 {
     })
 }
 
-/// Smallest Jacobian determinant over the corners and the Gauss points of the solid; NaN if any is NaN. \[L³\]
+/// Smallest Jacobian determinant over the corners and the Gauss points of the solid; NaN if any is
+/// NaN. \[L³\]
 fn wedge_least_jacobian(corners: &[[f64; 3]; 6]) -> f64 {
     let points = HEX_CORNERS.map(|corner| {
         let [xi, eta, zeta] = corner.map(|c| c * GAUSS);
@@ -168,18 +174,19 @@ fn tet_edges(corners: &[[f64; 3]; 4]) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| subtract(corners[i + 1], corners[0]))
 }
 
-/// Volume of a tetrahedron, negative if it is inside out: the corners 0, 1, 2 must be seen counter-clockwise from
-/// corner
+/// Volume of a tetrahedron, negative if it is inside out: the corners 0, 1, 2 must be seen
+/// counter-clockwise from corner
 /// 3. \[L³\]
 pub fn tet_volume(corners: &[[f64; 3]; 4]) -> f64 {
     let [a, b, c] = tet_edges(corners);
     dot(a, cross(b, c)) / 6.0
 }
 
-/// Scaled Jacobian of a tetrahedron: √2 times the smallest determinant of a corner's three *unit* edges. \[–\]
+/// Scaled Jacobian of a tetrahedron: √2 times the smallest determinant of a corner's three *unit*
+/// edges. \[–\]
 ///
-/// 1 for a regular one, 0 for a flat one, negative for an inverted one. Source: the metric with that name in the
-/// Verdict library (C. J. Stimpson et al., SAND2007-1751, 2007).
+/// 1 for a regular one, 0 for a flat one, negative for an inverted one. Source: the metric with
+/// that name in the Verdict library (C. J. Stimpson et al., SAND2007-1751, 2007).
 pub fn tet_scaled_jacobian(corners: &[[f64; 3]; 4]) -> f64 {
     let largest = (0..4).fold(0.0_f64, |largest, i| {
         let lengths = (1..4).map(|k| norm(subtract(corners[(i + k) % 4], corners[i]))).product::<f64>();
@@ -188,8 +195,8 @@ pub fn tet_scaled_jacobian(corners: &[[f64; 3]; 4]) -> f64 {
     if largest == 0.0 { 0.0 } else { 6.0 * std::f64::consts::SQRT_2 * tet_volume(corners) / largest }
 }
 
-/// Vector area ∫ n dA of a facet; for a bilinear one ½ (x₂ − x₀) × (x₃ − x₁), which is exact even if it is warped.
-/// \[L²\]
+/// Vector area ∫ n dA of a facet; for a bilinear one ½ (x₂ − x₀) × (x₃ − x₁), which is exact even
+/// if it is warped. \[L²\]
 ///
 /// Points to the side from which the nodes are seen counter-clockwise.
 pub fn facet_area_vector(corners: &FacetCorners) -> [f64; 3] {
@@ -200,7 +207,8 @@ pub fn facet_area_vector(corners: &FacetCorners) -> [f64; 3] {
     .map(|c| 0.5 * c)
 }
 
-/// Area ∫ dA of a facet; for a bilinear one with 2×2 Gauss points, exact if it is plane and convex. \[L²\]
+/// Area ∫ dA of a facet; for a bilinear one with 2×2 Gauss points, exact if it is plane and
+/// convex. \[L²\]
 pub fn facet_area(corners: &FacetCorners) -> f64 {
     match corners {
         FacetCorners::Triangle(_) => norm(facet_area_vector(corners)),
@@ -208,7 +216,8 @@ pub fn facet_area(corners: &FacetCorners) -> f64 {
     }
 }
 
-/// Areas ∫ N_k dA of a facet's corners, whose sum is [`facet_area`]; the fourth of a triangle is 0. \[L²\]
+/// Areas ∫ N_k dA of a facet's corners, whose sum is [`facet_area`]; the fourth of a triangle
+/// is 0. \[L²\]
 ///
 /// Test: `corner_areas_by_hand`.
 pub fn facet_corner_areas(corners: &FacetCorners) -> [f64; 4] {
@@ -241,7 +250,8 @@ fn area_elements([x0, x1, x2, x3]: &[[f64; 3]; 4]) -> [([f64; 2], f64); 4] {
 }
 
 impl Mesh {
-    /// Volume of one element, exact for the trilinear shape too; negative if it is inside out. \[L³\]
+    /// Volume of one element, exact for the trilinear shape too; negative if it is inside
+    /// out. \[L³\]
     pub fn element_volume(&self, element: usize) -> f64 {
         match &self.elements[element] {
             Element::Tet4(nodes) => tet_volume(&self.coordinates(nodes)),
@@ -257,8 +267,8 @@ impl Mesh {
 
     /// Centroid ∫X dV / ∫dV of one element, exact for the trilinear shape too. \[L\]
     ///
-    /// An element without positive volume has no such point; the mean of its corners is used instead, so that the
-    /// result is finite. [`Mesh::check`] reports such elements.
+    /// An element without positive volume has no such point; the mean of its corners is used
+    /// instead, so that the result is finite. [`Mesh::check`] reports such elements.
     pub fn centroid(&self, element: usize) -> [f64; 3] {
         if let Some(nodes) = self.elements[element].as_hex() {
             let corners = self.coordinates(&nodes);
@@ -281,8 +291,8 @@ impl Mesh {
         (0..self.elements.len()).map(|element| self.centroid(element)).collect()
     }
 
-    /// Smallest scaled Jacobian of each element, see [`tet_scaled_jacobian`], [`wedge_scaled_jacobian`] and
-    /// [`hex_scaled_jacobian`]. \[–\]
+    /// Smallest scaled Jacobian of each element, see [`tet_scaled_jacobian`],
+    /// [`wedge_scaled_jacobian`] and [`hex_scaled_jacobian`]. \[–\]
     pub fn element_qualities(&self) -> Vec<f64> {
         let quality = |element: &Element| match element {
             Element::Tet4(nodes) => tet_scaled_jacobian(&self.coordinates(nodes)),
@@ -292,7 +302,8 @@ impl Mesh {
         self.elements.iter().map(quality).collect()
     }
 
-    /// Smallest Jacobian determinant of an element over its corners and Gauss points; NaN if any is NaN. \[L³\]
+    /// Smallest Jacobian determinant of an element over its corners and Gauss points; NaN if any is
+    /// NaN. \[L³\]
     pub(crate) fn least_jacobian(&self, element: usize) -> f64 {
         match &self.elements[element] {
             Element::Tet4(nodes) => 6.0 * tet_volume(&self.coordinates(nodes)),

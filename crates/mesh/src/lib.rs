@@ -1,10 +1,12 @@
-//! Meshes of tetrahedra, wedges and hexahedra of several bodies, with named node sets and oriented surfaces.
+//! Meshes of tetrahedra, wedges and hexahedra of several bodies, with named node sets and oriented
+//! surfaces.
 //!
 //! This crate covers only geometry and topology, no physics.
 //!
 //! * [`Mesh`] is the data model; [`Mesh::merge`] and [`Mesh::transform`] assemble bodies.
 //! * [`box_mesh`], [`half_ball`], [`hollow_cylinder`] and [`half_ring`] generate single bodies.
-//! * [`Mesh::check`] finds defects that would spoil an analysis; each [`MeshDefect`] has its place and cure.
+//! * [`Mesh::check`] finds defects that would spoil an analysis; each [`MeshDefect`] has its place
+//!   and cure.
 //! * [`FacetTree`] finds the facets of a surface near a given box, for the contact search.
 //!
 //! Lengths are in the user's unit \[L\]; y is up; node, element and facet numbers count from 0.

@@ -36,8 +36,8 @@ impl Bounds {
         boxes.iter().copied().reduce(Self::join).unwrap_or(EMPTY)
     }
 
-    /// Formulated as a negated exclusion, so that a NaN counts as a hit: it then reaches the contact terms and is
-    /// detected there.
+    /// Formulated as a negated exclusion, so that a NaN counts as a hit: it then reaches the
+    /// contact terms and is detected there.
     fn meets(&self, min: &[f64; 3], max: &[f64; 3]) -> bool {
         !(0..3).any(|c| self.min[c] > max[c] || self.max[c] < min[c])
     }
@@ -54,7 +54,8 @@ const EMPTY: Bounds = Bounds { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY;
 /// Facets per leaf: below this, testing each box is cheaper than descending.
 const LEAF: usize = 4;
 
-/// A node of the tree. Nodes are stored depth first, so the first child directly follows its parent.
+/// A node of the tree. Nodes are stored depth first, so the first child directly follows its
+/// parent.
 #[derive(Debug, Clone, Copy)]
 struct Branch {
     bounds: Bounds,
@@ -67,8 +68,9 @@ struct Branch {
 
 /// A tree of axis-aligned boxes over the facets of one surface in the current configuration.
 ///
-/// It is built once per surface and refitted as the bodies move. After very large motions a new tree gives faster
-/// queries, but the results are the same. Queries allocate no memory and can run in parallel.
+/// It is built once per surface and refitted as the bodies move. After very large motions a new
+/// tree gives faster queries, but the results are the same. Queries allocate no memory and can run
+/// in parallel.
 #[derive(Debug, Clone)]
 pub struct FacetTree {
     branches: Vec<Branch>,
@@ -119,9 +121,11 @@ impl FacetTree {
         }
     }
 
-    /// Pushes the numbers of all facets whose box meets the box `min..max` (touching counts), ascending.
+    /// Pushes the numbers of all facets whose box meets the box `min..max` (touching counts),
+    /// ascending.
     ///
-    /// `hits` keeps its previous entries; nothing else is allocated. A box with a NaN meets everything.
+    /// `hits` keeps its previous entries; nothing else is allocated. A box with a NaN meets
+    /// everything.
     pub fn query(&self, min: [f64; 3], max: [f64; 3], hits: &mut Vec<u32>) {
         let start = hits.len();
         let mut i = 0;
@@ -156,8 +160,8 @@ impl FacetTree {
     }
 }
 
-/// Appends the subtree of the facets `order`, which start at `first` in the whole order; halves them at the median
-/// centre along the direction in which the centres spread most.
+/// Appends the subtree of the facets `order`, which start at `first` in the whole order; halves
+/// them at the median centre along the direction in which the centres spread most.
 fn split(branches: &mut Vec<Branch>, order: &mut [u32], first: usize, boxes: &[Bounds]) {
     let bounds = order.iter().map(|&f| boxes[f as usize]).reduce(Bounds::join).unwrap_or(EMPTY);
     let here = branches.len();

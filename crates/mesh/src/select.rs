@@ -6,8 +6,8 @@ use crate::geometry::{dot, norm, subtract};
 use crate::{Body, Mesh, MeshError};
 
 impl Mesh {
-    /// The nodes of a node set or, if there is none with this name, of a surface; ascending and unique. `None` if there
-    /// is neither.
+    /// The nodes of a node set or, if there is none with this name, of a surface; ascending and
+    /// unique. `None` if there is neither.
     pub fn set_nodes(&self, name: &str) -> Option<Cow<'_, [u32]>> {
         match self.node_sets.get(name) {
             Some(nodes) => Some(Cow::Borrowed(nodes)),
@@ -43,7 +43,8 @@ impl Mesh {
     /// Nodes (of `within`, if given) at most `tolerance` \[L\] from a plane, ascending.
     ///
     /// # Errors
-    /// [`MeshError::Parameter`] if the normal has no direction or the tolerance is negative or not finite.
+    /// [`MeshError::Parameter`] if the normal has no direction or the tolerance is negative or not
+    /// finite.
     pub fn nodes_on_plane(
         &self,
         point: [f64; 3],
@@ -59,8 +60,8 @@ impl Mesh {
         Ok(self.nodes_where(within, |x| dot(subtract(x, point), normal).abs() <= tolerance * length))
     }
 
-    /// Nodes (of `within`, if given) in the solid cylinder of the given radius \[L\] between two points of its axis,
-    /// ends and mantle included, ascending.
+    /// Nodes (of `within`, if given) in the solid cylinder of the given radius \[L\] between two
+    /// points of its axis, ends and mantle included, ascending.
     ///
     /// # Errors
     /// [`MeshError::Parameter`] if the two points coincide or the radius is negative or not finite.
@@ -86,8 +87,8 @@ impl Mesh {
         }))
     }
 
-    /// The node (of `within`, if given) nearest to a point; if there are several, the one with the lowest number.
-    /// `None` if there is none.
+    /// The node (of `within`, if given) nearest to a point; if there are several, the one with the
+    /// lowest number. `None` if there is none.
     pub fn nearest_node(&self, point: [f64; 3], within: Option<&[u32]>) -> Option<u32> {
         let mut nearest: Option<(f64, u32)> = None;
         self.visit(within, |node, x| {
@@ -112,7 +113,8 @@ impl Mesh {
         kept
     }
 
-    /// Calls `see` for each node (of `within`, if given); numbers that the mesh does not have are skipped.
+    /// Calls `see` for each node (of `within`, if given); numbers that the mesh does not have are
+    /// skipped.
     fn visit(&self, within: Option<&[u32]>, mut see: impl FnMut(u32, [f64; 3])) {
         match within {
             Some(nodes) => {

@@ -53,8 +53,8 @@ impl Mesh {
         self.elements[element as usize].side(side)
     }
 
-    /// All faces of the given elements, sorted by key, so that the two copies of a face between two elements are
-    /// adjacent.
+    /// All faces of the given elements, sorted by key, so that the two copies of a face between two
+    /// elements are adjacent.
     pub(crate) fn sorted_faces(&self, elements: Range<usize>) -> Vec<Face> {
         let mut faces: Vec<Face> = elements
             .flat_map(|element| (0..self.elements[element].sides()).map(move |side| (element as u32, side)))
@@ -64,8 +64,9 @@ impl Mesh {
         faces
     }
 
-    /// All faces of a body that bound only one element, oriented outward, in the order of elements and their sides. A
-    /// quadrilateral that is covered by two triangles does not belong to the boundary, nor do the triangles.
+    /// All faces of a body that bound only one element, oriented outward, in the order of elements
+    /// and their sides. A quadrilateral that is covered by two triangles does not belong to the
+    /// boundary, nor do the triangles.
     ///
     /// # Panics
     /// If there is no body with this index or its elements are out of range (see [`Mesh::check`]).
@@ -81,8 +82,9 @@ impl Mesh {
         Facet { nodes: self.side_nodes(face.element, face.side as usize), element: face.element }
     }
 
-    /// Among faces that bound only one element, sorted by their nodes, finds each quadrilateral that is covered by two
-    /// triangles, and these triangles in its winding, as at interfaces of hexahedra and tetrahedra.
+    /// Among faces that bound only one element, sorted by their nodes, finds each quadrilateral
+    /// that is covered by two triangles, and these triangles in its winding, as at interfaces of
+    /// hexahedra and tetrahedra.
     pub(crate) fn divided_faces(&self, faces: &[Face]) -> Vec<[FacetNodes; 3]> {
         let mut divided = Vec::new();
         if faces.iter().all(|face| face.key.len() == faces[0].key.len()) {
@@ -101,9 +103,10 @@ impl Mesh {
         divided
     }
 
-    /// Quadrilateral faces that are covered by two triangular faces of other elements, as between hexahedra and
-    /// tetrahedra, each with these triangles, oriented outward from the element of the quadrilateral. Displacements
-    /// agree on the edges of the quadrilateral, but on the diagonal only at its ends.
+    /// Quadrilateral faces that are covered by two triangular faces of other elements, as between
+    /// hexahedra and tetrahedra, each with these triangles, oriented outward from the element of
+    /// the quadrilateral. Displacements agree on the edges of the quadrilateral, but on the
+    /// diagonal only at its ends.
     ///
     /// # Panics
     /// If there is no body with this index or its elements are out of range (see [`Mesh::check`]).
@@ -112,8 +115,8 @@ impl Mesh {
         self.divided_faces(&faces)
     }
 
-    /// The surface that consists of the given facets, in their order: each facet is assigned its element and oriented
-    /// outward.
+    /// The surface that consists of the given facets, in their order: each facet is assigned its
+    /// element and oriented outward.
     ///
     /// For mesh readers: mesh files give facets by their nodes, in any winding.
     ///
@@ -130,7 +133,8 @@ impl Mesh {
         Ok(Surface { facets: facets.collect::<Result<_, _>>()? })
     }
 
-    /// The part of all bodies' boundaries whose facets have all their nodes in `nodes` (in any order).
+    /// The part of all bodies' boundaries whose facets have all their nodes in `nodes` (in any
+    /// order).
     pub fn surface_of_nodes(&self, nodes: &[u32]) -> Surface {
         let mut chosen = vec![false; self.nodes.len()];
         for &node in nodes {
@@ -146,7 +150,8 @@ impl Mesh {
         Surface { facets }
     }
 
-    /// The nodes of each connected part of a body, ascending; parts in the order of their first nodes.
+    /// The nodes of each connected part of a body, ascending; parts in the order of their first
+    /// nodes.
     ///
     /// # Panics
     /// If there is no body with this index or its elements are out of range (see [`Mesh::check`]).
@@ -176,14 +181,16 @@ impl Mesh {
         parts.into_values().collect()
     }
 
-    /// Pairs of a body's nodes with a distance of at most `tolerance` \[L\], ascending: the elements around them are
-    /// not connected there. If more than two nodes coincide, some pairs may be left out, but each node is in a pair.
+    /// Pairs of a body's nodes with a distance of at most `tolerance` \[L\], ascending: the
+    /// elements around them are not connected there. If more than two nodes coincide, some pairs
+    /// may be left out, but each node is in a pair.
     ///
     /// # Panics
     /// As [`Mesh::connected_parts`].
     pub fn coincident_nodes(&self, body: usize, tolerance: f64) -> Vec<[u32; 2]> {
         let nodes = self.bodies[body].nodes.clone();
-        // For two points that close, at least one of eight grids, shifted by half a cell, has both in the same cell.
+        // For two points that close, at least one of eight grids, shifted by half a cell, has both
+        // in the same cell.
         let size = 4.0 * tolerance.max(f64::MIN_POSITIVE);
         let mut pairs = BTreeSet::new();
         for shift in 0..8 {
@@ -208,7 +215,8 @@ impl Mesh {
     /// The elements around each node.
     ///
     /// # Panics
-    /// If an element has a node number out of range (see [`Mesh::check`]); so do the other functions built on it.
+    /// If an element has a node number out of range (see [`Mesh::check`]); so do the other
+    /// functions built on it.
     pub fn node_elements(&self) -> NodeElements {
         let mut offsets = vec![0_usize; self.nodes.len() + 1];
         for &node in self.elements.iter().flat_map(|element| element.nodes()) {
@@ -228,8 +236,8 @@ impl Mesh {
         NodeElements { offsets, elements }
     }
 
-    /// For each node, the node itself and all nodes that share an element with it, ascending: the rows of a nodal
-    /// sparsity pattern.
+    /// For each node, the node itself and all nodes that share an element with it, ascending: the
+    /// rows of a nodal sparsity pattern.
     pub fn node_neighbours(&self) -> Vec<Vec<u32>> {
         let mut rows = self.node_neighbours_in(|_| true);
         // a node without elements has only itself
@@ -258,10 +266,11 @@ impl Mesh {
             .collect()
     }
 
-    /// A colouring of the elements: elements of one colour share no nodes, so they can be assembled in parallel.
+    /// A colouring of the elements: elements of one colour share no nodes, so they can be assembled
+    /// in parallel.
     ///
-    /// It is greedy in the order of the elements, so it depends only on the mesh; elements are ascending in each
-    /// colour.
+    /// It is greedy in the order of the elements, so it depends only on the mesh; elements are
+    /// ascending in each colour.
     pub fn element_colours(&self) -> Vec<Vec<u32>> {
         let around = self.node_elements();
         let mut colours: Vec<Vec<u32>> = Vec::new();

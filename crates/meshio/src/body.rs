@@ -34,29 +34,30 @@ const ELSEWHERE: u32 = u32::MAX;
 const DROPPED: u32 = u32::MAX - 1;
 
 impl FileMesh {
-    /// Extracts a body with the given name: the tetrahedra, wedges and hexahedra of the set `part` (or of the whole
-    /// file), with coordinates multiplied by `scale`.
+    /// Extracts a body with the given name: the tetrahedra, wedges and hexahedra of the set `part`
+    /// (or of the whole file), with coordinates multiplied by `scale`.
     ///
-    /// Nodes and elements keep their order. If hexahedra or wedges are numbered inside out, bottom and top are swapped;
-    /// for tetrahedra, the first two nodes are swapped. An element that appears twice with the same nodes is used once.
-    /// A set becomes `{name}_{set}`, or keeps its name if it already begins with `{name}_`. Sets of triangles,
-    /// quadrilaterals and faces become surfaces; sets of nodes, points and lines become node sets. Anything on other
-    /// parts is left out, and so is a node set with the same name as a surface.
+    /// Nodes and elements keep their order. If hexahedra or wedges are numbered inside out, bottom
+    /// and top are swapped; for tetrahedra, the first two nodes are swapped. An element that
+    /// appears twice with the same nodes is used once. A set becomes `{name}_{set}`, or keeps its
+    /// name if it already begins with `{name}_`. Sets of triangles, quadrilaterals and faces become
+    /// surfaces; sets of nodes, points and lines become node sets. Anything on other parts is left
+    /// out, and so is a node set with the same name as a surface.
     ///
     /// # Errors
-    /// If there is no such part, if solid cells are not valid first-order tetrahedra, wedges or hexahedra, or if a
-    /// facet on the body's nodes is not on its boundary.
+    /// If there is no such part, if solid cells are not valid first-order tetrahedra, wedges or
+    /// hexahedra, or if a facet on the body's nodes is not on its boundary.
     pub fn body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         self.read(name, part, scale, Order::AsWritten)
     }
 
-    /// Like [`body`](Self::body), but drops mid-side nodes: second-order cells become first-order cells with the same
-    /// corners, both solids and the triangles, quadrilaterals and lines of sets. Node sets keep their corners. Curved
-    /// edges become straight.
+    /// Like [`body`](Self::body), but drops mid-side nodes: second-order cells become first-order
+    /// cells with the same corners, both solids and the triangles, quadrilaterals and lines of
+    /// sets. Node sets keep their corners. Curved edges become straight.
     ///
     /// # Errors
-    /// Those of [`body`](Self::body); and if a mid-side node is a corner of another element, since the two would no
-    /// longer be conforming.
+    /// Those of [`body`](Self::body); and if a mid-side node is a corner of another element, since
+    /// the two would no longer be conforming.
     pub fn first_order_body(&self, name: &str, part: Option<&str>, scale: f64) -> Result<ReadBody, MeshFileError> {
         self.read(name, part, scale, Order::First)
     }
@@ -298,8 +299,8 @@ impl<'a> Extraction<'a> {
         Ok(facets)
     }
 
-    /// Node sets, and sets of points and lines, with at least one node on the body; empty if all nodes of the set were
-    /// dropped.
+    /// Node sets, and sets of points and lines, with at least one node on the body; empty if all
+    /// nodes of the set were dropped.
     fn node_sets(&self) -> BTreeMap<&'a str, Vec<u32>> {
         let cells = &self.file.cells;
         let mut sets: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
@@ -330,7 +331,8 @@ struct SetFacet<'a> {
     local: FacetNodes,
 }
 
-/// The solid cells of a part, in the file's order, without those that repeat the nodes of an earlier one.
+/// The solid cells of a part, in the file's order, without those that repeat the nodes of an
+/// earlier one.
 fn chosen(file: &FileMesh, part: Option<&str>, order: Order) -> Result<Vec<u32>, MeshFileError> {
     let solid = |&cell: &u32| file.cells.kind(cell as usize).dimension() == 3;
     let mut chosen: Vec<u32> = match part {
@@ -384,7 +386,8 @@ enum Orientation {
     Folded,
 }
 
-/// Orientation from the Jacobian determinants at the corners: all positive, all negative, or of mixed sign.
+/// Orientation from the Jacobian determinants at the corners: all positive, all negative, or of
+/// mixed sign.
 fn orientation(element: &Element, points: &[[f64; 3]]) -> Orientation {
     let at = |node: u32| points[node as usize];
     let jacobians = match element {

@@ -69,8 +69,8 @@ impl Builder {
     /// The mesh without sets, and the index of its node numbers.
     ///
     /// # Errors
-    /// If a node number appears twice, if a cell refers to a node that does not exist, or if there are more nodes or
-    /// cells than 32 bits can count.
+    /// If a node number appears twice, if a cell refers to a node that does not exist, or if there
+    /// are more nodes or cells than 32 bits can count.
     pub fn finish(self) -> Result<(FileMesh, Numbers), MeshFileError> {
         if u32::try_from(self.points.len().max(self.kinds.len())).is_err() {
             let message = "there are more than 4,294,967,295 nodes or elements";

@@ -2,9 +2,10 @@
 
 macro_rules! cell_kinds {
     ($($variant:ident $name:literal $label:literal $dimension:literal $nodes:literal $corners:ident,)+) => {
-        /// The shape and order of a cell. Only [`CellKind::Tet4`], [`CellKind::Wedge6`] and [`CellKind::Hex8`] can
-        /// become elements, only [`CellKind::Triangle3`] and [`CellKind::Quad4`] facets, and second-order cells by
-        /// their corners. The others are read so that they can be skipped or named in an error.
+        /// The shape and order of a cell. Only [`CellKind::Tet4`], [`CellKind::Wedge6`] and
+        /// [`CellKind::Hex8`] can become elements, only [`CellKind::Triangle3`] and
+        /// [`CellKind::Quad4`] facets, and second-order cells by their corners. The others are read
+        /// so that they can be skipped or named in an error.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum CellKind {
             $(#[doc = concat!("`", $name, "`")] $variant,)+

@@ -6,12 +6,14 @@
 //! | `.inp` | Abaqus, CalculiX, Gmsh | `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE` of a flat model |
 //! | `.vtu` | ParaView, VTK, meshio, slipstick | ASCII, inline base64, appended raw or base64; zlib or no compression |
 //!
-//! [`FileMesh::parse`] recognizes the format by the first character and keeps the contents of the file, with its own
-//! numbers for messages. [`FileMesh::body`] extracts one body as a [`slipstick_mesh::Mesh`]: the elements of one set,
-//! their nodes, and the sets of faces and nodes on them as surfaces and node sets. [`FileMesh::first_order_body`] also
-//! drops the mid-side nodes of second-order elements.
+//! [`FileMesh::parse`] recognizes the format by the first character and keeps the contents of the
+//! file, with its own numbers for messages. [`FileMesh::body`] extracts one body as a
+//! [`slipstick_mesh::Mesh`]: the elements of one set, their nodes, and the sets of faces and nodes
+//! on them as surfaces and node sets. [`FileMesh::first_order_body`] also drops the mid-side nodes
+//! of second-order elements.
 //!
-//! The crate reads bytes, not files. Its memory use is proportional to the number of bytes, whatever they contain.
+//! The crate reads bytes, not files. Its memory use is proportional to the number of bytes,
+//! whatever they contain.
 //!
 //! ```
 //! let text = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n\

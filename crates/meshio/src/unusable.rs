@@ -34,8 +34,9 @@ impl FileMesh {
     }
 }
 
-/// Returns an error if some of a body's cells cannot become elements. It states how many of which kind there are, in
-/// which parts of the file if the body is the whole file, and where the first one is.
+/// Returns an error if some of a body's cells cannot become elements. It states how many of which
+/// kind there are, in which parts of the file if the body is the whole file, and where the first
+/// one is.
 pub(crate) fn refuse_unusable(
     file: &FileMesh,
     body: &str,

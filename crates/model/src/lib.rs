@@ -1,8 +1,10 @@
 //! The contact problem of a load path, with its analysis, verification and optimization.
 //!
-//! [`model`] is the only place where meshes, solids, contact and the load path meet. [`analysis`] marches the path of a
-//! [`problem::Problem`] and differentiates the objective, [`quantities`] lists what a path shows, [`verify`] compares gradients with differences, and
-//! [`optimize`] changes the design. [`words`] formats counts and numbers for display.
+//! [`model`] is the only place where meshes, solids, contact and the load path meet. [`analysis`]
+//! marches the path of a [`problem::Problem`] and differentiates the objective, [`quantities`]
+//! lists the reactions, contact forces and energies along a path, [`verify`] compares gradients
+//! with differences, and [`optimize`] changes the design. [`words`] formats counts and numbers for
+//! display.
 
 pub mod analysis;
 pub mod model;

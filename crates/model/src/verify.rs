@@ -1,16 +1,18 @@
 //! Compares the gradient with finite differences of the objective, on the user's own model.
 //!
-//! For a direction v in the design space and a step h, the central difference (θ(φ+hv) − θ(φ−hv))/2h is compared with
-//! the adjoint's dθ/dφ · v, and the remainder |θ(φ+hv) − θ(φ) − h dθ/dφ·v| with h². If φ is so close to 0 or 1 that φ ±
-//! hv would leave [0, 1], v points inwards and the one-sided difference (4θ(φ+hv) − θ(φ+2hv) − 3θ(φ))/2h is used
-//! instead, which is also of second order. Three effects spoil a difference although the gradient is right, and the
-//! check distinguishes them:
+//! For a direction v in the design space and a step h, the central difference
+//! (θ(φ+hv) − θ(φ−hv))/2h is compared with the adjoint's dθ/dφ · v, and the remainder
+//! |θ(φ+hv) − θ(φ) − h dθ/dφ·v| with h². If φ is so close to 0 or 1 that φ ± hv would leave [0, 1],
+//! v points inwards and the one-sided difference (4θ(φ+hv) − θ(φ+2hv) − 3θ(φ))/2h is used instead,
+//! which is also of second order. Three effects spoil a difference although the gradient is right,
+//! and the check distinguishes them:
 //!
 //! * if a slave node changes its status between φ − hv and φ + hv, θ has a kink there;
-//! * a path that is cut back differently has different steps, so its θ is a different function. All paths therefore use
-//!   the sub-steps of the path at φ, as long as they converge;
-//! * θ is only known up to round-off, which the difference divides by h. A few more analyses near φ estimate the
-//!   round-off from high-order differences of θ and from a tolerance ten times as large.
+//! * a path that is cut back differently has different steps, so its θ is a different function. All
+//!   paths therefore use the sub-steps of the path at φ, as long as they converge;
+//! * θ is only known up to round-off, which the difference divides by h. A few more analyses near φ
+//!   estimate the round-off from high-order differences of θ and from a tolerance ten times as
+//!   large.
 
 mod stencil;
 mod verdict;
@@ -24,13 +26,14 @@ use verdict::verdict;
 
 pub use verdict::{Quotient, Verdict};
 
-/// How far apart, in units of round-off, one-sided differences must be to count as a kink without a change of status.
+/// How far apart, in units of round-off, one-sided differences must be to count as a kink without a
+/// change of status.
 const FAR_APART: f64 = 10.0;
 
 /// One-sided quotients that differ by less than this, relative to the derivative, count as equal.
 const ROUNDING_APART: f64 = 1e-6;
 
-/// Safety factor on the round-off that a few samples show.
+/// Safety factor on the round-off estimated from a few samples.
 const SAMPLES_SHORT: f64 = 4.0;
 
 /// Largest distance in density between the samples of round-off.
@@ -89,7 +92,8 @@ pub struct GradientCheck {
     pub gradient_norm: f64,
     /// Results for each direction.
     pub directions: Vec<DirectionCheck>,
-    /// Largest of the best errors of the directions that are right or off; `None` if there are none.
+    /// Largest of the best errors of the directions that are right or off; `None` if there are
+    /// none.
     pub worst: Option<f64>,
 }
 
@@ -116,9 +120,10 @@ pub enum VerifyError {
 
 /// Compares adjoint and differences at `density`; `designed` are the elements that may vary.
 ///
-/// The forward tolerances are tightened for the comparison and then restored, and so is the guide. Elements whose
-/// density is so close to 0 or 1 that a step would leave [0, 1] are varied inwards, in separate random directions. An
-/// element is left out if there is no room even for two steps inwards, which requires a step of more than 1/4.
+/// The forward tolerances are tightened for the comparison and then restored, and so is the guide.
+/// Elements whose density is so close to 0 or 1 that a step would leave [0, 1] are varied inwards,
+/// in separate random directions. An element is skipped if there is no room even for two steps
+/// inwards; this requires a step of more than 1/4.
 ///
 /// # Errors
 /// [`VerifyError`].
@@ -187,8 +192,9 @@ fn compare(
 
 /// Estimates the error of θ due to round-off and the tolerance of the iterations.
 ///
-/// Neither |θ| nor the tolerance is a guide: a stiff body next to a soft one, or coordinates that are large compared to
-/// the body, cost many digits. So the error is measured.
+/// Neither |θ| nor the tolerance predicts this error: a stiff body next to a soft one, or
+/// coordinates that are large compared to the body, cost many digits. The error is therefore
+/// measured.
 fn round_off(
     analysis: &mut Analysis,
     density: &ElementValues,
@@ -216,11 +222,12 @@ fn round_off(
     Ok(SAMPLES_SHORT * by_digits.max(by_tolerance).max(least))
 }
 
-/// Standard deviation of θ's round-off from its third and fourth differences at nine equally spaced densities, in which
-/// the smooth part of θ cancels; infinite if the paths there have different steps. Also returns whether all paths have
-/// the same statuses.
+/// Standard deviation of θ's round-off from its third and fourth differences at nine equally spaced
+/// densities, in which the smooth part of θ cancels; infinite if the paths there have different
+/// steps. Also returns whether all paths have the same statuses.
 ///
-/// J. J. Moré, S. M. Wild: Estimating computational noise. SIAM J. Sci. Comput. 33 (2011) 1292–1314, (3.4).
+/// J. J. Moré, S. M. Wild: Estimating computational noise. SIAM J. Sci. Comput. 33 (2011)
+/// 1292–1314, (3.4).
 fn noise(
     analysis: &mut Analysis,
     density: &ElementValues,
@@ -258,14 +265,16 @@ fn noise(
     }
     let third: Vec<f64> = values.windows(4).map(|v| (v[3] - v[0]) - 3.0 * (v[2] - v[1])).collect();
     let fourth: Vec<f64> = third.windows(2).map(|v| v[1] - v[0]).collect();
-    // variances of differences of independent numbers: sums of squared binomial coefficients, C(6, 3) and C(8, 4)
+    // variances of differences of independent numbers: sums of squared binomial coefficients,
+    // C(6, 3) and C(8, 4)
     let deviation = |differences: &[f64], variance: f64| {
         (differences.iter().map(|x| x * x).sum::<f64>() / (differences.len() as f64 * variance)).sqrt()
     };
     Ok((deviation(&third, 20.0).max(deviation(&fourth, 70.0)), smooth))
 }
 
-/// The elements that may vary: those within (0, 1) to both sides, those at a bound inwards.
+/// The elements that may vary: those inside (0, 1) in both directions, those at a bound only
+/// inwards.
 struct Varied {
     within: Vec<u32>,
     at_bounds: Vec<u32>,
@@ -287,8 +296,8 @@ impl Varied {
         all
     }
 
-    /// Random directions over the elements within the bounds, others over those at a bound, and single elements,
-    /// preferably within the bounds.
+    /// Random directions over the elements within the bounds, others over those at a bound, and
+    /// single elements, preferably within the bounds.
     fn directions(&self, density: &ElementValues, options: &VerifyOptions) -> Vec<(String, Vec<f64>, Stencil)> {
         let step = options.step;
         let inwards = |e: u32| inwards(density[e as usize], 2.0 * step);
@@ -321,7 +330,8 @@ impl Varied {
     }
 }
 
-/// A fixed sequence of signs and magnitudes in [−1, 1] (SplitMix64), so that a report is reproducible.
+/// A fixed sequence of signs and magnitudes in [−1, 1] (SplitMix64), so that a report is
+/// reproducible.
 fn random(number: usize) -> impl Iterator<Item = f64> {
     let mut state = 0x9E37_79B9_7F4A_7C15u64.wrapping_mul(number as u64 + 1);
     std::iter::from_fn(move || {
@@ -355,7 +365,8 @@ fn along(
 ) -> Result<DirectionCheck, VerifyError> {
     let adjoint: f64 = base.gradient.iter().zip(direction).map(|(g, v)| g * v).sum();
     let size = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-    // in a direction nearly orthogonal to the gradient, errors are relative to the gradient's typical component
+    // in a direction nearly orthogonal to the gradient, errors are relative to the gradient's
+    // typical component
     let count = direction.iter().filter(|v| **v != 0.0).count().max(1) as f64;
     let scale = adjoint.abs().max(1e-3 * base.norm * size / count.sqrt()).max(f64::MIN_POSITIVE);
     let value = base.forward.value;
@@ -384,8 +395,9 @@ fn along(
             [(&near_at, near), (&far_at, far)].map(|(other, steps)| (other.value - value - steps * h * adjoint).abs());
         let remainder = remainders[0];
         let order = quotients.last().map(|q| (q.remainder / remainder.max(f64::MIN_POSITIVE)).log2());
-        // On the friction cone at rest both branches have the same derivative, and round-off selects one. At a true
-        // kink, the one-sided differences stay apart while the step is halved.
+        // On the friction cone at rest both branches have the same derivative, and round-off
+        // selects one. At a true kink, the one-sided differences stay apart while the step is
+        // halved.
         let apart = stencil.second_difference(value, [near_at.value, far_at.value]).abs() / h;
         let rounding = ROUNDING_APART * scale + round_off;
         let none = apart <= rounding;
@@ -394,14 +406,14 @@ fn along(
         last_apart = Some(apart);
         let others = [&near_at, &far_at];
         let cut_back = others.iter().any(|other| !same_steps(base.forward, other));
-        // A kink may be small compared to θ's curvature, or about one step away, and then looks smooth. But if one side
-        // agrees to second order, as it does only with the derivative of its own branch, the other side is another
-        // branch.
+        // A kink may be small compared to θ's curvature, or about one step away, and then looks
+        // smooth. But if one side agrees to second order, as it does only with the derivative of
+        // its own branch, the other side is another branch.
         let relative_error = (difference - adjoint).abs() / scale;
         let sides = others.map(|other| changes(base.forward, [other, other], analysis));
         let second_order = |side: usize| sides[side].is_empty() && remainders[side] < last_remainders[side] / 3.0;
         let other_branch = (0..2).any(|side| second_order(side) && !sides[1 - side].is_empty());
-        // with one side only, a different status means that the branch may be a different one
+        // with a one-sided difference, another status means that the branch may be another one
         let other_status = stencil == Stencil::OneSided && sides.iter().any(|side| !side.is_empty());
         let spans_kink = (other_branch || other_status) && relative_error > options.tolerance;
         last_remainders = remainders;
@@ -435,7 +447,8 @@ fn same_steps(a: &Forward, b: &Forward) -> bool {
         && a.path.states.iter().zip(&b.path.states).all(|(p, q)| p.time == q.time)
 }
 
-/// Slave nodes whose status differs in another path with the same steps, as (user step, global node).
+/// Slave nodes whose status differs in another path with the same steps, as (user step, global
+/// node).
 fn changes(base: &Forward, others: [&Forward; 2], analysis: &Analysis) -> Vec<(usize, u32)> {
     let slaves = analysis.model().slave_nodes();
     let mut all = Vec::new();

@@ -16,7 +16,8 @@ pub fn rounded(value: f64, digits: usize) -> f64 {
     rounded + 0.0
 }
 
-/// A quantity in five significant digits, with an exponent if it is very large or small: `30.447`, `-0.5`, `1.2e-7`.
+/// A quantity in five significant digits, with an exponent if it is very large or small: `30.447`,
+/// `-0.5`, `1.2e-7`.
 pub fn quantity(value: f64) -> String {
     let value = rounded(value, 5);
     match value.abs() {
@@ -25,15 +26,15 @@ pub fn quantity(value: f64) -> String {
     }
 }
 
-/// A vector with components rounded relative to the largest: a component below 1e-9 of it, the tolerance of a load
-/// path, is written as zero. `[0.3, -0.05, 0]`
+/// A vector with components rounded relative to the largest: a component below 1e-9 of it, the
+/// tolerance of a load path, is written as zero. `[0.3, -0.05, 0]`
 pub fn vector(v: [f64; 3]) -> String {
     let size = v.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let [x, y, z] = v.map(|x| if x.abs() <= 1e-9 * size { "0".into() } else { quantity(x) });
     format!("[{x}, {y}, {z}]")
 }
 
-/// Ascending numbers in words, neighbours together: `0 to 4, 6`.
+/// Ascending numbers as text, consecutive ones as a range: `0 to 4, 6`.
 pub fn list(numbers: &[usize]) -> String {
     let runs = numbers.chunk_by(|a, b| b - a == 1);
     let words = runs.map(|run| match run {

@@ -1,15 +1,17 @@
-//! Lists of which each rank holds a part, for work that only the first rank does, such as writing files.
+//! Lists of which each rank holds a part, for tasks of the first rank only, such as writing files.
 //!
-//! Joining a list requires all ranks to send their parts. While the first rank works, the others therefore wait for the
-//! number of the next list that it requests, until it reports that it is done. On one rank nothing is sent.
+//! Joining a list requires all ranks to send their parts. While the first rank works, the others
+//! therefore wait for the number of the next list that it requests, until it reports that it is
+//! done. On one rank nothing is sent.
 
 use slipstick_linalg::Ranks;
 
 /// The number that the first rank sends when it is done.
 const END: f64 = -1.0;
 
-/// Does `work` on the first rank, which may request lists by number, repeatedly and in any order; `None` on the others.
-/// All ranks call this function, and `join` joins a list when all ranks call it.
+/// Runs `work` on the first rank, where it may request lists by number, repeatedly and in any
+/// order; returns `None` on the others. All ranks must call this function; `join` joins a list if
+/// all ranks call it.
 pub(crate) fn on_first<T, R>(
     ranks: &dyn Ranks,
     join: impl Fn(usize) -> T,
@@ -38,8 +40,8 @@ mod tests {
     use slipstick_linalg::own_range;
     use slipstick_ranks::threads::on_ranks;
 
-    /// Two lists, each with a part on each of three ranks: requested in any order, repeatedly, and not at all. Failing
-    /// work also ends its turn, and another turn can follow.
+    /// Two lists, each with a part on each of three ranks: requested in any order, repeatedly, and
+    /// not at all. Failing work also ends its turn, and another turn can follow.
     #[test]
     fn parts_are_put_together_when_asked() {
         let lists: [Vec<f64>; 2] = [vec![0.5, 1.5, 2.5, 3.5], vec![7.0]];

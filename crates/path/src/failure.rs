@@ -4,7 +4,8 @@ use crate::newton::IterationRecord;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// A trial state at which the equations cannot be evaluated. It makes a Newton step fail and never produces a number.
+/// A trial state at which the equations cannot be evaluated. It makes a Newton step fail and never
+/// produces a number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 pub enum StateError {
     /// Elements with J ≤ 0 at a Gauss point.
@@ -35,7 +36,8 @@ pub enum StateError {
         /// The search radius.
         reach: f64,
     },
-    /// Prescribed displacements push a slave node into the other surface, and no free displacement can close the gap.
+    /// Prescribed displacements push a slave node into the other surface, and no free displacement
+    /// can close the gap.
     #[error("prescribed displacements push slave node {node} into the other surface by {depth:.3e}")]
     PrescribedPenetration {
         /// Global number of the deepest node.
@@ -48,7 +50,7 @@ pub enum StateError {
     NotFinite {
         /// The quantity.
         quantity: Cow<'static, str>,
-        /// The first such unknown.
+        /// Index of its first entry that is not finite.
         index: usize,
     },
     /// The ranks of a parallel run have different numbers although they should agree.
@@ -57,7 +59,8 @@ pub enum StateError {
 }
 
 impl StateError {
-    /// Whether the prescribed data are at fault, so that no other way to the same load step helps.
+    /// Whether the prescribed data are at fault, so that no other attempt at the same load step can
+    /// succeed.
     pub fn is_prescribed(&self) -> bool {
         matches!(self, Self::PrescribedPenetration { .. })
     }
@@ -85,7 +88,8 @@ pub enum StepFailureKind {
     TooManyIterations {
         /// Iterations made.
         iterations: usize,
-        /// Positions (in the order of the slave nodes) whose status still changed in the last iterations.
+        /// Positions (in the order of the slave nodes) whose status still changed in the last
+        /// iterations.
         changing: Vec<u32>,
     },
     /// The residual grows without bound.
@@ -145,7 +149,8 @@ pub struct MarchFailure {
     pub at_start: bool,
     /// The iterations that led to it.
     pub iterations: Vec<IterationRecord>,
-    /// Newton iterations of all failed attempts, including those of steps that eventually converged.
+    /// Newton iterations of all failed attempts, including those of steps that eventually
+    /// converged.
     pub failed_iterations: usize,
     /// All states that converged before the failure.
     pub path: crate::Path,

@@ -1,10 +1,11 @@
-//! Reduced linear systems of Newton's method and of the adjoint, with every solve verified by its residual.
+//! Reduced linear systems of Newton's method and of the adjoint, with every solve verified by its
+//! residual.
 //!
-//! Factors are reused: while the active set is almost the same, the factors of an earlier tangent precondition GMRES on
-//! the current one, as long as this is expected to cost less than new factors. Factors that the march kept for the
-//! adjoint are used in the same way. The decision is based on the cost that the factors report
-//! ([`slipstick_linalg::Cost`]), which follows from counts and not from a clock, so that a run can be repeated bit for
-//! bit.
+//! Factors are reused: while the active set is almost the same, the factors of an earlier tangent
+//! precondition GMRES on the current one, as long as this is expected to cost less than new
+//! factors. Factors that the march kept for the adjoint are used in the same way. The decision is
+//! based on the cost that the factors report ([`slipstick_linalg::Cost`]), which follows from
+//! counts and not from a clock, so that a run can be repeated bit for bit.
 
 use crate::failure::{StateError, StepFailureKind};
 use crate::timings::{Phase, Timings};
@@ -15,16 +16,18 @@ use slipstick_linalg::{
 };
 use std::sync::Arc;
 
-/// Removes prescribed unknowns, factorizes and solves; keeps the symbolic work while pattern and fixed set do not
-/// change.
+/// Removes prescribed unknowns, factorizes and solves; keeps the symbolic work while pattern and
+/// fixed set do not change.
 ///
-/// Uzawa's iteration alternates between two systems, with multipliers held and free: each has its own order and factors.
+/// Uzawa's iteration alternates between two systems, with multipliers held and free: each has its
+/// own order and factors.
 pub struct LinearSystem {
     backend: Arc<dyn Backend>,
-    /// The one that was used last.
+    /// Data of the system that was used last.
     now: Slot,
     other: Slot,
-    /// Number of iterations allowed with earlier factors, instead of the number that follows from their cost.
+    /// Number of iterations allowed with earlier factors, instead of the number that follows from
+    /// their cost.
     budget: Option<usize>,
     counts: SolveCounts,
     timings: Timings,
@@ -113,15 +116,15 @@ pub(crate) struct Reduced {
     unknowns: usize,
 }
 
-/// The term added to the diagonal of the multipliers' rows, whose entries are of order 1, if contact conditions repeat
-/// each other or a prescribed displacement.
+/// The term added to the diagonal of the multipliers' rows, whose entries are of order 1, if
+/// contact conditions repeat each other or a prescribed displacement.
 const REGULARISATION: f64 = 1e-7;
 
 /// Fraction of the break-even number of iterations that is allowed with earlier factors.
 const PATIENCE: f64 = 0.5;
 
-/// Maximum number of contact nodes with changed status for which earlier factors are tried: each adds a few directions
-/// that the iteration must find.
+/// Maximum number of contact nodes with changed status for which earlier factors are tried: each
+/// adds a few directions that the iteration must find.
 const MOST_CHANGED: usize = 4;
 
 /// Fewer iterations than this are not worth an attempt.
@@ -138,8 +141,8 @@ impl LinearSystem {
         Self { backend, now, other, budget: None, counts: SolveCounts::default(), timings: Timings::default() }
     }
 
-    /// Sets the number of iterations allowed with earlier factors, whether or not they are expected to pay off; `None`
-    /// uses the expected costs. Results agree to the tolerance of the solves.
+    /// Sets the number of iterations allowed with earlier factors, whether or not they are expected
+    /// to pay off; `None` uses the expected costs. Results agree to the tolerance of the solves.
     pub fn set_budget(&mut self, iterations: Option<usize>) {
         self.budget = iterations;
     }
@@ -221,7 +224,8 @@ impl LinearSystem {
             let reduction = kept.map_or_else(|| Arc::new(new()), |cached| cached.reduction);
             let layout = Arc::new(self.backend.layout(reduction.pattern()));
             let (pattern, fixed) = (matrix.pattern().id(), fixed.to_vec());
-            // a node's block row is the first of its own group, a multiplier's belongs to the group of its slave node
+            // the block row of a node is the first of its group; that of a multiplier is in the
+            // group of its slave node
             let multipliers = groups.iter().enumerate().map(|(row, &group)| group as usize != row).collect();
             self.now.cached = Some(Cached { pattern, fixed, reduction, multipliers, layout });
             self.timings.end(Phase::Analysis, begin);
@@ -273,11 +277,13 @@ impl LinearSystem {
         Ok(kept)
     }
 
-    /// Solves K x = `rhs` on the free unknowns. Uses factors of an earlier tangent if their active set is almost the
-    /// same and they are good enough, otherwise new ones. The other unknowns are set to zero.
+    /// Solves K x = `rhs` on the free unknowns. Uses factors of an earlier tangent if their active
+    /// set is almost the same and they are good enough, otherwise new ones. The other unknowns are
+    /// set to zero.
     ///
     /// # Errors
-    /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual `tolerance`.
+    /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual
+    /// `tolerance`.
     pub fn solve(
         &mut self,
         matrix: &BlockMatrix,
@@ -298,8 +304,9 @@ impl LinearSystem {
         Ok(system.prolong(&x, self.ranks()))
     }
 
-    /// Solves with a reduced system by the factors `at_hand` of a nearby tangent, if this costs less than with new
-    /// ones. The iteration starts in the span of the solutions `similar`; all vectors have one entry per unknown.
+    /// Solves with a reduced system by the factors `at_hand` of a nearby tangent, if this costs
+    /// less than with new ones. The iteration starts in the span of the solutions `similar`; all
+    /// vectors have one entry per unknown.
     pub(crate) fn solve_similar<'a>(
         &mut self,
         system: &Reduced,
@@ -322,7 +329,8 @@ impl LinearSystem {
     /// Solves a reduced system with new factors and also returns these.
     ///
     /// # Errors
-    /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual `tolerance`.
+    /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual
+    /// `tolerance`.
     pub(crate) fn solve_anew(
         &mut self,
         system: &Reduced,
@@ -336,8 +344,8 @@ impl LinearSystem {
         Ok((system.prolong(&x, self.ranks()), factors))
     }
 
-    /// The solution with new factors, and these factors. If factors in single precision do not lead to a solution,
-    /// double precision is used from then on.
+    /// The solution with new factors, and these factors. If factors in single precision do not lead
+    /// to a solution, double precision is used from then on.
     fn solve_reduced(
         &mut self,
         system: &Reduced,
@@ -369,13 +377,15 @@ impl LinearSystem {
         let matrix = system.on(self.backend.ranks());
         let result = solve_verified(&matrix, factors.factors.as_ref(), false, rhs, &mut x, tolerance);
         self.timings.end(Phase::Solve, begin);
-        // without a solution, the conditions are contradictory rather than redundant, or something is free to move
+        // without a solution, the conditions are contradictory rather than redundant, or something
+        // is free to move
         let failure =
             |e: SolveError| factors.singular.clone().unwrap_or_else(|| StepFailureKind::Linear(e.to_string()));
         result.map(|_| x).map_err(failure)
     }
 
-    /// The solution with factors of a nearby tangent, if they lead to it from `x` at a lower cost than new ones.
+    /// The solution with factors of a nearby tangent, if they lead to it from `x` at a lower cost
+    /// than new ones.
     fn solve_nearby(
         &mut self,
         system: &Reduced,
@@ -414,8 +424,8 @@ impl LinearSystem {
     }
 }
 
-/// The number of iterations with given factors that costs less than new factors, equal on all ranks; zero if the
-/// factors report no cost.
+/// The number of iterations with given factors that costs less than new factors, equal on all
+/// ranks; zero if the factors report no cost.
 fn budget(matrix: &dyn Operator, factors: &dyn Factorization) -> usize {
     let Some(cost) = factors.cost() else { return 0 };
     let iteration = cost.substitution + matrix.product_cost();
@@ -423,10 +433,11 @@ fn budget(matrix: &dyn Operator, factors: &dyn Factorization) -> usize {
 }
 
 impl Reduced {
-    /// The matrix with a small term on the diagonal of the multipliers' rows. It preconditions a matrix that is
-    /// singular because some contact conditions follow from others, for instance if more slave nodes stick than master
-    /// nodes can move against prescribed displacements. The solutions of such a system differ by multipliers without a
-    /// force, and iterations with these factors find the solution with the smallest of them.
+    /// The matrix with a small term on the diagonal of the multipliers' rows. It preconditions a
+    /// matrix that is singular because some contact conditions follow from others, for instance if
+    /// more slave nodes stick than master nodes can move against prescribed displacements. The
+    /// solutions of such a system differ by multipliers without a force, and iterations with these
+    /// factors find the solution with the smallest of them.
     fn regularised(&self) -> CsrMatrix {
         let mut matrix = self.matrix.clone();
         for unknown in 0..matrix.n() {
@@ -505,8 +516,9 @@ mod tests {
         }
     }
 
-    /// By hand: a product with a matrix of one entry costs 12, a solve 88, so an iteration costs 100. The budget is
-    /// half of the break-even number, at most 60, and zero if the cost is unknown.
+    /// By hand: a product with a matrix of one entry costs 12, a solve 88, so an iteration
+    /// costs 100. The budget is half of the break-even number, at most 60, and zero if the cost is
+    /// unknown.
     #[test]
     fn earlier_factors_are_given_half_of_what_new_ones_cost() {
         let pattern = CsrPattern::new(vec![0, 1], vec![0], vec![0], vec![]).unwrap();

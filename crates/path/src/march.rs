@@ -21,9 +21,10 @@ pub struct MarchOptions {
     pub max_cutbacks: u32,
     /// How to choose the initial guess of a step that has no guide.
     pub start: StartValues,
-    /// Memory for factors that are kept for the sweep. \[bytes\] Each step keeps the factors that its Newton iteration
-    /// used last, as long as they fit; the sweep factorizes again if there are none or if they no longer work well. The
-    /// gradient is the same in both cases, to the tolerance of its linear solves.
+    /// Memory for factors that are kept for the sweep. \[bytes\] Each step keeps the factors that
+    /// its Newton iteration used last, as long as they fit; the sweep factorizes again if there are
+    /// none or if they no longer work well. The gradient is the same in both cases, to the
+    /// tolerance of its linear solves.
     pub factor_memory: usize,
 }
 
@@ -40,8 +41,8 @@ pub struct PathState {
     pub report: StepReport,
     /// Status of every contact node at this state (0 open, 1 stick, 2 slip).
     pub active_set: Vec<u8>,
-    /// Whether this is the state at rest from which the path, or a new load case, starts: it does not depend on
-    /// earlier states.
+    /// Whether this is the state at rest from which the path, or a new load case, starts: it does
+    /// not depend on earlier states.
     pub rest: bool,
     /// Whether each rank holds only its part of unknowns and history.
     pub(crate) divided: bool,
@@ -59,8 +60,8 @@ impl std::fmt::Debug for PathState {
     }
 }
 
-/// All accepted states; the first is the start at time 0. A path with several load cases returns to the start between
-/// them.
+/// All accepted states; the first is the start at time 0. A path with several load cases returns to
+/// the start between them.
 #[derive(Debug, Clone, Default)]
 pub struct Path {
     /// In chronological order.
@@ -72,8 +73,9 @@ pub struct Path {
 }
 
 impl Path {
-    /// Returns a state. If it is distributed over the ranks it is gathered, so all ranks must call this. The last two
-    /// states of a path, from which steps start, are complete on every rank. In a run on one rank, all are complete.
+    /// Returns a state. If it is distributed over the ranks it is gathered, so all ranks must call
+    /// this. The last two states of a path, from which steps start, are complete on every rank. In
+    /// a run on one rank, all are complete.
     pub fn state(&self, index: usize, ranks: &dyn Ranks) -> Cow<'_, StepState> {
         let PathState { state, divided, .. } = &self.states[index];
         if !divided {
@@ -82,8 +84,8 @@ impl Path {
         Cow::Owned(StepState { unknowns: ranks.join(&state.unknowns), history: ranks.join(&state.history) })
     }
 
-    /// Runs a task on the first rank, such as writing files, that requests states by number. All ranks must call this;
-    /// the other ranks send their parts meanwhile and get `None`.
+    /// Runs a task on the first rank, such as writing files, that requests states by number. All
+    /// ranks must call this; the other ranks send their parts meanwhile and get `None`.
     pub fn with_states<'a, R>(
         &'a self,
         ranks: &dyn Ranks,
@@ -104,13 +106,14 @@ impl Path {
         }
     }
 
-    /// The states that complete a user's step, with the step's number; with several ranks, each may hold only its part.
+    /// The states that complete a user's step, with the step's number; with several ranks, each may
+    /// hold only its part.
     pub fn completed(&self) -> impl Iterator<Item = (usize, &PathState)> {
         self.states.iter().filter_map(|s| s.completes.map(|n| (n, s)))
     }
 
-    /// Returns the factors to keep with the next state, if they fit; factors shared with the previous state need no
-    /// extra memory.
+    /// Returns the factors to keep with the next state, if they fit; factors shared with the
+    /// previous state need no extra memory.
     fn keep(&mut self, latest: Option<&Arc<KeptFactors>>, memory: usize) -> Option<Arc<KeptFactors>> {
         let latest = latest?;
         let shared = self.states.last().and_then(|s| s.factors.as_ref()).is_some_and(|f| Arc::ptr_eq(f, latest));
@@ -127,7 +130,7 @@ impl Path {
         self.states.iter().filter(|s| s.factors.is_some()).count()
     }
 
-    /// Drops the factors: the sweep is done.
+    /// Drops the factors, which are no longer needed after the sweep.
     pub fn forget_factors(&mut self) {
         self.states.iter_mut().for_each(|s| s.factors = None);
         self.factor_bytes = 0;
@@ -149,8 +152,8 @@ impl Path {
 pub enum MarchEvent<'a> {
     /// A (sub-)step was accepted.
     Accepted(&'a PathState),
-    /// A (sub-)step failed and is tried again: from another initial guess, with another setting of the iteration, or
-    /// with a smaller increment.
+    /// A (sub-)step failed and is tried again: from another initial guess, with another setting of
+    /// the iteration, or with a smaller increment.
     Retry {
         /// The user's step.
         step: usize,
@@ -174,7 +177,8 @@ pub enum Remedy {
     CutBack,
 }
 
-/// Uzawa's iteration over all multipliers is tried after these numbers of halvings, and after the last halving.
+/// Uzawa's iteration over all multipliers is tried after these numbers of halvings, and after the
+/// last halving.
 const RESCUED: [i32; 2] = [0, 2];
 
 /// Watches the march; the only connection of the march to clocks, files and the terminal.
@@ -203,7 +207,8 @@ pub struct LoadPath<'a> {
     pub start: StepState,
     /// Ends of the user's steps, ascending, > 0.
     pub times: &'a [f64],
-    /// Times, ascending and each between two of `times`, at which another load case begins from the start state.
+    /// Times, ascending and each between two of `times`, at which another load case begins from the
+    /// start state.
     pub restarts: &'a [f64],
     /// A path that provides initial guesses.
     pub guide: Option<&'a Guide>,
@@ -218,14 +223,15 @@ impl<'a> LoadPath<'a> {
 
 /// Marches along a load path.
 ///
-/// If there is a guide, a step starts from the state it predicts, and uses the guide's sub-steps, if any. A failed step
-/// is retried from the last state, then with the problem's other settings, then with half the increment, with at most
-/// `max_cutbacks` halvings. [Held multipliers](Attempt::Rescue) are also tried: for the whole step, after two halvings,
-/// and after the last halving. Accepted sub-steps are states of the path like any other.
+/// If there is a guide, a step starts from the state it predicts, and uses the guide's sub-steps,
+/// if any. A failed step is retried from the last state, then with the problem's other settings,
+/// then with half the increment, with at most `max_cutbacks` halvings.
+/// [Held multipliers](Attempt::Rescue) are also tried: for the whole step, after two halvings, and
+/// after the last halving. Accepted sub-steps are states of the path like any other.
 ///
 /// # Errors
-/// [`MarchFailure`] with everything that converged before. Cancelling the march is not an error: the path is then
-/// shorter.
+/// [`MarchFailure`] with everything that converged before. Cancelling the march is not an error:
+/// the path is then shorter.
 pub fn march<P: StepProblem>(
     solver: &mut Solver<'_, P>,
     load_path: &LoadPath<'_>,
@@ -337,8 +343,9 @@ struct Increment<'a> {
 }
 
 impl Increment<'_> {
-    /// Tries all initial guesses and all settings that the problem offers, and finally held multipliers; returns the
-    /// first success or the last failure of the method itself. `geometry` is that of the last state, if known.
+    /// Tries all initial guesses and all settings that the problem offers, and finally held
+    /// multipliers; returns the first success or the last failure of the method itself. `geometry`
+    /// is that of the last state, if known.
     fn attempt<P: StepProblem>(
         &self,
         solver: &mut Solver<'_, P>,
@@ -404,8 +411,9 @@ impl Increment<'_> {
         }
     }
 
-    /// Returns the attempt to make after the attempt `last`, which started from the last state, has failed: the next
-    /// setting, or held multipliers if they may help with `own`, the failure of the method itself.
+    /// Returns the attempt to make after the attempt `last`, which started from the last state, has
+    /// failed: the next setting, or held multipliers if they may help with `own`, the failure of
+    /// the method itself.
     fn next_attempt<P: StepProblem>(
         &self,
         problem: &P,
@@ -427,8 +435,9 @@ impl Increment<'_> {
     }
 }
 
-/// Whether held multipliers may help. They do not if prescribed displacements leave no solution or an unknown is
-/// undetermined, if the increment is so long that contact is missed, or if Newton's method only needs more iterations.
+/// Whether held multipliers may help. They do not if prescribed displacements leave no solution or
+/// an unknown is undetermined, if the increment is so long that contact is missed, or if Newton's
+/// method only needs more iterations.
 fn may_be_rescued(failure: &StepFailure) -> bool {
     match &failure.kind {
         StepFailureKind::State(StateError::PassedThrough { .. }) => false,

@@ -21,8 +21,8 @@ impl Tolerance {
         }
     }
 
-    /// The same for an increment: an absolute bound applies to the last increment, as in the paper, a relative one to
-    /// the increment that would come next.
+    /// Whether an increment is within the bound: an absolute bound applies to the last increment,
+    /// as in the paper, a relative one to the increment that would come next.
     fn allows_increment(self, last: f64, next: f64, scale: f64) -> bool {
         self.allows(if matches!(self, Self::Absolute(_)) { last } else { next }, scale)
     }
@@ -33,8 +33,8 @@ impl Tolerance {
 pub struct Tolerances {
     /// Norm of the force residual R over the free unknowns.
     pub residual: Tolerance,
-    /// Norm of the displacement increment: a relative bound applies to the next expected increment, an absolute one to
-    /// the last.
+    /// Norm of the displacement increment: a relative bound applies to the next expected increment,
+    /// an absolute one to the last.
     pub displacement: Tolerance,
     /// Norm of the contact residual H.
     pub contact: Tolerance,
@@ -81,15 +81,15 @@ pub struct IterationRecord {
     pub multiplier: f64,
     /// Fraction of the Newton increment that was taken.
     pub step_length: f64,
-    /// Contact nodes that are open, sticking, slipping.
+    /// Numbers of contact nodes that are open, sticking, slipping.
     pub status: [usize; 3],
 }
 
 /// Number of iterations that [`still_falls`] considers.
 const JUDGED: usize = 5;
 
-/// Whether over the last iterations the balance of forces fell to less than half without an increase of the contact
-/// residual: more iterations would then probably converge.
+/// Whether over the last iterations the balance of forces fell to less than half without an
+/// increase of the contact residual: more iterations would then probably converge.
 pub fn still_falls(iterations: &[IterationRecord]) -> bool {
     let [first, .., last] = &iterations[iterations.len().saturating_sub(JUDGED)..] else { return false };
     last.residual < 0.5 * first.residual && last.contact <= first.contact
@@ -104,18 +104,21 @@ pub struct StepReport {
     pub failed_iterations: usize,
     /// Uzawa iterations (0 for methods without them).
     pub uzawa: usize,
-    /// Whether Newton's method failed and [Uzawa's iteration over all multipliers](crate::Attempt::Rescue) led to the
-    /// state: it may lie beyond a jump of the contact.
+    /// Whether Newton's method failed and
+    /// [Uzawa's iteration over all multipliers](crate::Attempt::Rescue) led to the state: it may
+    /// lie beyond a jump of the contact.
     pub rescued: bool,
-    /// If the last Newton iteration was limited by round-off of the positions, the remaining relative residual; `None`
-    /// if it met the tolerances.
+    /// If the last Newton iteration was limited by round-off of the positions, the remaining
+    /// relative residual; `None` if it met the tolerances.
     pub rounded: Option<f64>,
 }
 
-/// An increment below this fraction of the positions is round-off: that of x = X + d, times the sum over a mortar row.
+/// An increment below this fraction of the positions is round-off: that of x = X + d, times the sum
+/// over a mortar row.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Largest relative residual that round-off of the positions may leave: a stiff penalty amplifies it.
+/// Largest relative residual that round-off of the positions may leave: a stiff penalty amplifies
+/// it.
 const ROUNDED: f64 = 1e-8;
 
 /// Iterations without a new best residual after which increments are damped.
@@ -127,7 +130,8 @@ const PROGRESS: f64 = 0.7;
 /// Growth of the residual in one iteration after which increments are damped.
 const OUTBURST: f64 = 3.0;
 
-/// Fraction of the decrease predicted by the linear model that a damped increment must achieve (Armijo).
+/// Fraction of the decrease predicted by the linear model that a damped increment must achieve
+/// (Armijo).
 const ARMIJO: f64 = 1e-2;
 
 /// Scaled residual below which one more iteration is expected to converge.
@@ -136,11 +140,13 @@ const NEARLY: f64 = 1e-5;
 /// Largest ratio of two increments for which the next one is predicted.
 const CONTRACTION: f64 = 0.1;
 
-/// Relative residual of a linear solve over the scaled residual of the nonlinear equations, and its upper bound.
+/// Relative residual of a linear solve over the scaled residual of the nonlinear equations, and its
+/// upper bound.
 const FORCING: f64 = 1e-2;
 const LOOSEST_SOLVE: f64 = 1e-4;
 
-/// Largest growth of the residual, relative to its value after the first solve, that does not count as divergence.
+/// Largest growth of the residual, relative to its value after the first solve, that does not count
+/// as divergence.
 const DIVERGED: f64 = 1e8;
 
 /// Initial unknowns of an iteration.
@@ -166,12 +172,12 @@ impl<P: StepProblem> From<Evaluated<P>> for Start<P> {
     }
 }
 
-/// Solves F(y) = 0 from `start` to the prescribed values of `target`. The Dirichlet increment is applied through the
-/// tangent: K_ff Δy_f = −F_f − K_fp Δy_p in the first solve.
+/// Solves F(y) = 0 from `start` to the prescribed values of `target`. The Dirichlet increment is
+/// applied through the tangent: K_ff Δy_f = −F_f − K_fp Δy_p in the first solve.
 ///
-/// If round-off of the positions keeps the residual above the tolerances, the iteration ends there: the increment is a
-/// few units in the last place of the positions, and the residual no longer falls. If the residual stalls, increments
-/// are damped by a line search.
+/// If round-off of the positions keeps the residual above the tolerances, the iteration ends there:
+/// the increment is a few units in the last place of the positions, and the residual no longer
+/// falls. If the residual stalls, increments are damped by a line search.
 ///
 /// Paper: (28)–(30), (36), (45). Test: `newton_converges_quadratically` (crate slipstick).
 pub(crate) fn solve<P: StepProblem>(
@@ -296,13 +302,14 @@ impl<P: StepProblem> Run<'_, '_, P> {
         Ok(Evaluated { residual, scales, ..again })
     }
 
-    /// Returns the first of the fractions α = 1, 1/2, … 1/16 of the increment for which the residual exists and is
-    /// small enough, together with α; if none is small enough, the best.
+    /// Returns the first of the fractions α = 1, 1/2, … 1/16 of the increment for which the
+    /// residual exists and is small enough, together with α; if none is small enough, the best.
     ///
-    /// A full increment may increase the residual, as often happens on the way to the right active set. After a stall
-    /// or an outburst, increments are damped: the residual must fall as the linear model predicts. Newton's increment
-    /// is a descent direction for the norm of the residual wherever the equations are differentiable. Damping therefore
-    /// also ends cycles between branches of the friction law, which a smaller load increment does not end (at first
+    /// A full increment may increase the residual, as often happens on the way to the right active
+    /// set. After a stall or an outburst, increments are damped: the residual must fall as the
+    /// linear model predicts. Newton's increment is a descent direction for the norm of the
+    /// residual wherever the equations are differentiable. Damping therefore also ends cycles
+    /// between branches of the friction law, which a smaller load increment does not end (at first
     /// contact the problem is homogeneous). Scales are frozen at the start.
     fn advance(
         &mut self,
@@ -368,8 +375,9 @@ impl<P: StepProblem> Run<'_, '_, P> {
     }
 }
 
-/// What an iteration needs of the state that it starts from once its increment is known. Geometry and laws of that state
-/// are dropped before the next one is evaluated, which reuses their memory.
+/// The data of an iteration's initial state that are still needed once the increment is known. The
+/// state's geometry and laws are dropped before the next state is evaluated, which reuses their
+/// memory.
 struct Base {
     unknowns: Vec<f64>,
     residual: Vec<f64>,
@@ -449,10 +457,11 @@ fn free_norm(values: &[f64], fixed: &[bool]) -> f64 {
     values.iter().zip(fixed).filter(|(_, fixed)| !**fixed).map(|(v, _)| v * v).sum::<f64>().sqrt()
 }
 
-/// Estimate of the norms of the next increments (displacements, multipliers): the last ones, reduced by their ratio to
-/// the previous ones, if full increments contract fast and the active set does not change. Newton's method contracts
-/// the next one by the square of that ratio. (Deuflhard, Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner,
-/// Solving Ordinary Differential Equations II, IV.8.)
+/// Estimate of the norms of the next increments (displacements, multipliers): the last ones,
+/// reduced by their ratio to the previous ones, if full increments contract fast and the active set
+/// does not change. Newton's method contracts the next one by the square of that ratio. (Deuflhard,
+/// Newton Methods for Nonlinear Problems, 2.1; Hairer & Wanner, Solving Ordinary Differential
+/// Equations II, IV.8.)
 fn foreseen(before: Option<&IterationRecord>, last: &IterationRecord) -> (f64, f64) {
     let rate = |before: f64, last: f64| if last < CONTRACTION * before { last / before } else { 1.0 };
     let Some(before) = before.filter(|b| b.step_length == 1.0 && last.step_length == 1.0) else {
@@ -483,7 +492,8 @@ struct ActiveSets {
 }
 
 impl ActiveSets {
-    /// Adds the set of this iteration. `Some(positions that change)` if the set was entered at least three times before.
+    /// Adds the set of this iteration. `Some(positions that change)` if the set was entered at
+    /// least three times before.
     fn cycling(&mut self, now: &[u8]) -> Option<Vec<u32>> {
         let changed = self.history.last().is_some_and(|last| last != now);
         let entered = |i: usize| self.history[i] == now && (i == 0 || self.history[i - 1] != now);
@@ -507,8 +517,8 @@ mod tests {
     use crate::spring::Spring;
     use slipstick_linalg::SolverChoice;
 
-    /// By definition: an absolute bound applies to the norm and to the last increment, a relative one to the fraction
-    /// of the scale and to the next increment.
+    /// By definition: an absolute bound applies to the norm and to the last increment, a relative
+    /// one to the fraction of the scale and to the next increment.
     #[test]
     fn bounds_are_on_norms_or_on_parts_of_scales() {
         let (absolute, relative) = (Tolerance::Absolute(0.1), Tolerance::Relative(0.1));
@@ -521,8 +531,8 @@ mod tests {
         assert!(relative.allows_increment(7.0, 0.05, 50.0) && !relative.allows_increment(0.05, 7.0, 50.0));
     }
 
-    /// By hand: a contraction by a hundred is expected again, a damped increment or a contraction by less than ten is
-    /// not.
+    /// By hand: a contraction by a hundred is expected again, a damped increment or a contraction
+    /// by less than ten is not.
     #[test]
     fn increments_are_foreseen_by_their_contraction() {
         let record = |displacement: f64, multiplier: f64, step_length: f64| IterationRecord {
@@ -545,7 +555,8 @@ mod tests {
         close(foreseen(Some(&record(1e-2, 0.0, 1.0)), &record(1e-4, 0.0, 1.0)), (1e-6, 0.0));
     }
 
-    /// By counting: three iterations without a residual below 0.7 of the best are a stall, and this is remembered.
+    /// By counting: three iterations without a residual below 0.7 of the best are a stall, and this
+    /// is remembered.
     #[test]
     fn a_stall_is_three_iterations_without_progress() {
         let damped = |sizes: &[f64]| {
@@ -560,9 +571,9 @@ mod tests {
         assert!(progress.falls_to(0.09) && !progress.falls_to(0.11));
     }
 
-    /// By hand: a linear spring's residual after α times `factor` of Newton's increment is |1 − α factor| times the
-    /// previous one. Full increments are accepted up to a growth by a factor of 3; beyond that, the first of 1, 1/2 …
-    /// 1/16 for which the residual falls, or the best.
+    /// By hand: a linear spring's residual after α times `factor` of Newton's increment is |1 − α
+    /// factor| times the previous one. Full increments are accepted up to a growth by a factor of
+    /// 3; beyond that, the first of 1, 1/2 … 1/16 for which the residual falls, or the best.
     #[test]
     fn increments_are_damped_after_an_outburst() {
         let fixed = [true, true, true, false, false, false];

@@ -51,8 +51,8 @@ pub enum Held {
 pub struct Unknowns {
     /// Number of displacement unknowns. They come first.
     pub displacements: usize,
-    /// Which unknowns are not solved for if no multiplier is held, if those of the augmented Lagrangian are, and if all
-    /// are: one entry per unknown.
+    /// Which unknowns are not solved for if no multiplier is held, if those of the augmented
+    /// Lagrangian are, and if all are: one entry per unknown.
     pub fixed: [Vec<bool>; 3],
     /// Elimination group of every block row (three unknowns), see [`slipstick_linalg::Reduction`].
     pub groups: Vec<u32>,
@@ -60,8 +60,9 @@ pub struct Unknowns {
     pub history: usize,
     /// Number of design densities.
     pub designs: usize,
-    /// Number of parameters, in addition to the design, with respect to which the path can be differentiated:
-    /// coefficients of friction, moduli, amplitudes of prescribed motions and loads.
+    /// Number of parameters, in addition to the design, with respect to which the path can be
+    /// differentiated: coefficients of friction, moduli, amplitudes of prescribed motions and
+    /// loads.
     pub parameters: usize,
 }
 
@@ -96,7 +97,8 @@ pub struct UzawaOptions {
     pub tolerance: f64,
     /// Maximum number of iterations in a step.
     pub max_iterations: usize,
-    /// Number of updates that the acceleration uses; 0 is the plain iteration, without second-order updates.
+    /// Number of updates that the acceleration uses; 0 is the plain iteration, without second-order
+    /// updates.
     pub memory: usize,
 }
 
@@ -105,8 +107,8 @@ pub struct UzawaOptions {
 pub enum Attempt {
     /// With the problem's own settings (0), or with others after those have failed.
     Setting(usize),
-    /// By Uzawa's iteration over all multipliers, with its settings of this number, if Newton's method fails. Newton's
-    /// method then continues from its result.
+    /// By Uzawa's iteration over all multipliers, with its settings of this number, if Newton's
+    /// method fails. Newton's method then continues from its result.
     Rescue(usize),
 }
 
@@ -119,7 +121,8 @@ pub enum Method {
     Uzawa(UzawaOptions),
 }
 
-/// The stage of the iteration at which an evaluation takes place. It affects the iteration, not its solution.
+/// The stage of the iteration at which an evaluation takes place. It affects the iteration, not its
+/// solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Iteration {
     /// The way to iterate.
@@ -159,7 +162,8 @@ impl Wanted {
     }
 }
 
-/// The equations of a step at unknowns y. It never changes: other unknowns require another evaluation.
+/// The equations of a step at unknowns y. It never changes: other unknowns require another
+/// evaluation.
 #[derive(Debug, Clone)]
 pub struct Evaluated<P: StepProblem> {
     /// y.
@@ -176,19 +180,23 @@ pub struct Evaluated<P: StepProblem> {
     pub state: P::State,
 }
 
-/// The equations of a load step. One implementation is used by the march, the adjoint and every check of both.
+/// The equations of a load step. One implementation is used by the march, the adjoint and every
+/// check of both.
 ///
-/// A problem does not change while a path is marched. A step is a value: [`begin`](Self::begin) creates it from the
-/// previous state, [`evaluate`](Self::evaluate) creates an [`Evaluated`] from a step and unknowns y, and everything
-/// else is computed from these two. Reusable buffers are in a workspace that the caller provides.
+/// A problem does not change while a path is marched. A step is a value: [`begin`](Self::begin)
+/// creates it from the previous state, [`evaluate`](Self::evaluate) creates an [`Evaluated`] from a
+/// step and unknowns y, and everything else is computed from these two. Reusable buffers are in a
+/// workspace that the caller provides.
 ///
-/// Every derivative is exact for the equations that hold **at convergence**, whatever algorithm reached them.
+/// Every derivative is exact for the equations that hold **at convergence**, whatever algorithm
+/// reached them.
 ///
 /// [`slider`](crate::slider) is a complete implementation in a few lines.
 pub trait StepProblem: Sized {
-    /// Data that depend only on the displacements, with or without their derivatives, such as a mesh's contact
-    /// kinematics. The march passes them from the end of a step to the beginning of the next, the sweep from the
-    /// beginning of a step to the end of the previous one. Cloning them should be cheap.
+    /// Data that depend only on the displacements, with or without their derivatives, such as a
+    /// mesh's contact kinematics. The march passes them from the end of a step to the beginning of
+    /// the next, the sweep from the beginning of a step to the end of the previous one. Cloning
+    /// them should be cheap.
     type Geometry: Clone;
     /// The fixed data of a step: previous state, pseudo-time.
     type Step;
@@ -220,8 +228,8 @@ pub trait StepProblem: Sized {
         workspace: &mut Self::Workspace,
     ) -> Result<Self::Geometry, StateError>;
 
-    /// The step to pseudo-time `time` from the previous state, whose geometry is given; for the adjoint, with
-    /// derivatives.
+    /// The step to pseudo-time `time` from the previous state, whose geometry is given; for the
+    /// adjoint, with derivatives.
     ///
     /// # Errors
     /// If no step can begin there.
@@ -261,8 +269,8 @@ pub trait StepProblem: Sized {
     /// h = G(y) of a converged state, before it is accepted.
     ///
     /// # Errors
-    /// If the step was so large that the equations may have missed something on the way. The increment is then cut
-    /// back.
+    /// If the step was so large that the equations may have missed something on the way. The
+    /// increment is then cut back.
     fn finish(&self, step: &Self::Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError>;
 
     /// Adds (∂G/∂y)ᵀ η.
@@ -295,8 +303,8 @@ pub trait StepProblem: Sized {
     /// If the equations have no value at `y`.
     fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError>;
 
-    /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ, with the prescribed unknowns ŷ and the derivative μ of θ with respect
-    /// to them: `adjoint.by_prescribed`.
+    /// Adds (∂F/∂p)ᵀ λ + (∂G/∂p)ᵀ η + (∂ŷ/∂p)ᵀ μ, with the prescribed unknowns ŷ and the derivative
+    /// μ of θ with respect to them: `adjoint.by_prescribed`.
     ///
     /// # Errors
     /// If the equations have no value at `y`.
@@ -316,8 +324,9 @@ pub trait StepProblem: Sized {
         (attempt == Attempt::Setting(0)).then_some(Method::Newton)
     }
 
-    /// y with the multipliers that Uzawa's iteration updates replaced by the augmented traction, and the largest
-    /// violation of the contact conditions before the update: dimensionless, or in the measure of the method's option.
+    /// y with the multipliers that Uzawa's iteration updates replaced by the augmented traction,
+    /// and the largest violation of the contact conditions before the update: dimensionless, or in
+    /// the measure of the method's option.
     ///
     /// # Errors
     /// If ranks disagree.

@@ -1,13 +1,13 @@
-//! The smallest load path with all features relevant to a sweep, for tests: a driven node pulls a free one through a
-//! nonlinear spring.
+//! The smallest load path with all features relevant to a sweep, for tests: a driven node pulls a
+//! free one through a nonlinear spring.
 //!
 //! ```text
 //! F = φ ∘ (e + κ e³) + S e + u + m (h_{n−1} − 0.2 u_{n−1}) − f(t),   e = u − v,   v = a t (1, −0.5, 0.25)
 //! h = 0.5 h_{n−1} + 0.3 u² + 0.1 u_{n−1}
 //! ```
 //!
-//! u is the free node's displacement, v that of the driven one, S is unsymmetric. The design is φ, the only parameter
-//! is a.
+//! u is the free node's displacement, v that of the driven one, S is unsymmetric. The design is φ,
+//! the only parameter is a.
 
 use crate::{
     Adjoint, Evaluated, Iteration, PreviousPullBack, Scales, StateError, StepProblem, StepState, Unknowns, Wanted,

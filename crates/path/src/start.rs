@@ -1,6 +1,7 @@
-//! Initial guesses for Newton's method, ahead of the last state.
+//! Initial guesses for Newton's method that look ahead of the last state.
 //!
-//! An initial guess changes the way to a solution, not the solution: all are tried before the increment is cut back.
+//! An initial guess affects the iterations, not the solution. All guesses are tried before the
+//! increment is cut back.
 
 use crate::divided::on_first;
 use crate::march::{Path, PathState};
@@ -12,19 +13,20 @@ use slipstick_linalg::{Ranks, own_range};
 pub enum StartValues {
     /// At the last state.
     Previous,
-    /// On the line through the last two states if the prescribed motion continues steadily, otherwise at the last
-    /// state.
+    /// On the line through the last two states if the prescribed motion continues steadily,
+    /// otherwise at the last state.
     #[default]
     Extrapolated,
 }
 
-/// Largest difference between extrapolated and prescribed motion, as a fraction of the increment, at which the motion
-/// counts as steady.
+/// Largest difference between extrapolated and prescribed motion, as a fraction of the increment,
+/// at which the motion counts as steady.
 const STEADY: f64 = 0.1;
 
 /// The path of a nearby problem, such as the previous design, whose increments are followed.
 ///
-/// Single precision is enough for that. With several ranks, each has its part of the unknowns ([`own_range`]).
+/// Single precision is enough for that. With several ranks, each has its part of the unknowns
+/// ([`own_range`]).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Guide {
     times: Vec<f64>,
@@ -63,8 +65,8 @@ impl Guide {
         }
     }
 
-    /// The same guide for paths that must also use its sub-steps, as long as they converge: with friction, a path with
-    /// different steps is a different function of the design.
+    /// The same guide for paths that must also use its sub-steps, as long as they converge: with
+    /// friction, a path with different steps is a different function of the design.
     pub fn holding_steps(self) -> Self {
         Self { holds_steps: true, ..self }
     }
@@ -80,8 +82,8 @@ impl Guide {
         self.times.iter().copied().find(|&t| t > time).filter(|_| self.holds_steps)
     }
 
-    /// From its numbers: pseudo-times, ascending from 0, and for each time this rank's part of the `length` unknowns
-    /// ([`own_range`]); on one rank all of them.
+    /// Builds a guide from pseudo-times, ascending from 0, and for each time this rank's part of
+    /// the `length` unknowns ([`own_range`]); on one rank, this part is all of them.
     ///
     /// # Errors
     /// [`GuideError`].
@@ -113,8 +115,8 @@ impl Guide {
         self.length
     }
 
-    /// Does work on the first rank that requests the unknowns of states by number; all ranks call it. Returns `None` on
-    /// the other ranks, which send their parts meanwhile.
+    /// Runs a task on the first rank that requests the unknowns of states by number. All ranks must
+    /// call this; the other ranks send their parts meanwhile and get `None`.
     pub fn with_unknowns<R>(
         &self,
         ranks: &dyn Ranks,
@@ -132,8 +134,8 @@ impl Guide {
         ranks.join(&part).into_iter().map(|v| v as f32).collect()
     }
 
-    /// The last state plus the guide's increment from its time to `time`; `None` if the guide does not reach that far
-    /// or has different unknowns. Each rank computes its part.
+    /// The last state plus the guide's increment from its time to `time`; `None` if the guide does
+    /// not reach that far or has different unknowns. Each rank computes its part.
     fn ahead(&self, last: &[f64], from: f64, time: f64, ranks: &dyn Ranks) -> Option<Vec<f64>> {
         let (begin, end) = (self.at(from)?, self.at(time)?);
         if self.length != last.len() {
@@ -144,7 +146,8 @@ impl Guide {
         Some(if ranks.size() == 1 { ahead } else { ranks.join(&ahead) })
     }
 
-    /// The position of `time`: number of the state before it, and the fraction of the way to the next.
+    /// The position of `time`: number of the state before it, and the fraction of the way to the
+    /// next.
     fn at(&self, time: f64) -> Option<(usize, f64)> {
         let next = self.times.partition_point(|&t| t < time).max(1);
         let (before, after) = (*self.times.get(next - 1)?, *self.times.get(next)?);
@@ -157,7 +160,8 @@ impl Guide {
     }
 }
 
-/// Initial guesses for the step from the path's last state to `time`, best first; the last one is the last state.
+/// Initial guesses for the step from the path's last state to `time`, best first; the last one is
+/// the last state.
 pub(crate) fn candidates<P: StepProblem>(
     problem: &P,
     path: &Path,
@@ -192,8 +196,8 @@ fn prescribed<P: StepProblem>(problem: &P) -> impl Iterator<Item = (usize, &bool
     unknowns.fixed(Held::None).iter().enumerate().take(unknowns.displacements)
 }
 
-/// The line through the last two states at `time`; `None` if there are no two states, or if the prescribed motion or a
-/// load does not continue as before.
+/// The line through the last two states at `time`; `None` if there are no two states, or if the
+/// prescribed motion or a load does not continue as before.
 fn extrapolated<P: StepProblem>(problem: &P, path: &Path, time: f64, target: &[f64]) -> Option<Vec<f64>> {
     let [.., before, last] = path.states.as_slice() else { return None };
     if last.rest {
@@ -230,8 +234,8 @@ mod tests {
         Guide::from_parts(vec![0.0, 0.5, 2.0], unknowns, 2, &Alone).unwrap()
     }
 
-    /// By hand: a time is a fraction of the way between two states, and the increment between two times is added to the
-    /// last state.
+    /// By hand: a time is a fraction of the way between two states, and the increment between two
+    /// times is added to the last state.
     #[test]
     fn a_guide_is_linear_between_its_states() {
         let guide = guide();
@@ -263,7 +267,8 @@ mod tests {
         assert_eq!(from(&[0.0, 1.0], &[one, &[1.0, f32::NAN]]), Some(GuideError::Unknowns));
     }
 
-    /// A path of two states, at 1 and 1.5, whose unknowns are linear in time, with the motion of the driven node.
+    /// A path of two states, at 1 and 1.5, whose unknowns are linear in time, with the motion of
+    /// the driven node.
     fn line(spring: &Spring) -> Path {
         let at = |time: f64| {
             let mut unknowns = vec![0.0, 0.0, 0.0, 3.0 * time, 1.0 - time, 2.0];
@@ -282,8 +287,8 @@ mod tests {
         Path { states: vec![at(1.0), at(1.5)], steps: 0, factor_bytes: 0 }
     }
 
-    /// By hand: the line continues to 2.25 by one and a half of the last increment, as long as motion and loads
-    /// continue as before, up to a tenth of their increments.
+    /// By hand: the line continues to 2.25 by one and a half of the last increment, as long as
+    /// motion and loads continue as before, up to a tenth of their increments.
     #[test]
     fn start_values_go_on_where_motion_and_loads_do() {
         let starts =
@@ -296,7 +301,8 @@ mod tests {
                 assert!((a - b).abs() < 1e-14, "{found:?} instead of {exact:?}");
             }
         };
-        // from 1 to 1.5 the load grows by 0.5, so a further 0.75 would be steady; the bound is a tenth of the increment
+        // from 1 to 1.5 the load grows by 0.5, so a further 0.75 would be steady; the bound is a
+        // tenth of the increment
         for (load, steady) in [
             ((|time| time) as fn(f64) -> f64, true),
             (|time| if time < 2.0 { time } else { 2.31 }, true),
@@ -310,7 +316,8 @@ mod tests {
             close(&starts(&spring, StartValues::Extrapolated), &expected[usize::from(!steady)..]);
             close(&starts(&spring, StartValues::Previous), &[last]);
         }
-        // a motion that turns back, one that is off by 0.3 and by 0.04 of its increment, and a path that has restarted
+        // a motion that turns back, one that is off by 0.3 and by 0.04 of its increment, and a path
+        // that has restarted
         let spring = Spring::default();
         for (before, steady) in [(2.0, false), (0.8 + 0.1375, false), (0.8 + 0.0183, true)] {
             let mut turned = line(&spring);
@@ -323,7 +330,8 @@ mod tests {
         close(&candidates(&spring, &anew, 2.25, StartValues::Extrapolated, None, &Alone), &[last]);
     }
 
-    /// Steps of a linear spring that start on the line through the last two states start at their solution.
+    /// Steps of a linear spring that start on the line through the last two states start at their
+    /// solution.
     #[test]
     fn a_linear_path_is_extrapolated() {
         let (mut linear, mut workspace) = (LinearSystem::new(SolverChoice::Auto), Spring::workspace());

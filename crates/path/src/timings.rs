@@ -40,7 +40,7 @@ impl Phase {
 ///
 /// ```
 /// use slipstick_path::{Phase, Timings};
-/// let mut timings = Timings::with_clock(|| 7.0);   // a clock that stands
+/// let mut timings = Timings::with_clock(|| 7.0);   // a stopped clock
 /// let begin = timings.begin();
 /// timings.end(Phase::Solid, begin);
 /// assert_eq!((timings.seconds(Phase::Solid), timings.calls(Phase::Solid), timings.calls(Phase::Factor)), (0.0, 1, 0));

@@ -1,12 +1,14 @@
-//! Uzawa's iteration: Newton's method with held multipliers, multiplier update, repeat; accelerated.
+//! Accelerated Uzawa's iteration: Newton's method with held multipliers alternates with multiplier
+//! updates.
 //!
-//! The plain update ẑ ← z(d; ẑ) is a fixed-point iteration that converges linearly, and slowly if ε is small compared
-//! to the stiffness of the bodies. Its fixed point is the root of ẑ − z(d; ẑ) together with the balance of forces.
-//! Newton's method finds it at the price of a few inner solves: the second-order multiplier update (Bertsekas,
-//! Constrained Optimization and Lagrange Multiplier Methods, 1982, 2.3.2). If that fails, Uzawa's iteration brings the
-//! state closer, with Anderson's mixing of the last updates (the secant method in several unknowns). Its inner Newton
-//! iteration is solved only as accurately as the current violation requires, and to the full tolerances before the
-//! iteration ends.
+//! The plain update ẑ ← z(d; ẑ) is a fixed-point iteration that converges linearly, and slowly if ε
+//! is small compared to the stiffness of the bodies. Its fixed point is the root of ẑ − z(d; ẑ)
+//! together with the balance of forces. Newton's method finds it at the price of a few inner
+//! solves: the second-order multiplier update (Bertsekas, Constrained Optimization and Lagrange
+//! Multiplier Methods, 1982, 2.3.2). If that fails, Uzawa's iteration brings the state closer, with
+//! Anderson's mixing of the last updates (the secant method in several unknowns). Its inner Newton
+//! iteration is solved only as accurately as the current violation requires, and to the full
+//! tolerances before the iteration ends.
 
 use crate::failure::{StepFailure, StepFailureKind};
 use crate::newton::{self, NewtonOptions, Start, StepReport, Tolerance};
@@ -14,17 +16,18 @@ use crate::problem::{Attempt, Evaluated, Held, Iteration, StepProblem, UzawaOpti
 use crate::solver::Solver;
 use nalgebra::{DMatrix, DVector};
 
-/// Solves one (sub-)step by Uzawa's iteration over the multipliers `held`: those of the augmented Lagrangian method, or
-/// all of them to rescue a step at which Newton's method fails. Returns the unknowns and the last evaluation, which may
-/// contain the multipliers before their last update.
+/// Solves one (sub-)step by Uzawa's iteration over the multipliers `held`: those of the augmented
+/// Lagrangian method, or all of them to rescue a step at which Newton's method fails. Returns the
+/// unknowns and the last evaluation, which may contain the multipliers before their last update.
 ///
-/// The inner Newton uses the augmented traction z(d; ẑ) and its tangent, then ẑ ← z, until the contact conditions hold to
-/// the tolerance. Paper: (48)–(52), with the inner solve of theory §4.
+/// The inner Newton uses the augmented traction z(d; ẑ) and its tangent, then ẑ ← z, until the
+/// contact conditions hold to the tolerance. Paper: (48)–(52), with the inner solve of theory §4.
 ///
-/// The rescue helps past a limit point, where the contact jumps to another equilibrium and stick, slip and opening are
-/// mutually exclusive in every nearby state. With held multipliers the contact has the compliance of its ε, so
-/// displacements and status can follow each other. Newton's method ends the rescue, so that the state solves the step's
-/// own equations to its tolerances. Test: `a_contact_that_jumps_is_followed` (crate slipstick).
+/// The rescue helps past a limit point, where the contact jumps to another equilibrium and stick,
+/// slip and opening are mutually exclusive in every nearby state. With held multipliers the contact
+/// has the compliance of its ε, so displacements and status can follow each other. Newton's method
+/// ends the rescue, so that the state solves the step's own equations to its tolerances.
+/// Test: `a_contact_that_jumps_is_followed` (crate slipstick).
 pub(crate) fn solve<P: StepProblem>(
     solver: &mut Solver<'_, P>,
     step: &P::Step,
@@ -72,8 +75,8 @@ struct Outer<'r, 's, P: StepProblem> {
 }
 
 impl<P: StepProblem> Outer<'_, '_, P> {
-    /// Solves for displacements and multipliers together; returns the solution if it satisfies the contact conditions
-    /// to the tolerance.
+    /// Solves for displacements and multipliers together; returns the solution if it satisfies the
+    /// contact conditions to the tolerance.
     fn second_order(&mut self, start: Start<P>, report: &mut StepReport) -> Option<Evaluated<P>> {
         let mut attempt = StepReport::default();
         let together = Iteration { held: Held::None, ..self.iteration };
@@ -129,8 +132,8 @@ impl<P: StepProblem> Outer<'_, '_, P> {
                 if tight {
                     return Ok((y, at));
                 }
-                // the contact conditions hold, but the balance of forces is not yet within its tolerances: one more
-                // full solve
+                // the contact conditions hold, but the balance of forces is not yet within its
+                // tolerances: one more full solve
                 mixing.clear();
                 finish = true;
                 start = Start { unknowns: y, geometry: Some(at.geometry), at_start: false };
@@ -159,7 +162,8 @@ impl<P: StepProblem> Outer<'_, '_, P> {
     }
 }
 
-/// The smallest relative tolerance. An absolute one cannot be compared with a violation: then all solves are tight.
+/// The smallest relative tolerance. An absolute one cannot be compared with a violation: then all
+/// solves are tight.
 fn smallest(newton: &NewtonOptions) -> f64 {
     let t = &newton.tolerances;
     match (t.residual, t.displacement) {
@@ -181,16 +185,16 @@ fn loosened(newton: &NewtonOptions, bound: f64) -> NewtonOptions {
 
 /// Anderson's mixing of a fixed-point iteration x ← g(x).
 ///
-/// With f_k = g(x_k) − x_k, the next x is g(x_k) − Σ γ_i (g_{i+1} − g_i), γ minimising ‖f_k − Σ γ_i (f_{i+1} − f_i)‖.
-/// Reference: Walker and Ni, SIAM J. Numer. Anal. 49 (2011) 1715–1735.
+/// With f_k = g(x_k) − x_k, the next x is g(x_k) − Σ γ_i (g_{i+1} − g_i), γ minimising ‖f_k − Σ γ_i
+/// (f_{i+1} − f_i)‖. Reference: Walker and Ni, SIAM J. Numer. Anal. 49 (2011) 1715–1735.
 struct Anderson {
     memory: usize,
     /// (g_i, f_i), oldest first.
     past: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
-/// Growth of ‖f‖ in one iteration beyond which the memory is cleared: the iteration has left the region that it
-/// describes.
+/// Growth of ‖f‖ in one iteration beyond which the memory is cleared: the iteration has left the
+/// region that it describes.
 const RESTART: f64 = 2.0;
 
 impl Anderson {
@@ -241,7 +245,8 @@ impl Anderson {
 mod tests {
     use super::*;
 
-    /// For a linear iteration of dimension n, Anderson's mixing with full memory ends in n + 2 steps (it is GMRES).
+    /// For a linear iteration of dimension n, Anderson's mixing with full memory ends in n + 2
+    /// steps (it is GMRES).
     #[test]
     fn mixing_solves_a_linear_iteration_in_dimension_plus_two_steps() {
         let a = [[0.9, 0.3, 0.0], [-0.2, 0.8, 0.1], [0.05, 0.0, 0.95]];

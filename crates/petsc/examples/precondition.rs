@@ -5,10 +5,10 @@
 //! mpirun -n 2 precondition matrix.bin mumps
 //! ```
 //!
-//! The file is written by `slipstick`'s example `export_matrix`. The output is one line of numbers: ranks, unknowns,
-//! seconds to factorize (the second time, with the existing analysis and without the test), seconds and iterations of a
-//! solve to 1e-10 and of one with the transpose, residuals, largest peak memory of a process \[MB\]. Times are
-//! processor times.
+//! The file is written by `slipstick`'s example `export_matrix`. The output is one line of numbers:
+//! ranks, unknowns, seconds to factorize (the second time, with the existing analysis and without
+//! the test), seconds and iterations of a solve to 1e-10 and of one with the transpose, residuals,
+//! largest peak memory of a process \[MB\]. Times are processor times.
 
 #[path = "../../linalg/examples/exported/mod.rs"]
 mod exported;

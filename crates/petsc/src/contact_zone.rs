@@ -1,5 +1,5 @@
-//! An iterative solver instead of factors of the whole matrix: a zone around the contact is factorized, and multigrid
-//! is used for the bodies.
+//! An iterative solver instead of factors of the whole matrix: a zone around the contact is
+//! factorized, and multigrid is used for the bodies.
 
 use crate::factors::Kind;
 use crate::solver::{PetscBackend, PetscSolver};
@@ -10,7 +10,8 @@ use slipstick_linalg::{
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Relative residual to which one solve iterates. The verified solve around it continues from there.
+/// Relative residual to which one solve iterates. The verified solve around it continues from
+/// there.
 const TOLERANCE: f64 = 1e-6;
 
 /// Maximum number of iterations of one solve, and number of vectors kept before a restart.
@@ -19,10 +20,11 @@ const RESTART: usize = 200;
 
 /// Data of the bodies for the contact-zone preconditioner.
 ///
-/// The zone contains the unknowns of all slave nodes, those coupled to them, and so on for some layers; its block of
-/// the matrix is factorized (by MUMPS). The displacements of all bodies get a multigrid cycle (PETSc's GAMG) that uses
-/// their rigid motions. The preconditioner of GMRES applies these in the order bodies, zone, bodies; for the transpose,
-/// it applies the transposes in the same order.
+/// The zone contains the unknowns of all slave nodes, those coupled to them, and so on for some
+/// layers; its block of the matrix is factorized (by MUMPS). The displacements of all bodies get a
+/// multigrid cycle (PETSc's GAMG) that uses their rigid motions. The preconditioner of GMRES
+/// applies these in the order bodies, zone, bodies; for the transpose, it applies the transposes in
+/// the same order.
 #[derive(Debug, Clone)]
 pub struct ContactZone {
     /// Reference coordinates of every node, which are the first block rows. \[L\]
@@ -36,7 +38,8 @@ pub struct ContactZone {
 }
 
 impl ContactZone {
-    /// Two layers: the opposite master nodes and the next nodes of the bodies, and the nodes around these.
+    /// Two layers: the opposite master nodes and the next nodes of the bodies, and the nodes around
+    /// these.
     pub fn new(coordinates: impl Into<Arc<[[f64; 3]]>>, slaves: impl Into<Arc<[u32]>>) -> Self {
         Self { coordinates: coordinates.into(), slaves: slaves.into(), layers: 2, iterations: Arc::default() }
     }
@@ -148,8 +151,8 @@ impl ContactZoneSolver {
         inside
     }
 
-    /// Tests the first solver that is made, also with the transpose. A test costs as much as a solve, and every solve
-    /// is verified anyway, so later ones are not tested.
+    /// Tests the first solver that is made, also with the transpose. A test costs as much as a
+    /// solve, and every solve is verified anyway, so later ones are not tested.
     fn prove(&mut self, a: &CsrMatrix, factors: &ContactZoneFactorization) -> Result<(), FactorizationError> {
         if self.proved {
             return Ok(());
@@ -211,7 +214,8 @@ impl Part {
                     groups.push(whole.groups()[*row]);
                     origins.push(whole.origins()[*row]);
                 }
-                // a prescribed unknown of a node: a scaled row of the identity, on the rank that owns it
+                // a prescribed unknown of a node: a scaled row of the identity, on the rank that
+                // owns it
                 None => {
                     if backend.owner(inner as u32 / 3) == backend.ranks().rank() {
                         fillers.push(columns.len());
@@ -309,7 +313,8 @@ struct Cycle {
     /// `None` if there is no contact.
     zone: Option<(Box<dyn Factorization>, Arc<Part>)>,
     bulk: (Box<dyn Factorization>, Arc<Part>),
-    /// Average number of matrix entries per rank, so that decisions based on memory are the same on all ranks.
+    /// Average number of matrix entries per rank, so that decisions based on memory are the same on
+    /// all ranks.
     entries: usize,
 }
 
@@ -318,8 +323,8 @@ impl Cycle {
         Summed { part: &self.a, layout: &self.layout, ranks: self.backend.ranks() }
     }
 
-    /// Applies bodies, zone, bodies; because this order is symmetric, the transpose applies their transposes in the
-    /// same order.
+    /// Applies bodies, zone, bodies; because this order is symmetric, the transpose applies their
+    /// transposes in the same order.
     fn apply(&self, transpose: bool, rhs: &mut [f64]) {
         let matrix = self.matrix();
         let mut x = vec![0.0; rhs.len()];
@@ -376,8 +381,8 @@ struct ContactZoneFactorization {
 }
 
 impl ContactZoneFactorization {
-    /// If the iteration does not converge, it leaves its best approximation, and the verified solve around it detects
-    /// this.
+    /// If the iteration does not converge, it leaves its best approximation, and the verified solve
+    /// around it detects this.
     fn iterate(&self, transpose: bool, rhs: &mut [f64]) {
         let matrix = self.cycle.matrix();
         let options =

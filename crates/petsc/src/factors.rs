@@ -14,7 +14,8 @@ pub(crate) enum Kind {
     Whole,
     /// The contact zone: options with the prefix `zone_`.
     Zone,
-    /// The bodies, with three unknowns per node, and the coordinates of the nodes: options with the prefix `bulk_`.
+    /// The bodies, with three unknowns per node, and the coordinates of the nodes: options with the
+    /// prefix `bulk_`.
     Bulk(Arc<[[f64; 3]]>),
 }
 
@@ -42,8 +43,8 @@ impl DistributedMatrix {
         let (own, n, count) = (layout.own() as i64, pattern.n() as i64, rows.len() as i64);
         let mut matrix = Self { session: session.clone(), raw: std::ptr::null_mut() };
         let calls = session.calls();
-        // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. `Drop` frees the objects that
-        // were made.
+        // SAFETY: a live session; `rows` and `columns` have `count` numbers below `n`. `Drop` frees
+        // the objects that were made.
         let code = unsafe {
             ffi::ss_matrix_new(*calls, own, n, block, count, rows.as_ptr(), columns.as_ptr(), &mut matrix.raw)
         };
@@ -81,7 +82,8 @@ impl Drop for DistributedMatrix {
     }
 }
 
-/// Rows and columns of all entries of a rank's part, in PETSc's numbering, in which those of the first rank come first.
+/// Rows and columns of all entries of a rank's part, in PETSc's numbering, in which those of the
+/// first rank come first.
 fn places(pattern: &CsrPattern, layout: &Layout) -> (Vec<i32>, Vec<i32>) {
     let number = |unknown: usize| layout.number(unknown) as i32;
     let mut rows = Vec::with_capacity(pattern.entries());

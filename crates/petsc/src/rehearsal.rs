@@ -7,7 +7,8 @@ use crate::solver::PetscBackend;
 use slipstick_linalg::{Backend, CsrMatrix, CsrPattern, Ranks, Summed, solve_verified};
 use std::sync::Arc;
 
-/// Number of nodes across the lattice; along it, there are at least four, and at least two per rank.
+/// Number of nodes across the lattice; along it, there are at least four, and at least two per
+/// rank.
 const ACROSS: usize = 3;
 
 /// Number of nodes in a layer of the lattice.
@@ -16,10 +17,12 @@ const LAYER: usize = ACROSS * ACROSS;
 /// Relative residual of the solutions, which `solve_verified` corrects as often as necessary.
 const TOLERANCE: f64 = 1e-8;
 
-/// Tries options on a lattice of springs, forward and transposed; with `contact_zone`, it uses that preconditioner.
+/// Tries options on a lattice of springs, forward and transposed; with `contact_zone`, it uses that
+/// preconditioner.
 ///
 /// # Errors
-/// [`PetscError::Rehearsal`] if they do not solve it, [`PetscError::Unused`] if no solver uses some of them.
+/// [`PetscError::Rehearsal`] if they do not solve it, [`PetscError::Unused`] if no solver uses some
+/// of them.
 pub(crate) fn rehearse(session: &Session, options: &str, contact_zone: bool) -> Result<(), PetscError> {
     let along = (2 * session.size()).max(4);
     let nodes = LAYER * along;
@@ -51,7 +54,8 @@ fn place(node: usize) -> [usize; 3] {
     [node % ACROSS, node / ACROSS % ACROSS, node / LAYER]
 }
 
-/// Springs between adjacent nodes and to the ground, the same in all directions, if `whole`; otherwise an empty matrix.
+/// Springs between adjacent nodes and to the ground, the same in all directions, if `whole`;
+/// otherwise an empty matrix.
 fn lattice(nodes: usize, whole: bool) -> CsrMatrix {
     let (mut row_offsets, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
     for i in 0..3 * nodes {

@@ -9,10 +9,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// MPI and PETSc, from their start until the last copy of this value, and everything made with it, is dropped.
+/// MPI and PETSc, from their start until the last copy of this value, and everything made with it,
+/// is dropped.
 ///
-/// A process can have only one session in its lifetime. It provides the [`Ranks`] of a parallel run; without `mpirun`,
-/// there is one rank.
+/// A process can have only one session in its lifetime. It provides the [`Ranks`] of a parallel
+/// run; without `mpirun`, there is one rank.
 #[derive(Debug, Clone)]
 pub struct Session(Arc<Inner>);
 
@@ -38,8 +39,8 @@ impl Inner {
 #[derive(Debug)]
 struct Raw(Mutex<*mut RawSession>);
 
-// SAFETY: MPI is initialized with MPI_THREAD_SERIALIZED: any thread may call it, one at a time, which the lock ensures.
-// PETSc keeps no per-thread state.
+// SAFETY: MPI is initialized with MPI_THREAD_SERIALIZED: any thread may call it, one at a time,
+// which the lock ensures. PETSc keeps no per-thread state.
 unsafe impl Send for Raw {}
 // SAFETY: as above.
 unsafe impl Sync for Raw {}
@@ -48,7 +49,8 @@ unsafe impl Sync for Raw {}
 pub(crate) type Calls<'a> = MutexGuard<'a, *mut RawSession>;
 
 impl Session {
-    /// Starts PETSc, and MPI unless the process has already started it. PETSc reads no file and handles no signal.
+    /// Starts PETSc, and MPI unless the process has already started it. PETSc reads no file and
+    /// handles no signal.
     ///
     /// # Errors
     /// [`PetscError::Start`], also for a second start.
@@ -72,7 +74,8 @@ impl Session {
         self.0.size_here
     }
 
-    /// Sets options of the linear solver as PETSc writes them, without the solver's prefix: `-mat_mumps_icntl_14 60`.
+    /// Sets options of the linear solver as PETSc writes them, without the solver's prefix:
+    /// `-mat_mumps_icntl_14 60`.
     ///
     /// # Errors
     /// [`PetscError`] if they cannot be read.
@@ -84,10 +87,12 @@ impl Session {
         check(&calls, "reading options", code)
     }
 
-    /// Sets a user's options and solves a small system with them, so that errors in them are found at once.
+    /// Sets a user's options and solves a small system with them, so that errors in them are found
+    /// at once.
     ///
     /// # Errors
-    /// [`PetscError`] if they cannot be read, do not solve the system, or are not used by the solver.
+    /// [`PetscError`] if they cannot be read, do not solve the system, or are not used by the
+    /// solver.
     pub fn try_options(&self, options: &str, contact_zone: bool) -> Result<(), PetscError> {
         self.set_options(options)?;
         rehearse(self, options, contact_zone)
@@ -97,7 +102,8 @@ impl Session {
     pub(crate) fn unused(&self, options: &str) -> Result<Vec<String>, PetscError> {
         let mut text = [0 as c_char; 4096];
         let calls = self.calls();
-        // SAFETY: a live session; the shim writes a terminated string of at most this many characters.
+        // SAFETY: a live session; the shim writes a terminated string of at most this many
+        // characters.
         let code = unsafe { ffi::ss_unused(*calls, text.as_mut_ptr(), text.len() as i64) };
         let checked = check(&calls, "looking for unused options", code);
         drop(calls);
@@ -113,7 +119,8 @@ impl Session {
         Ok(here.lines().filter(given).filter(everywhere).map(|name| format!("-{name}")).collect())
     }
 
-    /// Whether all ranks call this within `patience`; at the end of a program, whether they all reach it.
+    /// Whether all ranks call this within `patience`; at the end of a program, whether they all
+    /// reach it.
     pub fn meet(&self, patience: Duration) -> bool {
         let calls = self.calls();
         // SAFETY: a live session.
@@ -187,7 +194,8 @@ impl Ranks for Session {
         // SAFETY: a live session; there is a place for the length of every rank.
         unsafe { ffi::ss_gather_lengths(*calls, message.len() as i64, lengths.as_mut_ptr()) };
         let mut all = vec![0_u8; lengths.iter().sum::<i64>() as usize];
-        // SAFETY: a live session; `message` has the stated length, and `all` has room for all messages.
+        // SAFETY: a live session; `message` has the stated length, and `all` has room for all
+        // messages.
         unsafe { ffi::ss_gather(*calls, message.as_ptr().cast(), lengths.as_ptr(), all.as_mut_ptr().cast()) };
         self.0.count((message.len() + 8) * (self.0.size - 1));
         let mut rest = all.as_slice();
@@ -208,8 +216,8 @@ impl Ranks for Session {
         let mut all = vec![0.0; from.iter().sum()];
         let [to, from] = [to, from].map(|counts| counts.iter().map(|&count| count as i64).collect::<Vec<i64>>());
         let calls = self.calls();
-        // SAFETY: a live session; both lists have a count for every rank, and both arrays have as many numbers as these
-        // state.
+        // SAFETY: a live session; both lists have a count for every rank, and both arrays have as
+        // many numbers as these state.
         unsafe { ffi::ss_exchange(*calls, values.as_ptr(), to.as_ptr(), all.as_mut_ptr(), from.as_ptr()) };
         self.0.count(8 * values.len());
         all
@@ -221,8 +229,8 @@ impl Ranks for Session {
         // SAFETY: a live session; there is a place for the length of every rank.
         unsafe { ffi::ss_gather_lengths(*calls, size_of_val(values) as i64, lengths.as_mut_ptr()) };
         let mut all = vec![0.0_f64; (lengths.iter().sum::<i64>() as usize).div_ceil(size_of::<f64>())];
-        // SAFETY: a live session; `values` has the stated number of bytes, `all` has room for all of them, and any
-        // bytes form a valid number.
+        // SAFETY: a live session; `values` has the stated number of bytes, `all` has room for all
+        // of them, and any bytes form a valid number.
         unsafe { ffi::ss_gather(*calls, values.as_ptr().cast(), lengths.as_ptr(), all.as_mut_ptr().cast()) };
         self.0.count((size_of_val(values) + 8) * (self.0.size - 1));
         all

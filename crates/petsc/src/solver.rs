@@ -10,7 +10,8 @@ use slipstick_linalg::{
 };
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Percentages by which MUMPS may exceed its memory estimate, tried in this order: first its default.
+/// Percentages by which MUMPS may exceed its memory estimate, tried in this order: first its
+/// default.
 const WORKSPACE: [i32; 5] = [0, 50, 100, 300, 1000];
 
 /// Errors of MUMPS (INFOG(1)) that more workspace fixes.
@@ -19,9 +20,9 @@ const TOO_LITTLE_WORKSPACE: [i32; 6] = [-8, -9, -11, -14, -15, -20];
 /// The error of MUMPS (INFOG(1)) for a singular matrix.
 const SINGULAR: i32 = -10;
 
-/// Bytes that a core moves during a solve in the time of one floating-point operation of a factorization: the ratio of
-/// the multifrontal solver in double precision. MUMPS factorizes at a similar rate (31 Gflop/s on a core,
-/// `docs/cluster.md`).
+/// Bytes that a core moves during a solve in the time of one floating-point operation of a
+/// factorization: the ratio of the multifrontal solver in double precision. MUMPS factorizes at a
+/// similar rate (31 Gflop/s on a core, `docs/cluster.md`).
 const BYTES_PER_OPERATION: f64 = 0.4;
 
 /// Kinds of errors in messages between ranks.
@@ -29,11 +30,13 @@ const NON_FINITE: u64 = 0;
 const VALUES: u64 = 1;
 const ANALYSIS: u64 = 2;
 
-/// Methods that, contrary to what PETSc reports, cannot solve with the transpose: BoomerAMG returns without doing
-/// anything, and SuperLU_DIST gives wrong results if it scales rows and columns, which depends on the matrix.
+/// Methods that, contrary to what PETSc reports, cannot solve with the transpose: BoomerAMG returns
+/// without doing anything, and SuperLU_DIST gives wrong results if it scales rows and columns,
+/// which depends on the matrix.
 const KNOWN_TO_FAIL: [&str; 2] = ["hypre", "superlu_dist"];
 
-/// PETSc solvers on the ranks of a session. Without other options, the solver is MUMPS, a direct solver.
+/// PETSc solvers on the ranks of a session. Without other options, the solver is MUMPS, a direct
+/// solver.
 #[derive(Debug, Clone)]
 pub struct PetscBackend {
     session: Session,
@@ -42,8 +45,9 @@ pub struct PetscBackend {
 }
 
 impl PetscBackend {
-    /// On the ranks of `session`; `owners` has, for every elimination group ([`CsrPattern::groups`]), the rank that
-    /// owns its rows. The first rank owns all further groups.
+    /// On the ranks of `session`; `owners` has, for every elimination group
+    /// ([`CsrPattern::groups`]), the rank that owns its rows. The first rank owns all further
+    /// groups.
     pub fn new(session: Session, owners: impl Into<Arc<[u32]>>) -> Self {
         Self { session, owners: owners.into(), zone: None }
     }
@@ -78,8 +82,8 @@ impl Backend for PetscBackend {
 
 /// Factorizes matrices whose parts are on the ranks.
 ///
-/// Before its first factors are used, a solver tests them with the matrix and its transpose; later factors are tested
-/// only with the matrix.
+/// Before its first factors are used, a solver tests them with the matrix and its transpose; later
+/// factors are tested only with the matrix.
 #[derive(Debug)]
 pub struct PetscSolver {
     session: Session,
@@ -310,7 +314,8 @@ impl Factorization for PetscFactorization {
         Precision::F64
     }
 
-    /// From the operations of all ranks and the largest part of the factors; `None` if PETSc reports no operations.
+    /// From the operations of all ranks and the largest part of the factors; `None` if PETSc
+    /// reports no operations.
     fn cost(&self) -> Option<Cost> {
         let factorization = BYTES_PER_OPERATION * self.facts.operations;
         (factorization > 0.0).then_some(Cost { factorization, substitution: self.facts.bytes as f64 })

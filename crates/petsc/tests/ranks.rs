@@ -1,5 +1,5 @@
-//! Messages between ranks, and solves of matrices that are in parts. The test starts itself by `mpirun` on one to four
-//! ranks; without `mpirun` it says that it is skipped.
+//! Messages between ranks, and solves of matrices that are in parts. The test starts itself by
+//! `mpirun` on one to four ranks; without `mpirun` it says that it is skipped.
 
 #[path = "../../linalg/tests/common/mod.rs"]
 mod common;
@@ -32,7 +32,8 @@ fn rank() {
     assert!(session.meet(Duration::from_secs(30)));
 }
 
-/// Sums of small integers are exact in any order; those of other numbers must have the same bits everywhere.
+/// Sums of small integers are exact in any order; those of other numbers must have the same bits
+/// everywhere.
 fn sums_are_exact_and_the_same(session: &Session) {
     let (rank, size) = (session.rank(), session.size());
     for length in [0, 1, 7, 4095, 4096, 100_003] {
@@ -107,8 +108,8 @@ fn zone() -> ContactZone {
     ContactZone::new((0..count).map(place).collect::<Vec<_>>(), slaves)
 }
 
-/// Against the multifrontal solver on the whole matrix: new values on the pattern of before, factors that outlive the
-/// next ones, another pattern.
+/// Against the multifrontal solver on the whole matrix: new values on the pattern of before,
+/// factors that outlive the next ones, another pattern.
 fn matrices_in_parts_are_solved(session: &Session, zone: Option<ContactZone>, other: &Brick) {
     let owners: Vec<u32> = (0..300).map(|node: u32| node / 60).collect();
     let (direct, backend) = (zone.is_none(), PetscBackend::new(session.clone(), owners));
@@ -155,7 +156,7 @@ fn check(session: &Session, backend: &PetscBackend, a: &CsrMatrix, mine: &CsrMat
     }
 }
 
-/// An entry that is no number on one rank, and a matrix that is singular, end with the same error on all ranks.
+/// A NaN entry on one rank, and a singular matrix, give the same error on all ranks.
 fn bad_matrices_are_refused_everywhere(session: &Session) {
     let whole = BRICK.reduced(3).0;
     let backend = PetscBackend::new(session.clone(), vec![0, 1]);

@@ -1,4 +1,5 @@
-//! Options for PETSc: methods that cannot solve with the transpose are refused, others are verified.
+//! Options for PETSc: methods that cannot solve with the transpose are refused, others are
+//! verified.
 
 #[path = "../../linalg/tests/common/mod.rs"]
 mod common;

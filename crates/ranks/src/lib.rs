@@ -1,8 +1,9 @@
 //! Ranks of a parallel run, and the messages between them.
 //!
-//! All ranks march the same path with the same states; each assembles a part of every residual and tangent, and solves
-//! for a part of the unknowns (`Layout` of `slipstick-linalg`). The assembled results are the same on all ranks, bit
-//! for bit, so that decisions based on them need no further communication.
+//! All ranks march the same path with the same states; each assembles a part of every residual and
+//! tangent, and solves for a part of the unknowns (`Layout` of `slipstick-linalg`). The assembled
+//! results are the same on all ranks, bit for bit, so that decisions based on them need no further
+//! communication.
 
 pub mod threads;
 
@@ -20,8 +21,8 @@ pub struct Traffic {
 
 /// The ranks of a run. All of them must make the same calls in the same order.
 ///
-/// Results are the same on all ranks, bit for bit, and reproducible for the same input and number of ranks. A lost
-/// message ends the program on all ranks; none of these calls returns an error.
+/// Results are the same on all ranks, bit for bit, and reproducible for the same input and number
+/// of ranks. A lost message ends the program on all ranks; none of these calls returns an error.
 pub trait Ranks: Send + Sync + Debug {
     /// Number of this rank, from 0.
     fn rank(&self) -> usize;
@@ -29,7 +30,8 @@ pub trait Ranks: Send + Sync + Debug {
     /// Number of ranks, at least 1.
     fn size(&self) -> usize;
 
-    /// Replaces every entry by its sum over the ranks, all of which have the same number of entries.
+    /// Replaces every entry by its sum over the ranks, all of which have the same number of
+    /// entries.
     fn sum(&self, values: &mut [f64]);
 
     /// Whether `here` is true on any rank.
@@ -38,8 +40,8 @@ pub trait Ranks: Send + Sync + Debug {
     /// The messages of all ranks, in rank order. Their lengths may differ.
     fn gather(&self, message: &[u8]) -> Vec<Vec<u8>>;
 
-    /// Sends the next `to[r]` numbers of `values` to each rank `r`, and returns the numbers that the ranks have sent to
-    /// this one, in rank order: `from[r]` numbers from rank `r`.
+    /// Sends the next `to[r]` numbers of `values` to each rank `r`, and returns the numbers that
+    /// the ranks have sent to this one, in rank order: `from[r]` numbers from rank `r`.
     fn exchange(&self, values: &[f64], to: &[usize], from: &[usize]) -> Vec<f64>;
 
     /// The numbers of all ranks, one after the other.
@@ -77,8 +79,8 @@ pub trait Ranks: Send + Sync + Debug {
     }
 }
 
-/// This rank's range of a list of `count` entries: the ranges of successive ranks follow each other and are about
-/// equally long. [`Ranks::join`] puts the parts together again.
+/// This rank's range of a list of `count` entries: the ranges of successive ranks follow each other
+/// and are about equally long. [`Ranks::join`] puts the parts together again.
 ///
 /// ```
 /// use slipstick_ranks::{Alone, own_range};

@@ -1,13 +1,14 @@
-//! The paper's section 5.1: θ and the sensitivity of every element of the cube on the cuboid, for the penalty method
-//! with increasing stiffness, the augmented Lagrangian and the Lagrange multiplier method, at two coefficients of
-//! friction.
+//! The paper's section 5.1: θ and the sensitivity of every element of the cube on the cuboid, for
+//! the penalty method with increasing stiffness, the augmented Lagrangian and the Lagrange
+//! multiplier method, at two coefficients of friction.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example cube_on_cuboid
 //! ```
 //!
-//! prints a Markdown table and writes `docs/figures/cube_on_cuboid.csv` and `.svg`. The values agree with an
-//! independent implementation to 1e-9 (θ) and 1e-7 (sensitivities): `tests/reference.rs`.
+//! prints a Markdown table and writes `docs/figures/cube_on_cuboid.csv` and `.svg`. The values
+//! agree with an independent implementation to 1e-9 (θ) and 1e-7 (sensitivities):
+//! `tests/reference.rs`.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -74,7 +75,8 @@ fn analyse(friction: f64, method: String, enforcement: &str) -> Result<Result51,
     Ok(Result51 { friction, method, value: forward.value, gradient })
 }
 
-/// Norm of the difference between dθ/dφ and that of the Lagrange multiplier method, relative to the latter.
+/// Norm of the difference between dθ/dφ and that of the Lagrange multiplier method, relative to the
+/// latter.
 fn deviation(of: &Result51, results: &[Result51]) -> f64 {
     let reference = results.iter().find(|r| r.friction == of.friction && r.method == "LMM");
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
@@ -121,8 +123,8 @@ mod svg {
     /// Left, top, right and bottom of the drawing area within its panel.
     const AREA: [f64; 4] = [62.0, 84.0, 546.0, 330.0];
     const GROUPS: [&str; 6] = ["①", "②", "③", "④", "cube", "θ"];
-    /// Blues that darken with the stiffness for the penalty method, then two colours that are distinct from them and
-    /// from each other, also for colour-blind readers.
+    /// Blues that darken with the stiffness for the penalty method, then two colours that are
+    /// distinct from them and from each other, also for colour-blind readers.
     const COLOURS: [&str; 7] = ["#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c", "#e6a100", "#b2182b"];
 
     pub(super) fn figure(results: &[Result51]) -> String {

@@ -4,9 +4,10 @@
 //! cargo run --release -p slipstick --example export_matrix -- 33000 contact33.bin
 //! ```
 //!
-//! Two blocks with non-matching meshes, pressed together and slid with friction; Lagrange multipliers, so that the
-//! matrix is a saddle point. Stiffness varies over three decades in a smooth pattern of solid and void, as in a topology
-//! optimization; the layers next to the interface are solid. The first argument is the minimum number of unknowns.
+//! Two blocks with non-matching meshes, pressed together and slid with friction; Lagrange
+//! multipliers, so that the matrix is a saddle point. Stiffness varies over three decades in a
+//! smooth pattern of solid and void, as in a topology optimization; the layers next to the
+//! interface are solid. The first argument is the minimum number of unknowns.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example export_matrix -- case.toml results design.bin
@@ -14,9 +15,10 @@
 //!
 //! writes the tangent at the end of the path of a case with the latest design of a run.
 //!
-//! The file holds little-endian numbers without gaps: n and the number of entries (u64), row offsets (n + 1 u64),
-//! columns (u32), elimination groups (n u32), values (f64), numbers of the unknowns among all unknowns, three per block
-//! row (n u32), the number of nodes (u64), their coordinates (f64), the number of slave nodes (u64), these (u32).
+//! The file holds little-endian numbers without gaps: n and the number of entries (u64), row
+//! offsets (n + 1 u64), columns (u32), elimination groups (n u32), values (f64), numbers of the
+//! unknowns among all unknowns, three per block row (n u32), the number of nodes (u64), their
+//! coordinates (f64), the number of slave nodes (u64), these (u32).
 //! `crates/linalg/examples/factor.rs`, `crates/petsc/examples/precondition.rs` and
 //! `crates/linalg/benches/compare_pardiso.py` read it.
 
@@ -69,8 +71,8 @@ fn layers(m: usize) -> usize {
     m.div_ceil(4)
 }
 
-/// Free unknowns for `m` elements along the edge of the lower block and m − 2 along that of the upper one, whose nodes
-/// at the interface have multipliers.
+/// Free unknowns for `m` elements along the edge of the lower block and m − 2 along that of the
+/// upper one, whose nodes at the interface have multipliers.
 fn count(m: usize) -> usize {
     let (lower, upper) = ((m + 1) * (m + 1), (m - 1) * (m - 1));
     3 * (lower * layers(m) + upper * layers(m - 2) + upper)

@@ -1,5 +1,5 @@
-//! Changes a problem in code, observes its run, and computes the derivatives of its contact forces with respect to
-//! friction, Young's moduli, the amplitude of the motion, and the densities.
+//! Changes a problem in code, observes its run, and computes the derivatives of its contact forces
+//! with respect to friction, Young's moduli, the amplitude of the motion, and the densities.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example sensitivities

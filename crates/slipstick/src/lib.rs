@@ -1,17 +1,19 @@
-//! Topology optimization of bodies in three-dimensional finite-deformation frictional mortar contact.
+//! Topology optimization of bodies in three-dimensional finite-deformation frictional mortar
+//! contact.
 //!
 //! ```text
 //! case ──build──▶ problem ──analysis──▶ objective, gradient ──optimize──▶ design ──run, report, export──▶ files
 //! ```
 //!
-//! This crate re-exports what users of the library need. [`case`](mod@case) reads a case file, [`build`](mod@build)
-//! makes the mesh and the [`model`](mod@model) from it, [`check`](mod@check) inspects them, [`analysis`] computes the
-//! load path and its derivatives, [`optimize`] changes the design, [`drive`](mod@drive) runs an optimization to its end
-//! and records it, and [`verify`] compares gradients with finite differences. [`output`] writes result files, [`run`]
-//! manages the directory of a run, [`render`] draws pictures, [`export`] extracts surfaces of designs, and [`report`]
-//! writes web pages about runs. At a lower level, [`path`] contains the march and the adjoint sweep for any
-//! [`StepProblem`](path::StepProblem), and [`mesh`], [`solid`], [`contact`], [`design`] and [`linalg`] contain the
-//! parts from which problems are built.
+//! This crate re-exports what users of the library need. [`case`](mod@case) reads a case file,
+//! [`build`](mod@build) makes the mesh and the [`model`](mod@model) from it, [`check`](mod@check)
+//! inspects them, [`analysis`] computes the load path and its derivatives, [`optimize`] changes the
+//! design, [`drive`](mod@drive) runs an optimization to its end and records it, and [`verify`]
+//! compares gradients with finite differences. [`output`] writes result files, [`run`] manages the
+//! directory of a run, [`render`] draws pictures, [`export`] extracts surfaces of designs, and
+//! [`report`] writes web pages about runs. At a lower level, [`path`] contains the march and the
+//! adjoint sweep for any [`StepProblem`](path::StepProblem), and [`mesh`], [`solid`], [`contact`],
+//! [`design`] and [`linalg`] contain the parts from which problems are built.
 
 pub mod drive;
 

@@ -151,7 +151,8 @@ fn all_enforcements_and_shapes_are_read() {
     assert_eq!(parse(&text).case.bodies[1].shape.element_count(), Some(8));
 }
 
-/// Written out as TOML, a resolved case is a case file with the same meaning; as JSON it contains no null.
+/// Written out as TOML, a resolved case is a case file with the same meaning; as JSON it contains
+/// no null.
 #[test]
 fn a_resolved_case_is_a_case_file() {
     for template in TEMPLATES {

@@ -1,5 +1,5 @@
-//! Gaps that no prescribed motion closes are predicted, and no others: compared with hand calculations and with the
-//! actual load path.
+//! Gaps that no prescribed motion closes are predicted, and no others: compared with hand
+//! calculations and with the actual load path.
 
 mod common;
 
@@ -25,7 +25,8 @@ fn driven(u: &str) -> String {
     format!("[[dirichlet]]\nset = 'block_ymax'\nmotion = [{{ t = 1.0, u = {u} }}]\n")
 }
 
-/// The prediction of `check` for a case with this number of steps: the messages about pairs that never close.
+/// The prediction of `check` for a case with this number of steps: the messages about pairs that
+/// never close.
 fn foreseen(text: &str, steps: usize) -> Vec<String> {
     let text = format!("{text}\n[load_path]\nsteps = {steps}\n");
     let resolved = parse_case(&text, "gap.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -43,8 +44,8 @@ fn closes(text: &str, steps: usize) -> bool {
     forward.notice != Some(ForwardNotice::ContactNeverCloses)
 }
 
-/// Down by 0.3 and sideways by 0.4, a motion of 0.5: the numbers are those of the text, and the message contains all of
-/// them.
+/// Down by 0.3 and sideways by 0.4, a motion of 0.5: the numbers are those of the text, and the
+/// message contains all of them.
 #[test]
 fn the_pair_the_gap_and_the_motion_are_named() {
     let text = bodies(0.8) + &driven("[0.4, -0.3, 0]");
@@ -93,8 +94,9 @@ fn sideways_motions_close_gaps() {
     assert!(foreseen(&post(-1.7), 3).is_empty() && foreseen(&post(-30.0), 1).is_empty());
 }
 
-/// A block 0.5 above the slab rotates about an axis through the middle of its top: a corner, 0.7 below and 0.7 to the
-/// side, reaches its lowest point at 45 degrees, 0.99 below the axis. By hand: 0.29 of the gap are closed.
+/// A block 0.5 above the slab rotates about an axis through the middle of its top: a corner, 0.7
+/// below and 0.7 to the side, reaches its lowest point at 45 degrees, 0.99 below the axis. By hand:
+/// 0.29 of the gap are closed.
 #[test]
 fn rotations_are_followed() {
     let turned = |gap: f64, degrees: f64| {
@@ -114,8 +116,8 @@ fn rotations_are_followed() {
     assert_eq!(foreseen(&turned(0.28, 10.0), 18).len(), 1);
 }
 
-/// Bodies about which no prediction is possible: loaded, free to move, deformed by their supports, pressed by another
-/// pair.
+/// Bodies about which no prediction is possible: loaded, free to move, deformed by their supports,
+/// pressed by another pair.
 #[test]
 fn nothing_is_said_of_what_cannot_be_foreseen() {
     let quiet = |text: &str| assert_eq!(foreseen(text, 2), Vec::<String>::new(), "{text}");
@@ -124,7 +126,8 @@ fn nothing_is_said_of_what_cannot_be_foreseen() {
     quiet(&(bodies(0.8) + guided + "[[load]]\nsurface = 'block_ymax'\npressure = 1.0\n"));
     quiet(&(bodies(0.8) + &driven("[0, -0.3, 0]") + "[[load]]\nsurface = 'block_xmax'\ntraction = [0, -5, 0]\n"));
     quiet(&(bodies(0.8) + &driven("[0, -0.3, 0]") + "[[load]]\nsurface = 'slab_xmax'\ntraction = [0, 5, 0]\n"));
-    // two faces of the block are driven separately: the parts between and beyond them follow elastically
+    // two faces of the block are driven separately: the parts between and beyond them follow
+    // elastically
     let bent = "[[dirichlet]]\nset = 'block_xmin'\n[[dirichlet]]\nset = 'block_xmax'\n\
                 motion = [{ t = 1.0, u = [0, -0.3, 0] }]\n";
     quiet(&(bodies(0.8) + bent));
@@ -137,7 +140,8 @@ fn nothing_is_said_of_what_cannot_be_foreseen() {
     quiet(&(held + &driven("[0, -0.3, 0]") + stamp));
 }
 
-/// Supports of some components, symmetry planes and bodies that move together are rigid motions too.
+/// Supports of some components, symmetry planes and bodies that move together are rigid motions
+/// too.
 #[test]
 fn partly_held_bodies_are_foreseen() {
     let rollers = "[[dirichlet]]\nset = 'block_zmin'\ncomponents = ['z']\n[[dirichlet]]\nset = 'block_ymax'\n\

@@ -1,5 +1,6 @@
-//! Contact if supports prescribe some of the displacements that contact acts on: plane strain with friction, prescribed
-//! slip, slave nodes held along the surface, bodies held only by contact, and gaps that nothing can close.
+//! Contact if supports prescribe some of the displacements that contact acts on: plane strain with
+//! friction, prescribed slip, slave nodes held along the surface, bodies held only by contact, and
+//! gaps that nothing can close.
 
 mod common;
 
@@ -121,8 +122,8 @@ fn forces(problem: &mut Problem, run: &Forward) -> Forces {
     Forces { contact: total(&results.force, 0), reactions: [0, 1].map(|body| total(&force, body)) }
 }
 
-/// The forces at the last state. The supports of each body carry its contact force, and those of both bodies balance
-/// each other.
+/// The forces at the last state. The supports of each body carry its contact force, and those of
+/// both bodies balance each other.
 fn solve(text: &str) -> Forces {
     let mut problem = problem(text);
     let density = problem.initial_density.clone();
@@ -144,8 +145,8 @@ fn same(name: &str, found: Vector3<f64>, expected: Vector3<f64>, bound: f64) {
     assert!(error < bound, "{name}: {:?} deviates from {:?} by {error:e}", found.as_slice(), expected.as_slice());
 }
 
-/// The strip with all methods and shapes; the augmented Lagrangian agrees with Lagrange multipliers. Returns the force of
-/// standard and dual shapes.
+/// The strip with all methods and shapes; the augmented Lagrangian agrees with Lagrange
+/// multipliers. Returns the force of standard and dual shapes.
 fn methods_agree(name: &str, strip: &Strip) -> [Vector3<f64>; 2] {
     ["standard", "dual"].map(|shape| {
         let force = |(method, enforcement): (&str, &str)| {
@@ -162,8 +163,8 @@ fn methods_agree(name: &str, strip: &Strip) -> [Vector3<f64>; 2] {
     })
 }
 
-/// The penalty method tends to `limit` as 1/ε, with an order within `bound` of 1; returns the force for the largest
-/// stiffness.
+/// The penalty method tends to `limit` as 1/ε, with an order within `bound` of 1; returns the force
+/// for the largest stiffness.
 fn penalty_tends_to(name: &str, strip: &Strip, limit: Vector3<f64>, bound: f64) -> Vector3<f64> {
     let forces = [1e3, 2e3, 1e4].map(|stiffness: f64| {
         let enforcement = format!("{{ penalty = {{ stiffness = {stiffness:?} }} }}");
@@ -191,7 +192,8 @@ fn plane_strain_with_friction() {
     assert!(ratio > 0.29 && ratio < 0.3, "{ratio}");
 }
 
-/// The block also slides across, as prescribed: friction has a component along z, which only the supports carry.
+/// The block also slides across, as prescribed: friction has a component along z, which only the
+/// supports carry.
 #[test]
 fn prescribed_sideways_slip() {
     let strip = Strip { aside: "[{ t = 0.5, u = [0, 0, 0] }, { t = 1, u = [0, 0, 0.02] }]", ..Strip::default() };
@@ -201,7 +203,8 @@ fn prescribed_sideways_slip() {
         let ratio = force[0].hypot(force[2]) / force[1];
         assert!(ratio > 0.28 && ratio < 0.3, "{ratio}");
     }
-    // with steps cut in two, the path of friction is different, and a node is about to open: not quite first order
+    // with steps cut in two, the path of friction is different, and a node is about to open: not
+    // quite first order
     penalty_tends_to("sideways", &strip, standard, 0.2);
 }
 
@@ -230,8 +233,8 @@ fn a_master_free_along_z() {
     penalty_tends_to("free", &strip, standard, 0.05);
 }
 
-/// If the scene is rotated about z by an angle that matches no axis, the forces rotate as well; if x, y, z are renamed,
-/// so are they.
+/// If the scene is rotated about z by an angle that matches no axis, the forces rotate as well; if
+/// x, y, z are renamed, so are they.
 #[test]
 fn turned_plane_strain_is_the_same() {
     let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), 35f64.to_radians());
@@ -368,11 +371,12 @@ tolerance = {{ relative = 1e-11 }}
     same("augmented, by default", solve(&text(default)).contact, all[0], 1e-5);
 }
 
-/// Two cubes, stretched by λ_x and λ_z together with their touching surfaces, whose area grows by λ_x λ_z, and pressed
-/// together. With ε over the reference area the pressure is ε λ_x λ_z times the depth, over the current area ε times
-/// the depth.
+/// Two cubes, stretched by λ_x and λ_z together with their touching surfaces, whose area grows by
+/// λ_x λ_z, and pressed together. With ε over the reference area the pressure is ε λ_x λ_z times
+/// the depth, over the current area ε times the depth.
 ///
-/// The depth solves 2 λ_y − g = 2 − δ with P(λ_y) = −λ_x λ_z ζ and P = 2c (λ_y − J^(−2β)/λ_y) of the neo-Hookean law.
+/// The depth solves 2 λ_y − g = 2 − δ with P(λ_y) = −λ_x λ_z ζ and P = 2c (λ_y − J^(−2β)/λ_y) of
+/// the neo-Hookean law.
 #[test]
 fn penalty_over_the_reference_area() {
     let (x, z, pressed, stiffness) = (1.2, 0.9, 0.3, 4.0);

@@ -1,5 +1,6 @@
-//! Replays the corpus of the fuzz targets (`fuzz/`) without a fuzzer: none of its files may make a reader panic or
-//! hang. Inputs that a fuzzer finds are added to the corpus when the error is fixed.
+//! Replays the corpus of the fuzz targets (`fuzz/`) without a fuzzer: none of its files may make a
+//! reader panic or hang. Inputs that a fuzzer finds are added to the corpus when the error is
+//! fixed.
 
 #[path = "../../../fuzz/src/targets.rs"]
 mod targets;

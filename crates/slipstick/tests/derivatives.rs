@@ -1,6 +1,6 @@
-//! Every derivative of the step's equations compared with central differences (order 4) at generic states: randomly
-//! warped bodies, random multipliers and history, open, sticking and slipping nodes, and a slave that extends over the
-//! master's edge.
+//! Every derivative of the step's equations compared with central differences (order 4) at generic
+//! states: randomly warped bodies, random multipliers and history, open, sticking and slipping
+//! nodes, and a slave that extends over the master's edge.
 
 mod common;
 
@@ -180,7 +180,8 @@ impl Generic {
             .collect()
     }
 
-    /// F with the parameters c held at `parameters`: they only affect the iteration and are not differentiated.
+    /// F with the parameters c held at `parameters`: they only affect the iteration and are not
+    /// differentiated.
     fn frozen(&self, y: &[f64], parameters: &[f64], statuses: &[u8]) -> Vec<f64> {
         let mut out = self.residual(y);
         let split = self.split();
@@ -265,8 +266,8 @@ fn tangent_matches_finite_differences() {
     }
 }
 
-/// A block extends beyond the slab's edge, and its outermost facets are hardly covered: there the condition is
-/// compliant, and its compliance depends on the area.
+/// A block extends beyond the slab's edge, and its outermost facets are hardly covered: there the
+/// condition is compliant, and its compliance depends on the area.
 #[test]
 fn tangent_on_slivers_matches_finite_differences() {
     for (name, enforcement, shape) in variants() {
@@ -378,9 +379,9 @@ fn current_and_design_pull_back_match_finite_differences() {
     }
 }
 
-/// A sticking traction rotates with the bodies: the history's components are preserved under any common rotation of
-/// both bodies in a step, including a spin about the contact normal (theory §3). The stiffness multiplies the round-off
-/// of the slip.
+/// A sticking traction rotates with the bodies: the history's components are preserved under any
+/// common rotation of both bodies in a step, including a spin about the contact normal (theory §3).
+/// The stiffness multiplies the round-off of the slip.
 #[test]
 fn sticking_traction_is_kept_under_rotation() {
     for shape in ["standard", "dual"] {
@@ -420,7 +421,8 @@ fn sticking_traction_is_kept_under_rotation() {
     }
 }
 
-/// A block that moves as a whole in one step: down through the slab beyond the search radius, or sideways off its edge.
+/// A block that moves as a whole in one step: down through the slab beyond the search radius, or
+/// sideways off its edge.
 #[test]
 fn a_step_beyond_the_search_radius_is_refused() {
     let problem = problem(&Scene::default().text());

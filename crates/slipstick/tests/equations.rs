@@ -1,13 +1,14 @@
-//! The documents against the sources: equations of the paper that the code implements are referred to (`Paper: (22)` in
-//! a doc comment), names, files and tests that are cited exist, keys of case files are explained, links lead to files, and
-//! the case in the README builds.
+//! The documents against the sources: equations of the paper that the code implements are referred
+//! to (`Paper: (22)` in a doc comment), names, files and tests that are cited exist, keys of case
+//! files are explained, links lead to files, and the case in the README builds.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Equations that have a place in the code. Not listed: the continuous problem (1)–(11), the virtual work (14), (16) that
-/// (17) comes from, (68), which is (54) without H, and (78)–(81), which would count friction twice.
+/// Equations that have a place in the code. Not listed: the continuous problem (1)–(11), the
+/// virtual work (14), (16) that (17) comes from, (68), which is (54) without H, and (78)–(81),
+/// which would count friction twice.
 const IMPLEMENTED: &[(u32, u32)] = &[(12, 13), (15, 15), (17, 67), (69, 77), (82, 100)];
 
 fn root() -> PathBuf {
@@ -39,7 +40,8 @@ fn sources() -> Vec<Source> {
     found
 }
 
-/// The sources of the program and the libraries, without tests' own folders, examples and benchmarks.
+/// The sources of the program and the libraries, without tests' own folders, examples and
+/// benchmarks.
 fn library(sources: &[Source]) -> String {
     sources.iter().filter(|s| s.path.contains("/src/")).map(|s| s.text.as_str()).collect()
 }
@@ -81,7 +83,8 @@ fn document(name: &str) -> String {
     fs::read_to_string(root().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// The equation numbers of a tag: `(41), (46)–(50)` is 41, 46, 47, 48, 49, 50. Other text in between is skipped.
+/// The equation numbers of a tag: `(41), (46)–(50)` is 41, 46, 47, 48, 49, 50. Other text in
+/// between is skipped.
 fn numbers(tag: &str) -> BTreeSet<u32> {
     let mut found = BTreeSet::new();
     let mut range_from = None;
@@ -123,7 +126,8 @@ fn the_table_of_equations_is_complete() {
     assert_eq!(listed, implemented());
 }
 
-/// The column headed "Rust" of each table in `docs/notation.md`: every name of every path in it is a word of the sources.
+/// The column headed "Rust" of each table in `docs/notation.md`: every name of every path in it is
+/// a word of the sources.
 #[test]
 fn names_in_the_notation_exist() {
     let sources = sources();
@@ -139,7 +143,8 @@ fn names_in_the_notation_exist() {
     assert!(checked > 100, "only {checked} names were found in the tables");
 }
 
-/// Names that follow `Test: ` or `Tests: ` in a comment, which may go on in the next line; up to the end of the sentence.
+/// Names that follow `Test: ` or `Tests: ` in a comment, which may go on in the next line; up to
+/// the end of the sentence.
 fn cited(text: &str) -> Vec<&str> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("Test: `").chain(text.match_indices("Tests: `")) {
@@ -150,7 +155,8 @@ fn cited(text: &str) -> Vec<&str> {
     found
 }
 
-/// Tests that comments name after `Test: `, and documents in their tables, are functions, or files, of the workspace.
+/// Tests that comments name after `Test: `, and documents in their tables, are functions, or files,
+/// of the workspace.
 #[test]
 fn cited_tests_exist() {
     let sources = sources();
@@ -191,8 +197,8 @@ fn cited_files_exist() {
     }
 }
 
-/// `docs/case_file.md` against the reader of case files: every key and word that it asks for is explained, and what the
-/// tables name is a word of the reader.
+/// `docs/case_file.md` against the reader of case files: every key and word that it asks for is
+/// explained, and what the tables name is a word of the reader.
 #[test]
 fn every_key_of_a_case_file_is_documented() {
     let sources = sources();

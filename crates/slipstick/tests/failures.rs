@@ -1,5 +1,6 @@
-//! The explanation of a failed analysis for a singular matrix and for gaps that nothing can close: which node and
-//! direction, what holds it, which contact pair acts there, and how to fix it. Each case really fails.
+//! The explanation of a failed analysis for a singular matrix and for gaps that nothing can close:
+//! which node and direction, what holds it, which contact pair acts there, and how to fix it. Each
+//! case really fails.
 
 mod common;
 
@@ -43,7 +44,8 @@ const LAGRANGE: &str = "{ lagrange = {} }";
 
 const PRESSURE: &str = "[[load]]\nsurface = \"block_ymax\"\npressure = 1\n";
 
-/// Explains why a case fails; all of `parts` occur in the explanation, which does not mention unknowns by number.
+/// Explains why a case fails; all of `parts` occur in the explanation, which does not mention
+/// unknowns by number.
 fn explained(text: &str, parts: &[&str]) -> (FailureReport, StepFailureKind) {
     let mut problem = problem(text);
     let density = problem.initial_density.clone();
@@ -130,8 +132,8 @@ fn a_body_that_slides_freely() {
     assert_eq!(report.cures[0], cure);
 }
 
-/// Nine slave nodes that are prescribed along the normal, against one element whose left half is held: nine gaps and
-/// only two free displacements.
+/// Nine slave nodes that are prescribed along the normal, against one element whose left half is
+/// held: nine gaps and only two free displacements.
 #[test]
 fn contradicting_contact_conditions() {
     let pressed = "motion = [{ t = 1, u = [0, -0.1, 0] }]\n";
@@ -152,8 +154,9 @@ fn contradicting_contact_conditions() {
     assert_eq!(report.places[0].position[1], 1.0);
 }
 
-/// Both surfaces are prescribed along the normal and pushed through each other: no multiplier can close the gap, and a
-/// multiplier of zero would hide it. The penalty method has a force: stiffness times depth times area.
+/// Both surfaces are prescribed along the normal and pushed through each other: no multiplier can
+/// close the gap, and a multiplier of zero would hide it. The penalty method has a force: stiffness
+/// times depth times area.
 #[test]
 fn prescribed_penetration() {
     let driven = "[[dirichlet]]\nset = \"block_ymin\"\nmotion = [{ t = 1, u = [0, -0.1, 0] }]\n[[dirichlet]]\nset = \"block_ymax\"\n[[dirichlet]]\nset = \"slab_ymax\"\ncomponents = [\"y\"]\n";
@@ -189,7 +192,8 @@ fn prescribed_penetration() {
     assert!((force - 40.0 * 0.1).abs() < 1e-9, "{force}");
 }
 
-/// Surfaces that are held where they touch, without a gap, are not an error: the multiplier is zero.
+/// Surfaces that are held where they touch, without a gap, are not an error: the multiplier is
+/// zero.
 #[test]
 fn prescribed_touch() {
     let driven = "[[dirichlet]]\nset = \"block_ymin\"\nmotion = [{ t = 1, u = [0.01, 0, 0] }]\n[[dirichlet]]\nset = \"block_ymax\"\n[[dirichlet]]\nset = \"slab_ymax\"\ncomponents = [\"y\"]\n";
@@ -201,7 +205,8 @@ fn prescribed_touch() {
     }
 }
 
-/// Unknowns are numbered by nodes, then slave nodes; supports of a node are all sets and planes that hold it.
+/// Unknowns are numbered by nodes, then slave nodes; supports of a node are all sets and planes
+/// that hold it.
 #[test]
 fn unknowns_and_supports_have_names() {
     let more = format!(
@@ -226,7 +231,8 @@ fn unknowns_and_supports_have_names() {
     assert_eq!(model.pair_name(0), "`block_ymin` on `slab_ymax`");
 }
 
-/// Nodes of void elements without any stiffness, in a body whose supports prevent every rigid motion.
+/// Nodes of void elements without any stiffness, in a body whose supports prevent every rigid
+/// motion.
 #[test]
 fn void_without_stiffness() {
     let more = "[design]\nbodies = [\"block\"]\nvolume_fraction = 0.5\nsimp = { p = 3, min = 0 }\npassive_void = [{ min = [0, 1, 0], max = [0.5, 2, 0.5] }]\n[[dirichlet]]\nset = \"block_xmax\"\n";

@@ -7,7 +7,8 @@ use common::*;
 use slipstick::build::Problem;
 use slipstick_contact::friction::Status;
 
-/// A block without lateral strain (ν = 0, so nothing moves sideways) that slides along x on a rigid plane.
+/// A block without lateral strain (ν = 0, so nothing moves sideways) that slides along x on a rigid
+/// plane.
 fn sliding(friction: f64, enforcement: &str, shape: &str, plane_is_slave: bool) -> Problem {
     let (slave, master) = if plane_is_slave { ("base_ymax", "block_ymin") } else { ("block_ymin", "base_ymax") };
     // the nodal forces of prescribed slave nodes do not count
@@ -50,7 +51,8 @@ tolerance = {{ relative = 1e-12 }}
     ))
 }
 
-/// Runs to the end; tangential and normal reaction on the block's top, and θ. Every touching node must slip.
+/// Runs to the end; tangential and normal reaction on the block's top, and θ. Every touching node
+/// must slip.
 fn slide(problem: &mut Problem) -> (f64, f64, f64) {
     let density = problem.initial_density.clone();
     let run = forward(problem, &density);
@@ -74,8 +76,8 @@ fn sliding_force_is_friction_times_normal_force() {
     {
         for (shape, plane_is_slave) in [("standard", true), ("dual", true), ("standard", false)] {
             for friction in [0.05, 0.3] {
-                // with the penalty method, the block's own face can warp, which changes the direction of the traction;
-                // the plane remains plane
+                // with the penalty method, the block's own face can warp, which changes the
+                // direction of the traction; the plane remains plane
                 if method == "penalty" && !plane_is_slave {
                     continue;
                 }
@@ -93,8 +95,8 @@ fn sliding_force_is_friction_times_normal_force() {
     }
 }
 
-/// In full slip every nodal force is √(1+μ²) times its normal part, so θ grows by this factor (Table 1 of the paper:
-/// 1.0044, 1.0291).
+/// In full slip every nodal force is √(1+μ²) times its normal part, so θ grows by this factor
+/// (Table 1 of the paper: 1.0044, 1.0291).
 #[test]
 fn contact_force_grows_with_friction() {
     for shape in ["standard", "dual"] {
@@ -114,8 +116,8 @@ fn contact_force_grows_with_friction() {
     }
 }
 
-/// |θ| of the penalty method increases with ε towards that of the Lagrange method, with an error proportional to 1/ε;
-/// the augmented method agrees with it for any ε.
+/// |θ| of the penalty method increases with ε towards that of the Lagrange method, with an error
+/// proportional to 1/ε; the augmented method agrees with it for any ε.
 #[test]
 fn penalty_tends_to_lagrange_from_below_and_augmented_lies_on_it() {
     for shape in ["standard", "dual"] {

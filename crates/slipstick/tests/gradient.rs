@@ -1,6 +1,6 @@
-//! The adjoint gradient compared with central differences (order 4) of the whole forward analysis, for every
-//! enforcement method, multiplier shape and contact history, with a heterogeneous design; each test checks that the
-//! statuses of interest occur.
+//! The adjoint gradient compared with central differences (order 4) of the whole forward analysis,
+//! for every enforcement method, multiplier shape and contact history, with a heterogeneous design;
+//! each test checks that the statuses of interest occur.
 
 mod common;
 
@@ -16,7 +16,8 @@ use slipstick_path::Silent;
 /// The bound of all comparisons; most are better than 1e-10.
 const BOUND: f64 = 1e-7;
 
-/// Stiff enough that Uzawa's iteration converges fast, soft enough that 1e-12 of the force is still above round-off.
+/// Stiff enough that Uzawa's iteration converges fast, soft enough that 1e-12 of the force is still
+/// above round-off.
 const AUGMENTED: f64 = 1e4;
 
 fn methods() -> [(&'static str, String); 3] {
@@ -85,8 +86,8 @@ fn gradient_opening_and_closing_again() {
     }
 }
 
-/// A finer slave surface, partly beyond the slab's edge, tilted by a rotation about a horizontal axis: nodes open while
-/// others stick and slip.
+/// A finer slave surface, partly beyond the slab's edge, tilted by a rotation about a horizontal
+/// axis: nodes open while others stick and slip.
 #[test]
 fn gradient_of_a_rocking_block_over_the_edge() {
     for (method, enforcement) in methods() {
@@ -110,9 +111,10 @@ fn gradient_of_a_rocking_block_over_the_edge() {
     }
 }
 
-/// A block slides onto the slab from beyond its edge: nodes without a previous mortar row reach the slab. For these,
-/// the first slip increment would vanish for every motion, so friction starts one step later; the stiffness of their
-/// contact condition increases with their area. Otherwise, steps that cover new nodes could not be solved.
+/// A block slides onto the slab from beyond its edge: nodes without a previous mortar row reach the
+/// slab. For these, the first slip increment would vanish for every motion, so friction starts one
+/// step later; the stiffness of their contact condition increases with their area. Otherwise, steps
+/// that cover new nodes could not be solved.
 #[test]
 fn gradient_of_a_block_sliding_onto_the_slab() {
     for (method, enforcement) in methods() {
@@ -153,8 +155,8 @@ fn gradient_of_other_materials_and_elements() {
     }
 }
 
-/// Tetrahedra, and both kinds of elements in one body: a slab in which every second hexahedron is divided, under a
-/// block of tetrahedra, so that triangles slide over triangles and quadrilaterals.
+/// Tetrahedra, and both kinds of elements in one body: a slab in which every second hexahedron is
+/// divided, under a block of tetrahedra, so that triangles slide over triangles and quadrilaterals.
 #[test]
 fn gradient_of_tetrahedra_and_hexahedra() {
     let divided = |name: &str, min: [f64; 3], max: [f64; 3], elements: [usize; 3], every: usize| {
@@ -184,8 +186,9 @@ fn gradient_of_tetrahedra_and_hexahedra() {
     }
 }
 
-/// Wedges: a slab of hexahedra, standing wedges, lying wedges and tetrahedra, under a block of standing or lying wedges, so that
-/// triangles and quadrilaterals of wedges slide over those of all elements; with F̄, and with nearly empty elements.
+/// Wedges: a slab of hexahedra, standing wedges, lying wedges and tetrahedra, under a block of
+/// standing or lying wedges, so that triangles and quadrilaterals of wedges slide over those of all
+/// elements; with F̄, and with nearly empty elements.
 #[test]
 fn gradient_of_wedges() {
     let shape = |min: [f64; 3], max: [f64; 3], elements: [usize; 3]| BoxShape { min, max, elements, grading: [1.0; 3] };
@@ -249,8 +252,8 @@ fn gradient_of_an_objective_over_all_steps() {
     }
 }
 
-/// Each pair has its own method. Lagrange multipliers and the augmented Lagrangian have the same solution, so the
-/// objective does not depend on which pair has which.
+/// Each pair has its own method. Lagrange multipliers and the augmented Lagrangian have the same
+/// solution, so the objective does not depend on which pair has which.
 #[test]
 fn gradient_of_three_bodies() {
     let mut exact: Vec<(String, f64)> = Vec::new();
@@ -272,8 +275,8 @@ fn gradient_of_three_bodies() {
     }
 }
 
-/// A step that crushes the bodies is cut back, and the adjoint follows the sub-steps. The test uses the first depth
-/// that is too large for one increment.
+/// A step that crushes the bodies is cut back, and the adjoint follows the sub-steps. The test uses
+/// the first depth that is too large for one increment.
 #[test]
 fn gradient_through_sub_steps() {
     for (method, enforcement) in methods() {
@@ -304,8 +307,9 @@ fn last_step_only(forward: &Forward) -> Forward {
     short
 }
 
-/// A gradient without previous-step terms would be wrong by at least 1e-4 … 3e-2, so the comparisons above do test
-/// these terms. Without friction they vanish, and only the observed step is solved.
+/// A gradient without previous-step terms would be wrong by at least 1e-4 … 3e-2, so the
+/// comparisons above do test these terms. Without friction they vanish, and only the observed step
+/// is solved.
 #[test]
 fn previous_step_terms_matter_with_friction_and_vanish_without() {
     for (method, enforcement) in methods() {
@@ -327,8 +331,8 @@ fn previous_step_terms_matter_with_friction_and_vanish_without() {
     }
 }
 
-/// Without memory no factors are kept, with little memory some, with much memory those of all steps; the results agree
-/// to the tolerance of the transposed solves.
+/// Without memory no factors are kept, with little memory some, with much memory those of all
+/// steps; the results agree to the tolerance of the transposed solves.
 #[test]
 fn the_gradient_is_the_same_with_any_memory_for_factors() {
     for (method, enforcement) in methods() {
@@ -357,8 +361,8 @@ fn the_gradient_is_the_same_with_any_memory_for_factors() {
     }
 }
 
-/// Small problems are factorized again in every solve, since that is cheaper. If earlier factors are enforced, those of
-/// the march, of the sweep itself or both, the sweep has the same result.
+/// Small problems are factorized again in every solve, since that is cheaper. If earlier factors
+/// are enforced, those of the march, of the sweep itself or both, the sweep has the same result.
 #[test]
 fn the_gradient_is_the_same_with_earlier_factors() {
     for (method, enforcement) in methods() {
@@ -419,8 +423,8 @@ fn taylor_remainder_is_of_second_order() {
     }
 }
 
-/// If a node changes its status within ±h, central differences are wrong and the active sets show it; the adjoint is
-/// the derivative on the side on which it was computed.
+/// If a node changes its status within ±h, central differences are wrong and the active sets show
+/// it; the adjoint is the derivative on the side on which it was computed.
 #[test]
 fn a_kink_is_recognised_by_its_active_sets() {
     let mut problem = problem(&Scene { friction: 0.5, ..Scene::default() }.text());

@@ -1,4 +1,5 @@
-//! Several load cases: each gives the same result as alone, and the objective and its gradient are their weighted sums.
+//! Several load cases: each gives the same result as alone, and the objective and its gradient are
+//! their weighted sums.
 
 mod common;
 
@@ -68,7 +69,8 @@ fn objective_and_gradient_are_weighted_sums() {
             let expected: f64 = parts.iter().zip(WEIGHTS).map(|((_, part), weight)| weight * part.density[e]).sum();
             assert!((found - expected).abs() < within * largest, "{enforcement}: element {e}: {found}, not {expected}");
         }
-        // μ and both moduli, then the slab's support, the block's motion in each case, and the load of each
+        // μ and both moduli, then the slab's support, the block's motion in each case, and the load
+        // of each
         let values: Vec<f64> = gradients.parameters.iter().map(|p| p.1).collect();
         let of = |case: usize, k: usize| WEIGHTS[case] * parts[case].1.parameters[k].1;
         let expected = [
@@ -92,7 +94,8 @@ fn objective_and_gradient_are_weighted_sums() {
     }
 }
 
-/// Later designs take their initial guesses from the path of the previous design, separately for each case.
+/// Later designs take their initial guesses from the path of the previous design, separately for
+/// each case.
 #[test]
 fn designs_for_two_load_cases() {
     let text = both(LAGRANGE).replace("initial = 0.5", "initial = 0.5\nvolume_fraction = 0.5")

@@ -8,8 +8,8 @@ use slipstick::build::Problem;
 use slipstick::design::ElementValues;
 use slipstick::model::Parameter;
 
-/// Two boxes on top of each other between frictionless walls, with non-matching meshes, the upper one pressed by
-/// `load`.
+/// Two boxes on top of each other between frictionless walls, with non-matching meshes, the upper
+/// one pressed by `load`.
 fn stack(load: &str, shape: &str) -> Problem {
     let mut text = String::new();
     for (name, y, elements, modulus) in [("lower", 0, [2, 2, 2], 1000.0), ("upper", 1, [3, 1, 3], 300.0)] {
@@ -37,9 +37,9 @@ fn stack(load: &str, shape: &str) -> Problem {
     problem(&text)
 }
 
-/// Pressure, traction and force of the same size have the same effect between walls, where no area changes: the contact
-/// pressure is the load, and both boxes are strained by the stretch λ of P = 2c (λ − λ^(−2β−1)), c = E/(4(1+ν)), β =
-/// ν/(1−2ν), (100).
+/// Pressure, traction and force of the same size have the same effect between walls, where no area
+/// changes: the contact pressure is the load, and both boxes are strained by the stretch λ of
+/// P = 2c (λ − λ^(−2β−1)), c = E/(4(1+ν)), β = ν/(1−2ν), (100).
 #[test]
 fn a_load_arrives_at_the_contact() {
     let size = 150.0;
@@ -94,7 +94,8 @@ fn scene(enforcement: &str) -> Scene {
     Scene { enforcement: enforcement.into(), observed: "\"all\"", more: MORE.into(), ..Scene::default() }
 }
 
-/// The block's top is free: only contact and friction hold it, under a load that presses and drags it.
+/// The block's top is free: only contact and friction hold it, under a load that presses and drags
+/// it.
 fn held_by_contact(enforcement: &str) -> String {
     let scene = Scene { enforcement: enforcement.into(), observed: "\"all\"", ..Scene::default() };
     let motion = format!("[[dirichlet]]\nset = \"block_ymax\"\nmotion = {}\n", scene.motion);
@@ -105,7 +106,8 @@ fn held_by_contact(enforcement: &str) -> String {
     text.replace(&motion, load)
 }
 
-/// dθ/dφ along a direction and dθ/da of every load against central differences (order 4) of whole analyses.
+/// dθ/dφ along a direction and dθ/da of every load against central differences (order 4) of whole
+/// analyses.
 fn check(name: &str, text: &str) {
     let mut base = problem(text);
     let density = random_density(&base, 5);

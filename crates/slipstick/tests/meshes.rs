@@ -53,9 +53,9 @@ fn by_place(mesh: &Mesh, values: &[f64]) -> Vec<([i64; 3], f64)> {
     found
 }
 
-/// A slab of tetrahedra under a block of hexahedra, by Gmsh: sizes and groups as drawn in `make.py`. Contact with
-/// friction gives the force of the hexahedral slab, up to the excess stiffness of such coarse tetrahedra. F̄ has no
-/// effect, which a warning reports.
+/// A slab of tetrahedra under a block of hexahedra, by Gmsh: sizes and groups as drawn in
+/// `make.py`. Contact with friction gives the force of the hexahedral slab, up to the excess
+/// stiffness of such coarse tetrahedra. F̄ has no effect, which a warning reports.
 #[test]
 fn tetrahedra_from_gmsh_are_solved() {
     let text = from_file("gmsh_tetrahedra.msh");
@@ -81,9 +81,9 @@ fn tetrahedra_from_gmsh_are_solved() {
     assert_eq!(run(&mut built(&bar)), found);
 }
 
-/// A slab and a block of wedges, by Gmsh: sizes as drawn in `make.py`, contact with friction. Conforming meshes are too
-/// stiff, so refined hexahedra carry the smallest force; wedges are stiffer than hexahedra of their size, and softer
-/// than tetrahedra.
+/// A slab and a block of wedges, by Gmsh: sizes as drawn in `make.py`, contact with friction.
+/// Conforming meshes are too stiff, so refined hexahedra carry the smallest force; wedges are
+/// stiffer than hexahedra of their size, and softer than tetrahedra.
 #[test]
 fn wedges_from_gmsh_are_solved() {
     let text = from_file("gmsh_wedges.msh");
@@ -121,7 +121,8 @@ fn wedges_from_gmsh_are_solved() {
     assert!(warnings.len() == 2 && warnings.iter().all(of_wedges), "{warnings:?}");
 }
 
-/// The slab of wedges between smooth walls, pressed down by a tenth: uniaxial strain, which every mesh represents exactly.
+/// The slab of wedges between smooth walls, pressed down by a tenth: uniaxial strain, which every
+/// mesh represents exactly.
 #[test]
 fn wedges_from_gmsh_are_strained_uniformly() {
     let wall = |name: &str, axis: &str, at: f64, normal: [f64; 3]| {
@@ -158,7 +159,8 @@ fn wedges_from_gmsh_are_strained_uniformly() {
     assert!(worst < 1e-11, "{worst:e}");
 }
 
-/// With `first_order`, second-order meshes give the same result as first-order ones by the same program.
+/// With `first_order`, second-order meshes give the same result as first-order ones by the same
+/// program.
 #[test]
 fn second_order_is_read_by_its_corners() {
     let second = |file: &str| from_file(file).replace("part =", "first_order = true, part =");
@@ -180,8 +182,9 @@ fn second_order_is_read_by_its_corners() {
     assert_eq!(parsed(&written).case, case);
 }
 
-/// Contact with friction of two bodies from each kind of file, against the same bodies from the generator. Gmsh's nodes
-/// are off by 2e-12, so results agree to that times the stiffness of contact, not to round-off.
+/// Contact with friction of two bodies from each kind of file, against the same bodies from the
+/// generator. Gmsh's nodes are off by 2e-12, so results agree to that times the stiffness of
+/// contact, not to round-off.
 #[test]
 fn a_meshed_pair_is_the_generated_one() {
     let faces = |body: &str| [format!("{body}_ymax"), format!("{body}_ymin")];
@@ -220,7 +223,8 @@ fn gradient_on_a_mesh_from_a_file_matches_differences() {
     assert_eq!(check.adjoint.len(), 16);
 }
 
-/// The location of the files depends only on the arguments of the reader: the case itself does not read files.
+/// The location of the files depends only on the arguments of the reader: the case itself does not
+/// read files.
 #[test]
 fn files_come_through_the_caller() {
     let text = from_file("gmsh_41_ascii.msh");
@@ -271,7 +275,8 @@ fn errors_in_mesh_files_point_at_the_case() {
     }
 }
 
-/// Two boxes of 1 × 1 × 1 elements, from one file whose parts share no nodes: as one body, it is disconnected.
+/// Two boxes of 1 × 1 × 1 elements, from one file whose parts share no nodes: as one body, it is
+/// disconnected.
 #[test]
 fn unmerged_nodes_are_told() {
     let cube = |first: usize, x: f64| {

@@ -1,5 +1,5 @@
-//! Newton's method and step control: quadratic convergence, first contact with friction, sub-steps, typed failures,
-//! tolerances.
+//! Newton's method and step control: quadratic convergence, first contact with friction, sub-steps,
+//! typed failures, tolerances.
 
 mod common;
 #[path = "common/table.rs"]
@@ -25,8 +25,9 @@ fn order(increments: &[f64]) -> f64 {
     (increments[2] / increments[1]).ln() / (increments[1] / increments[0]).ln()
 }
 
-/// Once an increment e = ‖Δd‖/‖d‖ + ‖Δζ‖/‖ζ‖ is below 1e-3, the next one is below K e² (linear convergence with factor q
-/// would give q/e, without bound) until it meets rounding, and the last three have order 2 in the median over the steps.
+/// Once an increment e = ‖Δd‖/‖d‖ + ‖Δζ‖/‖ζ‖ is below 1e-3, the next one is below K e² (linear
+/// convergence with factor q would give q/e, without bound) until it meets rounding, and the last
+/// three have order 2 in the median over the steps.
 #[test]
 fn newton_converges_quadratically() {
     for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3)), ("augmented, held", INNER)] {
@@ -88,8 +89,8 @@ fn march(scene: &Scene) -> (Result<Path, Box<MarchFailure>>, Watch) {
     (result, watch)
 }
 
-/// At first contact the regularised problem is homogeneous, so a smaller load increment changes nothing; without
-/// damping, the iteration jumps between directions of slip indefinitely.
+/// At first contact the regularised problem is homogeneous, so a smaller load increment changes
+/// nothing; without damping, the iteration jumps between directions of slip indefinitely.
 #[test]
 fn friction_from_first_contact_on_needs_no_sub_steps() {
     let mut damped = 0;
@@ -108,7 +109,8 @@ fn friction_from_first_contact_on_needs_no_sub_steps() {
     assert!(damped > 0, "no increment was damped");
 }
 
-/// One step that crushes, shears and rotates the bodies; uses the first depth that is too large for one increment.
+/// One step that crushes, shears and rotates the bodies; uses the first depth that is too large for
+/// one increment.
 #[test]
 fn a_step_that_is_too_large_is_reached_in_sub_steps() {
     for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3))] {
@@ -168,7 +170,8 @@ fn sub_steps_of_a_guide_are_taken() {
     assert_eq!(of(&led.path), of(&coarse.path));
 }
 
-/// The bodies together are 1.8 high and are to be pressed to −0.2: elements must invert, in the step that reaches this.
+/// The bodies together are 1.8 high and are to be pressed to −0.2: elements must invert, in the
+/// step that reaches this.
 #[test]
 fn a_hopeless_step_fails_with_its_place_and_the_inverted_elements() {
     let scene = Scene {
@@ -220,8 +223,8 @@ fn absolute_tolerances_are_honoured() {
     }
 }
 
-/// A tolerance below round-off ends the iteration at round-off, with increments of a few units in the last place of the
-/// positions, instead of a failure.
+/// A tolerance below round-off ends the iteration at round-off, with increments of a few units in
+/// the last place of the positions, instead of a failure.
 #[test]
 fn a_tolerance_below_rounding_ends_at_rounding() {
     for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(1e5))] {
@@ -245,8 +248,8 @@ fn a_tolerance_below_rounding_ends_at_rounding() {
     }
 }
 
-/// The initial guess of a step affects the number of iterations, not the result: from the last state, from a
-/// prediction, or from the path of a nearby design.
+/// The initial guess of a step affects the number of iterations, not the result: from the last
+/// state, from a prediction, or from the path of a nearby design.
 #[test]
 fn start_values_change_no_result() {
     for (method, enforcement) in [("Lagrange", LAGRANGE), ("penalty", &penalty(5e3)), ("augmented", AUGMENTED)] {
@@ -279,8 +282,9 @@ fn start_values_change_no_result() {
     }
 }
 
-/// The augmented Lagrangian method costs about what the Lagrange multiplier method does, however small ε is; if its
-/// second-order updates cannot converge, Uzawa's iteration ends at the same state.
+/// The augmented Lagrangian method costs about what the Lagrange multiplier method does, however
+/// small ε is; if its second-order updates cannot converge, Uzawa's iteration ends at the same
+/// state.
 #[test]
 fn multiplier_updates_of_second_order_make_epsilon_a_matter_of_taste() {
     let run = |enforcement: &str, more: &str| {
@@ -309,8 +313,8 @@ fn multiplier_updates_of_second_order_make_epsilon_a_matter_of_taste() {
     let plain = run(&augmented(1e4, 0), "");
     check(&plain, "plain");
     assert!(plain.newton_iterations() > 3 * lagrange.newton_iterations());
-    // few iterations are allowed, so that some updates fail, but enough that no step is cut back, which would be a
-    // different path
+    // few iterations are allowed, so that some updates fail, but enough that no step is cut back,
+    // which would be a different path
     let strained = (3..8)
         .map(|most| run(&augmented(1e4, 8), &format!("max_newton_iterations = {most}\nstart_values = \"last_state\"")));
     let updates = |path: &Path| path.states.iter().map(|s| s.report.uzawa).max().unwrap();
@@ -318,7 +322,8 @@ fn multiplier_updates_of_second_order_make_epsilon_a_matter_of_taste() {
     check(&some_failed.next().expect("a path on which an update failed"), "with failing updates");
 }
 
-/// The cube of [`a_contact_that_jumps_is_followed`], with so many elements, load steps and this friction.
+/// The cube of [`a_contact_that_jumps_is_followed`], with so many elements, load steps and this
+/// friction.
 fn dragged(elements: [usize; 3], steps: usize, friction: f64, enforcement: &str) -> String {
     format!(
         "[[body]]\nname = \"cube\"\nbox = {{ min = [-2.5, 0, -0.5], max = [-1.5, 1, 0.5], elements = {elements:?} }}\n\
@@ -335,11 +340,12 @@ fn dragged(elements: [usize; 3], steps: usize, friction: f64, enforcement: &str)
     )
 }
 
-/// A cube is pressed by 40 % of its height and dragged over a plate. At t = 0.315 the row of nodes behind its leading
-/// edge loses contact: the equilibrium ends at a limit point, and the cube jumps to another one, in which it continues
-/// to slide. Newton's method no longer finds a solution nearby and alternates between stick, slip and open, however
-/// small the increment. Expected: the state found with the augmented Lagrangian, which has the same equations and a
-/// different iteration.
+/// A cube is pressed by 40 % of its height and dragged over a plate. At t = 0.315 the row of nodes
+/// behind its leading edge loses contact: the equilibrium ends at a limit point, and the cube jumps
+/// to another one, in which it continues to slide. Newton's method no longer finds a solution
+/// nearby and alternates between stick, slip and open, however small the increment. Expected: the
+/// state found with the augmented Lagrangian, which has the same equations and a different
+/// iteration.
 #[test]
 fn a_contact_that_jumps_is_followed() {
     let run = |enforcement: &str| {
@@ -356,7 +362,8 @@ fn a_contact_that_jumps_is_followed() {
         lagrange.path.states.iter().filter(|state| state.report.rescued).map(|state| state.time).collect();
     assert_eq!(rescued, [0.32], "two halvings before it is tried");
     assert!(watch.cut_backs.len() <= 2, "{:?}", watch.cut_backs);
-    // failed iterations are counted at the next state of the path: some attempts of 25 iterations each
+    // failed iterations are counted at the next state of the path: some attempts of 25 iterations
+    // each
     let failed: Vec<usize> = lagrange.path.states.iter().map(|state| state.report.failed_iterations).collect();
     assert!(failed.iter().sum::<usize>() >= 25 && failed[..16].iter().all(|count| *count == 0), "{failed:?}");
     assert!(lagrange.path.newton_iterations() < 100, "{} Newton iterations", lagrange.path.newton_iterations());
@@ -385,7 +392,8 @@ fn a_contact_that_jumps_is_followed() {
     assert!(error < 1e-7);
 }
 
-/// The dragged cube with other meshes, load steps and friction: how many paths reach their end, and at what cost.
+/// The dragged cube with other meshes, load steps and friction: how many paths reach their end, and
+/// at what cost.
 #[test]
 #[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
 fn table_of_jumps() {
@@ -414,8 +422,8 @@ fn table_of_jumps() {
     table::publish("jumps", &table);
 }
 
-/// A half-ball is pressed into a plate and then slid over it; sliding begins in step 6. The solution does not depend on
-/// c.
+/// A half-ball is pressed into a plate and then slid over it; sliding begins in step 6. The
+/// solution does not depend on c.
 #[test]
 #[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
 fn table_of_the_onset_of_sliding() {

@@ -123,8 +123,8 @@ fn a_vtu_reads_back_bit_for_bit() {
     assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 1);
 }
 
-/// Types and offsets according to VTK's file format: 10 is the tetrahedron, 12 the hexahedron, 13 the wedge, whose
-/// first triangle is counter-clockwise seen from outside.
+/// Types and offsets according to VTK's file format: 10 is the tetrahedron, 12 the hexahedron, 13
+/// the wedge, whose first triangle is counter-clockwise seen from outside.
 #[test]
 fn elements_of_all_types_are_written() {
     let elements = [Element::Tet4([8, 9, 10, 4]), HEXES[0], Element::Wedge6([0, 1, 3, 4, 5, 7])];

@@ -1,5 +1,5 @@
-//! Derivatives with respect to friction, moduli and amplitudes of motion, compared with central differences (order 4)
-//! of whole forward analyses, each of a problem built from modified text.
+//! Derivatives with respect to friction, moduli and amplitudes of motion, compared with central
+//! differences (order 4) of whole forward analyses, each of a problem built from modified text.
 
 mod common;
 
@@ -114,8 +114,8 @@ fn moduli_of_interpolated_elements_match_finite_differences() {
     check("interpolated", &Scene { design, ..Scene::default() }, 3);
 }
 
-/// The contact stiffness of slivers, and that of the penalty method by default, follow the moduli: at the edge of the
-/// slab, with equal and with different moduli of the bodies.
+/// The contact stiffness of slivers, and that of the penalty method by default, follow the moduli:
+/// at the edge of the slab, with equal and with different moduli of the bodies.
 #[test]
 fn stiffnesses_that_follow_the_moduli_are_differentiated() {
     let methods = [("Lagrange", LAGRANGE.to_string()), ("penalty", "{ penalty = {} }".into())];
@@ -164,7 +164,8 @@ fn derivatives_with_a_method_for_each_pair_match_finite_differences() {
     }
 }
 
-/// A frictionless contact has no derivative with respect to its coefficient of friction, which cannot become negative.
+/// A frictionless contact has no derivative with respect to its coefficient of friction, which
+/// cannot become negative.
 #[test]
 fn a_coefficient_of_zero_has_no_derivative() {
     let mut problem = problem(&Scene { friction: 0.0, ..Scene::default() }.text());

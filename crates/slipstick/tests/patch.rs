@@ -1,4 +1,5 @@
-//! The contact patch test: a uniform state of stress passes through an interface between non-matching meshes.
+//! The contact patch test: a uniform state of stress passes through an interface between
+//! non-matching meshes.
 
 mod common;
 
@@ -18,9 +19,9 @@ const PRESSED: f64 = 0.3;
 /// Replaces the hexahedra of a box by other elements.
 type Divide = fn(&Mesh) -> Mesh;
 
-/// Two boxes 1 × 1 × 1 on top of each other, the upper one pressed down by [`PRESSED`]. `confined`: frictionless walls
-/// on all four sides, otherwise only symmetry planes at x = 0 and z = 0; `clamped`: no walls, but ends held in all
-/// components.
+/// Two boxes 1 × 1 × 1 on top of each other, the upper one pressed down by [`PRESSED`]. `confined`:
+/// frictionless walls on all four sides, otherwise only symmetry planes at x = 0 and z = 0;
+/// `clamped`: no walls, but ends held in all components.
 struct Stack {
     lower: [usize; 3],
     upper: [usize; 3],
@@ -130,7 +131,8 @@ fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Axial stretches of both bodies and the common pressure in uniaxial strain: equal axial stress, given total height.
+/// Axial stretches of both bodies and the common pressure in uniaxial strain: equal axial stress,
+/// given total height.
 fn uniaxial_strain(moduli: [(f64, f64); 2]) -> ([f64; 2], f64) {
     let axial = |body: usize, l: f64| stress([moduli[body].0, moduli[body].1], [1.0, l, 1.0])[1];
     let lower = root(1.0 - PRESSED, 1.0, |l| axial(0, l) - axial(1, 2.0 - PRESSED - l));
@@ -209,8 +211,9 @@ fn uniaxial_strain_passes_through_any_meshes() {
     }
 }
 
-/// By hand: under uniaxial strain, linear elastic bodies carry the same pressure M ε with M = λ + 2μ; the strains of
-/// both add up to [`PRESSED`]. With fully integrated elements and with B̄.
+/// By hand: under uniaxial strain, linear elastic bodies carry the same pressure M ε with
+/// M = λ + 2μ; the strains of both add up to [`PRESSED`]. With fully integrated elements and with
+/// B̄.
 #[test]
 fn linear_elastic_bodies_share_a_pressure() {
     let stack = Stack::default();
@@ -244,8 +247,8 @@ fn uniaxial_strain_passes_through_tetrahedra() {
     }
 }
 
-/// The same with wedges on one side or on both: standing on their triangles, lying on their quadrilaterals, or next to
-/// tetrahedra in one body, with inner nodes moved.
+/// The same with wedges on one side or on both: standing on their triangles, lying on their
+/// quadrilaterals, or next to tetrahedra in one body, with inner nodes moved.
 #[test]
 fn uniaxial_strain_passes_through_wedges() {
     let standing: Divide = |mesh| distorted(mesh.divided_into_wedges(|_| Some(1)));
@@ -335,8 +338,8 @@ fn inclined(stack: &Stack) -> Problem {
     problem
 }
 
-/// An inclined interface that sticks, one material without lateral strain (ν = 0): a uniform state with normal and
-/// tangential traction, equal to that of the Cauchy stress on the current plane.
+/// An inclined interface that sticks, one material without lateral strain (ν = 0): a uniform state
+/// with normal and tangential traction, equal to that of the Cauchy stress on the current plane.
 #[test]
 fn an_inclined_sticking_interface_passes_shear_too() {
     let moduli = [(1000.0, 0.0); 2];

@@ -1,5 +1,6 @@
-//! The paper's example 5.1 compared with an independent implementation (dual numbers, no shared source): θ and dθ/dφ
-//! for the three methods at two coefficients of friction, and the whole forward path of the Lagrange method.
+//! The paper's example 5.1 compared with an independent implementation (dual numbers, no shared
+//! source): θ and dθ/dφ for the three methods at two coefficients of friction, and the whole
+//! forward path of the Lagrange method.
 
 use serde_json::Value;
 use slipstick::build::{Problem, build};
@@ -89,9 +90,9 @@ fn penalty_matches_the_independent_implementation() {
     }
 }
 
-/// The reference stopped Uzawa's iteration at max |t − z|/ε < 1e-6; the same iterations give the same θ, and the
-/// adjoint at a state that satisfies the contact conditions only to 1e-6 differs only by the formulation of the saddle
-/// point.
+/// The reference stopped Uzawa's iteration at max |t − z|/ε < 1e-6; the same iterations give the
+/// same θ, and the adjoint at a state that satisfies the contact conditions only to 1e-6 differs
+/// only by the formulation of the saddle point.
 #[test]
 fn augmented_lagrangian_matches_the_independent_implementation() {
     let enforcement = "{ augmented = { stiffness = 1000, scaling = \"weighted\", tolerance = 1e-6, tolerance_scaling = \"absolute\", max_uzawa = 500, acceleration = 0 } }";
@@ -102,8 +103,8 @@ fn augmented_lagrangian_matches_the_independent_implementation() {
         compare(friction, "LMM", &tight, 1e-8, 1e-7);
     }
 }
-/// Every step of the Lagrange path: status, gap, slip and displacement of the four slave nodes. The reference orders them
-/// (x−z−), (x+z−), (x+z+), (x−z+).
+/// Every step of the Lagrange path: status, gap, slip and displacement of the four slave nodes. The
+/// reference orders them (x−z−), (x+z−), (x+z+), (x−z+).
 #[test]
 fn lagrange_path_matches_step_by_step() {
     let reference = reference();

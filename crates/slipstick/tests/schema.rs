@@ -1,5 +1,5 @@
-//! The JSON schema of case files: its types and words are checked against the reader; its required keys come from the
-//! reader, and some are checked against the documentation.
+//! The JSON schema of case files: its types and words are checked against the reader; its required
+//! keys come from the reader, and some are checked against the documentation.
 
 use serde_json::Value;
 use slipstick::case::{CaseCode, TEMPLATES, parse_case, schema};
@@ -15,7 +15,8 @@ fn the_schema_in_the_documentation_is_fresh() {
     );
 }
 
-/// Whether a schema accepts a value, to the extent needed for the schema of case files (JSON Schema 2020-12).
+/// Whether a schema accepts a value, to the extent needed for the schema of case files (JSON Schema
+/// 2020-12).
 fn accepts(root: &Value, schema: &Value, value: &Value) -> bool {
     let all = |list: &str, test: &dyn Fn(&Value) -> bool| schema[list].as_array().is_none_or(|l| l.iter().all(test));
     let count = |list: &str| schema[list].as_array().map(|l| l.iter().filter(|s| accepts(root, s, value)).count());
@@ -88,8 +89,8 @@ fn misread(case: &Value) -> bool {
     parse_case(&text, "case.toml").is_err_and(|e| e.diagnostics().iter().any(|d| codes.contains(&d.code())))
 }
 
-/// Templates, with and without their defaults, each with one key omitted, misspelt, or of a different type: schema and
-/// reader agree.
+/// Templates, with and without their defaults, each with one key omitted, misspelt, or of a
+/// different type: schema and reader agree.
 #[test]
 fn schema_and_reader_agree() {
     let schema = schema();
@@ -110,7 +111,8 @@ fn schema_and_reader_agree() {
                     (accepts(&schema, &schema, &changed), misread(&changed))
                 };
                 let without = changed(&|table| drop(table.remove(key)));
-                // An [optimizer] requires the volume fraction: a condition that the schema leaves to the reader.
+                // An [optimizer] requires the volume fraction: a condition that the schema leaves
+                // to the reader.
                 if path == "/design/volume_fraction" {
                     assert!(without.1, "{}: without {path}", template.name);
                 } else {

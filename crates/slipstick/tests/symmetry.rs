@@ -1,4 +1,5 @@
-//! Symmetry planes: a half and a quarter of the bodies compared with the whole, and with finite differences.
+//! Symmetry planes: a half and a quarter of the bodies compared with the whole, and with finite
+//! differences.
 
 mod common;
 
@@ -10,8 +11,8 @@ use slipstick_mesh::{BoxShape, Mesh, box_mesh};
 use slipstick_path::Silent;
 use std::collections::BTreeMap;
 
-/// A block with a curved bottom that is pressed onto a slab and, if `slides`, moved along x; everything is symmetric in z,
-/// and in x at rest. `axes`: which halves are meshed (x, z).
+/// A block with a curved bottom that is pressed onto a slab and, if `slides`, moved along x;
+/// everything is symmetric in z, and in x at rest. `axes`: which halves are meshed (x, z).
 #[derive(Debug, Clone, Copy)]
 struct Cut {
     axes: [bool; 2],
@@ -157,9 +158,9 @@ fn compare(cut: Cut, enforcement: &str, supports: bool) -> Apart {
     apart
 }
 
-/// The bounds are our own: the remaining error is due to the overlap of slave facets that are inclined to the plane,
-/// whose projection is cut there. Simple supports at the plane, with their one-sided normals and tractions across it,
-/// are far worse.
+/// The bounds are our own: the remaining error is due to the overlap of slave facets that are
+/// inclined to the plane, whose projection is cut there. Simple supports at the plane, with their
+/// one-sided normals and tractions across it, are far worse.
 #[test]
 fn a_part_is_a_part_of_the_whole() {
     let weighted = "{ penalty = { stiffness = 100000.0, scaling = 'weighted' } }".to_string();
@@ -199,7 +200,8 @@ fn gradients_of_a_part_match_finite_differences() {
     }
 }
 
-/// Two steps of the optimizer agree between part and whole: objective, volume and filter are consistent.
+/// Two steps of the optimizer agree between part and whole: objective, volume and filter are
+/// consistent.
 #[test]
 fn designs_of_a_part_are_those_of_the_whole() {
     let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
@@ -246,8 +248,8 @@ fn planes_that_are_none_are_refused() {
     assert!(off.contains("dirichlet[1].motion: node") && off.contains("off its symmetry plane"), "{off}");
 }
 
-/// An eighth of a cube under pressure, held only by three symmetry planes: uniaxial stress, whose stretches must give
-/// the stresses by (100). A load on a plane has no effect, which is reported.
+/// An eighth of a cube under pressure, held only by three symmetry planes: uniaxial stress, whose
+/// stretches must give the stresses by (100). A load on a plane has no effect, which is reported.
 #[test]
 fn planes_alone_hold_an_eighth_of_a_cube() {
     let text = "[[body]]\nname = 'cube'\nbox = { min = [0, 0, 0], max = [1, 1, 1], elements = [2, 2, 2] }\n\

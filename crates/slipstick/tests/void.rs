@@ -1,4 +1,5 @@
-//! Void elements with interpolated energy: the whole gradient, a path that fails without it, and one that does not.
+//! Void elements with interpolated energy: the whole gradient, a path that fails without it, and
+//! one that does not.
 
 mod common;
 
@@ -9,8 +10,8 @@ use slipstick::build::Problem;
 use slipstick::design::ElementValues;
 use slipstick_path::{Silent, StateError, StepFailureKind};
 
-/// A frictional path with densities in the range where γ rises from 0 to 1, below and above it: adjoint compared with
-/// central differences of the whole analysis.
+/// A frictional path with densities in the range where γ rises from 0 to 1, below and above it:
+/// adjoint compared with central differences of the whole analysis.
 #[test]
 fn gradient_with_interpolated_energy() {
     for (method, enforcement) in
@@ -36,8 +37,8 @@ fn gradient_with_interpolated_energy() {
     }
 }
 
-/// A block on a bridge over a void of stiffness 1e-9, pressed down by `depth` and simultaneously dragged along it by
-/// `side`.
+/// A block on a bridge over a void of stiffness 1e-9, pressed down by `depth` and simultaneously
+/// dragged along it by `side`.
 fn bridge(depth: f64, side: f64, energy: &str) -> (Problem, ElementValues) {
     let scene = Scene {
         slab: [12, 6, 1],
@@ -81,8 +82,8 @@ fn a_void_that_inverts_is_marched_through() {
     assert!(of(0.0).any(|j| j < 0.0) && of(1.0).all(|j| j > 0.0), "{smallest:?}");
 }
 
-/// If both paths reach their end, the force is that of the bridge: a void with 1e-9 of its stiffness does not
-/// contribute.
+/// If both paths reach their end, the force is that of the bridge: a void with 1e-9 of its
+/// stiffness does not contribute.
 #[test]
 fn interpolation_leaves_the_solid_as_it_is() {
     let value = |energy| {

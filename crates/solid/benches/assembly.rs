@@ -1,6 +1,6 @@
-//! Assembly on one thread of 30 × 30 × 30 hexahedra, and of six tetrahedra instead of each, with the same unknowns:
-//! `cargo bench -p slipstick-solid`. Prints the shortest of 30 times of each, because other load on the machine affects
-//! it least.
+//! Assembly on one thread of 30 × 30 × 30 hexahedra, and of six tetrahedra instead of each, with
+//! the same unknowns: `cargo bench -p slipstick-solid`. Prints the shortest of 30 times of each,
+//! because other load on the machine affects it least.
 
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};

@@ -1,5 +1,5 @@
-//! The contributions of the elements of a cluster, hexahedra and wedges first, then batches of tetrahedra; compiled for
-//! the instruction set that is detected at run time.
+//! The contributions of the elements of a cluster, hexahedra and wedges first, then batches of
+//! tetrahedra; compiled for the instruction set that is detected at run time.
 
 use crate::clusters::Target;
 use crate::hex8::kernel::Scratch;
@@ -119,7 +119,8 @@ impl WithSimd for AddTangents<'_> {
                 |i, k, block| {
                     // SAFETY: the positions are those of pairs of the element's nodes.
                     add(unsafe { self.target.at(positions[8 * i + k] as usize) }, block);
-                    // Coincident corners of a wedge share one position, where their blocks are summed.
+                    // Coincident corners of a wedge share one position, where their blocks are
+                    // summed.
                     if i != k {
                         // SAFETY: as above.
                         add(unsafe { self.target.at(positions[8 * k + i] as usize) }, transposed(block));
@@ -167,7 +168,8 @@ impl WithSimd for PullBack<'_> {
     }
 }
 
-/// Adds internal forces of tetrahedra to the nodes, or, with a direction, products of the tangent with it.
+/// Adds internal forces of tetrahedra to the nodes, or, with a direction, products of the tangent
+/// with it.
 pub(crate) struct AddBatchForces<'a> {
     pub sections: &'a [Section],
     pub batches: &'a [Batch],
@@ -241,7 +243,8 @@ impl WithSimd for AddBatchTangents<'_> {
     }
 }
 
-/// λ · ∂f/∂φ of tetrahedra, one number per element of each batch; 0 if nothing depends on the density.
+/// λ · ∂f/∂φ of tetrahedra, one number per element of each batch; 0 if nothing depends on the
+/// density.
 pub(crate) struct PullBackBatches<'a> {
     pub sections: &'a [Section],
     pub batches: &'a [Batch],

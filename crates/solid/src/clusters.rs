@@ -1,16 +1,18 @@
 //! Elements in compact clusters, for assembly in parallel.
 //!
-//! Elements of a cluster add to matrix rows that their neighbours have just used, so these rows are in the cache.
-//! Clusters of one colour share no nodes, so they can be assembled in parallel; colours are processed one after the
-//! other. The order of all additions is determined by the clusters, which depend only on the mesh: results are the
-//! same, bit for bit, for any number of threads.
+//! Elements of a cluster add to matrix rows that their neighbours have just used, so these rows are
+//! in the cache. Clusters of one colour share no nodes, so they can be assembled in parallel;
+//! colours are processed one after the other. The order of all additions is determined by the
+//! clusters, which depend only on the mesh: results are the same, bit for bit, for any number of
+//! threads.
 
 use rayon::prelude::*;
 use slipstick_mesh::{Element, Mesh};
 use std::marker::PhantomData;
 use std::ops::Range;
 
-/// Maximum number of elements in a cluster, so that the rows of its nodes fit in the second-level cache.
+/// Maximum number of elements in a cluster, so that the rows of its nodes fit in the second-level
+/// cache.
 const LARGEST: usize = 256;
 /// Minimum number of elements in a cluster, so that the overhead of starting one is small.
 const SMALLEST: usize = 8;
@@ -35,16 +37,16 @@ pub(crate) struct Target<'a, T> {
     lifetime: PhantomData<&'a mut [T]>,
 }
 
-// SAFETY: entries are accessed only through `Target::at`, whose callers guarantee that no two threads access the same
-// entry.
+// SAFETY: entries are accessed only through `Target::at`, whose callers guarantee that no two
+// threads access the same entry.
 unsafe impl<T: Send> Sync for Target<'_, T> {}
 
 impl<T> Target<'_, T> {
     /// Entry `index`.
     ///
     /// # Safety
-    /// Within [`Clusters::assemble`], `index` must belong to a node, or a pair of nodes, of an element of the current
-    /// cluster; and the previous reference must no longer exist.
+    /// Within [`Clusters::assemble`], `index` must belong to a node, or a pair of nodes, of an
+    /// element of the current cluster; and the previous reference must no longer exist.
     ///
     /// # Panics
     /// If there is no such entry.
@@ -76,8 +78,8 @@ impl Clusters {
         Self { order, colours }
     }
 
-    /// Clusters of items that replace their elements: `replace` receives the elements of each cluster in order, and
-    /// returns the number of items of the cluster.
+    /// Clusters of items that replace their elements: `replace` receives the elements of each
+    /// cluster in order, and returns the number of items of the cluster.
     pub fn replaced(mut self, mut replace: impl FnMut(&[u32]) -> usize) -> Self {
         let mut end = 0;
         for cluster in self.colours.iter_mut().flatten() {
@@ -88,10 +90,11 @@ impl Clusters {
         self
     }
 
-    /// Calls `work` for all clusters, in parallel within a colour. Returns the elements that it rejected.
+    /// Calls `work` for all clusters, in parallel within a colour. Returns the elements that it
+    /// rejected.
     ///
-    /// `work` receives a cluster as a range of [`Self::order`], the target, and a list for the mesh numbers of the
-    /// elements that it rejects.
+    /// `work` receives a cluster as a range of [`Self::order`], the target, and a list for the mesh
+    /// numbers of the elements that it rejects.
     pub fn assemble<T: Send>(
         &self,
         target: &mut [T],

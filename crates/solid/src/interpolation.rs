@@ -1,19 +1,20 @@
-//! Effect of an element's density on its energy: modified SIMP and, optionally, interpolation of the energy.
+//! Effect of an element's density on its energy: modified SIMP and, optionally, interpolation of
+//! the energy.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::Simp;
 
-/// How an element's energy is scaled: `W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)]`, integrated over the element, with Ψ
-/// the material's energy and Ψ_L its small-strain limit. The same type holds the derivatives of both numbers with
-/// respect to the density.
+/// How an element's energy is scaled: `W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)]`, integrated over
+/// the element, with Ψ the material's energy and Ψ_L its small-strain limit. The same type holds
+/// the derivatives of both numbers with respect to the density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElementScaling {
     /// Stiffness relative to the solid, E/E₀.
     pub factor: f64,
-    /// Fraction γ of the displacements at which the finite-strain energy is evaluated: 1 in solid elements, 0 in empty
-    /// ones.
+    /// Fraction γ of the displacements at which the finite-strain energy is evaluated: 1 in solid
+    /// elements, 0 in empty ones.
     pub gamma: f64,
 }
 
@@ -26,8 +27,9 @@ impl ElementScaling {
         Self { factor, gamma: 1.0 }
     }
 
-    /// The scaling, or its derivative, as it applies to a law: for a small-strain law Ψ is Ψ_L, and the energy is
-    /// factor · Ψ_L for any γ. With γ = 0 the elements evaluate the law at rest, where no element is inverted.
+    /// The scaling, or its derivative, as it applies to a law: for a small-strain law Ψ is Ψ_L, and
+    /// the energy is factor · Ψ_L for any γ. With γ = 0 the elements evaluate the law at rest,
+    /// where no element is inverted.
     #[inline(always)]
     pub(crate) fn effective(self, small_strains: bool) -> Self {
         if small_strains { Self { gamma: 0.0, ..self } } else { self }
@@ -40,8 +42,9 @@ impl ElementScaling {
 /// γ(x) = (tanh βη + tanh β(x − η)) / (tanh βη + tanh β(1 − η)),   x = φ^p
 /// ```
 ///
-/// Source: Wang, Lazarov, Sigmund, Jensen, Comput. Methods Appl. Mech. Engrg. 276 (2014) 453–472, whose β₁ and ρ₀ are β
-/// and η here. As Ψ_L is quadratic, their Ψ(γu) − Ψ_L(γu) + Ψ_L(u) is Ψ(γu) + (1 − γ²) Ψ_L(u).
+/// Source: Wang, Lazarov, Sigmund, Jensen, Comput. Methods Appl. Mech. Engrg. 276 (2014) 453–472,
+/// whose β₁ and ρ₀ are β and η here. As Ψ_L is quadratic, their Ψ(γu) − Ψ_L(γu) + Ψ_L(u) is
+/// Ψ(γu) + (1 − γ²) Ψ_L(u).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct EnergyInterpolation {
     /// Threshold η of φ^p, in (0, 1).
@@ -131,7 +134,8 @@ mod tests {
         }
     }
 
-    /// Empty elements are linear, solid ones are unchanged, and the midpoint is at φ^p = η, where tanh βη ≈ 1.
+    /// Empty elements are linear, solid ones are unchanged, and the midpoint is at φ^p = η, where
+    /// tanh βη ≈ 1.
     #[test]
     fn limits_of_the_energy_interpolation() {
         let law = interpolation(3.0, EnergyInterpolation::PUBLISHED);

@@ -1,7 +1,8 @@
 //! Deformable solids: hex8, wedge6 and tet4 elements, elastic laws, SIMP-scaled stiffness.
 //!
-//! Total Lagrangian formulation, 2×2×2 Gauss points in hexahedra and wedges, one in tetrahedra. The crate has no notion
-//! of time or contact; a density enters only as a scaling of each element's energy ([`simp`], [`interpolation`]).
+//! Total Lagrangian formulation, 2×2×2 Gauss points in hexahedra and wedges, one in tetrahedra. The
+//! crate has no notion of time or contact; a density enters only as a scaling of each element's
+//! energy ([`simp`], [`interpolation`]).
 
 mod assembly;
 mod clusters;

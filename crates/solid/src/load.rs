@@ -2,7 +2,8 @@
 
 use slipstick_mesh::FacetNodes;
 
-/// Positions ξ, η and weights of the integration points of a quadrilateral, exact for N_i x,ξ × x,η.
+/// Positions ξ, η and weights of the integration points of a quadrilateral, exact for N_i
+/// x,ξ × x,η.
 const QUADRILATERAL: [(f64, f64, f64); 4] = {
     const G: f64 = 0.577_350_269_189_625_8;
     [(-G, -G, 1.0), (G, -G, 1.0), (G, G, 1.0), (-G, G, 1.0)]
@@ -47,8 +48,8 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// ∫ N_i dA of every node of the facets, ascending: the nodal forces of a unit traction on them. `x` has three
-/// coordinates per node of the mesh. \[L²\]
+/// ∫ N_i dA of every node of the facets, ascending: the nodal forces of a unit traction on them.
+/// `x` has three coordinates per node of the mesh. \[L²\]
 pub fn nodal_areas(facets: &[FacetNodes], x: &[f64]) -> Vec<(u32, f64)> {
     let mut areas = std::collections::BTreeMap::new();
     for facet in facets {
@@ -63,9 +64,9 @@ pub fn nodal_areas(facets: &[FacetNodes], x: &[f64]) -> Vec<(u32, f64)> {
     areas.into_iter().collect()
 }
 
-/// Adds `factor` ∫ N_i n da, where n is the facets' normal on the side from which their nodes are counter-clockwise:
-/// the residual of the pressure `factor`, that is, minus the force that it exerts. `x`: positions, `out`: three entries
-/// per node. \[F/L²\] to \[F\]
+/// Adds `factor` ∫ N_i n da, where n is the facets' normal on the side from which their nodes are
+/// counter-clockwise: the residual of the pressure `factor`, that is, minus the force that it
+/// exerts. `x`: positions, `out`: three entries per node. \[F/L²\] to \[F\]
 pub fn add_pressure(facets: &[FacetNodes], x: &[f64], factor: f64, out: &mut [f64]) {
     for facet in facets {
         for point in points(facet.len()) {
@@ -79,8 +80,8 @@ pub fn add_pressure(facets: &[FacetNodes], x: &[f64], factor: f64, out: &mut [f6
     }
 }
 
-/// Passes the blocks of the derivative of [`add_pressure`] with respect to the positions to `add`: row node, column
-/// node, and the row-major block. It is not symmetric at the edge of a surface.
+/// Passes the blocks of the derivative of [`add_pressure`] with respect to the positions to `add`:
+/// row node, column node, and the row-major block. It is not symmetric at the edge of a surface.
 ///
 /// Test: `pressure_tangent_matches_finite_differences`.
 pub fn pressure_tangent(facets: &[FacetNodes], x: &[f64], factor: f64, mut add: impl FnMut(u32, u32, &[f64; 9])) {
@@ -141,8 +142,9 @@ mod tests {
         }
     }
 
-    /// On a closed surface, constant pressure has no resultant and no moment (Gauss' theorem), and its work is pressure
-    /// times change of volume; on a tetrahedron, and on the skin of a hexahedron with warped faces.
+    /// On a closed surface, constant pressure has no resultant and no moment (Gauss' theorem), and
+    /// its work is pressure times change of volume; on a tetrahedron, and on the skin of a
+    /// hexahedron with warped faces.
     #[test]
     fn pressure_on_a_closed_surface_balances_itself() {
         let tetrahedron: Vec<FacetNodes> =

@@ -17,8 +17,9 @@ use slipstick_mesh::{Element, Mesh};
 /// Number of elements that a thread processes at a time.
 const CHUNK: usize = 64;
 
-/// Elements whose deformation gradient, at γ u with interpolated energy, has J ≤ 0 (or is not finite) at a Gauss point:
-/// the trial state is invalid. Small-strain laws have no such limit: for them, only elements whose force is not finite.
+/// Elements whose deformation gradient, at γ u with interpolated energy, has J ≤ 0 (or is not
+/// finite) at a Gauss point: the trial state is invalid. Small-strain laws have no such limit: for
+/// them, only elements whose force is not finite.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{} inverted element{}, first: {}", elements.len(), if elements.len() == 1 { "" } else { "s" }, elements[0])]
 pub struct InvertedElements {
@@ -28,8 +29,8 @@ pub struct InvertedElements {
 
 /// The solid bodies of a mesh.
 ///
-/// In all calls, `scalings` contains the scaling of each element by its density (see [`crate::Interpolation`]);
-/// displacements and forces have three entries per node.
+/// In all calls, `scalings` contains the scaling of each element by its density (see
+/// [`crate::Interpolation`]); displacements and forces have three entries per node.
 #[derive(Debug, Clone)]
 pub struct SolidModel {
     /// Hexahedra, and wedges represented as hexahedra, in the order of `clusters`.
@@ -66,8 +67,8 @@ impl Hexahedron {
     }
 }
 
-/// Positions of each element's blocks, 64 for a hexahedron or wedge and 16 for a tetrahedron, in the values of a
-/// matrix, element by element in the order of the model; built once per pattern.
+/// Positions of each element's blocks, 64 for a hexahedron or wedge and 16 for a tetrahedron, in
+/// the values of a matrix, element by element in the order of the model; built once per pattern.
 #[derive(Debug, Clone)]
 pub struct Scatter {
     positions: Vec<[u32; 64]>,
@@ -77,8 +78,8 @@ pub struct Scatter {
 }
 
 impl SolidModel {
-    /// Builds the model; `sections` has one per body of the mesh. A material without a formulation means fully
-    /// integrated elements.
+    /// Builds the model; `sections` has one per body of the mesh. A material without a formulation
+    /// means fully integrated elements.
     ///
     /// # Errors
     /// If elements have a non-positive Jacobian in the reference configuration.
@@ -89,8 +90,9 @@ impl SolidModel {
         Self::part(mesh, sections, |_| true)
     }
 
-    /// A model of only those elements that `has` selects by their numbers. It assembles their part of a sum, and its
-    /// element results are 0 for the other elements. Element and node numbers are still those of the mesh.
+    /// A model of only those elements that `has` selects by their numbers. It assembles their part
+    /// of a sum, and its element results are 0 for the other elements. Element and node numbers are
+    /// still those of the mesh.
     ///
     /// # Errors
     /// As for [`new`](Self::new), for the selected elements.
@@ -186,7 +188,8 @@ impl SolidModel {
         refuse(rejected)
     }
 
-    /// Adds forces of the tetrahedra, or products of their tangents with a direction; returns the inverted ones.
+    /// Adds forces of the tetrahedra, or products of their tangents with a direction; returns the
+    /// inverted ones.
     fn add_batch_forces(
         &self,
         d: &[f64],
@@ -220,8 +223,8 @@ impl SolidModel {
         }
     }
 
-    /// Adds the tangent ∂f_int/∂d to a matrix; this model made `scatter` from the pattern of the matrix. The result
-    /// does not depend on the number of threads, bit for bit.
+    /// Adds the tangent ∂f_int/∂d to a matrix; this model made `scatter` from the pattern of the
+    /// matrix. The result does not depend on the number of threads, bit for bit.
     ///
     /// # Errors
     /// [`InvertedElements`]; the matrix is then unspecified.
@@ -250,9 +253,9 @@ impl SolidModel {
         refuse(rejected)
     }
 
-    /// Adds K v with K = ∂f_int/∂d, without a matrix: the product that an objective of internal forces needs. K is
-    /// symmetric, so the result is also Kᵀ v. Elements are skipped if v vanishes at all their nodes. The result does
-    /// not depend on the number of threads, bit for bit.
+    /// Adds K v with K = ∂f_int/∂d, without a matrix: the product that an objective of internal
+    /// forces needs. K is symmetric, so the result is also Kᵀ v. Elements are skipped if v vanishes
+    /// at all their nodes. The result does not depend on the number of threads, bit for bit.
     ///
     /// # Errors
     /// [`InvertedElements`]; `out` is then unspecified.
@@ -273,8 +276,9 @@ impl SolidModel {
         refuse(rejected)
     }
 
-    /// Adds λᵀ ∂f_int/∂φ_e of every element to `out`; `slopes` holds the derivatives of the scalings with respect to
-    /// the densities φ_e. Elements whose scaling does not depend on the density are skipped.
+    /// Adds λᵀ ∂f_int/∂φ_e of every element to `out`; `slopes` holds the derivatives of the
+    /// scalings with respect to the densities φ_e. Elements whose scaling does not depend on the
+    /// density are skipped.
     ///
     /// Paper: (88), (89). Tests: `kernels_agree_with_the_reference_element`,
     /// `interpolated_pull_back_matches_differences`.
@@ -361,7 +365,8 @@ impl SolidModel {
         Ok(energies)
     }
 
-    /// Smallest J of each element, regardless of its scaling: an element with interpolated energy may have J ≤ 0.
+    /// Smallest J of each element, regardless of its scaling: an element with interpolated energy
+    /// may have J ≤ 0.
     pub fn smallest_determinants(&self, d: &[f64]) -> Vec<f64> {
         self.by_number(
             |element| hex8::smallest_determinant(&element.geometry, &local(&element.nodes, d)),

@@ -14,15 +14,16 @@ const ROUNDING: f64 = 1.5 * INTEGERS;
 /// Arguments of the exponential function beyond which its value is replaced by infinity or zero.
 const LARGEST: f64 = 708.0;
 
-/// x^(−exponent) of positive normal numbers, relative error about (1 + 2 |exponent ln x|) 2⁻⁵²: the logarithm and its
-/// product with the exponent take four roundings of 2⁻⁵³ each, near x = 1 all of them relative to ln x. Exactly 1 at x
-/// = 1.
+/// x^(−exponent) of positive normal numbers, relative error about (1 + 2 |exponent ln x|) 2⁻⁵²: the
+/// logarithm and its product with the exponent take four roundings of 2⁻⁵³ each, near x = 1 all of
+/// them relative to ln x. Exactly 1 at x = 1.
 ///
-/// An overflow gives infinity, an underflow 0. The result is meaningless for anything but a positive normal number; the
-/// caller must check this.
+/// An overflow gives infinity, an underflow 0. The result is meaningless for anything but a
+/// positive normal number; the caller must check this.
 ///
-/// With x = 2ᵏ m and m in [√½, √2): ln x = k ln 2 + 2 artanh s, s = (m − 1)/(m + 1); then exp y = 2ⁿ exp r with
-/// |r| ≤ ½ ln 2. Both series are truncated where the next term is below 2⁻⁵⁵ of the result.
+/// With x = 2ᵏ m and m in [√½, √2): ln x = k ln 2 + 2 artanh s, s = (m − 1)/(m + 1); then exp
+/// y = 2ⁿ exp r with |r| ≤ ½ ln 2. Both series are truncated where the next term is below 2⁻⁵⁵ of
+/// the result.
 #[inline(always)]
 pub(crate) fn inverse_power<S: Simd>(simd: S, x: &AtPoints, exponent: f64) -> AtPoints {
     let mut fraction = [0.0; POINTS];
@@ -139,8 +140,8 @@ mod tests {
         assert_eq!(inverse_power(pulp::Scalar, &[0.3; 8], 0.0), [1.0; 8]);
     }
 
-    /// Expected values: the exponential function of the standard library. The error of ln 2 in two parts is its own
-    /// rounding, 0.15 ε of the argument.
+    /// Expected values: the exponential function of the standard library. The error of ln 2 in two
+    /// parts is its own rounding, 0.15 ε of the argument.
     #[test]
     fn exponentials_agree_with_the_library() {
         for y in (-200..=200).map(|k| 3.5 * f64::from(k)) {

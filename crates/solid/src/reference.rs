@@ -1,5 +1,6 @@
-//! The reference element: the energy as in a textbook, in scalar code, with derivatives from dual numbers. It shares no
-//! code with the kernels, which must agree with it (`reference/tests.rs`). Implement a new element here first.
+//! The reference element: the energy as in a textbook, in scalar code, with derivatives from dual
+//! numbers. It shares no code with the kernels, which must agree with it (`reference/tests.rs`).
+//! Implement a new element here first.
 
 use crate::law::{Real, determinant, small_strain_energy};
 use crate::{Formulation, Section};
@@ -48,7 +49,8 @@ fn corner(i: usize) -> [f64; 3] {
     [(i ^ (i >> 1)) & 1, (i >> 1) & 1, i >> 2].map(|bit| 2.0 * bit as f64 - 1.0)
 }
 
-/// Shape functions of a tetrahedron, wedge or hexahedron, by its number of nodes, at a point of the parent element.
+/// Shape functions of a tetrahedron, wedge or hexahedron, by its number of nodes, at a point of the
+/// parent element.
 fn shapes<T: Real>(nodes: usize, [x, y, z]: [T; 3]) -> Vec<T> {
     let (one, half) = (T::from(1.0), |sign: f64, x: T| T::from(0.5) + T::from(0.5 * sign) * x);
     match nodes {
@@ -58,8 +60,8 @@ fn shapes<T: Real>(nodes: usize, [x, y, z]: [T; 3]) -> Vec<T> {
     }
 }
 
-/// Points of the parent element and their weights. Those of a wedge are the points of a cube in which two edges are
-/// collapsed to points.
+/// Points of the parent element and their weights. Those of a wedge are the points of a cube in
+/// which two edges are collapsed to points.
 fn quadrature(nodes: usize) -> Vec<([f64; 3], f64)> {
     let gauss = (0..8).map(|i| corner(i).map(|sign| sign / 3.0_f64.sqrt()));
     match nodes {
@@ -69,9 +71,9 @@ fn quadrature(nodes: usize) -> Vec<([f64; 3], f64)> {
     }
 }
 
-/// W = s Σ w [Ψ(F̄) + (1 − γ²) Ψ_L(H̄)] of the element with n nodes X and displacements u; H = ∂u/∂X, F = 1 + γH. Full:
-/// F̄ = F and H̄ = H. F̄: H̄ = H + (mean of tr H − tr H)/3; F̄ = (mean of J / J)^(1/3) F, or 1 + γH̄ if the law has
-/// small strains.
+/// W = s Σ w [Ψ(F̄) + (1 − γ²) Ψ_L(H̄)] of the element with n nodes X and displacements u; H = ∂u/∂X,
+/// F = 1 + γH. Full: F̄ = F and H̄ = H. F̄: H̄ = H + (mean of tr H − tr H)/3; F̄ = (mean of J / J)^(1/3)
+/// F, or 1 + γH̄ if the law has small strains.
 pub fn energy<T: Real>(section: &Section, x: &[[f64; 3]], u: &[[T; 3]], [s, gamma]: [T; 2]) -> T {
     let (law, full, n) = (&section.material, section.formulation == Formulation::Full, x.len());
     let (zero, one, third) = (T::from(0.0), T::from(1.0), T::from(1.0 / 3.0));

@@ -1,5 +1,6 @@
-//! Numbers at eight points, a few per register, and 3×3 matrices of them, for computations of laws and elements. All
-//! functions are inlined into a caller that is compiled for the instruction set detected at run time.
+//! Numbers at eight points, a few per register, and 3×3 matrices of them, for computations of laws
+//! and elements. All functions are inlined into a caller that is compiled for the instruction set
+//! detected at run time.
 
 use pulp::Simd;
 

@@ -1,5 +1,5 @@
-//! The assembled model of every law, on meshes of hexahedra, tetrahedra, wedges and mixtures of them, against finite
-//! differences. Single elements: `src/reference/tests.rs`.
+//! The assembled model of every law, on meshes of hexahedra, tetrahedra, wedges and mixtures of
+//! them, against finite differences. Single elements: `src/reference/tests.rs`.
 
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use slipstick_mesh::{BoxShape, Mesh, box_mesh};
@@ -39,7 +39,8 @@ fn model(mesh: Mesh, section: Section) -> (Mesh, SolidModel, Vec<f64>, Vec<Eleme
     (mesh, model, d, scalings)
 }
 
-/// Densities below, in and above the range where the energy is interpolated, with SIMP and the published interpolation.
+/// Densities below, in and above the range where the energy is interpolated, with SIMP and the
+/// published interpolation.
 fn interpolated(elements: usize) -> (Interpolation, Vec<f64>) {
     let simp = Simp { penalization: 3.0, minimum: 1e-3 };
     let densities = (0..elements).map(|e| [0.05, 0.19, 0.22, 0.25, 0.6, 1.0][e % 6]).collect();
@@ -114,7 +115,7 @@ fn inverted_elements_are_named() {
     }
 }
 
-/// Laws of small strains take displacements that turn elements inside out. What is no number is still refused.
+/// Small-strain laws accept displacements that turn elements inside out. NaN is still refused.
 #[test]
 fn small_strains_know_no_inversion() {
     let small = |section: &Section| section.material.small_strains();
@@ -139,8 +140,9 @@ fn small_strains_know_no_inversion() {
     }
 }
 
-/// By hand: under the displacements of uniaxial stress, (ε x, −ν ε y, −ν ε z), a bar of linear elastic material feels E ε on
-/// its ends and nothing elsewhere, however large ε is, and stores E ε²/2 per volume.
+/// By hand: under the displacements of uniaxial stress, (ε x, −ν ε y, −ν ε z), a bar of linear
+/// elastic material feels E ε on its ends and nothing elsewhere, however large ε is, and stores E
+/// ε²/2 per volume.
 #[test]
 fn uniaxial_stress_of_linear_elasticity() {
     let (e, nu, strain) = (100.0, 0.25, 0.3);
@@ -158,7 +160,8 @@ fn uniaxial_stress_of_linear_elasticity() {
                 let end = x[0] == 0.0 || x[0] == 2.0;
                 resultant += if x[0] == 2.0 { f[0] } else { 0.0 };
                 for (a, f) in f.iter().enumerate() {
-                    // Where the faces of neighbours do not fit, a uniform stress does not pass node by node.
+                    // Where the faces of neighbours do not fit, a uniform stress does not pass node
+                    // by node.
                     assert!((end && a == 0) || number > 1 || f.abs() < 1e-13 * e, "{x:?}: {f:?}");
                 }
             }
@@ -193,7 +196,8 @@ fn inverted_elements((mesh, model, mut d, scalings): (Mesh, SolidModel, Vec<f64>
     assert!(model.internal_force(&d, &scalings, &mut f).is_err());
 }
 
-/// A uniform deformation of tetrahedra: the energy is the law's, inside no node feels a force, and F̄ is F.
+/// A uniform deformation of tetrahedra: the energy is the law's, inside no node feels a force, and
+/// F̄ is F.
 #[test]
 fn tetrahedra_deform_uniformly() {
     let mesh = meshes()[1].clone();
@@ -226,7 +230,8 @@ fn inner(mesh: &Mesh) -> Vec<usize> {
     inner
 }
 
-/// Force, tangent, product and pull-back with one thread and with several, on a mesh of many clusters.
+/// Force, tangent, product and pull-back with one thread and with several, on a mesh of many
+/// clusters.
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 1.5], elements: [13, 11, 9], grading: [1.5, 1.0, 1.0] };

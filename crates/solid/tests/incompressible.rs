@@ -1,4 +1,5 @@
-//! A block of nearly incompressible material, bent to a sector of a ring, against Rivlin's exact solution.
+//! A block of nearly incompressible material, bent to a sector of a ring, against Rivlin's exact
+//! solution.
 
 use slipstick_linalg::{
     BlockMatrix, BlockPattern, LinearSolver, Reduction, RobustSolver, SolverChoice, solve_verified,
@@ -11,8 +12,9 @@ use std::sync::Arc;
 const SIZE: [f64; 3] = [1.0, 2.0, 0.25];
 const NU: f64 = 0.4999;
 
-/// The exact flexure of an incompressible neo-Hookean block with free faces: (X, Y) goes to radius r and angle ωY with
-/// (ωr)² = s, s = s₁ + 2ωX, s₁ s₂ = 1 at the two faces. Stretches are √s around and 1/√s across.
+/// The exact flexure of an incompressible neo-Hookean block with free faces: (X, Y) goes to radius
+/// r and angle ωY with (ωr)² = s, s = s₁ + 2ωX, s₁ s₂ = 1 at the two faces. Stretches are √s around
+/// and 1/√s across.
 ///
 /// Reference: Rivlin, Proc. R. Soc. Lond. A 195 (1949) 463–473.
 struct Flexure {
@@ -43,7 +45,8 @@ impl Flexure {
     }
 }
 
-/// Moves the prescribed unknowns by `increment`, through the tangent in the first iteration, and the others to equilibrium.
+/// Moves the prescribed unknowns by `increment`, through the tangent in the first iteration, and
+/// the others to equilibrium.
 fn newton(model: &SolidModel, mesh: &Mesh, fixed: &[bool], mut increment: Vec<f64>, d: &mut [f64]) {
     let scalings = vec![ElementScaling::SOLID; mesh.elements.len()];
     let pattern = Arc::new(BlockPattern::from_rows(&mesh.node_neighbours()));
@@ -75,8 +78,8 @@ fn newton(model: &SolidModel, mesh: &Mesh, fixed: &[bool], mut increment: Vec<f6
     panic!("no equilibrium");
 }
 
-/// Strain energy of the bent block with `n` elements through the thickness, or twice as many wedges along a direction: its
-/// ends turn as in the exact solution.
+/// Strain energy of the bent block with `n` elements through the thickness, or twice as many wedges
+/// along a direction: its ends turn as in the exact solution.
 fn energy(formulation: Formulation, bend: f64, n: usize, wedges: Option<usize>) -> f64 {
     let half = 0.5 * SIZE[1];
     let shape =
@@ -116,16 +119,17 @@ fn f_bar_finds_the_exact_flexure() {
     assert!(coarse.abs() < 0.1 && fine.abs() < 0.3 * coarse.abs());
 }
 
-/// Fully integrated elements store several times the energy. The bend is small: they would need a hydrostatic tension beyond
-/// μ, which is all that this law can carry.
+/// Fully integrated elements store several times the energy. The bend is small: they would need a
+/// hydrostatic tension beyond μ, which is all that this law can carry.
 #[test]
 fn f_bar_does_not_lock() {
     let (full, bar) = (error(Formulation::Full, 1e-3, 4), error(Formulation::FBar, 1e-3, 4));
     assert!(full > 2.0 && bar.abs() < 0.1);
 }
 
-/// A wedge sees its volume change as a whole with F̄. This unlocks the bend where the axis of the wedges lies in the plane of
-/// bending; with the triangles in that plane they lock as plane triangles do.
+/// A wedge sees its volume change as a whole with F̄. This unlocks the bend where the axis of the
+/// wedges lies in the plane of bending; with the triangles in that plane they lock as plane
+/// triangles do.
 #[test]
 fn f_bar_unlocks_wedges_but_in_the_plane_of_their_triangles() {
     for along in [0, 1] {

@@ -1,4 +1,5 @@
-//! Wedges: uniform strains beside hexahedra and tetrahedra, the stiffness of one from its shape functions, and bending.
+//! Wedges: uniform strains beside hexahedra and tetrahedra, the stiffness of one from its shape
+//! functions, and bending.
 
 use slipstick_linalg::{
     BlockMatrix, BlockPattern, LinearSolver, Reduction, RobustSolver, SolverChoice, solve_verified,
@@ -7,8 +8,8 @@ use slipstick_mesh::{Body, BoxShape, Mesh, box_mesh};
 use slipstick_solid::{ElementScaling, Formulation, LawKind, NeoHooke, Section, SolidModel};
 use std::sync::Arc;
 
-/// Hexahedra, wedges along z, wedges along x and tetrahedra in the four quarters of a block; all faces fit. Inner nodes are
-/// moved, so that quadrilaterals between elements are warped.
+/// Hexahedra, wedges along z, wedges along x and tetrahedra in the four quarters of a block; all
+/// faces fit. Inner nodes are moved, so that quadrilaterals between elements are warped.
 fn distorted() -> Mesh {
     let shape = BoxShape { min: [0.0; 3], max: [4.0, 2.0, 4.0], elements: [4, 2, 4], grading: [1.0; 3] };
     let mesh = box_mesh("block", &shape).unwrap();
@@ -34,8 +35,8 @@ fn inner(mesh: &Mesh) -> Vec<usize> {
     (0..mesh.nodes.len()).filter(|n| outer.binary_search(&(*n as u32)).is_err()).collect()
 }
 
-/// The patch test: under displacements that are linear in X, no inner node feels a force, and the energy is the law's times
-/// the volume.
+/// The patch test: under displacements that are linear in X, no inner node feels a force, and the
+/// energy is the law's times the volume.
 #[test]
 fn wedges_deform_uniformly() {
     let mesh = distorted();
@@ -95,8 +96,9 @@ fn gradients(corners: &[[f64; 3]; 6], at: [f64; 3]) -> ([[f64; 3]; 6], f64) {
     (slopes.map(gradient), det)
 }
 
-/// The stiffness of linear elasticity, K_ia,kb = ∫ λ G_ia G_kb + μ (G_ib G_ka + δ_ab G_i·G_k), by the three midpoints of the
-/// triangle's edges and three Gauss points along the axis: exact where the gradients are linear.
+/// The stiffness of linear elasticity, K_ia,kb = ∫ λ G_ia G_kb + μ (G_ib G_ka + δ_ab G_i·G_k), by
+/// the three midpoints of the triangle's edges and three Gauss points along the axis: exact where
+/// the gradients are linear.
 fn stiffness(corners: &[[f64; 3]; 6], lambda: f64, mu: f64) -> [[f64; 18]; 18] {
     let root = 0.6_f64.sqrt();
     let mut k = [[0.0; 18]; 18];
@@ -114,7 +116,8 @@ fn stiffness(corners: &[[f64; 3]; 6], lambda: f64, mu: f64) -> [[f64; 18]; 18] {
     k
 }
 
-/// All entries of the tangent at rest of a sheared prism are those of its own shape functions, whichever node comes first.
+/// All entries of the tangent at rest of a sheared prism are those of its own shape functions,
+/// whichever node comes first.
 #[test]
 fn a_wedge_has_the_stiffness_of_its_shape_functions() {
     let (e, nu) = (100.0, 0.3);
@@ -152,8 +155,9 @@ fn a_wedge_has_the_stiffness_of_its_shape_functions() {
 /// Length, height and width of a bar along x, y and z.
 const BAR: [f64; 3] = [2.0, 1.0, 0.5];
 
-/// Linear strain energy of the bar at ν = 0, whose ends turn as in pure bending with the curvature κ = 1:
-/// u = (−κ x y, κ x²/2, 0). `n` elements through the height, of wedges along a direction if there is one.
+/// Linear strain energy of the bar at ν = 0, whose ends turn as in pure bending with the curvature
+/// κ = 1: u = (−κ x y, κ x²/2, 0). `n` elements through the height, of wedges along a direction if
+/// there is one.
 fn bending_energy(n: usize, along: Option<usize>) -> f64 {
     let [length, height, width] = BAR;
     let (min, max) = ([-0.5 * length, -0.5 * height, 0.0], [0.5 * length, 0.5 * height, width]);
@@ -184,8 +188,9 @@ fn bending_energy(n: usize, along: Option<usize>) -> f64 {
     0.5 * u.iter().zip(&force).map(|(u, f)| u * f).sum::<f64>()
 }
 
-/// Pure bending of a bar, E κ² I L/2 with I = w h³/12: wedges along any direction store more, as conforming elements must, and
-/// their error falls with the square of their size, as that of hexahedra.
+/// Pure bending of a bar, E κ² I L/2 with I = w h³/12: wedges along any direction store more, as
+/// conforming elements must, and their error falls with the square of their size, as that of
+/// hexahedra.
 #[test]
 fn a_bent_bar_of_wedges_converges_to_the_beam() {
     let [length, height, width] = BAR;

@@ -32,8 +32,8 @@ pub enum Shown {
 /// What is drawn, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PictureRequest {
-    /// Name of a field, or a word that occurs only in its name: `pressure` for `contact_pressure`. `None` for densities
-    /// or, if all of them are 1, for contact pressure or displacement.
+    /// Name of a field, or a word that occurs only in its name: `pressure` for `contact_pressure`.
+    /// `None` for densities or, if all of them are 1, for contact pressure or displacement.
     pub field: Option<String>,
     /// Which result.
     pub shown: Shown,
@@ -41,11 +41,11 @@ pub struct PictureRequest {
     pub view: Option<String>,
     /// Factor on displacements; `None` for 1, if there are displacements.
     pub displacement_factor: Option<f64>,
-    /// Elements whose density does not exceed this value are left out; `None` for 0.5, or for 0 if no density exceeds
-    /// 0.5.
+    /// Elements whose density does not exceed this value are left out; `None` for 0.5, or for 0 if
+    /// no density exceeds 0.5.
     pub threshold: Option<f64>,
-    /// Whether to draw the design, undeformed, as the smooth surface that is exported; if no threshold is given, it
-    /// preserves the volume of the densities.
+    /// Whether to draw the design, undeformed, as the smooth surface that is exported; if no
+    /// threshold is given, it preserves the volume of the densities.
     pub smooth: bool,
     /// The bodies to show; `None` for those with the field, and the others as context.
     pub bodies: Option<Vec<String>>,
@@ -54,7 +54,8 @@ pub struct PictureRequest {
 }
 
 impl Default for PictureRequest {
-    /// The newest design's densities above 0.5; if nothing is designed, its contact pressure or displacement.
+    /// The newest design's densities above 0.5; if nothing is designed, its contact pressure or
+    /// displacement.
     fn default() -> Self {
         Self {
             field: None,
@@ -179,9 +180,9 @@ impl Source {
 
 /// Draws a result of a run; `mesh` is that of its case.
 ///
-/// Contact fields are drawn on the slave bodies, seen from the contact side; densities and their derivatives on the
-/// design, with the other bodies as glass; other fields on all bodies, vectors by their magnitude. If bodies are named,
-/// only these are drawn.
+/// Contact fields are drawn on the slave bodies, seen from the contact side; densities and their
+/// derivatives on the design, with the other bodies as glass; other fields on all bodies, vectors
+/// by their magnitude. If bodies are named, only these are drawn.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -207,8 +208,9 @@ pub fn picture(run: &RunDirectory, case: &Case, mesh: &Mesh, request: &PictureRe
     Ok(Drawn { picture: picture?, field: field.name.clone(), why })
 }
 
-/// The most informative field if none is requested, and why it is not the density. If all densities are 1, because
-/// nothing is designed or no material has been removed yet, they would give a single colour.
+/// The most informative field if none is requested, and why it is not the density. If all densities
+/// are 1, because nothing is designed or no material has been removed yet, they would give a single
+/// colour.
 fn natural(case: &Case, sources: &[Source], request: &PictureRequest) -> (&'static str, Option<&'static str>) {
     let first = sources.iter().find(|source| source.values("density").is_some());
     let full = first.and_then(|source| source.values("density")).is_some_and(|all| all.iter().all(|&phi| phi == 1.0));
@@ -327,7 +329,8 @@ fn sources(run: &RunDirectory, mesh: &Mesh, request: &PictureRequest) -> Result<
     if gradient.is_file() {
         all.push(Source::file(gradient, "gradient".into())?);
     }
-    // The last design has no derivative, because only an update needs one; the design before it has one.
+    // The last design has no derivative, because only an update needs one; the design before it has
+    // one.
     for &number in iterations.iter().rev().take(2) {
         all.push(Source::numbered(run, "design", number, format!("iteration {number}"))?);
     }

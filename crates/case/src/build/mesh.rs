@@ -1,11 +1,12 @@
-//! The mesh of a case: bodies, placed, with the surfaces and node sets that the case selects.
+//! The mesh of a case: its bodies after placement, with the surfaces and node sets that the case
+//! selects.
 
 use super::BuildError;
 use crate::case::{self, Case};
 use slipstick_mesh::{self as mesh, Mesh, Surface};
 use slipstick_model::words::counted;
 
-/// The mesh of a case: all bodies, placed, with the case's surfaces and node sets.
+/// The mesh of a case: all bodies after placement, with the case's surfaces and node sets.
 ///
 /// # Errors
 /// [`BuildError`] at the body, surface or set.
@@ -73,7 +74,7 @@ pub(super) fn nodes_of(mesh: &Mesh, name: &str, path: &str) -> Result<Vec<u32>, 
     })
 }
 
-/// Facets of a body's skin that pass all of a surface's conditions.
+/// Boundary facets of a body that meet all conditions of a surface.
 fn select_facets(mesh: &Mesh, surface: &case::SurfaceSet, path: &str) -> Result<Surface, BuildError> {
     let body = mesh.bodies.iter().position(|body| body.name == surface.body).ok_or_else(|| {
         BuildError::new(format!("{path}.body"), format!("there is no body `{}`", surface.body), "name one of the case")
@@ -109,7 +110,7 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.cross(&b).norm().atan2(a.dot(&b)).to_degrees()
 }
 
-/// Nodes that pass all of a set's conditions, ascending.
+/// Nodes that meet all conditions of a set, ascending.
 fn select_nodes(mesh: &Mesh, set: &case::NodeSet, path: &str) -> Result<Vec<u32>, BuildError> {
     let mut selected: Vec<u32> = match &set.within {
         Some(name) => nodes_of(mesh, name, &format!("{path}.within"))?,
@@ -150,7 +151,8 @@ fn select_nodes(mesh: &Mesh, set: &case::NodeSet, path: &str) -> Result<Vec<u32>
     }
 }
 
-/// A millionth of the size of all bodies: above the round-off of mesh files, below any element. \[L\]
+/// A millionth of the size of all bodies: above the round-off of mesh files, below any
+/// element. \[L\]
 pub(super) fn default_tolerance(mesh: &Mesh) -> f64 {
     mesh.bounding_box().map_or(0.0, |(min, max)| 1e-6 * (0..3).map(|c| (max[c] - min[c]).powi(2)).sum::<f64>().sqrt())
 }

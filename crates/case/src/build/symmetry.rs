@@ -1,14 +1,15 @@
-//! Symmetry planes of a case: which nodes lie on them, and that everything else lies on one side.
+//! Symmetry planes of a case: finds the nodes on each plane and checks that all others lie on one
+//! side of it.
 
 use super::BuildError;
 use super::mesh::default_tolerance;
 use crate::case::Case;
 use slipstick_mesh::Mesh;
 
-/// Which components of every node stand across a symmetry plane that it lies on.
+/// For every node, which of its components are normal to a symmetry plane that it lies on.
 ///
 /// # Errors
-/// [`BuildError`] where a plane meets no node, or bodies lie on both sides of it.
+/// [`BuildError`] at a plane that contains no node, or that has bodies on both sides.
 pub(super) fn mirrored(case: &Case, mesh: &Mesh) -> Result<Vec<[bool; 3]>, BuildError> {
     let mut mirrored = vec![[false; 3]; mesh.nodes.len()];
     let tolerance = default_tolerance(mesh);

@@ -43,7 +43,8 @@ case_codes! {
     MissingSection => "missing_section",
     /// A value of the wrong type.
     WrongType => "wrong_type",
-    /// None or several of a group of keys are given, although exactly one is required (a body's shape, a material, …).
+    /// None or several of a group of keys are given, although exactly one is required (a body's
+    /// shape, a material, …).
     ChooseOne => "choose_one",
     /// A word that is not one of the allowed ones.
     UnknownWord => "unknown_word",
@@ -93,12 +94,12 @@ case_codes! {
     Fraction => "fraction",
     /// The design has no elements to optimize.
     EmptyDesign => "empty_design",
-    /// Passive solid elements alone exceed the volume fraction.
+    /// The passive solid elements already exceed the volume fraction.
     InfeasibleVolume => "infeasible_volume",
     /// The passive solid and passive void regions share elements.
     ContradictoryPassive => "contradictory_passive",
-    /// The initial design violates the volume constraint because of its density or its passive solid elements
-    /// (warning).
+    /// The initial design violates the volume constraint because of its density or its passive
+    /// solid elements (warning).
     InitialVolume => "initial_volume",
     /// A box of a passive region contains no element of the design (warning).
     EmptyPassiveRegion => "empty_passive_region",
@@ -108,21 +109,23 @@ case_codes! {
     UnsupportedBody => "unsupported_body",
     /// A waypoint of a motion lies between two load steps and is skipped (warning).
     CornerBetweenSteps => "corner_between_steps",
-    /// The objective is a sum of contact forces, but there is no contact; as a warning: at the start, no part of the
-    /// master lies opposite a slave surface.
+    /// The objective is a sum of contact forces, but there is no contact; as a warning: at the
+    /// start, no part of the master lies opposite a slave surface.
     NoContact => "no_contact",
     /// No prescribed motion brings the surfaces of a contact pair together (warning).
     NeverCloses => "never_closes",
-    /// Averaged normals of a slave surface differ strongly from the normals of its facets (warning).
+    /// Averaged normals of a slave surface differ strongly from the normals of its facets
+    /// (warning).
     AveragedNormals => "averaged_normals",
     /// The slave facets of a contact pair are much coarser than the master facets (warning).
     CoarseSlave => "coarse_slave",
     /// The shape cannot be meshed.
     Mesh => "mesh",
-    /// A mesh file cannot be read, or does not contain what the case asks for; as a warning: part of it was repaired or
-    /// left out.
+    /// A mesh file cannot be read, or does not contain what the case asks for; as a warning: part
+    /// of it was repaired or omitted.
     MeshFile => "mesh_file",
-    /// A body consists of parts that are not connected, or has coincident nodes that are not merged (warning).
+    /// A body consists of parts that are not connected, or has coincident nodes that are not merged
+    /// (warning).
     Disconnected => "disconnected",
     /// The case needs more memory than the machine has.
     TooLarge => "too_large",
@@ -132,8 +135,8 @@ case_codes! {
     PenetratingStart => "penetrating_start",
     /// A tolerance is so large that the results do not satisfy the equations (warning).
     LooseTolerance => "loose_tolerance",
-    /// Tetrahedra, wedges or fully integrated hexahedra are too stiff for a nearly incompressible material; or F̄ is
-    /// requested for tetrahedra, where it has no effect (warning).
+    /// Tetrahedra, wedges or fully integrated hexahedra are too stiff for a nearly incompressible
+    /// material; or F̄ is requested for tetrahedra, where it has no effect (warning).
     Locking => "locking",
     /// A setting that cannot be combined with another.
     Unsupported => "unsupported",
@@ -148,15 +151,15 @@ impl fmt::Display for CaseCode {
 /// Whether a diagnostic prevents the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Severity {
-    /// It does: the case cannot run.
+    /// The case cannot run.
     Error,
-    /// It does not, but the input is probably a mistake.
+    /// The case can run, but the input is probably a mistake.
     Warning,
 }
 
 /// One error or warning about a case file.
 ///
-/// `Display` writes the message alone. [`CaseDiagnostic::plain`] puts the place in front of it. As a
+/// `Display` writes only the message; [`CaseDiagnostic::plain`] puts the place in front of it. As a
 /// [`miette::Diagnostic`] it carries the source text, so that a report can show the lines.
 #[derive(Debug, Clone)]
 pub struct CaseDiagnostic {
@@ -271,10 +274,11 @@ impl Diagnostic for CaseDiagnostic {
 
 /// All errors of a case file, in the order of the file; never empty.
 ///
-/// Warnings are left out, because they may be a consequence of an error.
+/// Warnings are omitted, because they may be a consequence of an error.
 ///
-/// `Display` writes one `file:line:column: error: message [code]` per diagnostic. A program that renders with miette
-/// iterates over [`CaseErrors::diagnostics`], each of which is a [`miette::Diagnostic`].
+/// `Display` writes one `file:line:column: error: message [code]` per diagnostic. A program that
+/// renders with miette iterates over [`CaseErrors::diagnostics`], each of which is a
+/// [`miette::Diagnostic`].
 #[derive(Debug, Clone)]
 pub struct CaseErrors {
     diagnostics: Vec<CaseDiagnostic>,

@@ -5,8 +5,8 @@ use super::typed::Table;
 
 /// A value of a table: absent, wrong (and reported), or read.
 ///
-/// After an error, [`Field::or`] or [`Field::required`] returns a placeholder, so that reading continues and finds more
-/// errors.
+/// After an error, [`Field::or`] or [`Field::required`] returns a placeholder, so that reading
+/// continues and finds more errors.
 #[must_use]
 pub(super) struct Field<'t, 'a, T> {
     table: &'t Table<'a>,
@@ -84,5 +84,5 @@ impl<'t, 'a> Field<'t, 'a, [i64; 3]> {
 /// Products of a few numbers of at least this size, and their squares, do not underflow to zero.
 const LEAST_NUMBER: f64 = 1e-50;
 
-/// Keeps sums and products of a few counts within 64 bits, and catches typing errors.
+/// Keeps sums and products of a few counts within 64 bits, and catches typos.
 const LARGEST_COUNT: i64 = 1_000_000;

@@ -1,9 +1,10 @@
 //! The case file: reading it, checking it and reporting its errors.
 //!
-//! A case file is TOML. [`parse_case`] reads it in two stages: it parses the text into a tree that knows the place of
-//! each value, then converts the tree to a [`Case`], with every value checked and every default filled in. Reading does
-//! not stop at the first error but collects all of them; each has a stable [`CaseCode`] and points at file, line and
-//! column. Errors that are found later, while the model is built, point to the file through the [`SourceMap`].
+//! A case file is TOML. [`parse_case`] reads it in two stages: it parses the text into a tree that
+//! knows the place of each value, then converts the tree to a [`Case`], with every value checked
+//! and every default filled in. Reading does not stop at the first error but collects all of them;
+//! each has a stable [`CaseCode`] and points at file, line and column. Errors that are found later,
+//! while the model is built, point to the file through the [`SourceMap`].
 //!
 //! ```
 //! let text = slipstick_case::case::template("half-ball").unwrap().text;
@@ -57,8 +58,8 @@ pub struct Resolved {
 }
 
 impl Resolved {
-    /// Checks that the sections that a command needs are present, by name: `design`, `objective`, `optimizer`,
-    /// `contact`, `dirichlet`.
+    /// Checks that the sections that a command needs are present, by name: `design`, `objective`,
+    /// `optimizer`, `contact`, `dirichlet`.
     ///
     /// # Errors
     ///
@@ -83,15 +84,17 @@ impl Resolved {
     }
 }
 
-/// Reads a file that the case names and returns its bytes. The caller knows the folder and accesses the file system.
+/// Reads a file that the case names and returns its bytes. The caller knows the folder and accesses
+/// the file system.
 pub type ReadFile<'f> = &'f dyn Fn(&str) -> io::Result<Vec<u8>>;
 
-/// Reads and checks a case file that refers to no other files; `file_name` only appears in messages.
+/// Reads and checks a case file that refers to no other files; `file_name` only appears in
+/// messages.
 ///
 /// # Errors
 ///
-/// All errors of the file at once. If the text is not TOML, only the syntax errors, since the text after them cannot be
-/// interpreted reliably.
+/// All errors of the file at once. If the text is not TOML, only the syntax errors, since the text
+/// after them cannot be interpreted reliably.
 pub fn parse_case(text: &str, file_name: &str) -> Result<Resolved, CaseErrors> {
     parse_case_with(text, file_name, &|_| Err(io::Error::other("the case is read without its folder")))
 }

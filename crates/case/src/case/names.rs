@@ -53,7 +53,8 @@ impl Names {
         }
     }
 
-    /// From now on, unknown names are not reported, since they may refer to something that cannot be read.
+    /// From now on, unknown names are not reported, since they may refer to something that cannot
+    /// be read.
     pub(super) fn excuse_all(&mut self) {
         self.nameless = true;
     }

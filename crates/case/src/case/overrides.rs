@@ -1,7 +1,7 @@
 //! Replaces values of a case file before it is read.
 //!
-//! The replacement changes the text and keeps its comments and order, so that the case that was run can be saved as a
-//! case file.
+//! The replacement changes the text and keeps its comments and order, so that the case that was run
+//! can be saved as a case file.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,8 +13,9 @@ use slipstick_model::words::counted;
 
 /// A value to set in a case file: `contact[0].friction = 0.1`.
 ///
-/// Keys are joined by dots; entries of a list are counted from 0, as in `contact[0]` or `contact.0`. The value is TOML;
-/// a bare word is a string. Keys that the file does not have are added; entries of lists are not.
+/// Keys are joined by dots; entries of a list are counted from 0, as in `contact[0]` or
+/// `contact.0`. The value is TOML; a bare word is a string. Keys that the file does not have are
+/// added; entries of lists are not.
 ///
 /// ```
 /// use slipstick_case::case::{Override, override_case};
@@ -118,8 +119,9 @@ fn path(key: &str) -> Option<Vec<Segment>> {
     matches!(path.first(), Some(Segment::Key(_))).then_some(path)
 }
 
-/// The text of a case file with values replaced, in the given order; `file_name` only appears in messages. A text that
-/// is not TOML is returned unchanged, because [`parse_case`](super::parse_case) reports its errors.
+/// The text of a case file with values replaced, in the given order; `file_name` only appears in
+/// messages. A text that is not TOML is returned unchanged, because
+/// [`parse_case`](super::parse_case) reports its errors.
 ///
 /// # Errors
 ///
@@ -212,7 +214,7 @@ mod tests {
         override_case(CASE, "case.toml", &[text.parse()?])
     }
 
-    /// The old value is replaced; everything else stays.
+    /// The old value is replaced; everything else is unchanged.
     #[test]
     fn values_are_replaced_in_place() {
         for (text, old, new) in [

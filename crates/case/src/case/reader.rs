@@ -19,7 +19,8 @@ pub(super) struct Reader {
     requirements: RefCell<Vec<Requirement>>,
 }
 
-/// A table must have at least one of these keys, whether the document has it or not. The schema follows from it.
+/// A table must have at least one of these keys, whether the document has it or not. The schema
+/// follows from it.
 pub(super) struct Requirement {
     /// Path of the table.
     pub(super) path: String,
@@ -225,7 +226,8 @@ pub(super) fn nearest<'c>(name: &str, candidates: &'c [impl AsRef<str>]) -> Opti
         .map(|(_, candidate)| candidate)
 }
 
-/// The first candidate that shares a word with `name`, such as `friction` for `friction_coefficient`.
+/// The first candidate that shares a word with `name`, such as `friction` for
+/// `friction_coefficient`.
 pub(super) fn sharing_a_word(name: &str, candidates: &[&'static str]) -> Option<&'static str> {
     let name = name.to_lowercase();
     let words: Vec<&str> = name.split(['_', '-']).filter(|word| word.len() > 2).collect();

@@ -8,8 +8,9 @@ use serde_json::{Map, Value, json};
 use super::reader::Requirement;
 use super::{Case, requirements};
 
-/// The JSON schema (draft 2020-12) of case files, generated from the types of [`Case`](super::Case). It covers keys,
-/// types, allowed words and required keys, as the reader asks for them; [`parse_case`](super::parse_case) checks everything else.
+/// The JSON schema (draft 2020-12) of case files, generated from the types of
+/// [`Case`](super::Case). It covers keys, types, allowed words and keys that the reader requires;
+/// [`parse_case`](super::parse_case) checks everything else.
 pub fn schema() -> Value {
     let generator = SchemaSettings::draft2020_12().into_generator();
     let mut schema = generator.into_root_schema_for::<Case>().to_value();
@@ -31,7 +32,7 @@ pub fn schema() -> Value {
         require(schema.pointer_mut(pointer), path);
     }
     if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
-        // One number serves both directions.
+        // A single number applies to both directions.
         if let Some(stiffness) = definitions.get_mut("Stiffness") {
             let table = stiffness.take();
             *stiffness = json!({ "anyOf": [{ "type": "number" }, table] });
@@ -40,8 +41,8 @@ pub fn schema() -> Value {
     schema
 }
 
-/// Restricts tables to their known keys and leaves it to [`require`] which of them are required. Only a variant of an
-/// enum requires its key: it is a table with exactly one.
+/// Restricts tables to their known keys and leaves it to [`require`] which of them are required.
+/// Only a variant of an enum requires its key: it is a table with exactly one.
 fn close(schema: &mut Value) {
     let Value::Object(object) = schema else { return };
     one_line(object);
@@ -61,7 +62,7 @@ fn close(schema: &mut Value) {
             Value::Object(inner) => one_line(inner),
             _ => {}
         }
-        // the case's defaults are the reader's
+        // the reader defines the defaults, not the type
         if let Value::Object(property) = property {
             property.remove("default");
         }
@@ -70,10 +71,12 @@ fn close(schema: &mut Value) {
     object.remove("required");
 }
 
-/// One step from a table of a case file to a table within it: the key, and whether it is a list `[[key]]`.
+/// One step from a table of a case file to a table within it: the key, and whether it is a list
+/// `[[key]]`.
 type Step = (String, bool);
 
-/// Finds the tables that a schema describes: the place of each in the schema, and one path to it in a case file.
+/// Finds the tables that a schema describes: the place of each in the schema, and one path to it in
+/// a case file.
 fn find_tables(root: &Value, pointer: &str, path: &mut Vec<Step>, found: &mut BTreeMap<String, Vec<Step>>) {
     let Some(Value::Object(schema)) = root.pointer(pointer) else { return };
     if let Some(name) = schema.get("$ref").and_then(Value::as_str) {
@@ -98,7 +101,8 @@ fn find_tables(root: &Value, pointer: &str, path: &mut Vec<Step>, found: &mut BT
     }
 }
 
-/// Adds what the reader requires of the table at `path`: it reads a case file that has nothing but this table, empty.
+/// Adds the keys that the reader requires in the table at `path`. To find them, it reads a case
+/// file that contains only this table, empty.
 fn require(table: Option<&mut Value>, path: &[Step]) {
     let Some(Value::Object(table)) = table else { return };
     let mut text = String::new();

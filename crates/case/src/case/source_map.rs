@@ -11,7 +11,8 @@ use super::{CaseCode, CaseDiagnostic, CaseErrors, Severity};
 /// Finds the place in the file of a value named by its path, like `contact[0].slave` or
 /// `body[1].material.neo_hooke.youngs_modulus`.
 ///
-/// With it, problems that are found later (an empty set, an initial penetration) can still point to the file.
+/// With it, problems that are found later (an empty set, an initial penetration) can still point to
+/// the file.
 #[derive(Debug, Clone)]
 pub struct SourceMap {
     source: Arc<NamedSource<String>>,
@@ -48,8 +49,8 @@ impl SourceMap {
         self.spans.contains_key(path)
     }
 
-    /// Byte range of a value; if it is not in the file, that of the nearest enclosing table; if there is none, the
-    /// start of the file.
+    /// Byte range of a value; if it is not in the file, that of the nearest enclosing table; if
+    /// there is none, the start of the file.
     pub fn span(&self, path: &str) -> Range<usize> {
         let mut path = path;
         loop {

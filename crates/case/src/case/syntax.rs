@@ -5,8 +5,9 @@ use super::reader::Reader;
 
 /// Reports syntax errors without those that are only a consequence of the previous one.
 ///
-/// After an unclosed bracket, for instance, every line is wrong. An error counts as independent if there are correct
-/// lines between it and the previous error; blank lines and comments do not count.
+/// After an unclosed bracket, for instance, every line is wrong. An error counts as independent if
+/// there are correct lines between it and the previous error; blank lines and comments do not
+/// count.
 pub(super) fn report(reader: &Reader, text: &str, errors: &[toml::de::Error]) {
     let mut errors: Vec<_> = errors.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
     errors.sort_by_key(|(span, _)| span.start);

@@ -1,8 +1,9 @@
 //! The TOML document as a tree of tables that knows the place of each value.
 //!
 //! A [`Table`] returns its values one by one, checks their types and records their places in the
-//! [`SourceMap`](super::SourceMap). After an error it continues with a placeholder, so that all errors of a file are
-//! found at once. Keys that were never requested are unknown ([`Table::finish`]).
+//! [`SourceMap`](super::SourceMap). After an error it continues with a placeholder, so that all
+//! errors of a file are found at once. Keys that were never requested are unknown
+//! ([`Table::finish`]).
 
 use std::cell::RefCell;
 
@@ -40,7 +41,8 @@ impl<'a> Table<'a> {
         !self.has(key) && self.table.keys().any(|typed| nearest(typed.get_ref(), &[key]).is_some())
     }
 
-    /// Requires a key. If it is missing, [`Table::finish`] reports it unless an unknown key explains it.
+    /// Requires a key. If it is missing, [`Table::finish`] reports it unless an unknown key
+    /// explains it.
     pub(super) fn require(&self, key: &'static str, help: &str) {
         self.reader.require(&self.path, &[key]);
         if self.has(key) {
@@ -141,8 +143,8 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// A list, each entry read by `read` (which receives its path). Entries that cannot be read are left out; if none
-    /// can be read, the list counts as unreadable too.
+    /// A list, each entry read by `read` (which receives its path). Entries that cannot be read are
+    /// skipped; if none can be read, the list counts as unreadable too.
     pub(super) fn list<T>(
         &self,
         key: &'static str,
@@ -169,7 +171,7 @@ impl<'a> Table<'a> {
         self.get(key)
     }
 
-    /// A table within this one; a value of another type is reported and left out.
+    /// A table within this one; a value of another type is reported and ignored.
     pub(super) fn table(&self, key: &'static str) -> Option<Table<'a>> {
         let value = self.get(key)?;
         self.reader.table(value, self.path_of(key))
@@ -228,8 +230,8 @@ impl<'a> Table<'a> {
         None
     }
 
-    /// Reports every unknown key and every missing required key, but each mistake only once: if an unknown key is
-    /// probably a missing one under a wrong name, only the unknown key is reported.
+    /// Reports every unknown key and every missing required key, but each mistake only once: if an
+    /// unknown key is probably a missing one under a wrong name, only the unknown key is reported.
     pub(super) fn finish(self) {
         let mut known = self.known.into_inner();
         let mut seen = Vec::new();
@@ -253,8 +255,9 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Pairs unknown keys with missing ones. Returns the help for each unknown key that is probably a missing one under a
-/// wrong name, and the missing keys that no unknown key explains. Each unknown key explains one missing key.
+/// Pairs unknown keys with missing ones. Returns the help for each unknown key that is probably a
+/// missing one under a wrong name, and the missing keys that no unknown key explains. Each unknown
+/// key explains one missing key.
 fn explained<S>(unknown: &[(&str, S)], missing: Vec<Missing>) -> (Vec<Option<String>>, Vec<Missing>) {
     let mut meant: Vec<Option<String>> = unknown.iter().map(|_| None).collect();
     let mut rest = missing;
@@ -272,7 +275,8 @@ fn explained<S>(unknown: &[(&str, S)], missing: Vec<Missing>) -> (Vec<Option<Str
             found.is_none()
         });
     }
-    // one key too many and one too few: the name is wrong, or both mistakes are reported together
+    // one unknown and one missing key: either the name is wrong, or one message covers both
+    // mistakes
     let mut free = meant.iter_mut().filter(|meant| meant.is_none());
     if let (Some(only), None, [_]) = (free.next(), free.next(), &rest[..])
         && let Some(Missing { code, message, help, .. }) = rest.pop()

@@ -1,10 +1,11 @@
 //! Checks whether the prescribed motions can close the contact pairs at all.
 //!
-//! A body without loads, whose prescribed nodes all follow one rigid motion and leave no rigid motion free, moves
-//! rigidly until it touches something: its elastic energy stays zero. If both bodies of a pair are of this kind, and no
-//! other pair of theirs may touch, the positions of the pair's surfaces are known along the whole path before anything
-//! is solved. Other pairs are not checked: loads, contact elsewhere, free motions and supports that deform a body can
-//! close any gap.
+//! Consider a body without loads whose prescribed nodes all follow one rigid motion and leave no
+//! rigid motion free. It moves rigidly until it touches something: its elastic energy stays zero.
+//! If both bodies of a pair are of this kind, and neither belongs to another pair that may touch,
+//! the positions of the pair's surfaces are known along the whole path before anything is solved.
+//! Other pairs are not checked: loads, contact elsewhere, free motions and supports that deform a
+//! body can close any gap.
 
 use super::distance::{SurfacePair, largest_difference};
 use super::{Notice, NoticeKind, held_motions};
@@ -18,17 +19,19 @@ use slipstick_model::words::quantity;
 /// Surfaces that come closer than this fraction of the smallest facet may touch.
 const NEAR: f64 = 1e-2;
 
-/// Prescribed displacements that differ by less than this fraction of the bodies' size belong to the same rigid motion.
+/// Prescribed displacements that differ by less than this fraction of the bodies' size belong to
+/// the same rigid motion.
 const RIGID: f64 = 1e-9;
 
-/// Number of times within a load step at which distances are computed before the surfaces count as touching.
+/// Number of times within a load step at which distances are computed before the surfaces count as
+/// touching.
 const LOOKS: usize = 60;
 
 /// A contact pair that no prescribed motion closes.
 pub(super) struct Open {
     /// Number of the pair.
     pub pair: usize,
-    /// Distance of its surfaces at the start. \[L\]
+    /// Distance between its surfaces at the start. \[L\]
     gap: f64,
     /// Smallest distance at the end of a load step. \[L\]
     closest: f64,
@@ -99,8 +102,9 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
     open.into_iter().flatten().filter(alone).collect()
 }
 
-/// Distance of two surfaces at the start, the smallest distance at the end of a load step, and their largest relative
-/// motion, as prescribed by the nodes of their bodies; `None` if they touch on the way, or a body deforms.
+/// Distance between two surfaces at the start, the smallest distance at the end of a load step, and
+/// their largest relative motion, as prescribed by the nodes of their bodies; `None` if they touch
+/// on the way, or a body deforms.
 fn approach(case: &Case, problem: &Problem, facets: [&[FacetNodes]; 2], bodies: [usize; 2]) -> Option<[f64; 3]> {
     let mesh = &problem.mesh;
     let pair = SurfacePair::new(facets);
@@ -128,7 +132,8 @@ fn approach(case: &Case, problem: &Problem, facets: [&[FacetNodes]; 2], bodies: 
         let against =
             |from: &[f64]| largest_difference(pair.displacements(0, from, &next), pair.displacements(1, from, &next));
         largest = largest.max(against(&reference));
-        // Surfaces at a distance d with a relative motion m cannot touch during the first d/m of the way.
+        // Surfaces at a distance d with a relative motion m cannot touch during the first d/m of
+        // the way.
         let motion = against(&last);
         let (mut way, mut looks) = (0.0, 0);
         loop {
@@ -143,7 +148,7 @@ fn approach(case: &Case, problem: &Problem, facets: [&[FacetNodes]; 2], bodies: 
                 return None;
             }
             looks += 1;
-            // advance as far as they cannot touch, at most to the end
+            // advance as long as they cannot touch, at most to the end
             let safe = f64::min((here - 0.5 * near) / motion, 1.0 - way);
             let on = if here > rest + near { 0.0 } else { safe };
             (way, known) = (way + on, here - on * motion);
@@ -166,8 +171,9 @@ struct Pose {
 }
 
 impl Pose {
-    /// The rigid motion that all prescribed displacements of a body follow at a time of a load case. The candidates are
-    /// rest, the motion of one `[[dirichlet]]` table, and a translation; `None` if none of them fits.
+    /// The rigid motion that all prescribed displacements of a body follow at a time of a load
+    /// case. The candidates are rest, the motion of one `[[dirichlet]]` table, and a translation;
+    /// `None` if none of them fits.
     fn of(
         case: &Case,
         problem: &Problem,

@@ -5,12 +5,12 @@ use crate::case::{Case, Shape};
 use slipstick_mesh::Mesh;
 use slipstick_model::words::counted;
 
-/// Nodes closer to each other than this fraction of the body's size were meant to be the same node: mesh files have at
-/// least single precision, and no element is that small.
+/// Nodes closer to each other than this fraction of the body's size were meant to be the same node:
+/// mesh files have at least single precision, and no element is that small.
 const COINCIDENT: f64 = 1e-6;
 
-/// A notice for each body that has unconnected parts, coincident nodes, or elements that do not conform. Generators
-/// merge their nodes and make only hexahedra, so only mesh files are checked.
+/// A notice for each body that has unconnected parts, coincident nodes, or elements that do not
+/// conform. Generators merge their nodes and make only hexahedra, so only mesh files are checked.
 pub(super) fn notices(case: &Case, mesh: &Mesh, fixed: &[bool]) -> Vec<Notice> {
     let bodies = case.bodies.iter().enumerate().filter(|(_, body)| matches!(body.shape, Shape::Mesh(_)));
     let of_body = |b: usize| [separate_parts(mesh, b, fixed), unmerged_nodes(mesh, b), divided_faces(mesh, b)];

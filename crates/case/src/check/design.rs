@@ -5,7 +5,8 @@ use crate::build::Problem;
 use crate::case::Case;
 use slipstick_model::words::quantity;
 
-/// Notices for boxes of passive regions that contain no element, and for a filter that reaches no neighbour.
+/// Notices for boxes of passive regions that contain no element, and for a filter that reaches no
+/// neighbour.
 pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
     let (Some(design), Some(variables)) = (&case.design, &problem.variables) else {
         return Vec::new();
@@ -40,8 +41,8 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
     notices
 }
 
-/// Smallest distance between the centroids of two elements of the design that share a node; `None` for a single
-/// element. \[L\]
+/// Smallest distance between the centroids of two elements of the design that share a node; `None`
+/// for a single element. \[L\]
 fn nearest_centroids(problem: &Problem, centroids: &[[f64; 3]]) -> Option<f64> {
     let variables = problem.variables.as_ref()?;
     let around = problem.mesh.node_elements();

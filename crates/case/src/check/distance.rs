@@ -1,4 +1,4 @@
-//! The distance of two surfaces.
+//! The distance between two surfaces.
 
 use nalgebra::Vector3;
 use slipstick_mesh::{FacetNodes, FacetTree, Mesh, facet_area};
@@ -43,8 +43,9 @@ impl<'a> SurfacePair<'a> {
         range
     }
 
-    /// Distance of the surfaces at positions `x` (3 per node), if they do not intersect; `None` without facets. Each
-    /// quadrilateral is represented by four triangles around its centre. \[L\]
+    /// Distance between the surfaces at positions `x` (3 per node), if they do not intersect;
+    /// `None` without facets. Each quadrilateral is represented by four triangles around its
+    /// centre. \[L\]
     pub fn distance(&self, x: &[f64]) -> Option<f64> {
         let at = |node: u32| Point::from_column_slice(&x[3 * node as usize..][..3]);
         let [first, second] = &self.nodes;
@@ -85,7 +86,8 @@ fn triangles(facet: &FacetNodes, at: impl Fn(u32) -> Point) -> Vec<[Point; 3]> {
     (0..corners.len()).map(|k| [corners[k], corners[(k + 1) % corners.len()], centre]).collect()
 }
 
-/// Distance of two triangles that do not intersect: between a corner and a face, or between two edges.
+/// Distance between two triangles that do not intersect: from a corner to a face, or between two
+/// edges.
 fn between_triangles(a: &[Point; 3], b: &[Point; 3]) -> f64 {
     let mut best = f64::INFINITY;
     for k in 0..3 {
@@ -97,8 +99,8 @@ fn between_triangles(a: &[Point; 3], b: &[Point; 3]) -> f64 {
     best
 }
 
-/// Distance of a point to a triangle if its foot lies inside; infinite if the foot is on an edge, a case that the edge
-/// tests cover.
+/// Distance from a point to a triangle if the point projects onto its interior; otherwise infinite,
+/// because the tests of the edges cover that case.
 fn to_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> f64 {
     let normal = (b - a).cross(&(c - a));
     let inside = |from: &Point, to: &Point| normal.dot(&(to - from).cross(&(p - from))) >= 0.0;
@@ -109,7 +111,7 @@ fn to_triangle(p: &Point, [a, b, c]: &[Point; 3]) -> f64 {
     }
 }
 
-/// Distance of two segments. C. Ericson: Real-Time Collision Detection (2005), 5.1.9.
+/// Distance between two segments. C. Ericson: Real-Time Collision Detection (2005), 5.1.9.
 fn between_segments([p, p_end]: [&Point; 2], [q, q_end]: [&Point; 2]) -> f64 {
     let (d, e, r) = (p_end - p, q_end - q, p - q);
     let (dd, ee, de) = (d.dot(&d), e.dot(&e), d.dot(&e));

@@ -9,8 +9,8 @@ use slipstick_model::words::quantity;
 /// Allowed ratio of the lengths of slave and master facets.
 const COARSER: f64 = 2.0;
 
-/// A notice if the slave facets are much coarser than the master facets: contact conditions are enforced only at slave
-/// nodes, so master nodes between them can penetrate.
+/// A notice if the slave facets are much coarser than the master facets: contact conditions are
+/// enforced only at slave nodes, so master nodes between them can penetrate.
 pub(super) fn coarse_slave(
     interface: &ContactInterface,
     pair: usize,

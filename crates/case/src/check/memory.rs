@@ -21,22 +21,25 @@ pub(super) struct Systems {
 /// The program itself, with its threads and memory that the allocator retains. Measured. \[bytes\]
 const PROGRAM: f64 = 13e6;
 
-/// Memory during a factorization relative to the memory of its factors: fronts that wait for their parent. Measured.
+/// Memory during a factorization relative to the memory of its factors: fronts that wait for their
+/// parent. Measured.
 const FRONTS: f64 = 0.5;
 
-/// Copies of the tangent that exist at the same time: assembled, without prescribed unknowns, scaled for the
-/// factorization, and the working space of the elimination order and the iterations. Measured.
+/// Copies of the tangent that exist at the same time: assembled, without prescribed unknowns,
+/// scaled for the factorization, and the working space of the elimination order and the iterations.
+/// Measured.
 const MATRICES: f64 = 2.5;
 
 /// Peak memory of a run, and its reduction without kept factors. \[bytes\]
 ///
-/// The parts are those that grow with the problem: memory left from building, one factorization in progress, kept
-/// factors, copies of the tangent, the states and the filter's lists of neighbours. Among the kept factors of all
-/// steps, the last ones are those in use. Test: `predicted_memory_is_that_of_runs`.
+/// The parts are those that grow with the problem: memory left from building, one factorization in
+/// progress, kept factors, copies of the tangent, the states and the filter's lists of neighbours.
+/// Among the kept factors of all steps, the last ones are those in use.
+/// Test: `predicted_memory_is_that_of_runs`.
 pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f64) {
     let Systems { factors, matrix, kept } = *systems;
-    // Plain Uzawa iterations factorize the system with fixed multipliers, the gradient the one with free multipliers,
-    // and each keeps its factors for the next time.
+    // Plain Uzawa iterations factorize the system with fixed multipliers, the gradient the one with
+    // free multipliers, and each keeps its factors for the next time.
     let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
     let second = if case.contacts.iter().any(plain) && problem.analysis.objective.is_some() { factors } else { 0.0 };
     let fixed = PROGRAM
@@ -49,13 +52,14 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
     (peak + all_kept, all_kept)
 }
 
-/// Peak memory of each of several ranks: see [`of_each`](Self::of_each).
+/// Data from which [`of_each`](Self::of_each) predicts the peak memory of each rank.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RankMemory {
-    /// Memory of reference geometry, tangent, path and the filter's lists, which is distributed over the ranks; and
-    /// memory left from building. \[bytes\]
+    /// Memory of reference geometry, tangent, path and the filter's lists, which is distributed
+    /// over the ranks; and memory left from building. \[bytes\]
     divided: f64,
-    /// Memory of the mesh, the state of a step and the program, which is replicated on each rank. \[bytes\]
+    /// Memory of the mesh, the state of a step and the program, which is replicated on each
+    /// rank. \[bytes\]
     whole: f64,
     /// Memory of factors in double precision with METIS ordering. \[bytes\]
     factors: f64,
@@ -68,11 +72,12 @@ pub struct RankMemory {
 /// Memory of MPI and PETSc in a process. Measured by `docs/cluster/undivided.sh`. \[bytes\]
 const LIBRARIES: f64 = 55e6;
 
-/// Memory that is not distributed, in vectors of all unknowns. Measured by `docs/cluster/undivided.sh`.
+/// Memory that is not distributed, as a number of vectors of all unknowns. Measured by
+/// `docs/cluster/undivided.sh`.
 const VECTORS: f64 = 30.0;
 
-/// Memory of MUMPS relative to the memory of the factors with METIS ordering: working space, and PORD's ordering.
-/// Measured on one to four ranks.
+/// Memory of MUMPS relative to the memory of the factors with METIS ordering: working space, and
+/// PORD's ordering. Measured on one to four ranks.
 const MUMPS: f64 = 1.7;
 
 /// Increase of the total for each doubling of the number of ranks. Measured.
@@ -90,8 +95,8 @@ impl RankMemory {
         }
     }
 
-    /// Memory of each of this many ranks, with MUMPS and without kept factors. Accurate to within a third for the runs
-    /// of `docs/cluster/model.sh`. \[bytes\]
+    /// Memory of each of this many ranks, with MUMPS and without kept factors. Accurate to within a
+    /// third for the runs of `docs/cluster/model.sh`. \[bytes\]
     pub fn of_each(&self, ranks: usize) -> f64 {
         self.whole + self.divided / ranks.max(1) as f64 + self.factors(ranks)
     }
@@ -117,7 +122,8 @@ fn states(case: &Case, problem: &Problem) -> f64 {
     let displacements = 3.0 * mesh.nodes.len() as f64;
     // Multipliers, and the same amount for history and statuses.
     let state = 8.0 * (displacements + 9.0 * model.slave_nodes().len() as f64);
-    // The previous design's path in single precision, and the path of the current design that replaces it.
+    // The previous design's path in single precision, and the path of the current design that
+    // replaces it.
     let follows = case.optimizer.is_some() && case.load_path.start_values == StartValues::PreviousDesign;
     let copies = if follows { 2.0 } else { 1.0 };
     (steps + 1) as f64 * copies * state

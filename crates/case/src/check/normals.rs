@@ -1,9 +1,10 @@
 //! Checks whether the averaged normals of a slave surface are close to the normals of its facets.
 //!
-//! A slave node has one normal, averaged over the facets around it, unless it lies on an edge that is sharper than the
-//! feature angle. If the averaged normal is far from the normal of a facet, contact pushes in a wrong direction there,
-//! and normal and friction forces mix: an edge whose normals are off by δ and that slides on a flat face appears to
-//! have the coefficient of friction tan(arctan μ + δ).
+//! A slave node has one normal, averaged over the facets around it, unless it lies on an edge that
+//! is sharper than the feature angle. If the averaged normal is far from the normal of a facet,
+//! contact pushes in a wrong direction there, and normal and friction forces mix: an edge whose
+//! normals are off by δ and that slides on a flat face appears to have the coefficient of friction
+//! tan(arctan μ + δ).
 
 use super::{Notice, NoticeKind};
 use crate::case::Contact;
@@ -12,15 +13,17 @@ use slipstick_contact::{ContactInterface, SlaveNode};
 use slipstick_mesh::Mesh;
 use slipstick_model::words::{counted, quantity, vector};
 
-/// Largest acceptable angle between an averaged normal and the normal of a facet: that of a curved surface with six
-/// elements over half a turn, as in the coarsest meshes of practical use. \[degrees\]
+/// Largest acceptable angle between an averaged normal and the normal of a facet: that of a curved
+/// surface with six elements over half a turn, as in the coarsest meshes of practical
+/// use. \[degrees\]
 const LARGEST: f64 = 15.0;
 
-/// The same next to a plane: a larger angle there means an edge between planes, not a curved surface. \[degrees\]
+/// The same next to a plane: a larger angle there means an edge between planes, not a curved
+/// surface. \[degrees\]
 const LARGEST_BESIDE_PLANE: f64 = 5.0;
 
-/// A facet belongs to a plane if the angle at another of its nodes is smaller than this fraction of the angle at the
-/// node.
+/// A facet belongs to a plane if the angle at another of its nodes is smaller than this fraction of
+/// the angle at the node.
 const PLANE: f64 = 0.1;
 
 /// Angles that differ by less count as equal. \[degrees\]
@@ -35,8 +38,9 @@ pub(super) struct Averaged {
     angle: f64,
 }
 
-/// The largest angle between the normal of a node and the normals of its facets at that node, in the reference
-/// configuration; 0 at a sharp edge, since normals are not averaged over it. \[degrees\]
+/// The largest angle between the normal of a node and the normals of its facets at that node, in
+/// the reference configuration; 0 at a sharp edge, since normals are not averaged over
+/// it. \[degrees\]
 fn angle(slave: &SlaveNode, mesh: &Mesh) -> f64 {
     if slave.sharp {
         return 0.0;
@@ -52,7 +56,8 @@ fn angle(slave: &SlaveNode, mesh: &Mesh) -> f64 {
     normals.iter().map(|normal| normal.angle(&mean).to_degrees()).fold(0.0, f64::max)
 }
 
-/// Whether slave facets surround a node, that is, whether it does not lie on the boundary of the surface.
+/// Whether slave facets surround a node, that is, whether it does not lie on the boundary of the
+/// surface.
 fn inner(slave: &SlaveNode) -> bool {
     let mut neighbours: Vec<usize> = slave.corners.iter().flat_map(|corner| [corner.next, corner.previous]).collect();
     neighbours.sort_unstable();
@@ -60,8 +65,8 @@ fn inner(slave: &SlaveNode) -> bool {
     neighbours.len() == slave.corners.len()
 }
 
-/// The slave nodes of an interface whose averaged normals are off by more than [`LARGEST`], or next to a plane by more
-/// than [`LARGEST_BESIDE_PLANE`].
+/// The slave nodes of an interface whose averaged normals are off by more than [`LARGEST`], or next
+/// to a plane by more than [`LARGEST_BESIDE_PLANE`].
 pub(super) fn averaged(interface: &ContactInterface, mesh: &Mesh) -> Option<Averaged> {
     let slaves = interface.slave_nodes();
     let angles: Vec<f64> = slaves.iter().map(|slave| angle(slave, mesh)).collect();
@@ -76,7 +81,7 @@ pub(super) fn averaged(interface: &ContactInterface, mesh: &Mesh) -> Option<Aver
     };
     let far = slaves.iter().zip(&angles).filter(|&(slave, &angle)| too_far(slave, angle));
     let far: Vec<(f64, u32)> = far.map(|(slave, &angle)| (angle, slave.node)).collect();
-    // the first of equally bad ones
+    // of equally bad nodes, the first
     let (angle, worst) =
         far.iter().rev().max_by(|a, b| (a.0 * 1e6).round().total_cmp(&(b.0 * 1e6).round())).copied()?;
     Some(Averaged { count: far.len(), worst, angle })

@@ -8,7 +8,8 @@ use clap_complete::Shell;
 /// Arguments of `explain`.
 #[derive(Debug, Clone, Args)]
 pub struct Explain {
-    /// A code as shown in messages, with or without `slipstick::case::`; if omitted, all codes are listed
+    /// A code as shown in messages, with or without `slipstick::case::`; if omitted, all codes are
+    /// listed
     #[arg(value_name = "CODE")]
     pub code: Option<String>,
 }

@@ -32,7 +32,8 @@ pub struct Export {
     /// Wavefront OBJ file to write: shared points, full precision, one object per body
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub obj: Option<PathBuf>,
-    /// 3MF file to write, for printing: one object per body, in the unit that the case names (mm if none)
+    /// 3MF file to write, for printing: one object per body, in the unit that the case names (mm if
+    /// none)
     #[arg(long = "3mf", value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub threemf: Option<PathBuf>,
     /// VTU file to write, for ParaView
@@ -41,10 +42,12 @@ pub struct Export {
     /// Export the design of an iteration [default: the newest]
     #[arg(long, value_name = "NUMBER")]
     pub iteration: Option<usize>,
-    /// Density above which there is material; auto: the value that preserves the volume of the densities
+    /// Density above which there is material; auto: the value that preserves the volume of the
+    /// densities
     #[arg(long, value_name = "DENSITY", default_value = "auto", value_parser = threshold)]
     pub threshold: Threshold,
-    /// Number of smoothing passes, which remove the staircase of the elements without shrinking the surface
+    /// Number of smoothing passes, which remove the staircase of the elements without shrinking the
+    /// surface
     #[arg(long, value_name = "NUMBER", default_value_t = 10)]
     pub smooth: usize,
     /// Whether to keep the outer faces of the bodies: contact surfaces, supports, edges

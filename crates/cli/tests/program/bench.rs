@@ -3,8 +3,8 @@
 use super::{Place, number};
 use serde_json::Value;
 
-/// The case is measured in a separate process for each number of threads; the phases are parts of the total time, and
-/// the analysis is the one that `solve` runs.
+/// The case is measured in a separate process for each number of threads; the phases are parts of
+/// the total time, and the analysis is the one that `solve` runs.
 #[test]
 fn phases_are_parts_of_the_whole() {
     let place = Place::new();

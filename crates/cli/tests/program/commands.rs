@@ -50,7 +50,8 @@ fn new_writes_templates_that_check_accepts() {
     place.bad("new my-mesh --mesh a.msh", 2, &["cannot read the mesh file a.msh"]);
 }
 
-/// Either elements or random directions are enough for a comparison; at least one of them is needed.
+/// Either elements or random directions are enough for a comparison; at least one of them is
+/// needed.
 #[test]
 fn verify_takes_no_elements_but_not_nothing() {
     let place = Place::new();
@@ -67,7 +68,8 @@ fn verify_takes_no_elements_but_not_nothing() {
 fn check_shows_sizes_and_resolved_cases_are_cases() {
     let place = Place::new();
     let ran = place.good("check case.toml");
-    // 5 · 3 · 3 and 3 · 2 · 3 nodes; a gap of 0 at the start; 45 − 15 and 18 − 9 free nodes with 9 multiplier nodes.
+    // 5 · 3 · 3 and 3 · 2 · 3 nodes; a gap of 0 at the start; 45 − 15 and 18 − 9 free nodes with 9
+    // multiplier nodes.
     for part in ["slab", "block_ymin on slab_ymax", "0.000e0 at node", "unknowns of a step"] {
         assert!(ran.out.contains(part), "{part}\n{}", ran.out);
     }
@@ -161,8 +163,8 @@ fn verify_passes_and_fails_by_its_tolerance() {
     place.bad("verify gradient case.toml", 2, &["already contains the results of a run"]);
 }
 
-/// A stiff body next to a soft one, and coordinates that are large compared with the bodies, cost digits of the
-/// objective; an error of that size does not mean that the gradient is wrong.
+/// A stiff body next to a soft one, and coordinates that are large compared with the bodies, cost
+/// digits of the objective; an error of that size does not mean that the gradient is wrong.
 #[test]
 fn verify_tells_round_off_from_errors() {
     let line = "verify gradient case.toml --elements 3 --directions 0 --tolerance 1e-7 --json";
@@ -184,9 +186,9 @@ fn verify_tells_round_off_from_errors() {
     }
 }
 
-/// Few Newton iterations and large steps: some designs far from the given one fail in a step that it completed, and are
-/// cut back. This is reported, and not mistaken for a kink. The depth at which it happens depends on single Newton
-/// iterations, so several are tried.
+/// Few Newton iterations and large steps: some designs far from the given one fail in a step that
+/// it completed, and are cut back. This is reported, and not mistaken for a kink. The depth at
+/// which it happens depends on single Newton iterations, so several are tried.
 #[test]
 fn verify_names_other_cut_backs() {
     let place = Place::new();
@@ -288,7 +290,8 @@ fn threads_do_not_change_results() {
     assert_eq!(place.json("one/run.json")["threads"], 1);
 }
 
-/// A block that is lifted off: the objective is 0, and every command that runs an analysis says why.
+/// A block that is lifted off: the objective is 0, and every command that runs an analysis says
+/// why.
 #[test]
 fn contact_that_never_closes_is_told() {
     let away =
@@ -319,8 +322,8 @@ fn contact_that_never_closes_is_told() {
     assert_eq!(place.good("solve case.toml --force").err, "");
 }
 
-/// Bottom and front of the block as one slave surface: `check` counts the three nodes of the edge between them, and
-/// warns if that edge counts as smooth.
+/// Bottom and front of the block as one slave surface: `check` counts the three nodes of the edge
+/// between them, and warns if that edge counts as smooth.
 #[test]
 fn edges_of_slave_surfaces_are_reported() {
     let place = Place::new();
@@ -339,8 +342,8 @@ fn edges_of_slave_surfaces_are_reported() {
     assert!(!ran.out.contains("sharper than"), "{}", ran.out);
 }
 
-/// An objective that is only round-off ends an optimization with an error; the computed results are kept, and `resume`
-/// reports the same.
+/// An objective that is only round-off ends an optimization with an error; the computed results are
+/// kept, and `resume` reports the same.
 #[test]
 fn an_optimization_of_rounding_ends() {
     let place = Place::new();
@@ -375,8 +378,8 @@ fn an_optimization_of_rounding_ends() {
     assert!(place.good("explain never_closes").out.contains("place.translate"));
 }
 
-/// Five iterations are enough without friction but not with it: the first row is kept, and the failure names the
-/// coefficient.
+/// Five iterations are enough without friction but not with it: the first row is kept, and the
+/// failure names the coefficient.
 #[test]
 fn evaluate_goes_on_after_a_failure() {
     let place = Place::new();
@@ -391,7 +394,8 @@ fn evaluate_goes_on_after_a_failure() {
     assert!(number(&table[2][1]) < 0.0, "the analysis without friction: {:?}", table[2]);
 }
 
-/// A box outside the slab, and a radius below the distance between two centroids: elements of the slab are 1 × 0.5 × 1.
+/// A box outside the slab, and a radius below the distance between two centroids: elements of the
+/// slab are 1 × 0.5 × 1.
 #[test]
 fn settings_without_effect_are_told() {
     let place = Place::with(
@@ -409,9 +413,9 @@ fn settings_without_effect_are_told() {
     assert!(!told.contains("idle_filter"), "{told}");
 }
 
-/// A table of densities that the case partly replaces, and an initial design above the volume bound. Computed by hand:
-/// the upper layer of the slab, 8 of its 16 elements (and of 20 in total), is solid, so half of the slab is already
-/// filled.
+/// A table of densities that the case partly replaces, and an initial design above the volume
+/// bound. Computed by hand: the upper layer of the slab, 8 of its 16 elements (and of 20 in total),
+/// is solid, so half of the slab is already filled.
 #[test]
 fn passive_elements_are_told() {
     let passive = "passive_solid = [{ min = [0, 0.5, 0], max = [4, 1, 2] }]\n";
@@ -428,7 +432,8 @@ fn passive_elements_are_told() {
         let ran = place.good(line);
         assert!(start.iter().all(|part| ran.err.contains(part)), "{line}: {}", ran.err);
     }
-    // other commands do not check the bound, and there is no warning about an initial design below it
+    // other commands do not check the bound, and there is no warning about an initial design below
+    // it
     assert_eq!(place.good("solve case.toml").err, "");
     assert_eq!(place.good("check case.toml --set design.initial=0.2").err, "");
     // 0.3 everywhere except in one passive element, and in one element of the block
@@ -462,8 +467,8 @@ fn passive_elements_are_told() {
     );
 }
 
-/// In an initial design of 1, no density can increase: differences are one-sided, and their error decreases with the
-/// square of the step.
+/// In an initial design of 1, no density can increase: differences are one-sided, and their error
+/// decreases with the square of the step.
 #[test]
 fn gradients_are_verified_at_full_material() {
     let place = Place::with("initial = 0.5\nvolume_fraction = 0.5", "initial = 1.0\nvolume_fraction = 1.0");
@@ -485,7 +490,8 @@ fn gradients_are_verified_at_full_material() {
         let order = (error(row) / error(row + 1)).log2();
         assert!((order - 2.0).abs() < 0.1, "{order}");
     }
-    // with some densities at a bound, the interior ones are compared as usual and the others separately
+    // with some densities at a bound, the interior ones are compared as usual and the others
+    // separately
     let rows: Vec<String> =
         (0..20).map(|e| format!("{e},{}", if e % 4 == 0 || e > 15 { "1.0" } else { "0.5" })).collect();
     place.write("mixed.csv", &format!("element,density\n{}\n", rows.join("\n")));

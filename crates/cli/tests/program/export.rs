@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// Triangles of a binary STL file by the bits of their corners (80 bytes, a count, 50 bytes each: normal, three corners).
+/// Triangles of a binary STL file by the bits of their corners (80 bytes, a count, 50 bytes each:
+/// normal, three corners).
 fn triangles(bytes: &[u8]) -> Vec<[[u32; 3]; 3]> {
     let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
     let corner = |t: usize, c: usize| std::array::from_fn(|k| word(84 + 50 * t + 12 + 12 * c + 4 * k));
@@ -10,8 +11,8 @@ fn triangles(bytes: &[u8]) -> Vec<[[u32; 3]; 3]> {
     (0..word(80) as usize).map(|t| std::array::from_fn(|c| corner(t, c))).collect()
 }
 
-/// The surface as a program that reads STL sees it: points are equal if their bits are equal, and every edge occurs
-/// once in each direction. The volume is that of the design's table.
+/// The surface as a program that reads STL sees it: points are equal if their bits are equal, and
+/// every edge occurs once in each direction. The volume is that of the design's table.
 #[test]
 fn the_design_as_a_closed_surface() {
     let place = Place::new();

@@ -1,5 +1,6 @@
-//! Full disks, places that cannot be written, files that are damaged, foreign or missing: each ends with the documented
-//! exit code and a message with place and cure, and no data are lost. The messages are in `messages/`.
+//! Full disks, places that cannot be written, files that are damaged, foreign or missing: each ends
+//! with the documented exit code and a message with place and cure, and no data are lost. The
+//! messages are in `messages/`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -17,7 +18,8 @@ struct Messages {
     tally: Tally,
 }
 
-/// Counts of one kind of fault, for the table in `docs/robustness.md`. A test asserts everything that it adds here.
+/// Counts of one kind of fault, for the table in `docs/robustness.md`. A test asserts everything
+/// that it adds here.
 #[derive(Default)]
 struct Tally {
     tries: usize,
@@ -70,8 +72,8 @@ impl Messages {
     }
 }
 
-/// Removes parts that differ between machines: hashes, numbers of more than one digit after a space, and the place
-/// where a JSON text breaks off.
+/// Removes parts that differ between machines: hashes, numbers of more than one digit after a
+/// space, and the place where a JSON text breaks off.
 fn anonymous(text: &str) -> String {
     let mut words: Vec<String> = Vec::new();
     for line in text.lines() {
@@ -91,8 +93,8 @@ fn anonymous(text: &str) -> String {
     words.concat()
 }
 
-/// A file system of some kilobytes, if this process may mount one: the run is made in it, and its folder is copied out.
-/// Prints a message if this cannot be tested.
+/// A file system of some kilobytes, if this process may mount one: the run is made in it, and its
+/// folder is copied out. Prints a message if this cannot be tested.
 #[cfg(target_os = "linux")]
 fn on_a_small_disk(place: &Place, line: &str, kilobytes: usize) -> Option<Ran> {
     let script = format!(
@@ -115,8 +117,8 @@ fn on_a_small_disk(place: &Place, line: &str, kilobytes: usize) -> Option<Ran> {
     ran
 }
 
-/// The disk fills up at various times: the run ends with code 2, names the file, and can be resumed from its last
-/// finished iteration once there is space.
+/// The disk fills up at various times: the run ends with code 2, names the file, and can be resumed
+/// from its last finished iteration once there is space.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_ends_a_run_that_resumes() {
@@ -141,7 +143,8 @@ fn a_full_disk_ends_a_run_that_resumes() {
     tally.publish(1, "disk full at one moment or another");
 }
 
-/// The same with a limit on file sizes, which every Unix has: files that exceed it cannot be written.
+/// The same with a limit on file sizes, which every Unix has: files that exceed it cannot be
+/// written.
 #[test]
 fn files_that_cannot_grow_end_a_run_that_resumes() {
     let place = Place::new();
@@ -161,7 +164,8 @@ fn files_that_cannot_grow_end_a_run_that_resumes() {
     messages.tally.publish(2, "files that may not grow (`ulimit -f`)");
 }
 
-/// A folder in place of a file cannot be written, even by the superuser, who is not bound by file modes.
+/// A folder in place of a file cannot be written, even by the superuser, who is not bound by file
+/// modes.
 #[test]
 fn places_that_cannot_be_written() {
     let place = Place::new();
@@ -190,7 +194,8 @@ fn places_that_cannot_be_written() {
     messages.tally.publish(3, "places that cannot be written");
 }
 
-/// A run's files cut at several lengths and with bits flipped: `resume` refuses those that it reads and writes nothing.
+/// A run's files cut at several lengths and with bits flipped: `resume` refuses those that it reads
+/// and writes nothing.
 #[test]
 fn damaged_files_of_a_run() {
     let place = Place::new();
@@ -230,7 +235,8 @@ fn damaged_files_of_a_run() {
             tally.add(&ran);
             assert!(ran.err.contains("run/") || what == "gone", "{name} {what}: no place in {}", ran.err);
             if ["history.csv", "newton.csv"].contains(&name) {
-                // The record says how the attempt ended; rows of a design that is evaluated again are removed.
+                // The record says how the attempt ended; rows of a design that is evaluated again
+                // are removed.
                 others.0.retain(|(name, _)| !["run.json", "history.csv", "newton.csv"].contains(&name.as_str()));
             }
             others.assert_unchanged(&place, "run", name, what);

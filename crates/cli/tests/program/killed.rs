@@ -1,5 +1,5 @@
-//! Optimizations that are killed (SIGKILL), at random times and while they write a checkpoint, and resumed: in the end,
-//! their files equal those of an uninterrupted run, bit for bit.
+//! Optimizations that are killed (SIGKILL), at random times and while they write a checkpoint, and
+//! resumed: in the end, their files equal those of an uninterrupted run, bit for bit.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -33,8 +33,8 @@ fn files(folder: &Path) -> BTreeSet<String> {
     entries.map(|name| name.to_string_lossy().into_owned()).collect()
 }
 
-/// Asserts that two runs contain the same files with the same bytes, except for the seconds in the history and the
-/// times and command lines in the record.
+/// Asserts that two runs contain the same files with the same bytes, except for the seconds in the
+/// history and the times and command lines in the record.
 pub fn assert_same_runs(place: &Place, one: &str, other: &str) {
     let names = files(&place.path(one));
     assert_eq!(names, files(&place.path(other)), "files of {one} and {other}");
@@ -60,8 +60,8 @@ fn parts(folder: &Path) -> BTreeSet<String> {
     all.into_iter().filter(|name| name.ends_with(".tmp")).collect()
 }
 
-/// Where a kill hit an optimization of four load steps, judged by the events that were printed and by whether it left
-/// an incomplete file.
+/// Where a kill hit an optimization of four load steps, judged by the events that were printed and
+/// by whether it left an incomplete file.
 fn place_of_kill(told: &str, part: bool) -> &'static str {
     if part {
         return "within the writing of a file";
@@ -84,7 +84,8 @@ type Kills = BTreeMap<&'static str, usize>;
 fn drive_with_kills(place: &Place, run: &str, longest: Duration, random: &mut Random) -> Kills {
     let mut kills = Kills::new();
     loop {
-        // A run that is killed before its first checkpoint is started again, as the message of `resume` says.
+        // A run that is killed before its first checkpoint is started again, as the message of
+        // `resume` says.
         let begun = place.path(run).join("checkpoint.json").exists();
         let line = if begun { format!("resume {run}") } else { format!("optimize case.toml --out {run} --force") };
         let line = format!("{line} --json --threads {}", 1 + random.below(3));
@@ -135,8 +136,8 @@ fn runs_that_are_killed_again_and_again_end_as_if_nothing_had_been() {
     );
 }
 
-/// A command that is killed (SIGXFSZ) as soon as one of its files exceeds this many blocks of 512 bytes; with `told`,
-/// writing fails instead.
+/// A command that is killed (SIGXFSZ) as soon as one of its files exceeds this many blocks of 512
+/// bytes; with `told`, writing fails instead.
 pub fn with_short_files(place: &Place, line: &str, blocks: u64, told: bool) -> Command {
     let trap = if told { "trap '' XFSZ; " } else { "" };
     let mut command = Command::new("sh");
@@ -146,8 +147,9 @@ pub fn with_short_files(place: &Place, line: &str, blocks: u64, told: bool) -> C
     command
 }
 
-/// The system kills the process while it writes a checkpoint, which is the largest file at that time. The previous
-/// checkpoint stays intact, the incomplete file is removed, and the run ends as if nothing had happened.
+/// The system kills the process while it writes a checkpoint, which is the largest file at that
+/// time. The previous checkpoint stays intact, the incomplete file is removed, and the run ends as
+/// if nothing had happened.
 #[test]
 fn a_run_killed_within_the_writing_of_a_checkpoint_resumes() {
     let place = Place::new();
@@ -191,8 +193,8 @@ fn a_run_killed_within_its_last_files_writes_them() {
     assert_same_runs(&place, "whole", "cut");
 }
 
-/// A process that was killed before it wrote the first file of its run, or while it removed an earlier run, does not
-/// block the directory; other files in it are kept.
+/// A process that was killed before it wrote the first file of its run, or while it removed an
+/// earlier run, does not block the directory; other files in it are kept.
 #[test]
 fn a_start_that_was_killed_blocks_nobody() {
     let place = Place::new();
@@ -211,7 +213,8 @@ fn a_start_that_was_killed_blocks_nobody() {
     place.good("optimize case.toml -q --iterations 1 --force");
 }
 
-/// Many processes start at once on one directory: one makes the run, and the others say why they do not.
+/// Many processes start at once on one directory: one makes the run, and the others say why they do
+/// not.
 #[test]
 fn of_many_starts_at_once_one_runs() {
     let place = Place::new();

@@ -31,8 +31,8 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A block of 2 × 1 × 2 elements pressed onto a slab of 4 × 2 × 2 elements and dragged over it; 20 elements, 16 of them
-/// designed.
+/// A block of 2 × 1 × 2 elements pressed onto a slab of 4 × 2 × 2 elements and dragged over it; 20
+/// elements, 16 of them designed.
 const CASE: &str = r#"title = "Block on slab"
 [[body]]
 name = "slab"

@@ -35,8 +35,8 @@ fn shells_and_man_know_the_commands() {
     place.bad("man billiards", 2, &["no command `billiards`"]);
 }
 
-/// A terminal keeps the line of every iteration, with the progress below them. `script` (util-linux, bsdutils) provides
-/// the terminal.
+/// A terminal keeps the line of every iteration, with the progress below them. `script`
+/// (util-linux, bsdutils) provides the terminal.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_terminal_keeps_the_table_of_iterations() {
@@ -102,7 +102,8 @@ fn only_observed_steps_have_values() {
     assert!((sum / event["objective"].as_f64().expect("a number") - 1.0).abs() < 1e-12);
 }
 
-/// The last design has no derivative, because only an update needs one, and its table has no column for it.
+/// The last design has no derivative, because only an update needs one, and its table has no column
+/// for it.
 #[test]
 fn tables_of_densities_have_no_empty_column() {
     let place = Place::new();

@@ -47,8 +47,8 @@ struct Row {
 }
 
 impl Row {
-    /// Ratio of measured to predicted memory. With kept factors, the prediction is a bound: steps share factors as long
-    /// as the active set does not change.
+    /// Ratio of measured to predicted memory. With kept factors, the prediction is a bound: steps
+    /// share factors as long as the active set does not change.
     fn ratio(&self) -> f64 {
         let [least, most] = self.predicted;
         self.measured / self.measured.clamp(least, most)
@@ -115,7 +115,8 @@ impl Measured {
     }
 }
 
-/// Rows of all runs, in the given order, one run at a time; each prediction is within 25 % of the measurement.
+/// Rows of all runs, in the given order, one run at a time; each prediction is within 25 % of the
+/// measurement.
 fn measure(runs: &[Measured]) -> Vec<Row> {
     let rows: Vec<Row> = runs.iter().map(Measured::row).collect();
     let wrong: String = rows.iter().filter(|row| !(0.75..=1.25).contains(&row.ratio())).map(Row::line).collect();
@@ -148,7 +149,8 @@ fn predicted_memory_is_that_of_runs() {
     ]);
 }
 
-/// The table in `docs/robustness.md`: 5,000 to 40,000 unknowns, with hexahedra, wedges and tetrahedra.
+/// The table in `docs/robustness.md`: 5,000 to 40,000 unknowns, with hexahedra, wedges and
+/// tetrahedra.
 #[test]
 #[ignore = "takes minutes: docs/robustness/measure.sh memory"]
 fn table_of_memory() {
@@ -173,8 +175,9 @@ fn table_of_memory() {
     publish("memory", &rows);
 }
 
-/// A run that would exceed the memory available to the process is refused before it begins, with the cure: less memory
-/// for kept factors if that is enough, otherwise fewer elements. `check` reports the same and shows the rest.
+/// A run that would exceed the memory available to the process is refused before it begins, with
+/// the cure: less memory for kept factors if that is enough, otherwise fewer elements. `check`
+/// reports the same and shows the rest.
 #[test]
 fn runs_larger_than_the_memory() {
     let place = Place::new();
@@ -191,7 +194,8 @@ fn runs_larger_than_the_memory() {
     let number = |name: &str| inspection[name].as_f64().expect("a number") / 1e6;
     let (peak, kept) = (number("peak_bytes"), number("kept_bytes"));
     assert!(kept > 0.5 * peak, "{kept} of {peak}");
-    // The program's code and stacks also use address space, so a little less than the limit is left.
+    // The program's code and stacks also use address space, so a little less than the limit is
+    // left.
     for (megabytes, help) in [(peak, "memory = \""), (peak - kept, "use fewer elements")] {
         let ran = limited("gradient case.toml", megabytes);
         assert_eq!(ran.code, Some(2), "{}", ran.err);

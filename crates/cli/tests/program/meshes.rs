@@ -42,8 +42,8 @@ fn meshed_bodies_give_what_generated_ones_give() {
     assert!(resolved.contains("sha256 = \""), "{resolved}");
 }
 
-/// Numbers in a case written for people have only meaningful digits, not `1.8699999999999999`. The mesh is moved so
-/// that sums of its coordinates are not round numbers.
+/// Numbers in a case written for people have only meaningful digits, not `1.8699999999999999`. The
+/// mesh is moved so that sums of its coordinates are not round numbers.
 #[test]
 fn numbers_of_written_cases_are_short() {
     let folder = format!("{}/../meshio/tests/data", env!("CARGO_MANIFEST_DIR"));
@@ -73,7 +73,8 @@ fn numbers_of_written_cases_are_short() {
     assert!(numbers > 200, "{numbers}");
 }
 
-/// A run continues with its own copy of the mesh, whatever happens to the original, and not with a different mesh.
+/// A run continues with its own copy of the mesh, whatever happens to the original, and not with a
+/// different mesh.
 #[test]
 fn a_run_keeps_its_meshes_and_notices_changed_ones() {
     let place = meshed();
@@ -149,8 +150,8 @@ fn go_through_all_commands(mesh: &str, least: usize) {
     assert!(std::fs::metadata(place.path("run/design.stl")).expect("a surface").len() > 10_000);
 }
 
-/// `new my-mesh` finds or makes names for bodies and surfaces of files of all formats, and `check` accepts the case
-/// that it writes.
+/// `new my-mesh` finds or makes names for bodies and surfaces of files of all formats, and `check`
+/// accepts the case that it writes.
 #[test]
 fn a_case_for_a_mesh_of_ones_own_is_accepted() {
     let place = Place::new();
@@ -198,7 +199,8 @@ fn a_body_alone_gets_a_block() {
     let place = Place::new();
     std::fs::create_dir(place.path("cases")).expect("a folder");
     let both = include_str!("../../../meshio/tests/data/gmsh_22_ascii.msh");
-    // elements of the physical groups 1 to 5 are the slab's; the third word after an element's number is its group
+    // elements of the physical groups 1 to 5 are the slab's; the third word after an element's
+    // number is its group
     let keep = |surfaces: bool| {
         let of_slab = |line: &&str| match line.split(' ').collect::<Vec<_>>()[..] {
             [_, kind, "2", group, ..] => {
@@ -226,8 +228,8 @@ fn a_body_alone_gets_a_block() {
     }
 }
 
-/// On an L-shaped body with a wall and a low seat, the block stands on the seat, not above the whole body, and the wall
-/// is held.
+/// On an L-shaped body with a wall and a low seat, the block stands on the seat, not above the
+/// whole body, and the wall is held.
 #[test]
 fn the_block_stands_on_the_surface_that_it_touches() {
     let place = Place::new();

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// Width and height of a PNG file: the first chunk, IHDR, begins with them (PNG specification, 11.2.2).
+/// Width and height of a PNG file: the first chunk, IHDR, begins with them (PNG specification,
+/// 11.2.2).
 fn size(bytes: &[u8]) -> (u32, u32) {
     assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n", "the signature");
     assert_eq!(&bytes[12..16], b"IHDR");
@@ -69,8 +70,8 @@ fn fields_steps_and_views() {
     assert_eq!(event["file"], "case/picture.png");
 }
 
-/// If nothing is designed, densities would give a single colour, so contact pressure or displacement is drawn instead,
-/// with a message.
+/// If nothing is designed, densities would give a single colour, so contact pressure or
+/// displacement is drawn instead, with a message.
 #[test]
 fn a_field_is_chosen_where_nothing_is_designed() {
     let place = Place::new();
@@ -128,7 +129,8 @@ fn what_cannot_be_drawn() {
     place.bad("render case", 2, &["path_0004.vtu", "ends early"]);
 }
 
-/// The history of a run goes to its directory; those of several go to a file, from directories and tables alike.
+/// The history of a run goes to its directory; those of several go to a file, from directories and
+/// tables alike.
 #[test]
 fn histories_in_one_frame() {
     let place = Place::new();

@@ -32,7 +32,8 @@ fn a_run_as_a_page() {
     assert!(html.contains("<title>Block &lt;/script&gt; &amp; @DATA@</title>"));
     let data = data(&html);
     assert_eq!((&data["title"], &data["case_text"]), (&"Block </script> & @DATA@".into(), &case.as_str().into()));
-    // 45 nodes of the slab and the 18 of the block's skin, all its nodes; 16 elements; 16 faces of the block.
+    // 45 nodes of the slab and the 18 of the block's skin, all its nodes; 16 elements; 16 faces of
+    // the block.
     let length = |name: &str| data["model"][name].as_str().map(|text| text.trim_end_matches('=').len() * 3 / 4);
     assert_eq!(length("points"), Some(12 * (45 + 18)));
     assert_eq!((length("hexes"), length("quads"), length("slaves")), (Some(32 * 16), Some(16 * 16), Some(4 * 9)));
@@ -86,8 +87,8 @@ fn pages_of_other_runs() {
     );
 }
 
-/// A block is pressed by a force, without friction: by equilibrium, the contact force equals the load. Half of the
-/// slab's volume of 8 is material.
+/// A block is pressed by a force, without friction: by equilibrium, the contact force equals the
+/// load. Half of the slab's volume of 8 is material.
 #[test]
 fn the_page_shows_forces_and_material() {
     let place = Place::new();
@@ -149,7 +150,8 @@ fn counts_agree_with_their_nouns() {
 /// Names of browsers in which the page can be tested.
 const BROWSERS: &[&str] = &["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
-/// Operates the page's controls and stores the results in its title: the pixels drawn at first and after each change.
+/// Operates the page's controls and stores the results in its title: the pixels drawn at first and
+/// after each change.
 const TRIAL: &str = r##"<script>
 const canvas = document.getElementById("canvas"), gl = canvas.getContext("webgl");
 const drawn = () => {
@@ -213,8 +215,8 @@ document.title = JSON.stringify({
 });
 </script></body>"##;
 
-/// The lines of a failure message remain separate lines; the results of a run without a design fit the width of a page,
-/// and the view has colours.
+/// The lines of a failure message remain separate lines; the results of a run without a design fit
+/// the width of a page, and the view has colours.
 #[test]
 fn a_browser_shows_failures_and_results() {
     let test = "a_browser_shows_failures_and_results";
@@ -233,7 +235,8 @@ fn a_browser_shows_failures_and_results() {
     assert_eq!((&told["wide"], &told["field"]), (&serde_json::json!([]), &"displacement".into()), "{told}");
 }
 
-/// The value that a script at the end of a run's page stores in its title; `None` without a browser.
+/// The value that a script at the end of a run's page stores in its title; `None` without a
+/// browser.
 fn tried(place: &Place, run: &str, script: &str, test: &str) -> Option<Value> {
     let found = BROWSERS.iter().find(|name| Command::new(name).arg("--version").output().is_ok());
     let Some(browser) = found else {
@@ -263,8 +266,9 @@ fn tried(place: &Place, run: &str, script: &str, test: &str) -> Option<Value> {
     Some(serde_json::from_str(&title).unwrap_or_else(|e| panic!("{e}: {title}\n{log}")))
 }
 
-/// The page shows the design in Firefox too: in the interactive view or, if there is no WebGL (as is usual in headless
-/// mode), as a picture. This is checked by the colours of a screenshot, which a page without both does not have.
+/// The page shows the design in Firefox too: in the interactive view or, if there is no WebGL (as
+/// is usual in headless mode), as a picture. This is checked by the colours of a screenshot, which
+/// a page without both does not have.
 #[test]
 #[ignore = "needs Firefox"]
 fn firefox_shows_the_page() {

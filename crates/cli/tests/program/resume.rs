@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Two updates and then two more give the same as four at once: every number of the checkpoint, the history except for
-/// its seconds, and the tables of designs and Newton iterations.
+/// Two updates and then two more give the same as four at once: every number of the checkpoint, the
+/// history except for its seconds, and the tables of designs and Newton iterations.
 #[test]
 fn a_resumed_run_is_the_uninterrupted_one_bit_for_bit() {
     let place = Place::new();
@@ -58,7 +58,8 @@ fn what_cannot_be_resumed_is_refused() {
     place.good("resume case --iterations 3");
 }
 
-/// Every error in a checkpoint is reported with its file and a cure; nothing panics, and nothing is written.
+/// Every error in a checkpoint is reported with its file and a cure; nothing panics, and nothing is
+/// written.
 #[test]
 fn damaged_checkpoints_are_refused() {
     let place = Place::new();
@@ -129,7 +130,8 @@ fn damaged_checkpoints_are_refused() {
     place.good("resume case --iterations 5");
 }
 
-/// The text of a checkpoint with the hash of the text before it, as the program would have written it.
+/// The text of a checkpoint with the hash of the text before it, as the program would have written
+/// it.
 fn sealed(checkpoint: &Value) -> String {
     let mut checkpoint = checkpoint.clone();
     let object = checkpoint.as_object_mut().map(|object| object.remove("sha256")).is_some();
@@ -140,7 +142,8 @@ fn sealed(checkpoint: &Value) -> String {
     }
 }
 
-/// A run that was killed between writing its files continues from its checkpoint: later rows are replaced.
+/// A run that was killed between writing its files continues from its checkpoint: later rows are
+/// replaced.
 #[test]
 fn rows_behind_the_checkpoint_are_replaced() {
     let place = Place::new();

@@ -67,7 +67,8 @@ mod by_signal {
         assert_eq!(place.table("case/history.csv").len(), 1 + 2);
     }
 
-    /// Only one process at a time writes to a directory; the lock of a killed process blocks nobody.
+    /// Only one process at a time writes to a directory; the lock of a killed process blocks
+    /// nobody.
     #[test]
     fn a_run_in_progress_is_left_alone() {
         let place = Place::with("iterations = 4", "iterations = 4000");
@@ -139,8 +140,8 @@ fn a_failed_march_says_why_and_keeps_what_it_has() {
     assert_eq!(failed[0].last().map(String::as_str), Some("failure"));
 }
 
-/// The block driven through the slab's support: elements are turned inside out, and are named with body and place. The
-/// failing iterate shows them, in its file and in a picture.
+/// The block driven through the slab's support: elements are turned inside out, and are named with
+/// body and place. The failing iterate shows them, in its file and in a picture.
 #[test]
 fn inverted_elements_are_named() {
     let place = Place::with("t = 0.5, u = [0, -0.1, 0]", "t = 0.5, u = [0, -2.2, 0]");

@@ -4,12 +4,14 @@
 //! C = ζ − P(ζ_n − c_n g̃, ζ_τ + c_t ũ_τ),    P(p, t) = (max(0, p), Coulomb return map of t at p)
 //! ```
 //!
-//! with g̃ replaced by g̃ + k ζ_n at partly covered nodes ([`NodeMeasures::compliance`]). C has the same roots as (25),
-//! (26), the same active sets and the same adjoint, and Newton's method converges more often. In the paper's product
-//! form the tangential rows are `max(μ p, ‖t‖)` times the ones here.
+//! with g̃ replaced by g̃ + k ζ_n at partly covered nodes ([`NodeMeasures::compliance`]). C has the
+//! same roots as (25), (26), the same active sets and the same adjoint, and Newton's method
+//! converges more often. In the paper's product form the tangential rows are `max(μ p, ‖t‖)` times
+//! the ones here.
 //!
-//! If slip along a tangent direction is prescribed ([`Freedom`]), P projects t onto the other direction. If the
-//! prescribed slip is zero, the multiplier component along it is zero; otherwise ζ_τ = μ p ũ_τ/‖ũ_τ‖.
+//! If slip along a tangent direction is prescribed ([`Freedom`]), P projects t onto the other
+//! direction. If the prescribed slip is zero, the multiplier component along it is zero; otherwise
+//! ζ_τ = μ p ũ_τ/‖ũ_τ‖.
 
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness};
@@ -33,7 +35,8 @@ pub struct Complementarity {
     pub by_area: Vector3<f64>,
     /// ∂C/∂μ. \[F/L²\]
     pub by_friction: Vector3<f64>,
-    /// ∂C/∂a of the direction a of prescribed slip, [`Freedom::SlipAcross`]; zero elsewhere. \[F/L²\]
+    /// ∂C/∂a of the direction a of prescribed slip, [`Freedom::SlipAcross`]; zero
+    /// elsewhere. \[F/L²\]
     pub by_direction: Matrix3x2<f64>,
     /// ∂C/∂ln s with the stiffness s of a partly covered node; zero elsewhere. \[F/L²\]
     pub by_edge_stiffness: Vector3<f64>,
@@ -41,11 +44,13 @@ pub struct Complementarity {
 
 /// Evaluates C for one node.
 ///
-/// `stiffness` contains c_n and c_t > 0. Neither the solution nor the adjoint depends on them, so they are not
-/// differentiated, nor is the area by which they may be divided. Uncovered nodes are inactive: C = ζ.
+/// `stiffness` contains c_n and c_t > 0. Neither the solution nor the adjoint depends on them, so
+/// they are not differentiated, nor is the area by which they may be divided. Uncovered nodes are
+/// inactive: C = ζ.
 ///
-/// Paper: (21), (23) in the form of (25), (26), on the sets (31)–(35); `by_slip` is the factor that (64), (65)
-/// multiply. Tests: `complementarity_matches_finite_differences`, `roots_do_not_depend_on_the_parameter`.
+/// Paper: (21), (23) in the form of (25), (26), on the sets (31)–(35); `by_slip` is the factor that
+/// (64), (65) multiply. Tests: `complementarity_matches_finite_differences`,
+/// `roots_do_not_depend_on_the_parameter`.
 pub fn complementarity(
     multiplier: Vector3<f64>,
     at: &NodeMeasures,
@@ -176,9 +181,9 @@ mod tests {
         }
     }
 
-    /// Without free unknowns for the slip, the multiplier is the limit of the penalty method: zero if nothing slips,
-    /// and on the friction cone along a prescribed slip, however small. If the gap is prescribed, the multiplier is
-    /// zero.
+    /// Without free unknowns for the slip, the multiplier is the limit of the penalty method: zero
+    /// if nothing slips, and on the friction cone along a prescribed slip, however small. If the
+    /// gap is prescribed, the multiplier is zero.
     #[test]
     fn multipliers_on_prescribed_slip_are_the_limit_of_penalty() {
         let at = |freedom, slip: [f64; 2]| NodeMeasures {
@@ -200,7 +205,8 @@ mod tests {
         ] {
             let c = complementarity(root, &at(freedom, slip), 0.2, &C);
             assert!(c.value.norm() < 1e-12, "{freedom:?} {slip:?}: {}", c.value);
-            // the rows determine the multiplier, except the component whose equation is the slip across
+            // the rows determine the multiplier, except the component whose equation is the slip
+            // across
             let rank = c.by_multiplier.fixed_view::<2, 2>(1, 1).rank(1e-12);
             assert_eq!(rank, if freedom == across(false) { 1 } else { 2 }, "{freedom:?} {slip:?}");
         }

@@ -1,8 +1,8 @@
-//! Enforcement of the contact conditions at a slave node: Lagrange multipliers, or a regularised traction
-//! (penalty and augmented Lagrangian).
+//! Enforcement of the contact conditions at a slave node: Lagrange multipliers, or a regularised
+//! traction (penalty and augmented Lagrangian).
 //!
-//! All quantities belong to the node: multiplier components ζ = (ζ_n, ζ_ξ, ζ_η) in its frame, weighted gap g̃, slip
-//! increment ũ_τ and tributary area A.
+//! All quantities belong to the node: multiplier components ζ = (ζ_n, ζ_ξ, ζ_η) in its frame,
+//! weighted gap g̃, slip increment ũ_τ and tributary area A.
 
 pub mod lagrange;
 pub mod regularised;
@@ -16,12 +16,13 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StiffnessScaling {
-    /// Gap and slip divided by the node's tributary area in the current configuration: in F/L³, independent of the
-    /// mesh.
+    /// Gap and slip divided by the node's tributary area in the current configuration: in F/L³,
+    /// independent of the mesh.
     #[default]
     Area,
-    /// Gap and slip divided by the whole area around the node in the reference configuration, regardless of its covered
-    /// part: in F/L³. The penalty becomes softer as the surface shrinks, and as the other surface slides off it.
+    /// Gap and slip divided by the whole area around the node in the reference configuration,
+    /// regardless of its covered part: in F/L³. The penalty becomes softer as the surface shrinks,
+    /// and as the other surface slides off it.
     ReferenceArea,
     /// The weighted gap and slip themselves, as in the paper: in F/L⁵.
     Weighted,
@@ -38,9 +39,9 @@ impl StiffnessScaling {
     }
 }
 
-/// A stiffness for each direction, with its scaling: ε_n and ε_τ of the regularised methods, on which the solution
-/// depends (penalty) or not (augmented Lagrangian), or c_n and c_t of the complementarity functions, which only affect
-/// the iteration.
+/// A stiffness for each direction, with its scaling: ε_n and ε_τ of the regularised methods, on
+/// which the solution depends (penalty) or not (augmented Lagrangian), or c_n and c_t of the
+/// complementarity functions, which only affect the iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stiffness {
     /// ε_n or c_n.
@@ -58,19 +59,19 @@ impl Stiffness {
     }
 }
 
-/// The gaps and slip increments that the free displacements can produce, if others are prescribed at the slave node and
-/// at all opposite nodes.
+/// The gaps and slip increments that the free displacements can produce, if others are prescribed
+/// at the slave node and at all opposite nodes.
 ///
-/// A contact condition on a prescribed measure does not determine the multiplier component that enforces it. That
-/// component is set to the limit of the penalty method: zero if nothing slips, on the friction cone if the slip is
-/// prescribed.
+/// A contact condition on a prescribed measure does not determine the multiplier component that
+/// enforces it. That component is set to the limit of the penalty method: zero if nothing slips, on
+/// the friction cone if the slip is prescribed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Freedom {
     /// Gap and slip.
     #[default]
     Full,
-    /// The gap, and slip perpendicular to `direction`, a unit vector in the node's tangent basis. With a closed gap,
-    /// the surfaces slip along it only if `driven`.
+    /// The gap, and slip perpendicular to `direction`, a unit vector in the node's tangent basis.
+    /// With a closed gap, the surfaces slip along it only if `driven`.
     SlipAcross {
         /// The direction of prescribed slip.
         direction: Vector2<f64>,
@@ -95,10 +96,11 @@ pub struct NodeMeasures {
     pub slip: Vector2<f64>,
     /// Tributary area of the overlap, Σ_k D_jk. \[L²\]
     pub area: f64,
-    /// Area of the slave surface around the node in the reference configuration, the scale for slivers. \[L²\]
+    /// Area of the slave surface around the node in the reference configuration, the scale for
+    /// slivers. \[L²\]
     pub reference_area: f64,
-    /// Stiffness s of the contact condition on a partly covered node, see [`Self::compliance`]; infinite: rigid, as at
-    /// other nodes. \[F/L³\]
+    /// Stiffness s of the contact condition on a partly covered node, see [`Self::compliance`];
+    /// infinite: rigid, as at other nodes. \[F/L³\]
     pub edge_stiffness: f64,
     /// Fraction χ > 0 of the reference area below which the contact condition is compliant.
     pub edge_cover: f64,
@@ -114,10 +116,11 @@ impl NodeMeasures {
 
     /// k(A) and dk/dA of the contact condition at a partly covered node, g̃ + k ζ_n = 0. \[L⁵/F\]
     ///
-    /// A node that the other surface begins to cover would have to close its gap with a finite force on zero area: the
-    /// solution would jump as soon as the node is covered. Two rigid conditions on a partly covered facet also
-    /// overconstrain the displacements of the finite elements and attract too much force to the edge (docs/edges.md).
-    /// With k = κ A/s, where κ = (1 − A/(χ A_ref))² below the fraction χ of the reference area and 0 above, the node's
+    /// A node that the other surface begins to cover would have to close its gap with a finite
+    /// force on zero area: the solution would jump as soon as the node is covered. Two rigid
+    /// conditions on a partly covered facet also overconstrain the displacements of the finite
+    /// elements and attract too much force to the edge (docs/edges.md). With k = κ A/s, where
+    /// κ = (1 − A/(χ A_ref))² below the fraction χ of the reference area and 0 above, the node's
     /// force grows from zero with the area, like that of a penalty s.
     ///
     /// Test: `compliance_matches_finite_differences`.
@@ -135,12 +138,12 @@ impl NodeMeasures {
     }
 }
 
-/// Fraction of the coefficient of friction that acts in a step, and its derivative with respect to the tributary area
-/// of the node's mortar row before the step. \[–, 1/L²\]
+/// Fraction of the coefficient of friction that acts in a step, and its derivative with respect to
+/// the tributary area of the node's mortar row before the step. \[–, 1/L²\]
 ///
-/// The slip increment is proportional to that area. For a node that the other surface did not cover before, it vanishes
-/// for every motion, so stick would impose no condition. The fraction grows continuously from 0 there to 1 at 1/20 of
-/// the reference area: 1 − (1 − A/(χ A_ref))².
+/// The slip increment is proportional to that area. For a node that the other surface did not cover
+/// before, it vanishes for every motion, so stick would impose no condition. The fraction grows
+/// continuously from 0 there to 1 at 1/20 of the reference area: 1 − (1 − A/(χ A_ref))².
 ///
 /// Test: `share_of_friction_matches_finite_differences`.
 pub fn friction_share(previous_area: f64, reference_area: f64) -> (f64, f64) {
@@ -152,15 +155,15 @@ pub fn friction_share(previous_area: f64, reference_area: f64) -> (f64, f64) {
     (1.0 - missing * missing, 2.0 * missing / (EDGE * reference_area))
 }
 
-/// Fraction of the reference area that must have been covered before the step for the full coefficient of friction to
-/// act.
+/// Fraction of the reference area that must have been covered before the step for the full
+/// coefficient of friction to act.
 const EDGE: f64 = 0.05;
 
 /// Overlaps below this fraction of the reference area carry no contact condition.
 const SLIVER: f64 = 1e-9;
 
-/// Whether a tributary area of the overlap is enough for a contact condition at a node with this area in the reference
-/// configuration.
+/// Whether a tributary area of the overlap is enough for a contact condition at a node with this
+/// area in the reference configuration.
 pub fn covered(area: f64, reference_area: f64) -> bool {
     area > SLIVER * reference_area
 }
@@ -169,7 +172,8 @@ pub fn covered(area: f64, reference_area: f64) -> bool {
 mod tests {
     use super::*;
 
-    /// Continuously differentiable, 0 without an area, 1 from a twentieth on; computed by hand: ¾ in the middle.
+    /// Continuously differentiable, 0 without an area, 1 from a twentieth on; computed by hand: ¾
+    /// in the middle.
     #[test]
     fn share_of_friction_matches_finite_differences() {
         let share = |area: f64| friction_share(area, 2.0).0;

@@ -1,12 +1,13 @@
-//! Regularised contact traction: the penalty method, and the augmented Lagrangian around given multipliers.
+//! Regularised contact traction: the penalty method, and the augmented Lagrangian around given
+//! multipliers.
 //!
 //! ```text
 //! ζ_n = max(0, ẑ_n − ε_n g̃),    trial = ẑ_τ + ε_τ ũ_τ,    ζ_τ = return map (stick: trial, slip: μ ζ_n trial/‖trial‖)
 //! ```
 //!
 //! At a partly covered node the augmented Lagrangian has ζ_n = max(0, ẑ_n − ε_n (g̃ + k ζ_n)),
-//! [`NodeMeasures::compliance`]. The penalty method, which is compliant in any case, uses ẑ = (0, h) with the history h
-//! of the last step; the augmented Lagrangian iterates ẑ ← ζ.
+//! [`NodeMeasures::compliance`]. The penalty method, which is compliant in any case, uses ẑ = (0,
+//! h) with the history h of the last step; the augmented Lagrangian iterates ẑ ← ζ.
 
 use super::tangential::tangential;
 use super::{Freedom, NodeMeasures, Stiffness, StiffnessScaling};
@@ -32,7 +33,8 @@ pub struct Traction {
     pub by_stiffness: Vector3<f64>,
     /// ∂ζ/∂ẑ; its last two columns are ∂ζ/∂h for the penalty method.
     pub by_multiplier: Matrix3<f64>,
-    /// ∂ζ/∂a of the direction a of prescribed slip, [`Freedom::SlipAcross`]; zero elsewhere. \[F/L²\]
+    /// ∂ζ/∂a of the direction a of prescribed slip, [`Freedom::SlipAcross`]; zero
+    /// elsewhere. \[F/L²\]
     pub by_direction: Matrix3x2<f64>,
 }
 
@@ -173,8 +175,8 @@ mod tests {
         }
     }
 
-    /// By definition, a node without an opposite facet carries no traction, nor does one whose gap is prescribed,
-    /// however deep the penetration.
+    /// By definition, a node without an opposite facet carries no traction, nor does one whose gap
+    /// is prescribed, however deep the penetration.
     #[test]
     fn uncovered_and_prescribed_nodes_bear_no_traction() {
         let pressed = NodeMeasures {

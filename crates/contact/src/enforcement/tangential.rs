@@ -29,7 +29,8 @@ pub(super) struct Tangential {
     pub by_direction: Matrix2<f64>,
 }
 
-/// The tangential traction around the multiplier ẑ_τ at pressure p ≥ 0, with stiffness k per slip increment.
+/// The tangential traction around the multiplier ẑ_τ at pressure p ≥ 0, with stiffness k per slip
+/// increment.
 pub(super) fn tangential(
     pressure: f64,
     around: Vector2<f64>,

@@ -1,7 +1,8 @@
-//! Symmetric quadrature rules on the triangles of a clipped overlap, which meet at its area centroid.
+//! Symmetric quadrature rules on the triangles of a clipped overlap, which meet at its area
+//! centroid.
 //!
-//! Source: D. A. Dunavant, High degree efficient symmetrical Gaussian quadrature rules for the triangle,
-//! Int. J. Numer. Meth. Eng. 21 (1985) 1129–1148.
+//! Source: D. A. Dunavant, High degree efficient symmetrical Gaussian quadrature rules for the
+//! triangle, Int. J. Numer. Meth. Eng. 21 (1985) 1129–1148.
 
 /// A quadrature point: barycentric coordinates and weight. The weights of a rule sum to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,7 +103,8 @@ fn six(points: &mut Vec<CellPoint>, a: f64, b: f64, weight: f64) {
 mod tests {
     use super::*;
 
-    /// A rule that is requested by its number of points has this many points. There are five such numbers.
+    /// A rule that is requested by its number of points has this many points. There are five such
+    /// numbers.
     #[test]
     fn rules_are_named_by_their_number_of_points() {
         let found: Vec<usize> = (0..100).filter(|&points| CellRule::with_points(points).is_some()).collect();
@@ -112,7 +114,8 @@ mod tests {
         }
     }
 
-    /// ∫ over the unit triangle of λ₁^a λ₂^b = a! b! / (a + b + 2)!, times 2 for the normalised area.
+    /// ∫ over the unit triangle of λ₁^a λ₂^b = a! b! / (a + b + 2)!, times 2 for the normalised
+    /// area.
     #[test]
     fn rules_integrate_monomials_to_their_degree() {
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();

@@ -1,19 +1,22 @@
-//! Overlap of two triangles or convex quadrilaterals in the auxiliary plane, with the derivative of every vertex.
+//! Overlap of two triangles or convex quadrilaterals in the auxiliary plane, with the derivative of
+//! every vertex.
 //!
-//! Sutherland–Hodgman clipping of the projected slave facet by the four edges of the projected master facet. Each edge
-//! of the polygon stores the line on which it lies, so that each vertex of the result is known either as a corner of
-//! one facet or as the intersection of two lines, and can be differentiated accordingly. Reference: Puso and Laursen,
-//! CMAME 193 (2004) 601–629; Popp et al., IJNME 83 (2010) 1428–1465.
+//! Sutherland–Hodgman clipping of the projected slave facet by the four edges of the projected
+//! master facet. Each edge of the polygon stores the line on which it lies, so that each vertex of
+//! the result is known either as a corner of one facet or as the intersection of two lines, and can
+//! be differentiated accordingly. Reference: Puso and Laursen, CMAME 193 (2004) 601–629; Popp et
+//! al., IJNME 83 (2010) 1428–1465.
 
 /// A point or vector in the auxiliary plane.
 pub type Point = [f64; 2];
 
-/// Number of plane coordinates of a facet pair: 4 slave corners, then 4 master corners, two coordinates each. The
-/// entries of a triangle's fourth corner are unused.
+/// Number of plane coordinates of a facet pair: 4 slave corners, then 4 master corners, two
+/// coordinates each. The entries of a triangle's fourth corner are unused.
 pub const PLANE_COORDINATES: usize = 16;
 
-/// Distances below this fraction of the facet size count as "on the line". It makes coincident edges well defined
-/// (their intersection would otherwise be noise) at the cost of a relative area error of the same size.
+/// Distances below this fraction of the facet size count as "on the line". It makes coincident
+/// edges well defined (their intersection would otherwise be noise) at the cost of a relative area
+/// error of the same size.
 const ON_LINE: f64 = 1e-12;
 
 /// A vertex of the overlap and its derivative with respect to the 16 plane coordinates of the pair.
@@ -55,9 +58,9 @@ struct Corner {
 
 /// Clips the slave facet with S corners by the master facet with M corners.
 ///
-/// Both are given counter-clockwise in the auxiliary plane. `master_order[i]` is the facet's own number of the i-th
-/// master corner, used for the columns of the vertex gradients. Returns `None` if nothing is left, or less than a
-/// triangle of relative size 1e-12.
+/// Both are given counter-clockwise in the auxiliary plane. `master_order[i]` is the facet's own
+/// number of the i-th master corner, used for the columns of the vertex gradients. Returns `None`
+/// if nothing is left, or less than a triangle of relative size 1e-12.
 ///
 /// Test: `vertex_gradients_match_finite_differences`, `overlap_of_shifted_squares`.
 pub fn clip<const S: usize, const M: usize>(
@@ -148,7 +151,8 @@ fn clip_by_edge<const M: usize>(
     kept
 }
 
-/// Removes corners whose outgoing edge is shorter than the tolerance; returns the new number of corners.
+/// Removes corners whose outgoing edge is shorter than the tolerance; returns the new number of
+/// corners.
 fn drop_short_edges(polygon: &mut [Corner; 12], count: usize, tolerance: f64) -> usize {
     let mut kept = 0;
     let source = *polygon;
@@ -195,9 +199,11 @@ fn vertex<const S: usize, const M: usize>(
     Vertex { position, gradient }
 }
 
-/// Derivative of the intersection p of two lines a₀a₁ and b₀b₁ with respect to their four end points.
+/// Derivative of the intersection p of two lines a₀a₁ and b₀b₁ with respect to their four end
+/// points.
 ///
-/// p satisfies (a₁ − a₀) × (p − a₀) = 0 and (b₁ − b₀) × (p − b₀) = 0; both are differentiated and solved for δp.
+/// p satisfies (a₁ − a₀) × (p − a₀) = 0 and (b₁ − b₀) × (p − b₀) = 0; both are differentiated and
+/// solved for δp.
 fn crossing_gradient(
     gradient: &mut [[f64; PLANE_COORDINATES]; 2],
     p: Point,
@@ -208,7 +214,8 @@ fn crossing_gradient(
     let v = [b[1].0[0] - b[0].0[0], b[1].0[1] - b[0].0[1]];
     let det = u[0] * v[1] - u[1] * v[0];
     if det.abs() <= 1e-10 * (u[0].hypot(u[1])) * (v[0].hypot(v[1])) {
-        // The lines coincide: sliding along them does not change the area, so the vertex moves with the first one.
+        // The lines coincide: sliding along them does not change the area, so the vertex moves with
+        // the first one.
         for (c, row) in gradient.iter_mut().enumerate() {
             let squared = u[0] * u[0] + u[1] * u[1];
             let t = ((p[0] - a[0].0[0]) * u[0] + (p[1] - a[0].0[1]) * u[1]) / squared;
@@ -217,12 +224,12 @@ fn crossing_gradient(
         }
         return;
     }
-    // a × δp = r_a and b × δp = r_b, where r is the cross product of the line and its own motion at p: δp = (v r_a − u
-    // r_b) / det
+    // a × δp = r_a and b × δp = r_b, where r is the cross product of the line and its own motion at
+    // p: δp = (v r_a − u r_b) / det
     for (line, direction, sign) in [(a, v, 1.0), (b, u, -1.0)] {
         let (start, end) = (line[0], line[1]);
-        // with t the position of p along the line, moving the start by δ moves the line at p by (1 − t) δ, the end by t
-        // δ
+        // with t the position of p along the line, moving the start by δ moves the line at p by
+        // (1 − t) δ, the end by t δ
         let along = [end.0[0] - start.0[0], end.0[1] - start.0[1]];
         let squared = along[0] * along[0] + along[1] * along[1];
         let t = ((p[0] - start.0[0]) * along[0] + (p[1] - start.0[1]) * along[1]) / squared;
@@ -320,7 +327,8 @@ mod tests {
         [quad[0], quad[1], quad[2]]
     }
 
-    /// Computed by hand: half of the unit square below its diagonal, cut by the lines of a triangle.
+    /// Computed by hand: half of the unit square below its diagonal, cut by the lines of a
+    /// triangle.
     #[test]
     fn overlap_of_triangles() {
         let half = triangle(&SQUARE);
@@ -362,7 +370,8 @@ mod tests {
                 for a in 0..2 {
                     let fd = (plus.vertices[i].position[a] - minus.vertices[i].position[a]) / (2.0 * h);
                     let an = base.vertices[i].gradient[a][q];
-                    // the intersection of nearly parallel edges can move without bound: compare relatively
+                    // the intersection of nearly parallel edges can move without bound: compare
+                    // relatively
                     let jump = (plus.vertices[i].position[a] - base.vertices[i].position[a]).abs();
                     if an.abs() > 50.0 || jump > 1e-3 {
                         continue;
@@ -374,11 +383,12 @@ mod tests {
         Ok(())
     }
 
-    /// Direction of the slave's bottom edge in the tests of intersections: not along an axis, with round components.
+    /// Direction of the slave's bottom edge in the tests of intersections: not along an axis, with
+    /// round components.
     const ALONG: Point = [0.8, 0.6];
 
-    /// The vertex where the bottom edges of two facets intersect at the angle `slope`: at 0.3 of the slave's edge and
-    /// 0.4 of the master's. All lengths are multiplied by `scale`.
+    /// The vertex where the bottom edges of two facets intersect at the angle `slope`: at 0.3 of
+    /// the slave's edge and 0.4 of the master's. All lengths are multiplied by `scale`.
     fn crossing_at(slope: f64, scale: f64) -> Vertex {
         let turned =
             |p: Point| [scale * (ALONG[0] * p[0] - ALONG[1] * p[1]), scale * (ALONG[1] * p[0] + ALONG[0] * p[1])];
@@ -391,8 +401,9 @@ mod tests {
         *overlap.vertices().iter().find(apart).unwrap()
     }
 
-    /// Computed by hand, in any unit of length: if edges coincide up to an angle of 3e-11, the intersection stays at
-    /// 0.3 of the slave's edge. It moves by 0.7 of the motion of the edge's start and by 0.3 of the motion of its end.
+    /// Computed by hand, in any unit of length: if edges coincide up to an angle of 3e-11, the
+    /// intersection stays at 0.3 of the slave's edge. It moves by 0.7 of the motion of the edge's
+    /// start and by 0.3 of the motion of its end.
     #[test]
     fn a_crossing_of_coinciding_edges_rides_on_the_first() {
         for scale in [1e-3, 1.0, 1e3] {
@@ -406,8 +417,8 @@ mod tests {
         }
     }
 
-    /// Computed by hand, in any unit of length: edges at an angle s of 3e-10 do not coincide. If one of them moves
-    /// across, the intersection moves along by 1/s times that distance.
+    /// Computed by hand, in any unit of length: edges at an angle s of 3e-10 do not coincide. If
+    /// one of them moves across, the intersection moves along by 1/s times that distance.
     #[test]
     fn a_crossing_of_nearly_coinciding_edges_moves_along_them() {
         for scale in [1e-3, 1.0, 1e3] {
@@ -422,7 +433,8 @@ mod tests {
     }
 
     proptest! {
-        /// Central differences of every vertex, if the topology of the overlap does not change within the step.
+        /// Central differences of every vertex, if the topology of the overlap does not change
+        /// within the step.
         #[test]
         fn vertex_gradients_match_finite_differences(slave in quad(), master in quad()) {
             vertex_gradients(slave, master, [2, 1, 3, 0])?;
@@ -431,9 +443,9 @@ mod tests {
             vertex_gradients(triangle(&slave), triangle(&master), [2, 0, 1])?;
         }
 
-        /// Cutting a square by a quadrilateral and by its complement pieces: area lies between 0 and the smaller one,
-        /// and does not depend on which of the two is the slave; the areas of the two triangles of a quadrilateral add
-        /// up to it.
+        /// Cutting a square by a quadrilateral and by its complement pieces: area lies between 0
+        /// and the smaller one, and does not depend on which of the two is the slave; the areas of
+        /// the two triangles of a quadrilateral add up to it.
         #[test]
         fn overlap_area_is_symmetric(slave in quad(), master in quad()) {
             let a = clip(&slave, &master, &ORDER).map_or(0.0, |o| overlap_area(&o));

@@ -1,12 +1,12 @@
 //! Mortar coupling of one slave facet with all master facets that it overlaps.
 //!
-//! The auxiliary plane goes through the slave facet's centre with the centre normal n₀; both facets are projected onto
-//! it along n₀ and integrated there ([`super::facet_pair`]). This module differentiates the plane, sums over the
-//! masters and converts standard to dual multiplier shapes.
+//! The auxiliary plane goes through the slave facet's centre with the centre normal n₀; both facets
+//! are projected onto it along n₀ and integrated there ([`super::facet_pair`]). This module
+//! differentiates the plane, sums over the masters and converts standard to dual multiplier shapes.
 //!
-//! Plane coordinates are `q_a = e_a · (x − x₀)`. D and M do not change when the plane's origin moves or its basis
-//! rotates about n₀, so it suffices to let the basis follow the normal without spin, `δe_a = −(e_a · δn₀) n₀`, which
-//! gives
+//! Plane coordinates are `q_a = e_a · (x − x₀)`. D and M do not change when the plane's origin
+//! moves or its basis rotates about n₀, so it suffices to let the basis follow the normal without
+//! spin, `δe_a = −(e_a · δn₀) n₀`, which gives
 //!
 //! ```text
 //! δq_a = e_a · δx − h (e_a · δn₀),   h = n₀ · (x − x₀)
@@ -29,8 +29,8 @@ pub enum MultiplierShape {
     /// Φ_j = N¹_j, as in the paper's examples.
     #[default]
     Standard,
-    /// On each covered slave facet, Φ is biorthogonal to N¹, so that D is diagonal; on a partially covered one, Φ lies
-    /// between these shapes and N¹.
+    /// On each covered slave facet, Φ is biorthogonal to N¹, so that D is diagonal; on a partially
+    /// covered one, Φ lies between these shapes and N¹.
     Dual,
 }
 
@@ -38,21 +38,26 @@ pub enum MultiplierShape {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FoldedFacet(pub FacetNodes);
 
-/// Mortar rows of the corners of one slave facet over its local nodes: the slave's corners, then the masters' nodes.
+/// Mortar rows of the corners of one slave facet over its local nodes: the slave's corners, then
+/// the masters' nodes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FacetCoupling {
-    /// Global numbers of the local nodes; the first ones are the facet's corners. Empty if nothing overlaps.
+    /// Global numbers of the local nodes; the first ones are the facet's corners. Empty if nothing
+    /// overlaps.
     pub nodes: Vec<u32>,
     /// Number of corners of the slave facet.
     pub corners: usize,
-    /// `coefficient[j * nodes.len() + s]` = b_js of corner j: +D for slave, −M for master nodes. \[L²\]
+    /// `coefficient[j * nodes.len() + s]` = b_js of corner j: +D for slave, −M for master
+    /// nodes. \[L²\]
     pub coefficient: Vec<f64>,
     /// `gradient[(j * nodes.len() + s) * 3 nodes.len() + t]` = ∂b_js/∂x_t. \[L\]
     pub gradient: Vec<f64>,
-    /// `facing[3 j + c]` = −Σ_p n_p ∫ N_j over the overlap with master facet p of normal n_p: opposite to the normals
-    /// of the masters that face a corner on a sharp edge; zero for other corners. \[L²\]
+    /// `facing[3 j + c]` = −Σ_p n_p ∫ N_j over the overlap with master facet p of normal n_p:
+    /// opposite to the normals of the masters that face a corner on a sharp edge; zero for other
+    /// corners. \[L²\]
     pub facing: Vec<f64>,
-    /// `facing_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂facing/∂x_t; empty if no corner lies on a sharp edge. \[L\]
+    /// `facing_gradient[(3 j + c) * 3 nodes.len() + t]` = ∂facing/∂x_t; empty if no corner lies on
+    /// a sharp edge. \[L\]
     pub facing_gradient: Vec<f64>,
     sharp: [bool; 4],
     pair: PairIntegrals,
@@ -68,15 +73,17 @@ impl FacetCoupling {
 
     /// Integrates over the overlaps of the slave facet with its candidate masters.
     ///
-    /// Masters that do not face the slave facet, or whose centre is further away than `reach` along n₀, are ignored, as
-    /// are those whose projection is folded, unless they are so close that they may touch. `sharp` marks the corners
-    /// that lie on a sharp edge and need [`facing`](Self::facing).
+    /// Masters that do not face the slave facet, or whose centre is further away than `reach` along
+    /// n₀, are ignored, as are those whose projection is folded, unless they are so close that they
+    /// may touch. `sharp` marks the corners that lie on a sharp edge and need
+    /// [`facing`](Self::facing).
     ///
     /// # Errors
-    /// [`FoldedFacet`] if the projection of the slave facet, or of a master that may touch it, is folded; the coupling
-    /// is then empty.
+    /// [`FoldedFacet`] if the projection of the slave facet, or of a master that may touch it, is
+    /// folded; the coupling is then empty.
     ///
-    /// Paper: (15), linearised as in Popp et al. (2010). Test: `coupling_gradient_matches_finite_differences`.
+    /// Paper: (15), linearised as in Popp et al. (2010).
+    /// Test: `coupling_gradient_matches_finite_differences`.
     pub fn evaluate(
         &mut self,
         slave: &FacetNodes,
@@ -105,8 +112,8 @@ impl FacetCoupling {
         let Some(plane) = Plane::of(&corners) else { return Ok(()) };
         let projected = corners.map(|p| plane.project(&p));
         self.nodes.extend_from_slice(slave);
-        // the first pass finds the overlapping masters, to determine the local nodes; the second pass computes their
-        // integrals
+        // the first pass finds the overlapping masters, to determine the local nodes; the second
+        // pass computes their integrals
         self.overlapping.clear();
         for (index, master) in candidates.clone().enumerate() {
             let overlaps = match master[..] {
@@ -193,7 +200,8 @@ impl FacetCoupling {
         FacetNodes::new(facet).map_or(Ok(()), |facet| Err(FoldedFacet(facet)))
     }
 
-    /// Adds the integrals of one pair, with the chain rule from plane coordinates to node positions.
+    /// Adds the integrals of one pair, with the chain rule from plane coordinates to node
+    /// positions.
     fn add_pair<const S: usize, const M: usize>(
         &mut self,
         pair: &PairIntegrals,
@@ -222,8 +230,8 @@ impl FacetCoupling {
         }
     }
 
-    /// Adds the contribution of one master to `facing` of the sharp corners: minus its normal, times ∫ N_j over the
-    /// overlap.
+    /// Adds the contribution of one master to `facing` of the sharp corners: minus its normal,
+    /// times ∫ N_j over the overlap.
     fn add_facing<const S: usize, const M: usize>(
         &mut self,
         pair: &PairIntegrals,
@@ -264,12 +272,12 @@ impl FacetCoupling {
         }
     }
 
-    /// Dual shapes Φ = A N with A = diag(r) m̂⁻¹, m̂ = m + diag(l), r = m̂ 1: m_jk = ∫ N_j N_k over the covered part of
-    /// the facet, l_j = ∫ N_j over the rest.
+    /// Dual shapes Φ = A N with A = diag(r) m̂⁻¹, m̂ = m + diag(l), r = m̂ 1: m_jk = ∫ N_j N_k over
+    /// the covered part of the facet, l_j = ∫ N_j over the rest.
     ///
-    /// Then D ← A m and M ← A M. On a covered facet l = 0 and D = diag(r). As the covered part shrinks, Φ tends to N:
-    /// without the uncovered part as a lumped mass, the gap on a sliver would be extrapolated to the facet's far
-    /// corners. Σ_j Φ_j = 1 in either case.
+    /// Then D ← A m and M ← A M. On a covered facet l = 0 and D = diag(r). As the covered part
+    /// shrinks, Φ tends to N: without the uncovered part as a lumped mass, the gap on a sliver
+    /// would be extrapolated to the facet's far corners. Σ_j Φ_j = 1 in either case.
     fn make_dual<const S: usize>(&mut self, plane: &Plane<S>, corners: &[Vector3<f64>; S], with_gradient: bool) {
         let n = self.nodes.len();
         let whole = corner_integrals(&corners.map(|p| plane.project(&p)));
@@ -322,7 +330,8 @@ impl FacetCoupling {
     }
 }
 
-/// An uncovered fraction of a facet below this is attributed to the error of the triangle rule on a warped facet.
+/// An uncovered fraction of a facet below this is attributed to the error of the triangle rule on a
+/// warped facet.
 const COVERED: f64 = 1e-9;
 
 /// ∫ N_j over a projected facet and its gradient in the facet's plane coordinates.
@@ -331,9 +340,10 @@ struct CornerIntegrals<const N: usize> {
     slope: [[f64; PLANE_COORDINATES]; N],
 }
 
-/// The area element is bilinear as well, J = Σ_i N_i J_i with J_i = ¼ (p_{i+1} − p_i) × (p_{i−1} − p_i), so that ∫ N_j
-/// = Σ_i m_ji J_i with the mass matrix m of the parent square. On a triangle each integral is a third of the area: for
-/// the single corner i, m_ji = 1/3 and J_i is half the cross product.
+/// The area element is bilinear as well, J = Σ_i N_i J_i with J_i = ¼
+/// (p_{i+1} − p_i) × (p_{i−1} − p_i), so that ∫ N_j = Σ_i m_ji J_i with the mass matrix m of the
+/// parent square. On a triangle each integral is a third of the area: for the single corner i,
+/// m_ji = 1/3 and J_i is half the cross product.
 fn corner_integrals<const N: usize>(p: &[Point; N]) -> CornerIntegrals<N> {
     const PARENT: [f64; 4] = [4.0 / 9.0, 2.0 / 9.0, 1.0 / 9.0, 2.0 / 9.0];
     let mut out = CornerIntegrals { value: [0.0; N], slope: [[0.0; PLANE_COORDINATES]; N] };
@@ -362,9 +372,9 @@ mod tests {
     use super::*;
     use crate::kinematics::CellRule;
 
-    /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12) whose normals point up;
-    /// the slave extends over the patch's edge if `shift` is large. Optionally, each master is replaced by two
-    /// triangles.
+    /// A warped slave facet (nodes 0–3) over a 2 × 2 patch of warped master facets (nodes 4–12)
+    /// whose normals point up; the slave extends over the patch's edge if `shift` is large.
+    /// Optionally, each master is replaced by two triangles.
     fn scene(shift: f64, triangles: bool) -> (Vec<f64>, Vec<FacetNodes>) {
         let mut x = vec![
             0.10, -0.10, 0.02, 0.15, 0.90, -0.03, 1.05, 1.00, 0.05, 0.95, -0.05, -0.02, //
@@ -496,8 +506,8 @@ mod tests {
         }
     }
 
-    /// Computed by hand: for corners of a unit square under a master plane that covers it, `facing` is minus the
-    /// plane's normal, each on a quarter of the square.
+    /// Computed by hand: for corners of a unit square under a master plane that covers it, `facing`
+    /// is minus the plane's normal, each on a quarter of the square.
     #[test]
     fn corners_on_sharp_edges_see_the_master() {
         let mut x = vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0];
@@ -513,8 +523,9 @@ mod tests {
         }
     }
 
-    /// D and M are areas and their derivatives lengths, so they scale with the square and the first power of the unit
-    /// of length. The unit is a power of two, so that scaling the input does not change its digits.
+    /// D and M are areas and their derivatives lengths, so they scale with the square and the first
+    /// power of the unit of length. The unit is a power of two, so that scaling the input does not
+    /// change its digits.
     #[test]
     fn rows_do_not_depend_on_the_unit_of_length() {
         let unit = 0.5f64.powi(14);
@@ -534,7 +545,8 @@ mod tests {
         }
     }
 
-    /// A facet that is folded into an arrowhead is an error if it may touch, and is ignored if it is farther away.
+    /// A facet that is folded into an arrowhead is an error if it may touch, and is ignored if it
+    /// is farther away.
     #[test]
     fn a_folded_facet_is_named_where_it_may_touch() {
         let at = |height: f64| {
@@ -553,8 +565,8 @@ mod tests {
         assert_eq!(at(-5.0), Ok(()));
     }
 
-    /// Computed by hand: a master square of size 20 whose centre is offset sideways by 9 still covers a slave square of
-    /// size 0.1.
+    /// Computed by hand: a master square of size 20 whose centre is offset sideways by 9 still
+    /// covers a slave square of size 0.1.
     #[test]
     fn a_large_master_couples_aside_of_its_centre() {
         let mut x = vec![0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.1, 0.0, 0.1, 0.0, 0.0];

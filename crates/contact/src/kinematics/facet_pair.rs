@@ -1,9 +1,9 @@
 //! Mortar integrals of one slave facet with one master facet.
 //!
-//! In the auxiliary plane of the slave facet both facets are triangles or bilinear quadrilaterals in two coordinates,
-//! and the map of a point back to a facet along the plane's normal is the inverse of the linear or bilinear map. The
-//! integrals therefore depend on the pair's geometry through at most 16 plane coordinates; [`super::coupling`]
-//! differentiates the plane itself.
+//! In the auxiliary plane of the slave facet both facets are triangles or bilinear quadrilaterals
+//! in two coordinates, and the map of a point back to a facet along the plane's normal is the
+//! inverse of the linear or bilinear map. The integrals therefore depend on the pair's geometry
+//! through at most 16 plane coordinates; [`super::coupling`] differentiates the plane itself.
 //!
 //! ```text
 //! D_jk = Σ_cells Σ_g w_g A_cell N¹_j(ξ¹_g) N¹_k(ξ¹_g),   M_jl = Σ_cells Σ_g w_g A_cell N¹_j(ξ¹_g) N²_l(ξ²_g)      (15)
@@ -16,14 +16,17 @@ use super::clip::{PLANE_COORDINATES, Point, Vertex, clip};
 pub use super::inverse_map::Unmappable;
 use super::inverse_map::{Image, map_back};
 
-/// D and M of one facet pair with the standard shape Φ = N¹, and their gradients in the plane coordinates.
+/// D and M of one facet pair with the standard shape Φ = N¹, and their gradients in the plane
+/// coordinates.
 ///
 /// Entries and plane coordinates of a triangle's fourth corner have no meaning.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairIntegrals {
-    /// `values[4 j + k]` = D_jk for k < 4 slave corners, `values[16 + 4 j + l]` = M_jl for l < 4 master corners. \[L²\]
+    /// `values[4 j + k]` = D_jk for k < 4 slave corners, `values[16 + 4 j + l]` = M_jl for l < 4
+    /// master corners. \[L²\]
     pub values: [f64; 32],
-    /// ∂values / ∂(plane coordinates): 8 for the slave corners, then 8 for the master corners. \[L\]
+    /// ∂values / ∂(plane coordinates): 8 for the slave corners, then 8 for the master
+    /// corners. \[L\]
     pub gradient: [[f64; PLANE_COORDINATES]; 32],
 }
 
@@ -35,8 +38,8 @@ impl Default for PairIntegrals {
 
 /// Centroid C of a convex polygon's area, and `slope[i][c][d]` = ∂C_c/∂(coordinate d of vertex i).
 ///
-/// Unlike the mean of the vertices, it does not jump when the polygon gains a vertex, and neither do integrals for
-/// which the rule is inexact.
+/// Unlike the mean of the vertices, it does not jump when the polygon gains a vertex, and neither
+/// do integrals for which the rule is inexact.
 fn centroid(vertices: &[Vertex]) -> (Point, [[[f64; 2]; 2]; 8]) {
     let (count, origin) = (vertices.len(), vertices[0].position);
     let arm = |i: usize| {
@@ -79,16 +82,17 @@ pub fn reversed<const N: usize>() -> [usize; N] {
     std::array::from_fn(|i| (N - i) % N)
 }
 
-/// Integrates one pair. `slave` and `master` are the corners in the auxiliary plane in facet order; the master facet
-/// faces the slave, so it is clockwise there.
+/// Integrates one pair. `slave` and `master` are the corners in the auxiliary plane in facet order;
+/// the master facet faces the slave, so it is clockwise there.
 ///
-/// Returns `Ok(false)`, with `out` untouched, if the facets do not overlap or the master facet does not face the slave.
-/// The gradient is computed only if `with_gradient`.
+/// Returns `Ok(false)`, with `out` untouched, if the facets do not overlap or the master facet does
+/// not face the slave. The gradient is computed only if `with_gradient`.
 ///
 /// # Errors
 /// [`Unmappable`] if a point of the overlap has no preimage on one of the facets.
 ///
-/// Paper: (12), (15). Tests: `reference_mortar_matrices` (tests/reference.rs), `gradient_matches_finite_differences`.
+/// Paper: (12), (15). Tests: `reference_mortar_matrices` (tests/reference.rs),
+/// `gradient_matches_finite_differences`.
 pub fn integrate_pair<const S: usize, const M: usize>(
     slave: &[Point; S],
     master: &[Point; M],
@@ -101,7 +105,8 @@ pub fn integrate_pair<const S: usize, const M: usize>(
     let vertices = overlap.vertices();
     let count = vertices.len();
     let (centre, centre_slope) = centroid(vertices);
-    // the master in counter-clockwise order for the inverse map; its results are restored to facet order
+    // the master in counter-clockwise order for the inverse map; its results are restored to facet
+    // order
     let turned = order.map(|i| master[i]);
 
     let mut values = [0.0; 32];
@@ -202,7 +207,8 @@ mod tests {
 
     const SLAVE: [Point; 4] = [[0.0, 0.0], [1.0, 0.1], [1.1, 0.9], [-0.1, 1.0]];
 
-    /// For a slave square that the master covers, D is the consistent mass matrix: A/36 (4, 2, 1, 2; …).
+    /// For a slave square that the master covers, D is the consistent mass matrix: A/36 (4, 2, 1,
+    /// 2; …).
     #[test]
     fn covered_square_gives_the_mass_matrix() {
         let slave = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
@@ -220,8 +226,8 @@ mod tests {
         assert_eq!(integrate_pair(&SLAVE, &SLAVE, &CellRule::Seven.points(), false, &mut pair), Ok(false));
     }
 
-    /// For a slave triangle that the master covers, D is its mass matrix: A/12 (2, 1, 1; …); for two coincident
-    /// triangles, M is the same.
+    /// For a slave triangle that the master covers, D is its mass matrix: A/12 (2, 1, 1; …); for
+    /// two coincident triangles, M is the same.
     #[test]
     fn covered_triangle_gives_the_mass_matrix() {
         let slave = [[0.0, 0.0], [2.0, 0.0], [0.5, 1.5]];
@@ -249,7 +255,8 @@ mod tests {
     }
 
     proptest! {
-        /// Richardson-extrapolated central differences of all 32 integrals in all 16 coordinates, and Σ_k D = Σ_l M.
+        /// Richardson-extrapolated central differences of all 32 integrals in all 16 coordinates,
+        /// and Σ_k D = Σ_l M.
         #[test]
         fn gradient_matches_finite_differences(jitter in prop::array::uniform16(-0.1f64..0.1), x in -0.7f64..0.7, y in -0.7f64..0.7, turn in -0.7f64..0.7) {
             let master: [Point; 4] = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]
@@ -308,9 +315,9 @@ mod tests {
                 let (a, b) = (value(&moved(h)), value(&moved(-h)));
                 std::array::from_fn::<f64, 32, _>(|e| (a[e] - b[e]) / (2.0 * h))
             };
-            // Where the polygon gains or loses a vertex, second derivatives jump; nearby, higher derivatives are large,
-            // especially if the edges are almost parallel. Only steps within which the polygon keeps its vertices are
-            // used, and one of them must be small enough.
+            // Where the polygon gains or loses a vertex, second derivatives jump; nearby, higher
+            // derivatives are large, especially if the edges are almost parallel. Only steps within
+            // which the polygon keeps its vertices are used, and one of them must be small enough.
             let keeps = |h: &f64| [-2.0, -1.0, 1.0, 2.0].iter().all(|k| lines(&moved(k * h)) == lines(q));
             let entries =
                 (0..S).flat_map(|j| (0..S).map(move |k| 4 * j + k).chain((0..M).map(move |l| 16 + 4 * j + l)));

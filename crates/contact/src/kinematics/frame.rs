@@ -1,30 +1,32 @@
-//! Nodal frames on the slave surface: averaged normal and a pair of tangents that rotate with the material.
+//! Nodal frames on the slave surface: averaged normal and a pair of tangents that rotate with the
+//! material.
 //!
 //! ```text
 //! n_j = s / ‖s‖,  s = Σ_facets around j  (unit normal of the facet at its corner j)
 //! τ^ξ = (I − n nᵀ) e / ‖·‖  with e the current edge from j to a fixed neighbour,      τ^η = n × τ^ξ
 //! ```
 //!
-//! Because the edge is a material line, components in (τ^ξ, τ^η) are objective history: a rigid rotation, even one
-//! about the normal, leaves them unchanged.
+//! Because the edge is a material line, components in (τ^ξ, τ^η) are objective history: a rigid
+//! rotation, even one about the normal, leaves them unchanged.
 //!
-//! At an edge of the slave surface that is sharper than the feature angle there is no single normal. Each of the smooth
-//! patches that meet there has its own frame, whose normal is opposite to that of the master facets that it faces:
+//! At an edge of the slave surface that is sharper than the feature angle there is no single
+//! normal. Each of the smooth patches that meet there has its own frame, whose normal is opposite
+//! to that of the master facets that it faces:
 //!
 //! ```text
 //! n_j = m / ‖m‖,  m = −Σ_master facets p  n_p ∫ N_j over the overlap with p,     τ^ξ = (I − n nᵀ) τ̄^ξ / ‖·‖
 //! ```
 //!
-//! with τ̄^ξ the tangent of the patch's own averaged frame. An edge that slides on a flat face then has the normal of
-//! that face, regardless of which of the two is the slave.
+//! with τ̄^ξ the tangent of the patch's own averaged frame. An edge that slides on a flat face then
+//! has the normal of that face, regardless of which of the two is the slave.
 //!
-//! On a symmetry plane, the frame is that of the whole body: s without its component normal to the plane, which the
-//! facets on the other side cancel, and τ^ξ normal to the plane.
+//! On a symmetry plane, the frame is that of the whole body: s without its component normal to the
+//! plane, which the facets on the other side cancel, and τ^ξ normal to the plane.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// One corner of a slave facet at the node: positions in the node's ring of the node itself, the next and the previous
-/// corner of the facet.
+/// One corner of a slave facet at the node: positions in the node's ring of the node itself, the
+/// next and the previous corner of the facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RingCorner {
     /// Ring position of the node itself.
@@ -40,11 +42,12 @@ pub struct RingCorner {
 pub struct NodalFrame {
     /// Rows: outward unit normal n, tangents τ^ξ and τ^η.
     pub basis: Matrix3<f64>,
-    /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect to the coordinates
-    /// of the leading nodes of the row's support: of the ring, or of all at a sharp edge. \[1/L\]. Empty if no gradient
-    /// was asked for.
+    /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect
+    /// to the coordinates of the leading nodes of the row's support: of the ring, or of all at a
+    /// sharp edge. \[1/L\]. Empty if no gradient was asked for.
     pub gradient: Vec<f64>,
-    /// The tangents that are normal to a symmetry plane: there is no slip and no traction along them.
+    /// The tangents that are normal to a symmetry plane: there is no slip and no traction along
+    /// them.
     pub across: [bool; 2],
 }
 
@@ -71,12 +74,14 @@ impl NodalFrame {
         self.gradient[(3 * b + c) * self.columns() + t]
     }
 
-    /// Rotates the averaged frame of a patch at a sharp edge so that its normal has the direction of `facing`.
+    /// Rotates the averaged frame of a patch at a sharp edge so that its normal has the direction
+    /// of `facing`.
     ///
-    /// `facing_gradient[c * columns + t]` is its derivative over the whole support, with the ring first; `mirrored` as
-    /// in [`nodal_frame`]. `None` if no direction is left.
+    /// `facing_gradient[c * columns + t]` is its derivative over the whole support, with the ring
+    /// first; `mirrored` as in [`nodal_frame`]. `None` if no direction is left.
     ///
-    /// Ours. Tests: `a_turned_frame_has_the_normal_of_the_master`, `frame_gradient_matches_finite_differences`.
+    /// Ours. Tests: `a_turned_frame_has_the_normal_of_the_master`,
+    /// `frame_gradient_matches_finite_differences`.
     pub fn turn_to(
         &mut self,
         facing: &Vector3<f64>,
@@ -135,12 +140,13 @@ fn normalisation_slope(unit: &Vector3<f64>, length: f64) -> Matrix3<f64> {
 
 /// Evaluates the frame at a node whose ring has the current positions `ring`.
 ///
-/// `edge` is the ring position of the neighbour that defines the material direction of the tangent; `mirrored` are the
-/// coordinate axes normal to a symmetry plane through the node. Degenerate corners (collinear edges) contribute
-/// nothing; `None` if no direction is left.
+/// `edge` is the ring position of the neighbour that defines the material direction of the tangent;
+/// `mirrored` are the coordinate axes normal to a symmetry plane through the node. Degenerate
+/// corners (collinear edges) contribute nothing; `None` if no direction is left.
 ///
-/// Paper: (19), (20) and §2.2; symmetry planes are ours. Tests: `frame_gradient_matches_finite_differences`,
-/// `frame_turns_with_the_body`, `a_mirrored_frame_is_that_of_the_whole_body`.
+/// Paper: (19), (20) and §2.2; symmetry planes are ours.
+/// Tests: `frame_gradient_matches_finite_differences`, `frame_turns_with_the_body`,
+/// `a_mirrored_frame_is_that_of_the_whole_body`.
 pub fn nodal_frame(
     ring: &[Vector3<f64>],
     corners: &[RingCorner],
@@ -227,7 +233,8 @@ pub fn nodal_frame(
     Some(())
 }
 
-/// Edges to the next and previous corner and their cross product, the facet's (not normalised) normal at the corner.
+/// Edges to the next and previous corner and their cross product, the facet's (not normalised)
+/// normal at the corner.
 fn corner_normal(ring: &[Vector3<f64>], corner: &RingCorner) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
     let a = ring[corner.next] - ring[corner.own];
     let b = ring[corner.previous] - ring[corner.own];
@@ -287,7 +294,8 @@ mod tests {
         }
     }
 
-    /// The `facing` vector of a patch, as some function of the positions of the ring and two more nodes.
+    /// The `facing` vector of a patch, as some function of the positions of the ring and two more
+    /// nodes.
     fn facing(x: &[Vector3<f64>]) -> Vector3<f64> {
         let (a, b) = (x[9] - x[0], x[10] - x[8]);
         a.cross(&b) * (0.3 + 0.1 * x[4].x)
@@ -351,7 +359,8 @@ mod tests {
         }
     }
 
-    /// A node with two facets at x = 0, and the same node with the mirror images of these facets added.
+    /// A node with two facets at x = 0, and the same node with the mirror images of these facets
+    /// added.
     #[test]
     fn a_mirrored_frame_is_that_of_the_whole_body() {
         let half =

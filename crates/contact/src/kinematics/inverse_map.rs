@@ -1,4 +1,5 @@
-//! Maps a point of the auxiliary plane back to a projected facet and evaluates the shape functions there.
+//! Maps a point of the auxiliary plane back to a projected facet and evaluates the shape functions
+//! there.
 
 use super::clip::Point;
 
@@ -9,11 +10,13 @@ const CORNER: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unmappable;
 
-/// Negative Jacobian of the bilinear map at a corner, relative to that at the centre, beyond which a quadrilateral
-/// counts as folded. Below it, clipping cuts off the fold at the corner, about a hundredth of the area.
+/// Negative Jacobian of the bilinear map at a corner, relative to that at the centre, beyond which
+/// a quadrilateral counts as folded. Below it, clipping cuts off the fold at the corner, about a
+/// hundredth of the area.
 const FOLD: f64 = 0.1;
 
-/// Whether a counter-clockwise quadrilateral is folded: much of it has no preimage, or several, on the facet.
+/// Whether a counter-clockwise quadrilateral is folded: much of it has no preimage, or several, on
+/// the facet.
 ///
 /// A triangle is never folded: it keeps its orientation, or does not face the slave.
 pub fn folded<const N: usize>(p: &[Point; N]) -> bool {
@@ -63,7 +66,8 @@ fn map_back_triangle(p: &[Point; 3], y: Point) -> Result<Image, Unmappable> {
     Ok(image)
 }
 
-/// Inverse of the bilinear map `y = Σ N_i(ξ) p_i` by Newton's method, with the gradients of the shape functions.
+/// Inverse of the bilinear map `y = Σ N_i(ξ) p_i` by Newton's method, with the gradients of the
+/// shape functions.
 ///
 /// [`Unmappable`] if the quadrilateral is degenerate or so warped that Newton's method leaves it.
 fn map_back_quadrilateral(p: &[Point; 4], y: Point) -> Result<Image, Unmappable> {
@@ -104,7 +108,8 @@ fn map_back_quadrilateral(p: &[Point; 4], y: Point) -> Result<Image, Unmappable>
         if xi[0].abs() > 10.0 || xi[1].abs() > 10.0 {
             return Err(Unmappable);
         }
-        // quadratic convergence: after one more step only round-off is left, so evaluate there and stop
+        // quadratic convergence: after one more step only round-off is left, so evaluate there and
+        // stop
         converged = square(residual) <= round_off;
     }
     Err(Unmappable)
@@ -114,7 +119,8 @@ fn map_back_quadrilateral(p: &[Point; 4], y: Point) -> Result<Image, Unmappable>
 mod tests {
     use super::*;
 
-    /// A kite whose obtuse corner is pushed in. Computed by hand: J = −y/2 at that corner and (1 − y)/4 at the centre.
+    /// A kite whose obtuse corner is pushed in. Computed by hand: J = −y/2 at that corner and
+    /// (1 − y)/4 at the centre.
     #[test]
     fn folded_quadrilaterals_are_told_from_convex_ones() {
         let kite = |y: f64| [[0.0, y], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]];
@@ -127,8 +133,9 @@ mod tests {
         assert!(folded(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), "a bow tie");
     }
 
-    /// Compared with the map itself: a point with given coordinates on a facet has the shape functions of these
-    /// coordinates, up to the rounding of the positions, for any position of the facet and any unit of length.
+    /// Compared with the map itself: a point with given coordinates on a facet has the shape
+    /// functions of these coordinates, up to the rounding of the positions, for any position of the
+    /// facet and any unit of length.
     #[test]
     fn points_come_back_from_the_bilinear_map() {
         for (offset, unit) in [([0.0, 0.0], 1.0), ([3e5, -2e5], 1.0), ([-4e5, 1e5], 1e-6), ([0.0, 0.0], 1e6)] {
@@ -144,8 +151,8 @@ mod tests {
         }
     }
 
-    /// A point more than ten widths away from the facet has no preimage on it: the centres of overlapping slave and
-    /// master facets are closer.
+    /// A point more than ten widths away from the facet has no preimage on it: the centres of
+    /// overlapping slave and master facets are closer.
     #[test]
     fn points_far_off_have_no_place() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

@@ -1,9 +1,11 @@
-//! Contact geometry: from node positions to mortar rows, nodal frames, gap and slip, with all derivatives.
+//! Contact geometry: from node positions to mortar rows, nodal frames, gap and slip, with all
+//! derivatives.
 //!
-//! In reading order: [`clip`] (overlap of two projected facets), [`cell_rule`] (quadrature on its triangles),
-//! `inverse_map` (from the plane back to a facet), [`facet_pair`] (D and M of one pair), `plane` (the auxiliary plane
-//! of a slave facet), [`coupling`] (one slave facet with all its masters, dual shapes), [`frame`] (nodal normal and
-//! tangents), [`rows`] (everything collected per slave node).
+//! In reading order: [`clip`] (overlap of two projected facets), [`cell_rule`] (quadrature on its
+//! triangles), `inverse_map` (from the plane back to a facet), [`facet_pair`] (D and M of one
+//! pair), `plane` (the auxiliary plane of a slave facet), [`coupling`] (one slave facet with all
+//! its masters, dual shapes), [`frame`] (nodal normal and tangents), [`rows`] (everything collected
+//! per slave node).
 
 pub mod cell_rule;
 pub mod clip;

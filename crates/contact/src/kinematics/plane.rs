@@ -1,5 +1,5 @@
-//! The auxiliary plane of a slave facet: projection onto it, its derivative, and selection of the master facets that
-//! couple.
+//! The auxiliary plane of a slave facet: projection onto it, its derivative, and selection of the
+//! master facets that couple.
 
 use super::cell_rule::CellPoint;
 use super::clip::{PLANE_COORDINATES, Point, clip};
@@ -17,8 +17,8 @@ fn mean<const N: usize>(corners: &[Vector3<f64>; N]) -> Vector3<f64> {
     corners[1..].iter().fold(corners[0], |sum, p| sum + p) * (1.0 / N as f64)
 }
 
-/// The two vectors whose cross product is the normal at a facet's centre, as corner numbers of their start and end: the
-/// diagonals of a quadrilateral, two edges of a triangle.
+/// The two vectors whose cross product is the normal at a facet's centre, as corner numbers of
+/// their start and end: the diagonals of a quadrilateral, two edges of a triangle.
 const fn spans<const N: usize>() -> [[usize; 2]; 2] {
     if N == 3 { [[0, 1], [0, 2]] } else { [[0, 2], [1, 3]] }
 }
@@ -34,8 +34,8 @@ fn ball<const N: usize>(corners: &[Vector3<f64>; N]) -> (Vector3<f64>, f64) {
     (centre, corners.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max))
 }
 
-/// Cosine of the angle from the opposite direction (84°) beyond which a master facet is seen edge-on, so that its
-/// projection is meaningless.
+/// Cosine of the angle from the opposite direction (84°) beyond which a master facet is seen
+/// edge-on, so that its projection is meaningless.
 const EDGE_ON: f64 = 0.1;
 
 /// Options for coupling a slave facet with master facets, and their positions.
@@ -101,7 +101,8 @@ pub(super) struct Plane<const S: usize> {
 }
 
 impl<const S: usize> Plane<S> {
-    /// The normal at the centre of a bilinear facet is that of its diagonals' cross product; a triangle has one normal.
+    /// The normal at the centre of a bilinear facet is that of its diagonals' cross product; a
+    /// triangle has one normal.
     pub fn of(corners: &[Vector3<f64>; S]) -> Option<Self> {
         let [a, b] = spanning(corners);
         let cross = a.cross(&b);
@@ -133,8 +134,8 @@ impl<const S: usize> Plane<S> {
         self.normal.dot(&(p - self.origin))
     }
 
-    /// Converts a gradient in the plane coordinates of a pair to one in positions: calls `add` with corner (from 4 on
-    /// for the master), component and value.
+    /// Converts a gradient in the plane coordinates of a pair to one in positions: calls `add` with
+    /// corner (from 4 on for the master), component and value.
     #[inline]
     pub fn chain<const M: usize>(
         &self,
@@ -188,7 +189,8 @@ impl<const S: usize> Plane<S> {
         }
     }
 
-    /// Whether a master facet faces the slave facet, is within reach along the normal and close in the plane.
+    /// Whether a master facet faces the slave facet, is within reach along the normal and close in
+    /// the plane.
     ///
     /// The decision is invariant under rigid motion of the pair.
     fn may_couple<const M: usize>(&self, master: &[Vector3<f64>; M], reach: f64) -> bool {

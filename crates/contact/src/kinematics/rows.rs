@@ -1,4 +1,5 @@
-//! The data that the enforcement needs at a slave node: mortar row, frame, weighted gap and slip increment.
+//! The data that the enforcement needs at a slave node: mortar row, frame, weighted gap and slip
+//! increment.
 
 use super::coupling::FacetCoupling;
 use super::frame::{NodalFrame, nodal_frame};
@@ -7,9 +8,9 @@ use nalgebra::{Vector2, Vector3};
 
 /// Mortar row and frame of one slave node at given positions, with gradients if requested.
 ///
-/// The support lists first the node's ring (all slave nodes of the facets around it, or of its patch at a sharp edge),
-/// then the master nodes. All gradients are with respect to the current positions of the support, three coordinates per
-/// node.
+/// The support lists first the node's ring (all slave nodes of the facets around it, or of its
+/// patch at a sharp edge), then the master nodes. All gradients are with respect to the current
+/// positions of the support, three coordinates per node.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NodeKinematics {
     /// Global number of the slave node.
@@ -22,7 +23,8 @@ pub struct NodeKinematics {
     pub coefficient: Vec<f64>,
     /// `gradient[s * 3 |support| + t]` = ∂b_js/∂x_t. \[L\]
     pub gradient: Vec<f64>,
-    /// Normal and tangents with their gradient over the ring, or at a sharp edge over the whole support.
+    /// Normal and tangents with their gradient over the ring, or at a sharp edge over the whole
+    /// support.
     pub frame: NodalFrame,
     /// Tributary area of the overlap, Σ_k D_jk. Zero if nothing lies opposite. \[L²\]
     pub area: f64,
@@ -56,8 +58,8 @@ pub struct SlipIncrement {
     pub value: Vector2<f64>,
     /// `gradient[a * 3 |support| + t]` = ∂ũ_a/∂x_t over the current support. \[L²\]
     pub gradient: Vec<f64>,
-    /// `previous_gradient[a * 3 |previous support| + t]`: the part of ∂ũ_a/∂x_t over the previous row's support, to be
-    /// added to the former. \[L²\]
+    /// `previous_gradient[a * 3 |previous support| + t]`: the part of ∂ũ_a/∂x_t over the previous
+    /// row's support, to be added to the former. \[L²\]
     pub previous_gradient: Vec<f64>,
 }
 
@@ -112,8 +114,8 @@ impl NodeKinematics {
         true
     }
 
-    /// Sets the normal of the frame of a patch at a sharp edge to that of the opposite master; if there is none, the
-    /// normal of the patch is kept.
+    /// Sets the normal of the frame of a patch at a sharp edge to that of the opposite master; if
+    /// there is none, the normal of the patch is kept.
     fn turn_to_master(&mut self, slave: &SlaveNode, couplings: &[FacetCoupling], with_gradient: bool) -> Option<()> {
         let columns = 3 * self.support.len();
         let mut facing = Vector3::zeros();
@@ -151,8 +153,8 @@ impl NodeKinematics {
         }
     }
 
-    /// w_j and its gradient. Positions are relative to the node itself: this is exact because Σ_s b_js = 0, and avoids
-    /// cancellation if the bodies are far from the origin.
+    /// w_j and its gradient. Positions are relative to the node itself: this is exact because Σ_s
+    /// b_js = 0, and avoids cancellation if the bodies are far from the origin.
     fn form_relative(&mut self, x: &[f64], with_gradient: bool) {
         let columns = 3 * self.support.len();
         let own = position(x, self.node);
@@ -228,11 +230,13 @@ impl NodeKinematics {
         }
     }
 
-    /// Objective nodal slip increment ũ_τ over the step, in the node's tangent basis. \[L³\], 2 components.
+    /// Objective nodal slip increment ũ_τ over the step, in the node's tangent basis. \[L³\], 2
+    /// components.
     ///
-    /// Positive along the slave's sliding; zero along tangents normal to a symmetry plane, where the other half cancels
-    /// it. Depends on the previous step only through D and M. Paper: (24) with the full row of D; previous-step
-    /// linearisation (66) in [`Self::add_previous_slip_gradient`]. Tests: `gap_and_slip_gradients`,
+    /// Positive along the slave's sliding; zero along tangents normal to a symmetry plane, where
+    /// the other half cancels it. Depends on the previous step only through D and M.
+    /// Paper: (24) with the full row of D; previous-step linearisation (66) in
+    /// [`Self::add_previous_slip_gradient`]. Tests: `gap_and_slip_gradients`,
     /// `slip_increment_is_objective`.
     pub fn slip(&self, previous: &PreviousRow, x: &[f64], with_gradient: bool, out: &mut SlipIncrement) {
         let own = position(x, self.node);
@@ -240,7 +244,8 @@ impl NodeKinematics {
         for (&node, b) in previous.support.iter().zip(&previous.coefficient) {
             before += (position(x, node) - own) * *b;
         }
-        // the previous row sums to zero only up to round-off; the node's own position absorbs the remainder
+        // the previous row sums to zero only up to round-off; the node's own position absorbs the
+        // remainder
         let change = self.relative - before;
         let across = self.frame.across;
         let along = |a: usize| if across[a] { 0.0 } else { -self.frame.vector(1 + a).dot(&change) };
@@ -265,10 +270,12 @@ impl NodeKinematics {
         }
     }
 
-    /// ∂ũ_a/∂d_{n−1} for the weights `a_ξ`, `a_η` of the two components, added to `out` (3 per node of the mesh).
+    /// ∂ũ_a/∂d_{n−1} for the weights `a_ξ`, `a_η` of the two components, added to `out` (3 per node
+    /// of the mesh).
     ///
-    /// `self` is the **previous** step's kinematics with gradients, `frame` and `x` those of the current step:
-    /// `∂ũ_a = τ_a · Σ_s ∂b_js,n−1 x_s`. Paper: (66) with full rows. Test: `gap_and_slip_gradients`.
+    /// `self` is the **previous** step's kinematics with gradients, `frame` and `x` those of the
+    /// current step: `∂ũ_a = τ_a · Σ_s ∂b_js,n−1 x_s`. Paper: (66) with full rows.
+    /// Test: `gap_and_slip_gradients`.
     pub fn add_previous_slip_gradient(&self, frame: &NodalFrame, x: &[f64], weight: Vector2<f64>, out: &mut [f64]) {
         let columns = 3 * self.support.len();
         let along = |a: usize| if frame.across[a] { 0.0 } else { weight[a] };

@@ -1,5 +1,5 @@
-//! Mortar integrals of a pair of facets in dual numbers, for their derivatives without differences. Nothing is taken from
-//! the crate but the points of the rule on triangles.
+//! Mortar integrals of a pair of facets in dual numbers, for their derivatives without differences.
+//! Nothing is taken from the crate but the points of the rule on triangles.
 
 use nalgebra::{SMatrix, Vector3};
 use num_dual::{Dual64, DualNum};
@@ -40,7 +40,8 @@ fn unit(a: Position) -> Position {
     a.map(|x| x / length)
 }
 
-/// Shape functions and their derivatives by the parent coordinates: bilinear for four corners, linear for three.
+/// Shape functions and their derivatives with respect to the parent coordinates: bilinear for four
+/// corners, linear for three.
 fn shapes(corners: usize, [xi, eta]: Point) -> (Vec<Number>, Vec<Point>) {
     let one = number(1.0);
     if corners == 3 {
@@ -54,8 +55,8 @@ fn shapes(corners: usize, [xi, eta]: Point) -> (Vec<Number>, Vec<Point>) {
     (values, slopes)
 }
 
-/// Plane through the mean of the slave's corners with its normal at the parent's centre: origin, axes, normal. The axes
-/// spin with the facet's first edge, which the integrals do not see.
+/// Plane through the mean of the slave's corners with its normal at the parent's centre: origin,
+/// axes, normal. The axes spin with the facet's first edge, which the integrals do not see.
 fn plane(slave: &[Position]) -> (Position, [Position; 2], Position) {
     let centre = if slave.len() == 3 { [number(1.0 / 3.0); 2] } else { [number(0.0); 2] };
     let (values, slopes) = shapes(slave.len(), centre);
@@ -128,7 +129,8 @@ fn back(corners: &[Point], at: &Point) -> Vec<Number> {
 
 /// What the crate must find for a pair.
 pub struct Pair {
-    /// b_js of the slave's corners j over the slave's corners, then the master's. Empty where nothing overlaps. \[L²\]
+    /// b_js of the slave's corners j over the slave's corners, then the master's. Empty where
+    /// nothing overlaps. \[L²\]
     pub rows: Vec<Vec<Number>>,
     /// Of the overlap in the auxiliary plane. \[L²\]
     pub area: Number,
@@ -136,7 +138,8 @@ pub struct Pair {
     pub normal: Vector3<f64>,
 }
 
-/// Integrals over the overlap of a slave and a master facet, which run counter-clockwise seen from outside their bodies.
+/// Integrals over the overlap of a slave and a master facet, which run counter-clockwise seen from
+/// outside their bodies.
 pub fn pair(slave: &[Position], master: &[Position], rule: CellRule) -> Pair {
     let (origin, axes, normal) = plane(slave);
     let flat = |facet: &[Position]| -> Vec<Point> {
@@ -169,8 +172,8 @@ pub fn pair(slave: &[Position], master: &[Position], rule: CellRule) -> Pair {
     found
 }
 
-/// Rows of dual shapes from those of the standard ones, on a slave triangle: Φ = A N, A = diag(r) m̂⁻¹, where m̂ is the
-/// covered mass with that of the uncovered part lumped, and r its row sums.
+/// Rows of dual shapes from those of the standard ones, on a slave triangle: Φ = A N, A = diag(r)
+/// m̂⁻¹, where m̂ is the covered mass with that of the uncovered part lumped, and r its row sums.
 pub fn dual_triangle(rows: &[Vec<Number>], slave: &[Position]) -> Vec<Vec<Number>> {
     let (_, [first, second], _) = plane(slave);
     let edges = [minus(&slave[1], &slave[0]), minus(&slave[2], &slave[0])].map(|e| [dot(&first, &e), dot(&second, &e)]);

@@ -1,5 +1,5 @@
-//! Pairs of facets in random poses, in space: quadrilaterals, triangles, and one of each. Values and all derivatives
-//! against dual numbers, coverage, partition of unity, projection, invariance.
+//! Pairs of facets in random poses, in space: quadrilaterals, triangles, and one of each. Values
+//! and all derivatives against dual numbers, coverage, partition of unity, projection, invariance.
 
 mod dual;
 
@@ -64,7 +64,8 @@ fn facet(range: std::ops::Range<usize>) -> FacetNodes {
     FacetNodes::new(&range.map(|node| node as u32).collect::<Vec<_>>()).expect("three or four corners")
 }
 
-/// The coupling of a slave facet of the first `s` positions with masters; `None` where a projection is folded.
+/// The coupling of a slave facet of the first `s` positions with masters; `None` where a projection
+/// is folded.
 fn couple(x: &[Vector3<f64>], s: usize, masters: &[FacetNodes], shape: MultiplierShape) -> Option<FacetCoupling> {
     let flat: Vec<f64> = x.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
     let mut coupling = FacetCoupling::default();
@@ -77,7 +78,8 @@ fn couple_pair(scene: &Scene, (s, m): (usize, usize), shape: MultiplierShape) ->
     couple(&scene.positions((s, m)), s, &[facet(s..s + m)], shape)
 }
 
-/// b_js and all ∂b_js/∂x_t of one pair against dual numbers; how far the worst is off, over the largest entry.
+/// b_js and all ∂b_js/∂x_t of one pair against dual numbers; how far the worst is off, over the
+/// largest entry.
 fn deviation(scene: &Scene, (s, m): (usize, usize), shape: MultiplierShape) -> Option<[f64; 2]> {
     let coupling = couple_pair(scene, (s, m), shape)?;
     let x = scene.positions((s, m));
@@ -108,7 +110,8 @@ fn deviation(scene: &Scene, (s, m): (usize, usize), shape: MultiplierShape) -> O
 
 const CASES: u32 = 200;
 
-/// The independent computation of the same integrals, and its derivatives by dual numbers.
+/// Rows and their derivatives agree with an independent computation of the same integrals, which is
+/// differentiated with dual numbers.
 #[test]
 fn rows_and_all_derivatives_are_those_of_dual_numbers() {
     let mut runner = TestRunner::new(ProptestConfig { cases: CASES, failure_persistence: None, ..Default::default() });
@@ -132,8 +135,8 @@ fn rows_and_all_derivatives_are_those_of_dual_numbers() {
     assert!(compared.get() > 5 * CASES, "only {} pairs overlap", compared.get());
 }
 
-/// Σ_s b_js = 0: D and M have the same row sums, since Σ N = 1 on both facets; Σ_jk D_jk is the area of the overlap,
-/// since Σ Φ = 1. The derivatives of both agree too.
+/// Σ_s b_js = 0: D and M have the same row sums, since Σ N = 1 on both facets; Σ_jk D_jk is the
+/// area of the overlap, since Σ Φ = 1. The derivatives of both agree too.
 fn partition_of_unity(scene: &Scene) -> Result<(), TestCaseError> {
     for kind @ (s, m) in KINDS {
         let x = scene.positions(kind);
@@ -166,7 +169,8 @@ fn partition_of_unity(scene: &Scene) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Points of both facets that integrals bring together lie on one line along n₀: so does w_j = Σ_s b_js x_s.
+/// Points of both facets that integrals bring together lie on one line along n₀: so does w_j = Σ_s
+/// b_js x_s.
 fn projection(scene: &Scene) -> Result<(), TestCaseError> {
     for kind @ (s, m) in KINDS {
         let x = scene.positions(kind);
@@ -188,7 +192,8 @@ fn projection(scene: &Scene) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// A common motion of both facets changes nothing, a scale of lengths its square, another first corner only the order.
+/// A common motion of both facets changes nothing, a scale of lengths its square, another first
+/// corner only the order.
 fn invariance(scene: &Scene, motion: &Rotation3<f64>, size: f64) -> Result<(), TestCaseError> {
     for kind @ (s, m) in KINDS {
         let Some(base) = couple_pair(scene, kind, MultiplierShape::Standard) else { continue };
@@ -227,8 +232,9 @@ fn tiling(jitter: &[f64]) -> Vec<Vector3<f64>> {
     (0..16).map(|node| Vector3::new(moved(node, 0), moved(node, 1), 0.0)).collect()
 }
 
-/// Masters that tile a plane cover a slave facet before it: Σ_k D_jk = ∫ N_j over all of its projection, integrated here
-/// by Gauss' rule of 2 × 2 points on the parent square, exact for bilinear shapes. Dual shapes are biorthogonal there.
+/// Masters that tile a plane cover a slave facet before it: Σ_k D_jk = ∫ N_j over all of its
+/// projection, integrated here by Gauss' rule of 2 × 2 points on the parent square, exact for
+/// bilinear shapes. Dual shapes are biorthogonal there.
 fn coverage(scene: &Scene, tiling: &[Vector3<f64>], kinds: u32) -> Result<(), TestCaseError> {
     let origin = scene.slave.iter().sum::<Vector3<f64>>() / 4.0;
     for s in [4, 3] {
@@ -260,7 +266,8 @@ fn coverage(scene: &Scene, tiling: &[Vector3<f64>], kinds: u32) -> Result<(), Te
         let total: f64 = (0..s).map(row).sum();
         prop_assert!((total - whole.iter().sum::<f64>()).abs() < 1e-11, "{s}: {total} of {whole:?}");
         for (j, exact) in whole.iter().enumerate() {
-            // on other quadrilaterals N_j is no polynomial over the cells: the error of the rule
+            // on other quadrilaterals N_j is not a polynomial over the cells, and the rule is not
+            // exact
             let bound = if parallelogram { 1e-11 } else { 1e-4 };
             prop_assert!((row(j) - exact).abs() < bound, "{s}, corner {j}: {} {exact}", row(j));
         }

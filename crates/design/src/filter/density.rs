@@ -5,11 +5,11 @@ use crate::map::DesignMap;
 
 /// Density filter: `φ_e = Σ_i w_ei v_i x_i / Σ_i w_ei v_i`, `w_ei = max(0, r − ‖X_e − X_i‖)`.
 ///
-/// It is a volume-weighted mean, so constants are preserved and local mesh refinement causes no bias. Its
-/// [`pull_back`](DesignMap::pull_back) is the exact transpose.
+/// It is a volume-weighted mean, so constants are preserved and local mesh refinement causes no
+/// bias. Its [`pull_back`](DesignMap::pull_back) is the exact transpose.
 ///
-/// Source: Bruns, Tortorelli, Comput. Methods Appl. Mech. Eng. 190 (2001) 3443–3459, with element volumes as in
-/// Sigmund, Struct. Multidiscip. Optim. 33 (2007) 401–424.
+/// Source: Bruns, Tortorelli, Comput. Methods Appl. Mech. Eng. 190 (2001) 3443–3459, with element
+/// volumes as in Sigmund, Struct. Multidiscip. Optim. 33 (2007) 401–424.
 #[derive(Clone, Debug)]
 pub struct DensityFilter {
     neighbours: Neighbours,
@@ -19,11 +19,13 @@ pub struct DensityFilter {
 }
 
 impl DensityFilter {
-    /// `centroids` \[L\] and `volumes` \[L³\] of the elements in the reference configuration, `radius` r \[L\].
+    /// `centroids` \[L\] and `volumes` \[L³\] of the elements in the reference configuration,
+    /// `radius` r \[L\].
     ///
     /// # Errors
     ///
-    /// A radius or volume that is not positive and finite, a centroid that is not finite, lists of different length.
+    /// A radius or volume that is not positive and finite, a centroid that is not finite, lists of
+    /// different length.
     pub fn new(centroids: &[[f64; 3]], volumes: &[f64], radius: f64) -> Result<Self, FilterError> {
         check_volumes(centroids.len(), volumes)?;
         let neighbours = Neighbours::new(centroids, radius)?;
@@ -45,8 +47,8 @@ impl DesignMap for DensityFilter {
         sums.iter().zip(&self.weight_sums).map(|(sum, weights)| sum / weights).collect()
     }
 
-    /// Gathers instead of scattering, since the weights are symmetric: `dθ/dx_i = v_i Σ_e w_ie (dθ/dφ_e) / Σ_k w_ek
-    /// v_k`.
+    /// Gathers instead of scattering, since the weights are symmetric:
+    /// `dθ/dx_i = v_i Σ_e w_ie (dθ/dφ_e) / Σ_k w_ek v_k`.
     fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
         assert_eq!(d_phi.len(), self.volumes.len(), "one derivative per element");
         let scaled: Vec<f64> = d_phi.iter().zip(&self.weight_sums).map(|(d, weights)| d / weights).collect();
@@ -68,7 +70,8 @@ mod tests {
 
     #[test]
     fn means_by_hand() {
-        // Elements [0, 1], [1, 3], [3, 4]; r = 2: distance 1.5 between neighbours, 3 between the ends.
+        // Elements [0, 1], [1, 3], [3, 4]; r = 2: distance 1.5 between neighbours, 3 between the
+        // ends.
         let centroids = [[0.5, 0.0, 0.0], [2.0, 0.0, 0.0], [3.5, 0.0, 0.0]];
         let filter = DensityFilter::new(&centroids, &[1.0, 2.0, 1.0], 2.0).unwrap();
         let filtered = filter.apply(&[1.0, 0.0, 0.5]);
@@ -88,7 +91,8 @@ mod tests {
         assert!((left / right - 1.0).abs() < 1e-14);
     }
 
-    /// Variables → domain filter → projection → passives, compared with central differences of Σ φ⁴.
+    /// Variables → domain filter → projection → passives, compared with central differences of Σ
+    /// φ⁴.
     #[test]
     fn chain_agrees_with_central_differences() {
         let (centroids, volumes) = box_grid([4, 4, 3], 1.0);

@@ -74,6 +74,7 @@ fn check_volumes(centroids: usize, volumes: &[f64]) -> Result<(), FilterError> {
 #[cfg(test)]
 mod tests {
     use crate::values::DomainValues;
+
     /// Centroids and volumes of a box of cubes of side `size`; the last index runs fastest.
     pub(super) fn box_grid(cells: [usize; 3], size: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
         let mut centroids = Vec::new();
@@ -88,8 +89,8 @@ mod tests {
         (centroids, volumes)
     }
 
-    /// A row of elements of unit cross-section, each `ratio` times as long as the previous one; the first has length
-    /// 0.1.
+    /// A row of elements of unit cross-section, each `ratio` times as long as the previous one; the
+    /// first has length 0.1.
     pub(super) fn graded_row(count: usize, ratio: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
         let volumes: Vec<f64> = (0..count).map(|i| 0.1 * ratio.powi(i as i32)).collect();
         let mut start = 0.0;

@@ -10,8 +10,8 @@ const FARTHEST: f64 = 1e150;
 
 /// For each element `e` the elements `i` with `w_ei = r − ‖X_e − X_i‖ > 0`, centroids `X`. \[L\]
 ///
-/// Each element is its own neighbour, with weight `r`. Neighbours are in ascending order, and the weights are symmetric
-/// to the last bit, so sums over them do not depend on the search algorithm.
+/// Each element is its own neighbour, with weight `r`. Neighbours are in ascending order, and the
+/// weights are symmetric to the last bit, so sums over them do not depend on the search algorithm.
 #[derive(Clone, Debug)]
 pub struct Neighbours {
     /// The element of the first list.
@@ -22,18 +22,20 @@ pub struct Neighbours {
 }
 
 impl Neighbours {
-    /// Finds all pairs closer than `radius` \[L\], with a grid of cells that are at least as large as the radius.
+    /// Finds all pairs closer than `radius` \[L\], with a grid of cells that are at least as large
+    /// as the radius.
     ///
     /// # Errors
     ///
-    /// A radius that is not positive and finite, a centroid that is not finite, more than 2³² elements.
+    /// A radius that is not positive and finite, a centroid that is not finite, more than 2³²
+    /// elements.
     pub fn new(centroids: &[[f64; 3]], radius: f64) -> Result<Self, FilterError> {
         Self::mirrored(centroids, radius, &[])
     }
 
-    /// The same with mirror images of the elements at symmetry planes, each given by its normal axis and its coordinate
-    /// on that axis \[L\]: an element counts once for itself and once for each image within the radius. Weights of
-    /// images are symmetric up to round-off.
+    /// The same with mirror images of the elements at symmetry planes, each given by its normal
+    /// axis and its coordinate on that axis \[L\]: an element counts once for itself and once for
+    /// each image within the radius. Weights of images are symmetric up to round-off.
     ///
     /// # Errors
     ///
@@ -70,8 +72,8 @@ impl Neighbours {
         let grid = CellGrid::new(&places, radius);
         let first = range.start;
         let centroids = &centroids[range];
-        // Two passes, the first only for the lengths: the lists may be the largest data of a run and must not be
-        // copied.
+        // Two passes, the first only for the lengths: the lists may be the largest data of a run
+        // and must not be copied.
         let lengths = centroids.par_iter().map(|centroid| grid.within(&places, centroid, radius).len());
         let mut starts = vec![0];
         starts.extend(lengths.collect::<Vec<_>>().iter().scan(0, |end, length| {
@@ -114,15 +116,16 @@ impl Neighbours {
         elements.zip(self.weights[row].iter().copied())
     }
 
-    /// `Σ_i w_ei a_i` for each element `e` with a list; parallel over the elements, with a fixed order within each sum.
+    /// `Σ_i w_ei a_i` for each element `e` with a list; parallel over the elements, with a fixed
+    /// order within each sum.
     pub(super) fn weighted_sums(&self, a: &[f64]) -> Vec<f64> {
         let sum = |element| self.of(element).map(|(neighbour, weight)| weight * a[neighbour]).sum();
         (self.first..self.first + self.len()).into_par_iter().map(sum).collect()
     }
 }
 
-/// Centroids, followed by those mirror images that may be within the radius of a centroid; and the element of each, if
-/// there are images.
+/// Centroids, followed by those mirror images that may be within the radius of a centroid; and the
+/// element of each, if there are images.
 fn with_images(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> (Vec<[f64; 3]>, Vec<u32>) {
     let mut places = centroids.to_vec();
     if planes.is_empty() {
@@ -172,7 +175,8 @@ impl CellGrid {
         // A radius far below the element size must not create more cells than there are elements.
         let cells_along = |size: f64| extent.map(|length| (length / size).floor() + 1.0);
         let most = 4.0 * centroids.len() as f64 + 64.0;
-        // Without the margin, round-off could put two elements closer than the radius two cells apart.
+        // Without the margin, round-off could put two elements closer than the radius two cells
+        // apart.
         let mut size = 1.000_000_1 * radius;
         while cells_along(size).iter().product::<f64>() > most {
             size *= 1.25;
@@ -248,8 +252,8 @@ mod tests {
     }
 
     proptest! {
-        /// Compared with all pairs; radii from far below the spacing to beyond the extent, planar and linear point
-        /// clouds.
+        /// Compared with all pairs; radii from far below the spacing to beyond the extent, planar
+        /// and linear point clouds.
         #[test]
         fn same_as_all_pairs(
             points in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), 1..80),

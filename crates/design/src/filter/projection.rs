@@ -4,9 +4,11 @@ use super::FilterError;
 use crate::map::DesignMap;
 
 /// Pushes densities to 0 or 1:
-/// `φ = (tanh βη + tanh β(x − η)) / (tanh βη + tanh β(1 − η))`, sharpness `β > 0`, threshold `η ∈ [0, 1]`.
+/// `φ = (tanh βη + tanh β(x − η)) / (tanh βη + tanh β(1 − η))`, sharpness `β > 0`, threshold
+/// `η ∈ [0, 1]`.
 ///
-/// It preserves 0 and 1, increases strictly, and tends to the identity as `β → 0` and to a step at `η` as `β → ∞`.
+/// It preserves 0 and 1, increases strictly, and tends to the identity as `β → 0` and to a step at
+/// `η` as `β → ∞`.
 ///
 /// Source: Wang, Lazarov, Sigmund, Struct. Multidiscip. Optim. 43 (2011) 767–784.
 #[derive(Clone, Copy, Debug)]

@@ -13,17 +13,20 @@ const SMALLEST_DENSITY: f64 = 1e-3;
 
 /// Sensitivity filter for meshes with elements of different volume:
 ///
-/// `∂θ̂/∂φ_e = Σ_i w_ei φ_i (∂θ/∂φ_i)/v_i / ( max(φ_e, 1e-3)/v_e · Σ_i w_ei )`, `w_ei = max(0, r − ‖X_e − X_i‖)`.
+/// `∂θ̂/∂φ_e = Σ_i w_ei φ_i (∂θ/∂φ_i)/v_i / ( max(φ_e, 1e-3)/v_e · Σ_i w_ei )`,
+/// `w_ei = max(0, r − ‖X_e − X_i‖)`.
 ///
-/// It averages derivatives *per volume*, so that a large element next to small ones is not overweighted. The weights
-/// themselves do not contain the volume: if part of a neighbourhood is refined, its many small elements count more in
-/// the average, which only matters if the derivative per volume varies within the radius.
+/// It averages derivatives *per volume*, so that a large element next to small ones is not
+/// overweighted. The weights themselves do not contain the volume: if part of a neighbourhood is
+/// refined, its many small elements count more in the average, which only matters if the derivative
+/// per volume varies within the radius.
 ///
-/// The result is not the gradient of any function: use it only for the optimizer, after all checks of derivatives.
-/// Elements that do not belong to the design domain should not be given to the filter.
+/// The result is not the gradient of any function: use it only for the optimizer, after all checks
+/// of derivatives. Elements that do not belong to the design domain should not be given to the
+/// filter.
 ///
-/// Source: O. Sigmund, Morphology-based black and white filters for topology optimization, Struct. Multidiscip. Optim.
-/// 33 (2007) 401–424. Test: `uniform_mesh_is_the_classic_formula`.
+/// Source: O. Sigmund, Morphology-based black and white filters for topology optimization, Struct.
+/// Multidiscip. Optim. 33 (2007) 401–424. Test: `uniform_mesh_is_the_classic_formula`.
 #[derive(Clone, Debug)]
 pub struct SensitivityFilter {
     ranks: Arc<dyn Ranks>,
@@ -35,16 +38,19 @@ pub struct SensitivityFilter {
 }
 
 impl SensitivityFilter {
-    /// `centroids` \[L\] and `volumes` \[L³\] of the elements in the reference configuration, `radius` r \[L\].
+    /// `centroids` \[L\] and `volumes` \[L³\] of the elements in the reference configuration,
+    /// `radius` r \[L\].
     ///
     /// # Errors
     ///
-    /// A radius or volume that is not positive and finite, a centroid that is not finite, lists of different length.
+    /// A radius or volume that is not positive and finite, a centroid that is not finite, lists of
+    /// different length.
     pub fn new(centroids: &[[f64; 3]], volumes: &[f64], radius: f64) -> Result<Self, FilterError> {
         Self::mirrored(centroids, volumes, radius, &[])
     }
 
-    /// The same for elements on one side of symmetry planes, as in [`Neighbours::mirrored`]: as if the images existed.
+    /// The same for elements on one side of symmetry planes, as in [`Neighbours::mirrored`]: as if
+    /// the images existed.
     ///
     /// # Errors
     ///
@@ -58,7 +64,8 @@ impl SensitivityFilter {
         Self::on_ranks(centroids, volumes, radius, planes, Arc::new(Alone))
     }
 
-    /// The same with the lists distributed over ranks, which build and [`apply`](Self::apply) the filter collectively.
+    /// The same with the lists distributed over ranks, which build and [`apply`](Self::apply) the
+    /// filter collectively.
     ///
     /// # Errors
     ///
@@ -132,8 +139,9 @@ mod tests {
         close(&filtered, &expected, 1e-13);
     }
 
-    /// Sigmund's filter of 1997, `Σ w φ g / (φ_e Σ w)`, on 5 × 5 × 5 cubes of side ½: at the centre element with
-    /// r = 0.6 the neighbours are itself (w = 0.6) and the six that share a face (w = 0.1).
+    /// Sigmund's filter of 1997, `Σ w φ g / (φ_e Σ w)`, on 5 × 5 × 5 cubes of side ½: at the centre
+    /// element with r = 0.6 the neighbours are itself (w = 0.6) and the six that share a face
+    /// (w = 0.1).
     #[test]
     fn uniform_mesh_is_the_classic_formula() {
         let (centroids, volumes) = box_grid([5; 3], 0.5);
@@ -174,7 +182,8 @@ mod tests {
         assert_eq!(filter.apply(&[0.0; 24].into(), &gradient)[..], [0.0; 24]);
     }
 
-    /// Splitting half of the elements of a row in two preserves a constant filtered gradient per volume.
+    /// Splitting half of the elements of a row in two preserves a constant filtered gradient per
+    /// volume.
     #[test]
     fn refining_does_not_change_a_constant_gradient_per_volume() {
         let coarse: Vec<f64> = vec![1.0; 20];

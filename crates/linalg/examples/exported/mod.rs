@@ -1,5 +1,5 @@
-//! Reads the file that `slipstick`'s example `export_matrix` writes: a matrix, and data of the bodies that it comes
-//! from.
+//! Reads the file that `slipstick`'s example `export_matrix` writes: a matrix, and data of the
+//! bodies that it comes from.
 #![allow(dead_code)] // each program uses a part
 
 use slipstick_linalg::{CsrMatrix, CsrPattern};
@@ -13,8 +13,9 @@ pub struct File {
     pub slaves: Vec<u32>,
 }
 
-/// Little-endian: n, entries (u64), row offsets (u64), columns, groups (u32), values (f64), origins (u32); number of nodes
-/// (u64) and their coordinates (f64), number of slave nodes (u64) and their numbers (u32).
+/// Little-endian: n, entries (u64), row offsets (u64), columns, groups (u32), values (f64), origins
+/// (u32); number of nodes (u64) and their coordinates (f64), number of slave nodes (u64) and their
+/// numbers (u32).
 pub fn read(file: &str) -> Result<File, Box<dyn Error>> {
     let bytes = std::fs::read(file)?;
     let mut rest = bytes.as_slice();

@@ -1,7 +1,7 @@
 //! Reusable memory for the contributions.
 //!
-//! Each front near the root requests and returns megabytes. Fresh pages from the system cost more time than clearing
-//! old ones, especially with several threads.
+//! Each front near the root requests and returns megabytes. Fresh pages from the system cost more
+//! time than clearing old ones, especially with several threads.
 
 use super::scalar::Scalar;
 use std::sync::Mutex;
@@ -22,8 +22,8 @@ impl<T: Scalar> Buffers<T> {
         Self { free: Mutex::new(Vec::new()) }
     }
 
-    /// Zeros: in the smallest free buffer of at least this length and at most twice this length, otherwise in new
-    /// memory.
+    /// Zeros: in the smallest free buffer of at least this length and at most twice this length,
+    /// otherwise in new memory.
     pub fn zeros(&self, length: usize) -> Vec<T> {
         let mut buffer = self.reuse(length).unwrap_or_default();
         buffer.clear();
@@ -66,8 +66,8 @@ impl<T: Scalar> Buffers<T> {
 mod tests {
     use super::*;
 
-    /// The buffers contain zeros whatever was written to them, a fitting buffer is reused, and the smallest is dropped
-    /// if there are too many.
+    /// The buffers contain zeros whatever was written to them, a fitting buffer is reused, and the
+    /// smallest is dropped if there are too many.
     #[test]
     fn returned_buffers_are_cleared_and_used_again() {
         let buffers = Buffers::<f64>::new();

@@ -1,7 +1,8 @@
 //! Dense kernels of the fronts.
 //!
-//! Large operands are divided into tiles whose bounds depend only on their size. Threads share the tiles, and a
-//! sequential faer kernel computes each tile, so the result does not depend on the number of threads.
+//! Large operands are divided into tiles whose bounds depend only on their size. Threads share the
+//! tiles, and a sequential faer kernel computes each tile, so the result does not depend on the
+//! number of threads.
 
 use super::scalar::Scalar;
 use dyn_stack::{MemBuffer, MemStack};

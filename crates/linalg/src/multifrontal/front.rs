@@ -1,8 +1,8 @@
 //! Assembly and elimination of one front.
 //!
-//! The fully summed columns F11, F21 are first assembled and factorized in place; the other columns follow after a
-//! check of the pivots. If a pivot is too small, the columns are assembled again from the contributions and treated by
-//! threshold pivoting.
+//! The fully summed columns F11, F21 are first assembled and factorized in place; the other columns
+//! follow after a check of the pivots. If a pivot is too small, the columns are assembled again
+//! from the contributions and treated by threshold pivoting.
 
 use super::buffers::Buffers;
 use super::scalar::Scalar;
@@ -59,8 +59,8 @@ pub(super) struct Contribution<T> {
     pub values: Vec<T>,
 }
 
-/// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate in the first rejected
-/// column.
+/// Assembles and eliminates front `k`. Returns factors, contribution, and the best candidate in the
+/// first rejected column.
 pub(super) fn process<T: Scalar>(
     structure: &Structure,
     values: &[T],
@@ -94,7 +94,8 @@ struct Child<T> {
     size: usize,
     summed_runs: Vec<Run>,
     beyond_runs: Vec<Run>,
-    /// Column of the contribution for each fully summed column of the parent, and for each column beyond; or [`NONE`].
+    /// Column of the contribution for each fully summed column of the parent, and for each column
+    /// beyond; or [`NONE`].
     summed_sources: Vec<u32>,
     beyond_sources: Vec<u32>,
 }
@@ -171,8 +172,8 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         &self.structure.entries[self.structure.entry_offsets[self.k]..self.structure.entry_offsets[self.k + 1]]
     }
 
-    /// Adds the contributions to the fully summed rows (`upper`) and the rows beyond (`lower`) of those columns for
-    /// which `sources` names a column of the child.
+    /// Adds the contributions to the fully summed rows (`upper`) and the rows beyond (`lower`) of
+    /// those columns for which `sources` names a column of the child.
     fn add_children(&self, upper: &mut [T], lower: &mut [T], sources: impl Fn(&Child<T>) -> &[u32] + Sync) {
         if self.children.is_empty() {
             return;
@@ -196,7 +197,8 @@ impl<'a, T: Scalar> Assembly<'a, T> {
         }
     }
 
-    /// The fast path: partial pivoting within F11, then a check of all multipliers. Fails if a pivot is too small.
+    /// The fast path: partial pivoting within F11, then a check of all multipliers. Fails if a
+    /// pivot is too small.
     fn eliminate_all(&mut self, buffers: &Buffers<T>) -> Result<(Front<T>, Contribution<T>), Rejected> {
         let (p, r) = (self.rows.len(), self.beyond);
         let (mut lu, mut lower) = self.summed_columns();
@@ -284,8 +286,8 @@ impl<'a, T: Scalar> Assembly<'a, T> {
 }
 
 impl<T: Scalar> Child<T> {
-    /// Finds the places in the parent `supernode`, which has `columns` fully summed columns including the delayed ones;
-    /// the delayed columns of this child start at `delayed_at`.
+    /// Finds the places in the parent `supernode`, which has `columns` fully summed columns
+    /// including the delayed ones; the delayed columns of this child start at `delayed_at`.
     fn new(
         supernode: &Supernode,
         child: &Supernode,

@@ -1,9 +1,9 @@
 //! Loops of the solves with one right-hand side, written so that the compiler vectorises them.
 //!
-//! Each is compiled for the instruction sets found at run time. Products and sums are separate operations: `mul_add`
-//! would call a library routine in portable builds, and memory bandwidth limits the speed anyway. Matrices are
-//! column-major without gaps. Large products are divided into tiles that threads share; every entry of the result is
-//! computed in the same way for any tiling.
+//! Each is compiled for the instruction sets found at run time. Products and sums are separate
+//! operations: `mul_add` would call a library routine in portable builds, and memory bandwidth
+//! limits the speed anyway. Matrices are column-major without gaps. Large products are divided into
+//! tiles that threads share; every entry of the result is computed in the same way for any tiling.
 
 use super::scalar::Scalar;
 use rayon::prelude::*;
@@ -117,8 +117,8 @@ pub(super) fn solve_unit_lower_transposed<T: Scalar>(lu: &[T], x: &mut [T]) {
     }
 }
 
-/// Columns of a triangle of `n` that are solved at once; the remaining unknowns follow from products that threads
-/// share.
+/// Columns of a triangle of `n` that are solved at once; the remaining unknowns follow from
+/// products that threads share.
 fn panels(n: usize) -> impl DoubleEndedIterator<Item = Range<usize>> {
     let width = if n * n < WORTH_TILING { n.max(1) } else { PANEL };
     (0..n.div_ceil(width)).map(move |k| k * width..((k + 1) * width).min(n))
@@ -278,7 +278,8 @@ fn unit_lower_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
 mod tests {
     use super::*;
 
-    /// Products of a matrix large enough for tiles, with remainders in both directions, entry by entry.
+    /// Products of a matrix large enough for tiles, with remainders in both directions, entry by
+    /// entry.
     #[test]
     fn tiled_products_agree_with_their_definition() {
         let (m, n) = (2 * TILE_ROWS + 37, 403);
@@ -298,8 +299,8 @@ mod tests {
         }
     }
 
-    /// Triangles below and above the size that is divided into panels: multiplying the solutions by the matrices
-    /// reproduces the right-hand sides.
+    /// Triangles below and above the size that is divided into panels: multiplying the solutions by
+    /// the matrices reproduces the right-hand sides.
     #[test]
     fn triangular_solves_invert_products() {
         for n in [7, 300, 3 * PANEL + 100] {

@@ -1,22 +1,24 @@
 //! Multifrontal LU factorization.
 //!
-//! The matrix is equilibrated by powers of two and permuted by nested dissection (without METIS: minimum degree) of the
-//! graph of its elimination groups: one vertex per node, or per slave node with its multipliers. The elimination tree
-//! of the symmetrised pattern, divided into supernodes, becomes a tree of dense *fronts*. Each front contains its fully
-//! summed rows and columns and those that they couple to:
+//! The matrix is equilibrated by powers of two and permuted by nested dissection (without METIS:
+//! minimum degree) of the graph of its elimination groups: one vertex per node, or per slave node
+//! with its multipliers. The elimination tree of the symmetrised pattern, divided into supernodes,
+//! becomes a tree of dense *fronts*. Each front contains its fully summed rows and columns and
+//! those that they couple to:
 //!
 //! ```text
 //!   F = [ F11  F12 ]  fully summed    F11 = L11 U11,  L21 = F21 U11⁻¹,  U12 = L11⁻¹ F12,
 //!       [ F21  F22 ]                  contribution to the parent:  F22 − L21 U12
 //! ```
 //!
-//! Pivots are sought only in F11, but are accepted only if no multiplier in L21 exceeds 1/[`PIVOT_THRESHOLD`]. Rejected
-//! rows and columns stay in the contribution and are fully summed in the parent (delayed pivots); if any are left at a
-//! root, the matrix is singular.
+//! Pivots are sought only in F11, but are accepted only if no multiplier in L21 exceeds
+//! 1/[`PIVOT_THRESHOLD`]. Rejected rows and columns stay in the contribution and are fully summed
+//! in the parent (delayed pivots); if any are left at a root, the matrix is singular.
 //!
-//! References: Duff and Reid, The multifrontal solution of unsymmetric sets of linear equations, SIAM J. Sci. Stat.
-//! Comput. 5 (1984); Amestoy, Duff, L'Excellent and Koster, A fully asynchronous multifrontal solver, SIAM J. Matrix
-//! Anal. Appl. 23 (2001) (pivoting); Karypis and Kumar, SIAM J. Sci. Comput. 20 (1998) for the ordering.
+//! References: Duff and Reid, The multifrontal solution of unsymmetric sets of linear equations,
+//! SIAM J. Sci. Stat. Comput. 5 (1984); Amestoy, Duff, L'Excellent and Koster, A fully asynchronous
+//! multifrontal solver, SIAM J. Matrix Anal. Appl. 23 (2001) (pivoting); Karypis and Kumar, SIAM J.
+//! Sci. Comput. 20 (1998) for the ordering.
 
 mod buffers;
 mod dense;
@@ -46,13 +48,14 @@ pub const PIVOT_THRESHOLD: f64 = 0.01;
 
 const NAME: &str = "multifrontal LU";
 
-/// Bytes that a core moves during a solve in the time of one floating-point operation of a factorization in double
-/// precision; operations in single precision take half the time.
+/// Bytes that a core moves during a solve in the time of one floating-point operation of a
+/// factorization in double precision; operations in single precision take half the time.
 ///
-/// The ratio is 8 GB/s over 20 Gflop/s on a core of an AMD EPYC. It depends on instruction set and matrix: with AVX-512,
-/// `cargo run --release -p slipstick-linalg --example factor` on one thread gives 10 GB/s and 41 Gflop/s (66 in single
-/// precision). The march gives earlier factors only half of the break-even number of iterations, so its speed is not
-/// sensitive to the ratio. Its results are, within the tolerance of the solves: the ratio decides which factors it reuses.
+/// The ratio is 8 GB/s over 20 Gflop/s on a core of an AMD EPYC. It depends on instruction set and
+/// matrix: with AVX-512, `cargo run --release -p slipstick-linalg --example factor` on one thread
+/// gives 10 GB/s and 41 Gflop/s (66 in single precision). The march gives earlier factors only half
+/// of the break-even number of iterations, so its speed is not sensitive to the ratio. Its results
+/// are, within the tolerance of the solves: the ratio decides which factors it reuses.
 const BYTES_PER_OPERATION: f64 = 0.4;
 
 /// Facts about a factorization, for reports and for judging its quality.
@@ -74,13 +77,14 @@ pub struct FactorStatistics {
     pub weakest_unknown: usize,
 }
 
-/// Multifrontal LU solver. It keeps the scaling of the latest matrix as long as it is suitable. An analysis uses the
-/// elimination order of an earlier analysis of the same unknowns if the factors cost at most 15 % more than for the
-/// pattern for which the order was computed.
+/// Multifrontal LU solver. It keeps the scaling of the latest matrix as long as it is suitable. An
+/// analysis uses the elimination order of an earlier analysis of the same unknowns if the factors
+/// cost at most 15 % more than for the pattern for which the order was computed.
 #[derive(Debug)]
 pub struct MultifrontalSolver {
     precision: Precision,
-    /// The scaling of the latest matrix of this solver and of those [in another precision](Self::in_precision).
+    /// The scaling of the latest matrix of this solver and of those
+    /// [in another precision](Self::in_precision).
     scaling: Arc<Mutex<Option<Scaling>>>,
 }
 
@@ -97,13 +101,14 @@ impl MultifrontalSolver {
         Self { precision, scaling: Arc::default() }
     }
 
-    /// A solver for the same matrices in another precision. The two share the scaling of the latest matrix.
+    /// A solver for the same matrices in another precision. The two share the scaling of the latest
+    /// matrix.
     pub fn in_precision(&self, precision: Precision) -> Self {
         Self { precision, scaling: Arc::clone(&self.scaling) }
     }
 
-    /// Entries of L and U and floating-point operations that a factorization of `pattern` will need, only from the
-    /// analysis; `None` if the pattern cannot be analysed.
+    /// Entries of L and U and floating-point operations that a factorization of `pattern` will
+    /// need, only from the analysis; `None` if the pattern cannot be analysed.
     pub fn predict(pattern: &CsrPattern) -> Option<(f64, f64)> {
         let structure = Structure::analyse(pattern, None).ok()?.0;
         let entries = structure.supernodes.iter().map(|s| s.pivots as f64 * (s.pivots + 2 * s.rows.len()) as f64).sum();
@@ -120,7 +125,8 @@ impl MultifrontalSolver {
         a: &CsrMatrix,
     ) -> Result<MultifrontalFactorization, FactorizationError> {
         let structure = symbolic.content_for::<Analysis>(a)?.structure.clone();
-        // the lock is not held during parallel work; a panic between the two leaves no scaling, which is harmless
+        // the lock is not held during parallel work; a panic between taking the scaling and storing
+        // the new one leaves none, which is harmless
         let kept = || self.scaling.lock().unwrap_or_else(PoisonError::into_inner);
         let earlier = kept().take();
         let scaling = Scaling::follow(earlier, a);

@@ -6,12 +6,13 @@ use std::collections::HashMap;
 /// Number of groups below which the order does not matter.
 const SMALL: usize = 48;
 
-/// Undirected graph, without loops, whose vertices are the consecutive unknowns of an elimination group: a node, or the
-/// multipliers of a slave node.
+/// Undirected graph, without loops, whose vertices are the consecutive unknowns of an elimination
+/// group: a node, or the multipliers of a slave node.
 ///
-/// Each group is ordered as a unit, with its vertices in the order of the unknowns: a multiplier directly follows its
-/// node, so that its pivots are not zero. The structure of the factors, however, is based on vertices: multipliers are
-/// coupled to fewer others than their nodes are, and one vertex for both would cost up to a tenth more operations.
+/// Each group is ordered as a unit, with its vertices in the order of the unknowns: a multiplier
+/// directly follows its node, so that its pivots are not zero. The structure of the factors,
+/// however, is based on vertices: multipliers are coupled to fewer others than their nodes are, and
+/// one vertex for both would cost up to a tenth more operations.
 pub(super) struct QuotientGraph {
     /// Unknowns of each vertex, ascending.
     pub members: Vec<Vec<u32>>,
@@ -67,8 +68,8 @@ impl QuotientGraph {
         &self.neighbours[self.offsets[v]..self.offsets[v + 1]]
     }
 
-    /// Vertices in an elimination order with little fill: METIS' nested dissection of the groups, or their minimum degree in
-    /// builds without METIS; isolated groups first.
+    /// Vertices in an elimination order with little fill: METIS' nested dissection of the groups,
+    /// or their minimum degree in builds without METIS; isolated groups first.
     pub fn fill_reducing_order(&self) -> Result<Vec<u32>, String> {
         let couplings = self.couplings();
         let (isolated, connected): (Vec<usize>, Vec<usize>) =
@@ -123,8 +124,8 @@ fn compact(connected: &[usize], couplings: &[Vec<u32>]) -> Result<(Vec<i32>, Vec
     Ok((offsets, neighbours))
 }
 
-/// Vertices of a symmetric graph by approximate minimum degree: Amestoy, Davis and Duff, SIAM J. Matrix Anal. Appl. 17
-/// (1996), as in faer. More fill than nested dissection, but pure Rust.
+/// Vertices of a symmetric graph by approximate minimum degree: Amestoy, Davis and Duff, SIAM J.
+/// Matrix Anal. Appl. 17 (1996), as in faer. More fill than nested dissection, but pure Rust.
 #[cfg(any(test, not(feature = "metis")))]
 fn minimum_degree(offsets: &[i32], neighbours: &[i32]) -> Result<Vec<i32>, String> {
     use dyn_stack::{MemBuffer, MemStack};
@@ -184,8 +185,8 @@ mod tests {
         entries
     }
 
-    /// A grid of 16 × 16: each vertex occurs once, and there is less fill than row by row, which is 16 × 16 × 16 minus
-    /// the border.
+    /// A grid of 16 × 16: each vertex occurs once, and there is less fill than row by row, which is
+    /// 16 × 16 × 16 minus the border.
     #[test]
     fn minimum_degree_is_a_permutation_with_less_fill_than_a_band() {
         let n = 16;

@@ -24,9 +24,9 @@ pub(super) struct PivotedColumns<T> {
 
 /// Eliminates fully summed columns with pivots from the fully summed rows.
 ///
-/// A pivot must reach [`PIVOT_THRESHOLD`] times the largest entry of its column, including rows beyond, and the
-/// smallest pivot of the format. Columns without a pivot are set aside and tried again as long as other pivots have
-/// been found in the meantime.
+/// A pivot must reach [`PIVOT_THRESHOLD`] times the largest entry of its column, including rows
+/// beyond, and the smallest pivot of the format. Columns without a pivot are set aside and tried
+/// again as long as other pivots have been found in the meantime.
 pub(super) fn eliminate<T: Scalar>(values: Vec<T>, rows: usize, summed: usize) -> PivotedColumns<T> {
     let mut state =
         State { values, rows, summed, row_order: (0..summed).collect(), column_order: (0..summed).collect() };
@@ -79,8 +79,8 @@ impl<T: Scalar> State<T> {
         (row, size, dense::largest(&column[self.summed..]))
     }
 
-    /// Eliminates within columns `start..end`; returns the end of the accepted columns. The rejected columns follow
-    /// them, updated.
+    /// Eliminates within columns `start..end`; returns the end of the accepted columns. The
+    /// rejected columns follow them, updated.
     fn panel(&mut self, start: usize, end: usize) -> usize {
         let (mut k, mut last) = (start, end);
         while k < last {
@@ -161,8 +161,8 @@ impl<T: Scalar> State<T> {
 mod tests {
     use super::*;
 
-    /// Column 0 has only zeros in the fully summed rows, and column 2 is dominated by a row beyond: both are set aside,
-    /// and otherwise the factors reproduce the matrix.
+    /// Column 0 has only zeros in the fully summed rows, and column 2 is dominated by a row beyond:
+    /// both are set aside, and otherwise the factors reproduce the matrix.
     #[test]
     fn unacceptable_columns_are_set_aside() {
         let (rows, summed) = (5, 3);

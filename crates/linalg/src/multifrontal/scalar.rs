@@ -4,10 +4,10 @@ use faer::traits::RealField;
 
 /// Single or double precision.
 pub(super) trait Scalar: RealField + Copy + PartialOrd + Send + Sync + 'static {
-    /// Pivots below this size are rejected; the scaled matrix has entries of about one. In double precision this is
-    /// slightly above the round-off that remains for a singular matrix. In single precision, where even true pivots of
-    /// ill-conditioned matrices can be smaller than round-off, it only detects zeros: such factors are still good
-    /// preconditioners.
+    /// Pivots below this size are rejected; the scaled matrix has entries of about one. In double
+    /// precision this is slightly above the round-off that remains for a singular matrix. In single
+    /// precision, where even true pivots of ill-conditioned matrices can be smaller than round-off,
+    /// it only detects zeros: such factors are still good preconditioners.
     const SMALLEST_PIVOT: f64;
     const ZERO: Self;
     const ONE: Self;

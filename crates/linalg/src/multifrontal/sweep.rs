@@ -1,7 +1,8 @@
 //! Substitution for one right-hand side with several threads.
 //!
-//! Small subtrees of the assembly tree are independent tasks. Their results for the fronts above are added in a fixed
-//! order; in these fronts the threads share the products. The choice of tasks depends only on the matrix.
+//! Small subtrees of the assembly tree are independent tasks. Their results for the fronts above
+//! are added in a fixed order; in these fronts the threads share the products. The choice of tasks
+//! depends only on the matrix.
 
 use super::Numeric;
 use super::front::Front;

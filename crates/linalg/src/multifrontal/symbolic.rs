@@ -56,8 +56,8 @@ pub(super) struct Ordering {
 const WORN: f64 = 1.15;
 
 impl Structure {
-    /// Analyses with a `known` order if it is for the same unknowns and costs little more than for its original
-    /// pattern, otherwise with a new one; returns the order used.
+    /// Analyses with a `known` order if it is for the same unknowns and costs little more than for
+    /// its original pattern, otherwise with a new one; returns the order used.
     pub fn analyse(pattern: &CsrPattern, known: Option<&Arc<Ordering>>) -> Result<(Self, Arc<Ordering>), String> {
         if u32::try_from(pattern.entries()).is_err() {
             return Err("more than 2^32 matrix entries".to_owned());
@@ -229,8 +229,8 @@ fn fundamental_supernodes(graph: &QuotientGraph, order: &[u32], parents: &[usize
     groups
 }
 
-/// Merges supernodes into their parents if this introduces few zeros: larger dense blocks are faster. The limits are
-/// based on measurements on contact problems of 30 000 to 300 000 unknowns.
+/// Merges supernodes into their parents if this introduces few zeros: larger dense blocks are
+/// faster. The limits are based on measurements on contact problems of 30 000 to 300 000 unknowns.
 fn amalgamate(groups: &mut [Group]) {
     for s in 0..groups.len() {
         let p = groups[s].parent;

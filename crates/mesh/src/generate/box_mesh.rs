@@ -13,7 +13,8 @@ pub struct BoxShape {
     pub max: [f64; 3],
     /// Elements along x, y, z; each at least 1.
     pub elements: [usize; 3],
-    /// Ratio of the last to the first element size along x, y, z; sizes change by a constant factor; 1 is uniform.
+    /// Ratio of the last to the first element size along x, y, z; sizes change by a constant
+    /// factor; 1 is uniform.
     pub grading: [f64; 3],
 }
 

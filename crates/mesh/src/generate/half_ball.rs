@@ -1,4 +1,5 @@
-//! The solid half-ball: a block of elements under the flat face, wrapped in shells up to the sphere.
+//! The solid half-ball: a block of elements under the flat face, wrapped in shells up to the
+//! sphere.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_4;
@@ -8,26 +9,27 @@ use crate::error::count32;
 use crate::geometry::norm;
 use crate::{Body, Element, Mesh, MeshError, Surface};
 
-/// A solid half-ball with its flat face on y = 0, centred at the origin, and its dome pointing down.
+/// A solid half-ball with its flat face on y = 0, centred at the origin, and its dome pointing
+/// down.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfBallShape {
     /// Radius of the sphere. \[L\]
     pub radius: f64,
-    /// \[n, h, m\]: the block has n × n elements under the flat face and h in depth; m shells surround it. Each at
-    /// least 1.
+    /// \[n, h, m\]: the block has n × n elements under the flat face and h in depth; m shells
+    /// surround it. Each at least 1.
     ///
     /// In total n·n·h + m·(n·n + 4·n·h) elements; h = n/2 makes them most uniform.
     pub elements: [usize; 3],
 }
 
-/// Share of a rounded cube in the block's shape; the rest is a straight cube. It distributes the angles evenly around
-/// the block's edges.
+/// Share of a rounded cube in the block's shape; the rest is a straight cube. It distributes the
+/// angles evenly around the block's edges.
 const ROUNDING: f64 = 0.5;
 
 /// A half-ball of hexahedra. Surfaces: `{name}_flat`, `{name}_dome`.
 ///
-/// The nodes of the dome lie on the sphere, so volume and areas converge from below with second order. The smallest
-/// scaled Jacobian is 0.74 for (n, h, m) = (10, 5, 8) and never below 0.57.
+/// The nodes of the dome lie on the sphere, so volume and areas converge from below with second
+/// order. The smallest scaled Jacobian is 0.74 for (n, h, m) = (10, 5, 8) and never below 0.57.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] if the radius or a number of elements is not positive and finite;
@@ -92,8 +94,8 @@ struct Grid {
     m: usize,
 }
 
-/// The block's surface without the flat face: lattice indices of its points, and its quadrilaterals (positions in
-/// `indices`, counter-clockwise seen from outside).
+/// The block's surface without the flat face: lattice indices of its points, and its quadrilaterals
+/// (positions in `indices`, counter-clockwise seen from outside).
 struct Skin {
     indices: Vec<[usize; 3]>,
     quads: Vec<[usize; 4]>,
@@ -138,7 +140,8 @@ impl Grid {
             .collect()
     }
 
-    /// Lattice point on the lower half of the cube [−1, 1]³; opposite points mirror each other to the last bit.
+    /// Lattice point on the lower half of the cube [−1, 1]³; opposite points mirror each other to
+    /// the last bit.
     fn cube_point(&self, [i, j, k]: [usize; 3]) -> [f64; 3] {
         let across = |i: usize| (2.0 * i as f64 - self.n as f64) / self.n as f64;
         [across(i), -((self.h - j) as f64) / self.h as f64, across(k)]
@@ -146,7 +149,8 @@ impl Grid {
 
     /// The block in the unit ball: between a cube and a ball.
     fn block_point(&self, cube: [f64; 3]) -> [f64; 3] {
-        // Half width for which block and shells have elements of equal size, within bounds that preserve their angles.
+        // Half width for which block and shells have elements of equal size, within bounds that
+        // preserve their angles.
         let half_width = (self.n as f64 / (self.n + 2 * self.m) as f64).clamp(0.3, 0.6);
         let round = ball_of_cube(cube);
         std::array::from_fn(|c| half_width * ((1.0 - ROUNDING) * cube[c] + ROUNDING * round[c]))

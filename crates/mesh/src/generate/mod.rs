@@ -1,4 +1,5 @@
-//! Generators of single bodies: watertight, all hexahedra, all outer facets on named surfaces that face outward.
+//! Generators of single bodies: watertight, all hexahedra, all outer facets on named surfaces that
+//! face outward.
 //!
 //! Surfaces are called `{body}_{face}`. y is up.
 

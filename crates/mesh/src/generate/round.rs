@@ -19,7 +19,8 @@ pub struct HollowCylinderShape {
     pub elements: [usize; 3],
 }
 
-/// Half a tube with its axis along z, open at the top: the arch extends down from its two ends on y = 0.
+/// Half a tube with its axis along z, open at the top: the arch extends down from its two ends on
+/// y = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfRingShape {
     /// Radius of the outer side. \[L\]
@@ -32,7 +33,8 @@ pub struct HalfRingShape {
     pub elements: [usize; 3],
 }
 
-/// A tube of hexahedra, closed in the circumferential direction. Surfaces: `{name}_bottom`, `_top`, `_inner`, `_outer`.
+/// A tube of hexahedra, closed in the circumferential direction. Surfaces: `{name}_bottom`, `_top`,
+/// `_inner`, `_outer`.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] if a size or number of elements is out of range;
@@ -54,7 +56,8 @@ pub fn hollow_cylinder(name: &str, shape: &HollowCylinderShape) -> Result<Mesh, 
     })
 }
 
-/// Half a tube of hexahedra. Surfaces: `{name}_outer`, `_inner`, `_ends` (both end faces on y = 0), `_zmin`, `_zmax`.
+/// Half a tube of hexahedra. Surfaces: `{name}_outer`, `_inner`, `_ends` (both end faces on y = 0),
+/// `_zmin`, `_zmax`.
 ///
 /// # Errors
 /// [`MeshError::Parameter`] if a size or number of elements is out of range;
@@ -80,7 +83,8 @@ pub fn half_ring(name: &str, shape: &HalfRingShape) -> Result<Mesh, MeshError> {
     })
 }
 
-/// Point `step` of `steps` on the lower half of the unit circle, from (−1, 0) to (1, 0), the ends exact.
+/// Point `step` of `steps` on the lower half of the unit circle, from (−1, 0) to (1, 0), the ends
+/// exact.
 fn down_arc(step: usize, steps: usize) -> (f64, f64) {
     // From the lowest point in both directions: the two halves are mirror images to the last bit.
     let from_lowest = 2.0 * step as f64 / steps as f64 - 1.0;

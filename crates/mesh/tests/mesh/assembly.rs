@@ -99,8 +99,8 @@ fn bad_placements_are_errors_and_leave_the_mesh_alone() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// What makes a matrix the rotation: orthonormal with determinant 1, the axis fixed, trace 1 + 2 cos, and
-    /// a · (v × R v) ∝ sin with the positive sign.
+    /// What makes a matrix the rotation: orthonormal with determinant 1, the axis fixed, trace
+    /// 1 + 2 cos, and a · (v × R v) ∝ sin with the positive sign.
     #[test]
     fn rotation_matrices_are_rotations(axis in prop::array::uniform3(-1.0_f64..1.0), degrees in -720.0_f64..720.0) {
         let length = axis.iter().map(|c| c * c).sum::<f64>().sqrt();

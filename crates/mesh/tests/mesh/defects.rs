@@ -119,7 +119,7 @@ fn defects_of_sets_and_surfaces_are_found() {
     assert_eq!(found, vec![MeshDefect::StrayFacets { surface: surface(), facets: vec![0] }]);
     let found = edit(|facets| facets.push(facets[0]));
     assert_eq!(found, vec![MeshDefect::RepeatedFacets { surface: surface(), facets: vec![2] }]);
-    // Starting at another node is no defect.
+    // A facet may start at any of its nodes.
     assert_eq!(edit(|facets| facets[0].nodes.rotate_left(1)), vec![]);
     // The face between the slab's two elements: nodes with x = 1.
     let found = after(|mesh| {

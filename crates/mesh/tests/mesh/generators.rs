@@ -1,4 +1,5 @@
-//! Volumes and areas of polyhedra in closed form, convergence to the smooth bodies, counts, orientation, errors.
+//! Volumes and areas of polyhedra in closed form, convergence to the smooth bodies, counts,
+//! orientation, errors.
 
 use std::f64::consts::PI;
 

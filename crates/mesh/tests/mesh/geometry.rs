@@ -66,8 +66,9 @@ fn element_without_volume_still_has_a_finite_centroid() {
     assert_eq!(flat.element_volume(0), 0.0);
 }
 
-/// By hand: the regular tetrahedron of edge length √8 in the corners of a cube of size 2 has a third of its volume; that
-/// at a corner of the unit cube has a sixth of it, and edges 1, √2, √2 at its other corners.
+/// By hand: the regular tetrahedron of edge length √8 in the corners of a cube of size 2 has a
+/// third of its volume; that at a corner of the unit cube has a sixth of it, and edges 1, √2, √2 at
+/// its other corners.
 #[test]
 fn tetrahedra_have_their_volume_and_quality() {
     let regular = [[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];
@@ -120,8 +121,8 @@ fn wedges_have_their_volume_and_centroid() {
     assert!(one_wedge(upside_down).check()[0].to_string().contains("inverted"));
 }
 
-/// By hand: a right prism on an equilateral triangle, and on half a square. The last value is that of VTK 9.5.2
-/// (vtkMeshQuality, scaled Jacobian).
+/// By hand: a right prism on an equilateral triangle, and on half a square. The last value is that
+/// of VTK 9.5.2 (vtkMeshQuality, scaled Jacobian).
 #[test]
 fn wedges_have_their_quality() {
     let side = 0.75_f64.sqrt();
@@ -202,9 +203,10 @@ proptest! {
         prop_assert!((0..3).all(|c| (centroid[c] - moment[c] / volume).abs() < 1e-14));
     }
 
-    /// The hexahedron has the wedge's map: with r = (1+ξ)(1−η)/4 and s = (1+η)/2, its Jacobian determinant is that of the
-    /// wedge times ∂(r, s)/∂(ξ, η) = (1−η)/8. The volume is compared with another rule, the midpoints of a triangle's edges
-    /// times two Gauss points: exact too, since the wedge's determinant is linear in r, s and quadratic in ζ.
+    /// The hexahedron has the wedge's map: with r = (1+ξ)(1−η)/4 and s = (1+η)/2, its Jacobian
+    /// determinant is that of the wedge times ∂(r, s)/∂(ξ, η) = (1−η)/8. The volume is compared
+    /// with another rule, the midpoints of a triangle's edges times two Gauss points: exact too,
+    /// since the wedge's determinant is linear in r, s and quadratic in ζ.
     #[test]
     fn a_wedge_is_a_hexahedron_with_two_edges_of_no_length(
         shift in prop::array::uniform6(prop::array::uniform3(-0.2_f64..0.2)),

@@ -30,7 +30,8 @@ fn nodes_are_found_by_place() {
 
     let top = mesh.nodes_on_plane([9.0, 4.0, 9.0], [0.0, -3.0, 0.0], 1e-9, None).unwrap();
     assert_eq!(top, mesh.surfaces["b_ymax"].nodes());
-    // The diagonal x + z = 4 holds 5 columns of 5; the distance counts, not the length of the normal.
+    // The diagonal x + z = 4 holds 5 columns of 5; the distance counts, not the length of the
+    // normal.
     assert_eq!(mesh.nodes_on_plane([4.0, 0.0, 0.0], [10.0, 0.0, 10.0], 0.7, None).unwrap().len(), 25);
     assert_eq!(mesh.nodes_on_plane([4.0, 0.0, 0.0], [10.0, 0.0, 10.0], 0.71, None).unwrap().len(), 25 + 40);
 

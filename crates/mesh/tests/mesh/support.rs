@@ -17,8 +17,8 @@ pub fn area_vector(mesh: &Mesh, surface: &Surface) -> [f64; 3] {
     })
 }
 
-/// ∫ x·n dA over a facet. Of a bilinear one, x·(∂x/∂ξ × ∂x/∂η) is quadratic in each of ξ, η, so 2×2 Gauss points are
-/// exact; on a triangle x·n is constant.
+/// ∫ x·n dA over a facet. Of a bilinear one, x·(∂x/∂ξ × ∂x/∂η) is quadratic in each of ξ, η, so 2×2
+/// Gauss points are exact; on a triangle x·n is constant.
 fn flux(facet: &FacetCorners) -> f64 {
     let corners = match facet {
         FacetCorners::Triangle(corners) => {
@@ -40,7 +40,8 @@ fn flux(facet: &FacetCorners) -> f64 {
     flux
 }
 
-/// Asserts that a generated body is sound and watertight; returns the Euler characteristic V − E + F of its boundary.
+/// Asserts that a generated body is sound and watertight; returns the Euler characteristic
+/// V − E + F of its boundary.
 pub fn assert_sound(mesh: &Mesh) -> i64 {
     assert_eq!(mesh.check(), vec![]);
     assert_eq!(mesh.bodies.len(), 1);

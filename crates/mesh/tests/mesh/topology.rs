@@ -96,7 +96,8 @@ fn a_box_with_a_hole_through_it_is_a_torus() {
     assert_eq!(assert_sound(&mesh), 0);
 }
 
-/// Two boxes in one body, face to face: the 3 × 3 nodes of the common face stand twice, nothing is connected.
+/// Two boxes in one body, face to face: the 3 × 3 nodes of the common face stand twice, nothing is
+/// connected.
 #[test]
 fn unmerged_nodes_and_separate_parts_are_found() {
     let shape = |x: f64| BoxShape { min: [x, 0.0, 0.0], max: [x + 1.0, 1.0, 1.0], elements: [2; 3], grading: [1.0; 3] };
@@ -122,7 +123,8 @@ fn unmerged_nodes_and_separate_parts_are_found() {
     }
 }
 
-/// Expected values: the volume of the hexahedra with plane faces, their surfaces' areas, and closed boundaries.
+/// Expected values: the volume of the hexahedra with plane faces, their surfaces' areas, and closed
+/// boundaries.
 #[test]
 fn hexahedra_are_divided_into_tetrahedra() {
     let whole = cubes("b", [3, 2, 2]);
@@ -147,7 +149,8 @@ fn hexahedra_are_divided_into_tetrahedra() {
     assert_sound(&ball.divided(|_| true));
 }
 
-/// Between hexahedra and tetrahedra two triangles cover each quadrilateral: no boundary, and no place for a facet.
+/// Between hexahedra and tetrahedra two triangles cover each quadrilateral: no boundary, and no
+/// place for a facet.
 #[test]
 fn hexahedra_and_tetrahedra_meet_inside_a_body() {
     let whole = cubes("b", [3, 2, 2]);
@@ -162,8 +165,8 @@ fn hexahedra_and_tetrahedra_meet_inside_a_body() {
     assert!(whole.divided_quadrilaterals(0).is_empty() && whole.divided(|_| true).divided_quadrilaterals(0).is_empty());
 }
 
-/// Expected values: half the volume of the cubes, their surfaces' areas, and closed boundaries. Only the faces at the ends of
-/// the wedges are triangles.
+/// Expected values: half the volume of the cubes, their surfaces' areas, and closed boundaries.
+/// Only the faces at the ends of the wedges are triangles.
 #[test]
 fn hexahedra_are_divided_into_wedges() {
     let whole = cubes("b", [3, 2, 2]);
@@ -189,8 +192,8 @@ fn hexahedra_are_divided_into_wedges() {
     }
 }
 
-/// A cross of four quarters: hexahedra, wedges along z, wedges along x, tetrahedra. Wedges share quadrilaterals with
-/// hexahedra and triangles with tetrahedra, so that all faces fit.
+/// A cross of four quarters: hexahedra, wedges along z, wedges along x, tetrahedra. Wedges share
+/// quadrilaterals with hexahedra and triangles with tetrahedra, so that all faces fit.
 #[test]
 fn wedges_join_hexahedra_and_tetrahedra() {
     let whole = cubes("b", [4, 2, 4]);

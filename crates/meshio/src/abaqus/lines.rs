@@ -7,8 +7,8 @@ use crate::error::DAMAGED;
 /// A line with content.
 pub(super) enum Line<'a> {
     Keyword(Keyword<'a>),
-    /// Its number from 1, and its fields without surrounding white space; at least one. An empty field after a trailing
-    /// comma is dropped, unless it is the first.
+    /// Its number from 1, and its fields without surrounding white space; at least one. An empty
+    /// field after a trailing comma is dropped, unless it is the first.
     Data {
         number: usize,
         fields: Vec<&'a str>,

@@ -1,7 +1,9 @@
-//! Abaqus' and CalculiX' input format: `*KEYWORD, PARAMETER=VALUE` lines, each followed by lines of data.
+//! Abaqus' and CalculiX' input format: `*KEYWORD, PARAMETER=VALUE` lines, each followed by lines of
+//! data.
 //!
-//! The reader handles `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` and `*SURFACE` of a flat model. It refuses other keywords
-//! that place or generate nodes, skips all remaining keywords with their data, and stops at the first `*STEP`.
+//! The reader handles `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` and `*SURFACE` of a flat model. It
+//! refuses other keywords that place or generate nodes, skips all remaining keywords with their
+//! data, and stops at the first `*STEP`.
 
 mod lines;
 mod sets;
@@ -199,8 +201,9 @@ impl Reader {
     }
 }
 
-/// Families of element types by the beginning of their names, and their shapes by number of nodes (for beams, by
-/// order). The letters after the number (reduced integration, hybrid, …) do not change the mesh.
+/// Families of element types by the beginning of their names, and their shapes by number of nodes
+/// (for beams, by order). The letters after the number (reduced integration, hybrid, …) do not
+/// change the mesh.
 const FAMILIES: &[(&str, &[(&str, CellKind)])] = &[
     ("C3D", SOLIDS),
     ("CPS", FACES),

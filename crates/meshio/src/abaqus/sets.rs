@@ -1,4 +1,5 @@
-//! Sets, given by numbers or by names of other sets, resolved when all nodes and elements are known.
+//! Sets, given by numbers or by names of other sets, resolved when all nodes and elements are
+//! known.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +11,8 @@ use crate::{CellKind, ElementFace, FileMesh, MeshFileError};
 /// The members that a line adds to a set, with the number of the line.
 enum Member {
     One(u64),
-    /// From the first to the second number in steps of the third; numbers that do not exist are skipped.
+    /// From the first to the second number in steps of the third; numbers that do not exist are
+    /// skipped.
     Range([u64; 3]),
     Set(String),
     NodesOfElements(String),
@@ -168,8 +170,8 @@ impl Sets {
     }
 }
 
-/// Adds faces of elements to a surface: faces of solids to the set of faces, shells to the set of cells with the same
-/// name.
+/// Adds faces of elements to a surface: faces of solids to the set of faces, shells to the set of
+/// cells with the same name.
 fn add_faces(
     mesh: &mut FileMesh,
     name: &str,
@@ -248,7 +250,8 @@ fn sort<T: Ord>(members: &mut Vec<T>) {
     members.dedup();
 }
 
-/// How many more entries sets may hold: nested names of sets would let a small file request a lot of memory.
+/// How many more entries sets may hold: nested names of sets would let a small file request a lot
+/// of memory.
 struct Room(usize);
 
 fn extend<T>(set: &mut Vec<T>, found: Vec<T>, room: &mut Room, line: usize) -> Result<(), MeshFileError> {

@@ -1,7 +1,8 @@
 //! Gmsh's MSH format, versions 2 and 4.1, ASCII and binary (Gmsh reference manual, "File formats").
 //!
-//! A file is a list of sections `$Name … $EndName`. Binary sections contain the same sequence of numbers as ASCII
-//! sections, so one reader handles both; in version 2, counts and names are always text.
+//! A file is a list of sections `$Name … $EndName`. Binary sections contain the same sequence of
+//! numbers as ASCII sections, so one reader handles both; in version 2, counts and names are always
+//! text.
 
 mod v2;
 mod v4;

@@ -24,8 +24,8 @@ pub(super) fn nodes(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), Me
     Ok(())
 }
 
-/// `$Elements`: number, type, number of tags, tags, nodes; in binary files, type and number of tags precede a run of
-/// elements. An element in several physical groups appears once for each.
+/// `$Elements`: number, type, number of tags, tags, nodes; in binary files, type and number of tags
+/// precede a run of elements. An element in several physical groups appears once for each.
 pub(super) fn elements(cursor: &mut Cursor<'_>, parts: &mut Parts) -> Result<(), MeshFileError> {
     let count = count(cursor, "the number of elements")?;
     let mut read = 0;

@@ -67,7 +67,8 @@ impl<'a> Decoder<'a> {
         self.block(&decoded)
     }
 
-    /// The values after a header, which contains their size in bytes, or the sizes of compressed blocks.
+    /// The values after a header, which contains their size in bytes, or the sizes of compressed
+    /// blocks.
     fn block(&mut self, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let mut rest = bytes;
         let size = self.header(&mut rest)?;
@@ -119,8 +120,8 @@ fn ascii(text: &[u8]) -> Result<Vec<f64>, String> {
     text.split_ascii_whitespace().map(number).collect()
 }
 
-/// Decodes base64. The text may consist of several consecutive pieces, each with its own padding, because writers
-/// encode header and values separately or together.
+/// Decodes base64. The text may consist of several consecutive pieces, each with its own padding,
+/// because writers encode header and values separately or together.
 fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
     let text: Vec<u8> = text.iter().copied().filter(|byte| !byte.is_ascii_whitespace()).collect();
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);

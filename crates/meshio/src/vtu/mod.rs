@@ -1,7 +1,7 @@
 //! VTK's XML files of unstructured grids (VTK file formats, "XML formats", vtkUnstructuredGrid).
 //!
-//! Arrays may be stored as text, as base64, or appended, raw or as base64; in either byte order, with 32- or 64-bit
-//! headers, compressed with zlib or uncompressed.
+//! Arrays may be stored as text, as base64, or appended, raw or as base64; in either byte order,
+//! with 32- or 64-bit headers, compressed with zlib or uncompressed.
 
 mod data;
 mod xml;
@@ -97,7 +97,8 @@ fn check(document: &Document, grid: &Grid) -> Result<(), MeshFileError> {
     Ok(())
 }
 
-/// The mesh of a file. Integer fields on the cells define sets: the cells with `f` = 3 form the set `f=3`.
+/// The mesh of a file. Integer fields on the cells define sets: the cells with `f` = 3 form the set
+/// `f=3`.
 pub(crate) fn mesh(bytes: &[u8]) -> Result<FileMesh, MeshFileError> {
     let grid = read(bytes)?;
     let mut builder = Builder::default();
@@ -150,12 +151,13 @@ fn order(vtk: u8, node: usize) -> usize {
     }
 }
 
-/// Nodes of a wedge with 6, 15 or 18 nodes in the opposite numbering: the second and third corner of both triangles are
-/// exchanged, and the nodes on edges and faces accordingly.
+/// Nodes of a wedge with 6, 15 or 18 nodes in the opposite numbering: the second and third corner
+/// of both triangles are exchanged, and the nodes on edges and faces accordingly.
 const TURNED_WEDGE: [usize; 18] = [0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13, 17, 16, 15];
 
-/// Whether a wedge is numbered as in VTK before version 9.7, with the first triangle counter-clockwise seen from
-/// outside. Files of both kinds have the same format version, so only the coordinates distinguish them.
+/// Whether a wedge is numbered as in VTK before version 9.7, with the first triangle
+/// counter-clockwise seen from outside. Files of both kinds have the same format version, so only
+/// the coordinates distinguish them.
 fn is_turned(nodes: &[u32], points: &[[f64; 3]]) -> bool {
     let corners = std::array::from_fn(|corner| points[nodes[corner] as usize]);
     wedge_jacobian(&corners, [1.0 / 3.0, 1.0 / 3.0, 0.0]) < 0.0

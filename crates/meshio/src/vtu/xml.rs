@@ -38,7 +38,8 @@ pub(super) struct Source<'a> {
 /// The appended data.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Appended<'a> {
-    /// The bytes after the underscore that marks the beginning of the data, including the rest of the file.
+    /// The bytes after the underscore that marks the beginning of the data, including the rest of
+    /// the file.
     pub bytes: &'a [u8],
     pub base64: bool,
 }

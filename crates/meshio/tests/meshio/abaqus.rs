@@ -132,8 +132,8 @@ fn errors_name_line_and_cure() {
     }
 }
 
-/// A corner of a cube; its faces by the element's definition in the reference: S1 of nodes 1, 2, 3, S2 of 1, 4, 2, S3 of
-/// 2, 4, 3, S4 of 3, 4, 1.
+/// A corner of a cube; its faces by the element's definition in the reference: S1 of nodes 1, 2, 3,
+/// S2 of 1, 4, 2, S3 of 2, 4, 3, S4 of 3, 4, 1.
 #[test]
 fn faces_of_tetrahedra_are_those_of_abaqus() {
     let text = |side: usize| {
@@ -150,8 +150,8 @@ fn faces_of_tetrahedra_are_those_of_abaqus() {
     assert!(error.message.contains("a tet4, has no face S5") && error.cure.contains("S1 to S4"), "{error}");
 }
 
-/// Half of a cube; its faces by the element's definition in the references of Abaqus and CalculiX: S1 of nodes 1, 2, 3, S2 of
-/// 4, 5, 6, S3 of 1, 2, 5, 4, S4 of 2, 3, 6, 5, S5 of 3, 1, 4, 6.
+/// Half of a cube; its faces by the element's definition in the references of Abaqus and CalculiX:
+/// S1 of nodes 1, 2, 3, S2 of 4, 5, 6, S3 of 1, 2, 5, 4, S4 of 2, 3, 6, 5, S5 of 3, 1, 4, 6.
 #[test]
 fn faces_of_wedges_are_those_of_abaqus() {
     let text = |side: usize| {

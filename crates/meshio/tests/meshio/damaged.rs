@@ -1,5 +1,5 @@
-//! Damaged files: truncated, changed, with pieces missing or doubled. Whatever they hold, reading ends with a mesh or an
-//! error that says something, and takes memory in proportion to the file.
+//! Damaged files: truncated, changed, with pieces missing or doubled. Whatever they hold, reading
+//! ends with a mesh or an error that says something, and takes memory in proportion to the file.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -156,8 +156,8 @@ fn damaged_files_are_read_or_refused_in_bounded_memory() {
     assert!(refused > 5000 && accepted > 100, "{refused} refused, {accepted} still a mesh");
 }
 
-/// Of a file cut anywhere nothing is taken for a body of all its elements, unless only white space or the end's mark is
-/// missing.
+/// Of a file cut anywhere nothing is taken for a body of all its elements, unless only white space
+/// or the end's mark is missing.
 #[test]
 fn cut_files_are_refused() {
     for name in ["gmsh_22_ascii.msh", "gmsh_22_binary.msh", "gmsh_41_ascii.msh", "gmsh_41_binary.msh"] {

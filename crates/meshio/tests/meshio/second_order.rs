@@ -1,4 +1,4 @@
-//! Elements of second order: counted in errors, and read by their corners.
+//! Second-order elements: counted in errors, and read without their mid-side nodes.
 
 use slipstick_mesh::{Element, Mesh};
 use slipstick_meshio::{CellKind, FileMesh};
@@ -75,7 +75,8 @@ fn meshes_of_first_order_do_not_change() {
     }
 }
 
-/// A tetrahedron of 10 nodes with an edge, a set of its mid-side nodes and a face: S3 of nodes 2, 3, 4 in Abaqus' reference.
+/// A tetrahedron of 10 nodes with an edge, a set of its mid-side nodes and a face: S3 of nodes 2,
+/// 3, 4 in Abaqus' reference.
 const TET10: &str = "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n5, .5, -.1, 0\n6, .5, .5, 0\n7, 0, .5, 0\n\
                      8, 0, 0, .5\n9, .5, 0, .5\n10, 0, .5, .5\n*Element, type=C3D10M, elset=tip\n\
                      7, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10\n*Element, type=S6\n8, 1, 3, 2, 7, 6, 5\n*Surface, name=slope\n7, S3\n\
@@ -98,8 +99,8 @@ fn sets_of_second_order_keep_their_corners() {
     assert_eq!(read.notices, ["the node set `middle` is left out: it has only mid-side nodes"]);
 }
 
-/// Beside the tetrahedron of second order, one of first order stands on half of its edge: without the node between, the two
-/// would not fit.
+/// Beside the tetrahedron of second order, one of first order stands on half of its edge: without
+/// the node between, the two would not fit.
 #[test]
 fn mid_side_nodes_that_are_corners_are_refused() {
     let text = TET10.replace("*Element, type=S6", "*Element, type=C3D4, elset=tip\n9, 1, 5, 8, 11\n*Element, type=S6");
@@ -110,8 +111,8 @@ fn mid_side_nodes_that_are_corners_are_refused() {
     assert!(error.cure.contains("with the same order"), "{error}");
 }
 
-/// VTK's types 24 (tetrahedron of 10 nodes), 25 (hexahedron of 20), 26 (wedge of 15, as before VTK 9.7 and since) and 27
-/// (pyramid of 13), each with its corners first.
+/// VTK's types 24 (tetrahedron of 10 nodes), 25 (hexahedron of 20), 26 (wedge of 15, as before VTK
+/// 9.7 and since) and 27 (pyramid of 13), each with its corners first.
 #[test]
 fn cells_of_vtk_are_read_by_their_corners() {
     let cube = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];

@@ -1,5 +1,5 @@
-//! What Gmsh, meshio and VTK have written. The expected values are those of the boxes in `tests/data/make.py`, and of the
-//! same boxes from the generator.
+//! What Gmsh, meshio and VTK have written. The expected values are those of the boxes in
+//! `tests/data/make.py`, and of the same boxes from the generator.
 
 use slipstick_mesh::{BoxShape, Element, box_mesh};
 use slipstick_meshio::FileMesh;
@@ -28,7 +28,8 @@ fn shape(body: &str) -> BoxShape {
     BoxShape { min, max, elements, grading: [1.0; 3] }
 }
 
-/// Reads a body out of a file and compares it with the generator's; `part`, `bottom` and `top` as the file names them.
+/// Reads a body out of a file and compares it with the generator's; `part`, `bottom` and `top` as
+/// the file names them.
 fn compare(file: &FileMesh, body: &str, part: &str, [bottom, top]: [&str; 2], what: &str) {
     let read = sound(file, body, Some(part)).mesh;
     let made = box_mesh(body, &shape(body)).expect("a box");
@@ -101,7 +102,8 @@ fn an_inp_file_of_meshio_is_read_whole() {
     assert!((read.element_volumes().iter().sum::<f64>() - 9.274).abs() < 1e-10);
 }
 
-/// The slab in tetrahedra, by Gmsh: its size and its surfaces' areas as drawn, of an unstructured mesh.
+/// The slab, meshed with unstructured tetrahedra by Gmsh, has the volume and surface areas of the
+/// drawing.
 #[test]
 fn tetrahedra_of_gmsh_fill_the_slab() {
     let file = FileMesh::parse(&data("gmsh_tetrahedra.msh")).expect("readable");
@@ -115,8 +117,9 @@ fn tetrahedra_of_gmsh_fill_the_slab() {
     compare(&file, "block", "block", ["block_bottom", "block_top"], "gmsh_tetrahedra.msh");
 }
 
-/// The slab and the block of wedges: sizes and surfaces' areas as drawn. The slab's triangles lie above and below, the block
-/// has quadrilaterals there. meshio writes them in VTK's earlier order of nodes, which is no reason for a notice.
+/// The slab and the block, meshed with wedges, have the volumes and surface areas of the drawing.
+/// On top and bottom, the slab has triangles and the block has quadrilaterals. meshio writes the
+/// nodes in VTK's earlier order, which must not cause a notice.
 #[test]
 fn wedges_fill_the_slab_and_the_block() {
     let groups = ["group=1", "group=2", "group=3", "group=5", "group=6", "group=7"];

@@ -1,7 +1,7 @@
 //! The contact part of the tangent, assembled by rows in parallel.
 //!
-//! Only one thread adds to a block row, node by node in ascending order, so the sum is the same, bit for bit, for any
-//! number of threads.
+//! Only one thread adds to a block row, node by node in ascending order, so the sum is the same,
+//! bit for bit, for any number of threads.
 
 use super::ContactModel;
 use super::evaluated::{ContactState, NodeState};
@@ -79,7 +79,8 @@ pub(super) fn add_tangent(model: &ContactModel, contact: &ContactState, matrix: 
     });
 }
 
-/// The terms of each block row, in the order of the nodes, and the position where each row's terms begin.
+/// The terms of each block row, in the order of the nodes, and the position where each row's terms
+/// begin.
 fn by_rows(prepared: &[Prepared<'_>], rows: usize) -> (Vec<usize>, Vec<Term>) {
     let terms = || {
         prepared.iter().zip(0_u32..).flat_map(|(at, node)| {

@@ -1,5 +1,5 @@
-//! Several load cases in sequence on one axis of pseudo-time: case k (from 0) runs from 2k, where everything is at
-//! rest, to 2k + 1.
+//! Several load cases in sequence on one axis of pseudo-time: case k (from 0) runs from 2k, where
+//! everything is at rest, to 2k + 1.
 
 /// Pseudo-time at which a load case starts.
 pub fn start(case: usize) -> f64 {

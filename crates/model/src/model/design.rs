@@ -1,5 +1,5 @@
-//! The quantities that the density determines: the stiffness of every element, and the resulting stiffness at the
-//! contact.
+//! The quantities that the density determines: the stiffness of every element, and the resulting
+//! stiffness at the contact.
 
 use super::enforcement::{Enforcement, GivenStiffness, Method, TANGENTIAL_COMPLEMENTARITY};
 use super::{ContactModel, LEAST_SHARE, SlaveData, inverted};
@@ -9,7 +9,8 @@ use slipstick_path::StateError;
 use slipstick_solid::ElementScaling;
 use std::sync::Arc;
 
-/// A model with the density of every element. Its steps are those of [`StepProblem`](slipstick_path::StepProblem).
+/// A model with the density of every element. Its steps are those of
+/// [`StepProblem`](slipstick_path::StepProblem).
 #[derive(Debug, Clone)]
 pub struct Design {
     pub(super) model: Arc<ContactModel>,
@@ -23,8 +24,8 @@ pub struct Design {
 }
 
 impl Design {
-    /// A model with the density of every element, 1 outside the design. Values are not clamped; the caller keeps them
-    /// in [0, 1].
+    /// A model with the density of every element, 1 outside the design. Values are not clamped; the
+    /// caller keeps them in [0, 1].
     ///
     /// # Panics
     /// If there is not one density for each element.
@@ -56,7 +57,8 @@ impl Design {
         &self.scalings
     }
 
-    /// Derivatives of [`scalings`](Self::scalings) with respect to the element's density: zero outside the design.
+    /// Derivatives of [`scalings`](Self::scalings) with respect to the element's density: zero
+    /// outside the design.
     pub fn scaling_slopes(&self) -> &[ElementScaling] {
         &self.slopes
     }
@@ -140,8 +142,8 @@ impl ContactModel {
         density.iter().zip(&self.designed).map(of).unzip()
     }
 
-    /// The bodies' own stiffness at each slave node, with these scalings: moduli of both sides in series over the facet size.
-    /// \[F/L³\]
+    /// The bodies' own stiffness at each slave node, with these scalings: moduli of both sides in
+    /// series over the facet size. \[F/L³\]
     pub(super) fn local_stiffness(&self, scalings: &[ElementScaling]) -> Vec<f64> {
         let modulus = |elements: &[u32]| {
             let of = |&e: &u32| scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus();
@@ -150,14 +152,15 @@ impl ContactModel {
         let master: Vec<f64> = self.master_elements.iter().map(|m| modulus(m)).collect();
         let of = |(slave, elements): (&SlaveData, &Vec<u32>)| {
             let (s, m) = (modulus(elements), master[slave.interface as usize]);
-            // the two sides deform in series; with φ_min = 0 and φ = 0 their stiffness would be zero
+            // the two sides deform in series; with φ_min = 0 and φ = 0 their stiffness would be
+            // zero
             (s * m / (s + m)).max(LEAST_SHARE * s.max(m)) / slave.size
         };
         self.slaves.iter().zip(&self.slave_elements).map(of).collect()
     }
 
-    /// ε or c of every slave node, as given or from the bodies' own stiffness: that of the present design, or for the
-    /// penalty method that of the start design.
+    /// ε or c of every slave node, as given or from the bodies' own stiffness: that of the present
+    /// design, or for the penalty method that of the start design.
     fn node_stiffness(&self, local_stiffness: &[f64]) -> Vec<Stiffness> {
         let of = |(j, slave): (usize, &SlaveData)| {
             let Enforcement { method, stiffness } = self.interfaces[slave.interface as usize].enforcement;

@@ -1,8 +1,8 @@
 //! How the contact conditions of each interface are enforced, and with which stiffness.
 //!
-//! Each interface has its own method. The methods differ at each slave node, in its unknowns, history and rows. Uzawa's
-//! iteration treats all nodes of the augmented Lagrangian together, while the multipliers of the Lagrange method are
-//! unknowns of its inner solves.
+//! Each interface has its own method. The methods differ at each slave node, in its unknowns,
+//! history and rows. Uzawa's iteration treats all nodes of the augmented Lagrangian together, while
+//! the multipliers of the Lagrange method are unknowns of its inner solves.
 
 use super::ContactModel;
 use slipstick_contact::enforcement::{Stiffness, StiffnessScaling};
@@ -31,16 +31,16 @@ pub enum Method {
 /// ε or c of an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GivenStiffness {
-    /// A multiple of the bodies' own stiffness E/h at the interface, with E the moduli of both sides in series and h
-    /// the facet size: ε h/E or c h A/E, unit-free.
+    /// A multiple of the bodies' own stiffness E/h at the interface, with E the moduli of both
+    /// sides in series and h the facet size: ε h/E or c h A/E, unit-free.
     ///
-    /// The penalty method uses E at the start design, because ε must not depend on the design; the others use the
-    /// current E, because their solution does not depend on it.
+    /// The penalty method uses E at the start design, because ε must not depend on the design; the
+    /// others use the current E, because their solution does not depend on it.
     Relative {
         /// The multiple.
         factor: f64,
-        /// The measures that the stiffness multiplies; for weighted measures it is divided by the reference area of each
-        /// node.
+        /// The measures that the stiffness multiplies; for weighted measures it is divided by the
+        /// reference area of each node.
         scaling: StiffnessScaling,
     },
     /// Values with units.
@@ -52,23 +52,24 @@ pub enum GivenStiffness {
 pub struct Uzawa {
     /// Tolerance, maximum number of iterations, acceleration.
     pub options: UzawaOptions,
-    /// Whether the tolerance bounds |ζ − ẑ|/ε (the paper's measure, a weighted gap) instead of the change of traction
-    /// relative to the largest traction.
+    /// Whether the tolerance bounds |ζ − ẑ|/ε (the paper's measure, a weighted gap) instead of the
+    /// change of traction relative to the largest traction.
     pub absolute: bool,
 }
 
-/// Default of ε h/E of the penalty and augmented Lagrangian methods; also the stiffness of contact at partly covered
-/// nodes.
+/// Default of ε h/E of the penalty and augmented Lagrangian methods; also the stiffness of contact
+/// at partly covered nodes.
 pub const DEFAULT_STIFFNESS: f64 = 10.0;
 
 /// Default of c_n h A/E of the Lagrange method.
 pub const DEFAULT_COMPLEMENTARITY: f64 = 2.0;
 
-/// c_t/c_n of the Lagrange method if they are derived from a factor; docs/robustness.md compares choices.
+/// c_t/c_n of the Lagrange method if they are derived from a factor; docs/robustness.md compares
+/// choices.
 pub const TANGENTIAL_COMPLEMENTARITY: f64 = 2.5;
 
-/// c h A/E in second-order updates of the augmented Lagrangian's multipliers, and ε h/E in the first attempt to rescue
-/// a step of the Lagrange method.
+/// c h A/E in second-order updates of the augmented Lagrangian's multipliers, and ε h/E in the
+/// first attempt to rescue a step of the Lagrange method.
 pub(super) const UPDATE_STIFFNESS: f64 = 5.0;
 
 /// Maximum number of Uzawa iterations if a tolerance far below the case's own is requested.
@@ -92,8 +93,8 @@ impl ContactModel {
         self.interfaces.iter().any(|i| i.enforcement.method == method)
     }
 
-    /// Length of the history: two tangential tractions per slave node if an interface has the penalty method; those of
-    /// other interfaces' nodes are zero.
+    /// Length of the history: two tangential tractions per slave node if an interface has the
+    /// penalty method; those of other interfaces' nodes are zero.
     pub(super) fn tangential_history(&self) -> usize {
         if self.has(Method::Penalty) { 2 * self.slaves.len() } else { 0 }
     }

@@ -37,8 +37,8 @@ enum Action {
 }
 
 impl Loads {
-    /// `facets[i]` are the facets on which `loads[i]` acts; `coordinates` has three entries per node; `cases` are the
-    /// names of the load cases.
+    /// `facets[i]` are the facets on which `loads[i]` acts; `coordinates` has three entries per
+    /// node; `cases` are the names of the load cases.
     pub fn new(loads: Vec<Load>, facets: Vec<Vec<FacetNodes>>, coordinates: &[f64], cases: &[&str]) -> Self {
         let dead = |facets: &[FacetNodes], traction: [f64; 3]| {
             let areas = nodal_areas(facets, coordinates);
@@ -74,15 +74,16 @@ impl Loads {
         self.loads.iter().map(|applied| applied.factor(time)).collect()
     }
 
-    /// Adds minus the external force at pseudo-time `time` and positions `x`: its contribution to R. \[F\]
+    /// Adds minus the external force at pseudo-time `time` and positions `x`: its contribution to
+    /// R. \[F\]
     pub fn add_residual(&self, time: f64, x: &[f64], out: &mut [f64]) {
         for applied in &self.loads {
             applied.action.add(applied.factor(time), x, out);
         }
     }
 
-    /// Calls `add` with the blocks of the derivative of [`add_residual`](Self::add_residual) with respect to the
-    /// positions.
+    /// Calls `add` with the blocks of the derivative of [`add_residual`](Self::add_residual) with
+    /// respect to the positions.
     fn tangent(&self, time: f64, x: &[f64], mut add: impl FnMut(u32, u32, &[f64; 9])) {
         for applied in &self.loads {
             if let Action::Pressure(facets, pressure) = &applied.action {
@@ -91,7 +92,8 @@ impl Loads {
         }
     }
 
-    /// Adds the couplings of that derivative to the rows of a part of the model, if this part has the loads.
+    /// Adds the couplings of that derivative to the rows of a part of the model, if this part has
+    /// the loads.
     pub(super) fn couple(&self, mut rows: Vec<Vec<u32>>, share: &Share) -> Vec<Vec<u32>> {
         for applied in self.loads.iter().filter(|_| share.has_rest()) {
             if let Action::Pressure(facets, _) = &applied.action {

@@ -36,12 +36,14 @@ pub struct Symmetry {
 pub struct Dirichlet {
     /// Surface or node set.
     pub set: String,
-    /// The load case in which it acts; `None`: in all. In the others, the nodes are held if nothing else moves them.
+    /// The load case in which it acts; `None`: in all. In the others, the nodes are held if nothing
+    /// else moves them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_case: Option<String>,
     /// The prescribed components, ascending and unique; the others are free.
     pub components: Vec<Component>,
-    /// Waypoints; linear in between, starting at rest at t = 0; constant after the last one. Empty: held.
+    /// Waypoints; linear in between, starting at rest at t = 0; constant after the last one. Empty:
+    /// held.
     pub motion: Vec<Waypoint>,
     /// The axis of rotation for the waypoints' angles.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -51,8 +53,8 @@ pub struct Dirichlet {
 impl Dirichlet {
     /// Displacement \[L\] and angle \[degrees\] at pseudo-time `t`.
     ///
-    /// Piecewise linear through (0, 0) and the waypoints; constant after the last one. The rotation is applied first,
-    /// then the displacement.
+    /// Piecewise linear through (0, 0) and the waypoints; constant after the last one. The rotation
+    /// is applied first, then the displacement.
     pub fn at(&self, t: f64) -> ([f64; 3], f64) {
         let mut last = Waypoint { t: 0.0, u: [0.0; 3], angle: 0.0 };
         for &next in &self.motion {
@@ -73,7 +75,8 @@ impl Dirichlet {
 pub struct Waypoint {
     /// Pseudo-time, 0 < t ≤ 1, increasing.
     pub t: f64,
-    /// Displacement of the whole set from the reference configuration, in addition to the rotation. \[L\]
+    /// Displacement of the whole set from the reference configuration, in addition to the
+    /// rotation. \[L\]
     pub u: [f64; 3],
     /// Angle from the reference configuration, in degrees, right-handed about the axis.
     pub angle: f64,

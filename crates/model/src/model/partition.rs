@@ -3,19 +3,20 @@
 use slipstick_mesh::{FacetTree, Mesh, Surface};
 use std::collections::BTreeMap;
 
-/// Work on a slave facet, relative to that on an element. By the times of `slipstick bench` it is between about 30, if
-/// most facets are open, and 70, if all are closed. But elements also take memory, and a rank with few elements leaves
-/// more of them to others.
+/// Work on a slave facet, relative to that on an element. By the times of `slipstick bench` it is
+/// between about 30, if most facets are open, and 70, if all are closed. But elements also take
+/// memory, and a rank with few elements leaves more of them to others.
 const CONTACT_WORK: i32 = 12;
 
-/// Weight of the tie between elements opposite each other in contact; that between neighbours is their number of common
-/// nodes, 3 or 4.
+/// Weight of the graph's edge between elements that face each other in contact; the weight between
+/// neighbours is their number of common nodes, 3 or 4.
 const CONTACT_TIE: i32 = 8;
 
-/// The part, of `parts`, to which each element belongs; `pairs` are the names of slave and master surfaces.
+/// The part, of `parts`, to which each element belongs; `pairs` are the names of slave and master
+/// surfaces.
 ///
-/// Uses METIS on the graph of elements with a common face. Elements that face each other at the start are also tied, so
-/// that few contact pairs are split between ranks.
+/// Uses METIS on the graph of elements with a common face. Elements that face each other at the
+/// start are also connected, so that few contact pairs are split between ranks.
 pub(super) fn partition(mesh: &Mesh, pairs: &[(&str, &str)], parts: usize) -> Vec<u32> {
     let mut edges = neighbours(mesh);
     let mut weights = vec![1; mesh.elements.len()];
@@ -68,7 +69,7 @@ fn neighbours(mesh: &Mesh) -> Vec<BTreeMap<u32, i32>> {
     mesh.elements.iter().enumerate().map(of).collect()
 }
 
-/// Ties the elements of slave facets to those of master facets within a facet's size.
+/// Connects the elements of slave facets with those of master facets within a facet's size.
 fn tie(mesh: &Mesh, slave: &Surface, master: &Surface, edges: &mut [BTreeMap<u32, i32>]) {
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let facets: Vec<_> = master.facets.iter().map(|facet| facet.nodes).collect();
@@ -121,8 +122,8 @@ mod tests {
         }
     }
 
-    /// Two bars that touch along their length: each part contains a half of both, with the elements on both sides of
-    /// the contact.
+    /// Two bars that touch along their length: each part contains a half of both, with the elements
+    /// on both sides of the contact.
     #[test]
     fn what_touches_stays_together() {
         let bar = |name: &str, low: f64| {

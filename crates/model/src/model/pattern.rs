@@ -1,4 +1,5 @@
-//! Sparsity pattern of the tangent: element neighbours plus the couplings of slave nodes in or near contact.
+//! Sparsity pattern of the tangent: element neighbours plus the couplings of slave nodes in or near
+//! contact.
 
 use slipstick_linalg::BlockPattern;
 use slipstick_mesh::FacetNodes;
@@ -17,12 +18,14 @@ pub struct ContactPattern {
 
 /// The pattern in use; it is rebuilt only when a coupling leaves it.
 ///
-/// A rebuild includes all nodes near contact, not only those in contact, and all nodes of the master facets around the
-/// nodes that they couple with, so that sliding does not leave the pattern at once. The first rebuild of a step drops
-/// couplings that slid away, later ones only add, so that a step cannot alternate between two patterns.
+/// A rebuild includes all nodes near contact, not only those in contact, and all nodes of the
+/// master facets around the nodes that they couple with, so that sliding does not leave the pattern
+/// at once. The first rebuild of a step drops couplings that slid away, later ones only add, so
+/// that a step cannot alternate between two patterns.
 #[derive(Debug, Clone, Default)]
 pub struct PatternInUse {
-    /// Per slave node: every node that its mortar row may reach, ascending; empty for nodes away from contact.
+    /// Per slave node: every node that its mortar row may reach, ascending; empty for nodes away
+    /// from contact.
     reach: Vec<Vec<u32>>,
     /// Whether the next rebuild is the first one of a step.
     first: bool,
@@ -48,8 +51,9 @@ pub struct Coupling<'a> {
 }
 
 impl ContactPattern {
-    /// `bulk`: node neighbours in the mesh; `masters`: facets of all master surfaces; `own`: for every slave node,
-    /// whether this rank evaluates it; `multipliers`: whether each has a block row.
+    /// `bulk`: node neighbours in the mesh; `masters`: facets of all master surfaces; `own`: for
+    /// every slave node, whether this rank evaluates it; `multipliers`: whether each has a block
+    /// row.
     pub fn new<'a>(
         bulk: Vec<Vec<u32>>,
         masters: impl Iterator<Item = &'a FacetNodes>,

@@ -24,7 +24,7 @@ pub enum Unknown {
     },
 }
 
-/// The conditions of a contact pair against the displacements that can satisfy them, at a state.
+/// How many conditions a contact pair has at a state, and how many displacements can satisfy them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PairState {
     /// Slave nodes.
@@ -47,8 +47,8 @@ impl ContactModel {
         }
     }
 
-    /// The sets, in backquotes, and symmetry planes that prescribe all of `nodes` along each axis; empty if one of the
-    /// nodes is free.
+    /// The sets, in backquotes, and symmetry planes that prescribe all of `nodes` along each axis;
+    /// empty if one of the nodes is free.
     pub fn holders(&self, nodes: &[u32], axis: usize) -> Vec<String> {
         let dof = |node: u32| 3 * node as usize + axis;
         let mut names: Vec<String> = Vec::new();

@@ -19,7 +19,7 @@ pub struct Prescribed {
     mirrored: Vec<u32>,
 }
 
-/// A motion takes a node off its symmetry plane.
+/// A motion moves a node off its symmetry plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("node {node} is moved off its symmetry plane in component {}", ["x", "y", "z"][*component as usize])]
 pub struct OffThePlane {
@@ -51,9 +51,9 @@ pub struct ConflictingMotion {
 }
 
 impl Prescribed {
-    /// `sets[i]` are the nodes that `motions[i]` moves; `coordinates` has three entries per node; `cases` are the names
-    /// of the load cases. A component that a motion prescribes in one case is held in the others, unless another motion
-    /// prescribes it there.
+    /// `sets[i]` are the nodes that `motions[i]` moves; `coordinates` has three entries per node;
+    /// `cases` are the names of the load cases. A component that a motion prescribes in one case is
+    /// held in the others, unless another motion prescribes it there.
     ///
     /// # Errors
     /// [`ConflictingMotion`] if two tables prescribe different values of one unknown.
@@ -134,8 +134,8 @@ impl Prescribed {
         &self.fixed
     }
 
-    /// The sets whose motions prescribe displacement unknown `dof`, in the order of the case, without repetitions. A
-    /// symmetry plane has no set.
+    /// The sets whose motions prescribe displacement unknown `dof`, in the order of the case,
+    /// without repetitions. A symmetry plane has no set.
     pub fn sets(&self, dof: usize) -> Vec<&str> {
         let entries = self.entries.iter().map(|&(at, _, _, motion)| (at, motion));
         let mut motions: Vec<u32> = entries
@@ -153,8 +153,8 @@ impl Prescribed {
         names
     }
 
-    /// The displacement unknowns that each set prescribes, in the order of the case. An unknown that several tables
-    /// prescribe belongs to the first of them.
+    /// The displacement unknowns that each set prescribes, in the order of the case. An unknown
+    /// that several tables prescribe belongs to the first of them.
     pub fn owned(&self) -> Vec<(&str, Vec<u32>)> {
         let mut owned: Vec<(&str, Vec<u32>)> = Vec::new();
         let mut taken = vec![false; self.fixed.len()];
@@ -177,7 +177,8 @@ impl Prescribed {
         &self.mirrored
     }
 
-    /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis, then translation.
+    /// Writes the prescribed displacements of pseudo-time `time` into `d`: rotation about the axis,
+    /// then translation.
     pub fn apply(&self, time: f64, d: &mut [f64]) {
         for &dof in &self.mirrored {
             d[dof as usize] = 0.0;
@@ -210,8 +211,8 @@ impl Prescribed {
         self.motions.len()
     }
 
-    /// Adds Σ μ ∂d/∂a of each motion at pseudo-time `time`, where a = 1 is a factor on its translation and its angle θ:
-    /// with the unit axis n, ∂/∂a (R(aθ) − I) r = θ n × R(θ) r.
+    /// Adds Σ μ ∂d/∂a of each motion at pseudo-time `time`, where a = 1 is a factor on its
+    /// translation and its angle θ: with the unit axis n, ∂/∂a (R(aθ) − I) r = θ n × R(θ) r.
     ///
     /// Test: `amplitudes_match_finite_differences`.
     pub fn pull_back_amplitudes(&self, time: f64, by_prescribed: &[f64], out: &mut [f64]) {
@@ -239,7 +240,8 @@ impl Prescribed {
         self.largest_of(times.iter().map(|&t| (course::start(course::place(t).0), t)))
     }
 
-    /// Largest change of a prescribed displacement between consecutive `times`, each load case starting at rest. \[L\]
+    /// Largest change of a prescribed displacement between consecutive `times`, each load case
+    /// starting at rest. \[L\]
     pub fn largest_step(&self, times: &[f64]) -> f64 {
         let starts = std::iter::once(0.0).chain(times.iter().copied());
         let within = |(from, to): (f64, f64)| (from.max(course::start(course::place(to).0)), to);
@@ -345,7 +347,8 @@ mod tests {
         assert_eq!(result.unwrap_err(), ConflictingMotion { node: 0, component: 0, first: 0, set, motion: 2 });
     }
 
-    /// A support and a motion within its plane meet at a node: they agree in y, which both hold, and differ in x.
+    /// A support and a motion within its plane meet at a node: they agree in y, which both hold,
+    /// and differ in x.
     #[test]
     fn tables_may_share_a_component_that_both_hold() {
         let held = |components: &[Component]| Dirichlet {

@@ -1,10 +1,12 @@
-//! Contact results of a state: the traction at each slave node, and nodal fields whose integrals are the forces.
+//! Contact results of a state: the traction at each slave node, and nodal fields whose integrals
+//! are the forces.
 //!
-//! A multiplier ζ_j belongs to the mortar row of slave node j. It acts on the covered part of the surface, over the
-//! tributary area A_j = Σ_k D_jk, while its shape function extends over whole facets. On a partly covered facet,
-//! multipliers are therefore coefficients, not pressures at their nodes, and their integral over the surface is not the
-//! force. The bodies are subject to the nodal contact force f = Dᵀz. Divided by the whole area around the node,
-//! a_k = ∫ N_k dA, it is the traction whose integral over the surface is the resultant, for any overlap:
+//! A multiplier ζ_j belongs to the mortar row of slave node j. It acts on the covered part of the
+//! surface, over the tributary area A_j = Σ_k D_jk, while its shape function extends over whole
+//! facets. On a partly covered facet, multipliers are therefore coefficients, not pressures at
+//! their nodes, and their integral over the surface is not the force. The bodies are subject to the
+//! nodal contact force f = Dᵀz. Divided by the whole area around the node, a_k = ∫ N_k dA, it is
+//! the traction whose integral over the surface is the resultant, for any overlap:
 //!
 //! ```text
 //! f_k = Σ_j D_jk z_j      f_l = −Σ_j M_jl z_j      t_k = −f_k / a_k      p_k = Σ_j D_jk ζ_nj / a_k
@@ -24,8 +26,8 @@ pub struct NodalContact {
     pub node: u32,
     /// Open, stick or slip.
     pub status: Status,
-    /// Multiplier ζ = (normal, ξ, η) in the node's frame, minus the slave traction on the covered part of the surface;
-    /// normal ≥ 0 in compression. \[F/L²\]
+    /// Multiplier ζ = (normal, ξ, η) in the node's frame, minus the slave traction on the covered
+    /// part of the surface; normal ≥ 0 in compression. \[F/L²\]
     pub multiplier: [f64; 3],
     /// The multiplier as a vector z. \[F/L²\]
     pub global_multiplier: [f64; 3],
@@ -46,15 +48,15 @@ pub struct NodalContact {
 pub struct ContactResults {
     /// Mortar rows of all slave nodes, in the order of [`ContactModel::slave_nodes`].
     pub nodes: Vec<NodalContact>,
-    /// Force that contact exerts on each node, slave or master: −Dᵀz and Mᵀz; three per node. Over each pair they add up
-    /// to zero. \[F\]
+    /// Force that contact exerts on each node, slave or master: −Dᵀz and Mᵀz; three per node. Over
+    /// each pair they add up to zero. \[F\]
     pub force: Vec<f64>,
-    /// Traction on the slave surfaces per current area, friction included; three per node. Its integral over the deformed
-    /// surface is the resultant force on the slave. \[F/L²\]
+    /// Traction on the slave surfaces per current area, friction included; three per node. Its
+    /// integral over the deformed surface is the resultant force on the slave. \[F/L²\]
     pub traction: Vec<f64>,
-    /// Contact pressure on the slave surfaces per current area, ≥ 0 in compression with standard shapes; one per node.
-    /// Its integral over the deformed surface is the normal force, as a sum of magnitudes if the surface is curved.
-    /// \[F/L²\]
+    /// Contact pressure on the slave surfaces per current area, ≥ 0 in compression with standard
+    /// shapes; one per node. Its integral over the deformed surface is the normal force, as a sum
+    /// of magnitudes if the surface is curved. \[F/L²\]
     pub pressure: Vec<f64>,
 }
 
@@ -116,7 +118,8 @@ impl NodalContact {
 }
 
 impl ContactModel {
-    /// a_k = ∫ N_k dA over all slave surfaces at positions `x`, for every node; zero away from them. \[L²\]
+    /// a_k = ∫ N_k dA over all slave surfaces at positions `x`, for every node; zero away from
+    /// them. \[L²\]
     fn surface_areas(&self, x: &[f64]) -> Vec<f64> {
         let mut areas = vec![0.0; x.len() / 3];
         let position = |node: u32| std::array::from_fn(|c| x[3 * node as usize + c]);

@@ -1,9 +1,9 @@
 //! The part of a model that this rank assembles, and how the parts are combined.
 //!
-//! Each element belongs to one rank; a node, with its row of the mortar matrices if it is a slave, belongs to the rank
-//! of its first element; work that is not worth dividing, such as loads on surfaces, to the first rank. Sums of the
-//! parts are the same on all ranks, bit for bit, and so is every decision based on them. On a single rank, none of this
-//! has any effect.
+//! Each element belongs to one rank; a node, with its row of the mortar matrices if it is a slave,
+//! belongs to the rank of its first element; work that is not worth dividing, such as loads on
+//! surfaces, to the first rank. Sums of the parts are the same on all ranks, bit for bit, and so is
+//! every decision based on them. On a single rank, none of this has any effect.
 
 use super::partition::partition;
 use slipstick_linalg::{Alone, Ranks};
@@ -26,8 +26,8 @@ impl Share {
         Self { ranks: Arc::new(Alone), elements: Arc::new([]), nodes: Arc::new([]) }
     }
 
-    /// Shares of about equal work on all ranks; `pairs` are the names of slave and master surface of every contact
-    /// pair, whose elements stay together.
+    /// Shares of about equal work on all ranks; `pairs` are the names of slave and master surface
+    /// of every contact pair, whose elements stay together.
     pub fn of(mesh: &Mesh, pairs: &[(&str, &str)], ranks: Arc<dyn Ranks>) -> Self {
         if ranks.size() == 1 {
             return Self::whole();
@@ -135,13 +135,14 @@ impl Share {
     /// The result if all ranks succeeded, otherwise the error of any.
     ///
     /// # Errors
-    /// The same on all ranks: all inverted elements, the node that passed through the farthest, or the first rank's
-    /// error.
+    /// The same on all ranks: all inverted elements, the node that penetrated the deepest, or the
+    /// first rank's error.
     pub fn agree<T>(&self, here: Result<T, StateError>) -> Result<T, StateError> {
         if !self.is_part() || !self.ranks.any(here.is_err()) {
             return here;
         }
-        // a rank without an error sends `null`; an error consists of numbers and words, which JSON can hold
+        // a rank without an error sends `null`; an error consists of numbers and words, which JSON
+        // can hold
         let message = serde_json::to_vec(&here.err()).unwrap_or_default();
         let all = self.ranks.gather(&message);
         Err(worst(all.iter().filter_map(|message| serde_json::from_slice(message).ok().flatten()).collect()))
@@ -193,7 +194,7 @@ fn worst(errors: Vec<StateError>) -> StateError {
         StateError::PassedThrough { depth, .. } | StateError::PrescribedPenetration { depth, .. } => *depth,
         _ => f64::INFINITY,
     };
-    // ties: the first
+    // on a tie, the first
     let deepest = errors.into_iter().reduce(|a, b| if depth(&b) > depth(&a) { b } else { a });
     deepest.unwrap_or(StateError::RanksDisagree)
 }

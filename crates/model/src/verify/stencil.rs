@@ -1,6 +1,7 @@
 //! Difference formulas of second order.
 
-/// The points at which θ is evaluated in addition to the density itself, in steps along the direction.
+/// The points at which θ is evaluated in addition to the density itself, in steps along the
+/// direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stencil {
     /// At φ + hv and φ − hv.
@@ -18,8 +19,8 @@ impl Stencil {
         }
     }
 
-    /// The derivative from θ(φ) and θ at both [`places`](Self::places). Its error is h² θ‴/6 for the central formula,
-    /// −h² θ‴/3 for the one-sided one.
+    /// The derivative from θ(φ) and θ at both [`places`](Self::places). Its error is h² θ‴/6 for
+    /// the central formula, −h² θ‴/3 for the one-sided one.
     pub fn difference(self, h: f64, value: f64, [near, far]: [f64; 2]) -> f64 {
         match self {
             Self::Central => (near - far) / (2.0 * h),
@@ -35,7 +36,8 @@ impl Stencil {
         }
     }
 
-    /// Maximum factor by which the formula amplifies round-off of the values, apart from the division by the step.
+    /// Maximum factor by which the formula amplifies round-off of the values, apart from the
+    /// division by the step.
     pub fn amplification(self) -> f64 {
         match self {
             Self::Central => 1.0,
@@ -53,8 +55,8 @@ pub(super) fn inwards(density: f64, way: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// By Taylor's series, both formulas are exact for quadratic functions; for cubic ones the errors are h² θ‴/6 and
-    /// −h² θ‴/3.
+    /// By Taylor's series, both formulas are exact for quadratic functions; for cubic ones the
+    /// errors are h² θ‴/6 and −h² θ‴/3.
     #[test]
     fn errors_are_those_of_taylors_series() {
         let theta = |x: f64, cubic: f64| 0.7 - 1.3 * x + 2.9 * x * x + cubic * x * x * x;

@@ -17,14 +17,14 @@ pub struct Quotient {
     pub remainder: f64,
     /// log₂ of the ratio of the remainder at twice the step to this remainder: 2 if θ is smooth.
     pub order: Option<f64>,
-    /// Slave nodes that change status between the densities of the difference, as (user step, global node), if θ's
-    /// one-sided differences disagree too; empty: no kink.
+    /// Slave nodes that change status between the densities of the difference, as (user step,
+    /// global node), if θ's one-sided differences disagree too; empty: no kink.
     pub kink: Vec<(usize, u32)>,
-    /// Whether θ's one-sided differences stay apart as the step is halved: a kink, due to a change of status or of the
-    /// overlap of two facets.
+    /// Whether θ's one-sided differences stay apart as the step is halved: a kink, due to a change
+    /// of status or of the overlap of two facets.
     pub kinked: bool,
-    /// Whether the three paths are cut back differently and θ's one-sided differences disagree: then they are values of
-    /// different functions.
+    /// Whether the three paths are cut back differently and θ's one-sided differences disagree:
+    /// then they are values of different functions.
     pub cut_back: bool,
 }
 
@@ -70,15 +70,16 @@ pub(super) fn verdict(quotients: &[Quotient], best: Option<f64>, tolerance: f64)
         None if quotients.iter().any(|q| q.cut_back) => Verdict::CutBack,
         None => Verdict::Kink,
         Some(best) if best <= tolerance && quotients.iter().any(tells) => Verdict::Right,
-        // A wrong gradient disagrees at steps with small round-off, whatever the smallest steps suggest.
+        // A wrong gradient disagrees at steps with small round-off, whatever the smallest steps
+        // suggest.
         Some(_) if agree_to_round_off(quotients) => Verdict::NotResolvable,
         Some(_) => Verdict::Off,
     }
 }
 
-/// Whether a difference agrees with the adjoint to within its round-off, and none is off by more than its round-off
-/// plus its truncation error. The neighbouring step gives the truncation error, which is proportional to the square of
-/// the step.
+/// Whether a difference agrees with the adjoint to within its round-off, and none is off by more
+/// than its round-off plus its truncation error. The neighbouring step gives the truncation error,
+/// which is proportional to the square of the step.
 fn agree_to_round_off(quotients: &[Quotient]) -> bool {
     let smooth: Vec<&Quotient> = quotients.iter().filter(|q| q.is_smooth()).collect();
     let agrees = |q: &&Quotient| q.relative_error <= q.round_off;
@@ -117,8 +118,8 @@ mod tests {
         verdict(quotients, best(quotients), 1e-5)
     }
 
-    /// The expected conclusions follow from the behaviour of errors under halving: truncation falls by a factor of 4,
-    /// round-off doubles, the error of a wrong gradient stays.
+    /// The expected conclusions follow from the behaviour of errors under halving: truncation falls
+    /// by a factor of 4, round-off doubles, the error of a wrong gradient stays.
     #[test]
     fn errors_are_told_from_round_off() {
         assert_eq!(of(&quotients(&[1.6e-4, 4e-5, 1e-5, 2.5e-6], 1e-8)), Verdict::Right, "truncation, then right");

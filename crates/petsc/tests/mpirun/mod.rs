@@ -6,7 +6,8 @@ use std::process::{Command, ExitCode, Stdio};
 /// Set in the processes that are ranks of a test.
 const RANK: &str = "SLIPSTICK_TEST_RANK";
 
-/// `mpirun` of a program on so many ranks, with one thread each; `None`, which is said, where it cannot be started.
+/// `mpirun` of a program on so many ranks, with one thread each; `None`, which is said, where it
+/// cannot be started.
 pub fn mpirun(ranks: usize, program: &Path) -> Option<Command> {
     if let Err(error) = Command::new("mpirun").arg("--version").stdout(Stdio::null()).status() {
         println!("skipped: mpirun cannot be started: {error}");
@@ -22,7 +23,8 @@ pub fn mpirun(ranks: usize, program: &Path) -> Option<Command> {
     Some(run)
 }
 
-/// The `main` of a test whose process is started once for each of `ranks`, as that many ranks which do `rank`.
+/// The `main` of a test whose process is started once for each of `ranks`, as that many ranks which
+/// do `rank`.
 #[allow(dead_code)] // not every test is its own ranks
 pub fn on_ranks(ranks: &[usize], rank: fn()) -> ExitCode {
     if std::env::var_os(RANK).is_some() {

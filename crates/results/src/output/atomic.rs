@@ -8,8 +8,8 @@ use super::OutputError;
 
 /// Writes a temporary file in the same folder and renames it when it is complete and on disk.
 ///
-/// A reader, even one that reads during the writing or after a crash, finds the old file or the new one, never a part.
-/// Two simultaneous writers of the same file must be different processes.
+/// A reader, even one that reads during the writing or after a crash, finds the old file or the new
+/// one, never a part. Two simultaneous writers of the same file must be different processes.
 ///
 /// # Errors
 ///
@@ -30,7 +30,8 @@ fn write_and_sync(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<
     writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
 }
 
-/// The final name of a temporary file, if this is one; a process that was killed leaves such files behind.
+/// The final name of a temporary file, if this is one; a process that was killed leaves such files
+/// behind.
 pub(crate) fn whole_name(temporary: &str) -> Option<&str> {
     let (name, process) = temporary.strip_suffix(".tmp")?.rsplit_once('.')?;
     (!name.is_empty() && !process.is_empty() && process.bytes().all(|byte| byte.is_ascii_digit())).then_some(name)

@@ -66,10 +66,11 @@ impl Csv {
         Self::open(path, columns)
     }
 
-    /// Continues a table after its first `rows` rows; later rows, and an incomplete last line, are dropped.
+    /// Continues a table after its first `rows` rows; later rows, and an incomplete last line, are
+    /// dropped.
     ///
-    /// A run that continues from an earlier state thus replaces the rows written after it. If there is no file and
-    /// `rows` = 0, this is [`Csv::create`].
+    /// A run that continues from an earlier state thus replaces the rows written after it. If there
+    /// is no file and `rows` = 0, this is [`Csv::create`].
     ///
     /// # Errors
     ///
@@ -116,8 +117,8 @@ impl Csv {
     ///
     /// # Errors
     ///
-    /// [`OutputError::Columns`], [`OutputError::NotFinite`] (its entry is the column), [`OutputError::Io`]; nothing is
-    /// written in the first two cases.
+    /// [`OutputError::Columns`], [`OutputError::NotFinite`] (its entry is the column),
+    /// [`OutputError::Io`]; nothing is written in the first two cases.
     pub fn row(&mut self, cells: &[Cell]) -> Result<(), OutputError> {
         let line = self.line(cells)?;
         self.file.write_all(line.as_bytes()).map_err(OutputError::io("write", &self.path))
@@ -143,8 +144,8 @@ impl Csv {
                     let name = self.columns[entry].clone();
                     return Err(OutputError::NotFinite { name, entry, value: *value });
                 }
-                // The debug format is the shortest one that reads back as the same number; it uses an exponent if plain
-                // digits would be long.
+                // The debug format is the shortest one that reads back as the same number; it uses
+                // an exponent if plain digits would be long.
                 Cell::Float(value) => line.push_str(&format!("{value:?}")),
                 Cell::Integer(value) => line.push_str(&value.to_string()),
                 Cell::Text(text) => line.push_str(&quoted(text)),

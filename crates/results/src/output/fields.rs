@@ -27,13 +27,16 @@ pub struct State<'a> {
     pub no_gap: f64,
 }
 
-/// Writes a state: displacement, contact fields at the nodes; density, body and determinant in the elements.
+/// Writes a state: displacement, contact fields at the nodes; density, body and determinant in the
+/// elements.
 ///
-/// Point fields of contact are 0 away from contact surfaces. `contact_status` marks slave nodes: −1 for other nodes, 0
-/// open, 1 stick, 2 slip. `contact_force` acts on the nodes of both surfaces; `contact_traction` and `contact_pressure`
-/// act on the slave, per current area; `contact_multiplier` is z, only on the covered part of the slave
-/// ([`ContactResults`]). If no master facet lies opposite a slave node, its `contact_gap` is `no_gap`. If `pieces`
-/// gives the piece of every element, the same data are also written in pieces, next to the file ([`Vtu::save_pieces`]).
+/// Point fields of contact are 0 away from contact surfaces. `contact_status` marks slave nodes: −1
+/// for other nodes, 0 open, 1 stick, 2 slip. `contact_force` acts on the nodes of both surfaces;
+/// `contact_traction` and `contact_pressure` act on the slave, per current area;
+/// `contact_multiplier` is z, only on the covered part of the slave ([`ContactResults`]). If no
+/// master facet lies opposite a slave node, its `contact_gap` is `no_gap`. If `pieces` gives the
+/// piece of every element, the same data are also written in pieces, next to the file
+/// ([`Vtu::save_pieces`]).
 ///
 /// # Errors
 /// If the file cannot be written, or a value is not finite.
@@ -80,8 +83,8 @@ pub fn write_state(path: &Path, mesh: &Mesh, state: &State<'_>, pieces: Option<&
     save(&file, path, pieces)
 }
 
-/// The dimension of a field of [`write_state`] or [`write_design`]; `None` for plain numbers, and for derivatives,
-/// whose dimension depends on the objective.
+/// The dimension of a field of [`write_state`] or [`write_design`]; `None` for plain numbers, and
+/// for derivatives, whose dimension depends on the objective.
 pub fn field_dimension(name: &str) -> Option<Dimension> {
     match name {
         "displacement" | "contact_gap" | "slip_increment" => Some(Dimension::LENGTH),
@@ -91,8 +94,8 @@ pub fn field_dimension(name: &str) -> Option<Dimension> {
     }
 }
 
-/// Writes a design: density (and a derivative, if given) in the elements of the undeformed mesh; `pieces` as in
-/// [`write_state`].
+/// Writes a design: density (and a derivative, if given) in the elements of the undeformed mesh;
+/// `pieces` as in [`write_state`].
 ///
 /// # Errors
 /// If the file cannot be written, or a value is not finite.

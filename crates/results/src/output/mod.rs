@@ -1,7 +1,7 @@
 //! Result files: VTU meshes with fields, PVD collections of them over time, CSV tables.
 //!
-//! Files appear complete or not at all: data are written to a temporary file next to the target, which is then renamed.
-//! CSV tables are instead written row by row, each row at once.
+//! Files appear complete or not at all: data are written to a temporary file next to the target,
+//! which is then renamed. CSV tables are instead written row by row, each row at once.
 //!
 //! ```
 //! use slipstick_results::output::{Csv, Pvd, Values, Vtu};

@@ -12,7 +12,8 @@ pub struct Pvd {
 }
 
 impl Pvd {
-    /// Adds a file, with its path relative to the collection and `/` between folders. A time may have several files.
+    /// Adds a file, with its path relative to the collection and `/` between folders. A time may
+    /// have several files.
     ///
     /// # Errors
     ///

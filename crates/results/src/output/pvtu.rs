@@ -1,6 +1,8 @@
-//! A mesh in pieces: VTK's XML file of a partitioned unstructured grid, and a VTU file for each piece.
+//! A mesh in pieces: VTK's XML file of a partitioned unstructured grid, and a VTU file for each
+//! piece.
 //!
-//! Viewers that run on several processes distribute the pieces over them. Format: VTK User's Guide, "XML File Formats".
+//! Viewers that run on several processes distribute the pieces over them. Format: VTK User's Guide,
+//! "XML File Formats".
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,7 +11,8 @@ use std::path::{Path, PathBuf};
 use super::vtu::{Field, Values, Vtu, shown_first};
 use super::{OutputError, write_atomically, xml};
 
-/// Names of the fields in pieces that contain the numbers of their points and cells in the whole mesh.
+/// Names of the fields in pieces that contain the numbers of their points and cells in the whole
+/// mesh.
 const NODE: &str = "node";
 const ELEMENT: &str = "element";
 
@@ -69,15 +72,15 @@ fn piece_file(path: &Path, piece: u32) -> PathBuf {
 }
 
 impl Vtu<'_> {
-    /// Writes the mesh in pieces: `path`, which should end in `.pvtu`, and in the same folder a file for each piece
-    /// that has cells. `piece_of` contains the piece of every cell; points belong to all pieces that use them. Fields
-    /// `node` and `element` with the numbers in the whole mesh are added. Pieces of an earlier file with that name are
-    /// removed.
+    /// Writes the mesh in pieces: `path`, which should end in `.pvtu`, and in the same folder a
+    /// file for each piece that has cells. `piece_of` contains the piece of every cell; points
+    /// belong to all pieces that use them. Fields `node` and `element` with the numbers in the
+    /// whole mesh are added. Pieces of an earlier file with that name are removed.
     ///
     /// # Errors
     ///
-    /// [`OutputError::Io`]; [`OutputError::Length`] if the number of entries of `piece_of` is not the number of cells;
-    /// [`OutputError::DuplicateField`].
+    /// [`OutputError::Io`]; [`OutputError::Length`] if the number of entries of `piece_of` is not
+    /// the number of cells; [`OutputError::DuplicateField`].
     pub fn save_pieces(&self, path: &Path, piece_of: &[u32]) -> Result<(), OutputError> {
         let (items, found) = (self.cells(), piece_of.len());
         if items != found {
@@ -98,7 +101,8 @@ impl Vtu<'_> {
         write_atomically(path, |writer| writer.write_all(text.as_bytes()))
     }
 
-    /// Writes some of the cells with their points; `number` is scratch space for one number per point.
+    /// Writes some of the cells with their points; `number` is scratch space for one number per
+    /// point.
     fn save_piece(&self, path: &Path, cells: &[usize], number: &mut [i64]) -> Result<(), OutputError> {
         let begin = |cell: usize| if cell == 0 { 0 } else { self.offsets[cell - 1] as usize };
         let of = |cell: usize| &self.connectivity[begin(cell)..self.offsets[cell] as usize];
@@ -175,8 +179,8 @@ mod tests {
     use super::*;
     use crate::output::read_fields;
 
-    /// Two cells in pieces 2 and 0, none in 1: points at the cut are in both, the numbers refer to the whole mesh, and
-    /// files from a different number of pieces are gone.
+    /// Two cells in pieces 2 and 0, none in 1: points at the cut are in both, the numbers refer to
+    /// the whole mesh, and files from a different number of pieces are gone.
     #[test]
     fn pieces_have_the_fields_of_the_whole() {
         let folder = tempfile::tempdir().expect("a folder");

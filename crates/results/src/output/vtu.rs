@@ -1,7 +1,7 @@
 //! VTK's XML file of an unstructured grid, with values appended as raw little-endian binary.
 //!
-//! The XML part lists the arrays with their offsets into the appended data; each array there is its size in bytes
-//! (UInt64) and its values. Format: VTK User's Guide, "XML File Formats".
+//! The XML part lists the arrays with their offsets into the appended data; each array there is its
+//! size in bytes (UInt64) and its values. Format: VTK User's Guide, "XML File Formats".
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,18 +10,18 @@ use slipstick_mesh::Element;
 
 use super::{OutputError, write_atomically, xml};
 
-/// VTK's type numbers of the linear tetrahedron and hexahedron, whose node order is the same as in the mesh, of the
-/// wedge and of the triangle.
+/// VTK's type numbers of the linear tetrahedron and hexahedron, whose node order is the same as in
+/// the mesh, of the wedge and of the triangle.
 const TETRAHEDRON: u8 = 10;
 const HEXAHEDRON: u8 = 12;
 const WEDGE: u8 = 13;
 const TRIANGLE: u8 = 5;
 
-/// The mesh's nodes of a wedge in the order of VTK's file format: its first triangle is counter-clockwise seen from
-/// outside.
+/// The mesh's nodes of a wedge in the order of VTK's file format: its first triangle is
+/// counter-clockwise seen from outside.
 ///
-/// VTK 9.7 reversed this order without a new version of the format. Most viewers use an earlier VTK, and 9.7 draws
-/// either order; only the cell volumes that it computes are then negative.
+/// VTK 9.7 reversed this order without a new version of the format. Most viewers use an earlier
+/// VTK, and 9.7 draws either order; only the cell volumes that it computes are then negative.
 const VTK_WEDGE: [usize; 6] = [0, 2, 1, 3, 5, 4];
 
 /// Values of a field, grouped by item.
@@ -85,7 +85,8 @@ impl Values<'_> {
     }
 }
 
-/// Writes in blocks of a few kilobytes: a call per value through the trait object would dominate the time.
+/// Writes in blocks of a few kilobytes: a call per value through the trait object would dominate
+/// the time.
 fn write_all<const N: usize>(writer: &mut dyn Write, values: impl Iterator<Item = [u8; N]>) -> io::Result<()> {
     let mut buffer = Vec::with_capacity(1 << 13);
     for value in values {
@@ -109,7 +110,8 @@ pub(super) struct Field<'a> {
 #[derive(Debug, Clone)]
 pub struct Vtu<'a> {
     pub(super) points: &'a [[f64; 3]],
-    /// Points of the cells, cell by cell; the end of each cell's points, and VTK's number of its type.
+    /// Points of the cells, cell by cell; the end of each cell's points, and VTK's number of its
+    /// type.
     pub(super) connectivity: Vec<i64>,
     pub(super) offsets: Vec<i64>,
     pub(super) types: Vec<u8>,
@@ -254,7 +256,8 @@ impl<'a> Vtu<'a> {
             writeln!(writer, "<{section}{}>", shown_first(section, fields))?;
             for Field { name, components, values } in *fields {
                 let (name, type_name) = (xml(name), values.type_name());
-                // Without the attribute it is 1, and readers return a list of numbers instead of lists of one number.
+                // Without the attribute it is 1, and readers return a list of numbers instead of
+                // lists of one number.
                 let components = match components {
                     1 => String::new(),
                     n => format!(" NumberOfComponents=\"{n}\""),

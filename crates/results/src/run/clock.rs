@@ -35,8 +35,8 @@ fn rfc3339(seconds: u64) -> String {
 mod tests {
     use super::rfc3339;
 
-    /// Well-known moments: the epoch, a leap day of a year divisible by 400, the billionth second, and the last second
-    /// that 32 signed bits can count.
+    /// Well-known moments: the epoch, a leap day of a year divisible by 400, the billionth second,
+    /// and the last second that 32 signed bits can count.
     #[test]
     fn known_moments() {
         assert_eq!(rfc3339(0), "1970-01-01T00:00:00Z");

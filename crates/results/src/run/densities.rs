@@ -11,8 +11,8 @@ use crate::output::{OutputError, read_fields, write_atomically};
 use slipstick_case::case::utf8;
 use slipstick_model::words::list;
 
-/// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density` and, if known,
-/// `derivative` (dθ/dφ). The table is written completely or not at all.
+/// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density`
+/// and, if known, `derivative` (dθ/dφ). The table is written completely or not at all.
 ///
 /// # Errors
 /// [`OutputError`]; [`OutputError::NotFinite`] before anything is written.
@@ -62,10 +62,12 @@ pub fn load_density(results: &Path, mesh: &Mesh) -> Result<ElementValues, RunErr
     read_density(&table, mesh)
 }
 
-/// The densities of a design of a run: the newest one, or that of an iteration whose fields were written.
+/// The densities of a design of a run: the newest one, or that of an iteration whose fields were
+/// written.
 ///
 /// # Errors
-/// As [`load_density`]; [`RunError::Densities`] if the iteration has no file, or if its file has a different mesh.
+/// As [`load_density`]; [`RunError::Densities`] if the iteration has no file, or if its file has a
+/// different mesh.
 pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>) -> Result<ElementValues, RunError> {
     let Some(number) = iteration else { return load_density(run.path(), mesh) };
     let path = run.file(&RunDirectory::numbered("design", number));
@@ -88,12 +90,13 @@ pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>)
     }
 }
 
-/// Reads the densities of all elements from a table with the columns `element` and `density`, in any order of rows; a
-/// column `body` is compared with the mesh, other columns are ignored. Cells may be quoted.
+/// Reads the densities of all elements from a table with the columns `element` and `density`, in
+/// any order of rows; a column `body` is compared with the mesh, other columns are ignored. Cells
+/// may be quoted.
 ///
 /// # Errors
-/// [`RunError::Read`]; [`RunError::Densities`] if a column or an element is missing, an element appears twice or is not
-/// in the mesh, or a density is not a number in \[0, 1\].
+/// [`RunError::Read`]; [`RunError::Densities`] if a column or an element is missing, an element
+/// appears twice or is not in the mesh, or a density is not a number in \[0, 1\].
 pub fn read_density(path: &Path, mesh: &Mesh) -> Result<ElementValues, RunError> {
     let bytes = fs::read(path).map_err(RunError::read(path))?;
     let text = utf8(bytes).map_err(|error| RunError::Densities {

@@ -44,7 +44,8 @@ impl fmt::Display for Iteration {
 pub struct FailureReport {
     /// The user's load step (from 1) that failed; `None` if no load step failed.
     pub step: Option<usize>,
-    /// The load case (from 1) of the step, unless it is the first: load steps are counted through all load cases.
+    /// The load case (from 1) of the step, unless it is the first: load steps are counted through
+    /// all load cases.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_case: Option<usize>,
     /// Pseudo-time that was reached.
@@ -112,7 +113,8 @@ impl FailureReport {
         {
             report.cures.insert(0, format!("{MORE_ITERATIONS}: the residual was still decreasing"));
         }
-        // The last failure is not always the decisive one, so the cures for the earlier ones are added.
+        // The last failure is not always the decisive one, so the cures for the earlier ones are
+        // added.
         for cure in failure.attempts.iter().rev().flat_map(|(_, kind)| cures(kind, mesh, model)) {
             if !report.cures.iter().any(|own| own.starts_with(&cure)) {
                 report.cures.push(cure);
@@ -178,8 +180,8 @@ impl fmt::Display for FailureReport {
     }
 }
 
-/// The attempts at the failed step in order; consecutive failures of the same kind share a line, and the middle of a
-/// long list is left out.
+/// The attempts at the failed step in order; consecutive failures of the same kind share a line,
+/// and the middle of a long list is left out.
 fn attempts(failure: &MarchFailure, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
     let mut groups: Vec<(f64, f64, usize, &StepFailureKind)> = Vec::new();
     for (time, kind) in &failure.attempts {
@@ -211,7 +213,8 @@ const MORE_ITERATIONS: &str = "more Newton iterations (`load_path.max_newton_ite
 const SMALLER_LOAD: &str = "a smaller load, or a prescribed motion (`dirichlet.motion`) instead: beyond a limit point, \
                             there is no equilibrium under the load nearby";
 
-/// Changes that may help, most promising first: those that follow from the place, or those that usually help.
+/// Changes that may help, most promising first: those that follow from the place, or those that
+/// usually help.
 fn cures(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Vec<String> {
     let own = conditions(kind, mesh, model).cures;
     if own.is_empty() { usual_cures(kind) } else { own }

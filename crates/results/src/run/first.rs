@@ -4,7 +4,8 @@ use slipstick_linalg::Ranks;
 
 use super::RunError;
 
-/// Does `work` on the first rank. All ranks call it, and succeed or fail together; `None` on the other ranks.
+/// Does `work` on the first rank. All ranks call it, and succeed or fail together; `None` on the
+/// other ranks.
 ///
 /// # Errors
 /// That of `work` on the first rank; [`RunError::FirstRank`] on the others.
@@ -12,7 +13,8 @@ pub fn on_first<T>(ranks: &dyn Ranks, work: impl FnOnce() -> Result<T, RunError>
     agree(ranks, (ranks.rank() == 0).then(work))
 }
 
-/// The result of the first rank's work, `None` on the others, once all ranks know whether it failed.
+/// The result of the first rank's work, `None` on the others, once all ranks know whether it
+/// failed.
 pub(super) fn agree<T>(ranks: &dyn Ranks, done: Option<Result<T, RunError>>) -> Result<Option<T>, RunError> {
     let failed = ranks.any(matches!(done, Some(Err(_))));
     match done {

@@ -1,7 +1,7 @@
 //! The mesh files that a case names, and their copies in the directory of a run.
 //!
-//! A run keeps its inputs, so that it can be resumed, drawn and moved whatever happens to the originals. `run.json`
-//! contains the names and hashes; a copy that has changed is rejected.
+//! A run keeps its inputs, so that it can be resumed, drawn and moved whatever happens to the
+//! originals. `run.json` contains the names and hashes; a copy that has changed is rejected.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -26,8 +26,9 @@ pub struct InputFile {
     pub sha256: String,
 }
 
-/// A reader for the mesh files that a case file names: from its folder or, if it is the `case.toml` of a run, from the
-/// run's copies, which must not have changed. For [`parse_case_with`](slipstick_case::case::parse_case_with).
+/// A reader for the mesh files that a case file names: from its folder or, if it is the `case.toml`
+/// of a run, from the run's copies, which must not have changed. For
+/// [`parse_case_with`](slipstick_case::case::parse_case_with).
 pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
     let folder = case_file.parent().map(Path::to_owned).unwrap_or_default();
     let of_run = case_file.file_name().is_some_and(|name| name == "case.toml");
@@ -60,7 +61,8 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
 /// Copies the mesh files that a case names into the directory of a run.
 ///
 /// # Errors
-/// [`RunError::Damaged`] if a file has changed since the case was read; [`RunError::Read`], [`RunError::Output`].
+/// [`RunError::Damaged`] if a file has changed since the case was read; [`RunError::Read`],
+/// [`RunError::Output`].
 pub fn keep_mesh_files(run: &RunDirectory, case: &Case, case_file: &Path) -> Result<Vec<InputFile>, RunError> {
     let read = mesh_files(case_file);
     let mut kept: Vec<InputFile> = Vec::new();

@@ -14,11 +14,13 @@ pub struct Run {
 }
 
 impl Run {
-    /// Starts a run of a case in its own directory, with copies of the case and of its mesh files; `case_file` is the
-    /// file that the case was read from. With `force`, the files of an earlier run are removed.
+    /// Starts a run of a case in its own directory, with copies of the case and of its mesh files;
+    /// `case_file` is the file that the case was read from. With `force`, the files of an earlier
+    /// run are removed.
     ///
     /// # Errors
-    /// As [`RunDirectory::create`]; [`RunError::Read`] and [`RunError::Output`] if files cannot be copied.
+    /// As [`RunDirectory::create`]; [`RunError::Read`] and [`RunError::Output`] if files cannot be
+    /// copied.
     pub fn start(
         path: &Path,
         resolved: &Resolved,
@@ -29,8 +31,8 @@ impl Run {
         let directory = RunDirectory::create(path, force)?.in_pieces(resolved.case.output.pieces);
         let text = resolved.source_map.text();
         let mut record = RunRecord::starting(part, &resolved.case, &case_file.display().to_string(), text);
-        // This file comes first: it marks the directory as that of a run, in case this process is killed before it has
-        // written the others.
+        // This file comes first: it marks the directory as that of a run, in case this process is
+        // killed before it has written the others.
         record.write(&directory)?;
         write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
         record.inputs = keep_mesh_files(&directory, &resolved.case, case_file)?;

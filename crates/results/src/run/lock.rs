@@ -11,8 +11,9 @@ pub(super) const NAME: &str = "run.lock";
 
 /// The right to write to a run's directory, until it is dropped.
 ///
-/// The operating system holds the lock, so it is released when the process ends, however it ends, and a leftover file
-/// blocks nobody. The file is never removed, because another process might be about to lock it.
+/// The operating system holds the lock, so it is released when the process ends, however it ends,
+/// and a leftover file blocks nobody. The file is never removed, because another process might be
+/// about to lock it.
 #[derive(Debug)]
 pub(super) struct Lock {
     _file: File,
@@ -22,8 +23,8 @@ impl Lock {
     /// Takes the lock of a directory.
     ///
     /// # Errors
-    /// [`RunError::Locked`] if another process, or another holder in this one, has it; [`RunError::Directory`] if the
-    /// operating system refuses for another reason.
+    /// [`RunError::Locked`] if another process, or another holder in this one, has it;
+    /// [`RunError::Directory`] if the operating system refuses for another reason.
     pub fn take(directory: &Path) -> Result<Self, RunError> {
         let refused = |error: io::Error| RunError::cannot_write(directory, &error);
         let file = File::options().create(true).append(true).open(directory.join(NAME)).map_err(refused)?;

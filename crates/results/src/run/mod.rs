@@ -25,9 +25,10 @@
 //! | `run.lock` | nothing; its lock shows that a process is writing here | at start |
 //! | `evaluate.csv`, `verify.csv`, `verify.json` | results of runs that evaluate a design or verify its gradient | during the run |
 //!
-//! Files appear complete or not at all, and tables grow by complete lines, so a killed run leaves its last finished
-//! iteration behind, and [`Checkpoint`] continues from it bit for bit. A directory belongs to one run:
-//! [`RunDirectory::create`] refuses a directory that contains another run, and only one process at a time writes to it.
+//! Files appear complete or not at all, and tables grow by complete lines, so a killed run leaves
+//! its last finished iteration behind, and [`Checkpoint`] continues from it bit for bit. A
+//! directory belongs to one run: [`RunDirectory::create`] refuses a directory that contains another
+//! run, and only one process at a time writes to it.
 
 mod checkpoint;
 mod clock;

@@ -1,4 +1,5 @@
-//! Places that failures name, and the conditions that meet there: supports, contact pairs, rigid motions.
+//! Places that failures name, and the conditions that meet there: supports, contact pairs, rigid
+//! motions.
 
 use std::fmt;
 
@@ -62,7 +63,8 @@ impl fmt::Display for Place {
     }
 }
 
-/// A coordinate in few digits; a value that is only round-off relative to this size is shown as zero.
+/// A coordinate in few digits; a value that is only round-off relative to this size is shown as
+/// zero.
 fn coordinate(value: f64, size: f64) -> String {
     match value.abs() {
         small if small <= 1e-9 * size => "0".into(),
@@ -167,10 +169,12 @@ pub(super) struct Conditions {
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Smallest component of a direction along an axis for which a support along that axis counts as one in that direction.
+/// Smallest component of a direction along an axis for which a support along that axis counts as
+/// one in that direction.
 const ALONG: f64 = 0.1;
 
-/// Conditions at the place of a failure, for a singular matrix and a prescribed penetration; none for other failures.
+/// Conditions at the place of a failure, for a singular matrix and a prescribed penetration; none
+/// for other failures.
 pub(super) fn conditions(kind: &StepFailureKind, mesh: &Mesh, model: Trial<'_>) -> Conditions {
     match kind {
         StepFailureKind::Singular { unknown, .. } => match model.unknown(*unknown) {
@@ -244,7 +248,8 @@ fn rigid((moves, turns): ([bool; 3], [bool; 3])) -> Option<String> {
     (!motions.is_empty()).then(|| motions.join(" and "))
 }
 
-/// A traction that nothing determines belongs to a contact condition that follows from others or contradicts them.
+/// A traction that nothing determines belongs to a contact condition that follows from others or
+/// contradicts them.
 fn of_multiplier(row: usize, component: usize, model: Trial<'_>) -> Conditions {
     let pair = model.pair_of_row(row);
     let name = model.pair_name(pair);
@@ -317,7 +322,8 @@ fn node_support(node: u32, model: Trial<'_>) -> String {
     }
 }
 
-/// The axes along which all of these nodes are held, and the supports that hold them; `None` if there is no such axis.
+/// The axes along which all of these nodes are held, and the supports that hold them; `None` if
+/// there is no such axis.
 fn held(nodes: &[u32], model: Trial<'_>) -> Option<String> {
     let mut groups: Vec<([bool; 3], Vec<String>)> = Vec::new();
     for axis in 0..3 {

@@ -110,7 +110,8 @@ impl RunRecord {
             case_file: case_file.into(),
             case_sha256: sha256(text),
             inputs: Vec::new(),
-            // A resolved case consists of finite numbers, strings and lists, which JSON can represent.
+            // A resolved case consists of finite numbers, strings and lists, which JSON can
+            // represent.
             case: serde_json::to_value(case).unwrap_or_default(),
         }
     }

@@ -10,7 +10,8 @@ use slipstick_case::case::hexadecimal;
 const BEFORE: &str = ",\"sha256\":\"";
 const AFTER: &str = "\"}";
 
-/// Writes a non-empty JSON object and adds, as its last entry `sha256`, the hash of the bytes before that entry.
+/// Writes a non-empty JSON object and adds, as its last entry `sha256`, the hash of the bytes
+/// before that entry.
 ///
 /// # Errors
 /// Those of `write` and of the writer.
@@ -60,8 +61,8 @@ impl Write for Hashing<'_> {
 mod tests {
     use super::*;
 
-    /// The hash is that of the bytes before it, computed in another way; truncated text, a changed bit and appended
-    /// text are detected.
+    /// The hash is that of the bytes before it, computed in another way; truncated text, a changed
+    /// bit and appended text are detected.
     #[test]
     fn a_changed_bit_is_noticed() {
         let mut bytes = Vec::new();

@@ -16,14 +16,15 @@ use slipstick_case::case::hexadecimal;
 /// First bytes of a file, with the version of its layout.
 const MAGIC: &[u8; 8] = b"slipsv01";
 
-/// The files are used alternately, so that the one that a checkpoint names remains until the next checkpoint is
-/// written.
+/// The files are used alternately, so that the one that a checkpoint names remains until the next
+/// checkpoint is written.
 pub(super) const FILES: [&str; 2] = ["start_values_0.bin", "start_values_1.bin"];
 
 /// A file of start values, as a checkpoint refers to it.
 ///
-/// Little-endian: the magic bytes, number of states and of unknowns (u64), pseudo-times (f64), unknowns state by state
-/// (f32). Single precision is accurate enough for start values, and a resumed run reads the same numbers.
+/// Little-endian: the magic bytes, number of states and of unknowns (u64), pseudo-times (f64),
+/// unknowns state by state (f32). Single precision is accurate enough for start values, and a
+/// resumed run reads the same numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StartValuesFile {
     file: String,
@@ -31,8 +32,8 @@ pub struct StartValuesFile {
 }
 
 impl StartValuesFile {
-    /// Writes the path that iteration `iteration` follows. All ranks call it; `run` is that of the first rank, if it
-    /// keeps one.
+    /// Writes the path that iteration `iteration` follows. All ranks call it; `run` is that of the
+    /// first rank, if it keeps one.
     ///
     /// # Errors
     /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
@@ -115,7 +116,8 @@ fn decode(mut file: fs::File, ranks: &dyn Ranks) -> Option<Guide> {
     let (length, _) = rest.split_first_chunk::<8>()?;
     let states = usize::try_from(u64::from_le_bytes(*states)).ok()?;
     let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-    // the file must have the length that it states, so that a length from a damaged header is never allocated
+    // the file must have the length that it states, so that a length from a damaged header is never
+    // allocated
     let size = length.checked_mul(4)?.checked_add(8)?.checked_mul(states)?.checked_add(start.len())?;
     if states == 0 || length == 0 || file.metadata().ok()?.len() != size as u64 {
         return None;

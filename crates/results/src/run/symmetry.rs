@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
 
-/// Centroids count as equal when they agree to this fraction of the design's extent. Not a round number, because
-/// centroids of a regular mesh must not lie on the border between two cells, where round-off decides.
+/// Centroids count as equal when they agree to this fraction of the design's extent. Not a round
+/// number, because centroids of a regular mesh must not lie on the border between two cells, where
+/// round-off decides.
 const EQUAL: f64 = 1.234_567e-6;
 
 /// The image that a design is compared with.
@@ -28,9 +29,10 @@ impl Image {
     }
 }
 
-/// The share of the material without an image: Σ |φ(e) − φ(e′)| V(e) / (2 Σ φ(e) V(e)) over `elements`, where e′ is the
-/// image of e about the middle of the elements. 0 is symmetric, 1 has no material in common with its image. `None` if
-/// the mesh is not symmetric or there is no material.
+/// The share of the material without an image: Σ |φ(e) − φ(e′)| V(e) / (2 Σ φ(e) V(e)) over
+/// `elements`, where e′ is the image of e about the middle of the elements. 0 is symmetric, 1 has
+/// no material in common with its image. `None` if the mesh is not symmetric or there is no
+/// material.
 ///
 /// # Panics
 /// If there is not one density per element of the mesh, or the axis is above 2.
@@ -67,8 +69,8 @@ mod tests {
     use super::*;
     use slipstick_mesh::{BoxShape, box_mesh};
 
-    /// Computed by hand: of four elements in a row, mirrored about the middle, the first pair shares 0.2 of 1.2 and the
-    /// second all of its material.
+    /// Computed by hand: of four elements in a row, mirrored about the middle, the first pair
+    /// shares 0.2 of 1.2 and the second all of its material.
     #[test]
     fn the_share_without_image_is_measured() {
         let shape = BoxShape { min: [0.0; 3], max: [4.0, 1.0, 1.0], elements: [4, 1, 1], grading: [1.0; 3] };
@@ -82,8 +84,8 @@ mod tests {
         assert_eq!(asymmetry(&mesh, &density, &[0, 1, 3], Image::Mirror(0)), None);
     }
 
-    /// Computed by hand: two by two elements with material in opposite corners equal their image under half a turn, and
-    /// have no material in common with either mirror image.
+    /// Computed by hand: two by two elements with material in opposite corners equal their image
+    /// under half a turn, and have no material in common with either mirror image.
     #[test]
     fn half_a_turn_is_no_mirror_image() {
         let shape = BoxShape { min: [0.0; 3], max: [2.0, 1.0, 2.0], elements: [2, 1, 2], grading: [1.0; 3] };

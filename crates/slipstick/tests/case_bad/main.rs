@@ -56,8 +56,8 @@ fn errors(text: &str) -> CaseErrors {
     }
 }
 
-/// Breaks line `line` of the valid case by replacing `from`, and expects exactly one error, with this code, at the
-/// first place where `at` begins on or after that line. Returns its help.
+/// Breaks line `line` of the valid case by replacing `from`, and expects exactly one error, with
+/// this code, at the first place where `at` begins on or after that line. Returns its help.
 #[track_caller]
 fn one(line: usize, from: &str, to: &str, code: CaseCode, at: &str) -> String {
     let (text, start) = spoil(line, from, to);
@@ -155,7 +155,8 @@ fn missing_sections() {
     assert!(errors.to_string().contains("[load_path]"), "{errors}");
 }
 
-/// A misspelt key is one error and does not also count as missing; a valid key with a similar name explains nothing.
+/// A misspelt key is one error and does not also count as missing; a valid key with a similar name
+/// explains nothing.
 #[test]
 fn a_misspelt_key_is_not_missing_as_well() {
     use CaseCode::*;
@@ -166,8 +167,8 @@ fn a_misspelt_key_is_not_missing_as_well() {
     assert_eq!(one(5, "material = {", "materiel = {", UnknownKey, "materiel"), "did you mean `material`?");
 }
 
-/// One wrong key is one error, which names the cause, even if the required key has another name, if one of several is
-/// required, or if others depend on it.
+/// One wrong key is one error, which names the cause, even if the required key has another name, if
+/// one of several is required, or if others depend on it.
 #[test]
 fn one_wrong_key_is_one_error() {
     use CaseCode::UnknownKey;
@@ -239,7 +240,8 @@ fn names_given_twice_or_badly() {
     one(17, "plate_ymax", "ball_dome", SameSurface, "\"ball_dome\"");
     one(28, "[\"plate\"]", "[\"plate\", \"plate\"]", DuplicateName, "\"plate\"]");
     one(23, "ball_flat", "feet", ConflictingDirichlet, "\"feet\"");
-    // Nothing follows from a name that cannot be read: the surfaces named after it are not reported as well.
+    // Nothing follows from a name that cannot be read: the surfaces named after it are not reported
+    // as well.
     one(7, "\"ball\"", "\"a ball\"", BadName, "\"a ball\"");
     one(7, "\"ball\"", "\"\"", BadName, "\"\"");
 }

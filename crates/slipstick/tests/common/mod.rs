@@ -1,4 +1,5 @@
-//! Shared by the tests of the method: small scenes, status tables, finite differences of the whole objective.
+//! Shared by the tests of the method: small scenes, status tables, finite differences of the whole
+//! objective.
 
 #![allow(dead_code)] // each test binary uses only a part
 
@@ -29,7 +30,8 @@ pub fn problem_with(text: &str, meshes: &[(&str, Mesh)]) -> Problem {
     build(&resolved.case).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// The sequence of a linear congruential generator (Knuth's MMIX constants), in [0, 1): the same on every machine.
+/// The sequence of a linear congruential generator (Knuth's MMIX constants), in [0, 1): the same on
+/// every machine.
 pub struct Random(u64);
 
 impl Random {
@@ -87,7 +89,8 @@ pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalCo
     states.windows(2).map(|w| problem.analysis.design.contact_results(&w[0], &w[1]).unwrap().nodes).collect()
 }
 
-/// Status of every slave node at every accepted state after the start: `O`pen, s`t`ick, s`l`ip, one word per state.
+/// Status of every slave node at every accepted state after the start: `O`pen, s`t`ick, s`l`ip, one
+/// word per state.
 pub fn status_path(problem: &mut Problem, forward: &Forward) -> Vec<String> {
     let letter = |c: &NodalContact| match c.status {
         Status::Inactive => 'o',
@@ -108,9 +111,9 @@ pub fn deviation(a: &[f64], b: &[f64]) -> f64 {
     norm(&difference) / norm(b)
 }
 
-/// Central differences of θ over the whole design, of order 4: `(8 (θ₊₁ − θ₋₁) − (θ₊₂ − θ₋₂))/12h`. `None` if an active
-/// set at one of the points differs from `expected`, so that a kink may lie within ±2h. The steps must be those of the
-/// base run: use [`fix_steps`] for sub-steps.
+/// Central differences of θ over the whole design, of order 4: `(8 (θ₊₁ − θ₋₁) − (θ₊₂ − θ₋₂))/12h`.
+/// `None` if an active set at one of the points differs from `expected`, so that a kink may lie
+/// within ±2h. The steps must be those of the base run: use [`fix_steps`] for sub-steps.
 pub fn differences(problem: &mut Problem, density: &ElementValues, h: f64, expected: &[String]) -> Option<Vec<f64>> {
     let mut gradient = Vec::new();
     for e in designed(problem) {
@@ -140,15 +143,16 @@ pub struct GradientCheck {
     pub forward: Forward,
 }
 
-/// Turns the accepted sub-steps of a run into load steps, still with only the user's last step observed: a perturbed
-/// run must neither choose different steps nor cut back.
+/// Turns the accepted sub-steps of a run into load steps, still with only the user's last step
+/// observed: a perturbed run must neither choose different steps nor cut back.
 pub fn fix_steps(problem: &mut Problem, base: &Forward) {
     problem.analysis.times = base.path.states.iter().skip(1).map(|s| s.time).collect();
     problem.analysis.march.newton.max_iterations = 40;
     problem.analysis.march.max_cutbacks = 0;
 }
 
-/// Compares the adjoint gradient with central differences of order 4, step sizes 1e-3 … 1e-4 until one agrees to 1e-8.
+/// Compares the adjoint gradient with central differences of order 4, step sizes 1e-3 … 1e-4 until
+/// one agrees to 1e-8.
 ///
 /// # Panics
 /// If active sets change within the smallest step.

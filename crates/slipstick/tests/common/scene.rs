@@ -3,7 +3,8 @@
 /// Lagrange multipliers.
 pub const LAGRANGE: &str = "{ lagrange = {} }";
 
-/// A block on a slab with non-matching meshes; y is up, the slab's top and the block's bottom lie at y = 1.
+/// A block on a slab with non-matching meshes; y is up, the slab's top and the block's bottom lie
+/// at y = 1.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// Elements of slab (4 × 1 × 1) and block (0.8³), corner of the block.
@@ -138,8 +139,8 @@ pub fn augmented(stiffness: f64, tolerance: f64) -> String {
     format!("{{ augmented = {{ stiffness = {stiffness:?}, tolerance = {tolerance:?}, max_uzawa = 400 }} }}")
 }
 
-/// Three bodies, two contact pairs: a cube held only by contact, between a slab and a stamp; enforcement of the pairs
-/// below and above it.
+/// Three bodies, two contact pairs: a cube held only by contact, between a slab and a stamp;
+/// enforcement of the pairs below and above it.
 pub fn three_bodies(below: &str, above: &str) -> String {
     format!(
         r#"

@@ -1,5 +1,5 @@
-//! Traction and pressure integrate to the forces: checked with an independent quadrature over the deformed slave
-//! surface.
+//! Traction and pressure integrate to the forces: checked with an independent quadrature over the
+//! deformed slave surface.
 
 use crate::nose::Drag;
 use crate::solved::Solved;
@@ -76,8 +76,8 @@ fn sums(solved: &mut Solved, step: usize, slave: &str, master: &str) -> Sums {
     Sums { traction: traction.into(), slave: on(slave), master: on(master), pressure, normal }
 }
 
-/// A block from a mesh file, pressed by 40 onto a slab that begins under its first facets: the fraction `overlap` of
-/// these is covered.
+/// A block from a mesh file, pressed by 40 onto a slab that begins under its first facets: the
+/// fraction `overlap` of these is covered.
 fn pressed(overlap: f64, shape: &str, friction: f64, tetrahedra: bool) -> Solved {
     let width = even(0.0, 1.0, 2);
     let start = 1.0 - overlap;
@@ -98,8 +98,8 @@ fn pressed(overlap: f64, shape: &str, friction: f64, tetrahedra: bool) -> Solved
     solve(&text, &[("block", of(block)), ("slab", of(slab))])
 }
 
-/// The integral of the traction over the deformed surface is the sum of the nodal forces and equals the load (for the
-/// master, its opposite); the integral of the pressure is the normal force.
+/// The integral of the traction over the deformed surface is the sum of the nodal forces and equals
+/// the load (for the master, its opposite); the integral of the pressure is the normal force.
 #[test]
 fn fields_integrate_to_the_resultant() {
     let mut worst = [0.0f64; 4];
@@ -129,7 +129,8 @@ fn fields_integrate_to_the_resultant() {
     assert!(worst[3] < 1e-9, "{worst:?}");
 }
 
-/// The same if both faces at a sharp edge of the slave are in contact: fields are summed over the patches of a node.
+/// The same if both faces at a sharp edge of the slave are in contact: fields are summed over the
+/// patches of a node.
 #[test]
 fn fields_at_a_sharp_edge_integrate_to_the_resultant() {
     let mut solved = Drag { angle: 75.0, tilt: 25.0, steps: 3, ..Drag::default() }.solve();

@@ -1,5 +1,5 @@
-//! The adjoint gradient compared with central differences if slave edges are sharp, and if the other surface covers
-//! nodes only partly.
+//! The adjoint gradient compared with central differences if slave edges are sharp, and if the
+//! other surface covers nodes only partly.
 
 use crate::common::scene::{LAGRANGE, Scene, augmented, penalty};
 use crate::common::{check_gradient, problem_with, random_density};
@@ -27,7 +27,8 @@ fn check(name: &str, problem: &mut Problem) -> (Vec<Vec<char>>, Vec<f64>) {
     (statuses, compliance)
 }
 
-/// A block that overhangs the slab by half of its first facets: nodes there have a compliant condition.
+/// A block that overhangs the slab by half of its first facets: nodes there have a compliant
+/// condition.
 #[test]
 fn gradient_of_a_block_overhanging_the_slab() {
     for (method, enforcement) in methods() {
@@ -52,8 +53,8 @@ fn gradient_of_a_block_overhanging_the_slab() {
     }
 }
 
-/// An edge that is pressed into a slab and dragged along it, with its two nodes as sharp slave nodes: the case, and the
-/// rows of these nodes, patch by patch.
+/// An edge that is pressed into a slab and dragged along it, with its two nodes as sharp slave
+/// nodes: the case, and the rows of these nodes, patch by patch.
 fn dragged(
     enforcement: &str,
     shape: &'static str,
@@ -82,7 +83,8 @@ fn dragged(
     (problem, sharp)
 }
 
-/// The bottom is in contact, rotated by 10 degrees: one patch of each node is in contact, with the slab's normal.
+/// The bottom is in contact, rotated by 10 degrees: one patch of each node is in contact, with the
+/// slab's normal.
 #[test]
 fn gradient_with_a_sharp_slave_edge() {
     for (method, enforcement) in methods() {
@@ -95,8 +97,9 @@ fn gradient_with_a_sharp_slave_edge() {
     }
 }
 
-/// Both faces are pressed into the slab, and both patches are in contact during the path. With standard shapes, because
-/// with dual ones both conditions of a node on a flat facet are the same (docs/edges.md).
+/// Both faces are pressed into the slab, and both patches are in contact during the path. With
+/// standard shapes, because with dual ones both conditions of a node on a flat facet are the same
+/// (docs/edges.md).
 #[test]
 fn gradient_with_both_sides_of_a_sharp_edge_in_contact() {
     for (method, enforcement) in methods() {

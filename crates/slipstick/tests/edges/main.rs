@@ -1,5 +1,6 @@
-//! Contact at edges: pressure on partly covered facets, bodies that slide over an edge, and edges of the slave surface.
-//! `docs/edges.md` explains the purpose of the tests; its table of overlaps is written by
+//! Contact at edges: pressure on partly covered facets, bodies that slide over an edge, and edges
+//! of the slave surface. `docs/edges.md` explains the purpose of the tests; its table of overlaps
+//! is written by
 //!
 //!     docs/edges/measure.sh
 

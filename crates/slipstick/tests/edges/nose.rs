@@ -1,4 +1,5 @@
-//! A body whose sharp edge slides on a flat face: Coulomb's ratio with either choice of sides, and no jumps.
+//! A body whose sharp edge slides on a flat face: Coulomb's ratio with either choice of sides, and
+//! no jumps.
 
 use crate::overhang::largest;
 use crate::solved::{Solved, neo_hooke};
@@ -10,8 +11,9 @@ use slipstick_mesh::{Mesh, Surface};
 /// Coefficient of friction.
 pub const FRICTION: f64 = 0.2;
 
-/// A block (1.2 × 0.8 × `width`) whose bottom and front face meet at an interior angle in degrees, rotated forward by
-/// `tilt` about this edge, which lies at x = 0 and y = 1. Its surface `block_nose` consists of both faces.
+/// A block (1.2 × 0.8 × `width`) whose bottom and front face meet at an interior angle in degrees,
+/// rotated forward by `tilt` about this edge, which lies at x = 0 and y = 1. Its surface
+/// `block_nose` consists of both faces.
 pub fn nose(angle: f64, tilt: f64, width: f64, elements: [usize; 3]) -> Mesh {
     let [along, up, across] = elements;
     let ticks = [even(-1.2, 0.0, along), even(0.0, 0.8, up), even(0.0, width, across)];
@@ -28,7 +30,8 @@ pub fn nose(angle: f64, tilt: f64, width: f64, elements: [usize; 3]) -> Mesh {
     mesh
 }
 
-/// The nose pressed onto a plate (4 × 1 × 2, x from 0) at x = `start`, and dragged along it by `slide`.
+/// The nose pressed onto a plate (4 × 1 × 2, x from 0) at x = `start`, and dragged along it by
+/// `slide`.
 #[derive(Debug, Clone, Copy)]
 pub struct Drag {
     pub angle: f64,
@@ -101,8 +104,8 @@ fn deviation(forces: &[[f64; 2]], slide: f64) -> f64 {
 /// Number of load steps after which the whole surface slips.
 pub const STEADY: usize = 4;
 
-/// Coulomb's law for the whole body, F_t = μ F_n, on a plate that is a hundred times as stiff: flat, only on the edge,
-/// and with both faces of the edge inclined to the plate.
+/// Coulomb's law for the whole body, F_t = μ F_n, on a plate that is a hundred times as stiff:
+/// flat, only on the edge, and with both faces of the edge inclined to the plate.
 #[test]
 fn a_sharp_slave_edge_slides_with_coulombs_ratio() {
     let (mut worst, mut jump) = (0.0f64, 0.0f64);
@@ -126,8 +129,8 @@ fn a_sharp_slave_edge_slides_with_coulombs_ratio() {
     assert!(jump < 0.005, "{jump}");
 }
 
-/// The same with slave and master exchanged, where the plate has the finer facets, as a slave should: the flat nose,
-/// and a trailing edge.
+/// The same with slave and master exchanged, where the plate has the finer facets, as a slave
+/// should: the flat nose, and a trailing edge.
 #[test]
 fn a_sharp_master_edge_slides_with_coulombs_ratio() {
     for (angle, tilt, slide) in [(90.0, 0.0, 0.9), (90.0, 0.0, -0.9), (90.0, 5.0, -0.9), (60.0, 5.0, -0.9)] {
@@ -138,8 +141,8 @@ fn a_sharp_master_edge_slides_with_coulombs_ratio() {
     }
 }
 
-/// A leading edge covers new slave nodes, which carry its pressure at once, but friction only one step later: if it is
-/// the master it needs small steps, if it is the slave it does not.
+/// A leading edge covers new slave nodes, which carry its pressure at once, but friction only one
+/// step later: if it is the master it needs small steps, if it is the slave it does not.
 #[test]
 fn friction_under_a_leading_master_edge_comes_with_the_steps() {
     let off = [12, 24].map(|steps| {
@@ -150,9 +153,9 @@ fn friction_under_a_leading_master_edge_comes_with_the_steps() {
     assert!(off[1] < 0.5 * off[0], "{off:?}");
 }
 
-/// Forces do not jump, whether over two facets of the plate and nearly three of the nose slip by slip, or off the
-/// plate's end, where all contact is lost within one facet of the nose; there, half the step gives nearly half the
-/// change.
+/// Forces do not jump, whether over two facets of the plate and nearly three of the nose slip by
+/// slip, or off the plate's end, where all contact is lost within one facet of the nose; there,
+/// half the step gives nearly half the change.
 #[test]
 fn a_sharp_edge_slides_over_facets_and_off_the_plate_without_jumps() {
     for (angle, shape) in [(90.0, "standard"), (60.0, "dual")] {

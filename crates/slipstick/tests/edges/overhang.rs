@@ -1,4 +1,5 @@
-//! A block on a slab, overhanging the slab's edge, in plane strain, and the nodal forces from fine meshes.
+//! A block on a slab, overhanging the slab's edge, in plane strain, and the nodal forces from fine
+//! meshes.
 
 use crate::solved::Solved;
 use crate::{body, even, grid, results, solve};
@@ -9,10 +10,12 @@ pub const PRESSURE: f64 = 10.0;
 /// Length of the block, whose depth is 1. \[L\]
 pub const LENGTH: f64 = 4.0;
 
-/// A block (4 × 1) is pressed onto a slab (5 × 1) and pushed over the slab's edge, one element across.
+/// A block (4 × 1) is pressed onto a slab (5 × 1) and pushed over the slab's edge, one element
+/// across.
 #[derive(Debug, Clone, Copy)]
 pub struct Overhang {
-    /// Elements per unit length. In a reference with more than four times as many, both meshes match at all steps.
+    /// Elements per unit length. In a reference with more than four times as many, both meshes
+    /// match at all steps.
     pub fine: usize,
     /// "standard" or "dual".
     pub shape: &'static str,
@@ -65,8 +68,8 @@ impl Overhang {
     }
 }
 
-/// Nodal contact forces (x, y) on the block's bottom along x after a load step, as sums of both nodes across, and the
-/// tributary areas.
+/// Nodal contact forces (x, y) on the block's bottom along x after a load step, as sums of both
+/// nodes across, and the tributary areas.
 pub fn forces(case: &Overhang, solved: &mut Solved, step: usize) -> (Vec<[f64; 2]>, Vec<f64>) {
     let found = results(solved, step);
     let mesh = &solved.problem.mesh;
@@ -86,8 +89,8 @@ pub fn forces(case: &Overhang, solved: &mut Solved, step: usize) -> (Vec<[f64; 2
     (force, (0..=last).map(area).collect())
 }
 
-/// Normal forces of a fine mesh on the nodes of a coarse one: Σ_i N_k(X_i) f_i, with the same virtual work for every
-/// displacement that the coarse mesh can represent.
+/// Normal forces of a fine mesh on the nodes of a coarse one: Σ_i N_k(X_i) f_i, with the same
+/// virtual work for every displacement that the coarse mesh can represent.
 pub fn projected(fine: &Overhang, coarse: &Overhang, force: &[[f64; 2]]) -> Vec<f64> {
     let ratio = fine.ratio(coarse);
     let hat = |k: usize, i: usize| (1.0 - (i as f64 / ratio as f64 - k as f64).abs()).max(0.0);

@@ -1,5 +1,5 @@
-//! A block slides off an edge: its nodal forces follow those of a fine mesh with a mesh line at the edge, and do not
-//! jump.
+//! A block slides off an edge: its nodal forces follow those of a fine mesh with a mesh line at the
+//! edge, and do not jump.
 
 use crate::overhang::{LENGTH, Overhang, PRESSURE, forces, largest, projected};
 
@@ -8,17 +8,18 @@ const FINE: usize = 8;
 /// Deviations along the slide, over all steps.
 #[derive(Debug, Default)]
 struct Course {
-    /// Largest deviation of the peak pressure from that of the fine mesh, and of a nodal force relative to the largest
-    /// one.
+    /// Largest deviation of the peak pressure from that of the fine mesh, and of a nodal force
+    /// relative to the largest one.
     peak: f64,
     force: f64,
-    /// Largest deviation of the normal force from the load, and of the force along x from that of the fine mesh,
-    /// relative to the load.
+    /// Largest deviation of the normal force from the load, and of the force along x from that of
+    /// the fine mesh, relative to the load.
     normal: f64,
     tangential: f64,
     /// Largest deviation of the resultant's magnitude from that of the fine mesh.
     resultant: f64,
-    /// Largest change of the peak pressure, and of a nodal pressure relative to the mean, between successive steps.
+    /// Largest change of the peak pressure, and of a nodal pressure relative to the mean, between
+    /// successive steps.
     peak_jump: f64,
     jump: f64,
 }
@@ -58,8 +59,8 @@ fn course(shape: &'static str, friction: f64, edge_cover: Option<f64>) -> Course
     course
 }
 
-/// The reference is the same block with eight times as many elements, with mesh lines at the slab's edge at every
-/// comparison. The load is the resultant. A step is a sixteenth of a facet.
+/// The reference is the same block with eight times as many elements, with mesh lines at the slab's
+/// edge at every comparison. The load is the resultant. A step is a sixteenth of a facet.
 #[test]
 fn pressure_follows_a_matched_mesh_over_the_edge() {
     for friction in [0.0, 0.2] {
@@ -67,7 +68,8 @@ fn pressure_follows_a_matched_mesh_over_the_edge() {
             let found = course(shape, friction, None);
             assert!(found.normal < 1e-6, "{shape}, {friction}: {found:?}");
             assert!(found.resultant < 0.01, "{shape}, {friction}: {found:?}");
-            // its direction, with dual shapes: 0.6 degrees at an overhang of 1.25 without friction, 1 degree with
+            // its direction, with dual shapes: 0.6 degrees at an overhang of 1.25 without friction,
+            // 1 degree with
             let along = if shape == "dual" { 0.02 } else { 0.01 };
             assert!(found.tangential < along, "{shape}, {friction}: {found:?}");
             assert!(found.peak < 0.12 && found.force < 0.12, "{shape}, {friction}: {found:?}");
@@ -76,8 +78,8 @@ fn pressure_follows_a_matched_mesh_over_the_edge() {
     }
 }
 
-/// The purpose of the default of `edge_cover`: if conditions are rigid from a cover of 1/20 on, the same slide is
-/// rougher.
+/// The purpose of the default of `edge_cover`: if conditions are rigid from a cover of 1/20 on, the
+/// same slide is rougher.
 #[test]
 fn rigid_conditions_on_partly_covered_facets_jump() {
     let [smooth, rigid] = [None, Some(0.05)].map(|cover| course("standard", 0.0, cover));

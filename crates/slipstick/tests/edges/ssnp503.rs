@@ -1,16 +1,18 @@
-//! A block slides between two others, μ = 0.5: problem SSNP503 (variant g) of code_aster's public tests. Pressures at
-//! the nodes of the lower slave face; the edge of the sliding block is at one of its nodes at t = 0.5 and 1 and in the
-//! middle of a facet at t = 0.25 and 0.75.
+//! A block slides between two others, μ = 0.5: problem SSNP503 (variant g) of code_aster's public
+//! tests. Pressures at the nodes of the lower slave face; the edge of the sliding block is at one
+//! of its nodes at t = 0.5 and 1 and in the middle of a facet at t = 0.25 and 0.75.
 //!
-//! At t = 0.25 and 0.75 code_aster's numbers are not compared: its contact condition is enforced at each node, and the
-//! node of the half-covered facet beyond the edge stays open, so that the next one carries its part (20439 at t = 0.75,
-//! where a fine mesh has 17091). The bounds there are on the distance from a mesh four times as fine.
+//! At t = 0.25 and 0.75 code_aster's numbers are not compared: its contact condition is enforced at
+//! each node, and the node of the half-covered facet beyond the edge stays open, so that the next
+//! one carries its part (20439 at t = 0.75, where a fine mesh has 17091). The bounds there are on
+//! the distance from a mesh four times as fine.
 
 use crate::overhang::largest;
 use crate::solved::Solved;
 use crate::{even, grid, results, solve};
 
-/// Our results are compared with these. Numbers of code_aster's test: t, then pressures at x = 0 … 4.
+/// Our results are compared with these. Numbers of code_aster's test: t, then pressures at x = 0
+/// … 4.
 pub const MATCHED: [(usize, [f64; 5]); 2] =
     [(2, [0.0, 9947.0, 11458.0, 10645.0, 8116.0]), (4, [0.0, 0.0, 18513.0, 21053.0, 16538.0])];
 
@@ -18,7 +20,8 @@ pub const MATCHED: [(usize, [f64; 5]); 2] =
 pub const BETWEEN: [(usize, [f64; 5]); 2] =
     [(1, [0.0, 7439.0, 5560.0, 5789.0, 3872.0]), (3, [0.0, 0.0, 20439.0, 16585.0, 11025.0])];
 
-/// Deviations of smaller pressures are relative to this one, which is small compared to the pressures of 2e4.
+/// Deviations of smaller pressures are relative to this one, which is small compared to the
+/// pressures of 2e4.
 const SMALL: f64 = 100.0;
 
 /// Refinement factor of the reference.
@@ -83,8 +86,8 @@ pub fn pressures(solved: &mut Solved, step: usize) -> [f64; 5] {
     std::array::from_fn(at)
 }
 
-/// Pressures of the fine mesh at the nodes of the coarse one: nodal forces with the same virtual work, divided by the
-/// coarse areas.
+/// Pressures of the fine mesh at the nodes of the coarse one: nodal forces with the same virtual
+/// work, divided by the coarse areas.
 pub fn averaged(solved: &mut Solved, fine: usize, step: usize) -> [f64; 5] {
     let force = forces(solved, step);
     let hat = |k: usize, i: usize| (1.0 - (i as f64 / fine as f64 - k as f64).abs()).max(0.0);

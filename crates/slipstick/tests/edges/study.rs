@@ -1,4 +1,5 @@
-//! The tables of `docs/edges.md`: how multipliers and nodal pressures at an edge vary with overlap, mesh and χ.
+//! The tables of `docs/edges.md`: how multipliers and nodal pressures at an edge vary with overlap,
+//! mesh and χ.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,13 +16,13 @@ const COVERED: [usize; 6] = [1, 2, 4, 6, 7, 8];
 
 /// One state of a coarse mesh, with the corresponding values of the fine one.
 struct State {
-    /// Multipliers and pressures at the first two nodes, and the fine mesh's pressures there; all relative to the mean
-    /// pressure.
+    /// Multipliers and pressures at the first two nodes, and the fine mesh's pressures there; all
+    /// relative to the mean pressure.
     multiplier: [f64; 2],
     pressure: [f64; 2],
     exact: [f64; 2],
-    /// Largest error of a nodal force relative to the largest nodal force, and peak pressure relative to that of the
-    /// fine mesh.
+    /// Largest error of a nodal force relative to the largest nodal force, and peak pressure
+    /// relative to that of the fine mesh.
     error: f64,
     peak: f64,
 }
@@ -139,8 +140,9 @@ fn table_of_ssnp503() {
     table::publish("ssnp503", &text);
 }
 
-/// F_t/F_n of a sharp edge on a flat plate: as slave, as slave whose edge counts as smooth, as master. Reports the
-/// value farthest from μ along the slide, and Newton's iterations per load step.
+/// F_t/F_n of a sharp edge on a flat plate: as slave, as slave whose edge counts as smooth, as
+/// master. Reports the value farthest from μ along the slide, and Newton's iterations per load
+/// step.
 #[test]
 #[ignore = "writes tables of docs/edges.md: docs/edges/measure.sh"]
 fn table_of_sharp_edges() {

@@ -38,9 +38,9 @@ fn warnings(inspection: &Inspection) -> Vec<String> {
     averaged.map(|notice| format!("{}: {} ({})", notice.path, notice.message, notice.help)).collect()
 }
 
-/// By hand: at an interior angle of 140 degrees the faces differ by 40 degrees, and the mean normal by 20 degrees from
-/// each. At two facets of width, three nodes lie on the edge, the first at z = 0. At 168 degrees the deviation is 6,
-/// too much next to a plane; at 172 it is 4.
+/// By hand: at an interior angle of 140 degrees the faces differ by 40 degrees, and the mean normal
+/// by 20 degrees from each. At two facets of width, three nodes lie on the edge, the first at
+/// z = 0. At 168 degrees the deviation is 6, too much next to a plane; at 172 it is 4.
 #[test]
 fn averaged_normals_far_from_facets_are_told() {
     assert_eq!(
@@ -61,8 +61,8 @@ fn averaged_normals_far_from_facets_are_told() {
     assert_eq!(CaseCode::AveragedNormals.as_str(), "slipstick::case::averaged_normals", "a stable code");
 }
 
-/// Each node counts once, regardless of how many patches meet there: 4 × 3 nodes of the bottom and 2 × 3 more of the
-/// face.
+/// Each node counts once, regardless of how many patches meet there: 4 × 3 nodes of the bottom and
+/// 2 × 3 more of the face.
 #[test]
 fn nodes_on_sharp_edges_are_counted_once() {
     let [sharp, blunt] = [on_plate(90.0, ""), on_plate(140.0, "")].map(|inspection| inspection.contacts[0].clone());
@@ -90,8 +90,8 @@ fn good_surfaces_are_not_complained_about() {
     }
 }
 
-/// Slave facets of 1 × 1 on master facets of 0.4 × 0.5 are reported; with slave and master exchanged, there is no
-/// warning.
+/// Slave facets of 1 × 1 on master facets of 0.4 × 0.5 are reported; with slave and master
+/// exchanged, there is no warning.
 #[test]
 fn a_coarse_slave_is_told() {
     let exchanged = |slave: &str, master: &str| {

@@ -1,5 +1,6 @@
-//! The adjoint gradient of random small contact problems compared with central differences, with the kinks that
-//! `slipstick verify gradient` detects. The first few problems run with all tests; all of them with
+//! The adjoint gradient of random small contact problems compared with central differences, with
+//! the kinks that `slipstick verify gradient` detects. The first few problems run with all tests;
+//! all of them with
 //!
 //!     cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture
 
@@ -73,8 +74,8 @@ fn check(seed: u64) -> Row {
     Row { seed, method, objective, text, outcome, seconds }
 }
 
-/// The smallest relative error of a direction among its smooth central differences and, two step lengths at a time, their
-/// extrapolation (4 D(h/2) − D(h))/3 to order 4.
+/// The smallest relative error of a direction among its smooth central differences and, two step
+/// lengths at a time, their extrapolation (4 D(h/2) − D(h))/3 to order 4.
 fn best(direction: &DirectionCheck) -> Option<f64> {
     let smooth = |q: &&Quotient| q.kink.is_empty() && !q.kinked && !q.cut_back;
     let quotients: Vec<&Quotient> = direction.quotients.iter().filter(smooth).collect();
@@ -138,7 +139,8 @@ impl Tally {
 const HEADER: &str = "| | problems | not marched | directions | right | kink | other cut-backs | below round-off | wrong | largest error |\n\
                       |---|---|---|---|---|---|---|---|---|---|";
 
-/// Checks the problems of these seeds, prints the results, and asserts that no derivative is wrong; returns the table.
+/// Checks the problems of these seeds, prints the results, and asserts that no derivative is wrong;
+/// returns the table.
 fn suite(seeds: std::ops::Range<u64>) -> String {
     let rows: Vec<Row> = seeds.into_par_iter().map(check).collect();
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
@@ -186,8 +188,9 @@ fn gradients_of_the_first_random_problems() {
     suite(0..30);
 }
 
-/// Problems with a kink closer than the smallest step, or small compared to the curvature: one-sided differences agree
-/// with the adjoint to second order, central ones do not. They are reported as kinks, not as errors.
+/// Problems with a kink closer than the smallest step, or small compared to the curvature:
+/// one-sided differences agree with the adjoint to second order, central ones do not. They are
+/// reported as kinks, not as errors.
 #[test]
 fn kinks_next_to_the_design_are_no_errors() {
     for seed in [163, 182, 750] {

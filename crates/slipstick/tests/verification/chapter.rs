@@ -15,7 +15,8 @@ pub struct Chapter {
     pub title: &'static str,
     /// The computed problem, and the source of the expected numbers. Markdown.
     pub about: &'static str,
-    /// Interpretation of the findings: discretisation, known deviations and their cause. Markdown, or empty.
+    /// Interpretation of the findings: discretisation, known deviations and their cause. Markdown,
+    /// or empty.
     pub remarks: &'static str,
     /// Whether it runs with all other tests, not only on request.
     pub quick: bool,

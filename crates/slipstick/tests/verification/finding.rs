@@ -12,8 +12,8 @@ pub enum Expected {
     Band { low: f64, high: f64 },
     /// At most this magnitude: an error or a ratio that should be zero.
     AtMost(f64),
-    /// A value for comparison, if the deviation itself is the finding: steps of a convergence study, and known
-    /// deviations that the text of the chapter explains.
+    /// A value for comparison, if the deviation itself is the finding: steps of a convergence
+    /// study, and known deviations that the text of the chapter explains.
     Compare(f64),
     /// No expectation: a number that explains others.
     Shown,

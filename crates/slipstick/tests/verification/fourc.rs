@@ -65,7 +65,8 @@ struct CaseElement {
 
 #[derive(Deserialize)]
 struct Function {
-    /// Waypoints, linear in between; none: the pseudo-time itself, which the sixth test uses for its load.
+    /// Waypoints, linear in between; none: the pseudo-time itself, which the sixth test uses for
+    /// its load.
     #[serde(default)]
     times: Vec<f64>,
     #[serde(default)]
@@ -169,7 +170,8 @@ fn solve(file: &Path, method: &str) -> Vec<(String, f64, f64)> {
     case.expected_results.iter().map(of).collect()
 }
 
-/// The case as a scene, with one body per material and element type; for every node, its body and its number there.
+/// The case as a scene, with one body per material and element type; for every node, its body and
+/// its number there.
 fn convert(case: &Case, method: &str) -> (Scene, Vec<(String, usize)>) {
     let mut scene = Scene::default();
     let mut places = vec![(String::new(), 0); case.nodes.len()];

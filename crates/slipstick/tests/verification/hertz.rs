@@ -115,8 +115,9 @@ fn measure(solved: &mut Solved) -> [f64; 3] {
     [force, a, part / shape]
 }
 
-/// A quarter of a half-ball, z ≥ 0 and x of the given sign, with nodes drawn towards the pole (0, −R, 0): the polar
-/// angle in quarter turns u becomes `pull` u + (1 − `pull`) u⁵, the radius over R becomes ρ + (1 − 2 `pull`) ρ (1 − ρ).
+/// A quarter of a half-ball, z ≥ 0 and x of the given sign, with nodes drawn towards the pole (0,
+/// −R, 0): the polar angle in quarter turns u becomes `pull` u + (1 − `pull`) u⁵, the radius over R
+/// becomes ρ + (1 − 2 `pull`) ρ (1 − ρ).
 fn quarter(name: &str, n: usize, pull: f64, sign: f64) -> Mesh {
     let whole = half_ball(name, &HalfBallShape { radius: RADIUS, elements: [n, n / 4, n / 3] }).expect("a half ball");
     let drawn = whole.nodes.iter().map(|&[x, y, z]| {

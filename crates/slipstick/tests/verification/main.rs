@@ -1,8 +1,9 @@
-//! Verification against external references: analytic solutions, published numbers, other programs. This suite writes
-//! `docs/verification.md` from `results.json`.
+//! Verification against external references: analytic solutions, published numbers, other programs.
+//! This suite writes `docs/verification.md` from `results.json`.
 //!
-//! The quick problems run with all tests. The whole suite writes the page: `cargo test --release -p slipstick --test
-//! verification -- --ignored`; with `SLIPSTICK_VERIFY=ring,hertz` only some chapters run.
+//! The quick problems run with all tests. The whole suite writes the page:
+//! `cargo test --release -p slipstick --test verification -- --ignored`; with
+//! `SLIPSTICK_VERIFY=ring,hertz` only some chapters run.
 
 #[path = "../common/abaqus.rs"]
 mod abaqus;
@@ -43,7 +44,8 @@ fn run(chapter: &Chapter) -> Option<Record> {
 }
 
 fn assert_inside(chapter: &Chapter, record: &Record) {
-    // findings that are known to lie outside must do so, or their mark and explanation are out of date
+    // findings that are known to lie outside must do so, or their mark and explanation are out of
+    // date
     let surprises: Vec<_> = record.findings.iter().filter(|finding| finding.holds() == finding.known).collect();
     assert!(surprises.is_empty(), "{}: {surprises:#?}", chapter.title);
 }
@@ -64,7 +66,8 @@ fn quick_problems() {
     }
 }
 
-/// Every problem, or those listed in `SLIPSTICK_VERIFY`; writes results and page, then asserts the bounds.
+/// Every problem, or those listed in `SLIPSTICK_VERIFY`; writes results and page, then asserts the
+/// bounds.
 #[test]
 #[ignore = "the whole suite takes many minutes"]
 fn all_problems() {

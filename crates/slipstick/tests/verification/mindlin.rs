@@ -51,10 +51,12 @@ struct Measured {
     force: [f64; 2],
     half_width: f64,
     peak: f64,
-    /// Largest deviation of a nodal pressure from the ellipse of these loads and width, within 0.8 b, relative to p₀.
+    /// Largest deviation of a nodal pressure from the ellipse of these loads and width, within 0.8
+    /// b, relative to p₀.
     roughness: f64,
     stick: f64,
-    /// Half the width between the boundaries of stick, each taken in the middle of the facet that it crosses.
+    /// Half the width between the boundaries of stick, each taken in the middle of the facet that
+    /// it crosses.
     boundary: f64,
     /// Length of those facets, the larger of the two.
     facet: f64,
@@ -102,8 +104,8 @@ fn run() -> Vec<Finding> {
     findings
 }
 
-/// Press and shear displacements that give the forces to 0.2 %, by the secant method; `motion` is the initial guess and
-/// the result.
+/// Press and shear displacements that give the forces to 0.2 %, by the secant method; `motion` is
+/// the initial guess and the result.
 fn iterated(wanted: [f64; 2], motion: &mut [f64; 2], n: usize, pull: f64) -> Measured {
     for _ in 0..12 {
         let found = solve(*motion, n, pull, "dual");
@@ -142,7 +144,8 @@ fn solve([press, shear]: [f64; 2], n: usize, pull: f64, shape: &str) -> Measured
     measure(&mut scene.solve())
 }
 
-/// Half a ring, one element wide: angles are drawn towards the lowest point, radii towards the outer side (ymin).
+/// Half a ring, one element wide: angles are drawn towards the lowest point, radii towards the
+/// outer side (ymin).
 fn half_ring(name: &str, n: usize, pull: f64) -> String {
     mapped_box(name, [n, n / 4, 1], |[s, r, t]| {
         let u = 2.0 * s - 1.0;

@@ -45,7 +45,8 @@ fn run() -> Vec<Finding> {
     findings
 }
 
-/// Deviations of tractions in nodal frames during the rotation, and of traction vectors and displacements after it.
+/// Deviations of tractions in nodal frames during the rotation, and of traction vectors and
+/// displacements after it.
 fn turn(enforcement: &str, shape: &str) -> [f64; 3] {
     let mut solved = Scene::from(text(enforcement, shape)).solve();
     let start = solved.contact(BEFORE);

@@ -76,7 +76,8 @@ fn axial_stress(modulus: f64, ratio: f64, stretch: f64) -> f64 {
     2.0 * c * (stretch - stretch.powf(-2.0 * beta) / stretch)
 }
 
-/// Largest deviation of the displacement from u_y = −0.15 y, relative to the prescribed displacement.
+/// Largest deviation of the displacement from u_y = −0.15 y, relative to the prescribed
+/// displacement.
 fn strain_error(solved: &Solved) -> f64 {
     let last = solved.steps();
     let deviation = |n: usize| {

@@ -43,7 +43,8 @@ fn run() -> Vec<Finding> {
             Finding::compare(what, expected / force, moment / force)
         });
         if around == 64 {
-            // ν = 0 and, to first order in the twist, uniaxial strain: p = −P_yy of the stretch 1 − 0.01/2
+            // ν = 0 and, to first order in the twist, uniaxial strain: p = −P_yy of the stretch
+            // 1 − 0.01/2
             let stretch: f64 = 0.995;
             let pressure = 500.0 * (1.0 / stretch - stretch);
             let area = PI * (outer.powi(2) - inner.powi(2));

@@ -86,7 +86,8 @@ fn block() -> Vec<Finding> {
     assert!(stick > 0, "nodes stick after a reversal");
     let force = |step: usize| solved.reaction("block_ymax", step).x;
     let largest = (50..70).map(|step| force(step).abs()).fold(0.0, f64::max);
-    // both cycles begin with a reversal in full slip, at steps 50 and 90; ten steps of the second one are available
+    // both cycles begin with a reversal in full slip, at steps 50 and 90; ten steps of the second
+    // one are available
     let differ = (50..=60).map(|step| (force(step) - force(step + 40)).abs()).fold(0.0, f64::max) / largest;
     findings.push(Finding::at_most("the stroke after 40 more steps, over the largest F_t", 1e-6, differ));
     let mirror = (30..=50).map(|step| (force(step) + force(step + 20)).abs()).fold(0.0, f64::max) / largest;
@@ -94,7 +95,8 @@ fn block() -> Vec<Finding> {
     findings
 }
 
-/// The plane problem with meshes `fine` times as fine; reactions (normal, tangential) at slide 2·k/`slides`, k from 0.
+/// The plane problem with meshes `fine` times as fine; reactions (normal, tangential) at slide
+/// 2·k/`slides`, k from 0.
 pub fn plane_ironing(friction: f64, shape: &str, fine: usize, slides: usize) -> Vec<[f64; 2]> {
     // one element across, of about the facets' length
     let width = 0.3 / fine as f64;
@@ -144,7 +146,8 @@ fn ironing() -> Vec<Finding> {
         let name = format!("frictionless, N = {}, slide {:?} per step", 7 * fine, 2.0 / slides as f64);
         findings.push(Finding::at_most(format!("{name}: largest F_t/F_n"), 0.01, largest));
         if slides == 40 {
-            // work of the force along the slide, by the trapezoidal rule, over F_n and the sliding distance
+            // work of the force along the slide, by the trapezoidal rule, over F_n and the sliding
+            // distance
             let work = |pair: &[[f64; 2]]| 0.5 * (pair[0][1] / pair[0][0] + pair[1][1] / pair[1][0]);
             let mean = forces.windows(2).map(work).sum::<f64>() / slides as f64;
             findings.push(Finding::at_most(format!("{name}: mean F_t/F_n"), 1e-3, mean));

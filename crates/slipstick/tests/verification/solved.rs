@@ -76,7 +76,8 @@ impl Solved {
         Vector3::from(self.problem.mesh.nodes[node as usize]) + self.displacement(node, step)
     }
 
-    /// Internal minus external forces of all nodes after a load step: reactions at prescribed displacements.
+    /// Internal minus external forces of all nodes after a load step: reactions at prescribed
+    /// displacements.
     fn forces(&self, step: usize) -> Vec<f64> {
         let d = self.displacements(step);
         let mut force = vec![0.0; d.len()];

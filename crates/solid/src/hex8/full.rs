@@ -127,8 +127,9 @@ fn by_moduli<S: Simd>(
 
 /// The tangent for laws with a [`Law::volumetric_exponent`] e, written out.
 ///
-/// With T_ia,kb = Σ w μ v g_ia g_kb the entry (a, b) of block (i, k) is e T_ia,kb + T_ib,ka + δ_ab μ ∫ G_i·G_k.
-/// The last integral does not depend on the state. The sum over points is a product of matrices.
+/// With T_ia,kb = Σ w μ v g_ia g_kb the entry (a, b) of block (i, k) is e T_ia,kb + T_ib,ka + δ_ab
+/// μ ∫ G_i·G_k. The last integral does not depend on the state. The sum over points is a product of
+/// matrices.
 #[inline(always)]
 fn by_spatial_gradients<S: Simd>(
     simd: S,
@@ -182,8 +183,8 @@ fn by_spatial_gradients<S: Simd>(
     Some(())
 }
 
-/// T_ia,kb = Σ_p weighted[p][a][i] gradients[p][3 k + b] for one corner i and as many corners k as a register has
-/// lanes, as `[a][3 lane + b]`.
+/// T_ia,kb = Σ_p weighted[p][a][i] gradients[p][3 k + b] for one corner i and as many corners k as
+/// a register has lanes, as `[a][3 lane + b]`.
 #[inline(always)]
 fn sum_over_points<S: Simd>(simd: S, scratch: &mut Scratch, i: usize, tile: usize) {
     let mut sums = [[simd.splat_f64s(0.0); 3]; 3];

@@ -2,7 +2,8 @@
 
 use crate::registers::{AtPoints, POINTS};
 
-/// Signs of the corners in the parent cube, VTK numbering. Gauss point p lies at corner p, divided by √3.
+/// Signs of the corners in the parent cube, VTK numbering. Gauss point p lies at corner p, divided
+/// by √3.
 pub(super) const CORNER: [[f64; 3]; 8] = [
     [-1.0, -1.0, -1.0],
     [1.0, -1.0, -1.0],
@@ -49,9 +50,9 @@ const fn parent_gradients(corner_first: bool) -> [[[f64; 8]; 3]; 8] {
 
 /// The data of an element's reference configuration that its integrals need.
 ///
-/// The gradients of the shape functions themselves are not stored: G_i = ∂N_i/∂X = (∂ξ/∂X)ᵀ ∂N_i/∂ξ, and the second
-/// factor is the same for all elements. Reading 0.9 kB instead of 1.6 kB from memory saves more time than computing G_i
-/// costs.
+/// The gradients of the shape functions themselves are not stored: G_i = ∂N_i/∂X = (∂ξ/∂X)ᵀ
+/// ∂N_i/∂ξ, and the second factor is the same for all elements. Reading 0.9 kB instead of 1.6 kB
+/// from memory saves more time than computing G_i costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(32))]
 pub struct ReferenceGeometry {
@@ -150,7 +151,8 @@ mod tests {
         }
     }
 
-    /// By hand: the box [0, 2] × [0, 3] × [0, 4] has volume 24, and ∫ |∇N_0|² dV = V/9 (1/2² + 1/3² + 1/4²).
+    /// By hand: the box [0, 2] × [0, 3] × [0, 4] has volume 24, and ∫ |∇N_0|² dV = V/9
+    /// (1/2² + 1/3² + 1/4²).
     #[test]
     fn geometry_of_a_box() {
         let corners = CORNER.map(|c| [1.0 + c[0], 1.5 * (1.0 + c[1]), 2.0 * (1.0 + c[2])]);

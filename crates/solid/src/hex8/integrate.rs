@@ -1,5 +1,5 @@
-//! Conversion between corners and Gauss points. All functions are inlined into a caller that is compiled for the
-//! instruction set detected at run time.
+//! Conversion between corners and Gauss points. All functions are inlined into a caller that is
+//! compiled for the instruction set detected at run time.
 
 use super::geometry::{PARENT_BY_CORNER, PARENT_BY_POINT, ReferenceGeometry};
 use crate::registers::{Matrices, Matrix, POINTS, array, load, product, store};
@@ -10,7 +10,8 @@ pub(crate) type Corners = [[f64; 3]; 8];
 
 /// ∂u_a/∂X_B at the points of register `v`, as `[a][B]`.
 ///
-/// The first corner's displacement is subtracted: a translation, however large, causes no round-off in the strains.
+/// The first corner's displacement is subtracted: a translation, however large, causes no round-off
+/// in the strains.
 #[inline(always)]
 pub(crate) fn displacement_gradient<S: Simd>(simd: S, at: &ReferenceGeometry, d: &Corners, v: usize) -> Matrix<S> {
     let mut parent = [[simd.splat_f64s(0.0); 3]; 3];

@@ -6,7 +6,8 @@
 //! f = s [ γ f(γd) + (1 − γ²) K(0) d ],     K = s [ γ² K(γd) + (1 − γ²) K(0) ]
 //! ```
 //!
-//! With γ = 1 these are the plain integrals, at the same cost. The other case is compiled separately.
+//! With γ = 1 these are the plain integrals, at the same cost. The other case is compiled
+//! separately.
 
 use super::geometry::ReferenceGeometry;
 use super::integrate::Corners;
@@ -52,8 +53,8 @@ pub(crate) fn tangent_product<S: Simd, R>(
     }
 }
 
-/// Tangent: calls `add` with i, k and blocks of the pairs of corners i ≤ k, whose sum is the tangent. `None`, without
-/// any call, if the finite-strain part is inverted.
+/// Tangent: calls `add` with i, k and blocks of the pairs of corners i ≤ k, whose sum is the
+/// tangent. `None`, without any call, if the finite-strain part is inverted.
 #[inline(always)]
 pub(crate) fn tangent<S: Simd>(
     simd: S,
@@ -71,13 +72,15 @@ pub(crate) fn tangent<S: Simd>(
     }
 }
 
-/// λ · ∂f/∂φ, where `slope` is the derivative of the scaling with respect to the density φ. \[F L\] for λ in \[L\].
+/// λ · ∂f/∂φ, where `slope` is the derivative of the scaling with respect to the density φ. \[F L\]
+/// for λ in \[L\].
 ///
 /// ```text
 /// ∂f/∂s = f/s,     ∂f/∂γ = s [ f(γd) + γ K(γd) d − 2γ K(0) d ]
 /// ```
 ///
-/// Paper: (88), (89). Tests: `kernels_agree_with_the_reference_element`, `interpolated_pull_back_matches_differences`.
+/// Paper: (88), (89). Tests: `kernels_agree_with_the_reference_element`,
+/// `interpolated_pull_back_matches_differences`.
 #[inline(always)]
 pub(crate) fn pull_back<S: Simd>(
     simd: S,
@@ -95,7 +98,8 @@ pub(crate) fn pull_back<S: Simd>(
     }
 }
 
-/// Displacements relative to the first corner, scaled: a translation, however large, causes no round-off.
+/// Displacements relative to the first corner, scaled: a translation, however large, causes no
+/// round-off.
 #[inline(always)]
 fn scaled(d: &Corners, gamma: f64) -> Corners {
     let mut out = REST;

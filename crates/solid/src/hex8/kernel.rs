@@ -1,8 +1,9 @@
 //! The element integrals by material and formulation, generic over the instruction set.
 //!
-//! A register holds a few Gauss points while strains and stresses are computed, and a few corners while they are
-//! integrated. All functions are inlined into a caller that is compiled for the instruction set detected at run time
-//! ([`pulp::Arch`]), one for each law, so that no law slows down the others.
+//! A register holds a few Gauss points while strains and stresses are computed, and a few corners
+//! while they are integrated. All functions are inlined into a caller that is compiled for the
+//! instruction set detected at run time ([`pulp::Arch`]), one for each law, so that no law slows
+//! down the others.
 
 use super::f_bar::{self, Mean};
 use super::full;
@@ -14,7 +15,8 @@ use crate::registers::{AtPoints, Matrices, POINTS, invert, store, store_matrix};
 use crate::section::{Formulation, Section};
 use pulp::{Simd, WithSimd};
 
-/// Zero displacements. Small-strain laws are evaluated here, where no element is inverted: the force is K(0) d.
+/// Zero displacements. Small-strain laws are evaluated here, where no element is inverted: the
+/// force is K(0) d.
 pub(super) const REST: Corners = [[0.0; 3]; 8];
 
 /// F, F⁻¹ and J at the Gauss points.
@@ -25,8 +27,8 @@ pub(super) struct Deformation {
     pub determinant: AtPoints,
 }
 
-/// Intermediate results of one element. Their memory is reused for the next element, because clearing it every time
-/// would take a noticeable part of the time.
+/// Intermediate results of one element. Their memory is reused for the next element, because
+/// clearing it every time would take a noticeable part of the time.
 pub(crate) struct Scratch {
     pub(super) deformation: Deformation,
     /// Stresses, or gradients of the parent coordinates.
@@ -84,7 +86,8 @@ impl Deformation {
         Self { gradient: zero, inverse: zero, determinant: [0.0; POINTS] }
     }
 
-    /// Evaluates the deformation at corner displacements `d`. The caller checks whether the element is admissible.
+    /// Evaluates the deformation at corner displacements `d`. The caller checks whether the element
+    /// is admissible.
     #[inline(always)]
     pub fn evaluate<S: Simd>(&mut self, simd: S, at: &ReferenceGeometry, d: &[[f64; 3]; 8]) {
         for v in 0..POINTS / S::F64_LANES {
@@ -110,8 +113,8 @@ impl Deformation {
     }
 }
 
-/// Internal force at stiffness `factor` times that of the material, or `None` if the element is inverted or its force
-/// is not finite.
+/// Internal force at stiffness `factor` times that of the material, or `None` if the element is
+/// inverted or its force is not finite.
 #[inline(always)]
 pub(super) fn internal_force<S: Simd, R>(
     simd: S,
@@ -126,8 +129,8 @@ pub(super) fn internal_force<S: Simd, R>(
     with_law!(section.material, law => simd.vectorize(Force { law, formulation, scratch, at, factor, d, then }))
 }
 
-/// Product of the tangent at stiffness `factor` times that of the material with corner displacements `direction`;
-/// `None` as for [`internal_force`].
+/// Product of the tangent at stiffness `factor` times that of the material with corner
+/// displacements `direction`; `None` as for [`internal_force`].
 #[inline(always)]
 pub(super) fn tangent_product<S: Simd, R>(
     simd: S,
@@ -145,8 +148,9 @@ pub(super) fn tangent_product<S: Simd, R>(
     })
 }
 
-/// Tangent at stiffness `factor` times that of the material: calls `add` with i, k and the row-major 3×3 block of every
-/// pair of corners i ≤ k. `None`, without any call, if the element is inverted.
+/// Tangent at stiffness `factor` times that of the material: calls `add` with i, k and the
+/// row-major 3×3 block of every pair of corners i ≤ k. `None`, without any call, if the element is
+/// inverted.
 #[inline(always)]
 pub(super) fn tangent<S: Simd>(
     simd: S,

@@ -1,25 +1,28 @@
 //! One hex8 element: internal force, tangent, energy, of any [`Section`].
 //!
-//! Fully integrated neo-Hooke, with G_i = ∂N_i/∂X at a Gauss point, F = I + Σ d_i ⊗ G_i, J = det F and the spatial
-//! gradients g_i = F⁻ᵀ G_i:
+//! Fully integrated neo-Hooke, with G_i = ∂N_i/∂X at a Gauss point, F = I + Σ d_i ⊗ G_i, J = det F
+//! and the spatial gradients g_i = F⁻ᵀ G_i:
 //!
 //! ```text
 //! f_ia     = Σ w 2c (F_aB G_iB − J^(−2β) g_ia)
 //! K_ia,kb  = Σ w 2c [ δ_ab G_i·G_k + J^(−2β) (2β g_ia g_kb + g_ka g_ib) ]
 //! ```
 //!
-//! `full.rs` and `f_bar.rs` contain the formulations, `moduli.rs` the tangent of any [law](crate::law), and `kernel.rs`
-//! chooses among them. If the energy is interpolated ([`ElementScaling::gamma`] below 1), they are evaluated at γ d,
-//! and the integrals of linear elasticity, K(0), are added with the weight 1 − γ².
+//! `full.rs` and `f_bar.rs` contain the formulations, `moduli.rs` the tangent of any
+//! [law](crate::law), and `kernel.rs` chooses among them. If the energy is interpolated
+//! ([`ElementScaling::gamma`] below 1), they are evaluated at γ d, and the integrals of linear
+//! elasticity, K(0), are added with the weight 1 − γ².
 //!
-//! **Wedges** are integrated as hexahedra in which two edges have no length ([`slipstick_mesh::WEDGE_AS_HEX`]). The
-//! sums of the shape functions of coincident corners are those of the wedge, so it suffices to add their forces and
-//! tangent blocks at the common node. The 2×2×2 points are exact for integrands that are quadratic over the triangle
-//! and cubic along the axis. Volume, patch test, and the linear stiffness of a prism between two equal, parallel
-//! triangles are therefore exact. All laws, F̄ and the interpolated energy work without a second kernel. The
-//! disadvantages: a wedge costs as much as a hexahedron (8 points; 6 would suffice), and in a distorted wedge the
-//! integration error depends on which node comes first. Tests: `wedges_deform_uniformly`,
-//! `a_wedge_has_the_stiffness_of_its_shape_functions` (tests/wedges.rs).
+//! **Wedges** are integrated as hexahedra in which two edges have no length
+//! ([`slipstick_mesh::WEDGE_AS_HEX`]). The sums of the shape functions of coincident corners are
+//! those of the wedge, so it suffices to add their forces and tangent blocks at the common node.
+//! The 2×2×2 points are exact for integrands that are quadratic over the triangle and cubic along
+//! the axis. Volume, patch test, and the linear stiffness of a prism between two equal, parallel
+//! triangles are therefore exact. All laws, F̄ and the interpolated energy work without a second
+//! kernel. The disadvantages: a wedge costs as much as a hexahedron (8 points; 6 would suffice),
+//! and in a distorted wedge the integration error depends on which node comes first.
+//! Tests: `wedges_deform_uniformly`, `a_wedge_has_the_stiffness_of_its_shape_functions`
+//! (tests/wedges.rs).
 
 mod f_bar;
 mod full;
@@ -37,8 +40,8 @@ use crate::section::{Formulation, Section};
 use kernel::{Deformation, Scratch};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Internal force f = ∂W/∂d of the element at displacements `d`. \[F\]. `None` if J ≤ 0 at a Gauss point (at γ d if the
-/// energy is interpolated), or if the force is not finite.
+/// Internal force f = ∂W/∂d of the element at displacements `d`. \[F\]. `None` if J ≤ 0 at a Gauss
+/// point (at γ d if the energy is interpolated), or if the force is not finite.
 ///
 /// Paper: (18), (100). Test: `kernels_agree_with_the_reference_element`.
 pub fn internal_force(
@@ -59,7 +62,8 @@ pub fn internal_force(
     Arch::new().dispatch(Force(section, scaling, at, d))
 }
 
-/// Tangent ∂f/∂d: block (i, k) at `[8 i + k]`, row-major 3×3. \[F/L\]. Symmetric. `None` as for [`internal_force`].
+/// Tangent ∂f/∂d: block (i, k) at `[8 i + k]`, row-major 3×3. \[F/L\]. Symmetric. `None` as for
+/// [`internal_force`].
 ///
 /// Test: `kernels_agree_with_the_reference_element`.
 pub fn tangent(
@@ -105,7 +109,8 @@ pub(crate) fn transposed(b: [f64; 9]) -> [f64; 9] {
     [b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]]
 }
 
-/// Energy W of the element. \[F L\]. `None` if J ≤ 0 at a Gauss point, at γ d if the energy is interpolated.
+/// Energy W of the element. \[F L\]. `None` if J ≤ 0 at a Gauss point, at γ d if the energy is
+/// interpolated.
 pub fn energy(section: &Section, scaling: ElementScaling, at: &ReferenceGeometry, d: &[[f64; 3]; 8]) -> Option<f64> {
     let ElementScaling { factor, gamma } = scaling.effective(section.material.small_strains());
     let finite = finite_strain_energy(section, at, &d.map(|d| d.map(|d| gamma * d)))?;
@@ -136,7 +141,8 @@ fn finite_strain_energy(section: &Section, at: &ReferenceGeometry, d: &[[f64; 3]
     Some(energies.sum())
 }
 
-/// Smallest J over the Gauss points, which measures how close an element is to inversion. −∞ if J is not a number.
+/// Smallest J over the Gauss points, which measures how close an element is to inversion. −∞ if J
+/// is not a number.
 pub fn smallest_determinant(at: &ReferenceGeometry, d: &[[f64; 3]; 8]) -> f64 {
     let mut deformation = Deformation::new();
     deformation.evaluate(pulp::Scalar, at, d);

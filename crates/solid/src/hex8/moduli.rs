@@ -1,4 +1,5 @@
-//! Tangents of any law from its moduli: the changes of stress under the nine unit changes of F at each Gauss point.
+//! Tangents of any law from its moduli: the changes of stress under the nine unit changes of F at
+//! each Gauss point.
 
 use super::geometry::{PARENT_BY_POINT, ReferenceGeometry};
 use super::integrate::to_parent;
@@ -10,7 +11,8 @@ pub(super) type Blocks = [[[[f64; 8]; 8]; 3]; 3];
 
 /// Moduli and the resulting tangent.
 pub(super) struct Moduli {
-    /// Σ_BD ∂ξ_α/∂X_B (∂P_aB/∂F_bD) ∂ξ_β/∂X_D times the weight, as `[b][β][a][α]`; only entries with a ≤ b are used.
+    /// Σ_BD ∂ξ_α/∂X_B (∂P_aB/∂F_bD) ∂ξ_β/∂X_D times the weight, as `[b][β][a][α]`; only entries
+    /// with a ≤ b are used.
     by_gradient: [[[[AtPoints; 3]; 3]; 3]; 3],
     pub blocks: Blocks,
 }

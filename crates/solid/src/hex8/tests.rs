@@ -39,8 +39,8 @@ fn linear(h: &[[f64; 3]; 3]) -> (ReferenceGeometry, Corners) {
     (cube, CORNER.map(|c| std::array::from_fn(|a| (0..3).map(|b| 0.5 * h[a][b] * c[b]).sum::<f64>())))
 }
 
-/// Expected value: Ψ_L = λ/2 (tr ε)² + μ ε:ε of a linear displacement field, computed by hand, times the volume of a
-/// unit cube. Small-strain laws have this energy at any scaling.
+/// Expected value: Ψ_L = λ/2 (tr ε)² + μ ε:ε of a linear displacement field, computed by hand,
+/// times the volume of a unit cube. Small-strain laws have this energy at any scaling.
 #[test]
 fn an_empty_element_is_linear_elastic() {
     // large, and beyond inversion
@@ -66,7 +66,8 @@ fn an_empty_element_is_linear_elastic() {
     }
 }
 
-/// If the deformation is uniform, the mean of J is J: the formulations agree, and the energy is that of the law.
+/// If the deformation is uniform, the mean of J is J: the formulations agree, and the energy is
+/// that of the law.
 #[test]
 fn formulations_agree_on_uniform_deformation() {
     let h = [[-0.3, 0.4, 0.1], [0.3, 0.5, -0.2], [0.0, 0.25, 0.2]];
@@ -91,8 +92,8 @@ fn formulations_agree_on_uniform_deformation() {
     }
 }
 
-/// A rotation of the deformed body rotates its forces and changes nothing else. Without strain there is no force.
-/// Small-strain laws do not have this property.
+/// A rotation of the deformed body rotates its forces and changes nothing else. Without strain
+/// there is no force. Small-strain laws do not have this property.
 #[test]
 fn forces_turn_with_the_body() {
     // rotation by 73° about (1, 2, 2)/3, by Rodrigues' formula

@@ -1,12 +1,14 @@
 //! Elastic laws: one file each, one list.
 //!
-//! A law does not depend on the element. It provides its energy density at a deformation gradient F, and the first
-//! Piola–Kirchhoff stress with its derivative at eight points at once; elements integrate these. Elements do not depend
-//! on the law: they are written for any `Law`, and `with_law!` selects the law of a body.
+//! A law does not depend on the element. It provides its energy density at a deformation gradient
+//! F, and the first Piola–Kirchhoff stress with its derivative at eight points at once; elements
+//! integrate these. Elements do not depend on the law: they are written for any `Law`, and
+//! `with_law!` selects the law of a body.
 //!
-//! **To add a law**, write its file, declare it below, add a line to the list and a row to `docs/case_file.md`. Enum,
-//! dispatch, the word in case files and their JSON schema follow from the list. The tests also follow from it: they
-//! compare every law of the list, in every element, with the derivatives of its energy (`reference.rs`).
+//! **To add a law**, write its file, declare it below, add a line to the list and a row to
+//! `docs/case_file.md`. Enum, dispatch, the word in case files and their JSON schema follow from
+//! the list. The tests also follow from it: they compare every law of the list, in every element,
+//! with the derivatives of its energy (`reference.rs`).
 
 mod linear_elastic;
 mod neo_hooke;
@@ -16,8 +18,9 @@ use crate::registers::{AtPoints, Matrices, Matrix, POINTS, load};
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Generates `Material`, `LawKind` and `with_law!` from the list. The word in front of a law is both the name of its
-/// file and its name in case files. `$d` is the dollar sign in the generated macro.
+/// Generates `Material`, `LawKind` and `with_law!` from the list. The word in front of a law is
+/// both the name of its file and its name in case files. `$d` is the dollar sign in the generated
+/// macro.
 macro_rules! laws {
     ($d:tt $( #[doc = $about:literal] $word:ident: $law:ident, )+) => {
         $( pub use $word::$law; )+
@@ -55,7 +58,8 @@ macro_rules! laws {
                 }
             }
 
-            /// The law with Young's modulus E \[F/L²\] and Poisson's ratio ν of its small-strain limit.
+            /// The law with Young's modulus E \[F/L²\] and Poisson's ratio ν of its small-strain
+            /// limit.
             ///
             /// # Errors
             /// E ≤ 0, ν outside (−1, 0.5), or a value that is not finite.
@@ -67,7 +71,8 @@ macro_rules! laws {
             }
         }
 
-        /// `with_law!(material, law => expression)`: the expression, compiled for each law, with `law` as the body's.
+        /// `with_law!(material, law => expression)`: the expression, compiled for each law, with
+        /// `law` as the body's.
         macro_rules! with_law {
             ($d material:expr, $d bound:ident => $d body:expr) => {
                 match $d material {
@@ -131,8 +136,8 @@ pub(crate) trait Law: Copy {
     /// Constants of the small-strain limit.
     fn constants(&self) -> &Constants;
 
-    /// Energy density Ψ at F, det F > 0. \[F/L²\]. Generic over the type of numbers, so that its derivatives can be
-    /// computed with dual numbers.
+    /// Energy density Ψ at F, det F > 0. \[F/L²\]. Generic over the type of numbers, so that its
+    /// derivatives can be computed with dual numbers.
     fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T;
 
     /// The shear modulus μ of the small-strain limit, the unit of the stresses below. \[F/L²\]
@@ -151,14 +156,16 @@ pub(crate) trait Law: Copy {
     fn stress_change<S: Simd>(&self, simd: S, at: &Local<'_>, change: &Matrix<S>) -> Matrix<S>;
 
     /// The number e if, with v from [`Law::volumetric`] and A = F⁻¹ dF, the stress changes by
-    /// dP/μ = dF + v (e tr(A) F⁻ᵀ + (A F⁻¹)ᵀ). Elements integrate the tangents of such laws more efficiently.
+    /// dP/μ = dF + v (e tr(A) F⁻ᵀ + (A F⁻¹)ᵀ). Elements integrate the tangents of such laws more
+    /// efficiently.
     #[inline(always)]
     fn volumetric_exponent(&self) -> Option<f64> {
         None
     }
 
-    /// Whether P is linear in ∂u/∂X. Elements evaluate such a law at rest instead of F. Its tangent is constant, F̄
-    /// becomes B̄, which replaces tr ε by its mean over the element, and an inverted element is not an error.
+    /// Whether P is linear in ∂u/∂X. Elements evaluate such a law at rest instead of F. Its tangent
+    /// is constant, F̄ becomes B̄, which replaces tr ε by its mean over the element, and an inverted
+    /// element is not an error.
     #[inline(always)]
     fn small_strains(&self) -> bool {
         false
@@ -207,13 +214,14 @@ impl Material {
         self.constants().poisson_ratio
     }
 
-    /// Energy density Ψ at deformation gradient F, det F > 0 (any F with [`small_strains`](Self::small_strains)).
-    /// \[F/L²\]
+    /// Energy density Ψ at deformation gradient F, det F > 0 (any F with
+    /// [`small_strains`](Self::small_strains)). \[F/L²\]
     pub fn energy<T: Real>(&self, f: &[[T; 3]; 3]) -> T {
         with_law!(self, law => law.energy(f))
     }
 
-    /// Whether this is a small-strain law: its stress is linear in ∂u/∂X, and inverted elements are not an error.
+    /// Whether this is a small-strain law: its stress is linear in ∂u/∂X, and inverted elements are
+    /// not an error.
     #[inline(always)]
     pub fn small_strains(&self) -> bool {
         with_law!(self, law => law.small_strains())

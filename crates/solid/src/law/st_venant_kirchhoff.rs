@@ -4,15 +4,16 @@ use super::{Constants, Law, Local, MaterialError, Real, hooke};
 use crate::registers::{Matrix, array, load_matrix, product, transpose};
 use pulp::Simd;
 
-/// St. Venant-Kirchhoff: Hooke's law between the Green-Lagrange strain E and the second Piola-Kirchhoff stress S.
+/// St. Venant-Kirchhoff: Hooke's law between the Green-Lagrange strain E and the second
+/// Piola-Kirchhoff stress S.
 ///
 /// ```text
 /// Ψ = λ/2 (tr E)² + μ E:E,   E = (FᵀF − 1)/2,   S = λ tr(E) 1 + 2μ E,   P = F S
 /// ```
 ///
-/// For large rotations at small strains. It softens in compression: along one axis without lateral strain, the force
-/// decreases again below the stretch √(1/3), and Ψ stays finite as J → 0, so that nothing keeps elements from
-/// inverting.
+/// For large rotations at small strains. It softens in compression: along one axis without lateral
+/// strain, the force decreases again below the stretch √(1/3), and Ψ stays finite as J → 0, so that
+/// nothing keeps elements from inverting.
 ///
 /// Reference: Holzapfel, Nonlinear Solid Mechanics (2000), section 6.5.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,8 +105,8 @@ impl Law for StVenantKirchhoff {
 mod tests {
     use super::*;
 
-    /// Computed by hand: stretch s along one axis without lateral strain has P = (λ + 2μ) s (s² − 1)/2, with its
-    /// minimum at s = √(1/3).
+    /// Computed by hand: stretch s along one axis without lateral strain has P = (λ + 2μ) s
+    /// (s² − 1)/2, with its minimum at s = √(1/3).
     #[test]
     fn it_softens_in_compression() {
         let (e, nu) = (10.0, 0.25);

@@ -26,7 +26,8 @@ fn words_name_laws() {
     assert_eq!(LawKind::from_word("steel"), None);
 }
 
-/// For every law at one point: stress, its change, and the form of the change that a volumetric exponent implies.
+/// For every law at one point: stress, its change, and the form of the change that a volumetric
+/// exponent implies.
 #[test]
 fn stresses_are_derivatives_of_the_energy() {
     let f: [[f64; 3]; 3] = [[1.2, 0.3, -0.1], [0.2, 0.9, 0.15], [-0.25, 0.1, 1.1]];
@@ -61,7 +62,8 @@ fn stresses_are_derivatives_of_the_energy() {
     }
 }
 
-/// By hand: F = 1 + ε(e ⊗ n) has energy μ ε²/2 (shear) and (λ/2 + μ) ε² (stretch) to second order, in all laws.
+/// By hand: F = 1 + ε(e ⊗ n) has energy μ ε²/2 (shear) and (λ/2 + μ) ε² (stretch) to second order,
+/// in all laws.
 #[test]
 fn laws_share_the_small_strain_limit() {
     let (e, nu) = (7.0, 0.3);

@@ -1,4 +1,5 @@
-//! Compares every law of the list, in every element, formulation and scaling, with the reference element.
+//! Compares every law of the list, in every element, formulation and scaling, with the reference
+//! element.
 
 use super::*;
 use crate::{ElementScaling, LawKind, NeoHooke, SolidModel, hex8};
@@ -8,8 +9,8 @@ use std::sync::Arc;
 
 type Vectors = [[f64; 3]];
 
-/// Mixed derivatives of the energy: the derivative in the direction `w` of the displacements, and its change in the
-/// directions `v` of the displacements and `slope` of the scaling.
+/// Mixed derivatives of the energy: the derivative in the direction `w` of the displacements, and
+/// its change in the directions `v` of the displacements and `slope` of the scaling.
 fn work(
     section: &Section,
     x: &Vectors,
@@ -73,7 +74,8 @@ fn assert_near(found: &[f64], expected: &[f64], what: &str) {
 #[test]
 fn kernels_agree_with_the_reference_element() {
     let (u, v) = (field(0.15, 1.3), field(1.0, 0.77));
-    // corners of the cube that make a tetrahedron, a wedge and a hexahedron, and the element of these nodes
+    // corners of the cube that make a tetrahedron, a wedge and a hexahedron, and the element of
+    // these nodes
     let elements: [(&[usize], Element); 3] = [
         (&[0, 1, 3, 4], [0, 1, 2, 3].into()),
         (&[0, 1, 3, 4, 5, 7], [0, 1, 2, 3, 4, 5].into()),
@@ -116,7 +118,8 @@ fn kernels_agree_with_the_reference_element() {
     }
 }
 
-/// Compares the reference element and the kernel with a third implementation that shares no source with them.
+/// Compares the reference element and the kernel with a third implementation that shares no source
+/// with them.
 #[test]
 fn another_program_agrees() {
     let data: serde_json::Value = serde_json::from_str(include_str!("../../tests/data/unit_element.json")).unwrap();

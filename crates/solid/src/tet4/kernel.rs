@@ -54,7 +54,8 @@ impl Work {
         }
     }
 
-    /// Evaluates the deformation at displacements `d`. The caller checks which elements are admissible.
+    /// Evaluates the deformation at displacements `d`. The caller checks which elements are
+    /// admissible.
     #[inline(always)]
     fn deform<S: Simd>(&mut self, simd: S, batch: &Batch, scalings: &[ElementScaling], d: &[f64], law: &impl Law) {
         self.modulus = [0.0; LANES];
@@ -273,8 +274,8 @@ impl Moduli {
     }
 }
 
-/// λ · ∂f/∂φ of the elements, where `slopes` holds the derivatives of the scalings with respect to the densities; see
-/// [`crate::hex8::interpolated::pull_back`]. NaN for inverted elements.
+/// λ · ∂f/∂φ of the elements, where `slopes` holds the derivatives of the scalings with respect to
+/// the densities; see [`crate::hex8::interpolated::pull_back`]. NaN for inverted elements.
 ///
 /// Test: `interpolated_pull_back_matches_differences` (tests/assembly.rs).
 #[inline(always)]
@@ -327,7 +328,8 @@ fn pull_back_of<S: Simd>(
     out
 }
 
-/// ∂v_a/∂X_B of a nodal field; its value at the first corner is subtracted, so that a translation causes no round-off.
+/// ∂v_a/∂X_B of a nodal field; its value at the first corner is subtracted, so that a translation
+/// causes no round-off.
 #[inline(always)]
 fn field_gradient<S: Simd>(simd: S, batch: &Batch, field: &[f64]) -> Matrices {
     let mut parent = ZERO;

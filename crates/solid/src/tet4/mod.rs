@@ -1,14 +1,16 @@
 //! Tet4 elements, eight at a time: internal force, tangent, energy, for any material.
 //!
-//! The deformation gradient of a tetrahedron is constant, so one point integrates exactly, and every
-//! [formulation](crate::Formulation) is the same. The laws of [`crate::hex8`] work on eight points at once; here each
-//! point is an element of a [`Batch`]. With parent coordinates ξ, N_0 = 1 − Σ ξ_β and N_β+1 = ξ_β:
+//! The deformation gradient of a tetrahedron is constant, so one point integrates exactly, and
+//! every [formulation](crate::Formulation) is the same. The laws of [`crate::hex8`] work on eight
+//! points at once; here each point is an element of a [`Batch`]. With parent coordinates ξ,
+//! N_0 = 1 − Σ ξ_β and N_β+1 = ξ_β:
 //!
 //! ```text
 //! F = 1 + Σ_β (d_β+1 − d_0) ⊗ ∂ξ_β/∂X,     f_β+1 = V P ∂ξ_β/∂X,     f_0 = −Σ_β f_β+1
 //! ```
 //!
-//! Energy interpolation is the same as in hexahedra, f = s [γ f(γd) + (1 − γ²) K(0) d], with s and γ of each element.
+//! Energy interpolation is the same as in hexahedra, f = s [γ f(γd) + (1 − γ²) K(0) d], with s and
+//! γ of each element.
 
 mod kernel;
 
@@ -38,8 +40,8 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// A batch of elements, given by their numbers and nodes; the error contains the numbers of elements without a
-    /// positive volume.
+    /// A batch of elements, given by their numbers and nodes; the error contains the numbers of
+    /// elements without a positive volume.
     ///
     /// # Panics
     /// With no elements, or more than [`LANES`].
@@ -79,7 +81,8 @@ impl Batch {
         &self.numbers[..self.count]
     }
 
-    /// Displacement gradient of one element, relative to its first corner: a translation causes no round-off.
+    /// Displacement gradient of one element, relative to its first corner: a translation causes no
+    /// round-off.
     fn displacement_gradient(&self, lane: usize, d: &[f64]) -> [[f64; 3]; 3] {
         let at = |corner: usize, a: usize| d[3 * self.nodes[lane][corner] as usize + a];
         std::array::from_fn(|a| {
@@ -119,7 +122,8 @@ mod tests {
     use super::*;
     use slipstick_mesh::{BoxShape, box_mesh};
 
-    /// Independent check: J is the ratio of the volumes of the deformed and the undeformed tetrahedron.
+    /// Independent check: J is the ratio of the volumes of the deformed and the undeformed
+    /// tetrahedron.
     #[test]
     fn determinants_are_ratios_of_volumes() {
         let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.3, 0.7], elements: [1; 3], grading: [1.0; 3] };

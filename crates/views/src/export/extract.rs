@@ -5,16 +5,16 @@ use std::collections::HashMap;
 use super::lattice::{Lattice, Tetrahedron};
 use super::surface::TriangleSurface;
 
-/// Smallest distance between a point of the surface and a vertex of the lattice, as a fraction of the edge, so that
-/// points stay distinct.
+/// Smallest distance between a point of the surface and a vertex of the lattice, as a fraction of
+/// the edge, so that points stay distinct.
 const NEAREST: f64 = 0.02;
 
 /// Even permutations that put the one or two vertices above the threshold first.
 const ONE: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 0, 1, 3], [3, 0, 2, 1]];
 const TWO: [[usize; 4]; 6] = [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 2, 0], [2, 3, 0, 1]];
 
-/// The closed, outward-oriented surface around everything above the threshold; without triangles if nothing is above
-/// it.
+/// The closed, outward-oriented surface around everything above the threshold; without triangles if
+/// nothing is above it.
 pub(super) fn extract(lattice: &Lattice, threshold: f64) -> TriangleSurface {
     let mut extraction = Extraction {
         lattice,
@@ -50,7 +50,8 @@ struct Extraction<'a> {
 }
 
 impl Extraction<'_> {
-    /// The point on the edge from `a`, above the threshold, to `b`, not above; if both are the same, the vertex `a`.
+    /// The point on the edge from `a`, above the threshold, to `b`, not above; if both are the
+    /// same, the vertex `a`.
     fn point(&mut self, a: u32, b: u32) -> u32 {
         let Self { lattice, threshold, points, surface, .. } = self;
         *points.entry((a, b)).or_insert_with(|| {
@@ -78,8 +79,8 @@ impl Extraction<'_> {
         self.triangle([a, c, d]);
     }
 
-    /// The polygon in which the surface crosses the tetrahedron; its corners are counter-clockwise seen from the side
-    /// below the threshold.
+    /// The polygon in which the surface crosses the tetrahedron; its corners are counter-clockwise
+    /// seen from the side below the threshold.
     fn crossing(&mut self, Tetrahedron { vertices, .. }: &Tetrahedron) {
         let above = vertices.map(|v| self.above[v as usize]);
         let ordered = |order: &[usize; 4]| order.map(|k| vertices[k]);

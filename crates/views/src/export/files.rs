@@ -7,11 +7,12 @@ use std::path::Path;
 use super::{ExportError, TriangleSurface};
 use slipstick_results::output::{OutputError, Values, Vtu, write_atomically};
 
-/// Writes binary STL: 80 bytes of header, the number of triangles, and per triangle its normal and corners in 32 bits,
-/// outward. All bodies are in one solid; the format has no units.
+/// Writes binary STL: 80 bytes of header, the number of triangles, and per triangle its normal and
+/// corners in 32 bits, outward. All bodies are in one solid; the format has no units.
 ///
 /// # Errors
-/// [`ExportError::TooFar`] if 32 bits merge points, so that the file would not be closed; [`ExportError::Output`].
+/// [`ExportError::TooFar`] if 32 bits merge points, so that the file would not be closed;
+/// [`ExportError::Output`].
 pub fn write_stl(path: &Path, surface: &TriangleSurface) -> Result<(), ExportError> {
     let points: Vec<[f32; 3]> = surface.points.iter().map(|p| p.map(|c| c as f32 + 0.0)).collect();
     let different: HashSet<[u32; 3]> = points.iter().map(|p| p.map(f32::to_bits)).collect();
@@ -45,8 +46,8 @@ fn too_many(path: &Path) -> OutputError {
     OutputError::Io { action: "write", path: path.to_owned(), source }
 }
 
-/// Writes Wavefront OBJ: shared points in full precision, one object per body; `names` are the names of all bodies of
-/// the mesh.
+/// Writes Wavefront OBJ: shared points in full precision, one object per body; `names` are the
+/// names of all bodies of the mesh.
 ///
 /// # Errors
 /// [`ExportError::Output`].
@@ -69,7 +70,8 @@ pub fn write_obj(path: &Path, surface: &TriangleSurface, names: &[&str]) -> Resu
     })?)
 }
 
-/// Writes VTU: triangles with the fields `body` (number) and `outer` (1 on outer faces of the body).
+/// Writes VTU: triangles with the fields `body` (number) and `outer` (1 on outer faces of the
+/// body).
 ///
 /// # Errors
 /// [`ExportError::Output`].

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use slipstick_mesh::{FacetNodes, Mesh};
 
-/// Vertices (nodes, centres of faces, centres of elements) with densities, and the elements between them.
+/// Vertices (nodes, centres of faces, centres of elements) with densities, and the elements between
+/// them.
 #[derive(Debug)]
 pub(super) struct Lattice {
     pub points: Vec<[f64; 3]>,
@@ -30,15 +31,17 @@ struct CellFace {
     outer: bool,
 }
 
-/// A tetrahedron of positive orientation: its first triangle (vertices 1, 2, 3) is counter-clockwise seen from outside
-/// and lies in a face of the element, `outer` if that is on the outside of the body.
+/// A tetrahedron of positive orientation: its first triangle (vertices 1, 2, 3) is
+/// counter-clockwise seen from outside and lies in a face of the element, `outer` if that is on the
+/// outside of the body.
 pub(super) struct Tetrahedron {
     pub vertices: [u32; 4],
     pub outer: bool,
 }
 
 impl Cell {
-    /// The tetrahedra: centre of the element, centre of a face, and two adjacent corners of that face.
+    /// The tetrahedra: centre of the element, centre of a face, and two adjacent corners of that
+    /// face.
     pub fn tetrahedra(&self) -> impl Iterator<Item = Tetrahedron> + '_ {
         self.faces.iter().flat_map(move |face| {
             (0..face.nodes.len()).map(move |k| {
@@ -56,8 +59,8 @@ impl Cell {
 }
 
 impl Lattice {
-    /// The lattice of some bodies. The centre of an element gets the element's density, the centre of a face the mean
-    /// of its elements, a node the volume-weighted mean of its elements.
+    /// The lattice of some bodies. The centre of an element gets the element's density, the centre
+    /// of a face the mean of its elements, a node the volume-weighted mean of its elements.
     pub fn new(mesh: &Mesh, bodies: &[usize], density: &[f64]) -> Self {
         let mut lattice = Self { points: mesh.nodes.clone(), values: vec![0.0; mesh.nodes.len()], cells: Vec::new() };
         let mut weights = vec![0.0; mesh.nodes.len()];
@@ -114,7 +117,8 @@ impl Lattice {
         values.fold(0.0, f64::max)
     }
 
-    /// The threshold at which the part above it has this volume, as closely as the densities allow. \[L³\]
+    /// The threshold at which the part above it has this volume, as closely as the densities
+    /// allow. \[L³\]
     ///
     /// The volume decreases with the threshold, so bisection finds it.
     pub fn threshold_of_volume(&self, volume: f64) -> f64 {
@@ -126,7 +130,8 @@ impl Lattice {
         0.5 * (low + high)
     }
 
-    /// Volume of the part where the density, linear in each tetrahedron, exceeds a threshold. \[L³\]
+    /// Volume of the part where the density, linear in each tetrahedron, exceeds a
+    /// threshold. \[L³\]
     fn volume_above(&self, threshold: f64) -> f64 {
         let of_cell = |cell: &Cell| -> f64 {
             let values = cell.vertices().map(|v| self.values[v as usize]);
@@ -151,9 +156,9 @@ impl Lattice {
         (a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2]) / 6.0
     }
 
-    /// The fraction of a tetrahedron that is above a threshold. If one corner is cut off, it is the product of the
-    /// fractions of its three edges; if two corners are above, it is one minus the volumes of two cuts through the
-    /// edges.
+    /// The fraction of a tetrahedron that is above a threshold. If one corner is cut off, it is the
+    /// product of the fractions of its three edges; if two corners are above, it is one minus the
+    /// volumes of two cuts through the edges.
     fn fraction_above(&self, vertices: [u32; 4], threshold: f64) -> f64 {
         let mut v = vertices.map(|v| self.values[v as usize]);
         v.sort_unstable_by(f64::total_cmp);
@@ -163,7 +168,8 @@ impl Lattice {
         match above {
             0 => 0.0,
             1 => corner(v[3], [v[0], v[1], v[2]]),
-            // The wedge between the edges that are cut, from the corner v₃: Σ of two tetrahedra and a prism part.
+            // The wedge between the edges that are cut, from the corner v₃: Σ of two tetrahedra and
+            // a prism part.
             2 => {
                 let along = |from: f64, to: f64| (threshold - from) / (to - from);
                 let (a, b) = (along(v[3], v[0]), along(v[3], v[1]));

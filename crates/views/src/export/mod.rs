@@ -4,17 +4,19 @@
 //! densities ──means──▶ values on tetrahedra ──threshold──▶ closed surface ──Taubin──▶ TriangleSurface ──▶ STL, 3MF, OBJ, VTU
 //! ```
 //!
-//! Each element is divided into tetrahedra between its centre, the centres of its faces and its corners, 24 for a
-//! hexahedron, 18 for a wedge and 12 for a tetrahedron, so that neighbours conform; if two triangles cover a
-//! quadrilateral, it is divided along them. The density is linear on each tetrahedron: the element's own value at its
-//! centre, and means of the surrounding elements elsewhere. The surface bounds the part of the bodies where this
-//! function exceeds the threshold: it crosses the tetrahedra inside a body and follows the body's outer faces where
+//! Each element is divided into tetrahedra between its centre, the centres of its faces and its
+//! corners, 24 for a hexahedron, 18 for a wedge and 12 for a tetrahedron, so that neighbours
+//! conform; if two triangles cover a quadrilateral, it is divided along them. The density is linear
+//! on each tetrahedron: the element's own value at its centre, and means of the surrounding
+//! elements elsewhere. The surface bounds the part of the bodies where this function exceeds the
+//! threshold: it crosses the tetrahedra inside a body and follows the body's outer faces where
 //! these are solid.
 //!
-//! **Why it is closed.** The tetrahedra of a body are a conforming triangulation of it. Points are either above the
-//! threshold or not, and each edge between the two kinds has one point of the surface in its interior, so the part
-//! above is itself a solid, and its boundary is a closed surface: every edge belongs to exactly two triangles, which
-//! traverse it in opposite directions. This holds for any densities; smoothing moves points and keeps the triangles.
+//! **Why it is closed.** The tetrahedra of a body are a conforming triangulation of it. Points are
+//! either above the threshold or not, and each edge between the two kinds has one point of the
+//! surface in its interior, so the part above is itself a solid, and its boundary is a closed
+//! surface: every edge belongs to exactly two triangles, which traverse it in opposite directions.
+//! This holds for any densities; smoothing moves points and keeps the triangles.
 //! Test: `any_densities_give_closed_surfaces`.
 //!
 //! ```
@@ -52,7 +54,8 @@ use smooth::{Rules, smoothed};
 /// Options of the export of a design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExportOptions {
-    /// Density above which there is material, 0 … 1; `None`: the value that preserves the volume of the densities.
+    /// Density above which there is material, 0 … 1; `None`: the value that preserves the volume of
+    /// the densities.
     pub threshold: Option<f64>,
     /// Number of passes of Taubin's smoothing; 0 leaves the extracted surface unchanged.
     pub smoothing: usize,
@@ -87,12 +90,13 @@ const VOLUME_LIMIT: f64 = 0.05;
 
 /// The surface of a design; `density` has one value in \[0, 1\] per element of the mesh.
 ///
-/// If the threshold is chosen automatically, the volume of the surface agrees with that of the densities to 0.1 % where
-/// possible (with few different densities, the volume jumps) and always to 5 %.
+/// If the threshold is chosen automatically, the volume of the surface agrees with that of the
+/// densities to 0.1 % where possible (with few different densities, the volume jumps) and always to
+/// 5 %.
 ///
 /// # Errors
-/// [`ExportError`]: densities that do not match the mesh or are invalid, unknown bodies, a threshold that no density
-/// exceeds, or no suitable threshold.
+/// [`ExportError`]: densities that do not match the mesh or are invalid, unknown bodies, a
+/// threshold that no density exceeds, or no suitable threshold.
 pub fn design_surface(mesh: &Mesh, density: &[f64], options: &ExportOptions) -> Result<Export, ExportError> {
     check(mesh, density, options)?;
     let bodies = bodies(mesh, density, options)?;

@@ -1,11 +1,12 @@
-//! Taubin's smoothing: two Laplacian steps of opposite sign, which remove ripples and preserve the volume.
+//! Taubin's smoothing: two Laplacian steps of opposite sign, which remove ripples and preserve the
+//! volume.
 //!
 //! Method: G. Taubin, A signal processing approach to fair surface design, SIGGRAPH 1995.
 
 use super::surface::TriangleSurface;
 
-/// Step towards the mean of the neighbours, and step away from it: ripples are damped by (1 − λk)(1 − μk); frequencies
-/// k below 1/λ + 1/μ = 0.11 (of at most 2) pass.
+/// Step towards the mean of the neighbours, and step away from it: ripples are damped by
+/// (1 − λk)(1 − μk); frequencies k below 1/λ + 1/μ = 0.11 (of at most 2) pass.
 const STEPS: [f64; 2] = [0.5, -0.53];
 
 /// Cosine of the largest angle between triangles of the same plane (about a hundredth of a degree).
@@ -15,8 +16,8 @@ const PLANE: f64 = 1.0 - 1e-8;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rules {
     pub passes: usize,
-    /// Points on outer faces stay on them: those on plane parts move within the plane, and the rim of the material
-    /// moves along itself; edges, corners and curved faces stay.
+    /// Points on outer faces stay on them: those on plane parts move within the plane, and the rim
+    /// of the material moves along itself; edges, corners and curved faces stay.
     pub keep_outer: bool,
 }
 
@@ -30,8 +31,8 @@ pub(super) fn smoothed(mut surface: TriangleSurface, rules: &Rules) -> TriangleS
         if rules.keep_outer { kept(&surface) } else { (all(&surface), vec![Vec::new(); surface.points.len()]) };
     loop {
         surface.points = moved(&before, &neighbours, &walls, rules.passes);
-        // An outer triangle that is flipped would overlap others, so its points are reset. Each pass of this loop fixes
-        // more points, so it ends.
+        // An outer triangle that is flipped would overlap others, so its points are reset. Each
+        // pass of this loop fixes more points, so it ends.
         let over = turned_over(&surface, &before, rules);
         let mut held = 0;
         for n in over {
@@ -87,13 +88,13 @@ fn all(surface: &TriangleSurface) -> Vec<Vec<u32>> {
     neighbours
 }
 
-/// A plane outer face that interior points must not cross: its outward normal, and the product of the normal with its
-/// points. \[L\]
+/// A plane outer face that interior points must not cross: its outward normal, and the product of
+/// the normal with its points. \[L\]
 type Wall = ([f64; 3], f64);
 
-/// The neighbours that each point follows if outer faces are kept: all neighbours for points inside the body and within
-/// plane faces, the two adjacent points for points on the rim of the material on such a face, none elsewhere. Also, for
-/// interior points, the adjacent plane faces.
+/// The neighbours that each point follows if outer faces are kept: all neighbours for points inside
+/// the body and within plane faces, the two adjacent points for points on the rim of the material
+/// on such a face, none elsewhere. Also, for interior points, the adjacent plane faces.
 fn kept(surface: &TriangleSurface) -> (Vec<Vec<u32>>, Vec<Vec<Wall>>) {
     let mut kinds = vec![Kind::default(); surface.points.len()];
     for (t, triangle) in surface.triangles.iter().enumerate() {

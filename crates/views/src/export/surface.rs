@@ -28,8 +28,8 @@ impl TriangleSurface {
         [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
     }
 
-    /// The volume that the surface encloses, by the divergence theorem: ⅓ ∮ x · n dA, about a point of the surface.
-    /// \[L³\]
+    /// The volume that the surface encloses, by the divergence theorem: ⅓ ∮ x · n dA, about a point
+    /// of the surface. \[L³\]
     pub fn volume(&self) -> f64 {
         let Some(origin) = self.points.first() else { return 0.0 };
         let part = |t: usize| -> f64 {
@@ -39,8 +39,8 @@ impl TriangleSurface {
         (0..self.triangles.len()).map(part).sum()
     }
 
-    /// Number of edges that are not shared by exactly two triangles running along them in opposite directions: 0 for a
-    /// closed, oriented surface.
+    /// Number of edges that are not shared by exactly two triangles running along them in opposite
+    /// directions: 0 for a closed, oriented surface.
     pub fn open_edges(&self) -> usize {
         let mut directed: HashMap<(u32, u32), u32> = HashMap::new();
         for t in &self.triangles {

@@ -29,7 +29,8 @@ fn shapes() -> Mesh {
     Mesh::merge(parts).expect("different names")
 }
 
-/// The same shapes: of hexahedra, of tetrahedra, of both in each body, of wedges, and of wedges and tetrahedra.
+/// The same shapes: of hexahedra, of tetrahedra, of both in each body, of wedges, and of wedges and
+/// tetrahedra.
 fn kinds() -> [Mesh; 5] {
     let mesh = shapes();
     let (tetrahedra, mixed) = (mesh.divided(|_| true), mesh.divided(|element| element % 3 == 0));
@@ -51,8 +52,8 @@ fn random(count: usize, seed: u64) -> Vec<f64> {
     (0..count).map(|_| next()).collect()
 }
 
-/// Every edge occurs twice, in opposite directions; and the triangles around every point form one ring, so that no two
-/// parts touch at a point.
+/// Every edge occurs twice, in opposite directions; and the triangles around every point form one
+/// ring, so that no two parts touch at a point.
 fn assert_closed(surface: &TriangleSurface) {
     assert_eq!(surface.open_edges(), 0);
     let mut around: HashMap<u32, HashMap<u32, u32>> = HashMap::new();
@@ -105,8 +106,8 @@ fn closed_surfaces(mesh: &Mesh) {
     }
 }
 
-/// The volume from the divergence theorem equals that of the parts of the tetrahedra, except where points are kept
-/// apart.
+/// The volume from the divergence theorem equals that of the parts of the tetrahedra, except where
+/// points are kept apart.
 #[test]
 fn enclosed_volume_is_the_volume_above() {
     let mesh = shapes();
@@ -117,7 +118,8 @@ fn enclosed_volume_is_the_volume_above() {
         let surface = extract(&lattice, lattice.threshold_of_volume(target));
         assert!((surface.volume() / target - 1.0).abs() < 2e-3, "{} of {target}", surface.volume());
     }
-    // All of it: the bodies themselves. Plane faces and straight edges: their own volume to round-off.
+    // All of it: the bodies themselves. Plane faces and straight edges: their own volume to
+    // round-off.
     let mesh = block([3, 2, 2]);
     let wedges = mesh.divided_into_wedges(|_| Some(1));
     let all = mesh.divided_into_wedges(|element| (element % 3 == 0).then_some(2)).divided(|element| element % 2 == 0);
@@ -128,8 +130,8 @@ fn enclosed_volume_is_the_volume_above() {
     }
 }
 
-/// A ball of density 1 in a block, as far as elements resolve it: its volume is preserved with and without smoothing,
-/// and a smoothed surface is rounder.
+/// A ball of density 1 in a block, as far as elements resolve it: its volume is preserved with and
+/// without smoothing, and a smoothed surface is rounder.
 #[test]
 fn the_volume_of_the_densities_is_kept() {
     let mesh = block([12, 12, 12]);
@@ -153,8 +155,8 @@ fn the_volume_of_the_densities_is_kept() {
     assert!(spread[1] < spread[0] && spread[2] < spread[1], "{spread:?}");
 }
 
-/// A column through a block from face to face: its ends stay in the faces, bit for bit, and the edge of the block stays
-/// in place; without this option, both are rounded.
+/// A column through a block from face to face: its ends stay in the faces, bit for bit, and the
+/// edge of the block stays in place; without this option, both are rounded.
 #[test]
 fn outer_faces_are_kept() {
     let mesh = block([6, 5, 6]);
@@ -215,8 +217,8 @@ fn what_has_no_surface() {
     assert!((whole.surface.volume() / 64.0 - 1.0).abs() < 1e-12);
 }
 
-/// Each file contains the surface: STL in its own layout (80 bytes, a count, 50 bytes per triangle), OBJ and VTU as
-/// text.
+/// Each file contains the surface: STL in its own layout (80 bytes, a count, 50 bytes per
+/// triangle), OBJ and VTU as text.
 #[test]
 fn files_hold_the_surface() {
     let folder = tempfile::tempdir().expect("a folder");

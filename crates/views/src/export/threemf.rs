@@ -45,8 +45,9 @@ pub fn unit_of_3mf(length: Option<&str>) -> Result<&'static str, ExportError> {
     found.map(|(unit, _)| *unit).ok_or_else(|| ExportError::Unit { unit: length.to_owned() })
 }
 
-/// Writes 3MF (core specification 1.3): one named object per body, with shared points; `names` are the names of all
-/// bodies of the mesh, `length` is the name of the case's unit of length. The same surface gives the same bytes.
+/// Writes 3MF (core specification 1.3): one named object per body, with shared points; `names` are
+/// the names of all bodies of the mesh, `length` is the name of the case's unit of length. The same
+/// surface gives the same bytes.
 ///
 /// # Errors
 /// [`ExportError::Unit`]; [`ExportError::Output`].
@@ -130,8 +131,8 @@ mod tests {
         }
     }
 
-    /// The zip crate reads the archive and an XML reader its parts: names, unit, numbers of points and triangles, and
-    /// volumes computed by hand (a sixth each).
+    /// The zip crate reads the archive and an XML reader its parts: names, unit, numbers of points
+    /// and triangles, and volumes computed by hand (a sixth each).
     #[test]
     fn objects_are_closed_bodies_in_the_cases_unit() {
         let folder = tempfile::tempdir().expect("a folder");

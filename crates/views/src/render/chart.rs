@@ -38,8 +38,8 @@ pub enum Dash {
 }
 
 impl Dash {
-    /// Alternating lengths of strokes and gaps, in widths of the line; the ends of strokes are round and extend by half
-    /// a width.
+    /// Alternating lengths of strokes and gaps, in widths of the line; the ends of strokes are
+    /// round and extend by half a width.
     fn pattern(self) -> &'static [f64] {
         match self {
             Self::Solid => &[],
@@ -99,11 +99,12 @@ pub struct Plot {
     pub share: f64,
 }
 
-/// Plots one above the other with a common abscissa, a title and a legend of all names above them. A plot without
-/// points is an empty frame.
+/// Plots one above the other with a common abscissa, a title and a legend of all names above them.
+/// A plot without points is an empty frame.
 ///
 /// # Errors
-/// [`RenderError::NotFinite`] for points, levels and shares, [`RenderError::Size`], [`RenderError::Supersampling`].
+/// [`RenderError::NotFinite`] for points, levels and shares, [`RenderError::Size`],
+/// [`RenderError::Supersampling`].
 pub fn chart(title: Option<&str>, plots: &[Plot], abscissa: &str, canvas: &Canvas) -> Result<Picture, RenderError> {
     canvas.check()?;
     for plot in plots {
@@ -143,7 +144,8 @@ pub fn chart(title: Option<&str>, plots: &[Plot], abscissa: &str, canvas: &Canva
     Ok(Picture::draw(&drawing))
 }
 
-/// Draws a sample and the name of each line with a name, in as many rows as needed; returns the end of the last row.
+/// Draws a sample and the name of each line with a name, in as many rows as needed; returns the end
+/// of the last row.
 fn legend(plots: &[Plot], text: Type, [left, right]: [f64; 2], top: f64, inks: &mut Vec<Ink>) -> f64 {
     let dot = text.dot;
     let (sample, between, row) = (26.0 * dot, 14.0 * dot, 13.0 * dot);
@@ -257,8 +259,8 @@ const GRID: Colour = Colour([222, 225, 230]);
 mod tests {
     use super::*;
 
-    /// Computed by hand: a line of 20 widths with a corner at 12. Dashes of 5 begin at 0, 9 and 18; the one from 9 is
-    /// split at the corner, the one from 18 ends with the line.
+    /// Computed by hand: a line of 20 widths with a corner at 12. Dashes of 5 begin at 0, 9 and 18;
+    /// the one from 9 is split at the corner, the one from 18 ends with the line.
     #[test]
     fn dashes_go_around_corners() {
         let points = [[0.0, 0.0], [12.0, 0.0], [12.0, 8.0]];

@@ -38,14 +38,17 @@ pub(super) fn to_byte(light: f32) -> u8 {
 /// A colour map from [0, 1] to colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ColourMap {
-    /// Dark violet through green to yellow; perceptually uniform, also in print and for colour-blind readers. By N.
-    /// Smith and S. van der Walt for matplotlib (CC0): every 15th of its 256 colours, linear between them.
+    /// Dark violet through green to yellow; perceptually uniform, also in print and for
+    /// colour-blind readers. By N. Smith and S. van der Walt for matplotlib (CC0): every 15th of
+    /// its 256 colours, linear between them.
     #[default]
     Viridis,
-    /// Viridis reversed, from yellow to dark violet, so that high values stand out against a white background.
+    /// Viridis reversed, from yellow to dark violet, so that high values stand out against a white
+    /// background.
     ViridisReversed,
-    /// Blue through light grey to red, for values with a meaningful midpoint. K. Moreland, Diverging Color Maps for
-    /// Scientific Visualization, ISVC 2009: his 33 published colours, linear between them.
+    /// Blue through light grey to red, for values with a meaningful midpoint. K. Moreland,
+    /// Diverging Color Maps for Scientific Visualization, ISVC 2009: his 33 published colours,
+    /// linear between them.
     CoolWarm,
 }
 
@@ -96,7 +99,8 @@ pub struct ColourScale {
 }
 
 impl ColourScale {
-    /// The scale whose colours run from `range[0]` to `range[1]`; values outside have the colour of the nearer end.
+    /// The scale whose colours run from `range[0]` to `range[1]`; values outside have the colour of
+    /// the nearer end.
     ///
     /// # Errors
     /// [`RenderError::Range`] unless the range is finite and ascending.
@@ -109,8 +113,8 @@ impl ColourScale {
         Ok(Self { title, map, range })
     }
 
-    /// The scale that covers the values: from the smallest to the largest, symmetric about 0 for a diverging map; if
-    /// all values are equal or there are none, an interval around them.
+    /// The scale that covers the values: from the smallest to the largest, symmetric about 0 for a
+    /// diverging map; if all values are equal or there are none, an interval around them.
     ///
     /// # Errors
     /// [`RenderError::NotFinite`].

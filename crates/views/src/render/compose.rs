@@ -42,7 +42,8 @@ pub(super) fn drawing(scene: &Scene<'_>, canvas: &Canvas) -> Result<Drawing, Ren
     let Some(camera) = Camera::framing(scene.view, visible.chain(corners), samples) else {
         return Ok(drawing);
     };
-    // Large enough for a line on a face seen at a grazing angle, small enough not to show through a plate.
+    // Large enough for a line on a face seen at a grazing angle, small enough not to show through a
+    // plate.
     drawing.lift = 0.004 * samples.width().max(samples.height());
     let brush = Brush { scene, camera, samples: s, dot: s * text.dot };
     for (layer, skin) in shown.iter().zip(&skins) {

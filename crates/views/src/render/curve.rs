@@ -19,12 +19,14 @@ pub struct Curve {
     pub points: Vec<[f64; 2]>,
 }
 
-/// Column `y` over column `x` of the `quantities.csv` of a run: one curve per load case, named `name`, followed by the
-/// number of the load case if there are several. Steps whose state could not be evaluated are left out.
+/// Column `y` over column `x` of the `quantities.csv` of a run: one curve per load case, named
+/// `name`, followed by the number of the load case if there are several. Steps whose state could
+/// not be evaluated are left out.
 ///
 /// # Errors
-/// [`RunError::NoRun`] for a directory without a run or without `quantities.csv`; [`RunError::Read`];
-/// [`RunError::Damaged`] for a table without one of the columns, or with rows that are incomplete or not numeric.
+/// [`RunError::NoRun`] for a directory without a run or without `quantities.csv`;
+/// [`RunError::Read`]; [`RunError::Damaged`] for a table without one of the columns, or with rows
+/// that are incomplete or not numeric.
 pub fn read_curves(results: &Path, name: &str, x: &str, y: &str) -> Result<Vec<Curve>, RunError> {
     let table = RunDirectory::open(results)?.file("quantities.csv");
     if !table.is_file() {
@@ -37,7 +39,8 @@ pub fn read_curves(results: &Path, name: &str, x: &str, y: &str) -> Result<Vec<C
 /// Several curves in one chart, with a legend if there is more than one.
 ///
 /// # Errors
-/// [`RenderError::TooManyLines`], [`RenderError::NotFinite`], [`RenderError::Size`], [`RenderError::Supersampling`].
+/// [`RenderError::TooManyLines`], [`RenderError::NotFinite`], [`RenderError::Size`],
+/// [`RenderError::Supersampling`].
 pub fn curves_picture(
     title: Option<&str>,
     curves: &[Curve],

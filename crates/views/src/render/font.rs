@@ -7,7 +7,8 @@
 pub(super) struct Glyph {
     /// Width of the character in columns.
     pub width: usize,
-    /// From dot to dot: column and row of both ends, row 0 at the top of capitals, row 6 on the baseline.
+    /// From dot to dot: column and row of both ends, row 0 at the top of capitals, row 6 on the
+    /// baseline.
     pub strokes: Vec<[[f64; 2]; 2]>,
 }
 

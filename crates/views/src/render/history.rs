@@ -1,4 +1,5 @@
-//! Objective and volume fraction over the iterations, for one optimization or for several in one chart.
+//! Objective and volume fraction over the iterations, for one optimization or for several in one
+//! chart.
 
 use super::RenderError;
 use super::chart::{Dash, Line, Plot, chart};
@@ -35,14 +36,15 @@ pub fn history_picture(
     chart(None, &plots, ITERATION, canvas)
 }
 
-/// Objectives and volume fractions of several optimizations over their iterations, with a legend; `limit` is their
-/// common bound on the volume fraction.
+/// Objectives and volume fractions of several optimizations over their iterations, with a legend;
+/// `limit` is their common bound on the volume fraction.
 ///
-/// Lines differ in colour and dash, so that overlapping lines are both visible, and lines can be distinguished in
-/// black-and-white print.
+/// Lines differ in colour and dash, so that overlapping lines are both visible, and lines can be
+/// distinguished in black-and-white print.
 ///
 /// # Errors
-/// [`RenderError::TooManyLines`], [`RenderError::NotFinite`], [`RenderError::Size`], [`RenderError::Supersampling`].
+/// [`RenderError::TooManyLines`], [`RenderError::NotFinite`], [`RenderError::Size`],
+/// [`RenderError::Supersampling`].
 pub fn histories_picture(
     title: Option<&str>,
     runs: &[RunHistory],
@@ -83,8 +85,8 @@ fn plots(objective: Vec<Line>, volume_fraction: Vec<Line>, limit: Option<f64>) -
     ]
 }
 
-/// Colours that colour-blind readers can distinguish: M. Okabe and K. Ito, Color Universal Design, 2008, without
-/// yellow, which is too light on white.
+/// Colours that colour-blind readers can distinguish: M. Okabe and K. Ito, Color Universal Design,
+/// 2008, without yellow, which is too light on white.
 const COLOURS: [Colour; 7] = [
     Colour([0, 114, 178]),
     Colour([213, 94, 0]),

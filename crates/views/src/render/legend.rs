@@ -19,7 +19,8 @@ fn round_step(step: f64) -> f64 {
     multiple * power
 }
 
-/// A number with as many digits as its step requires, in scientific notation if it is very large or small.
+/// A number with as many digits as its step requires, in scientific notation if it is very large or
+/// small.
 fn number(value: f64, step: f64, largest: f64) -> String {
     let digits = |unit: f64| (-(unit.log10() + 1e-9).floor()).max(0.0) as usize;
     let text = if !(1e-3..1e5).contains(&largest) {

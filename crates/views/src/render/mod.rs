@@ -1,16 +1,16 @@
 //! Pictures of designs, states and histories as PNG files, without a display.
 //!
-//! [`design_picture`], [`state_picture`], [`history_picture`] and [`histories_picture`] make the usual ones; [`Scene`]
-//! makes any other:
+//! [`design_picture`], [`state_picture`], [`history_picture`] and [`histories_picture`] make the
+//! usual ones; [`Scene`] makes any other:
 //!
 //! ```text
 //! cells in layers ──skin──▶ faces ──camera──▶ samples in a depth buffer ──mean──▶ pixels ──▶ Picture
 //! ```
 //!
-//! * Only the skin of elements is shown: the faces that no other cell of the layer has. A threshold or a cut therefore
-//!   reveals the faces behind.
-//! * Views are orthographic: lengths in the plane of the picture are true to scale. y is up, as everywhere in
-//!   slipstick.
+//! * Only the skin of elements is shown: the faces that no other cell of the layer has. A threshold
+//!   or a cut therefore reveals the faces behind.
+//! * Views are orthographic: lengths in the plane of the picture are true to scale. y is up, as
+//!   everywhere in slipstick.
 //! * A translucent layer shows only its nearest face, so that the objects behind it remain legible.
 //! * Shading dims colours: the colour bar shows them fully lit. [`Scene::shaded`] turns it off.
 //! * The same input gives the same bytes, on any number of threads.

@@ -36,7 +36,8 @@ impl Picture {
         self.height
     }
 
-    /// Red, green and blue of the pixel in column `x` and row `y` from the upper left corner; `None` outside.
+    /// Red, green and blue of the pixel in column `x` and row `y` from the upper left corner;
+    /// `None` outside.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
         if x >= self.width || y >= self.height {
             return None;
@@ -120,7 +121,8 @@ pub struct Canvas {
     pub width: u32,
     /// \[pixels\]
     pub height: u32,
-    /// Samples per pixel and direction, 1 to 8: a higher number gives smoother edges; the time grows with its square.
+    /// Samples per pixel and direction, 1 to 8: a higher number gives smoother edges; the time
+    /// grows with its square.
     pub supersampling: u32,
 }
 

@@ -1,14 +1,15 @@
 //! Rasterizes faces, lines and ink: a depth buffer per band of rows, several samples per pixel.
 //!
-//! Bands are independent of each other, and within a band everything is drawn in the given order, so the picture does
-//! not depend on the number of threads.
+//! Bands are independent of each other, and within a band everything is drawn in the given order,
+//! so the picture does not depend on the number of threads.
 
 use rayon::prelude::*;
 
 use super::colour::{Palette, to_byte};
 use super::ink::Ink;
 
-/// A triangle or quadrilateral; positions are samples to the right, downwards and away from the eye.
+/// A triangle or quadrilateral; positions are samples to the right, downwards and away from the
+/// eye.
 #[derive(Debug, Clone)]
 pub(super) struct Face {
     /// Positions; the first `count` are corners.
@@ -145,7 +146,8 @@ impl Drawing {
         }
     }
 
-    /// Means of the samples of each pixel, in linear light, so that edges have the correct brightness.
+    /// Means of the samples of each pixel, in linear light, so that edges have the correct
+    /// brightness.
     fn resolve(&self, rows: usize, picture: &Layer) -> Vec<u8> {
         let (s, columns) = (self.samples, self.width * self.samples);
         let weight = 1.0 / (s * s) as f32;
@@ -222,8 +224,8 @@ fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
 }
 
-/// Fills a face with triangles around its centre, which shows a warped face and its values without a preferred
-/// diagonal.
+/// Fills a face with triangles around its centre, which shows a warped face and its values without
+/// a preferred diagonal.
 fn fill(face: &Face, sheet: &Sheet, window: &Window, layer: &mut Layer) {
     let (corners, values) = (&face.corners[..face.count], &face.values[..face.count]);
     let share = 1.0 / face.count as f64;

@@ -6,14 +6,14 @@ use std::path::Path;
 use crate::render::RunHistory;
 use slipstick_results::run::{RunDirectory, RunError};
 
-/// Histories of optimizations: for a run's directory, its history, named after the directory; for a table (`.csv`) with
-/// a column `run`, one history per run, in the order in which they appear; for a table without it, one history, named
-/// after the file.
+/// Histories of optimizations: for a run's directory, its history, named after the directory; for a
+/// table (`.csv`) with a column `run`, one history per run, in the order in which they appear; for
+/// a table without it, one history, named after the file.
 ///
 /// # Errors
 /// [`RunError::NoRun`] for a directory without a run or without `history.csv`; [`RunError::Read`];
-/// [`RunError::Damaged`] for a table without the columns `iteration`, `objective` and `volume_fraction`, or with rows
-/// that are incomplete or not numeric.
+/// [`RunError::Damaged`] for a table without the columns `iteration`, `objective` and
+/// `volume_fraction`, or with rows that are incomplete or not numeric.
 pub fn read_histories(results: &Path) -> Result<Vec<RunHistory>, RunError> {
     let table = if is_table(results) {
         results.to_owned()

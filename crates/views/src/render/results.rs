@@ -19,13 +19,14 @@ pub struct RenderOptions {
     pub view: View,
     /// Colours of the field.
     pub colour_map: ColourMap,
-    /// Values at the ends of the colours; `None`: 0 to 1 for a density, the range over the shown elements for another
-    /// field.
+    /// Values at the ends of the colours; `None`: 0 to 1 for a density, the range over the shown
+    /// elements for another field.
     pub range: Option<[f64; 2]>,
-    /// Bodies that show the field; `None`: those of the design, that is, with a density below 1 somewhere, or all if
-    /// there are none.
+    /// Bodies that show the field; `None`: those of the design, that is, with a density below 1
+    /// somewhere, or all if there are none.
     pub bodies: Option<Vec<String>>,
-    /// Appearance of the other bodies in the picture of a state; the picture of a design omits them.
+    /// Appearance of the other bodies in the picture of a state; the picture of a design omits
+    /// them.
     pub others: Style,
     /// Removes a part of all bodies to show the inside.
     pub cut: Option<Cut>,
@@ -93,13 +94,15 @@ impl<'a> Field<'a> {
 
 const DENSITY: &str = "density";
 
-/// A design: the undeformed elements of the design whose density exceeds the threshold, coloured by density.
+/// A design: the undeformed elements of the design whose density exceeds the threshold, coloured by
+/// density.
 ///
-/// `density` has one value per element of the mesh. If no element exceeds the threshold, the picture says so.
+/// `density` has one value per element of the mesh. If no element exceeds the threshold, the
+/// picture says so.
 ///
 /// # Errors
-/// [`RenderError::Length`], [`RenderError::NotFinite`]; [`RenderError::UnknownBody`], [`RenderError::Range`],
-/// [`RenderError::Size`] or [`RenderError::Supersampling`] for the options.
+/// [`RenderError::Length`], [`RenderError::NotFinite`]; [`RenderError::UnknownBody`],
+/// [`RenderError::Range`], [`RenderError::Size`] or [`RenderError::Supersampling`] for the options.
 pub fn design_picture(
     mesh: &Mesh,
     density: &[f64],
@@ -110,8 +113,8 @@ pub fn design_picture(
     show(mesh, None, density, threshold, &Field::density(density), &options)
 }
 
-/// A state: the deformed elements of the design whose density exceeds the threshold, coloured by a field, with the
-/// other bodies as context.
+/// A state: the deformed elements of the design whose density exceeds the threshold, coloured by a
+/// field, with the other bodies as context.
 ///
 /// `displacement` has 3 components per node \[L\], `density` one value per element.
 ///
@@ -128,12 +131,14 @@ pub fn state_picture(
     show(mesh, Some(displacement), density, threshold, field, options)
 }
 
-/// A design as the surface that [`design_surface`](crate::export::design_surface) extracts: undeformed, in one colour.
+/// A design as the surface that [`design_surface`](crate::export::design_surface) extracts:
+/// undeformed, in one colour.
 ///
 /// Only the options view, caption, domain and canvas are used.
 ///
 /// # Errors
-/// [`RenderError::NotFinite`]; [`RenderError::Size`] or [`RenderError::Supersampling`] for the options.
+/// [`RenderError::NotFinite`]; [`RenderError::Size`] or [`RenderError::Supersampling`] for the
+/// options.
 pub fn surface_picture(
     mesh: &Mesh,
     surface: &TriangleSurface,

@@ -28,7 +28,8 @@ pub enum Style {
     /// As an opaque body.
     #[default]
     Solid,
-    /// As glass: its nearest face is blended with the objects behind, with this opacity from 0 to 1.
+    /// As glass: its nearest face is blended with the objects behind, with this opacity from 0
+    /// to 1.
     Translucent(f64),
     /// As the edges of the element faces that point towards the eye.
     Wire,
@@ -45,7 +46,8 @@ pub struct Layer<'a> {
     pub paint: Paint<'a>,
     /// Their appearance.
     pub style: Style,
-    /// Whether edges of the element faces are drawn; they fade where faces are smaller than a few pixels.
+    /// Whether edges of the element faces are drawn; they fade where faces are smaller than a few
+    /// pixels.
     pub edges: bool,
 }
 
@@ -78,7 +80,8 @@ pub struct Scene<'a> {
     pub caption: Option<String>,
     /// Text in the centre if no layer has cells.
     pub note: String,
-    /// Whether faces are shaded by their angle to the light, which comes from the upper left behind the eye.
+    /// Whether faces are shaded by their angle to the light, which comes from the upper left behind
+    /// the eye.
     pub shaded: bool,
     /// Whether the directions of x, y and z are shown.
     pub axes: bool,
@@ -127,7 +130,8 @@ impl<'a> Scene<'a> {
     /// Adds a layer.
     ///
     /// # Errors
-    /// [`RenderError::CellOutOfRange`]; [`RenderError::Length`] or [`RenderError::NotFinite`] for its field or opacity.
+    /// [`RenderError::CellOutOfRange`]; [`RenderError::Length`] or [`RenderError::NotFinite`] for
+    /// its field or opacity.
     pub fn add(&mut self, layer: Layer<'a>) -> Result<(), RenderError> {
         let cells = self.elements.len();
         if let Some(&cell) = layer.cells.iter().find(|&&cell| cell as usize >= cells) {
@@ -145,7 +149,8 @@ impl<'a> Scene<'a> {
         Ok(())
     }
 
-    /// Adds a surface of triangles between given points, counter-clockwise seen from outside, without edges.
+    /// Adds a surface of triangles between given points, counter-clockwise seen from outside,
+    /// without edges.
     ///
     /// # Errors
     /// [`RenderError::NodeOutOfRange`] with the number of the triangle.
@@ -171,12 +176,14 @@ impl<'a> Scene<'a> {
         Ok(())
     }
 
-    /// Draws the scene: the visible cells fill the picture next to the colour bar and below the caption.
+    /// Draws the scene: the visible cells fill the picture next to the colour bar and below the
+    /// caption.
     ///
     /// A scene without cells gives a picture with the note.
     ///
     /// # Errors
-    /// [`RenderError::Size`], [`RenderError::Supersampling`]; [`RenderError::NoScale`] if a field has no scale.
+    /// [`RenderError::Size`], [`RenderError::Supersampling`]; [`RenderError::NoScale`] if a field
+    /// has no scale.
     pub fn picture(&self, canvas: &Canvas) -> Result<Picture, RenderError> {
         canvas.check()?;
         Ok(Picture::draw(&compose::drawing(self, canvas)?))

@@ -31,7 +31,8 @@ pub(super) fn skin(elements: &[Element], cells: &[u32]) -> Vec<SkinFace> {
     all.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).map(|same| same[0].1).collect()
 }
 
-/// All edges of the skin, each once, with the one or two faces at each edge (or more if corners touch).
+/// All edges of the skin, each once, with the one or two faces at each edge (or more if corners
+/// touch).
 fn edges(skin: &[SkinFace]) -> Vec<([u32; 2], u32)> {
     let mut all = Vec::with_capacity(4 * skin.len());
     for (f, face) in skin.iter().enumerate() {

@@ -41,15 +41,15 @@ fn covered(picture: &Picture) -> f64 {
     picture.pixels().chunks(3).map(|p| dark(p[0])).sum()
 }
 
-/// Pixels of the frame in both directions, without the margin of seven dots of the font on either side.
+/// Pixels of the frame in both directions, without the margin of seven dots of the font on either
+/// side.
 fn inside(width: u32, height: u32) -> [f64; 2] {
     let margin = 14.0 * (f64::from(width.min(height)) / 260.0).max(1.0);
     [f64::from(width) - margin, f64::from(height) - margin]
 }
 
-/// The projection of a unit cube along e has the area |e₁| + |e₂| + |e₃| and, along a direction d of the picture, the
-/// extent
-/// |d₁| + |d₂| + |d₃|.
+/// The projection of a unit cube along e has the area |e₁| + |e₂| + |e₃| and, along a direction d
+/// of the picture, the extent |d₁| + |d₂| + |d₃|.
 #[test]
 fn a_cube_covers_the_pixels_that_geometry_predicts() {
     let cube = unit_cube();
@@ -72,7 +72,8 @@ fn a_cube_covers_the_pixels_that_geometry_predicts() {
 
 #[test]
 fn named_views_show_the_sides_they_name() {
-    // One cube at each end of the axes, in its own colour: the one nearest to the eye hides the middle of the picture.
+    // One cube at each end of the axes, in its own colour: the one nearest to the eye hides the
+    // middle of the picture.
     let ends = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
     let colours = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [0, 255, 255], [255, 0, 255]];
     let cubes = ends.map(|end| {
@@ -121,7 +122,8 @@ fn nearer_faces_hide_farther_ones_in_any_order_and_glass_mixes() {
         assert_eq!(front.pixel(100, 30), Some(BLUE.0));
         assert_eq!(front.pixel(3, 3), Some([255; 3]));
         assert_eq!(draw(Style::Solid, "back", swapped).pixel(100, 100), Some(BLUE.0));
-        // A quarter of red light and three of blue, encoded as sRGB: 0.25 is 137, 0.75 is 225 (IEC 61966-2-1).
+        // A quarter of red light and three of blue, encoded as sRGB: 0.25 is 137, 0.75 is 225 (IEC
+        // 61966-2-1).
         let glass = draw(Style::Translucent(0.25), "front", swapped);
         assert_eq!(glass.pixel(100, 100), Some([137, 0, 225]));
         // From behind, the solid body hides the glass.
@@ -133,7 +135,8 @@ fn nearer_faces_hide_farther_ones_in_any_order_and_glass_mixes() {
 
 #[test]
 fn a_line_on_a_face_is_drawn_whole() {
-    // The box's edges lie on the cube's: each must be seen from end to end, the hidden ones not at all.
+    // The box's edges lie on the cube's: each must be seen from end to end, the hidden ones not at
+    // all.
     let cube = unit_cube();
     let mut scene = bare(&cube);
     scene.add(plain(vec![0], BLACK, Style::Solid)).unwrap();
@@ -166,7 +169,8 @@ fn the_skin_of_a_block_is_its_surface() {
     let all: Vec<u32> = (0..24).collect();
     let faces = skin::skin(&mesh.elements, &all);
     assert_eq!(faces.len(), 2 * (3 * 2 + 2 * 4 + 4 * 3));
-    // Outward: the divergence theorem gives the volume from the mean of x·n over the faces of area 1.
+    // Outward: the divergence theorem gives the volume from the mean of x·n over the faces of
+    // area 1.
     let volume: f64 = faces
         .iter()
         .map(|f| {

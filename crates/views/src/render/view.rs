@@ -51,8 +51,8 @@ const NAMED: [(&str, Directions); 10] = [
 impl View {
     /// The view with a name from [`names`](Self::names).
     ///
-    /// `front` looks along −z with x to the right, `side` along −x, `top` along −y with x to the right and z towards
-    /// the bottom of the picture; `iso` sees the faces at +x, +y and +z.
+    /// `front` looks along −z with x to the right, `side` along −x, `top` along −y with x to the
+    /// right and z towards the bottom of the picture; `iso` sees the faces at +x, +y and +z.
     ///
     /// # Errors
     /// [`RenderError::UnknownView`].
@@ -68,7 +68,8 @@ impl View {
         NAMED.iter().map(|(name, _)| *name).collect()
     }
 
-    /// The view whose eye lies in direction `eye`, with `up` upwards in the picture; lengths do not matter.
+    /// The view whose eye lies in direction `eye`, with `up` upwards in the picture; lengths do not
+    /// matter.
     ///
     /// # Errors
     /// [`RenderError::Direction`] if the two are parallel, zero or not finite.
@@ -122,7 +123,8 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// The camera for which the positions fill the frame and are centred in it; `None` without positions.
+    /// The camera for which the positions fill the frame and are centred in it; `None` without
+    /// positions.
     pub fn framing(view: View, positions: impl IntoIterator<Item = Vector>, frame: Rectangle) -> Option<Self> {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for position in positions {

@@ -87,7 +87,8 @@ pub(super) fn read(
     if run.file("gradient.vtu").is_file() {
         frames.designs.extend(design(&Stored::read(run, "gradient.vtu")?, 0, mesh, layout));
     }
-    // If the field of this design was not written, or the run has a single design, its table has the densities.
+    // If the field of this design was not written, or the run has a single design, its table has
+    // the densities.
     if frames.designs.is_empty() && run.file("design.csv").is_file() && !layout.elements.is_empty() && steps.is_empty()
     {
         let density = load_density(run.path(), mesh)?;

@@ -1,8 +1,10 @@
-//! A run as a single web page: design and load path in an interactive view, curves, tables and the case.
+//! A run as a single web page: design and load path in an interactive view, curves, tables and the
+//! case.
 //!
-//! The page contains everything and needs no network: styles, scripts, and the data as JSON, in which large lists of
-//! numbers are base64 of little-endian bytes. It opens from a file, follows the system's light or dark colours, can be
-//! operated by keyboard, and can be printed. Its scripts are in `page/` and use no libraries.
+//! The page contains everything and needs no network: styles, scripts, and the data as JSON, in
+//! which large lists of numbers are base64 of little-endian bytes. It opens from a file, follows
+//! the system's light or dark colours, can be operated by keyboard, and can be printed. Its scripts
+//! are in `page/` and use no libraries.
 //!
 //! | part | contents |
 //! |---|---|
@@ -53,8 +55,8 @@ pub struct Page {
 pub struct PageOptions {
     /// Limit for designs and load steps, before encoding. \[bytes\]
     pub frame_bytes: usize,
-    /// Limit for coordinates and elements, before encoding; a mesh that needs more is only shown as a picture.
-    /// \[bytes\]
+    /// Limit for coordinates and elements, before encoding; a mesh that needs more is only shown as
+    /// a picture. \[bytes\]
     pub model_bytes: usize,
 }
 
@@ -123,7 +125,8 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
         resolved: record.case,
         title,
     };
-    // A number that is not finite becomes `null`, and `<` cannot end the script that holds the data.
+    // A number that is not finite becomes `null`, and `<` cannot end the script that holds the
+    // data.
     let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
     let picture = picture.map_or(String::new(), |bytes| format!("data:image/png;base64,{}", base64(&bytes)));
     let script =
@@ -135,7 +138,8 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
         "SCRIPT" => script.trim_end().into(),
         _ => json.clone(),
     };
-    // In the template, keys stand between @ and there is no other @; inserted text is not searched again.
+    // In the template, keys stand between @ and there is no other @; inserted text is not searched
+    // again.
     let pieces = include_str!("page/page.html").split('@').enumerate();
     let html = pieces.map(|(k, piece)| if k % 2 == 1 { part(piece) } else { piece.to_owned() }).collect();
     Ok(Page { html, frames: counts, notes })

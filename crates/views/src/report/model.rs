@@ -1,4 +1,5 @@
-//! The mesh for the page: whole for designed bodies, where a threshold hides elements, and only the skin of the others.
+//! The mesh for the page: whole for designed bodies, where a threshold hides elements, and only the
+//! skin of the others.
 
 use serde::Serialize;
 use slipstick_mesh::{Element, FacetNodes, Mesh, WEDGE_AS_HEX};
@@ -11,8 +12,8 @@ use slipstick_case::case::Case;
 pub(super) struct Model {
     /// Coordinates, 3 per point.
     points: String,
-    /// Points of the elements of designed bodies, 8 each: tetrahedra and wedges are stored as hexahedra with repeated
-    /// corners.
+    /// Points of the elements of designed bodies, 8 each: tetrahedra and wedges are stored as
+    /// hexahedra with repeated corners.
     hexes: String,
     /// Points of the skin of the other bodies, 4 each: triangles repeat the last corner.
     quads: String,
@@ -93,8 +94,8 @@ impl Layout {
     }
 }
 
-/// An element as a hexahedron. For a wedge, two of its edges have no length; for a tetrahedron, one edge and one face
-/// are degenerate.
+/// An element as a hexahedron. For a wedge, two of its edges have no length; for a tetrahedron, one
+/// edge and one face are degenerate.
 fn eight(element: &Element) -> [u32; 8] {
     match *element {
         Element::Tet4([a, b, c, d]) => [a, b, c, c, d, d, d, d],

@@ -19,8 +19,8 @@ pub(super) fn floats(values: impl IntoIterator<Item = f64>) -> String {
     base64(&values.into_iter().flat_map(|value| (value as f32).to_le_bytes()).collect::<Vec<u8>>())
 }
 
-/// Numbers quantized in equal steps between the smallest and the largest: value = low + step · code, with an error of
-/// at most half a step.
+/// Numbers quantized in equal steps between the smallest and the largest:
+/// value = low + step · code, with an error of at most half a step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Packed {
     /// 8 or 16 bits per code.

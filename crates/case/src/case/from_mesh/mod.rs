@@ -1,10 +1,11 @@
-//! Writes a case for a user's mesh: the file's bodies and surfaces by name, with a contact pair, supports and a motion
-//! for the user to correct.
+//! Writes a case for a user's mesh: the file's bodies and surfaces by name, with a contact pair,
+//! supports and a motion for the user to correct.
 //!
-//! The choices are guesses based on geometry, and the case says so. The contact pair is the pair of facing surfaces of
-//! two bodies with the largest area. The larger body is held and the other one is pressed onto it, each at its side
-//! away from the contact. If there is only one body, the case adds a block that is pressed onto it. Surfaces and sets
-//! that the file does not name are selected by direction or position.
+//! The choices are guesses based on geometry, and the case says so. The contact pair is the pair of
+//! facing surfaces of two bodies with the largest area. The larger body is held and the other one
+//! is pressed onto it, each at its side away from the contact. If there is only one body, the case
+//! adds a block that is pressed onto it. Surfaces and sets that the file does not name are selected
+//! by direction or position.
 
 mod survey;
 mod text;
@@ -18,7 +19,8 @@ use survey::{Part, Survey};
 pub struct MeshCase {
     /// The text of the case.
     pub text: String,
-    /// Changes that the case makes to the mesh, for the user's information: which bodies lose mid-side nodes.
+    /// Changes that the case makes to the mesh, for the user's information: which bodies lose
+    /// mid-side nodes.
     pub notices: Vec<String>,
 }
 

@@ -26,11 +26,12 @@ pub struct Part {
     pub name: String,
     /// The set of the file that makes up the body; `None`: the whole file.
     pub part: Option<String>,
-    /// Its second-order elements in the file, which are read by their corners.
+    /// Its second-order elements in the file, which are read without their mid-side nodes.
     second_order: BTreeMap<CellKind, usize>,
     /// Its mesh.
     pub mesh: Mesh,
-    /// Its named surfaces; if there are none, the parts of its skin that face the six coordinate directions.
+    /// Its named surfaces; if there are none, the parts of its skin that face the six coordinate
+    /// directions.
     pub faces: Vec<Face>,
     /// Lowest and highest corner.
     pub bounds: [Point; 2],
@@ -157,8 +158,8 @@ impl Survey {
     }
 }
 
-/// The sets of a file that become bodies, smallest sets first, without sets that share elements with an earlier one; or
-/// the whole file. With the names of the bodies.
+/// The sets of a file that become bodies, smallest first, with the names of the bodies. A set that
+/// shares elements with an earlier one is skipped. Without any sets, the whole file is one body.
 fn disjoint(file: &FileMesh) -> Vec<(Option<String>, String)> {
     let mut sets: Vec<&str> = file.parts().collect();
     sets.sort_by_key(|set| file.cell_sets[*set].len());
@@ -205,7 +206,8 @@ fn read(file: &FileMesh, part: Option<String>, name: String) -> Result<Part, Mes
     Ok(Part { name, part, second_order, faces, bounds: [bounds.0.into(), bounds.1.into()], volume, mesh })
 }
 
-/// The parts of the skin that face the six coordinate directions, as `surface.normal` selects them within 45°.
+/// The parts of the skin that face the six coordinate directions, as `surface.normal` selects them
+/// within 45°.
 fn sides(mesh: &Mesh, name: &str) -> Vec<Face> {
     let skin = mesh.boundary(0);
     let mut sides = Vec::new();
@@ -246,8 +248,8 @@ fn best_pair(parts: &[Part]) -> Option<Pair> {
     best
 }
 
-/// The slave's area that faces the master, weighted down by the distance and by the remaining area of both surfaces;
-/// and the smallest distance.
+/// The slave's area that faces the master, weighted down by the distance and by the remaining area
+/// of both surfaces; and the smallest distance.
 fn facing(slave: &Face, master: &Face) -> Option<(f64, f64)> {
     let reach = slave.facet_size() + master.facet_size();
     let every = slave.facets().div_ceil(SAMPLES);

@@ -13,7 +13,8 @@ const PRESS: f64 = 0.01;
 /// How far the smaller body slides, as a fraction of its extent in that direction.
 const SLIDE: f64 = 0.05;
 
-/// Minimum cosine of the angle between a direction and the normal of a surface that faces that direction.
+/// Minimum cosine of the angle between a direction and the normal of a surface that faces that
+/// direction.
 const FACING: f64 = 0.5;
 
 /// Side length of the block that is pressed onto a single body, as a fraction of the body's extent.
@@ -139,8 +140,8 @@ impl<'a> Plan<'a> {
         top.filter(|face| self.driven.is_none() && face.direction().y > 0.5)
     }
 
-    /// The block that is pressed onto a single body from above: over its whole top, or over the named surface that it
-    /// touches.
+    /// The block that is pressed onto a single body from above: over its whole top, or over the
+    /// named surface that it touches.
     fn block(&self, text: &mut String) {
         let part = &self.survey.parts[self.held];
         let [low, high] = match self.top().filter(|face| face.selected.is_none()) {
@@ -265,8 +266,9 @@ impl<'a> Plan<'a> {
         name
     }
 
-    /// A named surface at which the body is probably held or moved: the one furthest along a direction and facing it,
-    /// otherwise the largest plane one; if there is none, the nodes furthest along.
+    /// A named surface at which the body is probably held or moved: the one furthest along a
+    /// direction and facing it, otherwise the largest plane one; if there is none, the nodes
+    /// furthest along that direction.
     fn far_side(&mut self, body: usize, direction: Vector3<f64>) -> String {
         let part = &self.survey.parts[body];
         let [low, high] = part.range(&direction);
@@ -374,7 +376,8 @@ fn rounded(x: f64) -> f64 {
     if rounded == 0.0 { 0.0 } else { rounded }
 }
 
-/// A number without round-off: to a billionth of `size`, which is less than what counts as a penetration.
+/// A number rounded to a billionth of `size`, which is less than the smallest penetration that
+/// counts.
 fn short(x: f64, size: f64) -> f64 {
     let decimals = (9.0 - size.log10().ceil()).clamp(0.0, 60.0) as usize;
     let rounded = format!("{x:.decimals$}").parse().unwrap_or(x);

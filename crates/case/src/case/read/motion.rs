@@ -148,7 +148,8 @@ fn motion(table: &Table<'_>, components: &[Component], has_axis: bool, steps: us
     }
     let mut last = (0.0, 0.0);
     for point in &points {
-        // within a load step, displacements are linear: a larger rotation would be a different motion
+        // within a load step, displacements are linear: a larger rotation would be a different
+        // motion
         let turn = (point.angle - last.1).abs() / ((point.t - last.0) * steps as f64);
         if point.t > last.0 && turn > LARGEST_TURN * (1.0 + 1e-9) {
             table.reader.error(

@@ -40,7 +40,8 @@ pub enum Shape {
         /// Ratio of the last to the first element size, per direction; 1 is uniform.
         grading: [f64; 3],
     },
-    /// A solid half-ball, dome down (−y), with the centre of its flat face at the origin. Faces `flat dome`.
+    /// A solid half-ball, dome down (−y), with the centre of its flat face at the origin. Faces
+    /// `flat dome`.
     HalfBall {
         /// Radius.
         radius: f64,
@@ -86,8 +87,8 @@ impl Shape {
         }
     }
 
-    /// The faces of this shape's mesh; its surfaces are called `{body}_{face}`. Empty for a mesh from a file, which has
-    /// its own surfaces.
+    /// The faces of this shape's mesh; its surfaces are called `{body}_{face}`. Empty for a mesh
+    /// from a file, which has its own surfaces.
     pub fn faces(&self) -> &'static [&'static str] {
         match self {
             Self::Box { .. } => &["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"],
@@ -125,7 +126,8 @@ impl Shape {
             Self::HalfBall { elements, .. } => {
                 let [n, h, m] = elements.map(|n| n as f64);
                 let square = (n + 1.0) * (n + 1.0);
-                // The nodes of the core, plus its boundary without the flat face once for every layer.
+                // The nodes of the core, plus its boundary without the flat face once for every
+                // layer.
                 square * (h + 1.0) + m * (square + 4.0 * n * h)
             }
             Self::Mesh(ref file) => file.mesh.nodes.len() as f64,
@@ -152,8 +154,8 @@ pub struct Rotate {
     pub degrees: f64,
 }
 
-/// A material: a law and the constants of its small-strain limit. In a case file the name of the law is a key, whose
-/// table holds the constants.
+/// A material: a law and the constants of its small-strain limit. In a case file the name of the
+/// law is a key, whose table holds the constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// The law.

@@ -19,13 +19,15 @@ pub struct Contact {
     pub multiplier_shape: MultiplierShape,
     /// Integration points on each triangle of a mortar segment, one of [`CELL_RULES`].
     pub cell_rule: usize,
-    /// Distance within which facets are paired \[L\]; `None`: chosen from facet sizes and the motion of a step.
+    /// Distance within which facets are paired \[L\]; `None`: chosen from facet sizes and the
+    /// motion of a step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub search_radius: Option<f64>,
-    /// Angle between neighbouring slave facets above which the edge between them is sharp. \[degrees\]
+    /// Angle between neighbouring slave facets above which the edge between them is
+    /// sharp. \[degrees\]
     pub feature_angle: f64,
-    /// Fraction of the area around a slave node that the master must cover for the node's contact condition to be
-    /// rigid.
+    /// Fraction of the area around a slave node that the master must cover for the node's contact
+    /// condition to be rigid.
     pub edge_cover: f64,
     /// How the contact conditions are enforced.
     pub enforcement: Enforcement,
@@ -38,7 +40,8 @@ impl Contact {
     pub const EDGE_COVER: f64 = 0.5;
 }
 
-/// Numbers of points of the triangle rules that `cell_rule` may name; exact to degree 1, 2, 4, 5, 6.
+/// Numbers of points of the triangle rules that `cell_rule` may name; exact to degree 1, 2, 4,
+/// 5, 6.
 pub const CELL_RULES: [usize; 5] = [1, 3, 6, 7, 12];
 
 /// How the contact conditions are enforced.
@@ -47,8 +50,8 @@ pub const CELL_RULES: [usize; 5] = [1, 3, 6, 7, 12];
 pub enum Enforcement {
     /// Lagrange multipliers and semi-smooth Newton. Paper: section 2.3.
     Lagrange {
-        /// Unit-free factor f of the complementarity parameters c_n = f·E/(h A) and c_t = 2.5 c_n. The solution does
-        /// not depend on them. `None`: `stiffness` gives them.
+        /// Unit-free factor f of the complementarity parameters c_n = f·E/(h A) and c_t = 2.5 c_n.
+        /// The solution does not depend on them. `None`: `stiffness` gives them.
         #[serde(skip_serializing_if = "Option::is_none")]
         complementarity_parameter: Option<f64>,
         /// c_n and c_t in units; `None`: from `complementarity_parameter`.
@@ -78,8 +81,8 @@ pub enum Enforcement {
         tolerance_scaling: ToleranceScaling,
         /// Maximum number of Uzawa iterations in a load step.
         max_uzawa: usize,
-        /// Number of previous multiplier updates that Anderson acceleration uses; 0: the plain iteration of the paper,
-        /// without second-order updates.
+        /// Number of previous multiplier updates that Anderson acceleration uses; 0: the plain
+        /// iteration of the paper, without second-order updates.
         acceleration: usize,
     },
 }

@@ -16,11 +16,12 @@ pub struct MeshFile {
     pub part: Option<String>,
     /// Factor on the file's coordinates.
     pub scale: f64,
-    /// Whether second-order elements are read by their corners, without mid-side nodes.
+    /// Whether second-order elements are read as first-order elements, without mid-side nodes.
     pub first_order: bool,
     /// SHA-256 of the file, in hexadecimal: with it, the case determines the results completely.
     pub sha256: String,
-    /// The mesh of this body alone, as from a generator; its surfaces and node sets have their final names.
+    /// The mesh of this body, as if it came from a generator; its surfaces and node sets have their
+    /// final names.
     #[serde(skip)]
     pub mesh: Arc<Mesh>,
 }

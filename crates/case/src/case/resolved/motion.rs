@@ -7,7 +7,7 @@ pub use slipstick_model::model::motion::{
     AmplitudePoint, Component, Dirichlet, Load, LoadKind, RotationAxis, Symmetry, Waypoint,
 };
 
-/// A load case: the same bodies and design on a load path of its own, starting at rest.
+/// A load case: the same bodies and design on a separate load path that starts at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LoadCase {
     /// Unique name.
@@ -31,13 +31,16 @@ pub struct LoadPath {
     pub start_values: StartValues,
 }
 
-/// Initial guess of Newton's iteration in a step. The solution does not depend on it, up to the tolerance.
+/// Initial guess of Newton's iteration in a step. The solution does not depend on it, up to the
+/// tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StartValues {
-    /// In an optimization, the last state plus the increment of the previous design; otherwise extrapolated.
+    /// In an optimization, the last state plus the increment of the previous design; otherwise
+    /// extrapolated.
     PreviousDesign,
-    /// Linear extrapolation of the last two states while the motion continues as before, otherwise the last state.
+    /// Linear extrapolation of the last two states while the motion continues as before, otherwise
+    /// the last state.
     Extrapolated,
     /// The last state.
     LastState,

@@ -5,7 +5,8 @@ use serde::Serialize;
 
 use super::BoxRegion;
 
-/// A surface: the boundary facets of a body that meet all conditions. At least one condition is given.
+/// A surface: the boundary facets of a body that meet all conditions. At least one condition is
+/// given.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SurfaceSet {
     /// Unique name, different from the names of all other surfaces and sets.

@@ -33,8 +33,8 @@ fn lab(rgb: [f64; 3]) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Moreland's construction (2009, section 4) in his polar form Msh of CIE Lab: M and s go linearly from either end to a
-/// grey of M = 88, and the hue turns so that the change appears even.
+/// Moreland's construction (2009, section 4) in his polar form Msh of CIE Lab: M and s go linearly
+/// from either end to a grey of M = 88, and the hue turns so that the change appears even.
 #[test]
 fn cool_warm_follows_its_construction() {
     let polar = |[l, a, b]: [f64; 3]| {
@@ -52,7 +52,8 @@ fn cool_warm_follows_its_construction() {
             let at: f64 = end + t * (0.5 - end);
             let found = lab(ColourMap::CoolWarm.at(at).0.map(f64::from));
             let distance = (0..3).map(|c| (found[c] - expected[c]).powi(2)).sum::<f64>().sqrt();
-            // His table is rounded to bytes and clipped to sRGB; 2.3 is a just noticeable difference.
+            // His table is rounded to bytes and clipped to sRGB; 2.3 is a just noticeable
+            // difference.
             assert!(distance < 2.3, "{at}: {found:?} instead of {expected:?}");
         }
     }

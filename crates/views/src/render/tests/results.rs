@@ -159,7 +159,8 @@ fn a_chart_has_its_points_where_its_axes_say() {
     };
     let history: Vec<IterationRecord> = (0..=10).map(record).collect();
     let picture = history_picture(&history, Some(0.25), &canvas(400, 300)).unwrap();
-    // The curve falls on a straight line: halfway across the columns that it covers it is halfway down.
+    // The curve falls on a straight line: halfway across the columns that it covers it is halfway
+    // down.
     let colour = ColourMap::Viridis.at(0.2).0;
     let on: Vec<(u32, u32)> = (0..300)
         .flat_map(|y| (0..400).map(move |x| (x, y)))
@@ -177,8 +178,9 @@ fn a_chart_has_its_points_where_its_axes_say() {
     assert!(below_title.into_iter().all(|(x, y)| empty.pixel(x, y) != Some(colour)), "no points without a history");
 }
 
-/// For three runs with different objectives, the lines lie above each other in that order, in the published colours of
-/// Okabe and Ito; the legend has a sample of each, and a run without rows appears only in the legend.
+/// For three runs with different objectives, the lines lie above each other in that order, in the
+/// published colours of Okabe and Ito; the legend has a sample of each, and a run without rows
+/// appears only in the legend.
 #[test]
 fn several_runs_are_drawn_in_one_frame_with_a_legend() {
     let run = |name: &str, level: f64, count: usize| RunHistory {
