@@ -2,6 +2,7 @@
 
 mod mesh;
 mod optimization;
+mod quantities;
 mod symmetry;
 
 pub use mesh::build_mesh;
@@ -10,10 +11,11 @@ pub use optimization::optimization;
 use crate::case::{self, Case};
 use crate::machine::Machine;
 use mesh::nodes_of;
+use quantities::Asked;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::CellRule;
 use slipstick_contact::{ContactInterface, InterfaceOptions};
-use slipstick_design::{Compliance, ContactForce, DesignVariables, Objective, Weighted};
+use slipstick_design::DesignVariables;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_model::analysis::Analysis;
 use slipstick_model::model::course;
@@ -27,7 +29,7 @@ use slipstick_path::{MarchOptions, NewtonOptions, StartValues, SweepOptions, Tol
 use slipstick_solid::{Interpolation, Section, Simp, SolidModel};
 use std::sync::Arc;
 
-/// A case that is right in itself but cannot be built: where in the case, why, and what mends it.
+/// Why a valid case cannot be built: the place in the case, the problem, and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {message}; {help}")]
 pub struct BuildError {
@@ -35,7 +37,7 @@ pub struct BuildError {
     pub path: String,
     /// What is wrong.
     pub message: String,
-    /// What mends it.
+    /// The remedy.
     pub help: String,
 }
 
@@ -45,7 +47,7 @@ impl BuildError {
     }
 }
 
-/// Builds mesh, model, load path, design and objective, for this process alone.
+/// Builds mesh, model, load path, design and objective in a single process.
 ///
 /// # Errors
 /// [`BuildError`] at the place in the case that cannot be built.
@@ -53,7 +55,7 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
     build_on(case, &Machine::default())
 }
 
-/// As [`build`], for the ranks of a machine, which all do so.
+/// As [`build`], for the ranks of a machine; all of them must call this.
 ///
 /// # Errors
 /// [`BuildError`].
@@ -69,12 +71,12 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         BuildError::new(
             format!("dirichlet[{}].set", e.motion),
             e,
-            "leave this component out of one of the two tables, or give both the same motion",
+            "omit this component in one of the two tables, or give both the same motion",
         )
     })?;
     let mirrored = symmetry::mirrored(case, &mesh)?;
     let prescribed = prescribed.with_symmetry(&mirrored).map_err(|e| {
-        let help = "move them within the plane only, or leave the plane out";
+        let help = "move them only within the plane, or omit the plane";
         BuildError::new(format!("dirichlet[{}].motion", e.motion), e, help)
     })?;
     let times = course::times(load_cases.len().max(1), case.load_path.steps);
@@ -109,22 +111,23 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads };
     let model = ContactModel::new(&mesh, parts, &initial_density, largest);
-    let objective = build_objective(case, &model, mesh.nodes.len())?;
+    let Asked { quantities, objective, constraints } = quantities::asked(case, &mesh, &model)?;
     let analysis = Analysis {
         design: Design::new(Arc::new(model), &initial_density),
         workspace: Workspace::default(),
         times,
         restarts: (1..load_cases.len()).map(course::start).collect(),
         objective,
+        constraints,
         march: march_options(case),
         sweep: SweepOptions { linear_tolerance: linear_tolerance(case), ..SweepOptions::default() },
         linear,
         guide: None,
     };
-    Ok(Problem { mesh, analysis, variables, initial_density, load_cases: case.load_case_names() })
+    Ok(Problem { mesh, analysis, variables, initial_density, load_cases: case.load_case_names(), quantities })
 }
 
-/// What the elements of body `b` are made of.
+/// Material and element formulation of body `b`.
 fn section((b, body): (usize, &case::Body)) -> Result<Section, BuildError> {
     let case::Material { law, youngs_modulus, poisson_ratio } = body.material;
     let material = law.with_constants(youngs_modulus, poisson_ratio).map_err(|e| {
@@ -133,7 +136,7 @@ fn section((b, body): (usize, &case::Body)) -> Result<Section, BuildError> {
     Ok(Section { material, formulation: body.element })
 }
 
-/// What a density makes of an element.
+/// How the stiffness of an element depends on its density.
 fn interpolation(design: Option<&case::Design>) -> Interpolation {
     let Some(design) = design else {
         return Simp { penalization: 1.0, minimum: 0.0 }.into();
@@ -141,8 +144,8 @@ fn interpolation(design: Option<&case::Design>) -> Interpolation {
     Interpolation { simp: design.simp, energy: design.energy_interpolation }
 }
 
-/// Residual of linear solves, forward and transposed: a part of the tolerance of the path, so that both the states and the
-/// gradient are as exact as asked for.
+/// Relative residual of linear solves, forward and transposed: a fraction of the tolerance of the
+/// load path, so that both the states and the gradient are as accurate as requested.
 fn linear_tolerance(case: &Case) -> f64 {
     (0.1 * case.load_path.tolerance.relative).min(SweepOptions::default().linear_tolerance)
 }
@@ -208,14 +211,15 @@ fn build_interfaces(
         let size = |facets: &[FacetNodes]| {
             facets.iter().map(|f| facet_area(&f.corners(&mesh.nodes)).sqrt()).fold(0.0, f64::max)
         };
-        // at least what the bodies can approach each other in one step, so that nothing is passed unnoticed
+        // at least as far as the bodies can approach each other in one step, so that no contact is
+        // missed
         let reach = contact.search_radius.unwrap_or_else(|| 2.0 * size(&slave).max(size(&master)) + 1.5 * approach);
         if reach < approach {
             let message = format!(
                 "bodies may approach each other by {approach:.3e} in one load step, \
                  more than the search radius {reach:.3e}"
             );
-            let help = "raise the search radius, leave it out, or use more load steps; otherwise contact may be missed";
+            let help = "raise the search radius, omit it, or use more load steps; otherwise contact may be missed";
             return Err(BuildError::new(format!("contact[{i}].search_radius"), message, help));
         }
         let rule = CellRule::with_points(contact.cell_rule).ok_or_else(|| {
@@ -248,7 +252,7 @@ fn build_interfaces(
     Ok(interfaces)
 }
 
-/// Uzawa's iteration, of all pairs with the augmented Lagrangian together.
+/// Settings of Uzawa's iteration, which updates all pairs with the augmented Lagrangian together.
 fn build_uzawa(case: &Case) -> Result<Option<Uzawa>, BuildError> {
     let settings = |contact: &case::Contact| match contact.enforcement {
         case::Enforcement::Augmented { tolerance, tolerance_scaling, max_uzawa, acceleration, .. } => Some(Uzawa {
@@ -261,7 +265,7 @@ fn build_uzawa(case: &Case) -> Result<Option<Uzawa>, BuildError> {
     let Some((first, uzawa)) = all.next() else {
         return Ok(None);
     };
-    // it goes over all pairs at once
+    // the iteration updates all pairs at once
     if let Some((i, _)) = all.find(|(_, other)| *other != uzawa) {
         let path = format!("contact[{i}].enforcement");
         let message = format!("the settings of Uzawa's iteration differ from those of contact[{first}]");
@@ -271,7 +275,7 @@ fn build_uzawa(case: &Case) -> Result<Option<Uzawa>, BuildError> {
     Ok(Some(uzawa))
 }
 
-/// Method and stiffness of a contact pair, the default of its method where none is given.
+/// Method and stiffness of a contact pair; if no stiffness is given, the default of the method.
 fn given(enforcement: &case::Enforcement) -> Enforcement {
     let (method, stiffness, scaling, factor) = match *enforcement {
         case::Enforcement::Lagrange { stiffness, scaling, complementarity_parameter } => {
@@ -314,47 +318,4 @@ fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, 
         })?;
     }
     Ok(Some(variables))
-}
-
-/// Slave nodes, each once: nodes on sharp edges have several mortar rows.
-fn slaves(model: &ContactModel) -> Vec<u32> {
-    let mut nodes = model.slave_nodes();
-    nodes.dedup();
-    nodes
-}
-
-/// Whether no slave node can move in any direction.
-fn all_prescribed(model: &ContactModel) -> bool {
-    let (nodes, fixed) = (model.slave_nodes(), model.prescribed().fixed());
-    !nodes.is_empty() && nodes.iter().all(|&node| fixed[3 * node as usize..][..3] == [true; 3])
-}
-
-fn build_objective(case: &Case, model: &ContactModel, nodes: usize) -> Result<Option<Box<dyn Objective>>, BuildError> {
-    let Some(objective) = &case.objective else {
-        return Ok(None);
-    };
-    let (case::Objective::ContactForce { steps } | case::Objective::Compliance { steps }) = objective;
-    let steps = steps.clone();
-    let fail = |e: slipstick_design::ObjectiveError| {
-        BuildError::new("objective", e, "observe steps of the load path, and have a contact pair")
-    };
-    steps.check(case.load_path.steps).map_err(fail)?;
-    let objective: Box<dyn Objective> = match objective {
-        case::Objective::Compliance { .. } => Box::new(Compliance::new(steps)),
-        case::Objective::ContactForce { .. } if all_prescribed(model) => {
-            let message = "the objective would always be 0: all components of all slave nodes are prescribed, and their forces do not count";
-            let help = "exchange slave and master, or prescribe fewer components";
-            return Err(BuildError::new("objective.contact_force", message, help));
-        }
-        case::Objective::ContactForce { .. } => Box::new(
-            ContactForce::new(slaves(model), nodes, steps, 0.0)
-                .map_err(fail)?
-                .without_reactions(model.prescribed().fixed()),
-        ),
-    };
-    if case.load_cases.is_empty() {
-        return Ok(Some(objective));
-    }
-    let weights = case.load_cases.iter().map(|load_case| load_case.weight).collect();
-    Ok(Some(Box::new(Weighted::new(objective, weights))))
 }

@@ -1,4 +1,4 @@
-//! On what a problem is computed: this process alone, or the ranks of a parallel run.
+//! The processes that solve a problem: a single one, or the ranks of a parallel run.
 
 use crate::build::BuildError;
 use crate::case::{self, LinearSolverChoice};
@@ -7,7 +7,8 @@ use slipstick_mesh::Mesh;
 use slipstick_path::LinearSystem;
 use std::sync::Arc;
 
-/// On what a problem is computed: this process alone, or, with the feature `petsc`, the ranks of a session.
+/// The processes that solve a problem: this one only, or, with the feature `petsc`, the ranks of a
+/// session.
 #[derive(Debug, Clone, Default)]
 pub struct Machine {
     #[cfg(feature = "petsc")]
@@ -15,13 +16,13 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The ranks of a session of PETSc, of which there may be one.
+    /// The ranks of a PETSc session; a process can have only one.
     #[cfg(feature = "petsc")]
     pub fn of(session: slipstick_petsc::Session) -> Self {
         Self { session: Some(session) }
     }
 
-    /// Who computes.
+    /// The ranks of the machine.
     pub fn ranks(&self) -> Arc<dyn Ranks> {
         #[cfg(feature = "petsc")]
         if let Some(session) = &self.session {
@@ -30,7 +31,8 @@ impl Machine {
         Arc::new(Alone)
     }
 
-    /// The linear solver that a case asks for; `owners` has the rank of each node, `slaves` the surfaces with contact.
+    /// The linear solver that a case requests; `owners` has the rank of each node, `slaves` are the
+    /// names of the slave surfaces.
     pub(crate) fn linear(
         &self,
         solver: &case::Solver,
@@ -44,7 +46,7 @@ impl Machine {
             true => Err(BuildError {
                 path: "solver.linear".into(),
                 message: "this solver works on one rank only".into(),
-                help: "choose \"petsc\", or leave the key out".into(),
+                help: "choose \"petsc\", or omit the key".into(),
             }),
         };
         match solver.linear {
@@ -67,7 +69,7 @@ impl Machine {
             return Err(BuildError {
                 path: "solver.linear".into(),
                 message: "PETSc is not started".into(),
-                help: "build the problem on a machine that is made of a session".into(),
+                help: "create the machine from a PETSc session".into(),
             });
         };
         if let Some(options) = &solver.petsc_options {
@@ -75,10 +77,9 @@ impl Machine {
             session.try_options(options, contact_zone).map_err(|error| BuildError {
                 path: "solver.petsc_options".into(),
                 message: error.to_string(),
-                help:
-                    "give options of its linear solver as PETSc's manual writes them (docs/cluster.md); others belong \
-                       into the variable PETSC_OPTIONS"
-                        .into(),
+                help: "give options of its linear solver as PETSc's manual writes them (docs/cluster.md); set others \
+                       in the variable PETSC_OPTIONS"
+                    .into(),
             })?;
         }
         let backend = slipstick_petsc::PetscBackend::new(session.clone(), owners);

@@ -236,6 +236,10 @@ pub struct VerifyGradient {
     /// The design.
     #[command(flatten)]
     pub design: DesignFrom,
+    /// Quantity of the case to differentiate, at the last load step; may be repeated [default: the
+    /// objective, and every quantity of the case]
+    #[arg(long = "quantity", value_name = "NAME")]
+    pub quantities: Vec<String>,
     /// Number of single elements to vary, spread over the design; each costs two analyses per step
     #[arg(long, value_name = "NUMBER", default_value_t = 5)]
     pub elements: usize,
@@ -398,6 +402,10 @@ pub struct Bench {
     /// Memory for factors that are kept for the gradient [default: `adjoint.memory` of the case]
     #[arg(long, value_name = "MEMORY", value_parser = memory)]
     pub memory: Option<Memory>,
+    /// Also measure the gradients of this many responses together: contact forces, displacements
+    /// and reactions at all load steps
+    #[arg(long, value_name = "NUMBER", value_parser = count)]
+    pub responses: Option<NonZeroUsize>,
     /// Measure processor time, summed over all threads, instead of wall time
     #[arg(long)]
     pub cpu: bool,

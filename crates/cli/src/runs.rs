@@ -11,7 +11,8 @@ use crate::setup::Setup;
 use crate::watch::Watch;
 use crate::{Context, Outcome};
 
-/// Watches analyses of a problem, with `newton.csv` in the run of the first rank. All ranks call it.
+/// Watches analyses of a problem, with `newton.csv` in the run of the first rank. All ranks call
+/// it.
 ///
 /// # Errors
 /// [`Failure::Input`] if the table cannot be written.
@@ -32,11 +33,11 @@ pub fn first<T>(problem: &Problem, work: impl FnOnce() -> Result<T, RunError>) -
     Ok(on_first(problem.analysis.linear.ranks(), work)?)
 }
 
-/// The failure of an analysis, after its remaining results have been written to `run`. All ranks call it; the first has
-/// the run.
+/// The failure of an analysis, after its remaining results have been written to `run`. All ranks
+/// call it; the first has the run.
 pub fn failed(problem: &Problem, error: &AnalysisError, run: Option<&Run>) -> Failure {
     let run = run.map(Run::directory);
-    let (report, kept) = keep_failure(run, &problem.mesh, &problem.analysis.design, error);
+    let (report, kept) = keep_failure(run, problem, error);
     Failure::Analysis { report, kept: told(&kept, run, "") }
 }
 
@@ -58,7 +59,8 @@ pub fn stopped(error: DriveError, run: Option<&Run>) -> Failure {
     }
 }
 
-/// The results that are kept of a failed analysis and their directory; `before` names those kept earlier.
+/// The results that are kept of a failed analysis and their directory; `before` names those kept
+/// earlier.
 fn told(kept: &Kept, run: Option<&RunDirectory>, before: &str) -> String {
     let Some(directory) = run.map(|run| run.path().display()) else { return String::new() };
     match kept {

@@ -1,7 +1,7 @@
-//! Design variables, filters, objectives, constraints and the optimizer.
+//! Design variables, filters, quantities, responses and the optimizer.
 //!
-//! The crate works with element densities, element volumes and nodal forces; it does not depend on contact or meshes.
-//! In the order in which an optimization uses them:
+//! The crate works with element densities, element volumes and nodal forces; it does not depend on
+//! contact or meshes. In the order in which an optimization uses them:
 //!
 //! | module | contents |
 //! |---|---|
@@ -9,33 +9,34 @@
 //! | [`variables`] | which elements are designed, passive solid or passive void; the initial design |
 //! | [`map`] | the chain from design variables to densities and its exact transpose |
 //! | [`filter`] | density filter and projection (design maps), Sigmund's sensitivity filter (not a design map) |
-//! | [`objective`] | objectives, with exact partial derivatives |
+//! | [`quantity`] | numbers that a state has, with exact partial derivatives |
+//! | [`response`] | sums, maxima and curves of quantities over the load path: objectives and constraints |
 //! | [`volume`] | the volume constraint |
 //! | [`optimizer`] | the method of moving asymptotes, scaling, optimality residual |
 //!
-//! A design map changes the function that is optimized, so its gradient is pulled back exactly. The sensitivity filter
-//! changes only the gradient that the optimizer sees; it is applied after any gradient that is compared with finite
-//! differences.
+//! A design map changes the function that is optimized, so its gradient is pulled back exactly. The
+//! sensitivity filter changes only the gradient that the optimizer sees; it is applied after any
+//! gradient that is compared with finite differences.
 //!
-//! All results are the same, bit for bit, for any number of threads. On several ranks, the largest data of this crate,
-//! the lists of the sensitivity filter and the subproblem of the optimizer, are distributed
-//! ([`own_range`](slipstick_ranks::own_range)); inputs and outputs are replicated on each rank.
+//! All results are the same, bit for bit, for any number of threads. On several ranks, the largest
+//! data of this crate, the lists of the sensitivity filter and the subproblem of the optimizer, are
+//! distributed ([`own_range`](slipstick_ranks::own_range)); inputs and outputs are replicated on
+//! each rank.
 
 pub mod filter;
 pub mod map;
-pub mod objective;
 pub mod optimizer;
+pub mod quantity;
+pub mod response;
 pub mod values;
 pub mod variables;
 pub mod volume;
 
 pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter};
 pub use map::{Chain, DesignMap, Identity, OnElements};
-pub use objective::{
-    Compliance, ContactForce, Measure, Objective, ObjectiveError, ObservedSteps, ReactionForce, StateDerivative,
-    StateView, Weighted, WrongDerivative, check_derivatives,
-};
 pub use optimizer::{Functions, KktResidual, Mma, MmaError, MmaParameters, MmaStep, Scaling, kkt_residual};
+pub use quantity::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure};
+pub use response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
 pub use values::{DomainValues, ElementValues, VariableValues};
 pub use variables::{DesignError, DesignVariables, Passives, Role};
 pub use volume::{VolumeConstraint, VolumeError};

@@ -26,7 +26,8 @@ pub enum VolumeError {
     },
 }
 
-/// Bounds the solid fraction of the design domain: `g(φ) = Σ_e φ_e v_e / (V_design · V_max) − 1 ≤ 0`.
+/// Bounds the solid fraction of the design domain:
+/// `g(φ) = Σ_e φ_e v_e / (V_design · V_max) − 1 ≤ 0`.
 ///
 /// It is relative to the limit: `g = 0.01` means one per cent too much. Paper: (87).
 #[derive(Clone, Debug)]
@@ -37,12 +38,13 @@ pub struct VolumeConstraint {
 }
 
 impl VolumeConstraint {
-    /// `volumes`: `v_e` of every element of the design domain \[L³\]; `fraction`: the limit `V_max` in (0, 1\], of the
-    /// whole domain with its passive elements.
+    /// `volumes`: `v_e` of every element of the design domain \[L³\]; `fraction`: the limit `V_max`
+    /// in (0, 1\], of the whole domain with its passive elements.
     ///
     /// # Errors
     ///
-    /// A volume that is negative or not finite, a domain without volume, a fraction outside (0, 1\].
+    /// A volume that is negative or not finite, a domain without volume, a fraction outside (0,
+    /// 1\].
     pub fn new(volumes: DomainValues, fraction: f64) -> Result<Self, VolumeError> {
         if let Some(element) = volumes.iter().position(|v| !v.is_finite() || *v < 0.0) {
             return Err(VolumeError::Volume { element, volume: volumes[element] });
@@ -65,6 +67,18 @@ impl VolumeConstraint {
     /// `V_max`, the largest allowed solid fraction.
     pub fn limit(&self) -> f64 {
         self.fraction
+    }
+
+    /// `4 Σ v_e φ_e (1 − φ_e) / V_design`: 0 for densities of 0 and 1, 1 if all are 0.5. Source: Sigmund, Struct.
+    /// Multidiscip. Optim. 33 (2007) 401–424.
+    ///
+    /// # Panics
+    ///
+    /// If there are not as many densities as volumes.
+    pub fn discreteness(&self, densities: &DomainValues) -> f64 {
+        assert_eq!(densities.len(), self.volumes.len(), "one density per element");
+        let grey = |(density, volume): (&f64, &f64)| 4.0 * volume * density * (1.0 - density);
+        densities.iter().zip(&self.volumes).map(grey).sum::<f64>() / self.design_volume
     }
 
     /// `V(φ) = Σ φ_e v_e / V_design`, the solid fraction of the design domain.

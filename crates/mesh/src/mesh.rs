@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::{Element, FacetNodes};
+use crate::{Element, FacetNodes, facet_corner_areas};
 
 /// A face of an element on a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -28,6 +28,19 @@ impl Surface {
         nodes.sort_unstable();
         nodes.dedup();
         nodes
+    }
+
+    /// The nodes, ascending, each with the part of the surface's area that belongs to it, ∫ N dA,
+    /// for nodes at these positions. Test: `node_areas_add_up_to_the_area`. \[L²\]
+    pub fn node_areas(&self, positions: &[[f64; 3]]) -> Vec<(u32, f64)> {
+        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
+        for facet in &self.facets {
+            let corners = facet.nodes.corners(positions);
+            for (&node, area) in facet.nodes.iter().zip(facet_corner_areas(&corners)) {
+                *areas.entry(node).or_default() += area;
+            }
+        }
+        areas.into_iter().collect()
     }
 }
 

@@ -46,8 +46,9 @@ impl Cells {
 pub struct ElementFace {
     /// Position of the cell in [`FileMesh::cells`].
     pub cell: u32,
-    /// Face number from 0: Abaqus' S1 … S6, which are the sides of [`slipstick_mesh::HEX_FACES`], S1 … S4 of
-    /// [`slipstick_mesh::TET_FACES`], or S1 … S5 of a wedge, its [`slipstick_mesh::WEDGE_TRIANGLES`] first.
+    /// Face number from 0: Abaqus' S1 … S6, which are the sides of [`slipstick_mesh::HEX_FACES`],
+    /// S1 … S4 of [`slipstick_mesh::TET_FACES`], or S1 … S5 of a wedge, its
+    /// [`slipstick_mesh::WEDGE_TRIANGLES`] first.
     pub side: u8,
 }
 
@@ -60,7 +61,8 @@ pub struct FileMesh {
     pub point_numbers: Vec<u64>,
     /// All cells.
     pub cells: Cells,
-    /// Named sets of cells (Gmsh: physical groups), each ascending and unique; the cells may be of any dimension.
+    /// Named sets of cells (Gmsh: physical groups), each ascending and unique; the cells may be of
+    /// any dimension.
     pub cell_sets: BTreeMap<String, Vec<u32>>,
     /// Named sets of nodes, each ascending and unique.
     pub node_sets: BTreeMap<String, Vec<u32>>,
@@ -71,7 +73,8 @@ pub struct FileMesh {
 }
 
 impl FileMesh {
-    /// Reads a file's bytes; the first character determines the format: `$` Gmsh, `*` Abaqus, `<` VTU.
+    /// Reads a file's bytes; the first character determines the format: `$` Gmsh, `*` Abaqus, `<`
+    /// VTU.
     ///
     /// # Errors
     /// [`MeshFileError`] at the first place that cannot be read.
@@ -82,8 +85,8 @@ impl FileMesh {
             Some(b'*') => abaqus::parse(text),
             Some(b'<') => vtu::mesh(text),
             _ => Err(MeshFileError::new(
-                "the start of the file",
-                "unknown format",
+                "line 1",
+                "unknown mesh format",
                 "supported mesh files are Gmsh's .msh (2.2 or 4.1), Abaqus' .inp and VTK's .vtu",
             )),
         }

@@ -5,11 +5,13 @@ mod pairs;
 mod rounding;
 
 use crate::model::{ContactModel, Design, Parameter, Workspace};
-use chain::{Adapter, Forces};
+use chain::Adapter;
+pub(crate) use chain::StateData;
 pub use pairs::{PairResult, pair_results};
 pub use rounding::Rounding;
 use slipstick_design::ElementValues;
-use slipstick_design::objective::{Objective, StateView, WrongDerivative, check_derivatives};
+use slipstick_design::quantity::{ContactNode, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives};
+use slipstick_design::response::{Constraint, Response};
 use slipstick_path::{
     Guide, LinearSystem, LoadPath, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, Solver,
     StateError, SweepError, SweepOptions, Timings, march, sweep,
@@ -22,13 +24,18 @@ pub struct Forward {
     pub density: ElementValues,
     /// All states.
     pub path: Path,
-    /// For each user's step, θ_s if the objective observes it, otherwise 0.
+    /// For each user's step, its contribution to θ if the objective is a sum over steps, otherwise 0.
     pub step_values: Vec<f64>,
-    /// θ = Σ θ_s.
+    /// θ.
     pub value: f64,
+    /// The values of the constraints' responses.
+    pub constraints: Vec<f64>,
+    /// The values of the quantities of the objective, then of the constraints: for each response, a row for each term,
+    /// with a column for each user's step.
+    pub quantities: Vec<Vec<Vec<f64>>>,
     /// A likely mistake in the case.
     pub notice: Option<ForwardNotice>,
-    /// Set where θ at the end of a whole path is only round-off.
+    /// Set if θ at the end of a complete path is only round-off.
     pub rounding: Option<Rounding>,
 }
 
@@ -42,7 +49,7 @@ pub struct Gradients {
     pub parameters: Vec<(Parameter, f64)>,
 }
 
-/// A likely mistake in the case that a whole path reveals.
+/// A likely mistake in the case that only a complete path reveals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum ForwardNotice {
@@ -76,18 +83,16 @@ pub enum AnalysisError {
     },
 }
 
-/// Why an objective is rejected.
+/// Why a response is rejected.
 #[derive(Debug, thiserror::Error)]
-pub enum ObjectiveRefused {
+pub enum ResponseRefused {
     /// Its derivative is not the derivative of its value.
     #[error(transparent)]
     Derivative(#[from] WrongDerivative),
     /// It observes no step of the load path: it would always be zero.
-    #[error(
-        "objective `{name}` observes none of the {steps} load steps; Objective::observes must be true for at least one"
-    )]
+    #[error("response `{name}` observes none of the {steps} load steps; give each of its terms at least one of them")]
     NoSteps {
-        /// The objective's name.
+        /// The response's name.
         name: String,
         /// Steps of the load path.
         steps: usize,
@@ -105,14 +110,16 @@ pub struct Analysis {
     /// Pseudo-times, between two of the steps, at which another load case begins at rest.
     pub restarts: Vec<f64>,
     /// The objective to be minimised, if any; [`set_objective`](Self::set_objective) sets your own.
-    pub objective: Option<Box<dyn Objective>>,
+    pub objective: Option<Response>,
+    /// Bounds on other responses; [`set_constraints`](Self::set_constraints) sets your own.
+    pub constraints: Vec<Constraint>,
     /// March settings.
     pub march: MarchOptions,
     /// Sweep settings.
     pub sweep: SweepOptions,
     /// Linear solver.
     pub linear: LinearSystem,
-    /// Path of a nearby density, from which the next march takes its start values.
+    /// Path of a nearby density, which provides initial guesses for the next march.
     pub guide: Option<Guide>,
 }
 
@@ -154,39 +161,80 @@ impl Analysis {
         self.workspace.timings + self.linear.timings()
     }
 
-    /// Replaces the objective. Debug builds check its derivatives first ([`check_objective`](Self::check_objective)).
+    /// Replaces the objective. Debug builds check the derivatives of its quantities first
+    /// ([`check_quantity`](Self::check_quantity)).
     ///
     /// # Errors
-    /// [`ObjectiveRefused`]; the previous objective is then kept.
-    pub fn set_objective(&mut self, objective: Box<dyn Objective>) -> Result<(), ObjectiveRefused> {
-        let steps = self.times.len();
-        if !(1..=steps).any(|step| objective.observes(step, steps)) {
-            return Err(ObjectiveRefused::NoSteps { name: objective.name().into(), steps });
-        }
-        if cfg!(debug_assertions) {
-            self.check_objective(objective.as_ref())?;
-        }
+    /// [`ResponseRefused`]; the previous objective is then kept.
+    pub fn set_objective(&mut self, objective: Response) -> Result<(), ResponseRefused> {
+        self.check_response(&objective)?;
         self.objective = Some(objective);
         Ok(())
     }
 
-    /// Compares an objective's derivatives with differences of its values, at small random displacements of all nodes and
-    /// the internal forces of the bodies there (density as set), for every step that it observes.
+    /// Replaces the constraints. Debug builds check the derivatives of their quantities first.
+    ///
+    /// # Errors
+    /// [`ResponseRefused`]; the previous constraints are then kept.
+    pub fn set_constraints(&mut self, constraints: Vec<Constraint>) -> Result<(), ResponseRefused> {
+        constraints.iter().try_for_each(|constraint| self.check_response(&constraint.response))?;
+        self.constraints = constraints;
+        Ok(())
+    }
+
+    fn check_response(&self, response: &Response) -> Result<(), ResponseRefused> {
+        let steps = self.times.len();
+        if !(1..=steps).any(|step| response.observes(step, steps)) {
+            return Err(ResponseRefused::NoSteps { name: response.name().into(), steps });
+        }
+        if cfg!(debug_assertions) {
+            response.terms().iter().try_for_each(|term| self.check_quantity(term.quantity.as_ref()))?;
+        }
+        Ok(())
+    }
+
+    /// The objective, if any, and the responses of the constraints.
+    fn responses(&self) -> Vec<&Response> {
+        self.objective.iter().chain(self.constraints.iter().map(|constraint| &constraint.response)).collect()
+    }
+
+    /// Compares a quantity's derivatives with differences of its values, at every load step: at small random displacements
+    /// of all nodes, the internal forces of the bodies there (density as set), and made-up contact and reactions.
     ///
     /// # Errors
     /// The first wrong derivative.
-    pub fn check_objective(&self, objective: &dyn Objective) -> Result<(), WrongDerivative> {
+    pub fn check_quantity(&self, quantity: &dyn Quantity) -> Result<(), WrongDerivative> {
         let (displacement, internal_force) = self.some_state();
         let steps = self.times.len();
-        for (step, &time) in (1..=steps).zip(&self.times).filter(|(step, _)| objective.observes(*step, steps)) {
-            let mut external_force = vec![0.0; displacement.len()];
-            self.model().external_force(&displacement, time, &mut external_force);
-            let (displacement, internal_force) = (&displacement[..], &internal_force[..]);
-            let external_force = &external_force[..];
-            check_derivatives(
-                objective,
-                &StateView { step, steps, time, displacement, internal_force, external_force },
-            )?;
+        let model = self.model();
+        let n = displacement.len();
+        let reads = quantity.reads();
+        // spread by the golden ratio, so that no two entries are alike
+        let spread = |i: usize| (0.618_033_988_749_894_9 * (i + 1) as f64).fract() + 0.5;
+        let contact = if reads.contact { some_contact(model, spread) } else { Vec::new() };
+        let reaction = |i: usize| if model.prescribed().fixed()[i] { spread(i) - 1.0 } else { 0.0 };
+        let reaction: Vec<f64> = if reads.reaction { (0..n).map(reaction).collect() } else { Vec::new() };
+        let elements = model.solid().elements();
+        let points = STRESS_POINTS * if reads.stress { elements } else { 0 };
+        let stress: Vec<f64> = (0..points).map(spread).collect();
+        let energy: Vec<f64> = if reads.energy { (0..elements).map(spread).collect() } else { Vec::new() };
+        for (step, &time) in (1..=steps).zip(&self.times) {
+            let mut external_force = vec![0.0; n];
+            model.external_force(&displacement, time, &mut external_force);
+            let state = StateView {
+                step,
+                steps,
+                time,
+                displacement: &displacement,
+                internal_force: &internal_force,
+                external_force: &external_force,
+                reaction: &reaction,
+                contact: &contact,
+                density: self.design.density(),
+                energy: &energy,
+                stress: &stress,
+            };
+            check_derivatives(quantity, &state)?;
         }
         Ok(())
     }
@@ -226,24 +274,23 @@ impl Analysis {
         let load_path = LoadPath { start, times: &self.times, restarts: &self.restarts, guide };
         let Self { design, linear, workspace, .. } = self;
         let path = march(&mut Solver { problem: &*design, linear, workspace }, &load_path, &options, observer)?;
-        let mut step_values = vec![0.0; self.times.len()];
         let steps = self.times.len();
-        if let Some(objective) = &self.objective {
-            for (index, at) in path.states.iter().enumerate() {
-                if let Some(step) = at.completes.filter(|&step| objective.observes(step, steps)) {
-                    let state = path.state(index, self.linear.ranks());
-                    let forces = Forces::at(&self.design, at.time, &state)?;
-                    step_values[step - 1] = objective.value(&forces.view(step, steps, at.time, &state));
-                }
-            }
-        }
+        let responses = self.responses();
+        let quantities = chain::values(&self.design, &path, steps, &responses)?;
+        let step_values = match &self.objective {
+            Some(objective) => objective.step_values(&quantities[0]),
+            None => vec![0.0; steps],
+        };
+        let mut values = responses.iter().zip(&quantities).map(|(response, of)| response.reduce(of, &self.times).0);
+        let value = if self.objective.is_some() { values.next().unwrap_or(0.0) } else { 0.0 };
+        let constraints = values.collect();
         let notice = self.notice(&path);
-        let value = step_values.iter().sum();
         let rounding = if path.steps == steps { self.rounding(value, notice) } else { None };
-        Ok(Forward { density: density.clone(), value, path, step_values, notice, rounding })
+        Ok(Forward { density: density.clone(), path, step_values, value, constraints, quantities, notice, rounding })
     }
 
-    /// Whether contact is open where it should count; `None` for an incomplete path.
+    /// A notice if contact never closes, or is open at all steps that the objective observes; `None` also
+    /// for an incomplete path.
     fn notice(&self, path: &Path) -> Option<ForwardNotice> {
         let steps = self.times.len();
         if path.steps < steps || self.model().interfaces().is_empty() {
@@ -266,11 +313,11 @@ impl Analysis {
     /// # Panics
     /// Without an objective.
     pub fn gradient(&mut self, forward: &Forward) -> Result<ElementValues, AnalysisError> {
-        self.sweep_back(forward, false).map(|gradient| gradient.design.into())
+        self.gradient_of_objective(forward, false).map(|gradient| gradient.design.into())
     }
 
-    /// Derivatives of θ at the densities of a forward analysis by this model, with the coefficients of friction of that
-    /// analysis.
+    /// Derivatives of θ at the densities of a forward analysis by this model, with the coefficients of
+    /// friction of that analysis.
     ///
     /// # Errors
     /// [`AnalysisError::Sweep`]; [`AnalysisError::Unfinished`] for a path that was cancelled.
@@ -278,17 +325,43 @@ impl Analysis {
     /// # Panics
     /// Without an objective.
     pub fn gradients(&mut self, forward: &Forward) -> Result<Gradients, AnalysisError> {
-        let PathGradient { design, parameters } = self.sweep_back(forward, true)?;
+        let gradient = self.gradient_of_objective(forward, true)?;
+        Ok(self.named(gradient))
+    }
+
+    fn named(&self, PathGradient { design, parameters }: PathGradient) -> Gradients {
         // without friction, θ has a kink: a coefficient cannot become negative
         let interfaces = self.model().interfaces();
         let smooth =
             |p: &Parameter| !matches!(p, Parameter::Friction { interface } if interfaces[*interface].friction == 0.0);
-        let parameters =
-            self.model().parameter_names().into_iter().zip(parameters).filter(|(p, _)| smooth(p)).collect();
-        Ok(Gradients { density: design.into(), parameters })
+        let names = self.model().parameter_names().into_iter();
+        let parameters = names.zip(parameters).filter(|(p, _)| smooth(p)).collect();
+        Gradients { density: design.into(), parameters }
     }
 
-    fn sweep_back(&mut self, forward: &Forward, parameters: bool) -> Result<PathGradient, AnalysisError> {
+    /// Derivatives of the objective, if any, and of the responses of all constraints. They share
+    /// tangents and factors. Derivatives with respect to parameters other than densities are zero
+    /// unless `parameters`.
+    ///
+    /// # Errors
+    /// As [`gradients`](Self::gradients).
+    pub fn response_gradients(&mut self, forward: &Forward, parameters: bool) -> Result<Vec<Gradients>, AnalysisError> {
+        let gradients = self.sweep_back(forward, usize::MAX, parameters)?;
+        Ok(gradients.into_iter().map(|gradient| self.named(gradient)).collect())
+    }
+
+    fn gradient_of_objective(&mut self, forward: &Forward, parameters: bool) -> Result<PathGradient, AnalysisError> {
+        assert!(self.objective.is_some(), "a gradient needs an objective");
+        self.sweep_back(forward, 1, parameters).map(|mut gradients| gradients.swap_remove(0))
+    }
+
+    /// Derivatives of the first `count` responses.
+    fn sweep_back(
+        &mut self,
+        forward: &Forward,
+        count: usize,
+        parameters: bool,
+    ) -> Result<Vec<PathGradient>, AnalysisError> {
         let (steps, all) = (forward.path.steps, self.times.len());
         if steps < all {
             return Err(AnalysisError::Unfinished { steps, all });
@@ -297,10 +370,39 @@ impl Analysis {
             self.set_density(&forward.density);
         }
         let options = SweepOptions { parameters, ..self.sweep };
-        let Self { design, linear, workspace, objective, .. } = self;
-        let objective = objective.as_deref().expect("a gradient needs an objective");
-        let mut adapter = Adapter { objective, steps: all, parameters };
+        let Self { design, linear, workspace, objective, constraints, times, .. } = self;
+        let responses: Vec<&Response> =
+            objective.iter().chain(constraints.iter().map(|constraint| &constraint.response)).take(count).collect();
+        let slopes: Vec<Vec<Vec<f64>>> = responses
+            .iter()
+            .zip(&forward.quantities)
+            .map(|(response, quantities)| response.reduce(quantities, times).1)
+            .collect();
+        let mut adapter = Adapter::new(&forward.path, &responses, &slopes, all, parameters);
         let mut solver = Solver { problem: &*design, linear, workspace };
-        sweep(&mut solver, &forward.path, &mut adapter, &options).map_err(Into::into)
+        let mut gradients = sweep(&mut solver, &forward.path, &mut adapter, &options)?;
+        for ((response, slopes), gradient) in responses.iter().zip(&slopes).zip(&mut gradients) {
+            chain::add_density_derivative(design, response, slopes, &mut gradient.design);
+        }
+        Ok(gradients)
     }
+}
+
+/// Slave nodes with made-up data of any size, for the check of a quantity's derivatives.
+fn some_contact(model: &ContactModel, spread: impl Fn(usize) -> f64) -> Vec<ContactNode> {
+    let pairs = model.interfaces().iter().enumerate();
+    let nodes =
+        pairs.flat_map(|(pair, model)| model.interface.slave_nodes().iter().map(move |slave| (pair, slave.node)));
+    let of = |(j, (pair, node)): (usize, (usize, u32))| ContactNode {
+        node,
+        pair: pair as u32,
+        status: 2,
+        multiplier: [spread(7 * j), spread(7 * j + 1) - 1.0, spread(7 * j + 2) - 1.0],
+        vector: [spread(7 * j + 3) - 1.0, spread(7 * j + 4), spread(7 * j + 5) - 1.0],
+        gap: 0.1 * spread(7 * j + 6),
+        slip: [spread(5 * j) - 1.0, spread(5 * j + 1) - 1.0],
+        area: 0.8 * spread(5 * j + 2),
+        reference_area: 1.0,
+    };
+    nodes.enumerate().map(of).collect()
 }

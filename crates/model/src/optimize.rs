@@ -38,10 +38,27 @@ pub struct IterationRecord {
     pub uzawa_iterations: usize,
     /// Accepted (sub-)steps.
     pub increments: usize,
+    /// Constraints, in the order of [`OptimizationState::constraints`].
+    pub constraints: Vec<ConstraintRecord>,
+    /// Largest violation of a constraint, relative to its bound; 0 if all are met.
+    pub violation: f64,
+    /// Share of intermediate densities, 4 Σ V φ (1 − φ) / Σ V over the design domain: 0 for a design of solid and
+    /// void, 1 if all densities are 0.5. Source: Sigmund, Struct. Multidiscip. Optim. 33 (2007) 401–424.
+    pub discreteness: f64,
     /// Slave nodes open, sticking, slipping at the end of the path.
     pub status: [usize; 3],
     /// How often the update was halved because the path could not be marched with the full one.
     pub halvings: usize,
+}
+
+/// A constraint at a design.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct ConstraintRecord {
+    /// The value that is bounded.
+    pub value: f64,
+    /// Multiplier: how much θ would fall if the bound were relaxed by its own magnitude (by 1 if the bound is 0), to first
+    /// order. `None` after the last evaluation.
+    pub multiplier: Option<f64>,
 }
 
 /// Everything that the next iteration depends on.
@@ -57,6 +74,8 @@ pub struct OptimizationState {
     pub mma: Mma,
     /// Scales of objective and constraint from the first iteration.
     pub scaling: Option<Scaling>,
+    /// Names of the constraints: the bound on the volume, if any, then those of the analysis.
+    pub constraints: Vec<String>,
     /// All evaluated designs.
     pub history: Vec<IterationRecord>,
 }
@@ -64,8 +83,8 @@ pub struct OptimizationState {
 /// How a problem is optimized.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OptimizationOptions {
-    /// Bound on the fraction of the design domain's volume that is filled, in (0, 1].
-    pub volume_fraction: f64,
+    /// Bound on the fraction of the design domain's volume that is filled, in (0, 1]; `None`: no bound.
+    pub volume_fraction: Option<f64>,
     /// Filter of the sensitivities; `None` for none.
     pub filter: Option<FilterOptions>,
     /// Number of updates.
@@ -138,7 +157,8 @@ pub struct Optimization {
     variables: DesignVariables,
     filter: Option<SensitivityFilter>,
     volume: VolumeConstraint,
-    limit: f64,
+    /// Whether the volume is bounded.
+    bounded: bool,
     iterations: usize,
     tolerance: Option<f64>,
     /// Whether a march follows the path of the previous design, in `problem.analysis.guide`.
@@ -157,6 +177,9 @@ struct Marched {
     /// Newton iterations of the paths that failed earlier.
     lost: usize,
 }
+
+/// Name of the bound on the volume.
+const VOLUME: &str = "volume_fraction";
 
 /// How often an update is halved when the path of the new design cannot be marched.
 const MAX_HALVINGS: usize = 3;
@@ -181,14 +204,18 @@ impl Optimization {
             SensitivityFilter::on_ranks(&centroids, &volumes, radius, &planes, ranks)
         });
         let filter = filter.transpose().map_err(PrepareError::Filter)?;
-        let volume = VolumeConstraint::new(volumes, volume_fraction).map_err(PrepareError::Volume)?;
+        let volume = VolumeConstraint::new(volumes, volume_fraction.unwrap_or(1.0)).map_err(PrepareError::Volume)?;
+        let of_analysis = problem.analysis.constraints.iter().map(|constraint| constraint.response.name().to_owned());
+        let constraints: Vec<String> =
+            volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
         let x = variables.restrict(&problem.initial_density);
         let state = OptimizationState {
             iteration: 0,
-            mma: Mma::new(x.len(), 1, mma),
+            mma: Mma::new(x.len(), constraints.len(), mma),
             x,
             x_before: None,
             scaling: None,
+            constraints,
             history: Vec::new(),
         };
         Ok(Self {
@@ -196,7 +223,7 @@ impl Optimization {
             variables,
             filter,
             volume,
-            limit: volume_fraction,
+            bounded: volume_fraction.is_some(),
             iterations,
             tolerance,
             follow: follow_previous_design,
@@ -216,8 +243,8 @@ impl Optimization {
     }
 
     /// Bound on the volume fraction.
-    pub fn volume_limit(&self) -> f64 {
-        self.limit
+    pub fn volume_limit(&self) -> Option<f64> {
+        self.bounded.then(|| self.volume.limit())
     }
 
     /// Whether each march takes its start values from the path of the previous design. The next iteration then depends
@@ -265,18 +292,23 @@ impl Optimization {
         }
         let domain = self.variables.on_domain(&density);
         let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
+        record.discreteness = self.volume.discreteness(&domain);
+        let functions = self.constraint_functions(&domain, &forward);
+        record.constraints = functions.iter().map(|f| ConstraintRecord { value: f.value, multiplier: None }).collect();
+        record.violation = functions.iter().fold(0.0, |worst: f64, f| worst.max(f.violation.0));
         record.halvings = halvings;
         record.failed_iterations += lost;
         let mut next = OptimizationState { x, ..self.state.clone() };
         let mut derivative = None;
         if !self.done() {
-            let gradient = self.problem.analysis.gradient(&forward)?;
+            let gradients = self.problem.analysis.response_gradients(&forward, false)?;
             forward.path.forget_factors();
             if observer.cancelled() {
                 return Err(OptimizeError::Interrupted);
             }
-            self.update(&mut next, &mut record, &domain, forward.value, &gradient)?;
-            derivative = Some(gradient);
+            let gradients: Vec<ElementValues> = gradients.into_iter().map(|gradient| gradient.density).collect();
+            self.update(&mut next, &mut record, &domain, &forward, (&functions, &gradients))?;
+            derivative = gradients.into_iter().next();
         }
         if self.follow && next.iteration > self.state.iteration {
             let analysis = &mut self.problem.analysis;
@@ -313,36 +345,76 @@ impl Optimization {
         }
     }
 
-    /// Filters the gradient, scales, and lets MMA choose the next variables.
+    /// Values and violations of all constraints.
+    fn constraint_functions(&self, domain: &DomainValues, forward: &Forward) -> Vec<ConstraintFunction> {
+        let volume = self.bounded.then(|| ConstraintFunction {
+            value: self.volume.fraction(domain),
+            violation: (self.volume.value(domain), 1.0),
+        });
+        let bounds = self.problem.analysis.constraints.iter().map(|constraint| constraint.bound);
+        let others = bounds.zip(&forward.constraints);
+        let others = others.map(|(bound, &value)| ConstraintFunction { value, violation: bound.violation(value) });
+        volume.into_iter().chain(others).collect()
+    }
+
+    /// Filters the gradients, scales, and lets MMA choose the next variables. `gradients` are those of the objective
+    /// and of the constraints of the analysis.
     fn update(
         &self,
         next: &mut OptimizationState,
         record: &mut IterationRecord,
-        domain_density: &DomainValues,
-        value: f64,
-        gradient: &ElementValues,
+        domain: &DomainValues,
+        forward: &Forward,
+        (functions, gradients): (&[ConstraintFunction], &[ElementValues]),
     ) -> Result<(), OptimizeError> {
-        let on_domain = self.variables.on_domain(gradient);
-        let filtered = match &self.filter {
-            Some(filter) => filter.apply(domain_density, &on_domain),
-            None => on_domain,
+        let on_variables = |gradient: &ElementValues, depends_on_state: bool| -> Vec<f64> {
+            let on_domain = self.variables.on_domain(gradient);
+            let filtered = match &self.filter {
+                Some(filter) if depends_on_state => filter.apply(domain, &on_domain),
+                _ => on_domain,
+            };
+            self.variables.restrict_domain(&filtered).into()
         };
-        let objective_gradient = Vec::from(self.variables.restrict_domain(&filtered));
-        let volume_gradient = vec![self.variables.restrict_domain(&self.volume.gradient()).into()];
+        let analysis = &self.problem.analysis;
+        let responses = analysis.objective.iter().chain(analysis.constraints.iter().map(|of| &of.response));
+        // all that depend on the state are filtered alike: a gain that one gradient shows and another hides would mislead
+        // the optimizer
+        let mut of_responses =
+            responses.zip(gradients).map(|(response, gradient)| on_variables(gradient, response.depends_on_state()));
+        let objective_gradient = of_responses.next().unwrap_or_default();
+        let volume = self.bounded.then(|| self.variables.restrict_domain(&self.volume.gradient()).into());
+        let bounds = functions.iter().map(|function| function.violation.1);
+        let constraint_gradients: Vec<Vec<f64>> = volume
+            .into_iter()
+            .chain(of_responses)
+            .zip(bounds)
+            .map(|(gradient, slope): (Vec<f64>, f64)| gradient.into_iter().map(|g| slope * g).collect())
+            .collect();
+        let violations: Vec<f64> = functions.iter().map(|function| function.violation.0).collect();
         let scaling =
-            next.scaling.get_or_insert_with(|| Scaling::from_first(&objective_gradient, &volume_gradient)).clone();
-        let (f, df) = scaling.scale_objective(value, &objective_gradient);
-        let (g, dg) = scaling.scale_constraints(&[self.volume.value(domain_density)], &volume_gradient);
+            next.scaling.get_or_insert_with(|| Scaling::from_first(&objective_gradient, &constraint_gradients)).clone();
+        let (f, df) = scaling.scale_objective(forward.value, &objective_gradient);
+        let (g, dg) = scaling.scale_constraints(&violations, &constraint_gradients);
         let n = next.x.len();
-        let ranks = self.problem.analysis.linear.ranks();
+        let ranks = analysis.linear.ranks();
         let (lower, upper) = (vec![0.0; n], vec![1.0; n]);
         let step = next.mma.update_on(&next.x, [&lower, &upper], &Functions::new(f, &df, &g, &dg), ranks)?;
         record.change = Some(step.x.iter().zip(&next.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
         record.optimality = Some(step.kkt_residual.norm);
+        for ((constraint, lambda), factor) in record.constraints.iter_mut().zip(&step.lambda).zip(&scaling.constraints)
+        {
+            constraint.multiplier = Some(lambda * factor / scaling.objective);
+        }
         next.x_before = Some(std::mem::replace(&mut next.x, step.x.into()));
         next.iteration += 1;
         Ok(())
     }
+}
+
+/// A constraint at a design: the bounded value, g ≤ 0, and ∂g/∂value.
+struct ConstraintFunction {
+    value: f64,
+    violation: (f64, f64),
 }
 
 fn record(iteration: usize, forward: &Forward, volume_fraction: f64) -> IterationRecord {

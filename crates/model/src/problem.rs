@@ -1,8 +1,9 @@
 //! A problem that can be analysed and, with a design and an objective, optimized.
 
 use crate::analysis::Analysis;
-use slipstick_design::{DesignVariables, ElementValues};
+use slipstick_design::{DesignVariables, ElementValues, Quantity};
 use slipstick_mesh::Mesh;
+use std::sync::Arc;
 
 /// Mesh, model, load path and design: the contents of a case file.
 pub struct Problem {
@@ -16,4 +17,6 @@ pub struct Problem {
     pub initial_density: ElementValues,
     /// Names of the load cases; empty if there is only one load path without a name.
     pub load_cases: Vec<String>,
+    /// Quantities that every analysis reports, in addition to those of supports, pairs and bodies.
+    pub quantities: Vec<Arc<dyn Quantity>>,
 }

@@ -19,6 +19,8 @@
 //! | `contact_work` | everything | F L | work that contact takes from the bodies since the start of the load case |
 //! | `energy_balance` | everything | F L | external work − strain energy − friction work |
 //!
+//! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow under their own names.
+//!
 //! `SET` is the set of a `[[dirichlet]]` table, `SLAVE` the slave surface. A displacement component that several tables
 //! prescribe belongs to the first of them, so that the reactions of all supports and symmetry planes and the loads add
 //! up to zero. Test: `reactions_and_loads_are_in_equilibrium`.
@@ -31,18 +33,43 @@
 //! Tests: `work_is_stored_or_taken_by_contact`, `friction_work_is_contact_work_at_small_strains`.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
+use slipstick_design::Quantity;
+use slipstick_design::Reads;
 use slipstick_mesh::Mesh;
 use slipstick_path::{Path, StateError, StepState};
 
-use crate::analysis::pair_results;
+use crate::analysis::{StateData, pair_results};
 use crate::model::{ContactModel, ContactResults, Design, NodalContact};
+use crate::problem::Problem;
 
-/// A quantity's name and unit.
+/// What a quantity belongs to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Subject {
+    /// A support or prescribed motion, with its set.
+    Support(String),
+    /// A symmetry plane.
+    SymmetryPlane,
+    /// A contact pair, with its slave surface.
+    Pair(String),
+    /// A body, with its name.
+    Body(String),
+    /// The whole model.
+    Whole,
+    /// The case, which names it.
+    Case,
+}
+
+/// A quantity's name, unit and subject.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct QuantityName {
     /// As in the [table](self) of names.
     pub name: String,
+    /// What it belongs to.
+    pub subject: Subject,
+    /// The name without the subject, such as `reaction_x` or `normal_force`.
+    pub what: String,
     /// In units of force F and length L; empty for numbers.
     pub unit: &'static str,
 }
@@ -56,6 +83,10 @@ pub struct QuantityRow {
     pub time: f64,
     /// One number per name; NaN from a state on that can no longer be evaluated, which is rare because it converged.
     pub values: Vec<f64>,
+    /// For every slave node of all pairs: the distance that it has slipped, and the work per
+    /// reference area that friction has dissipated there since the start of the load case, through
+    /// all sub-steps. Wear by Archard's law is proportional to that work. \[L, F/L\]
+    pub slipped: Vec<[f64; 2]>,
 }
 
 /// Quantities of a path.
@@ -76,8 +107,12 @@ impl Quantities {
 }
 
 /// Computes the quantities of all completed load steps of a path. All ranks call it and receive the same.
-pub fn quantities(mesh: &Mesh, design: &Design, path: &Path) -> Quantities {
-    let recorder = Recorder { mesh, design, supports: supports(design.model()) };
+pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
+    let (mesh, design) = (&problem.mesh, &problem.analysis.design);
+    let recorder = Recorder { mesh, design, supports: supports(design.model()), own: &problem.quantities };
+    let own_reads = problem.quantities.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
+    let reads = own_reads.or(Reads { energy: true, ..Reads::default() });
+    let steps = problem.analysis.times.len() / problem.load_cases.len().max(1);
     let ranks = design.model().share().ranks().clone();
     let mut result = Quantities { names: recorder.names(), rows: Vec::new() };
     let mut sums = Sums::default();
@@ -86,31 +121,46 @@ pub fn quantities(mesh: &Mesh, design: &Design, path: &Path) -> Quantities {
         let now = path.state(index, &*ranks);
         let before = last.take().filter(|_| !at.rest);
         let previous = before.as_ref().map_or(&now, |(state, _)| state);
-        let evaluated = recorder.evaluate(at.time, previous, &now);
+        let evaluated = recorder.evaluate(reads, at.time, previous, &now);
         let step = at.completes.or((index == 0).then_some(0));
-        let Ok((forces, contact)) = evaluated else {
+        let Ok((forces, contact, data)) = evaluated else {
             sums.broken = true;
             result.rows.extend(step.map(|step| recorder.unknown(step, at.time, result.names.len())));
             last = Some((now, Forces::default()));
             continue;
         };
+        // the step of the load case in progress
+        let place = (step_in_progress(path, index).saturating_sub(1) % steps.max(1) + 1, steps);
+        let own = recorder.own.iter().map(|quantity| quantity.value(&data.view(design, &now, place)));
+        let own: Vec<f64> = own.collect();
         match &before {
             Some((state, old)) if !sums.broken => {
                 sums.add(design.model(), (state, old), (&now, &forces), &contact);
+                sums.add_own(recorder.own, &own);
             }
             Some(_) => {}
-            None => sums = Sums::default(),
+            None => sums = Sums { own: vec![0.0; own.len()], ..Sums::default() },
         }
         if let Some(step) = step {
             let row = match sums.broken {
                 true => recorder.unknown(step, at.time, result.names.len()),
-                false => QuantityRow { step, time: at.time, values: recorder.values(&now, &forces, &contact, &sums) },
+                false => QuantityRow {
+                    step,
+                    time: at.time,
+                    values: recorder.values(&now, &forces, &contact, &sums, &own),
+                    slipped: sums.slipped.clone(),
+                },
             };
             result.rows.push(row);
         }
         last = Some((now, forces));
     }
     result
+}
+
+/// The user's step, through all load cases, that a state completes or belongs to.
+fn step_in_progress(path: &Path, index: usize) -> usize {
+    path.states[index..].iter().find_map(|state| state.completes).unwrap_or(path.steps)
 }
 
 /// Displacement unknowns that a support prescribes, and its name.
@@ -159,11 +209,21 @@ struct Sums {
     contact: f64,
     /// Of each pair.
     friction: Vec<f64>,
+    /// Of the case's own quantities that accumulate; the others are 0.
+    own: Vec<f64>,
+    /// As [`QuantityRow::slipped`].
+    slipped: Vec<[f64; 2]>,
     /// A state since then could not be evaluated.
     broken: bool,
 }
 
 impl Sums {
+    fn add_own(&mut self, own: &[Arc<dyn Quantity>], values: &[f64]) {
+        for ((sum, quantity), value) in self.own.iter_mut().zip(own).zip(values) {
+            *sum += if quantity.accumulates() { *value } else { 0.0 };
+        }
+    }
+
     fn add(
         &mut self,
         model: &ContactModel,
@@ -176,8 +236,15 @@ impl Sums {
             self.external += (old.external[i] + new.external[i] + old.reaction[i] + new.reaction[i]) * moved;
             self.contact -= (old.contact[i] + new.contact[i]) * moved;
         }
+        self.slipped.resize(contact.nodes.len(), [0.0; 2]);
+        for ((slipped, at), area) in self.slipped.iter_mut().zip(&contact.nodes).zip(model.slave_areas()) {
+            if at.status as u8 != 0 {
+                slipped[0] += at.slip[0].hypot(at.slip[1]);
+                slipped[1] += (at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1]) / area;
+            }
+        }
         self.friction.resize(model.interfaces().len(), 0.0);
-        for (sum, nodes) in self.friction.iter_mut().zip(by_pair(model, contact)) {
+        for (sum, nodes) in self.friction.iter_mut().zip(model.by_pair(&contact.nodes)) {
             let work =
                 |at: &NodalContact| at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
             *sum += nodes.iter().filter(|at| at.status as u8 != 0).map(work).sum::<f64>();
@@ -185,47 +252,56 @@ impl Sums {
     }
 }
 
-/// The slave nodes of each pair.
-fn by_pair<'a>(model: &'a ContactModel, contact: &'a ContactResults) -> impl Iterator<Item = &'a [NodalContact]> {
-    let mut rest = &contact.nodes[..];
-    model.interfaces().iter().map(move |pair| {
-        let (own, others) = rest.split_at(pair.interface.slave_nodes().len().min(rest.len()));
-        rest = others;
-        own
-    })
-}
-
 struct Recorder<'a> {
     mesh: &'a Mesh,
     design: &'a Design,
     supports: Vec<Support>,
+    own: &'a [Arc<dyn Quantity>],
 }
 
 impl Recorder<'_> {
     fn names(&self) -> Vec<QuantityName> {
         let mut names = Vec::new();
-        let mut push = |name: String, unit| names.push(QuantityName { name, unit });
+        let mut push = |subject: Subject, what: String, name: String, unit| {
+            names.push(QuantityName { name, subject, what, unit });
+        };
         for support in &self.supports {
             let (_, components) = support.nodes();
             let prescribed = (0..3).filter(|&c| components[c]);
             match &support.set {
                 Some(set) => {
-                    AXES.iter().for_each(|axis| push(format!("displacement_{set}_{axis}"), "L"));
-                    prescribed.for_each(|c| push(format!("reaction_{set}_{}", AXES[c]), "F"));
+                    let subject = || Subject::Support(set.clone());
+                    for axis in AXES {
+                        push(subject(), format!("displacement_{axis}"), format!("displacement_{set}_{axis}"), "L");
+                    }
+                    for axis in prescribed.map(|c| AXES[c]) {
+                        push(subject(), format!("reaction_{axis}"), format!("reaction_{set}_{axis}"), "F");
+                    }
                 }
-                None => prescribed.for_each(|c| push(format!("symmetry_reaction_{}", AXES[c]), "F")),
+                None => prescribed.for_each(|c| {
+                    let name = format!("symmetry_reaction_{}", AXES[c]);
+                    push(Subject::SymmetryPlane, format!("reaction_{}", AXES[c]), name, "F");
+                }),
             }
         }
         for pair in self.design.model().interfaces() {
             let slave = &pair.surfaces[0];
-            AXES.iter().for_each(|axis| push(format!("{slave}_force_{axis}"), "F"));
-            for (name, unit) in PAIR {
-                push(format!("{slave}_{name}"), unit);
+            let forces = AXES.map(|axis| (format!("force_{axis}"), "F"));
+            for (what, unit) in forces.into_iter().chain(PAIR.map(|(what, unit)| (what.to_owned(), unit))) {
+                let name = format!("{slave}_{what}");
+                push(Subject::Pair(slave.clone()), what, name, unit);
             }
         }
-        self.mesh.bodies.iter().for_each(|body| push(format!("strain_energy_{}", body.name), "F L"));
+        for body in &self.mesh.bodies {
+            let name = format!("strain_energy_{}", body.name);
+            push(Subject::Body(body.name.clone()), "strain_energy".into(), name, "F L");
+        }
         for name in ["strain_energy", "friction_work", "external_work", "contact_work", "energy_balance"] {
-            push(name.into(), "F L");
+            push(Subject::Whole, name.into(), name.into(), "F L");
+        }
+        for quantity in self.own {
+            let name = quantity.name();
+            push(Subject::Case, name.into(), name.into(), quantity.dimension().symbol());
         }
         names
     }
@@ -233,33 +309,32 @@ impl Recorder<'_> {
     /// Forces and contact at a state.
     fn evaluate(
         &self,
+        reads: Reads,
         time: f64,
         previous: &StepState,
         state: &StepState,
-    ) -> Result<(Forces, ContactResults), StateError> {
-        let (design, model) = (self.design, self.design.model());
-        let n = model.prescribed().fixed().len();
-        let d = &state.unknowns[..n];
-        let (mut reaction, mut external) = (vec![0.0; n], vec![0.0; n]);
-        design.internal_force(d, &mut reaction)?;
-        model.external_force(d, time, &mut external);
+    ) -> Result<(Forces, ContactResults, StateData), StateError> {
+        let design = self.design;
+        let data = StateData::of(design, reads, time, previous, state)?;
         let mut contact = design.contact_results(previous, state)?;
-        for (i, fixed) in model.prescribed().fixed().iter().enumerate() {
-            reaction[i] = if *fixed { reaction[i] - external[i] - contact.force[i] } else { 0.0 };
-        }
-        let of_elements = design.energies(d)?;
-        let mut energy: Vec<f64> =
-            self.mesh.bodies.iter().map(|body| of_elements[body.elements.clone()].iter().sum()).collect();
-        model.share().sum(&mut [&mut energy]);
         let force = std::mem::take(&mut contact.force);
-        Ok((Forces { external, reaction, contact: force, energy }, contact))
+        let reaction = design.model().reactions(&data.internal, &data.external, &force);
+        let energy = self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum()).collect();
+        Ok((Forces { external: data.external.clone(), reaction, contact: force, energy }, contact, data))
     }
 
     fn unknown(&self, step: usize, time: f64, count: usize) -> QuantityRow {
-        QuantityRow { step, time, values: vec![f64::NAN; count] }
+        QuantityRow { step, time, values: vec![f64::NAN; count], slipped: Vec::new() }
     }
 
-    fn values(&self, state: &StepState, forces: &Forces, contact: &ContactResults, sums: &Sums) -> Vec<f64> {
+    fn values(
+        &self,
+        state: &StepState,
+        forces: &Forces,
+        contact: &ContactResults,
+        sums: &Sums,
+        own: &[f64],
+    ) -> Vec<f64> {
         let mut values = Vec::new();
         for support in &self.supports {
             let (nodes, components) = support.nodes();
@@ -275,8 +350,8 @@ impl Recorder<'_> {
             }
         }
         let model = self.design.model();
-        let results = pair_results(model.interfaces(), contact);
-        for (i, (nodes, result)) in by_pair(model, contact).zip(&results).enumerate() {
+        let results = pair_results(model, contact);
+        for (i, (nodes, result)) in model.by_pair(&contact.nodes).zip(&results).enumerate() {
             let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);
             let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
             let friction = |at: &NodalContact| at.covered_area * at.multiplier[1].hypot(at.multiplier[2]);
@@ -291,6 +366,8 @@ impl Recorder<'_> {
         values.extend(&forces.energy);
         let (stored, dissipated) = (forces.energy.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
         values.extend([stored, dissipated, sums.external, sums.contact, sums.external - stored - dissipated]);
+        let own = self.own.iter().zip(own).zip(&sums.own);
+        values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));
         // −0 is written as 0
         values.iter_mut().for_each(|value| *value += 0.0);
         values

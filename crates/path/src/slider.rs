@@ -14,7 +14,7 @@
 //!
 //! ```
 //! use slipstick_linalg::SolverChoice;
-//! use slipstick_path::slider::{LastPosition, Slider};
+//! use slipstick_path::slider::{PositionAt, Slider};
 //! use slipstick_path::{LinearSystem, LoadPath, MarchOptions, Silent, Solver, SweepOptions, march, sweep};
 //!
 //! let pulled = |stiffness: f64| -> Result<(f64, f64), Box<dyn std::error::Error>> {
@@ -23,8 +23,8 @@
 //!     let mut solver = Solver { problem: &slider, linear: &mut linear, workspace: &mut Slider::workspace() };
 //!     let load_path = LoadPath::new(Slider::rest(), &[0.2, 0.4, 0.6, 0.8, 1.0]);
 //!     let path = march(&mut solver, &load_path, &MarchOptions::default(), &mut Silent)?;
-//!     let gradient = sweep(&mut solver, &path, &mut LastPosition { steps: 5 }, &SweepOptions::default())?;
-//!     Ok((path.states[5].state.unknowns[0], gradient.design[0]))
+//!     let gradient = sweep(&mut solver, &path, &mut PositionAt { index: 5 }, &SweepOptions::default())?;
+//!     Ok((path.states[5].state.unknowns[0], gradient[0].design[0]))
 //! };
 //! let (_, gradient) = pulled(2.0)?;
 //! let difference = (pulled(2.0 + 1e-5)?.0 - pulled(2.0 - 1e-5)?.0) / 2e-5;
@@ -33,8 +33,8 @@
 //! ```
 
 use crate::{
-    Evaluated, Iteration, PathGradient, PathObjective, PreviousPullBack, Scales, StateError, StepProblem, StepState,
-    Unknowns, Wanted,
+    Evaluated, Explicit, Iteration, Observed, PathResponses, PreviousPullBack, Scales, StateError, StepProblem,
+    StepState, Unknowns, Wanted,
 };
 use slipstick_linalg::{BlockMatrix, BlockPattern};
 use std::sync::Arc;
@@ -198,24 +198,30 @@ impl StepProblem for Slider {
     }
 }
 
-/// θ = u_x at the end of the last step.
+/// θ = u_x at the end of a step.
 #[derive(Debug, Clone, Copy)]
-pub struct LastPosition {
-    /// Number of load steps.
-    pub steps: usize,
+pub struct PositionAt {
+    /// Index of the state in the path.
+    pub index: usize,
 }
 
-impl PathObjective<Slider> for LastPosition {
+impl PathResponses<Slider> for PositionAt {
+    fn count(&self) -> usize {
+        1
+    }
+
+    fn observes(&self, _: usize, index: usize) -> bool {
+        index == self.index
+    }
+
     fn add_derivative(
         &mut self,
+        _: usize,
         _: &Slider,
-        step: usize,
-        _: f64,
-        _: &StepState,
-        by_unknowns: &mut [f64],
-        _: &mut PathGradient,
+        _: &Observed<'_, Slider>,
+        to: &mut Explicit<'_>,
     ) -> Result<(), StateError> {
-        by_unknowns[0] += f64::from(u8::from(step == self.steps));
+        to.unknowns[0] += 1.0;
         Ok(())
     }
 }
@@ -231,9 +237,9 @@ mod tests {
         let mut solver = Solver { problem: slider, linear: &mut linear, workspace: &mut Slider::workspace() };
         let load_path = LoadPath::new(Slider::rest(), times);
         let path = march(&mut solver, &load_path, &MarchOptions::default(), &mut Silent).unwrap();
-        let mut objective = LastPosition { steps: times.len() };
+        let mut objective = PositionAt { index: path.states.len() - 1 };
         let gradient = sweep(&mut solver, &path, &mut objective, &SweepOptions::default()).unwrap();
-        (path, gradient.design[0])
+        (path, gradient[0].design[0])
     }
 
     /// By hand: p = ε φ b/(ε + φ). The block sticks with u_x = φ a t/(φ + ε) until φ a t ε/(φ + ε) reaches μ p, then

@@ -3,31 +3,64 @@
 use crate::failure::{StateError, StepFailureKind};
 use crate::linear::KeptFactors;
 use crate::march::{Path, PathState};
-use crate::problem::{Adjoint, Held, Iteration, PreviousPullBack, StepProblem, StepState, Wanted};
+use crate::problem::{Adjoint, Evaluated, Held, Iteration, PreviousPullBack, StepProblem, StepState, Unknowns, Wanted};
 use crate::solver::Solver;
 use crate::timings::Phase;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// An objective on a problem `P` as used by the sweep: explicit partial derivatives at the states that complete a
-/// user's step.
-pub trait PathObjective<P> {
-    /// Adds ∂θ/∂y_n, ∂θ/∂φ and ∂θ/∂p of user step `step` (1-based) at its state.
+/// Responses of a path, as the sweep uses them: functions of its states, with explicit partial derivatives.
+pub trait PathResponses<P: StepProblem> {
+    /// Number of responses.
+    fn count(&self) -> usize;
+
+    /// Whether a response depends explicitly on the state with this index in the path, or on the increment that leads
+    /// to it. The state at rest, index 0, is never asked for.
+    fn observes(&self, response: usize, index: usize) -> bool;
+
+    /// Adds the partial derivatives of an observed response at a state.
     ///
     /// # Errors
     /// If the state cannot be evaluated.
     fn add_derivative(
         &mut self,
+        response: usize,
         problem: &P,
-        step: usize,
-        time: f64,
-        state: &StepState,
-        by_unknowns: &mut [f64],
-        to: &mut PathGradient,
+        at: &Observed<'_, P>,
+        to: &mut Explicit<'_>,
     ) -> Result<(), StateError>;
 }
 
-/// Derivatives of an objective over a path.
+/// A state of a path and the increment that leads to it.
+pub struct Observed<'a, P: StepProblem> {
+    /// Index of the state in the path.
+    pub index: usize,
+    /// Pseudo-time of the state.
+    pub time: f64,
+    /// The state before it.
+    pub previous: &'a StepState,
+    /// The state.
+    pub state: &'a StepState,
+    /// The step from one to the other.
+    pub step: &'a P::Step,
+    /// Its equations at the state, with derivatives.
+    pub evaluated: &'a Evaluated<P>,
+}
+
+/// Explicit partial derivatives of a response at a state. Implementations add to the existing values.
+#[derive(Debug)]
+pub struct Explicit<'a> {
+    /// ∂θ/∂y_n.
+    pub unknowns: &'a mut [f64],
+    /// ∂θ/∂F_n, for responses that observe the residual, such as the reactions at prescribed unknowns.
+    pub residual: &'a mut [f64],
+    /// ∂θ/∂y_{n−1} and ∂θ/∂h_{n−1}.
+    pub previous: &'a mut PreviousPullBack,
+    /// ∂θ/∂φ and ∂θ/∂p.
+    pub gradient: &'a mut PathGradient,
+}
+
+/// Derivatives of a response of a path.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PathGradient {
     /// dθ/dφ.
@@ -61,39 +94,32 @@ pub struct SweepError {
     pub kind: StepFailureKind,
 }
 
-/// dθ/dφ and dθ/dp by the time-discrete adjoint, through all accepted sub-steps.
+/// dθ/dφ and dθ/dp of every response by the time-discrete adjoint, through all accepted sub-steps.
 ///
-/// Steps whose right-hand side vanishes need no solve: without friction these are all steps that the objective does not
-/// observe. Paper: (59)–(61), (69), (70). Tests: `tests/gradient.rs` (crate slipstick).
+/// The responses share evaluations, tangents and factors. Responses whose right-hand side vanishes at a step need no
+/// solve there: without friction, these are all steps that the response does not observe. A response of the residual F
+/// has the right-hand side Kᵀ ∂θ/∂F, and ∂θ/∂F is added to λ, which is otherwise zero at prescribed unknowns. Paper: (59)–(61), (69), (70).
+/// Tests: `tests/gradient.rs` (crate slipstick), `the_gradient_of_a_spring_matches_differences`.
 ///
 /// # Errors
 /// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance.
 pub fn sweep<P: StepProblem>(
     solver: &mut Solver<'_, P>,
     path: &Path,
-    objective: &mut dyn PathObjective<P>,
+    responses: &mut dyn PathResponses<P>,
     options: &SweepOptions,
-) -> Result<PathGradient, SweepError> {
+) -> Result<Vec<PathGradient>, SweepError> {
     // so the gradient does not depend on earlier solves
     solver.linear.forget_factors();
-    let unknowns = solver.problem.unknowns();
-    let mut run = Run {
-        solver,
-        path,
-        objective,
-        options,
-        gradient: PathGradient { design: vec![0.0; unknowns.designs], parameters: vec![0.0; unknowns.parameters] },
-        carry: PreviousPullBack { unknowns: vec![0.0; unknowns.count()], history: vec![0.0; unknowns.history] },
-        geometry: None,
-        earlier: Earlier::default(),
-    };
+    let one = Adjoining::at_rest(solver.problem.unknowns());
+    let adjoining = vec![one; responses.count()];
+    let mut run = Run { solver, path, responses, options, adjoining, geometry: None, factors: None };
     let mut fetched = None;
     for index in (1..path.states.len()).rev() {
         let here = &path.states[index];
         if here.rest {
             // later states do not depend on anything before this one
-            run.carry.unknowns.fill(0.0);
-            run.carry.history.fill(0.0);
+            run.adjoining.iter_mut().for_each(|response| response.carry.clear());
             (run.geometry, fetched) = (None, None);
             continue;
         }
@@ -102,47 +128,57 @@ pub fn sweep<P: StepProblem>(
         run.step_back(index, &previous, &state).map_err(|kind| SweepError { time: here.time, kind })?;
         fetched = Some(previous);
     }
-    let Run { gradient, solver, .. } = run;
+    let Run { adjoining, solver, .. } = run;
     // later solves cannot use factors of the sweep
     solver.linear.forget_factors();
-    if let Some(index) = gradient.design.iter().chain(&gradient.parameters).position(|g| !g.is_finite()) {
+    let gradients: Vec<PathGradient> = adjoining.into_iter().map(|response| response.gradient).collect();
+    let entries = || gradients.iter().flat_map(|gradient| gradient.design.iter().chain(&gradient.parameters));
+    if let Some(index) = entries().position(|g| !g.is_finite()) {
         let kind = StateError::NotFinite { quantity: "the gradient".into(), index }.into();
         return Err(SweepError { time: 0.0, kind });
     }
-    Ok(gradient)
+    Ok(gradients)
 }
 
 /// Number of previous solutions λ in the sweep that span the next initial guess.
 const RECENT: usize = 4;
 
-/// Data that earlier steps of the sweep leave for the next.
-#[derive(Default)]
-struct Earlier {
+/// The adjoint of one response.
+#[derive(Debug, Clone, Default)]
+struct Adjoining {
+    gradient: PathGradient,
+    /// The pull-back from the next step of the path.
+    carry: PreviousPullBack,
     /// The latest solutions, the last one first.
     solutions: VecDeque<Vec<f64>>,
-    /// Factors of a later state of the path, with its index.
-    factors: Option<(usize, Arc<KeptFactors>)>,
 }
 
-impl Earlier {
-    /// The factors to solve with at the state `index`: the march's or those of a later state, whichever is nearer.
-    fn nearest(&self, path: &Path, index: usize) -> Option<Arc<KeptFactors>> {
-        let here = &path.states[index];
-        let kept = here.factors.as_ref().map(|f| (index - made_at(path, index, f), f));
-        let later = self.factors.as_ref().map(|(made, f)| (made - index, f));
-        let far = |(steps, factors): &(usize, &Arc<KeptFactors>)| {
-            factors.changed_nodes(&here.active_set).saturating_add(*steps)
-        };
-        [kept, later].into_iter().flatten().min_by_key(far).map(|(_, f)| f.clone())
+impl Adjoining {
+    fn at_rest(unknowns: &Unknowns) -> Self {
+        let gradient = PathGradient { design: vec![0.0; unknowns.designs], parameters: vec![0.0; unknowns.parameters] };
+        let carry = PreviousPullBack { unknowns: vec![0.0; unknowns.count()], history: vec![0.0; unknowns.history] };
+        Self { gradient, carry, solutions: VecDeque::new() }
     }
 
-    fn add(&mut self, path: &Path, index: usize, lambda: Vec<f64>, new: Option<Arc<KeptFactors>>) {
+    fn keep(&mut self, lambda: Vec<f64>) {
         self.solutions.truncate(RECENT.max(1) - 1);
         self.solutions.push_front(lambda);
-        let kept = path.states[index].factors.as_ref().filter(|f| made_at(path, index, f) == index);
-        if let Some(factors) = new.or(kept.cloned()) {
-            self.factors = Some((index, factors));
-        }
+    }
+}
+
+impl PreviousPullBack {
+    fn is_zero(&self) -> bool {
+        self.unknowns.iter().chain(&self.history).all(|&value| value == 0.0)
+    }
+
+    fn clear(&mut self) {
+        self.unknowns.fill(0.0);
+        self.history.fill(0.0);
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.unknowns.iter_mut().zip(&other.unknowns).for_each(|(to, from)| *to += from);
+        self.history.iter_mut().zip(&other.history).for_each(|(to, from)| *to += from);
     }
 }
 
@@ -159,14 +195,25 @@ fn made_at(path: &Path, mut index: usize, factors: &Arc<KeptFactors>) -> usize {
 struct Run<'r, 's, P: StepProblem> {
     solver: &'r mut Solver<'s, P>,
     path: &'r Path,
-    objective: &'r mut dyn PathObjective<P>,
+    responses: &'r mut dyn PathResponses<P>,
     options: &'r SweepOptions,
-    gradient: PathGradient,
-    /// The pull-back from the next step of the path.
-    carry: PreviousPullBack,
+    adjoining: Vec<Adjoining>,
     /// Geometry of the state to be treated next, if the step after it has evaluated it.
     geometry: Option<P::Geometry>,
-    earlier: Earlier,
+    /// Factors of a later state of the path, with its index.
+    factors: Option<(usize, Arc<KeptFactors>)>,
+}
+
+/// The right-hand side of a response at a state, before the sign change.
+struct RightHandSide {
+    response: usize,
+    unknowns: Vec<f64>,
+    /// η_n.
+    eta: Vec<f64>,
+    /// Explicit derivatives with respect to the residual: λ at prescribed unknowns.
+    residual: Vec<f64>,
+    /// Explicit derivatives with respect to the previous state.
+    previous: PreviousPullBack,
 }
 
 impl<P: StepProblem> Run<'_, '_, P> {
@@ -174,53 +221,118 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let here = &self.path.states[index];
         let problem = self.solver.problem;
         let geometry = self.geometry.take();
-        // objectives do not depend directly on the history, so η_n comes only from step n + 1
-        let PreviousPullBack { unknowns: mut rhs, history: eta } = std::mem::take(&mut self.carry);
-        if let Some(step) = here.completes {
-            self.objective.add_derivative(problem, step, here.time, state, &mut rhs, &mut self.gradient)?;
-        }
-        let (quiet_unknowns, quiet_history) = (rhs.iter().all(|&r| r == 0.0), eta.iter().all(|&e| e == 0.0));
-        if quiet_unknowns && quiet_history {
-            self.carry = PreviousPullBack { unknowns: rhs, history: eta };
+        let concerns = |r: &usize| self.responses.observes(*r, index) || !self.adjoining[*r].carry.is_zero();
+        let concerned: Vec<usize> = (0..self.adjoining.len()).filter(concerns).collect();
+        if concerned.is_empty() {
             return Ok(());
         }
-        let Solver { linear, workspace, .. } = &mut *self.solver;
+        let Solver { workspace, .. } = &mut *self.solver;
         let from = problem.geometry(&previous.unknowns, Wanted::Derivatives, workspace)?;
         let step = problem.begin(previous, &from, here.time, workspace)?;
         let (iteration, wanted) = (Iteration::default(), Wanted::Derivatives);
         let at = problem.evaluate(&step, &state.unknowns, geometry.as_ref(), iteration, wanted, workspace)?;
         self.geometry = Some(from);
-        if !quiet_history {
-            problem.pull_back_current(&step, &at, &eta, &mut rhs)?;
+        let observed = Observed { index, time: here.time, previous, state, step: &step, evaluated: &at };
+        let mut sides = Vec::with_capacity(concerned.len());
+        for response in concerned {
+            sides.extend(self.right_hand_side(response, &observed)?);
         }
-        rhs.iter_mut().for_each(|r| *r = -*r);
+        if sides.is_empty() {
+            return Ok(());
+        }
+        let Solver { linear, workspace, .. } = &mut *self.solver;
         let (fixed, groups) = (problem.unknowns().fixed(Held::None), &problem.unknowns().groups);
         let matrix = problem.tangent(&step, &at, workspace)?;
         let system = linear.reduce(matrix, true, fixed, groups);
-        let (earlier, tolerance) = (&mut self.earlier, self.options.linear_tolerance);
-        let at_hand = earlier.nearest(self.path, index);
-        let (lambda, new) = match linear.solve_similar(&system, fixed, at_hand, &earlier.solutions, &rhs, tolerance) {
-            Some(lambda) => (lambda, None),
-            None => {
-                // drop the old factors before the new ones are computed
-                earlier.factors = None;
-                let (lambda, new) = linear.solve_anew(&system, fixed, &here.active_set, &rhs, tolerance)?;
-                (lambda, Some(new))
+        let tolerance = self.options.linear_tolerance;
+        let mut at_hand = nearest(self.path, index, self.factors.as_ref());
+        let mut new = None;
+        for RightHandSide { response, unknowns: mut rhs, eta, residual, previous: explicit } in sides {
+            let observes_residual = residual.iter().any(|&weight| weight != 0.0);
+            if observes_residual {
+                let mut of_residual = vec![0.0; rhs.len()];
+                linear.product_transpose(matrix, &residual, &mut of_residual);
+                rhs.iter_mut().zip(of_residual).for_each(|(r, of_residual)| *r += of_residual);
             }
-        };
-        let begin = linear.timings().begin();
-        if self.options.parameters {
+            rhs.iter_mut().for_each(|r| *r = -*r);
+            let adjoining = &mut self.adjoining[response];
+            let similar = &adjoining.solutions;
+            let lambda = match linear.solve_similar(&system, fixed, at_hand.clone(), similar, &rhs, tolerance) {
+                Some(lambda) => lambda,
+                None => {
+                    // drop the old factors before the new ones are computed
+                    drop(at_hand.take());
+                    self.factors = None;
+                    let (lambda, made) = linear.solve_anew(&system, fixed, &here.active_set, &rhs, tolerance)?;
+                    (at_hand, new) = (Some(made.clone()), Some(made));
+                    lambda
+                }
+            };
+            let begin = linear.timings().begin();
             // dθ/dŷ at the prescribed unknowns, whose rows were left out of the solve
-            let mut by_prescribed = vec![0.0; lambda.len()];
-            linear.product_transpose(matrix, &lambda, &mut by_prescribed);
-            by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
-            let adjoint = Adjoint { lambda: &lambda, eta: &eta, by_prescribed: &by_prescribed, time: here.time };
-            problem.pull_back_parameters(&step, &at, &adjoint, &mut self.gradient.parameters)?;
+            let by_prescribed = self.options.parameters.then(|| {
+                let mut by_prescribed = vec![0.0; lambda.len()];
+                linear.product_transpose(matrix, &lambda, &mut by_prescribed);
+                by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
+                by_prescribed
+            });
+            adjoining.keep(lambda.clone());
+            let mut lambda = lambda;
+            if observes_residual {
+                lambda.iter_mut().zip(&residual).for_each(|(l, r)| *l += r);
+            }
+            let Adjoining { gradient, carry, .. } = adjoining;
+            if let Some(by_prescribed) = &by_prescribed {
+                let adjoint = Adjoint { lambda: &lambda, eta: &eta, by_prescribed, time: here.time };
+                problem.pull_back_parameters(&step, &at, &adjoint, &mut gradient.parameters)?;
+            }
+            problem.pull_back_design(&at, &lambda, &mut gradient.design)?;
+            *carry = problem.pull_back_previous(&step, &at, &lambda, &eta);
+            carry.add(&explicit);
+            linear.end(Phase::PullBack, begin);
         }
-        problem.pull_back_design(&at, &lambda, &mut self.gradient.design)?;
-        self.carry = problem.pull_back_previous(&step, &at, &lambda, &eta);
-        linear.end(Phase::PullBack, begin);
-        earlier.add(self.path, index, lambda, new);
+        let kept = here.factors.as_ref().filter(|f| made_at(self.path, index, f) == index);
+        if let Some(factors) = new.or(kept.cloned()) {
+            self.factors = Some((index, factors));
+        }
         Ok(())
     }
+
+    /// ∂θ/∂y_n and what later steps add to it; `None` if it vanishes. The carry is taken.
+    fn right_hand_side(
+        &mut self,
+        response: usize,
+        observed: &Observed<'_, P>,
+    ) -> Result<Option<RightHandSide>, StepFailureKind> {
+        let Adjoining { gradient, carry, .. } = &mut self.adjoining[response];
+        let mut explicit =
+            PreviousPullBack { unknowns: vec![0.0; carry.unknowns.len()], history: vec![0.0; carry.history.len()] };
+        // responses do not depend directly on the history, so η_n comes only from step n + 1
+        let PreviousPullBack { unknowns: mut rhs, history: eta } = std::mem::take(carry);
+        let mut residual = vec![0.0; rhs.len()];
+        if self.responses.observes(response, observed.index) {
+            let mut to = Explicit { unknowns: &mut rhs, residual: &mut residual, previous: &mut explicit, gradient };
+            self.responses.add_derivative(response, self.solver.problem, observed, &mut to)?;
+        }
+        let quiet = |values: &[f64]| values.iter().all(|&value| value == 0.0);
+        let quiet_history = quiet(&eta);
+        if quiet_history && quiet(&rhs) && quiet(&residual) {
+            *carry = explicit;
+            return Ok(None);
+        }
+        if !quiet_history {
+            self.solver.problem.pull_back_current(observed.step, observed.evaluated, &eta, &mut rhs)?;
+        }
+        Ok(Some(RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit }))
+    }
+}
+
+/// The factors to solve with at the state `index`: the march's or those of a later state, whichever is nearer.
+fn nearest(path: &Path, index: usize, later: Option<&(usize, Arc<KeptFactors>)>) -> Option<Arc<KeptFactors>> {
+    let here = &path.states[index];
+    let kept = here.factors.as_ref().map(|f| (index - made_at(path, index, f), f));
+    let later = later.map(|(made, f)| (made - index, f));
+    let far =
+        |(steps, factors): &(usize, &Arc<KeptFactors>)| factors.changed_nodes(&here.active_set).saturating_add(*steps);
+    [kept, later].into_iter().flatten().min_by_key(far).map(|(_, f)| f.clone())
 }

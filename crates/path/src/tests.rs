@@ -2,9 +2,9 @@
 
 use crate::spring::Spring;
 use crate::{
-    Guide, LinearSystem, LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient,
-    PathObjective, Remedy, Silent, Solver, StartValues, StateError, StepProblem, StepState, SweepOptions, Tolerance,
-    Tolerances, march, sweep,
+    Explicit, Guide, LinearSystem, LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Observed, Path,
+    PathGradient, PathResponses, PathState, Remedy, Silent, Solver, StartValues, StateError, StepProblem, SweepOptions,
+    Tolerance, Tolerances, march, sweep,
 };
 use slipstick_linalg::{Alone, SolverChoice};
 
@@ -35,9 +35,12 @@ fn follow(
     march(&mut solver, load_path, options, observer)
 }
 
-/// θ = Σ over the steps n of n w · y_n, except for those that it does not observe.
+/// θ = Σ over the steps n of n w · y_n, except for those that it does not observe, and for each accepted sub-step half
+/// the square of its increment of y, times a factor.
+#[derive(Clone, Copy)]
 struct Weights {
     unseen: usize,
+    increments: f64,
 }
 
 const W: [f64; 6] = [0.4, -1.1, 0.3, 0.9, 1.7, -0.6];
@@ -45,29 +48,59 @@ const W: [f64; 6] = [0.4, -1.1, 0.3, 0.9, 1.7, -0.6];
 impl Weights {
     fn value(&self, path: &Path) -> f64 {
         let seen = path.completed().filter(|(step, _)| *step != self.unseen);
-        seen.map(|(step, at)| step as f64 * W.iter().zip(&at.state.unknowns).map(|(w, y)| w * y).sum::<f64>()).sum()
+        let weighted = |at: &PathState| W.iter().zip(&at.state.unknowns).map(|(w, y)| w * y).sum::<f64>();
+        let square = |pair: &[PathState]| {
+            let both = pair[1].state.unknowns.iter().zip(&pair[0].state.unknowns);
+            both.map(|(now, before)| 0.5 * (now - before) * (now - before)).sum::<f64>()
+        };
+        seen.map(|(step, at)| step as f64 * weighted(at)).sum::<f64>()
+            + self.increments * path.states.windows(2).map(square).sum::<f64>()
     }
 }
 
-impl PathObjective<Spring> for Weights {
+/// Objectives on a path whose states complete these steps.
+struct Responses<'a> {
+    objectives: &'a [Weights],
+    completes: Vec<Option<usize>>,
+}
+
+impl<'a> Responses<'a> {
+    fn of(objectives: &'a [Weights], path: &Path) -> Self {
+        Self { objectives, completes: path.states.iter().map(|state| state.completes).collect() }
+    }
+}
+
+impl PathResponses<Spring> for Responses<'_> {
+    fn count(&self) -> usize {
+        self.objectives.len()
+    }
+
+    fn observes(&self, response: usize, index: usize) -> bool {
+        let Weights { unseen, increments } = self.objectives[response];
+        increments != 0.0 || self.completes[index].is_some_and(|step| step != unseen)
+    }
+
     fn add_derivative(
         &mut self,
+        response: usize,
         _: &Spring,
-        step: usize,
-        _: f64,
-        _: &StepState,
-        by_unknowns: &mut [f64],
-        _: &mut PathGradient,
+        at: &Observed<'_, Spring>,
+        to: &mut Explicit<'_>,
     ) -> Result<(), StateError> {
-        if step != self.unseen {
-            by_unknowns.iter_mut().zip(W).for_each(|(b, w)| *b += step as f64 * w);
+        let Weights { unseen, increments } = self.objectives[response];
+        if let Some(step) = self.completes[at.index].filter(|&step| step != unseen) {
+            to.unknowns.iter_mut().zip(W).for_each(|(b, w)| *b += step as f64 * w);
+        }
+        for (i, (now, before)) in at.state.unknowns.iter().zip(&at.previous.unknowns).enumerate() {
+            to.unknowns[i] += increments * (now - before);
+            to.previous.unknowns[i] -= increments * (now - before);
         }
         Ok(())
     }
 }
 
-/// Central differences of the whole path, with observed steps and an unobserved last one, with history, sub-steps, and
-/// with factors that are kept and reused.
+/// Central differences of the whole path, for several responses at once: with observed steps and an unobserved last
+/// one, with dependence on increments, with history, sub-steps, and with factors that are kept and reused.
 #[test]
 fn the_gradient_of_a_spring_matches_differences() {
     for (unseen, longest_step, factor_memory) in [(0, f64::INFINITY, 0), (3, 0.12, 0), (2, 0.12, 1 << 20)] {
@@ -81,7 +114,8 @@ fn the_gradient_of_a_spring_matches_differences() {
             }
             spring
         };
-        let mut objective = Weights { unseen };
+        let objectives = [(unseen, 0.0), (9, 0.0), (unseen, 0.7)];
+        let objectives = objectives.map(|(unseen, increments)| Weights { unseen, increments });
         let base = spring(0, 0.0);
         let mut linear = linear();
         if factor_memory > 0 {
@@ -93,18 +127,19 @@ fn the_gradient_of_a_spring_matches_differences() {
         let cut = marched.states.len() > 4;
         assert_eq!((marched.steps, cut), (3, longest_step < 1.0));
         assert_eq!(marched.states_with_factors() > 0, factor_memory > 0);
-        let found =
-            sweep(&mut solver, &marched, &mut objective, &SweepOptions { linear_tolerance: 1e-13, parameters: true });
-        let PathGradient { design, parameters } = found.unwrap();
-        for (i, found) in design.iter().chain(&parameters).enumerate() {
-            let at = |h: f64| {
-                let other = path(&spring(i, h), &times, &options);
-                assert_eq!(other.states.len(), marched.states.len());
-                objective.value(&other)
-            };
-            let h = 1e-3;
-            let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-            assert!((found - difference).abs() < 1e-9, "{i}: {found} instead of {difference}");
+        let options_of_sweep = SweepOptions { linear_tolerance: 1e-13, parameters: true };
+        let found = sweep(&mut solver, &marched, &mut Responses::of(&objectives, &marched), &options_of_sweep).unwrap();
+        for (objective, PathGradient { design, parameters }) in objectives.iter().zip(&found) {
+            for (i, found) in design.iter().chain(parameters).enumerate() {
+                let at = |h: f64| {
+                    let other = path(&spring(i, h), &times, &options);
+                    assert_eq!(other.states.len(), marched.states.len());
+                    objective.value(&other)
+                };
+                let h = 1e-3;
+                let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+                assert!((found - difference).abs() < 1e-9, "{i}: {found} instead of {difference}");
+            }
         }
     }
 }
@@ -194,7 +229,7 @@ fn a_guide_leads_to_its_own_path() {
     let load_path = LoadPath { guide: Some(&guide), ..LoadPath::new(Spring::rest(), &times) };
     let led = follow(&Spring::default(), &mut linear(), &load_path, &options, &mut Silent).unwrap();
     for (led, alone) in led.states.iter().zip(&alone.states).skip(1) {
-        let iterations = |at: &crate::PathState| at.report.iterations.len();
+        let iterations = |at: &PathState| at.report.iterations.len();
         assert!(
             iterations(led) <= 2 && iterations(led) < iterations(alone),
             "{} {}",

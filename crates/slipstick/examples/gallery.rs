@@ -1,4 +1,5 @@
-//! The pictures of the documentation: optimizes a case and draws the design, the state at the end, and the history.
+//! The pictures of the documentation: optimizes a case and draws the design, the state at the end,
+//! and the history.
 //!
 //! ```text
 //! cargo run --release --example gallery -- cases/half_ball_on_plate/coarse.toml [iterations] [folder]
@@ -57,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let states = &forward.as_ref().ok_or("the case has no analysis")?.path.states;
     let [.., before, last] = states.as_slice() else { return Err("the load path has no steps".into()) };
     let density = optimization.evaluated().ok_or("no design was evaluated")?.density.clone();
-    let limit = optimization.volume_limit();
+    let limit = optimization.volume_limit().ok_or("the volume is not bounded")?;
     let problem = &mut optimization.problem;
     let contact = problem.analysis.design.contact_results(&before.state, &last.state)?;
     let pressure: Vec<(u32, f64)> =

@@ -1,19 +1,20 @@
-//! A user-defined objective: the settlement of the top of a slab under a block that is pressed onto it and drawn over
-//! it.
+//! A user-defined objective: the settlement of the top of a slab under a block that is pressed onto
+//! it and drawn over it.
 //!
 //! ```text
 //! cargo run --release -p slipstick --example own_objective
 //! ```
 //!
-//! An objective must provide its value at a state and its partial derivatives with respect to displacements and
-//! internal forces. The adjoint takes care of friction, path and density. `tests/examples.rs` compares the gradient
-//! with finite differences.
+//! A quantity must provide its value at a state and its partial derivatives with respect to what it
+//! reads of the state. The adjoint takes care of friction, path and density. `tests/examples.rs`
+//! compares the gradient with finite differences.
 
 use std::error::Error;
+use std::sync::Arc;
 
 use slipstick::build::{Problem, build};
 use slipstick::case::parse_case;
-use slipstick::design::{Objective, StateDerivative, StateView};
+use slipstick::design::{Dimension, ObservedSteps, Quantity, Response, StateDerivative, StateView};
 use slipstick::path::Silent;
 
 const CASE: &str = r#"
@@ -41,7 +42,7 @@ bodies = ["slab"]
 initial = 0.5
 "#;
 
-/// θ_s = ½ Σ u_y² over some nodes, at every step. \[L²\]
+/// ½ Σ u_y² over some nodes. \[L²\]
 struct Settlement {
     nodes: Vec<u32>,
 }
@@ -53,22 +54,22 @@ impl Settlement {
     }
 }
 
-impl Objective for Settlement {
+impl Quantity for Settlement {
     fn name(&self) -> &str {
         "settlement"
     }
 
-    fn observes(&self, _step: usize, _steps: usize) -> bool {
-        true
+    fn dimension(&self) -> Dimension {
+        Dimension::AREA
     }
 
     fn value(&self, state: &StateView) -> f64 {
         self.heights().map(|i| 0.5 * state.displacement[i].powi(2)).sum()
     }
 
-    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
+    fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
         for i in self.heights() {
-            derivative.displacement[i] += state.displacement[i];
+            to.displacement[i] += weight * state.displacement[i];
         }
     }
 }
@@ -80,10 +81,11 @@ pub fn problem() -> Result<Problem, Box<dyn Error>> {
         problem.mesh.surfaces["slab_ymax"].facets.iter().flat_map(|facet| facet.nodes.to_vec()).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    let objective = Settlement { nodes };
+    let settlement = Settlement { nodes };
     // `set_objective` does this automatically in debug builds
-    problem.analysis.check_objective(&objective)?;
-    problem.analysis.set_objective(Box::new(objective))?;
+    problem.analysis.check_quantity(&settlement)?;
+    // θ is the sum over all steps
+    problem.analysis.set_objective(Response::of(Arc::new(settlement), ObservedSteps::All, 1.0))?;
     Ok(problem)
 }
 

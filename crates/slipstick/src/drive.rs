@@ -1,8 +1,8 @@
 //! An optimization from its state to its end: one loop for all ranks, with files if requested.
 //!
-//! [`drive`] repeats [`Optimization::advance`]. With a [`Recorder`], the state is on disk in the directory of the run
-//! after every iteration, so that a run that is stopped or killed can be resumed from its [`Checkpoint`], bit for bit.
-//! To show progress, implement [`DriveObserver`].
+//! [`drive`] repeats [`Optimization::advance`]. With a [`Recorder`], the state is on disk in the
+//! directory of the run after every iteration, so that a run that is stopped or killed can be
+//! resumed from its [`Checkpoint`], bit for bit. To show progress, implement [`DriveObserver`].
 //!
 //! ```
 //! use slipstick::{build::{build, optimization}, case::{parse_case, template}, drive::drive};
@@ -77,8 +77,9 @@ pub enum DriveError {
     Run(#[from] RunError),
 }
 
-/// Writes the files of an optimization: `history.csv`, `newton.csv`, designs, start values and the checkpoint after
-/// every iteration, and the load path of the last design. All ranks have one; the first one writes.
+/// Writes the files of an optimization: `history.csv`, `newton.csv`, designs, start values and the
+/// checkpoint after every iteration, and the load path of the last design. All ranks have one; the
+/// first one writes.
 #[derive(Debug)]
 pub struct Recorder {
     /// On the first rank, if it records a run.
@@ -96,12 +97,13 @@ struct Files {
 }
 
 impl Recorder {
-    /// Continues the files of a run, or begins them, from `checkpoint`, the current state of the optimization. All
-    /// ranks call it; `run` is that of the first. A design is written as a field every `every` iterations.
+    /// Continues the files of a run, or begins them, from `checkpoint`, the current state of the
+    /// optimization. All ranks call it; `run` is that of the first. A design is written as a field
+    /// every `every` iterations.
     ///
     /// # Errors
-    /// [`RunError::Output`] and [`RunError::Damaged`] if a table was changed after the run or cannot be written, on the
-    /// first rank; [`RunError::FirstRank`] on the others.
+    /// [`RunError::Output`] and [`RunError::Damaged`] if a table was changed after the run or
+    /// cannot be written, on the first rank; [`RunError::FirstRank`] on the others.
     pub fn new(
         run: Option<&RunDirectory>,
         checkpoint: Checkpoint,
@@ -110,7 +112,7 @@ impl Recorder {
     ) -> Result<Self, RunError> {
         let open = || {
             let Some(directory) = run else { return Ok(None) };
-            let history = History::open(directory, &checkpoint.state.history)?;
+            let history = History::open(directory, &checkpoint.state.constraints, &checkpoint.state.history)?;
             let newton = NewtonTable::open(directory, checkpoint.newton_rows.last().copied().unwrap_or(0))?;
             // From here on a run that is stopped or killed can be resumed.
             checkpoint.write(directory)?;
@@ -191,8 +193,9 @@ impl Files {
     }
 }
 
-/// Runs an optimization to its end. All ranks call it, either all with a recorder or all without; they succeed or fail
-/// together. Returns the [quantities](crate::quantities) of the last design, if it was evaluated now and recorded.
+/// Runs an optimization to its end. All ranks call it, either all with a recorder or all without;
+/// they succeed or fail together. Returns the [quantities](crate::quantities) of the last design,
+/// if it was evaluated now and recorded.
 ///
 /// # Errors
 /// See [`DriveError`]; the state is that of the last finished iteration.
@@ -227,7 +230,7 @@ pub fn drive(
     }
     let (Some(recorder), Some(forward)) = (&recorder, &last) else { return Ok(None) };
     let problem = &optimization.problem;
-    Ok(Some(write_path(recorder.directory(), &problem.mesh, &problem.analysis.design, &forward.path)?))
+    Ok(Some(write_path(recorder.directory(), problem, &forward.path)?))
 }
 
 /// Combines the growing table and the caller's observer.
@@ -262,7 +265,7 @@ fn stopped(optimization: &Optimization, error: OptimizeError, recorder: Option<&
 fn kept(optimization: &Optimization, error: &AnalysisError, recorder: Option<&Recorder>) -> DriveError {
     let problem = &optimization.problem;
     let run = recorder.and_then(Recorder::directory);
-    let (report, kept) = keep_failure(run, &problem.mesh, &problem.analysis.design, error);
+    let (report, kept) = keep_failure(run, problem, error);
     DriveError::Analysis { report, kept }
 }
 
@@ -276,7 +279,7 @@ fn without_direction(optimization: &Optimization, forward: &Forward, recorder: O
     });
     let Some(recorder) = recorder else { return DriveError::Analysis { report, kept: Kept::Nothing } };
     let (problem, run) = (&optimization.problem, recorder.directory());
-    let path = write_path(run, &problem.mesh, &problem.analysis.design, &forward.path);
+    let path = write_path(run, problem, &forward.path);
     let table = on_first(problem.analysis.linear.ranks(), || match run.map(|run| run.file("design.csv")) {
         // the table of an earlier iteration is kept: it cannot be replaced
         Some(table) if !table.exists() => Ok(write_densities(&table, &problem.mesh, &forward.density, None)?),

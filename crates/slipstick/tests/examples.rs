@@ -8,11 +8,13 @@ mod own_problem;
 mod sensitivities;
 
 use sensitivities::{NUMBERS, Numbers, Watch};
-use slipstick::analysis::{Analysis, ObjectiveRefused};
+use slipstick::analysis::{Analysis, ResponseRefused};
 use slipstick::build::build;
 use slipstick::model::Parameter;
-use slipstick_design::{ContactForce, Objective, ObservedSteps, StateDerivative, StateView};
+use slipstick_design::quantity::{ContactForce, Dimension, Quantity, StateDerivative, StateView};
+use slipstick_design::{ObservedSteps, Response};
 use slipstick_path::{Silent, Tolerance, Tolerances};
+use std::sync::Arc;
 
 #[test]
 fn examples_run() {
@@ -21,7 +23,8 @@ fn examples_run() {
     sensitivities::main().expect("runs");
 }
 
-/// The tutorial quotes what the example prints; `UPDATE_PAGES=1` writes the quotation. The derivatives that it prints agree.
+/// The tutorial quotes what the example prints; `UPDATE_PAGES=1` writes the quotation. The
+/// derivatives that it prints agree.
 #[test]
 fn the_tutorial_of_ones_own_problem_quotes_its_example() {
     let printed = own_problem::printed().expect("runs");
@@ -108,45 +111,45 @@ fn derivatives_by_numbers_of_the_model_match_finite_differences() {
     }
 }
 
-/// θ = Σ u² over all nodes, with a derivative that is wrong by a factor.
+/// Σ u² over all nodes, with a derivative that is wrong by a factor.
 struct Wrong {
     factor: f64,
-    step: usize,
 }
 
-impl Objective for Wrong {
+impl Quantity for Wrong {
     fn name(&self) -> &str {
         "wrong"
     }
 
-    fn observes(&self, step: usize, _: usize) -> bool {
-        step == self.step
+    fn dimension(&self) -> Dimension {
+        Dimension::AREA
     }
 
     fn value(&self, state: &StateView) -> f64 {
         state.displacement.iter().map(|u| u * u).sum()
     }
 
-    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
-        for (to, u) in derivative.displacement.iter_mut().zip(state.displacement) {
-            *to += 2.0 * self.factor * u;
+    fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
+        for (to, u) in to.displacement.iter_mut().zip(state.displacement) {
+            *to += weight * 2.0 * self.factor * u;
         }
     }
 }
 
-/// A wrong derivative, and an objective without steps, are refused with what mends them; debug builds look by themselves.
+/// A wrong derivative, and an objective without steps, are refused with the cure; debug builds check without being asked.
 #[test]
 fn wrong_objectives_are_refused() {
     let mut problem = own_objective::problem().expect("builds");
     let analysis = &mut problem.analysis;
-    let found = analysis.check_objective(&Wrong { factor: 0.5, step: 2 }).expect_err("wrong").to_string();
-    assert!(found.contains("objective `wrong` at step 2: its derivative with respect to the displacements"), "{found}");
-    let refused = analysis.set_objective(Box::new(Wrong { factor: 0.5, step: 2 }));
+    let wrong = |factor, step| Response::of(Arc::new(Wrong { factor }), ObservedSteps::Only(vec![step]), 1.0);
+    let found = analysis.check_quantity(&Wrong { factor: 0.5 }).expect_err("wrong").to_string();
+    assert!(found.contains("quantity `wrong` at step 1: its derivative with respect to the displacements"), "{found}");
+    let refused = analysis.set_objective(wrong(0.5, 2));
     assert_eq!(refused.is_err(), cfg!(debug_assertions));
-    let refused = analysis.set_objective(Box::new(Wrong { factor: 1.0, step: 5 }));
-    assert!(matches!(refused, Err(ObjectiveRefused::NoSteps { steps: 4, .. })), "{refused:?}");
-    // those that the library brings pass, by the slave nodes' forces
+    let refused = analysis.set_objective(wrong(1.0, 5));
+    assert!(matches!(refused, Err(ResponseRefused::NoSteps { steps: 4, .. })), "{refused:?}");
+    // those of the library pass, by the slave nodes' forces
     let nodes = analysis.model().slave_nodes();
-    let contact = ContactForce::new(nodes, problem.mesh.nodes.len(), ObservedSteps::All, 0.0).expect("right");
-    analysis.check_objective(&contact).expect("right");
+    let contact = ContactForce::new(nodes, problem.mesh.nodes.len(), 0.0).expect("right");
+    analysis.check_quantity(&contact).expect("right");
 }

@@ -1,4 +1,5 @@
-//! Results must not depend on the observer's frame, the units, or the number of threads, and forces must balance.
+//! Results must not depend on the observer's frame, the units, or the number of threads, and forces
+//! must balance.
 
 mod common;
 
@@ -36,7 +37,8 @@ fn run(scene: &Scene) -> (Forward, ElementValues) {
     (run, gradient)
 }
 
-/// The whole problem translated and rotated: same iterations, same θ and gradient. Waypoints are rotated as well.
+/// The whole problem translated and rotated: same iterations, same θ and gradient. Waypoints are
+/// rotated as well.
 #[test]
 fn rigid_motion_changes_nothing() {
     let (axis, degrees) = (Vector3::new(0.3, -0.5, 0.8), 73.0);
@@ -63,8 +65,8 @@ fn rigid_motion_changes_nothing() {
     }
 }
 
-/// Millimetres or metres, and E times 1e4: same iterations with default parameters and tolerances, θ in the new unit of
-/// force.
+/// Millimetres or metres, and E times 1e4: same iterations with default parameters and tolerances,
+/// θ in the new unit of force.
 #[test]
 fn units_change_nothing() {
     let motion = |l: f64| {
@@ -95,8 +97,9 @@ fn units_change_nothing() {
     }
 }
 
-/// c_n and c_t with units, per area and as the paper's factors of weighted measures (the tributary area of an interior
-/// node is 0.16 here): the iterations differ, but the solution and its gradient do not.
+/// c_n and c_t with units, per area and as the paper's factors of weighted measures (the tributary
+/// area of an interior node is 0.16 here): the iterations differ, but the solution and its gradient
+/// do not.
 #[test]
 fn complementarity_parameters_change_the_iteration_only() {
     let at = |enforcement: &str| run(&Scene { load_path: Scene::default().load_path, ..scene(enforcement) });
@@ -134,8 +137,8 @@ fn threads_change_no_bit() {
     }
 }
 
-/// The contact force on the slave, computed directly as Σ_j A_j z_j, balances the internal forces of the slave nodes,
-/// those of the master nodes, and the supports' reactions.
+/// The contact force on the slave, computed directly as Σ_j A_j z_j, balances the internal forces
+/// of the slave nodes, those of the master nodes, and the supports' reactions.
 #[test]
 fn forces_balance() {
     for (method, enforcement) in DEFAULTS {
@@ -151,7 +154,7 @@ fn forces_balance() {
             let states: Vec<_> = run.path.states.iter().map(|at| at.state.clone()).collect();
             let [.., before, last] = &states[..] else { panic!("a path") };
             let results = problem.analysis.design.contact_results(before, last).unwrap();
-            let pairs = pair_results(problem.analysis.model().interfaces(), &results);
+            let pairs = pair_results(problem.analysis.model(), &results);
             let [pair] = &pairs[..] else { panic!("one pair") };
             let d = &run.path.states.last().unwrap().state.unknowns[..3 * problem.mesh.nodes.len()];
             let mut force = vec![0.0; d.len()];
@@ -185,15 +188,16 @@ fn forces_balance() {
     }
 }
 
-/// Pairs of bodies that are not in contact with each other have independent solutions, whatever method the others have:
-/// those of separate cases.
+/// Pairs of bodies that are not in contact with each other have independent solutions, whatever
+/// method the others have: those of separate cases.
 #[test]
 fn pairs_of_other_bodies_and_methods_change_nothing() {
     let alone: Vec<String> = DEFAULTS
         .iter()
         .enumerate()
         .map(|(i, (_, enforcement))| {
-            // steps far below the tolerance to which both are solved; each problem at a different place
+            // steps far below the tolerance to which both are solved; each problem at a different
+            // place
             let load_path = "tolerance = { relative = 1e-13 }".into();
             let place = format!("{{ translate = [0.0, 0.0, {:?}] }}", 3.0 * i as f64);
             let enforcement = enforcement.replace("augmented = {}", "augmented = { tolerance = 1e-12 }");

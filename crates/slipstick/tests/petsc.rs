@@ -1,7 +1,8 @@
-//! Whole problems on the ranks of PETSc, compared with the default solver on one rank: objective, gradient, statuses.
+//! Whole problems on the ranks of PETSc, compared with the default solver on one rank: objective,
+//! gradient, statuses.
 //!
-//! The test starts itself with `mpirun` on one, two and four ranks; without `mpirun` it reports that it is skipped.
-//! Every rank computes the reference independently.
+//! The test starts itself with `mpirun` on one, two and four ranks; without `mpirun` it reports
+//! that it is skipped. Every rank computes the reference independently.
 
 mod common;
 #[path = "../../petsc/tests/mpirun/mod.rs"]
@@ -51,8 +52,8 @@ traction = [9.0, -4.0, 2.0]
 linear = "petsc"
 "#;
 
-/// A block that closes a gap, is pressed onto a slab and dragged over its edge: nodes are open, stick and slip; in a
-/// second load case, pressure acts on its side and on the slab's end.
+/// A block that closes a gap, is pressed onto a slab and dragged over its edge: nodes are open,
+/// stick and slip; in a second load case, pressure acts on its side and on the slab's end.
 fn scene(enforcement: &str, shape: &'static str) -> Scene {
     Scene {
         slab: [8, 2, 3],
@@ -101,8 +102,8 @@ fn objectives_and_gradients_agree(machine: &Machine) {
     }
 }
 
-/// Slave nodes whose displacements are all prescribed: their multipliers are coupled only to master nodes, which other
-/// ranks may own.
+/// Slave nodes whose displacements are all prescribed: their multipliers are coupled only to master
+/// nodes, which other ranks may own.
 fn a_rigid_tool_is_pressed_on(machine: &Machine) {
     let tool = Scene {
         // no more slave nodes than the master nodes can follow
@@ -120,8 +121,8 @@ fn a_rigid_tool_is_pressed_on(machine: &Machine) {
     agree(machine, "rigid tool", &text, &['o', 't', 'l']);
 }
 
-/// Objective, gradients and statuses on the ranks compared with those of the default solver; `seen` are statuses that
-/// must occur.
+/// Objective, gradients and statuses on the ranks compared with those of the default solver; `seen`
+/// are statuses that must occur.
 fn agree(machine: &Machine, name: &str, text: &str, seen: &[char]) {
     let case = parse_case(text, "proof.toml").unwrap_or_else(|e| panic!("{e}\n{text}")).case;
     let mut alone = case.clone();
@@ -140,7 +141,7 @@ fn agree(machine: &Machine, name: &str, text: &str, seen: &[char]) {
         assert!(error < 1e-9, "{name}: {error:e}");
         if machine.ranks().rank() == 0 {
             let objective = (other / value - 1.0).abs();
-            println!("{name}: objective {objective:.1e}, derivatives by densities {error:.1e} apart");
+            println!("{name}: relative differences: objective {objective:.1e}, density gradient {error:.1e}");
         }
         for ((parameter, a), (_, b)) in others.parameters.iter().zip(&gradients.parameters) {
             assert!((a - b).abs() <= 1e-8 * b.abs().max(value.abs() * 1e-3), "{name}, {parameter:?}: {a} {b}");

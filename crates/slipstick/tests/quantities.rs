@@ -1,4 +1,5 @@
-//! What every run reports at each load step, against analytic values, equilibrium and the balance of energy.
+//! What every run reports at each load step, against analytic values, equilibrium and the balance
+//! of energy.
 
 mod common;
 
@@ -16,18 +17,14 @@ const METHODS: [(&str, &str); 3] = [
 fn solve(problem: &mut Problem, seed: u64) -> Quantities {
     let density = random_density(problem, seed);
     let forward = forward(problem, &density);
-    quantities(&problem.mesh, &problem.analysis.design, &forward.path)
+    quantities(problem, &forward.path)
 }
 
 fn last(quantities: &Quantities, name: &str) -> f64 {
     *quantities.get(name).unwrap_or_else(|| panic!("{name}: {:?}", quantities.names)).last().expect("a row")
 }
 
-/// A bar of Hooke's law, ν = 0, between two symmetry planes, stretched by 1 %: F = E A ε, W = ½ E A ε² l. The
-/// trapezoidal rule is exact for forces that are linear in the displacement.
-#[test]
-fn a_bar_in_tension() {
-    let text = "
+const BAR: &str = "
 [[body]]
 name = 'bar'
 box = { min = [0, 0, 0], max = [2, 0.5, 3], elements = [2, 1, 3] }
@@ -46,7 +43,12 @@ motion = [{ t = 1.0, u = [0, 0, 0.03] }]
 [load_path]
 steps = 3
 ";
-    let found = solve(&mut problem(text), 1);
+
+/// A bar of Hooke's law, ν = 0, between two symmetry planes, stretched by 1 %: F = E A ε, W = ½ E A
+/// ε² l. The trapezoidal rule is exact for forces that are linear in the displacement.
+#[test]
+fn a_bar_in_tension() {
+    let found = solve(&mut problem(BAR), 1);
     let (force, energy) = (700.0 * 1.0 * 0.01, 0.5 * 700.0 * 1.0 * 0.01 * 0.03);
     let near = |name: &str, expected: f64| {
         let value = last(&found, name);
@@ -67,8 +69,8 @@ steps = 3
     }
 }
 
-/// Reactions of all supports and symmetry planes, and a load, add up to zero; the pair's forces agree with them, and
-/// friction stays within the cone.
+/// Reactions of all supports and symmetry planes, and a load, add up to zero; the pair's forces
+/// agree with them, and friction stays within the cone.
 #[test]
 fn reactions_and_loads_are_in_equilibrium() {
     for (method, enforcement) in METHODS {
@@ -106,7 +108,8 @@ fn reactions_and_loads_are_in_equilibrium() {
 
 const SLIDE: &str = "[{ t = 0.25, u = [0, -0.06, 0] }, { t = 1.0, u = [0.9, -0.06, 0.1] }]";
 
-/// External work is stored in the bodies or taken by contact, up to the error of the trapezoidal rule.
+/// External work is stored in the bodies or taken by contact, up to the error of the trapezoidal
+/// rule.
 #[test]
 fn work_is_stored_or_taken_by_contact() {
     for (method, enforcement) in METHODS {
@@ -124,8 +127,9 @@ fn work_is_stored_or_taken_by_contact() {
     }
 }
 
-/// While strains are small, contact takes what friction dissipates, up to the size of the load steps: in the first step
-/// of sliding, the trapezoidal rule sees half of the friction that acts at its end.
+/// While strains are small, contact takes what friction dissipates, up to the size of the load
+/// steps: in the first step of sliding, the trapezoidal rule sees half of the friction that acts at
+/// its end.
 #[test]
 fn friction_work_is_contact_work_at_small_strains() {
     let motion = "[{ t = 0.25, u = [0, -6e-4, 0] }, { t = 1.0, u = [0.9, -6e-4, 0.1] }]";
@@ -140,4 +144,43 @@ fn friction_work_is_contact_work_at_small_strains() {
     let errors = [16, 64, 256].map(apart);
     println!("friction work over contact work − 1: {errors:?}");
     assert!(errors[1] < 0.3 * errors[0] && errors[2] < 0.3 * errors[1] && errors[2] < 3e-3, "{errors:?}");
+}
+
+/// The same bar: stress E ε, energy density ½ E ε², and reactions that add up to E A ε.
+#[test]
+fn fields_of_a_bar() {
+    let mut problem = problem(BAR);
+    let density = random_density(&problem, 1);
+    let forward = forward(&mut problem, &density);
+    let state = &forward.path.states.last().expect("states").state;
+    let fields = problem.analysis.design.element_fields(&problem.mesh, &state.unknowns, 1.0, &[]);
+    let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} instead of {expected}");
+    for (e, stress) in fields.stress.chunks_exact(6).enumerate() {
+        stress.iter().zip([0.0, 0.0, 7.0, 0.0, 0.0, 0.0]).for_each(|(found, expected)| near(*found, expected));
+        near(fields.von_mises[e], 7.0);
+        near(fields.energy_density[e], 0.035);
+    }
+    let top = problem.mesh.set_nodes("bar_zmax").expect("a set");
+    near(top.iter().map(|&node| fields.reaction[3 * node as usize + 2]).sum(), 7.0);
+    near(fields.reaction.chunks_exact(3).map(|of| of[2]).sum(), 0.0);
+}
+
+/// The work of friction at the nodes, times the areas around them, is that of the pair; sliding by the motion of the block
+/// is the distance that the nodes slip.
+#[test]
+fn slip_and_wear_add_up() {
+    let motion = "[{ t = 0.2, u = [0, -0.05, 0] }, { t = 1.0, u = [0.4, -0.05, 0] }]".to_owned();
+    let scene = Scene { friction: 0.1, motion, ..Scene::default() };
+    let mut problem = problem(&scene.text());
+    let found = solve(&mut problem, 3);
+    let interface = &problem.analysis.model().interfaces()[0].interface;
+    let areas: Vec<f64> =
+        problem.mesh.surfaces["block_ymin"].node_areas(&problem.mesh.nodes).iter().map(|of| of.1).collect();
+    assert_eq!(areas.len(), interface.slave_nodes().len());
+    let row = found.rows.last().expect("rows");
+    let work: f64 = row.slipped.iter().zip(&areas).map(|([_, work], area)| work * area).sum();
+    let expected = last(&found, "block_ymin_friction_work");
+    assert!(expected > 0.0 && (work - expected).abs() < 1e-10 * expected, "{work} {expected}");
+    // the slab and the block yield, so the surfaces slide less than the block's top moves
+    assert!(row.slipped.iter().all(|[slip, _]| *slip > 0.25 && *slip < 0.45), "{:?}", row.slipped);
 }

@@ -9,8 +9,8 @@ use slipstick::analysis::ForwardNotice;
 use slipstick::build::{build, optimization};
 use slipstick::case::parse_case;
 use slipstick::optimize::{Optimization, OptimizeError};
-use slipstick_design::objective::{Objective, StateDerivative, StateView};
-use slipstick_design::{ContactForce, Measure, ObservedSteps};
+use slipstick_design::quantity::{ContactForce, Dimension, Quantity, StateDerivative, StateView};
+use slipstick_design::{ObservedSteps, Response};
 use slipstick_path::Silent;
 
 /// A block pressed onto a slab that is designed, or lifted off it.
@@ -38,13 +38,13 @@ struct Lost {
     lost: Arc<AtomicBool>,
 }
 
-impl Objective for Lost {
+impl Quantity for Lost {
     fn name(&self) -> &str {
         "lost"
     }
 
-    fn observes(&self, step: usize, steps: usize) -> bool {
-        self.force.observes(step, steps)
+    fn dimension(&self) -> Dimension {
+        Dimension::FORCE
     }
 
     fn value(&self, state: &StateView) -> f64 {
@@ -53,17 +53,13 @@ impl Objective for Lost {
         factor * self.force.value(state)
     }
 
-    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
-        self.force.derivative(state, derivative);
-    }
-
-    fn measure(&self) -> Measure {
-        Measure::Force
+    fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
+        self.force.pull_back(state, weight, to);
     }
 }
 
-/// Contact that remains open is an error at once, whatever the value: with a load on the slab, its slave nodes have
-/// residual forces of the size of the tolerance.
+/// Contact that remains open is an error at once, whatever the value: with a load on the slab, its
+/// slave nodes have residual forces of the size of the tolerance.
 #[test]
 fn open_contact_is_no_objective() {
     let mut open = prepared(&case(-0.1, "contact_force = { steps = 'all' }"));
@@ -78,15 +74,17 @@ fn open_contact_is_no_objective() {
     assert!(open.state.history.is_empty() && open.state.iteration == 0);
 }
 
-/// A value that becomes round-off later ends the optimization there; the earlier iterations remain unchanged.
+/// A value that becomes round-off later ends the optimization there; the earlier iterations remain
+/// unchanged.
 #[test]
 fn finished_iterations_stay() {
     let mut optimization = prepared(&case(0.1, "contact_force = { steps = 'last' }"));
     let lost = Arc::new(AtomicBool::new(false));
     let analysis = &mut optimization.problem.analysis;
     let (slaves, nodes) = (analysis.model().slave_nodes(), optimization.problem.mesh.nodes.len());
-    let force = ContactForce::new(slaves, nodes, ObservedSteps::Last, 0.0).unwrap();
-    analysis.set_objective(Box::new(Lost { force, lost: lost.clone() })).unwrap();
+    let force = ContactForce::new(slaves, nodes, 0.0).unwrap();
+    let lost_force = Lost { force, lost: lost.clone() };
+    analysis.set_objective(Response::of(Arc::new(lost_force), ObservedSteps::Last, -1.0)).unwrap();
     for _ in 0..2 {
         assert!(optimization.advance(&mut Silent).unwrap().rounding.is_none());
     }
@@ -112,7 +110,8 @@ fn small_objectives_go_on() {
     let mut work = prepared(&case(-0.1, "compliance = {}"));
     let forward = work.advance(&mut Silent).unwrap_or_else(|e| panic!("{e}"));
     assert!(forward.notice.is_some() && forward.rounding.is_none() && forward.value > 0.0);
-    // pressed by a thousandth of the block's height on a slab of a thousandth of its stiffness, with low density
+    // pressed by a thousandth of the block's height on a slab of a thousandth of its stiffness,
+    // with low density
     let soft = case(1e-3, "contact_force = {}").replacen("youngs_modulus = 1000.0", "youngs_modulus = 1.0", 1);
     let soft = soft.replace("traction = [1, 0, 0]", "traction = [0, 0, 1e-9]");
     let mut soft = prepared(&soft.replace("volume_fraction = 0.5", "volume_fraction = 0.1"));

@@ -102,7 +102,8 @@ fn densities_are_read_back_bit_for_bit() {
     assert_eq!(fs::read_to_string(&table).unwrap(), text, "the old table is unchanged");
 }
 
-/// A checkpoint is the state, number for number; continuing drops the last evaluation only if no update followed it.
+/// A checkpoint is the state, number for number; continuing drops the last evaluation only if no
+/// update followed it.
 #[test]
 fn a_checkpoint_is_the_state_bit_for_bit() {
     let (_folder, run) = directory();
@@ -159,17 +160,17 @@ fn tables_and_fields_of_a_path() {
     assert_eq!(text.lines().count(), 1 + table.0.rows());
     assert!(text.lines().last().unwrap().starts_with("0,3,1.0,"), "{text}");
 
-    assert_eq!(write_path(Some(&run), &problem.mesh, &problem.analysis.design, &forward.path).unwrap().rows.len(), 4);
+    assert_eq!(write_path(Some(&run), &problem, &forward.path).unwrap().rows.len(), 4);
     for step in 0..=3 {
         assert!(run.file(&RunDirectory::numbered("path", step)).exists());
     }
-    let mut history = History::open(&run, &[]).unwrap();
+    let mut history = History::open(&run, &[], &[]).unwrap();
     let record = slipstick::optimize::IterationRecord { objective: -2.5, status: [1, 2, 3], ..Default::default() };
     history.record(&record, 1.23456).unwrap();
     drop(history);
     let text = fs::read_to_string(run.file("history.csv")).unwrap();
-    assert_eq!(text.lines().nth(1), Some("0,-2.5,0.0,,,0,0,0,1,2,3,0,1.235"));
-    History::open(&run, &[]).unwrap();
+    assert_eq!(text.lines().nth(1), Some("0,-2.5,0.0,,,0.0,0.0,0,0,0,1,2,3,0,1.235"));
+    History::open(&run, &[], &[]).unwrap();
     assert_eq!(fs::read_to_string(run.file("history.csv")).unwrap().lines().count(), 1, "from row 0 again");
 }
 
@@ -190,8 +191,9 @@ fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchF
     }
 }
 
-/// The place in a failure message is the place in the mesh: element 2 of the slab (4 × 1 × 1 unit cubes) has its
-/// centroid at (2.5, 0.5, 0.5), and slave node positions are those of the block's lower face.
+/// The place in a failure message is the place in the mesh: element 2 of the slab (4 × 1 × 1 unit
+/// cubes) has its centroid at (2.5, 0.5, 0.5), and slave node positions are those of the block's
+/// lower face.
 #[test]
 fn failures_name_places_attempts_and_cures() {
     let (_folder, run) = directory();
@@ -225,12 +227,12 @@ fn failures_name_places_attempts_and_cures() {
     let lost = AnalysisError::State(StateError::NotFinite { quantity: "the residual".into(), index });
     assert_eq!(FailureReport::new(&lost, &problem.mesh, &problem.analysis.design).places[0].number, slaves[2]);
 
-    assert!(write_failure(Some(&run), &problem.mesh, &problem.analysis.design, &failed).unwrap());
+    assert!(write_failure(Some(&run), &problem, &failed).unwrap());
     assert!(run.file("failure.vtu").exists() && run.file("path_0002.vtu").exists());
     assert!(!run.file("path_0003.vtu").exists());
     let mut lost = failed;
     lost.iterate[0] = f64::NAN;
     fs::remove_file(run.file("failure.vtu")).unwrap();
-    assert!(!write_failure(Some(&run), &problem.mesh, &problem.analysis.design, &lost).unwrap());
+    assert!(!write_failure(Some(&run), &problem, &lost).unwrap());
     assert!(!run.file("failure.vtu").exists(), "a state that is no number is not drawn");
 }

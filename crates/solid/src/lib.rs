@@ -6,6 +6,7 @@
 
 mod assembly;
 mod clusters;
+mod dual;
 pub mod hex8;
 pub mod interpolation;
 pub mod law;
@@ -17,6 +18,7 @@ mod reference;
 mod registers;
 pub mod section;
 pub mod simp;
+pub mod stress;
 mod tet4;
 
 pub use interpolation::{ElementScaling, EnergyInterpolation, Interpolation};

@@ -34,12 +34,12 @@ pub struct InvertedElements {
 #[derive(Debug, Clone)]
 pub struct SolidModel {
     /// Hexahedra, and wedges represented as hexahedra, in the order of `clusters`.
-    hexahedra: Vec<Hexahedron>,
+    pub(crate) hexahedra: Vec<Hexahedron>,
     clusters: Clusters,
     /// Tetrahedra, in the order of `batch_clusters`.
-    batches: Vec<Batch>,
+    pub(crate) batches: Vec<Batch>,
     batch_clusters: Clusters,
-    sections: Vec<Section>,
+    pub(crate) sections: Vec<Section>,
     /// By the mesh's number of the element.
     section_of: Vec<u32>,
 }
@@ -408,7 +408,7 @@ fn batch(mesh: &Mesh, numbers: &[u32], section: u32) -> Result<Batch, Vec<u32>> 
     Batch::new(mesh, &elements, section as usize)
 }
 
-fn refuse(mut elements: Vec<u32>) -> Result<(), InvertedElements> {
+pub(crate) fn refuse(mut elements: Vec<u32>) -> Result<(), InvertedElements> {
     elements.sort_unstable();
     if elements.is_empty() { Ok(()) } else { Err(InvertedElements { elements }) }
 }

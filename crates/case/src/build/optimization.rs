@@ -14,9 +14,11 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
     let missing = |path: &str, help: &str| BuildError::new(path, "an optimization needs it", help);
     let no_design = || missing("design", "add a [design] table");
     let design = case.design.as_ref().ok_or_else(no_design)?;
-    let volume_fraction = design
-        .volume_fraction
-        .ok_or_else(|| missing("design.volume_fraction", "give the fraction of the design bodies' volume to use"))?;
+    let volume_fraction = design.volume_fraction;
+    if volume_fraction.is_none() && case.constraints.is_empty() {
+        let help = "give the fraction of the design bodies' volume to use, or bound a quantity with [[constraint]]";
+        return Err(missing("design.volume_fraction", help));
+    }
     let optimizer = case.optimizer.as_ref().ok_or_else(|| missing("optimizer", "add an [optimizer] table"))?;
     let options = OptimizationOptions {
         volume_fraction,

@@ -1,4 +1,5 @@
-//! General remedies for each kind of mistake in a case file; the help of a message is specific to its place.
+//! General remedies for each kind of mistake in a case file; the help of a message is specific to
+//! its place.
 
 use super::CaseCode;
 
@@ -129,11 +130,10 @@ impl CaseCode {
             }
             MeshFile => {
                 "Check the file's name, format and groups; docs/case_file.md lists the supported formats and elements. \
-                 With `first_order = true` in the body's `mesh`, second-order elements are read by their corners."
+                 With `first_order = true` in the body's `mesh`, second-order elements are read without their mid-side \
+                 nodes."
             }
-            Disconnected => {
-                "Merge coincident nodes in the program that made the mesh, or make each part a body of its own."
-            }
+            Disconnected => "Merge coincident nodes in the mesher, or define each part as a separate body.",
             TooLarge => {
                 "Use fewer elements or a machine with more memory; `slipstick check` predicts how much memory a run \
                  needs."

@@ -6,10 +6,11 @@ use crate::case::Case;
 use slipstick_design::{DesignVariables, ElementValues, Role};
 use slipstick_model::words::quantity;
 
-/// Fractions above the bound by less than this part of it are round-off.
+/// An excess over the bound by less than this fraction of it is round-off.
 const ROUNDING: f64 = 1e-9;
 
-/// Filled fraction of those elements of a design whose density passes a test, and their part of the design's volume.
+/// Two fractions of the design's volume: the material in the elements whose role passes a test, and
+/// the volume of these elements.
 fn share(variables: &DesignVariables, volumes: &[f64], density: &ElementValues, of: impl Fn(Role) -> bool) -> [f64; 2] {
     let domain = || variables.domain().iter().map(|&e| e as usize);
     let all: f64 = domain().map(|e| volumes[e]).sum();
@@ -17,7 +18,8 @@ fn share(variables: &DesignVariables, volumes: &[f64], density: &ElementValues, 
     [chosen().map(|e| density[e] * volumes[e]).sum::<f64>() / all, chosen().map(|e| volumes[e]).sum::<f64>() / all]
 }
 
-/// A notice if an initial design with these densities exceeds the bound; it mentions the share of passive regions.
+/// A notice if an initial design with these densities exceeds the bound; it mentions the share of
+/// passive regions.
 pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> Option<Notice> {
     let (variables, design) = (problem.variables.as_ref()?, case.design.as_ref()?);
     let limit = design.volume_fraction?;
@@ -30,7 +32,7 @@ pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> 
     let [free, room] = share(variables, &volumes, density, |role| role == Role::Designed);
     let passive = if solid > 0.0 {
         let each = quantity(free / room);
-        format!(": passive solid elements alone fill {}, and the designed elements start at {each}", quantity(solid))
+        format!(": passive solid elements already fill {}, and the designed elements start at {each}", quantity(solid))
     } else {
         String::new()
     };
@@ -42,7 +44,7 @@ pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> 
             quantity(lower)
         )
     } else {
-        "raise `volume_fraction`, or shrink `passive_solid`, which alone reaches the bound".into()
+        "raise `volume_fraction`, or shrink `passive_solid`, which already reaches the bound".into()
     };
     Some(Notice {
         kind: NoticeKind::InitialVolume,

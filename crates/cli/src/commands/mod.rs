@@ -20,7 +20,7 @@ pub mod verify;
 use serde_json::{Value, json};
 use slipstick::analysis::Forward;
 use slipstick::path::{Phase, Timings};
-use slipstick::quantities::Quantities;
+use slipstick::quantities::{Quantities, Subject};
 
 use crate::failure::Failure;
 use crate::{Context, Outcome};
@@ -53,36 +53,39 @@ pub(crate) fn last_values(quantities: &Quantities) -> Value {
     quantities.names.iter().zip(values).map(|(name, value)| (name.name.clone(), json!(value))).collect()
 }
 
-/// Prints the key quantities at the last load step: reactions, contact forces, energies.
+/// Prints the key quantities at the last load step: reactions, contact forces, energies, and those of the case.
 pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
     let Some(row) = quantities.rows.last().filter(|row| row.step > 0) else { return };
-    let values = |prefix: &str| -> Vec<(&str, f64)> {
-        let named = quantities.names.iter().zip(&row.values);
-        named.filter_map(|(name, &value)| Some((name.name.strip_prefix(prefix)?, value))).collect()
+    let named = || quantities.names.iter().zip(&row.values);
+    let value = |subject: &Subject, what: &str| {
+        let found = named().find(|(name, _)| name.subject == *subject && name.what == what);
+        digits(found.map_or(0.0, |(_, value)| *value))
     };
     let mut lines: Vec<(String, String)> = Vec::new();
-    for (rest, value) in values("reaction_") {
-        let Some((set, axis)) = rest.rsplit_once('_') else { continue };
-        let title = format!("reaction of {set}");
-        match lines.iter_mut().find(|(known, _)| *known == title) {
-            Some((_, text)) => *text += &format!(", {axis} {}", digits(value)),
-            None => lines.push((title, format!("{axis} {}", digits(value)))),
+    for (name, found) in named() {
+        match &name.subject {
+            Subject::Support(set) => {
+                let Some(axis) = name.what.strip_prefix("reaction_") else { continue };
+                let title = format!("reaction of {set}");
+                match lines.iter_mut().find(|(known, _)| *known == title) {
+                    Some((_, text)) => *text += &format!(", {axis} {}", digits(*found)),
+                    None => lines.push((title, format!("{axis} {}", digits(*found)))),
+                }
+            }
+            pair @ Subject::Pair(slave) if name.what == "normal_force" => {
+                let [friction, pressure] = ["friction_force", "peak_pressure"].map(|what| value(pair, what));
+                let text = format!("normal {}, friction {friction}, peak pressure {pressure}", digits(*found));
+                lines.push((format!("contact at {slave}"), text));
+            }
+            _ => {}
         }
     }
-    for (slave, normal) in values("").into_iter().filter_map(|(name, v)| Some((name.strip_suffix("_normal_force")?, v)))
-    {
-        let of = |what: &str| values(&format!("{slave}_{what}")).first().map_or(0.0, |(_, value)| *value);
-        let text = format!(
-            "normal {}, friction {}, peak pressure {}",
-            digits(normal),
-            digits(of("friction_force")),
-            digits(of("peak_pressure"))
-        );
-        lines.push((format!("contact at {slave}"), text));
-    }
-    let of = |name: &str| values(name).iter().find(|(rest, _)| rest.is_empty()).map_or(0.0, |(_, value)| *value);
-    let [work, stored, friction] = ["external_work", "strain_energy", "friction_work"].map(|name| digits(of(name)));
+    let [work, stored, friction] =
+        ["external_work", "strain_energy", "friction_work"].map(|what| value(&Subject::Whole, what));
     lines.push(("energy".into(), format!("external work {work}, stored {stored}, friction {friction}")));
+    for (name, found) in named().filter(|(name, _)| name.subject == Subject::Case) {
+        lines.push((name.name.clone(), digits(*found)));
+    }
     let width = lines.iter().map(|(title, _)| title.chars().count()).max().unwrap_or_default();
     context.console.text("at the last load step:");
     for (title, text) in lines {

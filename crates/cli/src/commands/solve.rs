@@ -56,7 +56,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
         let write = |run: &RunDirectory| write_densities(&run.file("design.csv"), &problem.mesh, density, None);
         Ok(directory.map_or(Ok(()), write)?)
     })?;
-    let quantities = write_path(directory, &problem.mesh, &problem.analysis.design, &forward.path)?;
+    let quantities = write_path(directory, problem, &forward.path)?;
     whole(context, &forward, problem.analysis.times.len())?;
     context.console.notice(forward.notice);
     let Some(directory) = directory else { return Ok(()) };

@@ -1,8 +1,11 @@
 //! `slipstick verify gradient`: the adjoint against differences, on the user's own model.
 
+use std::sync::Arc;
+
 use serde_json::json;
+use slipstick::analysis::Rounding;
 use slipstick::build::Problem;
-use slipstick::design::ElementValues;
+use slipstick::design::{ElementValues, ObservedSteps, Quantity, Response};
 use slipstick::output::{Cell, Csv, write_atomically};
 use slipstick::run::{Run, RunError};
 use slipstick::verify::{
@@ -31,6 +34,7 @@ const COLUMNS: &[&str] = &[
     "kinks_at",
     "cut_back",
     "one_sided",
+    "quantity",
 ];
 
 /// Compares the gradient with differences.
@@ -43,7 +47,7 @@ pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
         let cure = "set --elements or --directions to at least 1";
         return Err(Failure::input("there is nothing to compare", cure));
     }
-    let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective"])?;
+    let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design"])?;
     let density = setup.density(context, &problem, &args.design)?;
     let run = start(context, &setup, &args.out, "verify")?;
     let outcome = verify(context, &mut problem, run.as_ref(), &density, args);
@@ -66,6 +70,38 @@ fn options(args: &VerifyGradient) -> VerifyOptions {
     }
 }
 
+/// What is differentiated, with the name for reports.
+fn chosen(problem: &Problem, names: &[String]) -> Result<Vec<(String, Response)>, Failure> {
+    let of = |quantity: &Arc<dyn Quantity>| {
+        let response = Response::of(quantity.clone(), ObservedSteps::Last, 1.0);
+        let response = match problem.load_cases.len() {
+            0 | 1 => response,
+            cases => response.in_load_cases(vec![1.0; cases]),
+        };
+        (quantity.name().to_owned(), response)
+    };
+    let known: Vec<&str> = problem.quantities.iter().map(|quantity| quantity.name()).collect();
+    if let Some(name) = names.iter().find(|name| !known.contains(&name.as_str())) {
+        let cure = match known.is_empty() {
+            true => "name a quantity in the case: [[quantity]]".to_owned(),
+            false => format!("quantities of the case: {}", known.join(", ")),
+        };
+        return Err(Failure::input(format!("there is no quantity called `{name}`"), cure));
+    }
+    let objective = problem.analysis.objective.iter().filter(|_| names.is_empty());
+    let mut chosen: Vec<(String, Response)> = objective.map(|of| ("objective".to_owned(), of.clone())).collect();
+    let wanted = |quantity: &&Arc<dyn Quantity>| names.is_empty() || names.iter().any(|name| name == quantity.name());
+    chosen.extend(problem.quantities.iter().filter(wanted).map(of));
+    if chosen.is_empty() {
+        let cure = "add an [objective], or a [[quantity]]";
+        return Err(Failure::input("the case has neither an objective nor a quantity to differentiate", cure));
+    }
+    Ok(chosen)
+}
+
+/// A comparison of one quantity: its name, and the outcome, or why there is none.
+type Checked = (String, Result<GradientCheck, Rounding>);
+
 fn verify(
     context: &Context,
     problem: &mut Problem,
@@ -74,36 +110,89 @@ fn verify(
     args: &VerifyGradient,
 ) -> Outcome {
     let (designed, options) = (designed(problem), options(args));
-    let mut watch = Watch::new(context, problem);
-    let analysis = &mut problem.analysis;
-    let check = match verify_gradient(analysis, density, &designed, &options, &mut watch) {
-        Ok(check) => check,
-        Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, run)),
-        Err(VerifyError::Rounding(rounding)) => {
-            let message = format!("nothing could be compared: {rounding}");
-            return Err(Failure::Check { message, cure: rounding.cures().join("\n    help: ") });
+    let chosen = chosen(problem, &args.quantities)?;
+    let several = chosen.len() > 1;
+    problem.analysis.constraints.clear();
+    let mut checked: Vec<Checked> = Vec::new();
+    for (name, response) in chosen {
+        let mut watch = Watch::new(context, problem);
+        let analysis = &mut problem.analysis;
+        analysis.objective = Some(response);
+        let check = match verify_gradient(analysis, density, &designed, &options, &mut watch) {
+            Ok(check) => Ok(check),
+            Err(VerifyError::Rounding(rounding)) => Err(rounding),
+            Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, run)),
+            Err(VerifyError::Interrupted) => {
+                return Err(Failure::Interrupted { message: "nothing was compared".into(), resume: None });
+            }
+        };
+        if let Ok(check) = &check {
+            context.console.notice(check.notice);
+            let [value, norm] = [check.objective, check.gradient_norm].map(digits);
+            context.console.text(&format!("{name} {value}, norm of its gradient {norm}\n"));
+            check.directions.iter().for_each(|direction| context.console.lines(&describe(direction)));
         }
-        Err(VerifyError::Interrupted) => {
-            return Err(Failure::Interrupted { message: "nothing was compared".into(), resume: None });
-        }
-    };
-    first(problem, || run.map_or(Ok(()), |run| write(run, &check, args.tolerance)))?;
+        checked.push((name, check));
+    }
+    first(problem, || run.map_or(Ok(()), |run| write(run, &checked, args.tolerance)))?;
     let path = run.map(|run| run.directory().path());
-    context.console.notice(check.notice);
     let summary = json!({
-        "command": "verify gradient", "directory": path, "check": check, "tolerance": args.tolerance,
+        "command": "verify gradient", "directory": path, "checks": checks(&checked), "tolerance": args.tolerance,
     });
     context.console.event("result", summary);
-    context.console.text(&format!(
-        "objective {}, norm of its gradient {}\n",
-        digits(check.objective),
-        digits(check.gradient_norm)
-    ));
-    check.directions.iter().for_each(|direction| context.console.lines(&describe(direction)));
-    verdict(context, &check, args.tolerance)
+    let mut confirmed = 0;
+    let mut inconclusive = Vec::new();
+    for (name, check) in &checked {
+        let outcome = match check {
+            Ok(check) => verdict(context, name, check, args.tolerance),
+            Err(rounding) => {
+                let message = format!("nothing could be compared: {}", worded(rounding, name));
+                Err(Failure::Check { message, cure: rounding.cures().join("\n    help: ") })
+            }
+        };
+        match outcome {
+            Ok(()) => confirmed += 1,
+            Err(Failure::Check { message, cure }) if several && !wrong(check) => {
+                inconclusive.push((name, message, cure));
+            }
+            Err(failure) => return Err(failure),
+        }
+    }
+    if confirmed == 0
+        && let Some((_, message, cure)) = inconclusive.pop()
+    {
+        return Err(Failure::Check { message, cure });
+    }
+    for (name, message, _) in inconclusive {
+        context.console.warning(&format!("`{name}`: {message}"));
+    }
+    Ok(())
 }
 
-fn verdict(context: &Context, check: &GradientCheck, tolerance: f64) -> Outcome {
+/// The message about a value that is only round-off.
+fn worded(rounding: &Rounding, name: &str) -> String {
+    match name {
+        "objective" => rounding.to_string(),
+        name => rounding.to_string().replacen("the objective", &format!("`{name}`"), 1),
+    }
+}
+
+/// Whether a comparison shows that the gradient is wrong.
+fn wrong(check: &Result<GradientCheck, Rounding>) -> bool {
+    check.as_ref().is_ok_and(|check| check.count(Verdict::Off) > 0)
+}
+
+/// The comparisons as JSON.
+fn checks(checked: &[Checked]) -> Vec<serde_json::Value> {
+    let of = |(name, check): &Checked| match check {
+        Ok(check) => json!({ "quantity": name, "check": check }),
+        Err(rounding) => json!({ "quantity": name, "not_compared": worded(rounding, name) }),
+    };
+    checked.iter().map(of).collect()
+}
+
+fn verdict(context: &Context, name: &str, check: &GradientCheck, tolerance: f64) -> Outcome {
+    let name = if name == "objective" { "the gradient".to_owned() } else { format!("the gradient of `{name}`") };
     let silent: Vec<String> = [Verdict::Kink, Verdict::CutBack, Verdict::NotResolvable]
         .into_iter()
         .filter(|&verdict| check.count(verdict) > 0)
@@ -112,7 +201,7 @@ fn verdict(context: &Context, check: &GradientCheck, tolerance: f64) -> Outcome 
     if check.count(Verdict::Off) > 0 {
         let worst = check.worst.unwrap_or(f64::NAN);
         return Err(Failure::Check {
-            message: format!("the gradient has an error of {worst:.1e}; the tolerance is {tolerance:.1e}"),
+            message: format!("{name} has an error of {worst:.1e}; the tolerance is {tolerance:.1e}"),
             cure: "check the orders in verify.csv: if they are 2 and errors decrease with the step, the step is too \
                    large (--step); if errors stay the same, the gradient is wrong"
                 .into(),
@@ -129,9 +218,12 @@ fn verdict(context: &Context, check: &GradientCheck, tolerance: f64) -> Outcome 
         return Err(Failure::Check { message, cure: cure.into() });
     };
     if !silent.is_empty() {
-        context.console.warning(&format!("some directions are inconclusive: {}", silent.join(", ")));
+        let of = if name == "the gradient" { String::new() } else { format!(" for {name}") };
+        context.console.warning(&format!("some directions are inconclusive{of}: {}", silent.join(", ")));
     }
-    context.console.text(&format!("confirmed: the largest error is {worst:.1e}, the tolerance is {tolerance:.1e}"));
+    let of = if name == "the gradient" { String::new() } else { format!(" of {name}") };
+    let text = format!("confirmed: the largest error{of} is {worst:.1e}, the tolerance is {tolerance:.1e}");
+    context.console.text(&text);
     Ok(())
 }
 
@@ -190,9 +282,12 @@ fn finite(order: Option<f64>) -> Option<f64> {
     order.filter(|order| order.is_finite())
 }
 
-fn write(run: &Run, check: &GradientCheck, tolerance: f64) -> Result<(), RunError> {
+fn write(run: &Run, checked: &[Checked], tolerance: f64) -> Result<(), RunError> {
     let mut csv = Csv::create(&run.directory().file("verify.csv"), COLUMNS)?;
-    for direction in &check.directions {
+    let compared = || checked.iter().filter_map(|(name, check)| Some((name, check.as_ref().ok()?)));
+    let directions =
+        compared().flat_map(|(name, check)| check.directions.iter().map(move |direction| (name, direction)));
+    for (name, direction) in directions {
         for at in &direction.quotients {
             let places: Vec<String> = at.kink.iter().map(|(step, node)| format!("{step}:{node}")).collect();
             let places = if places.is_empty() { Cell::Empty } else { Cell::Text(places.join(" ")) };
@@ -209,11 +304,13 @@ fn write(run: &Run, check: &GradientCheck, tolerance: f64) -> Result<(), RunErro
                 places,
                 usize::from(at.cut_back).into(),
                 usize::from(direction.one_sided).into(),
+                name.as_str().into(),
             ])?;
         }
     }
-    let right = check.worst.is_some() && check.count(Verdict::Off) == 0;
-    let object = json!({ "tolerance": tolerance, "right": right, "check": check });
+    let known = compared().any(|(_, check)| check.worst.is_some());
+    let right = known && !checked.iter().any(|(_, check)| wrong(check));
+    let object = json!({ "tolerance": tolerance, "right": right, "checks": checks(checked) });
     write_atomically(&run.directory().file("verify.json"), |writer| writeln!(writer, "{object:#}"))?;
     Ok(())
 }

@@ -36,7 +36,7 @@ fn designs_that_cannot_be() {
     let all = "passive_solid = [{ min = [-1, -1, -1], max = [5, 5, 5] }]\nbodies = [\"slab\"]";
     refused("bodies = [\"slab\"]", all, &["design"]);
     let most = "passive_solid = [{ min = [-1, -1, -1], max = [3.2, 5, 5] }]\nbodies = [\"slab\"]";
-    refused("bodies = [\"slab\"]", most, &["passive solid elements alone fill 0.75", "infeasible_volume"]);
+    refused("bodies = [\"slab\"]", most, &["passive solid elements already fill 0.75", "infeasible_volume"]);
 }
 
 #[test]
@@ -45,8 +45,8 @@ fn a_set_without_nodes() {
     refused("[[contact]]", set, &["no node lies in the boxes of set `nowhere`", "empty_set"]);
 }
 
-/// A body that nothing holds is an error, because the equations are singular. If contact may hold it, there is a
-/// warning.
+/// A body that nothing holds is an error, because the equations are singular. If contact may hold
+/// it, there is a warning.
 #[test]
 fn bodies_without_support() {
     let loose = "[[body]]\nname = \"stray\"\nbox = { min = [8, 0, 0], max = [9, 1, 1], elements = [1, 1, 1] }\n\
@@ -57,8 +57,8 @@ fn bodies_without_support() {
     assert!(ran.err.contains("is free in 3 of its 6 rigid motions"), "{}", ran.err);
 }
 
-/// The report of a run that fails because nothing holds a body: node, direction, contact pair and cure, on the terminal
-/// and in the record.
+/// The report of a run that fails because nothing holds a body: node, direction, contact pair and
+/// cure, on the terminal and in the record.
 #[test]
 fn a_singular_matrix_is_explained() {
     let gap = CASE.replace("min = [0.6, 1.0,", "min = [0.6, 1.1,").replace("u = [0, -0.1, 0]", "u = [0, 0, 0]");
@@ -78,7 +78,8 @@ fn a_singular_matrix_is_explained() {
     assert!(place.read("results/run.json").contains("nothing determines the displacement along "));
 }
 
-/// Bodies that penetrate each other at the start are reported before every run, with the place in the case file.
+/// Bodies that penetrate each other at the start are reported before every run, with the place in
+/// the case file.
 #[test]
 fn a_penetrating_start_is_told() {
     let place = Place::with("min = [0.6, 1.0,", "min = [0.6, 0.98,");
@@ -114,7 +115,7 @@ fn directories_that_cannot_take_results() {
 
     place.bad("solve case.toml --out case.toml", 2, &["a file with that name exists", "--out"]);
     place.bad("solve case.toml --out case.toml/results", 2, &["there is no directory case.toml", "--out"]);
-    place.bad("solve case.toml --out no/such/place", 2, &["there is no directory no/such", "make it first"]);
+    place.bad("solve case.toml --out no/such/place", 2, &["there is no directory no/such", "create it first"]);
 }
 
 /// A read-only directory. The superuser may write everywhere, so the command must then succeed.
@@ -160,7 +161,8 @@ fn densities_that_do_not_fit() {
     check(&format!("element,body,density\n{}", rows(&|e| format!("{e},block,0.5"))), "to `slab` in the case");
 }
 
-/// Two thousand bodies of about a million elements: the case is refused before it is meshed, at the largest body.
+/// Two thousand bodies of about a million elements: the case is refused before it is meshed, at the
+/// largest body.
 #[cfg(target_os = "linux")]
 #[test]
 fn cases_larger_than_the_memory() {
@@ -184,8 +186,8 @@ fn cases_larger_than_the_memory() {
     }
 }
 
-/// Files in encodings other than UTF-8 are refused at the first invalid byte; the byte-order mark that editors write,
-/// and the quotes and line ends of spreadsheets, are ignored.
+/// Files in encodings other than UTF-8 are refused at the first invalid byte; the byte-order mark
+/// that editors write, and the quotes and line ends of spreadsheets, are ignored.
 #[test]
 fn encodings_and_line_ends() {
     let place = Place::new();
@@ -222,8 +224,8 @@ fn more_threads_than_any_machine_has() {
     place.bad("check case.toml", 2, &["1000000 threads"]);
 }
 
-/// Output that cannot be written is an error, reported after the work is done; a reader that closes the pipe is not an
-/// error.
+/// Output that cannot be written is an error, reported after the work is done; a reader that closes
+/// the pipe is not an error.
 #[cfg(target_os = "linux")]
 #[test]
 fn output_that_cannot_be_written() {

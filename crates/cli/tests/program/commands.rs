@@ -56,7 +56,7 @@ fn new_writes_templates_that_check_accepts() {
 fn verify_takes_no_elements_but_not_nothing() {
     let place = Place::new();
     let ran = place.good("verify gradient case.toml --elements 0 --directions 1 --halvings 1 --json");
-    assert_eq!(ran.event("result")["check"]["directions"].as_array().map(Vec::len), Some(1));
+    assert_eq!(ran.event("result")["checks"][0]["check"]["directions"].as_array().map(Vec::len), Some(1));
     place.bad(
         "verify gradient case.toml --elements 0 --directions 0",
         2,
@@ -148,7 +148,7 @@ fn verify_passes_and_fails_by_its_tolerance() {
     let ran = place.good(line);
     assert!(ran.out.contains("random direction 1") && ran.out.contains("confirmed:"), "{}", ran.out);
     let report = place.json("case_verify/verify.json");
-    let worst = report["check"]["worst"].as_f64().expect("compared");
+    let worst = report["checks"][0]["check"]["worst"].as_f64().expect("compared");
     assert!(worst < 1e-6 && report["right"] == true, "{worst}");
     // three directions with three steps each
     assert_eq!(place.table("case_verify/verify.csv").len(), 1 + 9);
@@ -177,7 +177,7 @@ fn verify_tells_round_off_from_errors() {
         let place = Place::new();
         place.write("case.toml", &case);
         place.run(line);
-        let check = place.json("case_verify/verify.json")["check"].clone();
+        let check = place.json("case_verify/verify.json")["checks"][0]["check"].clone();
         let directions = check["directions"].as_array().expect("a list");
         let verdicts: Vec<_> = directions.iter().map(|direction| direction["verdict"].as_str().unwrap_or("")).collect();
         assert_eq!(verdicts.len(), 3);
@@ -425,7 +425,7 @@ fn passive_elements_are_told() {
     );
     let start = [
         "case.toml:26:17: warning: the initial design fills 0.75 of the design bodies, more than the bound of 0.6: passive solid \
-         elements alone fill 0.5, and the designed elements start at 0.5 [slipstick::case::initial_volume]",
+         elements already fill 0.5, and the designed elements start at 0.5 [slipstick::case::initial_volume]",
         "help: an initial density of 0.2 (`initial`) in the designed elements",
     ];
     for line in ["check case.toml", "optimize case.toml --iterations 1 --out first"] {

@@ -17,6 +17,7 @@ mod memory;
 mod meshes;
 #[cfg(unix)]
 mod messages;
+mod quantities;
 mod render;
 mod report;
 mod resume;

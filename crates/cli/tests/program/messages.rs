@@ -1,8 +1,9 @@
-//! The program's messages about wrong input, kept in `messages.txt` next to this file: the place, the error, and the
-//! cure.
+//! The program's messages about wrong input, kept in `messages.txt` next to this file: the place,
+//! the error, and the cure.
 //!
-//! After a change of messages, `UPDATE_MESSAGES=1 cargo test -p slipstick-cli --test program messages` rewrites the
-//! file; read it before you commit it.
+//! After a change of messages,
+//! `UPDATE_MESSAGES=1 cargo test -p slipstick-cli --test program messages` rewrites the file; read
+//! it before you commit it.
 
 use super::*;
 
@@ -152,7 +153,7 @@ fn said() -> Vec<(String, String)> {
 }
 
 #[test]
-fn messages_say_where_what_and_what_mends_it() {
+fn messages_name_the_place_the_problem_and_the_cure() {
     let said = said();
     assert!(said.len() >= 70, "{}", said.len());
     for (what, message) in &said {

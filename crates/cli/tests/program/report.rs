@@ -48,7 +48,7 @@ fn a_run_as_a_page() {
     assert_eq!(data["newton"]["step"], serde_json::json!([1, 2, 3, 4]));
     let last = history[5].clone();
     let counted: u64 = data["newton"]["iterations"].as_array().expect("a list").iter().filter_map(Value::as_u64).sum();
-    assert_eq!(counted as f64, number(&last[5]), "Newton iterations of the last design");
+    assert_eq!(counted as f64, number(&last[7]), "Newton iterations of the last design");
 
     place.bad("report case --out case/history.csv", 2, &["history.csv already exists", "--force"]);
     place.good("report case --out page.html");

@@ -1,6 +1,6 @@
-//! Compares an objective's derivatives with finite differences of its values.
+//! Compares a quantity's derivatives with finite differences of its values.
 
-use super::{Objective, StateDerivative, StateView};
+use super::{ContactDerivative, ContactNode, Quantity, StateDerivative, StateView};
 
 /// Largest error of a directional derivative, relative to the size of the derivatives along the direction.
 const TOLERANCE: f64 = 1e-6;
@@ -11,63 +11,162 @@ const STEPS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 /// Directions per argument.
 const DIRECTIONS: u64 = 3;
 
-/// An objective whose derivative does not match its value.
+/// A quantity whose derivative does not match its value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "objective `{name}` at step {step}: its derivative with respect to the {argument} is {derivative:e} along a \
-     direction in which differences of its value give {difference:e}; correct Objective::derivative, which adds ∂θ/∂d \
-     at fixed forces and ∂θ/∂f at fixed displacements"
+    "quantity `{name}` at step {step}: its derivative with respect to the {argument} is {derivative:e} along a \
+     direction in which differences of its value give {difference:e}; correct Quantity::pull_back, which adds the \
+     weight times the derivative with respect to each field of the state, with the other fields fixed"
 )]
 pub struct WrongDerivative {
-    /// The objective's name.
+    /// The quantity's name.
     pub name: String,
     /// User load step, from 1.
     pub step: usize,
-    /// The varied argument: "displacements", "internal forces" or "external forces".
+    /// The varied argument: "displacements", "internal forces", "gaps", …
     pub argument: &'static str,
-    /// Derivative along the direction, from [`Objective::derivative`].
+    /// Derivative along the direction, from [`Quantity::pull_back`].
     pub derivative: f64,
-    /// Derivative along the direction, from [`Objective::value`]; the closest of several steps.
+    /// Derivative along the direction, from [`Quantity::value`]; the closest of several steps.
     pub difference: f64,
 }
 
-/// Compares [`Objective::derivative`] at a state with central differences (of order 4) of [`Objective::value`], with
-/// respect to displacements, internal forces and, if there are any, external forces, along a few random directions.
+/// A field of the slave nodes: its number of components, and how to read and write them.
+struct ContactField {
+    name: &'static str,
+    width: usize,
+    get: fn(&ContactNode, usize) -> f64,
+    set: fn(&mut ContactNode, usize, f64),
+    slope: fn(&ContactDerivative, usize) -> f64,
+}
+
+const CONTACT: [ContactField; 5] = [
+    ContactField {
+        name: "multipliers",
+        width: 3,
+        get: |at, c| at.multiplier[c],
+        set: |at, c, value| at.multiplier[c] = value,
+        slope: |by, c| by.multiplier[c],
+    },
+    ContactField {
+        name: "multiplier vectors",
+        width: 3,
+        get: |at, c| at.vector[c],
+        set: |at, c, value| at.vector[c] = value,
+        slope: |by, c| by.vector[c],
+    },
+    ContactField {
+        name: "gaps",
+        width: 1,
+        get: |at, _| at.gap,
+        set: |at, _, value| at.gap = value,
+        slope: |by, _| by.gap,
+    },
+    ContactField {
+        name: "slip increments",
+        width: 2,
+        get: |at, c| at.slip[c],
+        set: |at, c, value| at.slip[c] = value,
+        slope: |by, c| by.slip[c],
+    },
+    ContactField {
+        name: "contact areas",
+        width: 1,
+        get: |at, _| at.area,
+        set: |at, _, value| at.area = value,
+        slope: |by, _| by.area,
+    },
+];
+
+/// Compares [`Quantity::pull_back`] at a state with central differences (of order 4) of [`Quantity::value`], with
+/// respect to every field of the view that is not zero, along a few random directions.
 ///
-/// The state should be a general one: if all displacements or forces are zero, an objective may have a kink, and there
-/// is no scale for the steps.
+/// The state should be a general one: if all displacements or forces are zero, a quantity may have a kink, and there is
+/// no scale for the steps.
 ///
 /// # Errors
 /// [`WrongDerivative`] for the first direction that no step size makes agree to 1e-6.
-pub fn check_derivatives(objective: &dyn Objective, state: &StateView) -> Result<(), WrongDerivative> {
-    let n = state.displacement.len();
-    let [mut by_displacement, mut by_internal, mut by_external] = std::array::from_fn(|_| vec![0.0; n]);
-    objective.derivative(
-        state,
-        &mut StateDerivative {
-            displacement: &mut by_displacement,
-            internal_force: &mut by_internal,
-            external_force: &mut by_external,
-        },
-    );
+pub fn check_derivatives(quantity: &dyn Quantity, state: &StateView) -> Result<(), WrongDerivative> {
+    let mut by = StateDerivative::zero(state);
+    quantity.pull_back(state, 1.0, &mut by);
     let wrong = |argument| {
         move |(derivative, difference)| WrongDerivative {
-            name: objective.name().into(),
+            name: quantity.name().into(),
             step: state.step,
             argument,
             derivative,
             difference,
         }
     };
-    let by = |d: &[f64]| objective.value(&StateView { displacement: d, ..*state });
-    compare(state.displacement, &by_displacement, by).map_err(wrong("displacements"))?;
-    let by = |f: &[f64]| objective.value(&StateView { internal_force: f, ..*state });
-    compare(state.internal_force, &by_internal, by).map_err(wrong("internal forces"))?;
-    if state.external_force.iter().all(|&f| f == 0.0) {
-        return Ok(());
+    let fields = [
+        (Field::Displacements, state.displacement, &by.displacement),
+        (Field::InternalForces, state.internal_force, &by.internal_force),
+        (Field::ExternalForces, state.external_force, &by.external_force),
+        (Field::Reactions, state.reaction, &by.reaction),
+        (Field::Densities, state.density, &by.density),
+        (Field::Energies, state.energy, &by.energy),
+        (Field::Stresses, state.stress, &by.stress),
+    ];
+    for (field, at, slopes) in fields {
+        if at.iter().any(|&value| value != 0.0) {
+            compare(at, slopes, |at| quantity.value(&field.replaced(*state, at))).map_err(wrong(field.name()))?;
+        }
     }
-    let by = |f: &[f64]| objective.value(&StateView { external_force: f, ..*state });
-    compare(state.external_force, &by_external, by).map_err(wrong("external forces"))
+    for field in &CONTACT {
+        let entries = || state.contact.iter().flat_map(|at| (0..field.width).map(|c| (field.get)(at, c)));
+        let at: Vec<f64> = entries().collect();
+        let slopes: Vec<f64> =
+            by.contact.iter().flat_map(|by| (0..field.width).map(|c| (field.slope)(by, c))).collect();
+        if at.iter().any(|&value| value != 0.0) {
+            let value = |at: &[f64]| {
+                let mut contact = state.contact.to_vec();
+                for (node, values) in contact.iter_mut().zip(at.chunks_exact(field.width)) {
+                    values.iter().enumerate().for_each(|(c, &value)| (field.set)(node, c, value));
+                }
+                quantity.value(&StateView { contact: &contact, ..*state })
+            };
+            compare(&at, &slopes, value).map_err(wrong(field.name))?;
+        }
+    }
+    Ok(())
+}
+
+/// A field of the view with one number per node component or element.
+#[derive(Clone, Copy)]
+enum Field {
+    Displacements,
+    InternalForces,
+    ExternalForces,
+    Reactions,
+    Densities,
+    Energies,
+    Stresses,
+}
+
+impl Field {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Displacements => "displacements",
+            Self::InternalForces => "internal forces",
+            Self::ExternalForces => "forces of loads",
+            Self::Reactions => "reactions",
+            Self::Densities => "densities",
+            Self::Energies => "strain energies",
+            Self::Stresses => "stresses",
+        }
+    }
+
+    fn replaced<'a>(self, view: StateView<'a>, values: &'a [f64]) -> StateView<'a> {
+        match self {
+            Self::Displacements => StateView { displacement: values, ..view },
+            Self::InternalForces => StateView { internal_force: values, ..view },
+            Self::ExternalForces => StateView { external_force: values, ..view },
+            Self::Reactions => StateView { reaction: values, ..view },
+            Self::Densities => StateView { density: values, ..view },
+            Self::Energies => StateView { energy: values, ..view },
+            Self::Stresses => StateView { stress: values, ..view },
+        }
+    }
 }
 
 /// Derivative and closest difference of the first direction that disagrees.
@@ -114,7 +213,11 @@ fn direction(length: usize, seed: u64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::objective::{ContactForce, ObservedSteps, ReactionForce};
+    use crate::quantity::{
+        Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Dimension, Displacement, ForcePart,
+        FrictionWork, Gap, GapMeasure, Moment, Patch, PressureMeasure, Reaction, StrainEnergy, Stress, VectorMeasure,
+        Volume,
+    };
 
     /// θ = ½ Σ (d·f)², with a factor by which its derivatives are wrong.
     struct Work {
@@ -122,23 +225,23 @@ mod tests {
         by_force: f64,
     }
 
-    impl Objective for Work {
+    impl Quantity for Work {
         fn name(&self) -> &str {
             "work"
         }
 
-        fn observes(&self, _: usize, _: usize) -> bool {
-            true
+        fn dimension(&self) -> Dimension {
+            Dimension::WORK
         }
 
         fn value(&self, state: &StateView) -> f64 {
             state.displacement.iter().zip(state.internal_force).map(|(d, f)| 0.5 * (d * f) * (d * f)).sum()
         }
 
-        fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
+        fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
             for (i, (d, f)) in state.displacement.iter().zip(state.internal_force).enumerate() {
-                derivative.displacement[i] += self.by_displacement * d * f * f;
-                derivative.internal_force[i] += self.by_force * f * d * d;
+                to.displacement[i] += weight * self.by_displacement * d * f * f;
+                to.internal_force[i] += weight * self.by_force * f * d * d;
             }
         }
     }
@@ -146,17 +249,115 @@ mod tests {
     const D: [f64; 6] = [1e-3, -2e-3, 5e-4, 0.0, 1e-3, -1e-4];
     const F: [f64; 6] = [30.0, -20.0, 7.0, 1.0, 11.0, -4.0];
     const LOADS: [f64; 6] = [0.0, 4.0, 1.0, 0.0, -2.0, 0.0];
-    const STATE: StateView =
-        StateView { step: 2, steps: 3, time: 0.6, displacement: &D, internal_force: &F, external_force: &LOADS };
+    const NODE: ContactNode = ContactNode {
+        node: 0,
+        pair: 0,
+        status: 2,
+        multiplier: [40.0, 3.0, -4.0],
+        vector: [5.0, -39.0, 7.0],
+        gap: 1e-3,
+        slip: [2e-3, -1e-3],
+        area: 0.5,
+        reference_area: 0.6,
+    };
+    const CONTACT: [ContactNode; 4] = [
+        NODE,
+        ContactNode { node: 1, multiplier: [25.0, -6.0, 8.0], vector: [1.0, -30.0, 2.0], area: 0.25, ..NODE },
+        ContactNode { node: 2, multiplier: [10.0, 1.0, 1.0], gap: 2e-3, slip: [-1e-3, 4e-3], area: 0.3, ..NODE },
+        ContactNode { node: 0, pair: 1, multiplier: [90.0, 1.0, 1.0], ..NODE },
+    ];
+    const STRESS: [f64; 24] = [
+        7.0, 1.0, 2.0, 1.0, 3.0, 1.0, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 8.0, 1.0, 6.0, 1.0, 1.0, 1.0,
+        1.0, 1.0,
+    ];
+    const STATE: StateView = StateView {
+        step: 2,
+        steps: 3,
+        time: 0.6,
+        displacement: &D,
+        internal_force: &F,
+        external_force: &LOADS,
+        reaction: &[0.0, 5.0, -3.0, 2.0, -8.0, 1.0],
+        contact: &CONTACT,
+        density: &[0.5, 1.0, 0.25],
+        energy: &[1.0, 2.0, 5.0],
+        stress: &STRESS,
+    };
+
+    fn pair(part: ForcePart) -> Box<dyn Quantity> {
+        Box::new(ContactResultant::new("force", Patch::whole(0), part))
+    }
+
+    fn pressure(measure: PressureMeasure) -> Box<dyn Quantity> {
+        Box::new(ContactPressure::new("pressure", Patch::whole(0), measure).unwrap())
+    }
+
+    fn gap(measure: GapMeasure) -> Box<dyn Quantity> {
+        Box::new(Gap::new("gap", Patch::whole(0), measure).unwrap())
+    }
+
+    fn check(quantity: &dyn Quantity, expected: f64) {
+        let found = quantity.value(&STATE);
+        assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found} for {expected}", quantity.name());
+        check_derivatives(quantity, &STATE).unwrap();
+    }
 
     #[test]
     fn right_derivatives_pass() {
         check_derivatives(&Work { by_displacement: 1.0, by_force: 1.0 }, &STATE).unwrap();
-        let contact = ContactForce::new(vec![0, 1], 2, ObservedSteps::Last, 0.0).unwrap();
-        check_derivatives(&contact, &STATE).unwrap();
-        let reaction = ReactionForce::new(vec![1], 2, [1.0, 2.0, -3.0], ObservedSteps::Last).unwrap();
-        check_derivatives(&reaction, &STATE).unwrap();
-        check_derivatives(&crate::Compliance::new(ObservedSteps::All), &STATE).unwrap();
+        check_derivatives(&ContactForce::new(vec![0, 1], 2, 0.0).unwrap(), &STATE).unwrap();
+        check_derivatives(&Compliance::default(), &STATE).unwrap();
+    }
+
+    /// By hand, for the first three slave nodes; derivatives by differences.
+    #[test]
+    fn pair_quantities_by_hand() {
+        let along = |direction| ForcePart::Resultant(VectorMeasure::along(direction).unwrap());
+        check(&*pair(along([0.0, 2.0, 0.0])), 0.5 * 39.0 + 0.25 * 30.0 + 0.3 * 39.0);
+        let force: [f64; 3] = [2.5 + 0.25 + 1.5, -19.5 - 7.5 - 11.7, 3.5 + 0.5 + 2.1];
+        let size = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+        check(&*pair(ForcePart::Resultant(VectorMeasure::Norm)), size);
+        check(&*pair(ForcePart::Normal), 20.0 + 6.25 + 3.0);
+        check(&*pair(ForcePart::Tangential), 2.5 + 2.5 + 0.3 * 2.0f64.sqrt());
+        let (whole, mean) = (1.05, 29.25 / 1.05);
+        check(&*pressure(PressureMeasure::Mean), mean);
+        let variance: f64 =
+            [(0.5, 40.0), (0.25, 25.0), (0.3, 10.0)].iter().map(|(a, p): &(f64, f64)| a * (p - mean).powi(2)).sum();
+        check(&*pressure(PressureMeasure::Spread), (variance / whole).sqrt() / mean);
+        check(&*pressure(PressureMeasure::Peak { p: 2.0 }), 2325.0f64.sqrt());
+        let least: f64 = [40.0, 25.0, 10.0].iter().map(|p: &f64| (-20.0 * p / mean).exp()).sum();
+        check(&*pressure(PressureMeasure::Minimum { k: 20.0 }), -mean / 20.0 * least.ln());
+        let square = 0.5 * 1600.0 + 0.25 * 625.0 + 0.3 * 100.0;
+        check(&ContactShare::new("share", Patch::whole(0)), 29.25 * 29.25 / (whole * square));
+        check(&*gap(GapMeasure::Mean), 4e-3 / whole);
+        let size = 0.6f64.sqrt();
+        let sum: f64 = [2e-3, 4e-3, 2e-3 / 0.3].iter().map(|g| (-50.0 * g / size).exp()).sum();
+        check(&*gap(GapMeasure::Minimum { k: 50.0 }), -size / 50.0 * sum.ln());
+        check(&FrictionWork::new("work", Patch::whole(0)), 6e-3 + 4e-3 - 12e-3 - 8e-3 - 1e-3 + 4e-3);
+        let region = Patch::within(0, vec![2, 0]).unwrap();
+        check(&ContactResultant::new("region", region, ForcePart::Normal), 23.0);
+    }
+
+    /// By hand; derivatives by differences.
+    #[test]
+    fn resultants_and_means_by_hand() {
+        let along = |direction| VectorMeasure::along(direction).unwrap();
+        check(&Reaction::new("r", vec![1, 4], along([0.0, 1.0, 0.0])).unwrap(), -3.0);
+        check(&Reaction::new("r", vec![1, 4, 3], VectorMeasure::Norm).unwrap(), 13.0f64.sqrt());
+        let positions = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+        let moment = Moment::new("m", &[1, 2, 3, 4], &positions, [0.0, 0.0, 1.0], [0.0, 0.0, 3.0]).unwrap();
+        // Σ x r_y − y r_x with x = X + d; the third component of the second node does not count
+        check(&moment, 1.001 * 5.0 + 0.0 * -8.0 - 2.001 * 2.0);
+        let mean = |nodes: Vec<(u32, f64)>, measure| Displacement::new("u", nodes, 2, measure).unwrap();
+        check(&mean(vec![(0, 3.0), (1, 1.0)], along([0.0, 1.0, 0.0])), 0.75 * -2e-3 + 0.25 * 1e-3);
+        let relative = mean(vec![(0, 1.0)], VectorMeasure::Norm).relative_to(vec![(1, 5.0)], 2).unwrap();
+        check(&relative, (1e-6 + 9e-6 + 3.6e-7f64).sqrt());
+        check(&StrainEnergy::new("e", 1..3), 7.0);
+        // φ = 1 with 3, and φ = 1/4, √φ = 1/2, with 8, 6 and six times 1
+        let sum = 81.0 + (4096.0 + 1296.0 + 6.0) / 16.0f64;
+        check(&Stress::new("s", vec![1, 2], 4.0).unwrap(), sum.sqrt().sqrt());
+        check(&Volume::new("v", vec![4.0, 0.0, 8.0]), 4.0);
+        check(&Compliance::default(), 4.0 * -2e-3 + 5e-4 - 2.0 * 1e-3);
     }
 
     /// A wrong sign, a forgotten part, and a part in 10⁵.

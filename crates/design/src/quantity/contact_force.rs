@@ -1,16 +1,15 @@
 //! The sum of the norms of the contact forces of a structure.
 
-use super::{Measure, Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
+use super::{Dimension, Quantity, QuantityError, StateDerivative, StateView, at_node, check_nodes, norm};
 
 /// Nodal forces below this fraction of the largest nodal force of the model are round-off at nodes without contact.
 ///
-/// Counting such a node as zero changes the objective by less than the equilibrium tolerance can resolve.
+/// Counting such a node as zero changes the quantity by less than the equilibrium tolerance can resolve.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Negative sum of the force norms of the slave nodes: `θ_s = −Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int,s^(j) −
-/// f_ext,s^(j)`. \[F\]
+/// Sum of the force norms of the slave nodes: `Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int^(j) − f_ext^(j)`. \[F\]
 ///
-/// Minimising it maximises the contact forces, friction included. The sum of norms is not the norm of the resultant:
+/// Its negative is the paper's objective: friction included, contact forces are maximised. The sum of norms is not the norm of the resultant:
 /// forces in different directions do not cancel. Besides loads, slave nodes carry reactions if they are supported or
 /// driven; without those components ([`ContactForce::without_reactions`]) this difference is the negative contact
 /// force. With `ε = 0` it is the norm itself, which has no derivative at `f_j = 0`: a node whose force is below 1e-12
@@ -20,8 +19,8 @@ const NEGLIGIBLE: f64 = 1e-12;
 /// Paper: (91), (93), (96); the regularisation is ours.
 #[derive(Clone, Debug)]
 pub struct ContactForce {
+    name: String,
     nodes: Vec<u32>,
-    steps: ObservedSteps,
     regularisation: f64,
     /// Marks the force components that are reactions; empty: none.
     reactions: Vec<bool>,
@@ -30,22 +29,21 @@ pub struct ContactForce {
 impl ContactForce {
     /// `nodes`: the slave nodes `S` of a mesh with `node_count` nodes; `regularisation`: ε ≥ 0 \[F\].
     ///
-    /// Check `steps` against the load path with [`ObservedSteps::check`].
-    ///
     /// # Errors
     ///
     /// If there is no node, a node is out of range or listed twice, or the regularisation is negative or not finite.
-    pub fn new(
-        nodes: Vec<u32>,
-        node_count: usize,
-        steps: ObservedSteps,
-        regularisation: f64,
-    ) -> Result<Self, ObjectiveError> {
+    pub fn new(nodes: Vec<u32>, node_count: usize, regularisation: f64) -> Result<Self, QuantityError> {
         check_nodes(&nodes, node_count)?;
         if !regularisation.is_finite() || regularisation < 0.0 {
-            return Err(ObjectiveError::Regularisation { value: regularisation });
+            return Err(QuantityError::Regularisation { value: regularisation });
         }
-        Ok(Self { nodes, steps, regularisation, reactions: Vec::new() })
+        Ok(Self { name: "contact_force".into(), nodes, regularisation, reactions: Vec::new() })
+    }
+
+    /// With another name than `contact_force`.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
     }
 
     /// Excludes the force components that `prescribed` marks (three per node of the mesh): they are reactions of
@@ -57,7 +55,8 @@ impl ContactForce {
 
     /// Force of a node without reactions.
     fn force(&self, state: &StateView, node: u32) -> [f64; 3] {
-        let mut force = nodal_force(state, node);
+        let (internal, external) = (at_node(state.internal_force, node), at_node(state.external_force, node));
+        let mut force: [f64; 3] = std::array::from_fn(|c| internal[c] - external[c]);
         for (c, f) in force.iter_mut().enumerate() {
             if self.reactions.get(3 * node as usize + c) == Some(&true) {
                 *f = 0.0;
@@ -71,11 +70,6 @@ impl ContactForce {
         &self.nodes
     }
 
-    /// The steps that are summed over.
-    pub fn steps(&self) -> &ObservedSteps {
-        &self.steps
-    }
-
     /// Norm below which a node counts as not in contact. \[F\]
     fn threshold(&self, internal_force: &[f64]) -> f64 {
         if self.regularisation > 0.0 {
@@ -87,21 +81,17 @@ impl ContactForce {
     }
 }
 
-fn norm([x, y, z]: [f64; 3]) -> f64 {
-    (x * x + y * y + z * z).sqrt()
-}
-
-impl Objective for ContactForce {
+impl Quantity for ContactForce {
     fn name(&self) -> &str {
-        "contact_force"
+        &self.name
     }
 
-    fn measure(&self) -> Measure {
-        Measure::ContactForce
+    fn dimension(&self) -> Dimension {
+        Dimension::FORCE
     }
 
-    fn observes(&self, step: usize, steps: usize) -> bool {
-        self.steps.contains(step, steps)
+    fn needs_contact(&self) -> bool {
+        true
     }
 
     fn value(&self, state: &StateView) -> f64 {
@@ -115,10 +105,10 @@ impl Objective for ContactForce {
             // √(f·f + ε²) − ε without cancellation for f ≪ ε
             sum += size * (size / (size.hypot(self.regularisation) + self.regularisation));
         }
-        -sum
+        sum
     }
 
-    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative) {
+    fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
         let threshold = self.threshold(state.internal_force);
         for &node in &self.nodes {
             let force = self.force(state, node);
@@ -129,8 +119,8 @@ impl Objective for ContactForce {
             let regularised = size.hypot(self.regularisation);
             for component in 0..3 {
                 let at = 3 * node as usize + component;
-                derivative.internal_force[at] -= force[component] / regularised;
-                derivative.external_force[at] += force[component] / regularised;
+                to.internal_force[at] += weight * (force[component] / regularised);
+                to.external_force[at] -= weight * (force[component] / regularised);
             }
         }
     }
@@ -141,20 +131,16 @@ mod tests {
     use super::*;
 
     fn view(internal_force: &[f64]) -> StateView<'_> {
-        StateView { step: 1, steps: 1, time: 1.0, displacement: &[], internal_force, external_force: &NONE }
+        StateView { step: 1, steps: 1, time: 1.0, internal_force, external_force: &NONE, ..StateView::default() }
     }
 
-    fn gradient(objective: &impl Objective, force: &[f64]) -> Vec<f64> {
-        let mut internal_force = vec![0.0; force.len()];
-        let mut external_force = vec![0.0; force.len()];
-        let mut derivative = StateDerivative {
-            displacement: &mut [],
-            internal_force: &mut internal_force,
-            external_force: &mut external_force,
-        };
-        objective.derivative(&view(force), &mut derivative);
-        assert!(internal_force.iter().zip(&external_force).all(|(i, e)| *i == -e || i.is_nan() && e.is_nan()));
-        internal_force
+    fn gradient(quantity: &impl Quantity, force: &[f64]) -> Vec<f64> {
+        let mut to = StateDerivative::zero(&view(force));
+        to.external_force.resize(force.len(), 0.0);
+        quantity.pull_back(&view(force), -1.0, &mut to);
+        let opposite = |(i, e): (&f64, &f64)| *i == -e || i.is_nan() && e.is_nan();
+        assert!(to.internal_force.iter().zip(&to.external_force).all(opposite));
+        to.internal_force
     }
 
     /// No load.
@@ -168,58 +154,58 @@ mod tests {
     fn reactions_do_not_count() {
         let mut prescribed = vec![false; 12];
         prescribed[4] = true;
-        let objective = ContactForce::new(vec![1, 2, 3], 4, ObservedSteps::Last, 0.0).unwrap();
-        let objective = objective.without_reactions(&prescribed);
-        assert_eq!(objective.value(&view(&FORCE)), -6.0);
-        let found = gradient(&objective, &FORCE);
+        let quantity = ContactForce::new(vec![1, 2, 3], 4, 0.0).unwrap();
+        let quantity = quantity.without_reactions(&prescribed);
+        assert_eq!(quantity.value(&view(&FORCE)), 6.0);
+        let found = gradient(&quantity, &FORCE);
         assert_eq!((found[3], found[4]), (-1.0, 0.0));
     }
 
     #[test]
     fn norms_by_hand_and_noise_counts_as_zero() {
-        let objective = ContactForce::new(vec![1, 2, 3], 4, ObservedSteps::Last, 0.0).unwrap();
-        assert_eq!(objective.value(&view(&FORCE)), -8.0);
+        let quantity = ContactForce::new(vec![1, 2, 3], 4, 0.0).unwrap();
+        assert_eq!(quantity.value(&view(&FORCE)), 8.0);
         // not the norm of the resultant (5, −5, 2), in which forces cancel
         assert!(norm([5.0, -5.0, 2.0]) < 7.4);
         let third = 1.0 / 3.0;
         let expected = [0.0, 0.0, 0.0, -0.6, 0.8, 0.0, -2.0 * third, third, -2.0 * third, 0.0, 0.0, 0.0];
-        for (value, expected) in gradient(&objective, &FORCE).iter().zip(expected) {
+        for (value, expected) in gradient(&quantity, &FORCE).iter().zip(expected) {
             assert!((value - expected).abs() < 1e-15);
         }
-        assert_eq!(objective.value(&view(&[0.0; 12])), 0.0);
-        assert_eq!(gradient(&objective, &[0.0; 12]), [0.0; 12]);
+        assert_eq!(quantity.value(&view(&[0.0; 12])), 0.0);
+        assert_eq!(gradient(&quantity, &[0.0; 12]), [0.0; 12]);
     }
 
     /// Computed by hand: a node counts as not in contact below 1e-12 of the largest force, here (2, −3, 6) × 1e4 with
     /// norm 7e4, in any unit.
     #[test]
     fn the_largest_force_says_what_is_negligible() {
-        let objective = ContactForce::new(vec![1], 3, ObservedSteps::Last, 0.0).unwrap();
+        let quantity = ContactForce::new(vec![1], 3, 0.0).unwrap();
         for unit in [1e-4, 1.0, 1e4] {
             for (size, counts) in [(6.9e-8, false), (7.1e-8, true)] {
                 let mut force = [2e4, -3e4, 6e4, 0.0, size, 0.0, 1e4, 1e4, -1e4].map(|f| unit * f);
-                let found = objective.value(&view(&force));
-                assert_eq!(found, if counts { -unit * size } else { 0.0 }, "{unit} {size}");
+                let found = quantity.value(&view(&force));
+                assert_eq!(found, if counts { unit * size } else { 0.0 }, "{unit} {size}");
                 force[4] = -force[4];
-                assert_eq!(objective.value(&view(&force)), found);
+                assert_eq!(quantity.value(&view(&force)), found);
             }
         }
-        let regularised = ContactForce::new(vec![1], 3, ObservedSteps::Last, 1e-3).unwrap();
+        let regularised = ContactForce::new(vec![1], 3, 1e-3).unwrap();
         assert_eq!(regularised.threshold(&[2e4, -3e4, 6e4]), 0.0);
     }
 
     #[test]
     fn derivative_agrees_with_central_differences() {
         for regularisation in [0.0, 1e-3, 1.0] {
-            let objective = ContactForce::new(vec![2, 1], 4, ObservedSteps::All, regularisation).unwrap();
-            let exact = gradient(&objective, &FORCE);
+            let quantity = ContactForce::new(vec![2, 1], 4, regularisation).unwrap();
+            let exact = gradient(&quantity, &FORCE);
             for entry in 0..12 {
                 let step = 1e-5;
                 let mut forward = FORCE;
                 let mut backward = FORCE;
                 forward[entry] += step;
                 backward[entry] -= step;
-                let change = objective.value(&view(&forward)) - objective.value(&view(&backward));
+                let change = quantity.value(&view(&backward)) - quantity.value(&view(&forward));
                 assert!((change / (2.0 * step) - exact[entry]).abs() < 1e-9, "entry {entry}");
             }
         }
@@ -227,44 +213,41 @@ mod tests {
 
     #[test]
     fn regularisation_is_smooth_at_zero_and_keeps_its_digits() {
-        let objective = ContactForce::new(vec![0], 1, ObservedSteps::Last, 1.0).unwrap();
+        let quantity = ContactForce::new(vec![0], 1, 1.0).unwrap();
         // √(f² + 1) − 1 = f²/2 − f⁴/8 …; the naive form would give 0 for f = 1e-9.
-        let value = objective.value(&view(&[1e-9, 0.0, 0.0]));
-        assert!((value / -0.5e-18 - 1.0).abs() < 1e-12);
-        assert!((gradient(&objective, &[1e-9, 0.0, 0.0])[0] / -1e-9 - 1.0).abs() < 1e-12);
-        assert_eq!(gradient(&objective, &[0.0; 3]), [0.0; 3]);
+        let value = quantity.value(&view(&[1e-9, 0.0, 0.0]));
+        assert!((value / 0.5e-18 - 1.0).abs() < 1e-12);
+        assert!((gradient(&quantity, &[1e-9, 0.0, 0.0])[0] / -1e-9 - 1.0).abs() < 1e-12);
+        assert_eq!(gradient(&quantity, &[0.0; 3]), [0.0; 3]);
     }
 
     #[test]
     fn a_force_that_is_not_a_number_is_not_lost() {
-        let objective = ContactForce::new(vec![1], 2, ObservedSteps::Last, 0.0).unwrap();
+        let quantity = ContactForce::new(vec![1], 2, 0.0).unwrap();
         let force = [1.0, 0.0, 0.0, f64::NAN, 0.0, 0.0];
-        assert!(objective.value(&view(&force)).is_nan());
-        assert!(gradient(&objective, &force)[3].is_nan());
+        assert!(quantity.value(&view(&force)).is_nan());
+        assert!(gradient(&quantity, &force)[3].is_nan());
     }
 
     #[test]
     fn derivatives_accumulate() {
-        let objective = ContactForce::new(vec![0], 1, ObservedSteps::Last, 0.0).unwrap();
-        let mut internal_force = [10.0, 20.0, 30.0];
-        let mut derivative = StateDerivative {
-            displacement: &mut [],
-            internal_force: &mut internal_force,
-            external_force: &mut [0.0; 3],
+        let quantity = ContactForce::new(vec![0], 1, 0.0).unwrap();
+        let mut to = StateDerivative {
+            internal_force: vec![10.0, 20.0, 30.0],
+            external_force: vec![0.0; 3],
+            ..StateDerivative::default()
         };
-        objective.derivative(&view(&[0.0, 2.0, 0.0]), &mut derivative);
-        assert_eq!(internal_force, [10.0, 19.0, 30.0]);
+        quantity.pull_back(&view(&[0.0, 2.0, 0.0]), -1.0, &mut to);
+        assert_eq!(to.internal_force, [10.0, 19.0, 30.0]);
     }
 
     #[test]
     fn errors_name_the_node() {
-        let make = |nodes: &[u32], regularisation| {
-            ContactForce::new(nodes.to_vec(), 4, ObservedSteps::Last, regularisation).unwrap_err()
-        };
-        assert_eq!(make(&[], 0.0), ObjectiveError::NoNodes);
-        assert_eq!(make(&[0, 4], 0.0), ObjectiveError::NodeOutOfRange { node: 4, node_count: 4 });
-        assert_eq!(make(&[2, 1, 2], 0.0), ObjectiveError::DuplicateNode { node: 2 });
-        assert_eq!(make(&[1], -1.0), ObjectiveError::Regularisation { value: -1.0 });
-        assert!(matches!(make(&[1], f64::NAN), ObjectiveError::Regularisation { .. }));
+        let make = |nodes: &[u32], regularisation| ContactForce::new(nodes.to_vec(), 4, regularisation).unwrap_err();
+        assert_eq!(make(&[], 0.0), QuantityError::NoNodes);
+        assert_eq!(make(&[0, 4], 0.0), QuantityError::NodeOutOfRange { node: 4, node_count: 4 });
+        assert_eq!(make(&[2, 1, 2], 0.0), QuantityError::DuplicateNode { node: 2 });
+        assert_eq!(make(&[1], -1.0), QuantityError::Regularisation { value: -1.0 });
+        assert!(matches!(make(&[1], f64::NAN), QuantityError::Regularisation { .. }));
     }
 }

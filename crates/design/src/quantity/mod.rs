@@ -1,35 +1,71 @@
-//! Objectives as functions of the states of the load path.
+//! Quantities: numbers that a state of the load path has, with exact derivatives.
 //!
-//! An [`Objective`] is evaluated once per user load step that it observes; the caller sums over the steps. It receives
-//! the displacements, the internal and the external forces of the whole model, and returns explicit partial derivatives
-//! with respect to all three. The caller applies the chain rule, (92)–(98) of the paper, by multiplying with the
-//! derivatives of the forces.
+//! Whatever can be printed, plotted, minimised or bounded is a [`Quantity`]. It has a value at every state, and a
+//! pull-back: its partial derivatives with respect to what it can [see](StateView) of the state. The caller applies the
+//! chain rule, (92)–(98) of the paper, so a quantity knows neither equations nor meshes nor solvers.
+//!
+//! | quantity | of | dimension | file |
+//! |---|---|---|---|
+//! | [`Reaction`], [`Moment`] | prescribed displacements | F, F L | `reaction.rs` |
+//! | [`ContactForce`] | slave nodes: sum of the norms of their forces | F | `contact_force.rs` |
+//! | [`ContactResultant`] | a contact pair: component, norm, normal and tangential part | F | `contact_resultant.rs` |
+//! | [`ContactPressure`] | a contact pair: peak, mean, spread, minimum | F/L² | `contact_pressure.rs` |
+//! | [`ContactShare`], [`Gap`] | a contact pair | –, L | `contact_share.rs`, `gap.rs` |
+//! | [`FrictionWork`] | a contact pair | F L | `friction_work.rs` |
+//! | [`Displacement`] | nodes: component or norm of their mean | L | `displacement.rs` |
+//! | [`StrainEnergy`] | elements | F L | `strain_energy.rs` |
+//! | [`Stress`] | elements: largest von Mises stress | F/L² | `stress.rs` |
+//! | [`Compliance`] | loads | F L | `compliance.rs` |
+//! | [`Volume`] | elements | L³ | `volume.rs` |
+//!
+//! A [`Response`](crate::Response) turns quantities into an objective or a constraint: at which steps, with which
+//! weights.
 
 mod check;
 mod compliance;
 mod contact_force;
-mod reaction_force;
-mod weighted;
+mod contact_pressure;
+mod contact_resultant;
+mod contact_share;
+mod dimension;
+mod displacement;
+mod friction_work;
+mod gap;
+mod patch;
+mod reaction;
+mod smooth;
+mod strain_energy;
+mod stress;
+mod view;
+mod volume;
 
 pub use check::{WrongDerivative, check_derivatives};
 pub use compliance::Compliance;
 pub use contact_force::ContactForce;
-pub use reaction_force::ReactionForce;
-pub use weighted::Weighted;
+pub use contact_pressure::{ContactPressure, PressureMeasure};
+pub use contact_resultant::{ContactResultant, ForcePart};
+pub use contact_share::ContactShare;
+pub use dimension::Dimension;
+pub use displacement::Displacement;
+pub use friction_work::FrictionWork;
+pub use gap::{Gap, GapMeasure};
+pub use patch::Patch;
+pub use reaction::{Moment, Reaction};
+pub use strain_energy::StrainEnergy;
+pub use stress::{STRESS_POINTS, Stress};
+pub use view::{ContactDerivative, ContactNode, StateDerivative, StateView};
+pub use volume::Volume;
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use std::fmt;
 use thiserror::Error;
 
-/// Why an objective cannot be built.
+/// Why a quantity or a response cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum ObjectiveError {
-    /// The objective would always be zero.
-    #[error("the objective observes no node; give it a surface or node set that is not empty")]
+pub enum QuantityError {
+    /// The quantity would always be zero.
+    #[error("the quantity observes no node; give it a surface or node set that is not empty")]
     NoNodes,
     /// A node that the mesh does not have.
-    #[error("the objective lists node {node}, but the mesh has nodes 0 to {last}", last = node_count.saturating_sub(1))]
+    #[error("the quantity lists node {node}, but the mesh has nodes 0 to {last}", last = node_count.saturating_sub(1))]
     NodeOutOfRange {
         /// The node, from 0.
         node: u32,
@@ -37,7 +73,7 @@ pub enum ObjectiveError {
         node_count: usize,
     },
     /// A node would count twice.
-    #[error("the objective lists node {node} twice; list each node once")]
+    #[error("the quantity lists node {node} twice; list each node once")]
     DuplicateNode {
         /// The node, from 0.
         node: u32,
@@ -54,8 +90,25 @@ pub enum ObjectiveError {
         /// The given value.
         direction: [f64; 3],
     },
+    /// The quantity would always be zero.
+    #[error("the quantity observes no element; give it a body or region that is not empty")]
+    NoElements,
+    /// An exponent out of its range.
+    #[error("{value} is not a finite exponent of at least 1, or a finite factor above 0")]
+    Exponent {
+        /// The given value.
+        value: f64,
+    },
+    /// A weight of a node out of its range.
+    #[error("the weight of node {node} is {value}, which is not a finite number above 0")]
+    NodeWeight {
+        /// The node, from 0.
+        node: u32,
+        /// The given value.
+        value: f64,
+    },
     /// A step that the load path does not have.
-    #[error("the objective observes step {step}, but the load path has steps 1 to {steps}")]
+    #[error("the quantity is observed at step {step}, but the load path has steps 1 to {steps}")]
     StepOutOfRange {
         /// The step, from 1.
         step: usize,
@@ -63,178 +116,156 @@ pub enum ObjectiveError {
         steps: usize,
     },
     /// A step would count twice.
-    #[error("the objective observes step {step} twice; list each step once")]
+    #[error("the quantity is observed at step {step} twice; list each step once")]
     DuplicateStep {
         /// The step, from 1.
         step: usize,
     },
-    /// The objective would always be zero.
-    #[error("the objective observes no step; use \"last\", \"all\" or a list of steps from 1")]
+    /// The quantity would always be zero.
+    #[error("the quantity is observed at no step; use \"last\", \"all\" or a list of steps from 1")]
     NoSteps,
 }
 
-/// The state at the end of a user load step.
-#[derive(Clone, Copy, Debug)]
-pub struct StateView<'a> {
-    /// User load step, from 1.
-    pub step: usize,
-    /// Number of user load steps.
-    pub steps: usize,
-    /// Pseudo-time at the end of the step.
-    pub time: f64,
-    /// Nodal displacements `d`, entry `3·node + component`. \[L\]
-    pub displacement: &'a [f64],
-    /// Nodal internal forces `f_int(d, φ)`, entry `3·node + component`. \[F\]
-    pub internal_force: &'a [f64],
-    /// Nodal forces of the loads `f_ext(d, t)`, entry `3·node + component`. \[F\]
-    pub external_force: &'a [f64],
-}
-
-/// Explicit partial derivatives of an objective; implementations add to the existing values.
-#[derive(Debug)]
-pub struct StateDerivative<'a> {
-    /// `∂θ_s/∂d` at fixed forces, entry `3·node + component`.
-    pub displacement: &'a mut [f64],
-    /// `∂θ_s/∂f_int` at fixed displacement, entry `3·node + component`.
-    pub internal_force: &'a mut [f64],
-    /// `∂θ_s/∂f_ext` at fixed displacement, entry `3·node + component`.
-    pub external_force: &'a mut [f64],
-}
-
-/// A function of the states of the load path, to be minimised: `θ = Σ_s θ_s` over the observed steps `s`.
+/// A number that a state of the load path has.
 ///
 /// A state that is not finite gives a value that is not finite, never a finite number.
-pub trait Objective: Send + Sync {
-    /// Short name for reports, in snake case.
+pub trait Quantity: Send + Sync {
+    /// Name for reports and error messages.
     fn name(&self) -> &str;
 
-    /// Whether step `step` (from 1) of `steps` contributes. Other steps may need no adjoint solve.
-    fn observes(&self, step: usize, steps: usize) -> bool;
+    /// Powers of force and length.
+    fn dimension(&self) -> Dimension;
 
-    /// `θ_s` of an observed step.
+    /// What the quantity reads besides displacements, internal forces and forces of loads.
+    fn reads(&self) -> Reads {
+        Reads::default()
+    }
+
+    /// The value at a state.
     fn value(&self, state: &StateView) -> f64;
 
-    /// Adds the partial derivatives of [`Objective::value`] at `state` to `derivative`.
-    fn derivative(&self, state: &StateView, derivative: &mut StateDerivative);
+    /// Adds `weight` times the partial derivatives of [`value`](Self::value) at `state` to `to`.
+    fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative);
 
-    /// The kind of quantity, which is used to distinguish a value that is only round-off from a small one. For
-    /// [`Measure::Other`], no value counts as round-off.
-    fn measure(&self) -> Measure {
-        Measure::Other
+    /// Whether [`value`](Self::value) is an increment: the quantity at a load step is then the sum of the values at all
+    /// (sub-)steps since the start of the load case.
+    fn accumulates(&self) -> bool {
+        false
+    }
+
+    /// Whether the quantity vanishes, except for round-off, where contact is open.
+    fn needs_contact(&self) -> bool {
+        false
+    }
+
+    /// Whether the value depends on the state, and not only on the densities.
+    fn depends_on_state(&self) -> bool {
+        true
     }
 }
 
-/// The kind of quantity of an objective.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measure {
-    /// Contact forces: zero where contact is open. \[F\]
-    ContactForce,
-    /// Other forces. \[F\]
-    Force,
-    /// Work. \[F L\]
-    Work,
-    /// Anything else.
-    Other,
+/// Data of a state that are computed only for quantities that read them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reads {
+    /// [`StateView::reaction`].
+    pub reaction: bool,
+    /// [`StateView::contact`].
+    pub contact: bool,
+    /// [`StateView::energy`].
+    pub energy: bool,
+    /// [`StateView::stress`].
+    pub stress: bool,
 }
 
-/// The user load steps over which an objective sums.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ObservedSteps {
-    /// The last step only. Paper: (91) with `s = N`.
-    #[default]
-    Last,
-    /// All steps. Paper: (96).
-    All,
-    /// The listed steps, from 1, ascending and unique.
-    #[serde(untagged)]
-    Only(Vec<usize>),
-}
-
-impl fmt::Display for ObservedSteps {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Last => f.write_str("at the last load step"),
-            Self::All => f.write_str("over all load steps"),
-            Self::Only(steps) => {
-                let steps: Vec<String> = steps.iter().map(usize::to_string).collect();
-                write!(f, "at load step{} {}", if steps.len() == 1 { "" } else { "s" }, steps.join(", "))
-            }
+impl Reads {
+    /// What either reads.
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            reaction: self.reaction || other.reaction,
+            contact: self.contact || other.contact,
+            energy: self.energy || other.energy,
+            stress: self.stress || other.stress,
         }
     }
 }
 
-impl ObservedSteps {
-    /// Whether step `step` (from 1) of `steps` is observed.
-    pub fn contains(&self, step: usize, steps: usize) -> bool {
-        match self {
-            Self::Last => step == steps,
-            Self::All => (1..=steps).contains(&step),
-            Self::Only(list) => list.contains(&step),
-        }
-    }
+/// Which number a vector becomes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum VectorMeasure {
+    /// Its component along a unit vector.
+    Along([f64; 3]),
+    /// Its norm, which has no derivative where it is zero; it counts as constant there.
+    Norm,
+}
 
-    /// Checks the steps against the number of load steps.
+impl VectorMeasure {
+    /// The component along a direction of any length.
     ///
     /// # Errors
-    ///
-    /// An empty list, a listed step outside `1..=steps`, or one that is listed twice.
-    pub fn check(&self, steps: usize) -> Result<(), ObjectiveError> {
-        let Self::Only(list) = self else {
-            return Ok(());
-        };
-        if list.is_empty() {
-            return Err(ObjectiveError::NoSteps);
+    /// If the direction is the zero vector or not finite.
+    pub fn along(direction: [f64; 3]) -> Result<Self, QuantityError> {
+        let length = norm(direction);
+        if !length.is_normal() {
+            return Err(QuantityError::Direction { direction });
         }
-        for (position, &step) in list.iter().enumerate() {
-            if !(1..=steps).contains(&step) {
-                return Err(ObjectiveError::StepOutOfRange { step, steps });
-            }
-            if list[..position].contains(&step) {
-                return Err(ObjectiveError::DuplicateStep { step });
-            }
+        Ok(Self::Along(direction.map(|component| component / length)))
+    }
+
+    /// The number.
+    fn of(self, vector: [f64; 3]) -> f64 {
+        match self {
+            Self::Along(direction) => dot(direction, vector),
+            Self::Norm => norm(vector),
         }
-        Ok(())
+    }
+
+    /// Its derivative with respect to the vector.
+    fn slope(self, vector: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Along(direction) => direction,
+            Self::Norm => match norm(vector) {
+                0.0 => [0.0; 3],
+                length => vector.map(|component| component / length),
+            },
+        }
     }
 }
 
-fn check_nodes(nodes: &[u32], node_count: usize) -> Result<(), ObjectiveError> {
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn norm(a: [f64; 3]) -> f64 {
+    a[0].hypot(a[1]).hypot(a[2])
+}
+
+/// The entries of a node in a vector with three entries per node.
+fn at_node(values: &[f64], node: u32) -> [f64; 3] {
+    let at = 3 * node as usize;
+    [values[at], values[at + 1], values[at + 2]]
+}
+
+fn add_at_node(to: &mut [f64], node: u32, weight: f64, vector: [f64; 3]) {
+    for (to, component) in to[3 * node as usize..][..3].iter_mut().zip(vector) {
+        *to += weight * component;
+    }
+}
+
+fn check_nodes(nodes: &[u32], node_count: usize) -> Result<(), QuantityError> {
     if nodes.is_empty() {
-        return Err(ObjectiveError::NoNodes);
+        return Err(QuantityError::NoNodes);
     }
     let mut sorted = nodes.to_vec();
     sorted.sort_unstable();
     if let Some(&node) = sorted.last().filter(|&&node| node as usize >= node_count) {
-        return Err(ObjectiveError::NodeOutOfRange { node, node_count });
+        return Err(QuantityError::NodeOutOfRange { node, node_count });
     }
     match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(ObjectiveError::DuplicateNode { node: pair[0] }),
+        Some(pair) => Err(QuantityError::DuplicateNode { node: pair[0] }),
         None => Ok(()),
-    }
-}
-
-/// Minus the force of contact and supports on a node: internal minus external force.
-fn nodal_force(state: &StateView, node: u32) -> [f64; 3] {
-    std::array::from_fn(|c| {
-        let at = 3 * node as usize + c;
-        state.internal_force[at] - state.external_force[at]
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn observed_steps() {
-        let observed = |choice: &ObservedSteps| (1..=4).filter(|&step| choice.contains(step, 4)).collect::<Vec<_>>();
-        assert_eq!(observed(&ObservedSteps::Last), [4]);
-        assert_eq!(observed(&ObservedSteps::All), [1, 2, 3, 4]);
-        assert_eq!(observed(&ObservedSteps::Only(vec![3, 1])), [1, 3]);
-        assert_eq!(ObservedSteps::Only(vec![1, 5]).check(4), Err(ObjectiveError::StepOutOfRange { step: 5, steps: 4 }));
-        assert_eq!(ObservedSteps::Only(vec![0]).check(4), Err(ObjectiveError::StepOutOfRange { step: 0, steps: 4 }));
-        assert_eq!(ObservedSteps::Only(vec![2, 2]).check(4), Err(ObjectiveError::DuplicateStep { step: 2 }));
-        assert_eq!(ObservedSteps::Only(vec![]).check(4), Err(ObjectiveError::NoSteps));
-        assert_eq!(ObservedSteps::Only(vec![4, 2]).check(4), Ok(()));
     }
 }

@@ -1,121 +1,147 @@
-//! The reaction force of supports in one direction.
+//! Forces and moments of supports.
 
-use super::{Measure, Objective, ObjectiveError, ObservedSteps, StateDerivative, StateView, check_nodes, nodal_force};
+use super::{
+    Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure, add_at_node, at_node, cross,
+    dot,
+};
 
-/// Negative resultant of the internal forces of a node set in a direction: `θ_s = −Σ_j e·f_int,s^(j)`. \[F\]
+/// A component or the norm of the force that supports and prescribed motions exert on the bodies at some displacement
+/// unknowns. \[F\]
 ///
-/// For nodes with prescribed displacements the internal force is the force that the support exerts on the body, so
-/// minimising this maximises the force that is needed to move the set in direction `e`: it gives a stiff structure
-/// under prescribed motion. It is linear in the forces, hence smooth.
+/// It is the sum of the residual F of the equilibrium, contact and loads included, over these unknowns: its derivative
+/// is that of F. Test: `resultants_and_means_by_hand`.
 #[derive(Clone, Debug)]
-pub struct ReactionForce {
-    nodes: Vec<u32>,
-    direction: [f64; 3],
-    steps: ObservedSteps,
+pub struct Reaction {
+    name: String,
+    /// Prescribed displacement unknowns, `3·node + component`.
+    unknowns: Vec<u32>,
+    measure: VectorMeasure,
 }
 
-impl ReactionForce {
-    /// `nodes` of a mesh with `node_count` nodes; `direction` may have any nonzero length and is normalised here.
-    ///
-    /// Check `steps` against the load path with [`ObservedSteps::check`].
+impl Reaction {
+    /// The reaction at these unknowns, `3·node + component`; those that are not prescribed do not count.
     ///
     /// # Errors
-    ///
-    /// If there is no node, a node is out of range or listed twice, or the direction is zero or not finite.
-    pub fn new(
-        nodes: Vec<u32>,
-        node_count: usize,
-        direction: [f64; 3],
-        steps: ObservedSteps,
-    ) -> Result<Self, ObjectiveError> {
-        check_nodes(&nodes, node_count)?;
-        let length = direction[0].hypot(direction[1]).hypot(direction[2]);
-        if !length.is_normal() {
-            return Err(ObjectiveError::Direction { direction });
+    /// Without unknowns.
+    pub fn new(name: impl Into<String>, unknowns: Vec<u32>, measure: VectorMeasure) -> Result<Self, QuantityError> {
+        if unknowns.is_empty() {
+            return Err(QuantityError::NoNodes);
         }
-        Ok(Self { nodes, direction: direction.map(|component| component / length), steps })
+        Ok(Self { name: name.into(), unknowns, measure })
     }
 
-    /// The unit vector `e`.
-    pub fn direction(&self) -> [f64; 3] {
-        self.direction
+    fn resultant(&self, state: &StateView) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for &unknown in &self.unknowns {
+            sum[unknown as usize % 3] += state.reaction[unknown as usize];
+        }
+        sum
     }
 }
 
-impl Objective for ReactionForce {
+impl Quantity for Reaction {
     fn name(&self) -> &str {
-        "reaction_force"
+        &self.name
     }
 
-    fn measure(&self) -> Measure {
-        Measure::Force
+    fn dimension(&self) -> Dimension {
+        Dimension::FORCE
     }
 
-    fn observes(&self, step: usize, steps: usize) -> bool {
-        self.steps.contains(step, steps)
+    fn reads(&self) -> Reads {
+        Reads { reaction: true, ..Reads::default() }
     }
 
     fn value(&self, state: &StateView) -> f64 {
-        let [x, y, z] = self.direction;
-        let along = |&node: &u32| {
-            let force = nodal_force(state, node);
-            x * force[0] + y * force[1] + z * force[2]
-        };
-        -self.nodes.iter().map(along).sum::<f64>()
+        self.measure.of(self.resultant(state))
     }
 
-    fn derivative(&self, _state: &StateView, derivative: &mut StateDerivative) {
-        for &node in &self.nodes {
-            for component in 0..3 {
-                let at = 3 * node as usize + component;
-                derivative.internal_force[at] -= self.direction[component];
-                derivative.external_force[at] += self.direction[component];
-            }
+    fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
+        let slope = self.measure.slope(self.resultant(state));
+        for &unknown in &self.unknowns {
+            to.reaction[unknown as usize] += weight * slope[unknown as usize % 3];
         }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The moment of such forces about an axis, e · Σ (x − p) × r, at the current positions x = X + d. \[F L\]
+///
+/// Test: `resultants_and_means_by_hand`.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    name: String,
+    /// Nodes with their reference positions relative to p, and their unknowns that count.
+    nodes: Vec<(u32, [f64; 3], [bool; 3])>,
+    /// e.
+    direction: [f64; 3],
+}
 
-    #[test]
-    fn resultant_by_hand_and_linear() {
-        let objective = ReactionForce::new(vec![0, 2], 3, [0.0, -5.0, 0.0], ObservedSteps::All).unwrap();
-        assert_eq!(objective.direction(), [0.0, -1.0, 0.0]);
-        let force = [1.0, -2.0, 3.0, 7.0, 7.0, 7.0, 0.5, -0.25, 9.0];
-        let state = StateView {
-            step: 2,
-            steps: 3,
-            time: 0.5,
-            displacement: &[0.0; 9],
-            internal_force: &force,
-            external_force: &[0.0; 9],
+impl Moment {
+    /// The moment about the axis through `point` along `direction`, of the reactions at the unknowns `3·node + component`;
+    /// `positions` are those of all nodes in the reference configuration.
+    ///
+    /// # Errors
+    /// Without unknowns, or if the direction is zero or not finite.
+    pub fn new(
+        name: impl Into<String>,
+        unknowns: &[u32],
+        positions: &[[f64; 3]],
+        point: [f64; 3],
+        direction: [f64; 3],
+    ) -> Result<Self, QuantityError> {
+        let VectorMeasure::Along(direction) = VectorMeasure::along(direction)? else {
+            return Err(QuantityError::Direction { direction });
         };
-        // −e·Σf = −(2 + 0.25): the supports push the body down.
-        assert_eq!(objective.value(&state), -2.25);
-        let [mut displacement, mut internal_force, mut external_force] = [[0.0; 9]; 3];
-        let mut derivative = StateDerivative {
-            displacement: &mut displacement,
-            internal_force: &mut internal_force,
-            external_force: &mut external_force,
+        let mut nodes: Vec<u32> = unknowns.iter().map(|unknown| unknown / 3).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        if let Some(&node) = nodes.iter().find(|&&node| node as usize >= positions.len()) {
+            return Err(QuantityError::NodeOutOfRange { node, node_count: positions.len() });
+        }
+        if nodes.is_empty() {
+            return Err(QuantityError::NoNodes);
+        }
+        let of = |node: u32| {
+            let arm = std::array::from_fn(|c| positions[node as usize][c] - point[c]);
+            (node, arm, std::array::from_fn(|c| unknowns.contains(&(3 * node + c as u32))))
         };
-        objective.derivative(&state, &mut derivative);
-        assert_eq!(external_force, internal_force.map(|f| -f));
-        // a load on the nodes carries part of the support force
-        assert_eq!(objective.value(&StateView { external_force: &force, ..state }), 0.0);
-        // A linear function is its derivative applied to its argument.
-        let linear: f64 = internal_force.iter().zip(force).map(|(d, f)| d * f).sum();
-        assert_eq!(linear, -2.25);
-        assert_eq!(internal_force[3..6], [0.0; 3]);
-        assert_eq!(displacement, [0.0; 9]);
+        Ok(Self { name: name.into(), nodes: nodes.into_iter().map(of).collect(), direction })
     }
 
-    #[test]
-    fn a_direction_is_needed() {
-        for direction in [[0.0; 3], [f64::NAN, 1.0, 0.0], [f64::INFINITY, 0.0, 0.0]] {
-            let error = ReactionForce::new(vec![0], 1, direction, ObservedSteps::Last).unwrap_err();
-            assert!(matches!(error, ObjectiveError::Direction { .. }));
+    /// Arm x − p and reaction of each node.
+    fn nodes(&self, state: &StateView) -> impl Iterator<Item = (u32, [f64; 3], [f64; 3], [bool; 3])> {
+        self.nodes.iter().map(|&(node, arm, counts)| {
+            let (moved, force) = (at_node(state.displacement, node), at_node(state.reaction, node));
+            let force = std::array::from_fn(|c| if counts[c] { force[c] } else { 0.0 });
+            (node, std::array::from_fn(|c| arm[c] + moved[c]), force, counts)
+        })
+    }
+}
+
+impl Quantity for Moment {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn dimension(&self) -> Dimension {
+        Dimension::WORK
+    }
+
+    fn reads(&self) -> Reads {
+        Reads { reaction: true, ..Reads::default() }
+    }
+
+    fn value(&self, state: &StateView) -> f64 {
+        self.nodes(state).map(|(_, arm, force, _)| dot(self.direction, cross(arm, force))).sum()
+    }
+
+    fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
+        for (node, arm, force, counts) in self.nodes(state) {
+            // e·(a × r) = a·(r × e) = r·(e × a)
+            add_at_node(&mut to.displacement, node, weight, cross(force, self.direction));
+            let by_force = cross(self.direction, arm);
+            let by_force = std::array::from_fn(|c| if counts[c] { by_force[c] } else { 0.0 });
+            add_at_node(&mut to.reaction, node, weight, by_force);
         }
     }
 }

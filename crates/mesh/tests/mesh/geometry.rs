@@ -2,8 +2,9 @@
 
 use proptest::prelude::*;
 use slipstick_mesh::{
-    Body, Element, HEX_CORNERS, Mesh, WEDGE_AS_HEX, facet_area, facet_area_vector, facet_corner_areas, hex_jacobian,
-    hex_scaled_jacobian, tet_scaled_jacobian, tet_volume, wedge_jacobian, wedge_scaled_jacobian,
+    Body, Element, Facet, FacetNodes, HEX_CORNERS, Mesh, Surface, WEDGE_AS_HEX, facet_area, facet_area_vector,
+    facet_corner_areas, hex_jacobian, hex_scaled_jacobian, tet_scaled_jacobian, tet_volume, wedge_jacobian,
+    wedge_scaled_jacobian,
 };
 
 use crate::support::{assert_close, cubes};
@@ -19,6 +20,20 @@ fn one_hex(corners: [[f64; 3]; 8]) -> Mesh {
 
 fn unit_cube() -> [[f64; 3]; 8] {
     HEX_CORNERS.map(|sign| sign.map(|c| 0.5 * (c + 1.0)))
+}
+
+/// By hand: two unit squares in a row, and a half of a third, as a triangle.
+#[test]
+fn node_areas_add_up_to_the_area() {
+    let nodes: Vec<[f64; 3]> = (0..8).map(|i| [f64::from(i / 2), f64::from(i % 2), 0.0]).collect();
+    let facet = |nodes: &[u32]| Facet { nodes: FacetNodes::new(nodes).expect("a facet"), element: 0 };
+    let surface = Surface { facets: vec![facet(&[0, 2, 3, 1]), facet(&[2, 4, 5, 3]), facet(&[4, 6, 5])] };
+    let areas = surface.node_areas(&nodes);
+    assert_eq!(areas.iter().map(|(node, _)| *node).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 6]);
+    let sixth = 0.5 / 3.0;
+    for ((_, area), expected) in areas.iter().zip([0.25, 0.25, 0.5, 0.5, 0.25 + sixth, 0.25 + sixth, sixth]) {
+        assert_close(*area, expected, 1e-15);
+    }
 }
 
 #[test]

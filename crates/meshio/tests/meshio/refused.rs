@@ -3,7 +3,8 @@
 use crate::{data, parse, refused, sound};
 use slipstick_meshio::FileMesh;
 
-/// One cube in Gmsh's old format, with its lower face as a physical surface of Gmsh's type `surface`.
+/// One cube in Gmsh's old format, with its lower face as a physical surface of Gmsh's type
+/// `surface`.
 fn cube(hex: &str, surface: &str) -> String {
     let corners = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1", "9 9 9"];
     let nodes: String = corners.iter().enumerate().map(|(n, x)| format!("{} {x}\n", n + 1)).collect();
@@ -49,7 +50,8 @@ fn wedges_are_read_and_repaired() {
     assert!(turned.notices[0].contains("1 wedges") && turned.notices[0].contains("element 2"), "{turned:?}");
 }
 
-/// The corner of the cube at its first node, of a sixth of its volume; and with two nodes exchanged.
+/// The corner of the cube at its first node, of a sixth of its volume; and with two nodes
+/// exchanged.
 #[test]
 fn tetrahedra_are_read_and_repaired() {
     let right = sound(&parse(&cube("4 2 8 1 1 2 4 5", "2 2 7 1 1 2 4")), "a", None);
@@ -122,8 +124,8 @@ fn formats_that_are_not_read_are_said() {
     assert!(with("2 1 0 0", "2 nan 0 0").cure.contains("finite"));
     assert!(with("9\n1 0 0 0", "8\n1 0 0 0").message.contains("$EndNodes is expected"));
     assert!(with("\n9 9 9 9", "\n8 9 9 9").message.contains("twice"));
-    assert!(refused("solid stl").message.contains("unknown format"));
-    assert!(refused("").message.contains("unknown format"));
+    assert!(refused("solid stl").message.contains("unknown mesh format"));
+    assert!(refused("").message.contains("unknown mesh format"));
     assert!(refused("<VTKFile type=\"PolyData\"/>").message.contains("PolyData"));
     assert!(refused("<html></html>").message.contains("not a <VTKFile>"));
     let text = String::from_utf8(data("meshio_ascii.vtu")).expect("text");

@@ -1,79 +1,266 @@
-//! From an objective on displacements and forces to one on the unknowns, the design and the parameters.
+//! From the states of a path to the quantities of responses, and from their derivatives to those with respect to
+//! unknowns, design and parameters.
 
 use crate::model::Design;
-use slipstick_design::objective::{Objective, StateDerivative, StateView};
-use slipstick_path::{PathGradient, PathObjective, StateError, StepState};
+use slipstick_design::quantity::{ContactNode, Reads, StateDerivative, StateView};
+use slipstick_design::response::Response;
+use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
 
-/// Internal and external forces at a state. \[F\]
-pub(super) struct Forces {
-    internal: Vec<f64>,
-    external: Vec<f64>,
+/// What quantities can see of a state.
+pub(crate) struct StateData {
+    time: f64,
+    /// f_int. \[F\]
+    pub(crate) internal: Vec<f64>,
+    /// f_ext. \[F\]
+    pub(crate) external: Vec<f64>,
+    /// Of supports and prescribed motions; zero at free unknowns. Empty unless read. \[F\]
+    pub(crate) reaction: Vec<f64>,
+    contact: Vec<ContactNode>,
+    /// Of the elements. Empty unless read. \[F L\]
+    pub(crate) energy: Vec<f64>,
+    /// Von Mises, at the Gauss points. Empty unless read. \[F/L²\]
+    stress: Vec<f64>,
 }
 
-impl Forces {
-    pub(super) fn at(design: &Design, time: f64, state: &StepState) -> Result<Self, StateError> {
-        let n = design.model().prescribed().fixed().len();
+impl StateData {
+    /// At the end of a (sub-)step. All ranks call it and receive the same.
+    pub(crate) fn of(
+        design: &Design,
+        reads: Reads,
+        time: f64,
+        previous: &StepState,
+        state: &StepState,
+    ) -> Result<Self, StateError> {
+        let model = design.model();
+        let n = model.prescribed().fixed().len();
+        let d = &state.unknowns[..n];
         let (mut internal, mut external) = (vec![0.0; n], vec![0.0; n]);
-        design.internal_force(&state.unknowns[..n], &mut internal)?;
-        design.model().external_force(&state.unknowns[..n], time, &mut external);
-        Ok(Self { internal, external })
+        design.internal_force(d, &mut internal)?;
+        model.external_force(d, time, &mut external);
+        let mut data = Self {
+            time,
+            internal,
+            external,
+            reaction: Vec::new(),
+            contact: Vec::new(),
+            energy: Vec::new(),
+            stress: Vec::new(),
+        };
+        if reads.reaction || reads.contact {
+            let results = design.contact_results(previous, state)?;
+            if reads.contact {
+                data.contact = model.contact_nodes(&results);
+            }
+            if reads.reaction {
+                data.reaction = model.reactions(&data.internal, &data.external, &results.force);
+            }
+        }
+        if reads.energy {
+            data.energy = design.energies(d)?;
+            model.share().sum(&mut [&mut data.energy]);
+        }
+        if reads.stress {
+            data.stress = design.von_mises_stresses(d)?;
+        }
+        Ok(data)
     }
 
-    pub(super) fn view<'a>(&'a self, step: usize, steps: usize, time: f64, state: &'a StepState) -> StateView<'a> {
+    /// The view of a state; `step` and `steps` are those of its load case.
+    pub(crate) fn view<'a>(
+        &'a self,
+        design: &'a Design,
+        state: &'a StepState,
+        (step, steps): (usize, usize),
+    ) -> StateView<'a> {
         StateView {
             step,
             steps,
-            time,
+            time: self.time,
             displacement: &state.unknowns[..self.internal.len()],
             internal_force: &self.internal,
             external_force: &self.external,
+            reaction: &self.reaction,
+            contact: &self.contact,
+            density: design.density(),
+            energy: &self.energy,
+            stress: &self.stress,
         }
     }
 }
 
-/// Chains an objective on forces to unknowns, design, moduli and loads: ∂θ/∂d += (∂f/∂d)ᵀ ∂θ/∂f, ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f.
-///
-/// Nothing depends on the multipliers. Paper: (92)–(99).
-pub(super) struct Adapter<'a> {
-    pub(super) objective: &'a dyn Objective,
-    /// User steps of the path.
-    pub(super) steps: usize,
-    /// Whether derivatives with respect to moduli and loads are requested.
-    pub(super) parameters: bool,
+/// For every state of a path, the user's step that it completes or belongs to; 0 for states of rest.
+fn steps_of(path: &Path) -> Vec<usize> {
+    let mut step = path.steps;
+    let mut steps: Vec<usize> = path
+        .states
+        .iter()
+        .rev()
+        .map(|state| {
+            step = state.completes.unwrap_or(step);
+            if state.rest { 0 } else { step }
+        })
+        .collect();
+    steps.reverse();
+    steps
 }
 
-impl PathObjective<Design> for Adapter<'_> {
+/// The values of all terms of all responses: a row for each term, with a column for each user's step. Columns of steps
+/// that a term does not observe are 0.
+pub(super) fn values(
+    design: &Design,
+    path: &Path,
+    steps: usize,
+    responses: &[&Response],
+) -> Result<Vec<Vec<Vec<f64>>>, StateError> {
+    let ranks = design.model().share().ranks().clone();
+    let mut values: Vec<Vec<Vec<f64>>> =
+        responses.iter().map(|response| vec![vec![0.0; steps]; response.terms().len()]).collect();
+    // of the increments since the start of the load case
+    let mut sums: Vec<Vec<f64>> = responses.iter().map(|response| vec![0.0; response.terms().len()]).collect();
+    let user_steps = steps_of(path);
+    for (index, at) in path.states.iter().enumerate().skip(1) {
+        if at.rest {
+            sums.iter_mut().flatten().for_each(|sum| *sum = 0.0);
+            continue;
+        }
+        let step = user_steps[index];
+        let read = |response: &Response, term: usize| {
+            let accumulates = response.terms()[term].quantity.accumulates();
+            accumulates || at.completes.is_some() && response.term_observes(term, step, steps)
+        };
+        let terms: Vec<(usize, usize)> = (0..responses.len())
+            .flat_map(|r| (0..responses[r].terms().len()).map(move |t| (r, t)))
+            .filter(|&(r, t)| read(responses[r], t))
+            .collect();
+        if terms.is_empty() {
+            continue;
+        }
+        let quantity = |(r, t): (usize, usize)| &responses[r].terms()[t].quantity;
+        let reads = terms.iter().fold(Reads::default(), |reads, &term| reads.or(quantity(term).reads()));
+        let (previous, state) = (path.state(index - 1, &*ranks), path.state(index, &*ranks));
+        let data = StateData::of(design, reads, at.time, &previous, &state)?;
+        for (r, t) in terms {
+            let (_, local, each) = responses[r].place(step, steps);
+            let value = quantity((r, t)).value(&data.view(design, &state, (local, each)));
+            if quantity((r, t)).accumulates() {
+                sums[r][t] += value;
+            } else {
+                values[r][t][step - 1] = value;
+            }
+            if quantity((r, t)).accumulates() && at.completes.is_some() {
+                values[r][t][step - 1] = sums[r][t];
+            }
+        }
+    }
+    Ok(values)
+}
+
+/// Adds the derivatives of the quantities that depend only on the densities.
+pub(super) fn add_density_derivative(design: &Design, response: &Response, slopes: &[Vec<f64>], out: &mut [f64]) {
+    let view = StateView { density: design.density(), ..StateView::default() };
+    for (term, slopes) in response.terms().iter().zip(slopes).filter(|(term, _)| !term.quantity.depends_on_state()) {
+        let mut by = StateDerivative::zero(&view);
+        term.quantity.pull_back(&view, slopes.iter().sum(), &mut by);
+        out.iter_mut().zip(&by.density).for_each(|(to, from)| *to += from);
+    }
+}
+
+/// The responses of a path as the sweep uses them.
+pub(super) struct Adapter<'a> {
+    responses: &'a [&'a Response],
+    /// User steps of the path.
+    steps: usize,
+    /// The step of every state.
+    user_steps: Vec<usize>,
+    /// dθ/dq of every response, term and state.
+    weights: Vec<Vec<Vec<f64>>>,
+    /// Whether derivatives with respect to moduli and loads are requested.
+    parameters: bool,
+}
+
+impl<'a> Adapter<'a> {
+    /// `slopes`: derivatives of every response with respect to its terms at the user's steps.
+    pub(super) fn new(
+        path: &Path,
+        responses: &'a [&'a Response],
+        slopes: &[Vec<Vec<f64>>],
+        steps: usize,
+        parameters: bool,
+    ) -> Self {
+        let of_term = |response: &Response, term: usize, slopes: &[f64]| -> Vec<f64> {
+            let quantity = &response.terms()[term].quantity;
+            let mut weights = vec![0.0; path.states.len()];
+            if !quantity.depends_on_state() {
+                return weights;
+            }
+            let mut later = 0.0;
+            for (weight, state) in weights.iter_mut().zip(&path.states).rev() {
+                let here = state.completes.map_or(0.0, |step| slopes[step - 1]);
+                later = if state.rest { 0.0 } else { later + here };
+                *weight = if quantity.accumulates() { later } else { here };
+            }
+            weights
+        };
+        let of_response = |(response, slopes): (&&Response, &Vec<Vec<f64>>)| {
+            slopes.iter().enumerate().map(|(term, slopes)| of_term(response, term, slopes)).collect()
+        };
+        let weights = responses.iter().zip(slopes).map(of_response).collect();
+        Self { responses, steps, user_steps: steps_of(path), weights, parameters }
+    }
+
+    /// Terms of a response with their weights at a state, if these are not zero.
+    fn terms(&self, response: usize, index: usize) -> impl Iterator<Item = (usize, f64)> {
+        let terms = self.weights[response].iter().enumerate();
+        terms.map(move |(term, weights)| (term, weights[index])).filter(|(_, weight)| *weight != 0.0)
+    }
+}
+
+impl PathResponses<Design> for Adapter<'_> {
+    fn count(&self) -> usize {
+        self.responses.len()
+    }
+
+    fn observes(&self, response: usize, index: usize) -> bool {
+        self.terms(response, index).next().is_some()
+    }
+
+    /// ∂θ/∂d += (∂f/∂d)ᵀ ∂θ/∂f and ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f, and likewise for contact and energies. Paper: (92)–(99).
     fn add_derivative(
         &mut self,
+        response: usize,
         design: &Design,
-        step: usize,
-        time: f64,
-        state: &StepState,
-        by_unknowns: &mut [f64],
-        to: &mut PathGradient,
+        at: &Observed<'_, Design>,
+        to: &mut Explicit<'_>,
     ) -> Result<(), StateError> {
-        if !self.objective.observes(step, self.steps) {
-            return Ok(());
+        let model = design.model();
+        let terms = self.responses[response].terms();
+        let quantities = || self.terms(response, at.index).map(|(term, weight)| (&terms[term].quantity, weight));
+        let reads = quantities().fold(Reads::default(), |reads, (quantity, _)| reads.or(quantity.reads()));
+        let data = StateData::of(design, reads, at.time, at.previous, at.state)?;
+        let (_, step, steps) = self.responses[response].place(self.user_steps[at.index].max(1), self.steps);
+        let view = data.view(design, at.state, (step, steps));
+        let mut by = StateDerivative::zero(&view);
+        quantities().for_each(|(quantity, weight)| quantity.pull_back(&view, weight, &mut by));
+        let d = view.displacement;
+        design.add_internal_tangent_product(d, &by.internal_force, &mut by.displacement)?;
+        model.pull_back_external_force(d, at.time, &by.external_force, &mut by.displacement);
+        if reads.energy {
+            design.pull_back_energies(d, &view, &by.energy, self.parameters, &mut by.displacement, to.gradient)?;
         }
-        let forces = Forces::at(design, time, state)?;
-        let n = forces.internal.len();
-        let d = &state.unknowns[..n];
-        let [mut by_displacement, mut by_internal, mut by_external] = std::array::from_fn(|_| vec![0.0; n]);
-        self.objective.derivative(
-            &forces.view(step, self.steps, time, state),
-            &mut StateDerivative {
-                displacement: &mut by_displacement,
-                internal_force: &mut by_internal,
-                external_force: &mut by_external,
-            },
-        );
-        design.add_internal_tangent_product(d, &by_internal, &mut by_displacement)?;
-        design.model().pull_back_external_force(d, time, &by_external, &mut by_displacement);
-        by_unknowns.iter_mut().zip(&by_displacement).for_each(|(to, from)| *to += from);
-        design.pull_back_density(d, &by_internal, &mut to.design)?;
+        if reads.stress {
+            design.pull_back_stresses(d, &view, &by.stress, self.parameters, &mut by.displacement, to.gradient);
+        }
+        to.unknowns.iter_mut().zip(&by.displacement).for_each(|(to, from)| *to += from);
+        let prescribed = by.reaction.iter().zip(model.prescribed().fixed()).enumerate();
+        prescribed.filter(|(_, (_, fixed))| **fixed).for_each(|(i, (weight, _))| to.residual[i] += weight);
+        if reads.contact {
+            design.pull_back_contact_quantities(at.step, at.evaluated, &by.contact, self.parameters, to);
+        }
+        design.pull_back_density(d, &by.internal_force, &mut to.gradient.design)?;
+        to.gradient.design.iter_mut().zip(&by.density).for_each(|(to, from)| *to += from);
         if self.parameters {
-            design.pull_back_moduli(d, &by_internal, &mut to.parameters)?;
-            design.model().pull_back_loads(d, time, &by_external, &mut to.parameters);
+            design.pull_back_moduli(d, &by.internal_force, &mut to.gradient.parameters)?;
+            model.pull_back_loads(d, at.time, &by.external_force, &mut to.gradient.parameters);
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Total force and peak pressure of a contact pair.
 
-use crate::model::{ContactResults, ModelInterface};
+use crate::model::{ContactModel, ContactResults, NodalContact};
 use serde::Serialize;
 
 /// Total force and peak pressure of a contact pair at a state.
@@ -25,23 +25,18 @@ impl PairResult {
 ///
 /// A node's multiplier acts on the slave with −b_js z_j over its row, and the slave part of the row sums up to the covered
 /// area A_j, so that the resultant is −Σ_j A_j z_j. Paper: (17), (43). Test: `forces_balance` (tests/invariance.rs).
-pub fn pair_results(interfaces: &[ModelInterface], results: &ContactResults) -> Vec<PairResult> {
-    let mut rest = &results.nodes[..];
-    let counts = interfaces.iter().map(|model| model.interface.slave_nodes().len());
-    counts
-        .map(|count| {
-            let (own, others) = rest.split_at(count.min(rest.len()));
-            rest = others;
-            own.iter().fold(PairResult::default(), |mut pair, at| {
-                for c in 0..3 {
-                    pair.force[c] -= at.covered_area * at.global_multiplier[c];
-                }
-                let pressure = results.pressure[at.node as usize];
-                if pressure > pair.peak_pressure {
-                    (pair.peak_pressure, pair.peak_node) = (pressure, Some(at.node));
-                }
-                pair
-            })
+pub fn pair_results(model: &ContactModel, results: &ContactResults) -> Vec<PairResult> {
+    let of = |nodes: &[NodalContact]| {
+        nodes.iter().fold(PairResult::default(), |mut pair, at| {
+            for c in 0..3 {
+                pair.force[c] -= at.covered_area * at.global_multiplier[c];
+            }
+            let pressure = results.pressure[at.node as usize];
+            if pressure > pair.peak_pressure {
+                (pair.peak_pressure, pair.peak_node) = (pressure, Some(at.node));
+            }
+            pair
         })
-        .collect()
+    };
+    model.by_pair(&results.nodes).map(of).collect()
 }

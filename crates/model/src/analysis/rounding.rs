@@ -2,7 +2,7 @@
 
 use super::{Analysis, ForwardNotice};
 use crate::words::quantity;
-use slipstick_design::objective::Measure;
+use slipstick_design::quantity::Dimension;
 use std::fmt;
 
 /// Values below this fraction of the problem's own scale are round-off. It is some hundred times the machine
@@ -57,15 +57,15 @@ impl Rounding {
 impl Analysis {
     /// Whether a value of the objective at the end of a whole path is only round-off.
     pub(super) fn rounding(&self, value: f64, notice: Option<ForwardNotice>) -> Option<Rounding> {
-        let measure = self.objective.as_ref()?.measure();
+        let objective = self.objective.as_ref()?;
         let (force, motion) = self.scales();
-        let scale = match measure {
-            Measure::ContactForce | Measure::Force => force,
-            Measure::Work => force * motion,
-            Measure::Other => return None,
+        let scale = match objective.dimension()? {
+            Dimension::FORCE => force,
+            Dimension::WORK => force * motion,
+            _ => return None,
         };
         // another objective may be nonzero with open contact
-        let notice = notice.filter(|_| measure == Measure::ContactForce);
+        let notice = notice.filter(|_| objective.needs_contact());
         let rounding = Rounding { value, scale, notice };
         (notice.is_some() || value.abs() <= ROUNDING * scale).then_some(rounding)
     }

@@ -170,7 +170,8 @@ impl ContactModel {
 }
 
 impl Design {
-    /// The contact at `y` in a step, with known kinematics: each node's law is evaluated once, here.
+    /// The contact at `y` in a step, with known kinematics: each node's law is evaluated once,
+    /// here.
     pub(super) fn contact(
         &self,
         step: &Step,
@@ -195,8 +196,8 @@ impl Design {
         ContactState { kinematics, nodes, steering }
     }
 
-    /// The contact of all slave nodes at unknowns `y` after a previous state; any rank may call it without the others.
-    /// `at_start`: `y` is the start of a step.
+    /// The contact of all slave nodes at unknowns `y` after a previous state; any rank may call it
+    /// without the others. `at_start`: `y` is the start of a step.
     ///
     /// # Errors
     /// If one of the two states cannot be evaluated.
@@ -222,25 +223,12 @@ impl Design {
         eta: &[f64],
     ) -> LawWeights {
         match law {
-            NodeLaw::Multiplier { equation: c, .. } => {
-                let mu = self.model.multiplier(lambda, j);
-                LawWeights {
-                    by_slip: c.by_slip.tr_mul(&mu),
-                    by_friction: c.by_friction.dot(&mu),
-                    by_stiffness: c.by_edge_stiffness.dot(&mu),
-                    by_history: None,
-                }
-            }
-            NodeLaw::Regularised(t) => {
+            NodeLaw::Multiplier { .. } => LawWeights::of(law, self.model.multiplier(lambda, j), Vector3::zeros()),
+            NodeLaw::Regularised(_) => {
                 let mut weight = node::relative_adjoint(now, lambda);
                 weight[1] += eta[2 * j];
                 weight[2] += eta[2 * j + 1];
-                LawWeights {
-                    by_slip: t.by_slip.tr_mul(&weight),
-                    by_friction: t.by_friction.dot(&weight),
-                    by_stiffness: t.by_stiffness.dot(&weight),
-                    by_history: Some(t.by_multiplier.tr_mul(&weight).fixed_rows::<2>(1).into()),
-                }
+                LawWeights::of(law, Vector3::zeros(), weight)
             }
         }
     }

@@ -1,5 +1,5 @@
-//! The contact law of one slave node in a step: the acting traction and the node's rows of C, by the method of its
-//! pair.
+//! The contact law of one slave node in a step: the acting traction and the node's rows of C, by
+//! the method of its pair.
 
 use super::enforcement::UPDATE_STIFFNESS;
 use super::node::NodeTraction;
@@ -11,10 +11,12 @@ use slipstick_contact::enforcement::{NodeMeasures, Stiffness, friction_share};
 use slipstick_contact::friction::Status;
 use slipstick_path::{Attempt, Held, Iteration, UzawaOptions};
 
-/// Fraction of the facet size by which gap and slip are moved off the branch point at the start of a step.
+/// Fraction of the facet size by which gap and slip are moved off the branch point at the start of
+/// a step.
 const NUDGE: f64 = 1e-9;
 
-/// ε and c relative to the bodies' own stiffness in the attempts to rescue a step of the Lagrange method.
+/// ε and c relative to the bodies' own stiffness in the attempts to rescue a step of the Lagrange
+/// method.
 const RESCUE_FACTORS: [f64; 3] = [UPDATE_STIFFNESS, 0.1 * UPDATE_STIFFNESS, 10.0 * UPDATE_STIFFNESS];
 
 /// Uzawa's iteration that rescues a step of the Lagrange method.
@@ -25,9 +27,11 @@ const RESCUE: UzawaOptions = UzawaOptions { tolerance: 1e-8, max_iterations: 64,
 pub(super) struct Steering {
     /// Factor on c of the Lagrange method.
     variation: f64,
-    /// Whether nodes that slid in the last step are assumed at the start to keep sliding (1) or to stick (−1).
+    /// Whether nodes that slid in the last step are assumed at the start to keep sliding (1) or to
+    /// stick (−1).
     onward: f64,
-    /// While a step is rescued, ε and c of the Lagrange method relative to the bodies' own stiffness.
+    /// While a step is rescued, ε and c of the Lagrange method relative to the bodies' own
+    /// stiffness.
     rescue: Option<f64>,
     held: Held,
     at_start: bool,
@@ -93,24 +97,45 @@ impl NodeLaw {
         }
     }
 
-    /// Whether the node contributes to the tangent. An open node without multiplier does not: C = ζ = 0 and its force
-    /// remain zero, and its adjoint has no effect.
+    /// Whether the node contributes to the tangent. An open node without multiplier does not:
+    /// C = ζ = 0 and its force remain zero, and its adjoint has no effect.
     pub fn contributes(&self) -> bool {
         self.status() != Status::Inactive || self.value() != Vector3::zeros()
     }
 }
 
-/// Derivatives of λᵀF + ηᵀG through the law of one node.
+/// Derivatives of λᵀF + ηᵀG, or of a quantity, through the law of one node.
 pub(super) struct LawWeights {
     /// With respect to the slip increment ũ_τ.
     pub by_slip: Vector2<f64>,
     /// With respect to the acting coefficient of friction.
     pub by_friction: f64,
-    /// With respect to the logarithm of the stiffness that belongs to the model: of a partly covered node, or the
-    /// penalty method's.
+    /// With respect to the logarithm of the stiffness that belongs to the model: of a partly
+    /// covered node, or the penalty method's.
     pub by_stiffness: f64,
     /// With respect to the tangential history, if the method has one.
     pub by_history: Option<Vector2<f64>>,
+}
+
+impl LawWeights {
+    /// For weights of the node's conditions C, where its multiplier is an unknown, and of its traction ζ, where this
+    /// follows from gap and slip.
+    pub fn of(law: &NodeLaw, by_condition: Vector3<f64>, by_traction: Vector3<f64>) -> Self {
+        match law {
+            NodeLaw::Multiplier { equation: c, .. } => Self {
+                by_slip: c.by_slip.tr_mul(&by_condition),
+                by_friction: c.by_friction.dot(&by_condition),
+                by_stiffness: c.by_edge_stiffness.dot(&by_condition),
+                by_history: None,
+            },
+            NodeLaw::Regularised(t) => Self {
+                by_slip: t.by_slip.tr_mul(&by_traction),
+                by_friction: t.by_friction.dot(&by_traction),
+                by_stiffness: t.by_stiffness.dot(&by_traction),
+                by_history: Some(t.by_multiplier.tr_mul(&by_traction).fixed_rows::<2>(1).into()),
+            },
+        }
+    }
 }
 
 impl Design {
@@ -151,12 +176,14 @@ impl Design {
         Steering { held, at_start, ..own.expect("a problem has its own settings") }
     }
 
-    /// The measures that determine the branches of the contact law for a node with the given tangential traction.
+    /// The measures that determine the branches of the contact law for a node with the given
+    /// tangential traction.
     ///
-    /// At the start of a step they are ambiguous: a node that slid before lies exactly on the friction cone, a touching
-    /// one has no gap, and round-off would choose the branch of Newton's first tangent. They are therefore shifted
-    /// slightly towards touching and continued sliding, which is what most nodes do, so that the iteration does not
-    /// depend on round-off; in a retry they are shifted towards sticking, which suits a reversal.
+    /// At the start of a step they are ambiguous: a node that slid before lies exactly on the
+    /// friction cone, a touching one has no gap, and round-off would choose the branch of Newton's
+    /// first tangent. They are therefore shifted slightly towards touching and continued sliding,
+    /// which is what most nodes do, so that the iteration does not depend on round-off; in a retry
+    /// they are shifted towards sticking, which suits a reversal.
     fn deciding(
         &self,
         j: usize,
@@ -176,8 +203,8 @@ impl Design {
         at
     }
 
-    /// The acting coefficient of friction at node j in a step, and its derivative with respect to the tributary area of
-    /// the node's previous row.
+    /// The acting coefficient of friction at node j in a step, and its derivative with respect to
+    /// the tributary area of the node's previous row.
     pub(super) fn friction(&self, step: &Step, j: usize) -> (f64, f64) {
         let slave = &self.model.slaves[j];
         let (share, slope) = friction_share(step.previous.nodes[j].area, slave.area);
@@ -208,8 +235,9 @@ impl Design {
         NodeLaw::Regularised(self.regularised(step, j, measures, around, steering))
     }
 
-    /// C of node j for multiplier ζ. The augmented Lagrangian needs it when its multipliers are free, in the
-    /// second-order update and in the adjoint; its ε can have any size and would be a poor choice of c there.
+    /// C of node j for multiplier ζ. The augmented Lagrangian needs it when its multipliers are
+    /// free, in the second-order update and in the adjoint; its ε can have any size and would be a
+    /// poor choice of c there.
     fn complementarity(
         &self,
         step: &Step,
@@ -240,7 +268,8 @@ impl Design {
         traction(around, &at, self.friction(step, j).0, &self.augmentation(j, steering))
     }
 
-    /// ε of the traction of node j around its multiplier. The Lagrange method has one only while a step is rescued.
+    /// ε of the traction of node j around its multiplier. The Lagrange method has one only while a
+    /// step is rescued.
     pub(super) fn augmentation(&self, j: usize, steering: &Steering) -> Stiffness {
         match self.model.method_of(j) {
             Method::Lagrange => self.own_stiffness(j, steering.rescue.unwrap_or(UPDATE_STIFFNESS)),

@@ -1,4 +1,5 @@
-//! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed motion, loads.
+//! The discrete contact problem of one load step: solids, interfaces, enforcement, prescribed
+//! motion, loads.
 //!
 //! Each value is built from the previous one:
 //!
@@ -9,10 +10,10 @@
 //!           └ Evaluated, with ContactState    at unknowns y: kinematics, measures, each node's law (evaluated once), residual
 //! ```
 //!
-//! [`Design`] implements [`StepProblem`](slipstick_path::StepProblem), on which the march and the adjoint sweep work.
-//! Buffers are in a [`Workspace`] that the caller provides. Unknowns are the displacements d of all nodes and, for the
-//! Lagrange and augmented Lagrangian methods, the multiplier components ζ_j in the frame of each slave node. Each
-//! interface has its own method.
+//! [`Design`] implements [`StepProblem`](slipstick_path::StepProblem), on which the march and the
+//! adjoint sweep work. Buffers are in a [`Workspace`] that the caller provides. Unknowns are the
+//! displacements d of all nodes and, for the Lagrange and augmented Lagrangian methods, the
+//! multiplier components ζ_j in the frame of each slave node. Each interface has its own method.
 //!
 //! | method | y | h | F |
 //! |---|---|---|---|
@@ -23,12 +24,14 @@
 mod assembly;
 pub mod course;
 mod design;
+mod element_fields;
 mod enforcement;
 mod evaluated;
 mod law;
 mod loads;
 pub mod motion;
 pub mod node;
+mod observed;
 mod parameters;
 mod partition;
 pub mod pattern;
@@ -39,6 +42,7 @@ mod share;
 mod step;
 
 pub use design::Design;
+pub use element_fields::ElementFields;
 pub use enforcement::{DEFAULT_COMPLEMENTARITY, DEFAULT_STIFFNESS, Enforcement, GivenStiffness, Method, Uzawa};
 pub use evaluated::{ContactState, Kinematics, NodeState, Step, Workspace};
 pub use loads::Loads;
@@ -54,6 +58,7 @@ use slipstick_contact::ContactInterface;
 use slipstick_mesh::Mesh;
 use slipstick_path::{Held, StateError, StepState, Unknowns};
 use slipstick_solid::{Interpolation, InvertedElements, SolidModel};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// An interface with the data that the model adds to its geometry.
@@ -93,7 +98,8 @@ struct StartStiffness {
     shares: Vec<Vec<f64>>,
 }
 
-/// The discrete contact problem; see the module's description. It never changes while a path is marched.
+/// The discrete contact problem; see the module's description. It never changes while a path is
+/// marched.
 #[derive(Clone)]
 pub struct ContactModel {
     /// The part of this rank, and the slave nodes in it.
@@ -115,7 +121,8 @@ pub struct ContactModel {
     slave_elements: Vec<Vec<u32>>,
     master_elements: Vec<Vec<u32>>,
     start: StartStiffness,
-    /// Constants of the law of each slave node; they belong to the model, so they do not follow the design.
+    /// Constants of the law of each slave node; they belong to the model, so they do not change
+    /// with the design.
     settings: Vec<NodeSettings>,
     unknowns: Unknowns,
     pattern: ContactPattern,
@@ -143,7 +150,8 @@ pub struct ModelParts {
     pub loads: Loads,
 }
 
-/// Lower bounds of the scales, from the problem's own data, so that there are scales even at rest.
+/// Lower bounds of the [`Scales`](slipstick_path::Scales), derived from the problem's data, because
+/// forces and displacements are zero at rest.
 #[derive(Debug, Clone, Copy)]
 struct Floors {
     force: f64,
@@ -160,9 +168,9 @@ const FLOOR: f64 = 1e-6;
 impl ContactModel {
     /// Assembles a model.
     ///
-    /// `start` is the density of every element at the start design; it sizes the penalty method's default stiffness.
-    /// `largest_motion` is the largest prescribed displacement on the path; together with the loads, it sets the
-    /// tolerances of a start at rest.
+    /// `start` is the density of every element at the start design; it sizes the penalty method's
+    /// default stiffness. `largest_motion` is the largest prescribed displacement on the path;
+    /// together with the loads, it sets the tolerances of a start at rest.
     pub fn new(mesh: &Mesh, parts: ModelParts, start: &[f64], largest_motion: f64) -> Self {
         let ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads } = parts;
         let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
@@ -234,7 +242,8 @@ impl ContactModel {
             parameters: self.parameter_names().len(),
             ..Unknowns::displacements(self.prescribed.fixed(), self.solid.elements())
         };
-        // if another pair has multipliers, a pair without them has rows too, with nothing to solve for
+        // if any pair has multipliers, the nodes of all pairs have multiplier rows; unused ones
+        // count as prescribed
         if self.pattern.rows() > unknowns.groups.len() {
             for model in &self.interfaces {
                 let method = model.enforcement.method;
@@ -262,13 +271,12 @@ impl ContactModel {
         &self.solid
     }
 
-    /// Smallest J of each element at displacements `d`, regardless of its scaling, for the whole mesh.
-    pub fn smallest_determinants(&self, mesh: &Mesh, d: &[f64]) -> Vec<f64> {
-        if self.share.is_part() {
-            let whole = SolidModel::new(mesh, self.solid.sections().to_vec());
-            return whole.map_or_else(|_| Vec::new(), |whole| whole.smallest_determinants(d));
+    /// The solids of the whole mesh, also on a rank that has only a part of them.
+    pub(crate) fn whole_solid(&self, mesh: &Mesh) -> Cow<'_, SolidModel> {
+        match self.share.is_part() {
+            true => Cow::Owned(SolidModel::new(mesh, self.solid.sections().to_vec()).expect("its parts were built")),
+            false => Cow::Borrowed(&self.solid),
         }
-        self.solid.smallest_determinants(d)
     }
 
     /// Volume of the smallest element. \[L³\]
@@ -314,8 +322,8 @@ impl ContactModel {
         self.loads.idle(self.prescribed.fixed(), &self.coordinates)
     }
 
-    /// Global numbers of all slave nodes, interface by interface: the order of nodal contact results. A node on a sharp
-    /// edge is repeated for each of the patches that meet there.
+    /// Global numbers of all slave nodes, interface by interface: the order of nodal contact
+    /// results. A node on a sharp edge is repeated for each of the patches that meet there.
     pub fn slave_nodes(&self) -> Vec<u32> {
         self.interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node).collect()
     }

@@ -1,4 +1,5 @@
-//! One slave node in a load step: its kinematics against the previous step, and its blocks of force and tangent.
+//! One slave node in a load step: its kinematics against the previous step, and its blocks of force
+//! and tangent.
 
 use nalgebra::{Matrix3x2, Vector2, Vector3};
 use slipstick_contact::enforcement::lagrange::Complementarity;
@@ -14,25 +15,29 @@ pub struct NodeSettings {
     pub reference_area: f64,
     /// Facet size around the node. \[L\]
     pub size: f64,
-    /// Stiffness of the contact condition while the node is partly covered; infinite: rigid. \[F/L³\]
+    /// Stiffness of the contact condition while the node is partly covered; infinite:
+    /// rigid. \[F/L³\]
     pub edge_stiffness: f64,
     /// Fraction of the reference area below which the condition is compliant.
     pub edge_cover: f64,
-    /// Whether multipliers enforce it; prescribed displacements can leave these without an equation.
+    /// Whether multipliers enforce it; prescribed displacements can leave these without an
+    /// equation.
     pub multipliers: bool,
 }
 
-/// Prescribed slip increments below this fraction of the facet size count as zero: curved facets cause as much.
+/// Prescribed slip increments below this fraction of the facet size count as zero: curved facets
+/// cause slip of this size.
 const RESTING: f64 = 1e-6;
 
-/// Nodes whose coefficient is below this fraction of the row's largest do not affect its gap or slip.
+/// Nodes whose coefficient is below this fraction of the row's largest do not affect its gap or
+/// slip.
 const MOVES: f64 = 1e-9;
 
 /// Squared component along a normal or tangent plane below which an axis is perpendicular to it.
 const PERPENDICULAR: f64 = 1e-12;
 
-/// Measures of a slave node in the current step with their gradients over the union of the current and the previous
-/// mortar row's support.
+/// Measures of a slave node in the current step with their gradients over the union of the current
+/// and the previous mortar row's support.
 #[derive(Debug, Clone, Default)]
 pub struct NodeStep {
     /// Global nodes: the current support, then the nodes that only the previous row has.
@@ -49,8 +54,8 @@ pub struct NodeStep {
 }
 
 impl NodeStep {
-    /// Evaluates slip (and gradients) against the previous row, at current positions `x`; `fixed` marks the prescribed
-    /// displacements.
+    /// Evaluates slip (and gradients) against the previous row, at current positions `x`; `fixed`
+    /// marks the prescribed displacements.
     pub fn evaluate(
         &mut self,
         now: &NodeKinematics,
@@ -99,8 +104,8 @@ impl NodeStep {
         }
     }
 
-    /// The measures that the contact laws use. The penalty method needs no [`Freedom`]: its traction follows from the
-    /// slip, prescribed or not.
+    /// The measures that the contact laws use. The penalty method needs no [`Freedom`]: its
+    /// traction follows from the slip, prescribed or not.
     pub fn measures(&self, now: &NodeKinematics, settings: &NodeSettings) -> NodeMeasures {
         let &NodeSettings { reference_area, size, edge_stiffness, edge_cover, multipliers } = settings;
         NodeMeasures {
@@ -114,13 +119,14 @@ impl NodeStep {
         }
     }
 
-    /// The measures that free displacements of the row's nodes can change. These change w_j along the axes that are not
-    /// prescribed; the part of this change that leaves the gap closed is slip.
+    /// The measures that free displacements of the row's nodes can change. These change w_j along
+    /// the axes that are not prescribed; the part of this change that leaves the gap closed is
+    /// slip.
     ///
-    /// With one prescribed axis k, this is the slip perpendicular to the tangential part of k; with two, there is no
-    /// slip, unless the free axes do not change the gap. The prescribed slip is the remainder when the free axes close
-    /// the present gap. If nothing slips at present, as in a step without motion, it is zero, whatever gap a compliant
-    /// condition leaves.
+    /// With one prescribed axis k, this is the slip perpendicular to the tangential part of k; with
+    /// two, there is no slip, unless the free axes do not change the gap. The prescribed slip is
+    /// the remainder when the free axes close the present gap. If nothing slips at present, as in a
+    /// step without motion, it is zero, whatever gap a compliant condition leaves.
     fn freedom(&self, now: &NodeKinematics, resting: f64) -> Freedom {
         let normal = now.frame.vector(0);
         let count = self.prescribed.iter().filter(|&&p| p).count();
@@ -144,8 +150,8 @@ impl NodeStep {
         }
     }
 
-    /// Tangential part of the one prescribed axis, as a unit vector in the tangent basis, and its original length;
-    /// `None` if the axis is normal to the surface.
+    /// Tangential part of the one prescribed axis, as a unit vector in the tangent basis, and its
+    /// original length; `None` if the axis is normal to the surface.
     fn prescribed_direction(&self, now: &NodeKinematics) -> Option<(Vector2<f64>, f64)> {
         let axis = self.prescribed.iter().position(|&p| p)?;
         let along = Vector2::new(now.frame.vector(1)[axis], now.frame.vector(2)[axis]);
@@ -153,7 +159,8 @@ impl NodeStep {
         (length * length > PERPENDICULAR).then(|| (along / length, length))
     }
 
-    /// Adds `weight`ᵀ ∂a/∂x to a row over the support, where a is the direction of [`Freedom::SlipAcross`].
+    /// Adds `weight`ᵀ ∂a/∂x to a row over the support, where a is the direction of
+    /// [`Freedom::SlipAcross`].
     fn add_direction_row(&self, now: &NodeKinematics, weight: Vector2<f64>, out: &mut [f64]) {
         let Some((direction, length)) = self.prescribed_direction(now).filter(|_| weight != Vector2::zeros()) else {
             return;
@@ -165,7 +172,8 @@ impl NodeStep {
         }
     }
 
-    /// Row of ∂(law)/∂x for a law component with the given partial derivatives with respect to gap, slip and area.
+    /// Row of ∂(law)/∂x for a law component with the given partial derivatives with respect to gap,
+    /// slip and area.
     fn law_row(&self, now: &NodeKinematics, by_gap: f64, by_slip: [f64; 2], by_area: f64, out: &mut Vec<f64>) {
         out.clear();
         out.extend((0..self.gap_gradient.len()).map(|t| {
@@ -179,8 +187,8 @@ impl NodeStep {
     }
 }
 
-/// A node's traction in its frame, and how it depends on the measures. For the Lagrange method ζ is a separate unknown
-/// and all partial derivatives vanish.
+/// A node's traction in its frame, and how it depends on the measures. For the Lagrange method ζ is
+/// a separate unknown and all partial derivatives vanish.
 #[derive(Debug, Clone, Copy)]
 pub struct NodeTraction {
     /// Status of the node.
@@ -240,7 +248,8 @@ pub fn traction_slope(now: &NodeKinematics, step: &NodeStep, traction: &NodeTrac
     slope
 }
 
-/// ∂C/∂x_t through gap, slip, area and the direction of prescribed slip, one row per component of C.
+/// ∂C/∂x_t through gap, slip, area and the direction of prescribed slip, one row per component of
+/// C.
 pub fn condition_slopes(now: &NodeKinematics, step: &NodeStep, law: &Complementarity) -> [Vec<f64>; 3] {
     let mut rows: [Vec<f64>; 3] = Default::default();
     for b in 0..3 {
@@ -251,7 +260,8 @@ pub fn condition_slopes(now: &NodeKinematics, step: &NodeStep, law: &Complementa
     rows
 }
 
-/// The node's local relative adjoint displacement p_b = (frame)_b · Σ_s b_js λ_s: how λᵀ R depends on ζ.
+/// The node's local relative adjoint displacement p_b = (frame)_b · Σ_s b_js λ_s: how λᵀ R depends
+/// on ζ.
 pub fn relative_adjoint(now: &NodeKinematics, lambda: &[f64]) -> Vector3<f64> {
     let mut relative = Vector3::zeros();
     for (&node, b) in now.support.iter().zip(&now.coefficient) {
@@ -278,6 +288,36 @@ pub fn add_traction_pull_back(
     for (t, &node) in step.support.iter().enumerate() {
         for c in 0..3 {
             out[3 * node as usize + c] += row[3 * t + c];
+        }
+    }
+}
+
+/// Adds the pull-back of weighted gap, slip and area of a node with given weights.
+pub fn add_measures_pull_back(
+    now: &NodeKinematics,
+    step: &NodeStep,
+    by_gap: f64,
+    by_slip: [f64; 2],
+    by_area: f64,
+    out: &mut [f64],
+) {
+    let mut row = Vec::new();
+    step.law_row(now, by_gap, by_slip, by_area, &mut row);
+    for (t, &node) in step.support.iter().enumerate() {
+        for c in 0..3 {
+            out[3 * node as usize + c] += row[3 * t + c];
+        }
+    }
+}
+
+/// Adds the pull-back of the vector z = Σ_b (frame)_b ζ_b with weights `by_vector`, through the frame at fixed ζ.
+pub fn add_frame_pull_back(now: &NodeKinematics, multiplier: &Vector3<f64>, by_vector: &Vector3<f64>, out: &mut [f64]) {
+    for t in 0..now.frame.columns() {
+        let node = now.support[t / 3] as usize;
+        for b in 0..3 {
+            for c in 0..3 {
+                out[3 * node + t % 3] += by_vector[c] * now.frame.slope(b, c, t) * multiplier[b];
+            }
         }
     }
 }

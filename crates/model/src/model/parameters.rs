@@ -1,4 +1,5 @@
-//! Derivatives with respect to parameters other than densities: friction, moduli, amplitudes of motions and loads.
+//! Derivatives with respect to parameters other than densities: friction, moduli, amplitudes of
+//! motions and loads.
 
 use super::evaluated::{ContactState, Step};
 use super::law::LawWeights;
@@ -7,7 +8,8 @@ use slipstick_contact::enforcement::friction_share;
 use slipstick_solid::ElementScaling;
 use std::ops::Range;
 
-/// A parameter of the model, other than the densities, with respect to which a path can be differentiated.
+/// A parameter of the model, other than the densities, with respect to which a path can be
+/// differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
     /// Coefficient of friction μ of an interface.
@@ -20,13 +22,13 @@ pub enum Parameter {
         /// Number of the body, from 0.
         body: usize,
     },
-    /// A factor of 1 on a prescribed motion, both translation and angle. Nodes that two equal motions share count for
-    /// the first.
+    /// A factor, equal to 1, on a prescribed motion, both translation and angle. A node that two
+    /// identical motions share counts towards the first of them.
     Amplitude {
         /// Number of the motion, from 0.
         motion: usize,
     },
-    /// A factor of 1 on a load.
+    /// A factor, equal to 1, on a load.
     Load {
         /// Number of the load, from 0.
         load: usize,
@@ -43,8 +45,8 @@ impl ContactModel {
         interfaces.chain(bodies).chain(motions).chain(loads).collect()
     }
 
-    /// ∂ln k/∂ln E of every body for the bodies' own stiffness k at each slave node, k = s m/(s + m)/h with the mean moduli s
-    /// and m of both sides, densities included.
+    /// ∂ln k/∂ln E of every body for the bodies' own stiffness k at each slave node, k = s
+    /// m/(s + m)/h with the mean moduli s and m of both sides, densities included.
     pub(super) fn stiffness_shares(&self, scalings: &[ElementScaling]) -> Vec<Vec<f64>> {
         let moduli = |elements: &[u32]| -> Vec<f64> {
             let of = |e: u32| scalings[e as usize].factor * self.solid.material(e as usize).youngs_modulus();
@@ -100,8 +102,8 @@ impl ContactModel {
         }
     }
 
-    /// Adds the transposed derivative of [`external_force`](Self::external_force) with respect to the displacements, times
-    /// `weights`.
+    /// Adds the transposed derivative of [`external_force`](Self::external_force) with respect to
+    /// the displacements, times `weights`.
     pub fn pull_back_external_force(&self, d: &[f64], time: f64, weights: &[f64], out: &mut [f64]) {
         if !self.loads.is_empty() {
             let weights: Vec<f64> = weights.iter().map(|w| -w).collect();
@@ -111,9 +113,9 @@ impl ContactModel {
 }
 
 impl Design {
-    /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface. Also adds ∂(λᵀF + ηᵀG)/∂E of every body through stiffnesses that are
-    /// multiples of the bodies' own at the start design: those of contact at partly covered nodes, and of the penalty
-    /// method unless given in units.
+    /// Adds ∂(λᵀF + ηᵀG)/∂μ of every interface. Also adds ∂(λᵀF + ηᵀG)/∂E of every body through
+    /// stiffnesses that are multiples of the bodies' own at the start design: those of contact at
+    /// partly covered nodes, and of the penalty method unless given in units.
     pub(super) fn pull_back_contact(
         &self,
         step: &Step,
@@ -122,22 +124,33 @@ impl Design {
         eta: &[f64],
         out: &mut [f64],
     ) {
+        for (j, now, node) in contact.own() {
+            let weights = self.law_weights(j, now, &node.law, lambda, eta);
+            self.pull_back_law_parameters(step, j, &weights, out);
+        }
+    }
+
+    /// Adds the derivatives through friction and stiffness of node j.
+    pub(super) fn pull_back_law_parameters(
+        &self,
+        step: &Step,
+        j: usize,
+        &LawWeights { by_friction, by_stiffness, .. }: &LawWeights,
+        out: &mut [f64],
+    ) {
         let model = &*self.model;
         let first = model.interfaces.len();
-        for (j, now, node) in contact.own() {
-            let slave = &model.slaves[j];
-            let LawWeights { by_friction, by_stiffness, .. } = self.law_weights(j, now, &node.law, lambda, eta);
-            let share = friction_share(step.previous.nodes[j].area, slave.area).0;
-            out[slave.interface as usize] += share * by_friction;
-            let Enforcement { method, stiffness } = model.interfaces[slave.interface as usize].enforcement;
-            let absolute = method == Method::Penalty && matches!(stiffness, GivenStiffness::Absolute(_));
-            if absolute || by_stiffness == 0.0 {
-                continue;
-            }
-            for (body, share) in model.start.shares[j].iter().enumerate().filter(|(_, share)| **share != 0.0) {
-                let modulus = model.solid.material(model.bodies[body].start).youngs_modulus();
-                out[first + body] += by_stiffness * share / modulus;
-            }
+        let slave = &model.slaves[j];
+        let share = friction_share(step.previous.nodes[j].area, slave.area).0;
+        out[slave.interface as usize] += share * by_friction;
+        let Enforcement { method, stiffness } = model.interfaces[slave.interface as usize].enforcement;
+        let absolute = method == Method::Penalty && matches!(stiffness, GivenStiffness::Absolute(_));
+        if absolute || by_stiffness == 0.0 {
+            return;
+        }
+        for (body, share) in model.start.shares[j].iter().enumerate().filter(|(_, share)| **share != 0.0) {
+            let modulus = model.solid.material(model.bodies[body].start).youngs_modulus();
+            out[first + body] += by_stiffness * share / modulus;
         }
     }
 }

@@ -7,6 +7,7 @@ use super::pattern::Coupling;
 use super::{Design, Method, assembly, inverted, node};
 use nalgebra::Vector3;
 use slipstick_contact::enforcement::{Freedom, covered};
+use slipstick_contact::kinematics::frame::NodalFrame;
 use slipstick_linalg::BlockMatrix;
 use slipstick_path::{
     Adjoint, Attempt, Evaluated, Held, Iteration, Phase, PreviousPullBack, Scales, StateError, StepProblem, StepState,
@@ -14,7 +15,8 @@ use slipstick_path::{
 };
 use std::sync::Arc;
 
-/// Nodes whose gap is below this fraction of their facet size get entries in the sparsity pattern before contact.
+/// Nodes whose gap is below this fraction of their facet size get entries in the sparsity pattern
+/// before contact.
 const NEAR: f64 = 0.1;
 
 /// Prescribed penetrations below this fraction of the facet size are round-off.
@@ -98,7 +100,8 @@ impl StepProblem for Design {
         Ok(Evaluated { unknowns, residual, scales, active_set: status, geometry, state: contact })
     }
 
-    /// Paper: the matrix of (36), and of (45). Test: `tangent_matches_finite_differences` (tests/derivatives.rs).
+    /// Paper: the matrix of (36), and of (45). Test: `tangent_matches_finite_differences`
+    /// (tests/derivatives.rs).
     fn tangent<'w>(
         &self,
         step: &Step,
@@ -141,11 +144,12 @@ impl StepProblem for Design {
         Ok(workspace.matrix.as_ref().expect("made above"))
     }
 
-    /// A node that faced the other surface and no longer does must not lie far behind that surface's former position;
-    /// otherwise it has passed through undetected. We check this with the previous row at the current positions.
+    /// A node that faced the other surface and no longer does must not lie far behind that
+    /// surface's former position; otherwise it has passed through undetected. We check this with
+    /// the previous row at the current positions.
     ///
-    /// Nor may prescribed displacements by themselves push a node into the other surface: no multiplier could push it
-    /// out again.
+    /// Nor may prescribed displacements by themselves push a node into the other surface: no
+    /// multiplier could push it out again.
     fn finish(&self, step: &Step, at: &Evaluated<Self>) -> Result<Vec<f64>, StateError> {
         let model = &*self.model;
         let x = model.positions(&at.unknowns);
@@ -197,15 +201,18 @@ impl StepProblem for Design {
         })
     }
 
-    /// The previous state enters through its mortar row in ũ_τ, (66), through its area in the fraction of
-    /// friction that acts, and through the history of the penalty method.
+    /// The previous state enters through its mortar row in ũ_τ, (66), through its area in the
+    /// fraction of friction that acts, and through the history of the penalty method.
     ///
-    /// * Multipliers: R and the normal rows of C do not depend on it (62), (63), (67), (85); stick and slip rows do
-    ///   (64), (65). The same holds for the augmented Lagrangian, whose equations at convergence are identical.
-    /// * Penalty: R depends on it through the tangential traction (71), (72), in stick (73), (74) and in slip
-    ///   (75)–(77). The paper propagates ∂t_τ/∂d in (74); here the history has its own adjoint η instead.
+    /// * Multipliers: R and the normal rows of C do not depend on it (62), (63), (67), (85); stick
+    ///   and slip rows do (64), (65). The same holds for the augmented Lagrangian, whose equations
+    ///   at convergence are identical.
+    /// * Penalty: R depends on it through the tangential traction (71), (72), in stick (73), (74)
+    ///   and in slip (75)–(77). The paper propagates ∂t_τ/∂d in (74); here the history has its own
+    ///   adjoint η instead.
     ///
-    /// Paper: (62)–(67), (71)–(77), (85). Test: `previous_pull_back_matches_finite_differences` (tests/derivatives.rs).
+    /// Paper: (62)–(67), (71)–(77), (85). Test: `previous_pull_back_matches_finite_differences`
+    /// (tests/derivatives.rs).
     fn pull_back_previous(&self, step: &Step, at: &Evaluated<Self>, lambda: &[f64], eta: &[f64]) -> PreviousPullBack {
         let model = &*self.model;
         let mut out = PreviousPullBack {
@@ -214,18 +221,8 @@ impl StepProblem for Design {
         };
         let x = model.positions(&at.unknowns);
         for (j, now, node) in at.state.own() {
-            let LawWeights { by_slip, by_friction, by_history, .. } = self.law_weights(j, now, &node.law, lambda, eta);
-            if let Some(by_history) = by_history {
-                out.history[2 * j..][..2].copy_from_slice(by_history.as_slice());
-            }
-            let previous = &step.previous.nodes[j];
-            if by_slip[0] != 0.0 || by_slip[1] != 0.0 {
-                previous.add_previous_slip_gradient(&now.frame, &x, by_slip, &mut out.unknowns);
-            }
-            let by_area = by_friction * self.friction(step, j).1;
-            if by_area != 0.0 {
-                previous.add_area_gradient(by_area, &mut out.unknowns);
-            }
+            let weights = self.law_weights(j, now, &node.law, lambda, eta);
+            self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut out);
         }
         model.share.sum(&mut [&mut out.unknowns, &mut out.history]);
         out
@@ -233,7 +230,8 @@ impl StepProblem for Design {
 
     /// The density enters only through the internal force: neither contact nor C depends on it.
     ///
-    /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences` (tests/derivatives.rs).
+    /// Paper: (88)–(90). Test: `current_and_design_pull_back_match_finite_differences`
+    /// (tests/derivatives.rs).
     fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
         let split = self.model.displacement_count();
         self.pull_back_density(&at.unknowns[..split], &lambda[..split], out)
@@ -299,6 +297,29 @@ impl StepProblem for Design {
 }
 
 impl Design {
+    /// Adds the derivatives through slip, friction and history of node j with respect to the previous state.
+    pub(super) fn pull_back_law_previous(
+        &self,
+        step: &Step,
+        j: usize,
+        frame: &NodalFrame,
+        x: &[f64],
+        &LawWeights { by_slip, by_friction, by_history, .. }: &LawWeights,
+        out: &mut PreviousPullBack,
+    ) {
+        if let Some(by_history) = by_history {
+            out.history[2 * j..][..2].iter_mut().zip(&by_history).for_each(|(to, from)| *to += from);
+        }
+        let previous = &step.previous.nodes[j];
+        if by_slip[0] != 0.0 || by_slip[1] != 0.0 {
+            previous.add_previous_slip_gradient(frame, x, by_slip, &mut out.unknowns);
+        }
+        let by_area = by_friction * self.friction(step, j).1;
+        if by_area != 0.0 {
+            previous.add_area_gradient(by_area, &mut out.unknowns);
+        }
+    }
+
     /// This rank's part of F, and the sum of squares of its tractions.
     fn residual(
         &self,

@@ -8,7 +8,7 @@ use slipstick_case::case::Dimension;
 use slipstick_contact::friction::Status;
 use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
-use slipstick_model::model::ContactResults;
+use slipstick_model::model::{ContactResults, ElementFields};
 
 /// A state of the load path.
 #[derive(Debug, Clone, Copy)]
@@ -21,14 +21,16 @@ pub struct State<'a> {
     pub contact: &'a ContactResults,
     /// Density of every element.
     pub density: &'a ElementValues,
-    /// Smallest J of every element.
-    pub determinants: &'a [f64],
+    /// Stress, energy and deformation of every element, and reactions.
+    pub elements: &'a ElementFields,
+    /// Slipped distance and work of friction of every slave node of all pairs; empty: unknown.
+    pub slipped: &'a [[f64; 2]],
     /// `contact_gap` where no master facet is opposite a slave node. \[L\]
     pub no_gap: f64,
 }
 
-/// Writes a state: displacement, contact fields at the nodes; density, body and determinant in the
-/// elements.
+/// Writes a state: displacement, reaction and contact fields at the nodes; density, body, determinant, stress and energy
+/// in the elements ([`ElementFields`]).
 ///
 /// Point fields of contact are 0 away from contact surfaces. `contact_status` marks slave nodes: −1
 /// for other nodes, 0 open, 1 stick, 2 slip. `contact_force` acts on the nodes of both surfaces;
@@ -41,7 +43,7 @@ pub struct State<'a> {
 /// # Errors
 /// If the file cannot be written, or a value is not finite.
 pub fn write_state(path: &Path, mesh: &Mesh, state: &State<'_>, pieces: Option<&[u32]>) -> Result<(), OutputError> {
-    let &State { time, displacement, contact, density, determinants, no_gap } = state;
+    let &State { time, displacement, contact, density, elements, slipped, no_gap } = state;
     let nodes = mesh.nodes.len();
     let nodal = |values: &[f64], components: usize| match values.len() {
         0 => vec![0.0; components * nodes],
@@ -66,6 +68,20 @@ pub fn write_state(path: &Path, mesh: &Mesh, state: &State<'_>, pieces: Option<&
         multiplier[3 * n..3 * n + 3].copy_from_slice(&at.global_multiplier);
         (gap[n], slip[n], status[n]) = (own_gap, own_slip, now);
     }
+    let (mut distance, mut work) = (vec![0.0; nodes], vec![0.0; nodes]);
+    for (at, [slip, dissipated]) in contact.nodes.iter().zip(slipped) {
+        let n = at.node as usize;
+        // a node at a sharp edge belongs to several patches
+        distance[n] = f64::max(distance[n], *slip);
+        work[n] += dissipated;
+    }
+    let reaction = nodal(&elements.reaction, 3);
+    let of_elements = |values: &[f64], components: usize| match values.len() {
+        0 => vec![0.0; components * mesh.elements.len()],
+        _ => values.to_vec(),
+    };
+    let (stress, von_mises) = (of_elements(&elements.stress, 6), of_elements(&elements.von_mises, 1));
+    let energy = of_elements(&elements.energy_density, 1);
     let body = body_numbers(mesh);
     let mut file = Vtu::new(&mesh.nodes, &mesh.elements)?;
     file.time(time)?;
@@ -76,10 +92,16 @@ pub fn write_state(path: &Path, mesh: &Mesh, state: &State<'_>, pieces: Option<&
     file.point_field("contact_multiplier", 3, Values::F64(&multiplier))?;
     file.point_field("contact_gap", 1, Values::F64(&gap))?;
     file.point_field("slip_increment", 1, Values::F64(&slip))?;
+    file.point_field("accumulated_slip", 1, Values::F64(&distance))?;
+    file.point_field("friction_work", 1, Values::F64(&work))?;
     file.point_field("contact_status", 1, Values::I64(&status))?;
+    file.point_field("reaction", 3, Values::F64(&reaction))?;
     file.cell_field("density", 1, Values::F64(density))?;
     file.cell_field("body", 1, Values::I64(&body))?;
-    file.cell_field("smallest_determinant", 1, Values::F64(determinants))?;
+    file.cell_field("smallest_determinant", 1, Values::F64(&elements.determinants))?;
+    file.cell_field("cauchy_stress", 6, Values::F64(&stress))?;
+    file.cell_field("von_mises_stress", 1, Values::F64(&von_mises))?;
+    file.cell_field("strain_energy_density", 1, Values::F64(&energy))?;
     save(&file, path, pieces)
 }
 
@@ -87,9 +109,11 @@ pub fn write_state(path: &Path, mesh: &Mesh, state: &State<'_>, pieces: Option<&
 /// for derivatives, whose dimension depends on the objective.
 pub fn field_dimension(name: &str) -> Option<Dimension> {
     match name {
-        "displacement" | "contact_gap" | "slip_increment" => Some(Dimension::LENGTH),
-        "contact_force" => Some(Dimension::FORCE),
+        "displacement" | "contact_gap" | "slip_increment" | "accumulated_slip" => Some(Dimension::LENGTH),
+        "contact_force" | "reaction" => Some(Dimension::FORCE),
         "contact_traction" | "contact_pressure" | "contact_multiplier" => Some(Dimension::STRESS),
+        "cauchy_stress" | "von_mises_stress" | "strain_energy_density" => Some(Dimension::STRESS),
+        "friction_work" => Some(Dimension { force: 1, length: -1 }),
         _ => None,
     }
 }

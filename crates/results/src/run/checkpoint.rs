@@ -10,12 +10,13 @@ use crate::output::write_atomically;
 use slipstick_model::optimize::{Optimization, OptimizationState};
 
 /// Version of the file layout; files of any other version are rejected.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// The state of an optimization after a finished iteration, `checkpoint.json`.
 ///
-/// Numbers are written with enough digits to be read back exactly, so a run that continues from here gives the same
-/// results as one that was never stopped, bit for bit. The file ends with a hash of everything before it.
+/// Numbers are written with enough digits to be read back exactly, so a run that continues from
+/// here gives the same results as one that was never stopped, bit for bit. The file ends with a
+/// hash of everything before it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
     format: u32,
@@ -37,8 +38,8 @@ impl Checkpoint {
         Self { format: FORMAT, case_sha256, iterations, newton_rows, start_values: None, state }
     }
 
-    /// Drops the evaluation of the last design, if no update has followed it: when the run continues, that design is
-    /// evaluated again, with its gradient.
+    /// Drops the evaluation of the last design, if no update has followed it: when the run
+    /// continues, that design is evaluated again, with its gradient.
     pub fn reopen(&mut self) {
         self.state.history.truncate(self.state.iteration);
         self.newton_rows.truncate(self.state.iteration);
@@ -49,7 +50,8 @@ impl Checkpoint {
     /// # Errors
     /// [`RunError::Output`].
     pub fn write(&self, run: &RunDirectory) -> Result<(), RunError> {
-        // Compact, because the state of a design with a million elements has ten vectors of that length.
+        // Compact, because the state of a design with a million elements has ten vectors of that
+        // length.
         let path = run.file("checkpoint.json");
         Ok(write_atomically(&path, |writer| seal::write(writer, |writer| Ok(serde_json::to_writer(writer, self)?)))?)
     }
@@ -57,7 +59,8 @@ impl Checkpoint {
     /// Reads `checkpoint.json`. [`Checkpoint::restore`] checks whether it matches a case.
     ///
     /// # Errors
-    /// [`RunError::NoRun`] if there is none, [`RunError::Damaged`] if it is damaged or was written by another version.
+    /// [`RunError::NoRun`] if there is none, [`RunError::Damaged`] if it is damaged or was written
+    /// by another version.
     pub fn read(run: &RunDirectory) -> Result<Self, RunError> {
         let path = run.file("checkpoint.json");
         if !path.exists() {
@@ -81,10 +84,11 @@ impl Checkpoint {
     /// Restores the state in an optimization of the same case that has not started yet.
     ///
     /// # Errors
-    /// [`RunError::Damaged`] if a list does not have the length that the case needs, a value is out of range, or parts
-    /// contradict each other; the optimization is then unchanged.
+    /// [`RunError::Damaged`] if a list does not have the length that the case needs, a value is out
+    /// of range, or parts contradict each other; the optimization is then unchanged.
     pub fn restore(&self, run: &RunDirectory, optimization: &mut Optimization) -> Result<(), RunError> {
-        self.check(optimization.state.x.len()).map_err(|reason| damaged(run, reason))?;
+        self.check(optimization.state.x.len(), &optimization.state.constraints)
+            .map_err(|reason| damaged(run, reason))?;
         if self.start_values.is_some() != (optimization.follows_previous_design() && self.state.iteration > 0) {
             return Err(damaged(run, "`start_values` does not match the case and the number of updates".into()));
         }
@@ -100,31 +104,39 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Checks that the state is valid for `n` design variables; the error says what is wrong.
-    fn check(&self, n: usize) -> Result<(), String> {
-        let OptimizationState { iteration, x, x_before, mma, scaling, history } = &self.state;
+    /// Checks that the state is valid for `n` design variables and constraints of these names; the error says what is
+    /// wrong.
+    fn check(&self, n: usize, constraints: &[String]) -> Result<(), String> {
+        let OptimizationState { iteration, x, x_before, mma, scaling, constraints: names, history } = &self.state;
         let (updates, records, rows) = (*iteration, history.len(), self.newton_rows.len());
         if rows != records || !(records == updates || records.checked_sub(1) == Some(updates)) {
             return Err(format!("{records} evaluated designs do not match {updates} updates and {rows} row counts"));
+        }
+        if names != constraints {
+            return Err(format!("the constraints are {names:?}; those of the case are {constraints:?}"));
         }
         densities("x", x, n)?;
         if let Some(before) = x_before {
             densities("x_before", before, n)?;
         }
-        mma.check(n, 1).map_err(|error| format!("`mma`: {error}"))?;
+        mma.check(n, constraints.len()).map_err(|error| format!("`mma`: {error}"))?;
         let parts = [x_before.is_some(), scaling.is_some()];
         if mma.iteration() != updates || parts.contains(&(updates == 0)) {
             return Err(format!("the optimizer's memory does not match {updates} updates"));
         }
         if let Some(Scaling { objective, constraints }) = scaling {
             let right = |factor: &f64| factor.is_finite() && *factor > 0.0;
-            if !right(objective) || constraints.len() != 1 || !constraints.iter().all(right) {
-                return Err("`scaling` must have two positive factors, for the objective and for the volume".into());
+            if !right(objective) || constraints.len() != names.len() || !constraints.iter().all(right) {
+                return Err("`scaling` must have a positive factor for the objective and for each constraint".into());
             }
         }
         for (number, record) in history.iter().enumerate() {
+            let of_constraints = record.constraints.iter().flat_map(|of| [Some(of.value), of.multiplier]);
             let measured = [Some(record.objective), Some(record.volume_fraction), record.change, record.optimality];
-            let complete = record.iteration == number && record.change.is_some() == (number < updates);
+            let measured: Vec<Option<f64>> = measured.into_iter().chain(of_constraints).collect();
+            let complete = record.iteration == number
+                && record.change.is_some() == (number < updates)
+                && record.constraints.len() == names.len();
             if !complete || measured.iter().flatten().any(|value| !value.is_finite()) {
                 return Err(format!("`history[{number}]` is not the record of iteration {number}"));
             }

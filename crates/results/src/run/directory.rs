@@ -53,20 +53,23 @@ const MARK: &str = "run.json";
 /// Files that commands for viewing a run write to its directory, without its lock.
 const OF_READERS: &[&str] = &["curve.png", "design.stl", "history.png", "picture.png", "report.html"];
 
-/// Numbered files of a run: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and `{stem}_XXXX.{rank}.vtu`.
+/// Numbered files of a run: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and
+/// `{stem}_XXXX.{rank}.vtu`.
 const NUMBERED: &[&str] = &["design", "path"];
 
-/// Extensions of the copies of mesh files, `mesh_XXXX.{extension}`; the last one is used for all other extensions.
+/// Extensions of the copies of mesh files, `mesh_XXXX.{extension}`; the last one is used for all
+/// other extensions.
 pub(super) const MESH_EXTENSIONS: &[&str] = &["msh", "inp", "vtu", "dat"];
 
 impl RunDirectory {
-    /// A directory for a new run, locked against other processes while this value exists. It is made if it is missing,
-    /// but its parent must exist. With `force`, the files of an earlier run are removed, and no other files.
+    /// A directory for a new run, locked against other processes while this value exists. It is
+    /// made if it is missing, but its parent must exist. With `force`, the files of an earlier run
+    /// are removed, and no other files.
     ///
     /// # Errors
-    /// [`RunError::Exists`] if there is a run, unless `force`; [`RunError::Locked`] if a run is in progress;
-    /// [`RunError::Directory`] if the path cannot be a directory, if other files have the names of results, or if the
-    /// operating system refuses.
+    /// [`RunError::Exists`] if there is a run, unless `force`; [`RunError::Locked`] if a run is in
+    /// progress; [`RunError::Directory`] if the path cannot be a directory, if other files have the
+    /// names of results, or if the operating system refuses.
     pub fn create(path: &Path, force: bool) -> Result<Self, RunError> {
         refuse_place(path)?;
         let refused = |error: io::Error| RunError::cannot_write(path, &error);
@@ -75,8 +78,8 @@ impl RunDirectory {
             made => made.map_err(refused)?,
         }
         let mut run = Self { path: path.to_owned(), lock: None, in_pieces: false };
-        // A directory without a run is not touched, not even by a lock, if it contains other files with the names of
-        // results.
+        // A directory without a run is not touched, not even by a lock, if it contains other files
+        // with the names of results.
         if !run.holds_run() && !run.file(lock::NAME).exists() {
             run.refuse_names_of_results()?;
         }
@@ -107,12 +110,12 @@ impl RunDirectory {
         if run.holds_run() { Ok(run) } else { Err(RunError::NoRun { directory: path.to_owned(), file: MARK }) }
     }
 
-    /// Opens the directory of an earlier run to continue it; it is locked against other processes while this value
-    /// exists.
+    /// Opens the directory of an earlier run to continue it; it is locked against other processes
+    /// while this value exists.
     ///
     /// # Errors
-    /// As [`RunDirectory::open`]; [`RunError::Locked`] if another process writes to it; [`RunError::Directory`] if the
-    /// operating system refuses.
+    /// As [`RunDirectory::open`]; [`RunError::Locked`] if another process writes to it;
+    /// [`RunError::Directory`] if the operating system refuses.
     pub fn take_up(path: &Path) -> Result<Self, RunError> {
         let mut run = Self::open(path)?;
         run.lock = Some(Arc::new(Lock::take(path)?));
@@ -139,8 +142,8 @@ impl RunDirectory {
         format!("{stem}_{number:04}.vtu")
     }
 
-    /// The same directory; `in_pieces` says whether meshes are also written in pieces, one per rank (`[output]`
-    /// `pieces`).
+    /// The same directory; `in_pieces` says whether meshes are also written in pieces, one per rank
+    /// (`[output]` `pieces`).
     pub fn in_pieces(self, in_pieces: bool) -> Self {
         Self { in_pieces, ..self }
     }
@@ -150,7 +153,8 @@ impl RunDirectory {
         self.in_pieces.then(|| (0..elements).map(|element| share.rank_of(element)).collect())
     }
 
-    /// The entry of a series for a numbered file: the file itself, or the file that lists its pieces.
+    /// The entry of a series for a numbered file: the file itself, or the file that lists its
+    /// pieces.
     pub fn in_series(&self, name: &str) -> String {
         let stem = name.strip_suffix(".vtu").filter(|_| self.in_pieces);
         stem.map_or_else(|| name.to_owned(), |stem| format!("{stem}.pvtu"))
@@ -233,7 +237,7 @@ fn refuse_place(path: &Path) -> Result<(), RunError> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     if let Some(parent) = parent.filter(|parent| !parent.is_dir()) {
         let reason = format!("there is no directory {}", parent.display());
-        let cure = "make it first, or name another directory with --out".into();
+        let cure = "create it first, or name another directory with --out".into();
         return Err(RunError::Directory { directory: directory(), reason, cure });
     }
     Ok(())

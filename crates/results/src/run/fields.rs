@@ -9,25 +9,22 @@ use super::{RunDirectory, RunError, on_first};
 use crate::output::{OutputError, Pvd, fields};
 use slipstick_model::analysis::pair_results;
 use slipstick_model::model::{ContactResults, Design};
+use slipstick_model::problem::Problem;
 use slipstick_model::quantities::{Quantities, quantities};
 
-/// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`, `contact.csv`
-/// ([`ContactTable`]) and `quantities.csv` ([`write_quantities`]); returns the quantities. All ranks call it; `run` is that of the first rank, if it
-/// keeps one.
+/// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`,
+/// `contact.csv` ([`ContactTable`]) and `quantities.csv` ([`write_quantities`]); returns the
+/// quantities. All ranks call it; `run` is that of the first rank, if it keeps one.
 ///
-/// The slip increment of a step that was cut back is that of its last sub-step. If a state can no longer be evaluated
-/// (which is rare, because it converged), its contact fields are left out.
+/// The slip increment of a step that was cut back is that of its last sub-step. If a state can no
+/// longer be evaluated (which is rare, because it converged), its contact fields are left out.
 ///
 /// # Errors
 /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
-pub fn write_path(
-    run: Option<&RunDirectory>,
-    mesh: &Mesh,
-    design: &Design,
-    path: &Path,
-) -> Result<Quantities, RunError> {
+pub fn write_path(run: Option<&RunDirectory>, problem: &Problem, path: &Path) -> Result<Quantities, RunError> {
+    let (mesh, design) = (&problem.mesh, &problem.analysis.design);
     let ranks = design.model().share().ranks().clone();
-    let quantities = quantities(mesh, design, path);
+    let quantities = quantities(problem, path);
     let written = path.with_states(&*ranks, |state| {
         let Some(run) = run else { return Ok(()) };
         let files = Files::new(run, mesh, design);
@@ -49,11 +46,12 @@ pub fn write_path(
             };
             let contact = design.contact_results(&previous, &now).unwrap_or_default();
             let name = RunDirectory::numbered("path", step);
-            files.save(&name, at.time, &now, &contact)?;
+            let slipped = quantities.rows.iter().find(|row| row.step == step).map_or(&[][..], |row| &row.slipped);
+            files.save(&name, at.time, &now, (&contact, slipped))?;
             collection.add(at.time, run.in_series(&name))?;
             // a state that cannot be evaluated has no results
             if !contact.nodes.is_empty() {
-                forces.add(step, at.time, &pair_results(design.model().interfaces(), &contact));
+                forces.add(step, at.time, &pair_results(design.model(), &contact));
             }
             last = Some((index, now));
         }
@@ -65,26 +63,24 @@ pub fn write_path(
     Ok(quantities)
 }
 
-/// Writes the results of a failed march, also on several ranks: the completed load steps, as [`write_path`] does; then
-/// the last converged sub-step, if it does not complete a step; and `failure.vtu`, the failing iterate. Returns whether
-/// the iterate is finite and was written. All ranks call it; `run` is that of the first rank, if it keeps one.
+/// Writes the results of a failed march, also on several ranks: the completed load steps, as
+/// [`write_path`] does; then the last converged sub-step, if it does not complete a step; and
+/// `failure.vtu`, the failing iterate. Returns whether the iterate is finite and was written. All
+/// ranks call it; `run` is that of the first rank, if it keeps one.
 ///
 /// # Errors
 /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
-pub fn write_failure(
-    run: Option<&RunDirectory>,
-    mesh: &Mesh,
-    design: &Design,
-    failure: &MarchFailure,
-) -> Result<bool, RunError> {
-    write_path(run, mesh, design, &failure.path)?;
+pub fn write_failure(run: Option<&RunDirectory>, problem: &Problem, failure: &MarchFailure) -> Result<bool, RunError> {
+    write_path(run, problem, &failure.path)?;
+    let (mesh, design) = (&problem.mesh, &problem.analysis.design);
     let written = on_first(&**design.model().share().ranks(), || {
         run.map_or(Ok(false), |run| write_last(run, mesh, design, failure))
     })?;
     Ok(written.unwrap_or(false))
 }
 
-/// Writes the last converged sub-step, if it does not complete a step, and the failing iterate, if it is finite.
+/// Writes the last converged sub-step, if it does not complete a step, and the failing iterate, if
+/// it is finite.
 fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchFailure) -> Result<bool, RunError> {
     let Some(last) = failure.path.states.last() else { return Ok(false) };
     if last.completes.is_none() && failure.path.states.len() > 1 {
@@ -92,7 +88,7 @@ fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchF
         let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
         let contact = design.contact_results(previous, &last.state).unwrap_or_default();
         let name = RunDirectory::numbered("path", failure.step);
-        Files::new(run, mesh, design).save(&name, last.time, &last.state, &contact)?;
+        Files::new(run, mesh, design).save(&name, last.time, &last.state, (&contact, &[]))?;
     }
     let complete = failure.iterate.len() == last.state.unknowns.len();
     if !complete || failure.iterate.iter().any(|value| !value.is_finite()) {
@@ -100,7 +96,7 @@ fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchF
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
     let contact = design.contact_results(&last.state, &iterate).unwrap_or_default();
-    Files { run, mesh, design, pieces: None }.save("failure.vtu", failure.increment.1, &iterate, &contact)?;
+    Files { run, mesh, design, pieces: None }.save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
     Ok(true)
 }
 
@@ -119,16 +115,23 @@ impl<'a> Files<'a> {
         Self { run, mesh, design, pieces }
     }
 
-    fn save(&self, name: &str, time: f64, state: &StepState, contact: &ContactResults) -> Result<(), OutputError> {
+    /// Writes a state with its contact results and the slip of its slave nodes.
+    fn save(
+        &self,
+        name: &str,
+        time: f64,
+        state: &StepState,
+        (contact, slipped): (&ContactResults, &[[f64; 2]]),
+    ) -> Result<(), OutputError> {
         let model = self.design.model();
         let displacement = &state.unknowns[..3 * self.mesh.nodes.len()];
-        let mut determinants = model.smallest_determinants(self.mesh, displacement);
+        let mut elements = self.design.element_fields(self.mesh, displacement, time, &contact.force);
         // a failed iterate may be huge, but files can contain only finite numbers
-        determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
+        elements.determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
         // If no facet is opposite, the gap is at least the search distance.
         let no_gap = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
-        let (density, determinants) = (self.design.density(), &determinants[..]);
-        let state = fields::State { time, displacement, contact, density, determinants, no_gap };
+        let (density, elements) = (self.design.density(), &elements);
+        let state = fields::State { time, displacement, contact, density, elements, slipped, no_gap };
         fields::write_state(&self.run.file(name), self.mesh, &state, self.pieces.as_deref())
     }
 }

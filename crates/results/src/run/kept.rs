@@ -1,10 +1,8 @@
 //! The results that are kept of a failed analysis.
 
-use slipstick_mesh::Mesh;
-
 use super::{FailureReport, RunDirectory, RunError, write_failure};
 use slipstick_model::analysis::AnalysisError;
-use slipstick_model::model::Design;
+use slipstick_model::problem::Problem;
 
 /// The results that are kept of a failed analysis.
 #[derive(Debug)]
@@ -19,16 +17,15 @@ pub enum Kept {
     Lost(RunError),
 }
 
-/// Explains a failed analysis of a design, and writes the part of its path that was computed. All ranks call it; `run`
-/// is that of the first rank, if it has one.
+/// Explains a failed analysis of a design, and writes the part of its path that was computed. All
+/// ranks call it; `run` is that of the first rank, if it has one.
 pub fn keep_failure(
     run: Option<&RunDirectory>,
-    mesh: &Mesh,
-    design: &Design,
+    problem: &Problem,
     error: &AnalysisError,
 ) -> (Box<FailureReport>, Kept) {
     let kept = match error {
-        AnalysisError::March(failure) => match write_failure(run, mesh, design, failure) {
+        AnalysisError::March(failure) => match write_failure(run, problem, failure) {
             _ if run.is_none() => Kept::Nothing,
             Ok(true) => Kept::FailingState,
             Ok(false) => Kept::States,
@@ -36,5 +33,5 @@ pub fn keep_failure(
         },
         _ => Kept::Nothing,
     };
-    (Box::new(FailureReport::new(error, mesh, design)), kept)
+    (Box::new(FailureReport::new(error, &problem.mesh, &problem.analysis.design)), kept)
 }

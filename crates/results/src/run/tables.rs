@@ -19,6 +19,8 @@ const HISTORY: &[&str] = &[
     "volume_fraction",
     "change",
     "optimality",
+    "violation",
+    "discreteness",
     "newton_iterations",
     "uzawa_iterations",
     "increments",
@@ -26,27 +28,32 @@ const HISTORY: &[&str] = &[
     "stick",
     "slip",
     "halvings",
-    "seconds",
 ];
 
-/// `history.csv`: one row per evaluated design.
+/// `history.csv`: one row per evaluated design ([`IterationRecord`]).
+///
+/// After the first columns, there are two for each constraint: its value, under its name, and its multiplier. The volume
+/// fraction has only the latter, since it is among the first. The last column is the wall time. \[s\]
 #[derive(Debug)]
 pub struct History {
     csv: Csv,
+    constraints: Vec<String>,
 }
 
 impl History {
-    /// A table that keeps the rows of these designs; a new table has none.
+    /// A table that keeps the rows of these designs; a new table has none. `constraints` are their names.
     ///
     /// # Errors
-    /// [`RunError::Output`], with [`OutputError::OtherTable`] if the file has fewer rows; [`RunError::Damaged`] if rows
-    /// differ from those of the designs, except in the seconds.
-    pub fn open(run: &RunDirectory, designs: &[IterationRecord]) -> Result<Self, RunError> {
+    /// [`RunError::Output`], with [`OutputError::OtherTable`] if the file has fewer rows;
+    /// [`RunError::Damaged`] if rows differ from those of the designs, except in the seconds.
+    pub fn open(run: &RunDirectory, constraints: &[String], designs: &[IterationRecord]) -> Result<Self, RunError> {
         let path = run.file("history.csv");
-        let csv = Csv::resume(&path, HISTORY, designs.len())?;
+        let names = columns(constraints);
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let csv = Csv::resume(&path, &names, designs.len())?;
         let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
         for (row, (line, record)) in text.lines().skip(1).zip(designs).enumerate() {
-            let expected = csv.line(&cells(record, 0.0))?;
+            let expected = csv.line(&cells(constraints, record, 0.0))?;
             let without_seconds = |line: &str| line.rsplit_once(',').map(|(cells, _)| cells.to_owned());
             if without_seconds(line) != without_seconds(&expected) {
                 let reason = format!(
@@ -57,7 +64,7 @@ impl History {
                 return Err(RunError::Damaged { path, reason, cure: cure.into() });
             }
         }
-        Ok(Self { csv })
+        Ok(Self { csv, constraints: constraints.to_vec() })
     }
 
     /// Adds an evaluated design and the seconds that it took.
@@ -65,18 +72,30 @@ impl History {
     /// # Errors
     /// [`RunError::Output`].
     pub fn record(&mut self, record: &IterationRecord, seconds: f64) -> Result<(), RunError> {
-        Ok(self.csv.row(&cells(record, seconds))?)
+        Ok(self.csv.row(&cells(&self.constraints, record, seconds))?)
     }
 }
 
-fn cells(record: &IterationRecord, seconds: f64) -> [Cell; 13] {
+/// The bound on the volume, whose value is among the first columns.
+const VOLUME: &str = "volume_fraction";
+
+fn columns(constraints: &[String]) -> Vec<String> {
+    let values = constraints.iter().filter(|name| *name != VOLUME).cloned();
+    let multipliers = constraints.iter().map(|name| format!("multiplier_{name}"));
+    let first = HISTORY.iter().map(|name| (*name).to_owned());
+    first.chain(values).chain(multipliers).chain(["seconds".to_owned()]).collect()
+}
+
+fn cells(constraints: &[String], record: &IterationRecord, seconds: f64) -> Vec<Cell> {
     let [open, stick, slip] = record.status;
-    [
+    let mut cells: Vec<Cell> = vec![
         record.iteration.into(),
         record.objective.into(),
         record.volume_fraction.into(),
         record.change.into(),
         record.optimality.into(),
+        record.violation.into(),
+        record.discreteness.into(),
         record.newton_iterations.into(),
         record.uzawa_iterations.into(),
         record.increments.into(),
@@ -84,8 +103,12 @@ fn cells(record: &IterationRecord, seconds: f64) -> [Cell; 13] {
         stick.into(),
         slip.into(),
         record.halvings.into(),
-        ((seconds * 1e3).round() / 1e3).into(),
-    ]
+    ];
+    let named = || constraints.iter().zip(&record.constraints);
+    cells.extend(named().filter(|(name, _)| *name != VOLUME).map(|(_, constraint)| Cell::from(constraint.value)));
+    cells.extend(named().map(|(_, constraint)| Cell::from(constraint.multiplier)));
+    cells.push(((seconds * 1e3).round() / 1e3).into());
+    cells
 }
 
 const CONTACT: &str =
@@ -93,10 +116,10 @@ const CONTACT: &str =
 
 /// `contact.csv`: what each contact pair transfers at the end of each load step.
 ///
-/// Columns: the load step, counted through all load cases; the load case, from 0, and pseudo-time within it; the number
-/// of the `[[contact]]` table, from 0; the resultant of the contact forces on the slave, friction included, and its
-/// magnitude \[F\]; the largest contact pressure at a slave node \[F/L²\], that node and its reference position \[L\],
-/// empty if no node is under pressure.
+/// Columns: the load step, counted through all load cases; the load case, from 0, and pseudo-time
+/// within it; the number of the `[[contact]]` table, from 0; the resultant of the contact forces on
+/// the slave, friction included, and its magnitude \[F\]; the largest contact pressure at a slave
+/// node \[F/L²\], that node and its reference position \[L\], empty if no node is under pressure.
 #[derive(Debug)]
 pub struct ContactTable<'a> {
     mesh: &'a Mesh,
@@ -140,9 +163,10 @@ impl<'a> ContactTable<'a> {
     }
 }
 
-/// Writes `quantities.csv`, completely or not at all: one row per load step and one column per quantity
-/// ([`slipstick_model::quantities`]), after the load step, counted through all load cases; the load case, from 0; and
-/// pseudo-time within it. A cell is empty if the state can no longer be evaluated.
+/// Writes `quantities.csv`, completely or not at all: one row per load step and one column per
+/// quantity ([`slipstick_model::quantities`]), after the load step, counted through all load cases;
+/// the load case, from 0; and pseudo-time within it. A cell is empty if the state can no longer be
+/// evaluated.
 ///
 /// # Errors
 /// [`OutputError::Io`].
@@ -176,11 +200,11 @@ const NEWTON: &[&str] = &[
     "failure",
 ];
 
-/// `newton.csv`: one row per Newton iteration of every accepted (sub-)step, and one per failed attempt, with its reason
-/// in the column `failure`.
+/// `newton.csv`: one row per Newton iteration of every accepted (sub-)step, and one per failed
+/// attempt, with its reason in the column `failure`.
 ///
-/// Columns: the design (or analysis) counted from 0, the user's load step, the pseudo-time at its end, and
-/// [`slipstick_path::IterationRecord`].
+/// Columns: the design (or analysis) counted from 0, the user's load step, the pseudo-time at its
+/// end, and [`slipstick_path::IterationRecord`].
 #[derive(Debug)]
 pub struct NewtonTable {
     csv: Csv,
@@ -211,8 +235,8 @@ impl NewtonTable {
         self.rows
     }
 
-    /// Writes the contents of an event. An observer cannot stop the march with an error, so a failure to write is kept
-    /// for [`NewtonTable::check`].
+    /// Writes the contents of an event. An observer cannot stop the march with an error, so a
+    /// failure to write is kept for [`NewtonTable::check`].
     pub fn record(&mut self, event: &MarchEvent<'_>) {
         if self.error.is_some() {
             return;

@@ -1,6 +1,7 @@
 //! Invalid case files: each with the code and the place of its error, all errors at once.
 
 mod loads;
+mod quantities;
 mod sections;
 
 use slipstick::case::{CaseCode, CaseErrors, Severity, parse_case};

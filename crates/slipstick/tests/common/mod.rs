@@ -13,6 +13,7 @@ use slipstick_mesh::Mesh;
 use slipstick_path::Silent;
 
 pub mod abaqus;
+pub mod quantities;
 pub mod scene;
 
 /// Builds a case from its text.

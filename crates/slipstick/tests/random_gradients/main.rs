@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::time::Instant;
 
-use problem::{RandomProblem, random_problem};
+use problem::{FIRST_OF_QUANTITIES, RandomProblem, random_problem};
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
 use slipstick::verify::{
@@ -44,7 +44,7 @@ enum Outcome {
 struct Row {
     seed: u64,
     method: &'static str,
-    objective: &'static str,
+    objective: String,
     text: String,
     outcome: Outcome,
     seconds: f64,
@@ -147,7 +147,7 @@ fn suite(seeds: std::ops::Range<u64>) -> String {
     let mut reasons: BTreeMap<String, Vec<u64>> = BTreeMap::new();
     let mut wrong = Vec::new();
     for row in &rows {
-        for name in [row.method, row.objective, "together"] {
+        for name in [row.method, &row.objective, "together"] {
             tallies.entry(name.to_owned()).or_default().add(row);
         }
         match &row.outcome {
@@ -186,6 +186,7 @@ fn suite(seeds: std::ops::Range<u64>) -> String {
 #[test]
 fn gradients_of_the_first_random_problems() {
     suite(0..30);
+    suite(FIRST_OF_QUANTITIES..FIRST_OF_QUANTITIES + 30);
 }
 
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:
@@ -202,9 +203,9 @@ fn kinks_next_to_the_design_are_no_errors() {
 
 #[test]
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
-fn gradients_of_a_thousand_random_problems() {
+fn gradients_of_two_thousand_random_problems() {
     let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
-    let seeds = bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 1050);
+    let seeds = bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 2050);
     if seeds.end - seeds.start == 1 {
         println!("{}", random_problem(seeds.start).text);
     }

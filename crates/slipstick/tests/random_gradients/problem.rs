@@ -1,12 +1,17 @@
-//! Random small contact problems: a block of 2 to 16 elements over a slab of 2 to 16 elements, anywhere in space.
+//! Random small contact problems: a block of 2 to 16 elements over a slab of 2 to 16 elements,
+//! anywhere in space.
 
 use std::fmt::Write as _;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use slipstick::build::Problem;
 use slipstick::design::ElementValues;
-use slipstick_design::objective::{ObservedSteps, ReactionForce};
+use std::sync::Arc;
 
+use slipstick_design::quantity::Reaction;
+use slipstick_design::{ObservedSteps, Reduction, Response, Term, VectorMeasure};
+
+use crate::common::quantities::every_quantity;
 use crate::common::{Random, designed, problem};
 
 /// A problem to differentiate, generated from its seed.
@@ -16,7 +21,7 @@ pub struct RandomProblem {
     /// Enforcement method.
     pub method: &'static str,
     /// Objective.
-    pub objective: &'static str,
+    pub objective: String,
     /// Densities of all elements.
     pub density: ElementValues,
     /// Elements that may vary.
@@ -88,7 +93,8 @@ fn enforcement(random: &mut Random) -> (&'static str, String) {
     (method, text)
 }
 
-/// Waypoints of the block's top in the frame of the slab: pressed down, moved along, perhaps lifted or turned.
+/// Waypoints of the block's top in the frame of the slab: pressed down, moved along, perhaps lifted
+/// or turned.
 fn motion(random: &mut Random, turn: &Rotation3<f64>, gap: f64) -> String {
     let depth = gap + random.within(0.02, 0.1);
     let along = one_of(random, &[0.0, 0.05, 0.3]);
@@ -108,6 +114,36 @@ fn motion(random: &mut Random, turn: &Rotation3<f64>, gap: f64) -> String {
     text + "]"
 }
 
+/// Problems from this seed on have an objective that is drawn from all quantities.
+pub const FIRST_OF_QUANTITIES: u64 = 1050;
+
+/// Sets an objective of one to three quantities with weights, summed over steps or the largest of them; returns what it
+/// is made of.
+fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
+    let all = every_quantity(problem);
+    let count = one_of(random, &[1, 1, 1, 2, 3]);
+    let worst = chance(random, 0.2);
+    let steps = problem.analysis.times.len();
+    let mut term = || Term {
+        quantity: all[(random.unit() * all.len() as f64) as usize].clone(),
+        steps: match (random.unit() * 3.0) as usize {
+            0 => ObservedSteps::Last,
+            1 => ObservedSteps::All,
+            _ => ObservedSteps::Only(vec![1 + (random.unit() * steps as f64) as usize]),
+        },
+        weight: random.within(0.2, 2.0),
+    };
+    let terms: Vec<Term> = (0..count).map(|_| term()).collect();
+    let name = match (&terms[..], worst) {
+        ([one], false) => one.quantity.name().to_owned(),
+        (_, false) => "sum of quantities".into(),
+        (_, true) => "largest of quantities".into(),
+    };
+    let reduction = if worst { Reduction::Largest } else { Reduction::Sum };
+    problem.analysis.objective = Some(Response::new(name.clone(), terms, reduction));
+    name
+}
+
 /// The problem of a seed.
 pub fn random_problem(seed: u64) -> RandomProblem {
     let mut random = Random::new(seed);
@@ -115,7 +151,8 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let slab = [r.within(1.5, 4.0), r.within(0.5, 1.2), r.within(0.8, 2.0)];
     let block = [r.within(0.5, 1.2), r.within(0.4, 1.0), r.within(0.5, 1.2)];
     let gap = if chance(r, 0.5) { 0.0 } else { r.within(0.0, 0.02) };
-    // The block stands somewhere over the slab's top, perhaps partly beyond its edge, rotated about the vertical.
+    // The block stands somewhere over the slab's top, perhaps partly beyond its edge, rotated about
+    // the vertical.
     let spin = Rotation3::from_axis_angle(&Vector3::y_axis(), if chance(r, 0.5) { 0.0 } else { r.within(-3.0, 3.0) });
     let centre = Vector3::new(slab[0] * r.within(0.15, 0.85), slab[1] + gap, slab[2] * r.within(0.2, 0.8));
     let corner = centre - spin * Vector3::new(0.5 * block[0], 0.0, 0.5 * block[2]);
@@ -155,12 +192,15 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let lowest = one_of(r, &[0.1, 0.4]);
     let mut density = ElementValues::from(vec![1.0; problem.initial_density.len()]);
     elements.iter().for_each(|&e| density[e] = r.within(lowest, 0.95));
-    let objective = if chance(r, 0.7) { "contact force" } else { "reaction force" };
-    if objective == "reaction force" {
+    let mut objective = if chance(r, 0.7) { "contact force" } else { "reaction force" }.to_owned();
+    if seed >= FIRST_OF_QUANTITIES {
+        objective = draw_objective(r, &mut problem);
+    } else if objective == "reaction force" {
         let nodes = problem.mesh.set_nodes("block_ymax").expect("the block's top").to_vec();
-        let along: [f64; 3] = direction(r).into_inner().into();
-        let force = ReactionForce::new(nodes, problem.mesh.nodes.len(), along, ObservedSteps::Last);
-        problem.analysis.objective = Some(Box::new(force.expect("an objective")));
+        let unknowns = nodes.iter().flat_map(|node| (0..3).map(move |c| 3 * node + c)).collect();
+        let along = VectorMeasure::along(direction(r).into_inner().into()).expect("a direction");
+        let force = Reaction::new("reaction", unknowns, along).expect("a quantity");
+        problem.analysis.objective = Some(Response::of(Arc::new(force), ObservedSteps::Last, -1.0));
     }
     let designed = elements.iter().map(|&e| e as u32).collect();
     RandomProblem { text, method, objective, density, designed, problem }

@@ -65,6 +65,19 @@ pub struct ReferenceGeometry {
 }
 
 impl ReferenceGeometry {
+    /// G_i = ∂N_i/∂X of all corners at a point. \[1/L\]
+    pub(crate) fn shape_gradients(&self, point: usize) -> [[f64; 3]; 8] {
+        let along = |i: usize, b: usize| {
+            (0..3).map(|beta| PARENT_BY_POINT[point][beta][i] * self.inverse[beta][b][point]).sum()
+        };
+        std::array::from_fn(|i| std::array::from_fn(|b| along(i, b)))
+    }
+
+    /// Weight times det(∂X/∂ξ) at a point. \[L³\]
+    pub(crate) fn weight(&self, point: usize) -> f64 {
+        self.weights[point]
+    }
+
     /// `None` if the Jacobian determinant is not positive at a Gauss point.
     pub fn new(corners: &[[f64; 3]; 8]) -> Option<Self> {
         let mut out = Self { inverse: [[[0.0; POINTS]; 3]; 3], weights: [0.0; POINTS], laplacian: [0.0; 36] };

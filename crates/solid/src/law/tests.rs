@@ -1,5 +1,5 @@
 use super::*;
-use crate::reference::Dual;
+use crate::dual::Dual;
 use crate::registers::{POINTS, invert};
 use std::array::from_fn;
 

@@ -90,6 +90,14 @@ impl Batch {
         })
     }
 
+    /// ∂N_i/∂X of one element's corners. \[1/L\]
+    pub fn shape_gradients(&self, lane: usize) -> [[f64; 3]; 4] {
+        let of = |beta: usize| -> [f64; 3] { std::array::from_fn(|b| self.inverse[beta][b][lane]) };
+        let others = [of(0), of(1), of(2)];
+        let first = std::array::from_fn(|b| -(others[0][b] + others[1][b] + others[2][b]));
+        [first, others[0], others[1], others[2]]
+    }
+
     /// Energy of one element; `None` if J ≤ 0, at γ d if the energy is interpolated. \[F L\]
     pub fn energy(&self, lane: usize, material: &Material, scaling: ElementScaling, d: &[f64]) -> Option<f64> {
         let ElementScaling { factor, gamma } = scaling.effective(material.small_strains());

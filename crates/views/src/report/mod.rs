@@ -81,6 +81,9 @@ struct Data {
     frames: Frames,
     history: Option<Table>,
     newton: Option<NewtonSteps>,
+    /// Quantities at each load step of the newest design, and the columns to show at first: x and y.
+    quantities: Option<Table>,
+    curve: Option<[String; 2]>,
     verify: Option<Checked>,
     evaluate: Option<Table>,
     /// Names of the units of lengths, forces and tractions.
@@ -100,6 +103,7 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
     let case_text = std::fs::read_to_string(&path).map_err(RunError::read(&path))?;
     let history = tables::history(run)?;
     let newton = tables::newton(run)?;
+    let quantities = tables::quantities(run)?;
     let mut notes = ending(&record);
     let (model, frames) = shown(run, case, mesh, options, &mut notes)?;
     let picture = picture(run, case, mesh, &PictureRequest::default()).ok();
@@ -117,6 +121,8 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
         frames,
         history,
         newton,
+        curve: quantities.as_ref().and_then(|table| first_curve(case, table)),
+        quantities,
         verify: tables::verify(run)?,
         evaluate: tables::optional(run, "evaluate.csv")?,
         units: units(case),
@@ -167,6 +173,20 @@ fn shown(
         return Ok((None, frames));
     }
     Ok((Some(layout.model(mesh, path_density)), frames))
+}
+
+/// The force-displacement curve to show at first: the reaction of the first support that moves, along the direction in
+/// which it moves most, over its displacement; without one, the strain energy over pseudo-time.
+fn first_curve(case: &Case, table: &Table) -> Option<[String; 2]> {
+    let known = |name: &String| table.columns.contains(name);
+    let moving = case.dirichlet.iter().filter_map(|support| {
+        let [x, y, z] = support.motion.last()?.u;
+        let sizes = [("x", x.abs()), ("y", y.abs()), ("z", z.abs())];
+        let (axis, size) = sizes.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (size > 0.0).then(|| ["displacement", "reaction"].map(|what| format!("{what}_{}_{axis}", support.set)))
+    });
+    let over_time = ["time".to_owned(), "strain_energy".to_owned()];
+    moving.chain([over_time]).find(|pair| pair.iter().all(known))
 }
 
 /// Names of units as in the case, otherwise their dimensions.

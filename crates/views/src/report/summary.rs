@@ -37,7 +37,9 @@ impl Summary {
     pub(super) fn of(run: &RunDirectory, case: &Case, mesh: &Mesh, history: Option<&Table>) -> Result<Self, RunError> {
         let mut summary = Self {
             objective: case.objective_in_words().unwrap_or_default(),
-            unit: case.objective.as_ref().map_or(String::new(), |o| in_unit(case, o.dimension(), o.unit())),
+            unit: case
+                .objective_dimension()
+                .map_or(String::new(), |dimension| in_unit(case, dimension, dimension.symbol())),
             ..Self::default()
         };
         let last = history.and_then(|history| history.rows.last());

@@ -23,6 +23,11 @@ pub(super) struct Checked {
     rows: Vec<Vec<Value>>,
 }
 
+/// `quantities.csv`, if it exists.
+pub(super) fn quantities(run: &RunDirectory) -> Result<Option<Table>, RunError> {
+    optional(run, "quantities.csv")
+}
+
 /// Newton iterations of the newest design, per load step.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct NewtonSteps {
@@ -122,7 +127,8 @@ pub(super) fn verify(run: &RunDirectory) -> Result<Option<Checked>, RunError> {
     };
     let found: Value = serde_json::from_str(&text).map_err(damaged)?;
     let right = found["right"].as_bool().unwrap_or(false);
-    let worst = found["check"]["worst"].as_f64();
+    let checks = found["checks"].as_array().cloned().unwrap_or_default();
+    let worst = checks.iter().filter_map(|of| of["check"]["worst"].as_f64()).reduce(f64::max);
     let verdict = match (right, worst) {
         (true, Some(worst)) => format!("Confirmed: the adjoint agrees with the differences to {worst:.1e}."),
         (false, Some(worst)) => {
@@ -130,12 +136,12 @@ pub(super) fn verify(run: &RunDirectory) -> Result<Option<Checked>, RunError> {
         }
         (_, None) => "Nothing could be compared.".into(),
     };
-    let directions = found["check"]["directions"].as_array().cloned().unwrap_or_default();
-    let row = |direction: Value| {
+    let row = |quantity: &Value, direction: &Value| {
         let verdict = direction["verdict"].as_str().unwrap_or_default().replace('_', " ");
         let last = direction["quotients"].as_array().and_then(|all| all.last()).cloned().unwrap_or_default();
         let number = |name: &str| last[name].clone();
         vec![
+            quantity.clone(),
             direction["name"].clone(),
             direction["adjoint"].clone(),
             number("difference"),
@@ -144,7 +150,18 @@ pub(super) fn verify(run: &RunDirectory) -> Result<Option<Checked>, RunError> {
             verdict.into(),
         ]
     };
-    let columns =
-        vec!["direction", "adjoint", "difference (smallest step)", "smallest relative error", "order", "verdict"];
-    Ok(Some(Checked { verdict, columns, rows: directions.into_iter().map(row).collect() }))
+    let rows = checks.iter().flat_map(|of| {
+        let directions = of["check"]["directions"].as_array().cloned().unwrap_or_default();
+        directions.iter().map(|direction| row(&of["quantity"], direction)).collect::<Vec<_>>()
+    });
+    let columns = vec![
+        "quantity",
+        "direction",
+        "adjoint",
+        "difference (smallest step)",
+        "smallest relative error",
+        "order",
+        "verdict",
+    ];
+    Ok(Some(Checked { verdict, columns, rows: rows.collect() }))
 }

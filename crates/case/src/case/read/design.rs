@@ -1,10 +1,9 @@
 //! Design, objective and optimizer.
 
 use super::super::names::Names;
-use super::super::reader::{Reader, suggestion_or_list};
+use super::super::reader::Reader;
 use super::super::resolved::{
-    Body, Contact, Design, EnergyInterpolation, MmaParameters, Objective, ObservedSteps, Optimizer, SensitivityFilter,
-    Shape, Simp,
+    Body, Design, EnergyInterpolation, MmaParameters, Optimizer, SensitivityFilter, Shape, Simp,
 };
 use super::super::typed::Table;
 use super::{CaseCode, boxes};
@@ -107,8 +106,8 @@ fn energy_interpolation(table: Table<'_>) -> EnergyInterpolation {
     EnergyInterpolation { threshold, sharpness }
 }
 
-/// Checks the volumes of passive elements if the case file alone determines them, that is, if all design bodies are
-/// uniform, unrotated boxes. Other bodies are checked once the mesh exists.
+/// Checks the volumes of passive elements if the case file alone determines them, that is, if all
+/// design bodies are uniform, unrotated boxes. Other bodies are checked once the mesh exists.
 fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
     if design.passive_solid.is_empty() {
         return;
@@ -141,7 +140,7 @@ fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
         reader.error(
             "design.volume_fraction",
             CaseCode::InfeasibleVolume,
-            format!("passive solid elements alone fill {fraction:.4} of the volume of the design bodies"),
+            format!("passive solid elements already fill {fraction:.4} of the volume of the design bodies"),
             "raise `volume_fraction` above that, or shrink `passive_solid`",
         );
     }
@@ -179,79 +178,15 @@ fn warn_initial(reader: &Reader, design: &Design) {
     }
 }
 
-pub(super) fn objective(root: &Table<'_>, contacts: &[Contact], steps: usize) -> Option<Objective> {
-    let table = root.table("objective")?;
-    let chosen = table.choose("the objective", &["contact_force", "compliance"]);
-    let objective = chosen.and_then(|key| table.table(key)).map(|inner| {
-        let steps = observed_steps(&inner, steps);
-        inner.finish();
-        if chosen == Some("compliance") { Objective::Compliance { steps } } else { Objective::ContactForce { steps } }
-    });
-    if chosen == Some("compliance") && !root.has("load") && !root.has_misspelt("load") {
-        table.reader.error(
-            "objective.compliance",
-            CaseCode::ChooseOne,
-            "the objective is the work of loads, but the case has none",
-            "add a [[load]], or use contact_force if displacements are prescribed",
-        );
-    }
-    if chosen == Some("contact_force") && contacts.is_empty() && !root.has("contact") && !root.has_misspelt("contact") {
-        table.reader.error(
-            "objective.contact_force",
-            CaseCode::NoContact,
-            "the objective is a sum of contact forces, but the case has no contact",
-            "add a [[contact]] with slave, master and friction",
-        );
-    }
-    table.finish();
-    objective
-}
-
-/// `"last"`, `"all"` or a list of steps.
-fn observed_steps(table: &Table<'_>, steps: usize) -> ObservedSteps {
-    let Some(value) = table.value("steps") else {
-        return ObservedSteps::Last;
-    };
-    let reader = table.reader;
-    match value.get_ref().as_str() {
-        Some("last") => return ObservedSteps::Last,
-        Some("all") => return ObservedSteps::All,
-        Some(word) => {
-            let help = suggestion_or_list(word, &["last", "all"]);
-            let message = format!("`steps` cannot be `{word}`");
-            reader.error_at(value.span(), CaseCode::UnknownWord, message, help);
-            return ObservedSteps::Last;
-        }
-        None => {}
-    }
-    let one = |value, path: String| {
-        let step = reader.integer(value, "a load step")?;
-        if step < 1 || step > steps as i64 {
-            let message = format!("there is no load step {step}");
-            let help = format!("load steps are numbered 1 to {steps}");
-            reader.error(&path, CaseCode::Steps, message, help);
-            return None;
-        }
-        Some(step as usize)
-    };
-    let increasing = |list: &Vec<usize>| list.windows(2).all(|pair| pair[0] < pair[1]);
-    let list = table
-        .list("steps", one)
-        .check(CaseCode::Empty, |list| !list.is_empty(), "lists no load step", "")
-        .check(CaseCode::Steps, increasing, "must increase", "list each load step once, in order")
-        .or(Vec::new());
-    ObservedSteps::Only(list)
-}
-
 pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Optimizer> {
     let table = root.table("optimizer")?;
-    if design.is_some_and(|design| design.volume_fraction.is_none()) && !table.reader.contains("design.volume_fraction")
-    {
+    let unbounded = design.is_some_and(|design| design.volume_fraction.is_none()) && !root.has("constraint");
+    if unbounded && !table.reader.contains("design.volume_fraction") && !root.has_misspelt("constraint") {
         table.reader.error(
             "design",
             CaseCode::MissingKey,
             "an optimization needs the key `volume_fraction` in [design]",
-            "the bound on the mean density, in (0, 1]",
+            "the bound on the mean density, in (0, 1]; or bound quantities with [[constraint]]",
         );
     }
     let mma = table.table("mma").map_or(MmaParameters::for_densities(), mma);

@@ -7,6 +7,7 @@ mod load;
 mod load_case;
 mod mesh_file;
 mod motion;
+mod quantity;
 mod run;
 mod sets;
 mod symmetry;
@@ -16,8 +17,8 @@ use super::resolved::Case;
 use super::typed::Table;
 use super::{BoxRegion, CaseCode, ReadFile};
 
-/// Reads the whole document, and the files that it refers to with `files`. After an error the result is a placeholder
-/// that must not be used.
+/// Reads the whole document, and the files that it refers to with `files`. After an error the
+/// result is a placeholder that must not be used.
 pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let mut names = Names::default();
     let title = root.string("title").or(String::new());
@@ -35,7 +36,10 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let driven: Vec<Option<String>> = moving.chain(loads.iter().map(|load| load.load_case.clone())).collect();
     load_case::warn_idle(&root, &load_cases, &driven);
     let design = design::design(&root, &names, &bodies);
-    let objective = design::objective(&root, &contacts, load_path.steps);
+    let known = quantity::Known { names: &names, contacts: &contacts, steps: load_path.steps };
+    let quantities = quantity::quantities(&root, &known);
+    let objective = quantity::objective(&root, &quantities, &known);
+    let constraints = quantity::constraints(&root, &quantities, load_path.steps);
     let optimizer = design::optimizer(&root, design.as_ref());
     let output = run::output(&root);
     let solver = run::solver(&root);
@@ -58,7 +62,9 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         loads,
         load_path,
         design,
+        quantities,
         objective,
+        constraints,
         optimizer,
         output,
         solver,
@@ -66,7 +72,8 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     }
 }
 
-/// A name: letters, digits, `_` and `-`, so that it can be used in paths, file names and tables. Empty after an error.
+/// A name: letters, digits, `_` and `-`, so that it can be used in paths, file names and tables.
+/// Empty after an error.
 fn name(table: &Table<'_>) -> String {
     let allowed = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
     table

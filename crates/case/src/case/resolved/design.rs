@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{BoxRegion, Dimension};
-pub use slipstick_design::{MmaParameters, ObservedSteps};
+use super::{BoxRegion, Combination, CurveToFollow, ObservedSteps, QuantityTerm};
+pub use slipstick_design::MmaParameters;
 pub use slipstick_solid::{EnergyInterpolation, Simp};
 
 /// The design: one density in \[0, 1\] per element of the design bodies. Paper: section 4.
@@ -14,7 +14,8 @@ pub struct Design {
     pub bodies: Vec<String>,
     /// Initial density, 0 < φ ≤ 1.
     pub initial: f64,
-    /// Bound V on the mean density of the design bodies (87), 0 < V ≤ 1; required for an optimization.
+    /// Bound V on the mean density of the design bodies (87), 0 < V ≤ 1; required for an
+    /// optimization.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub volume_fraction: Option<f64>,
     /// Stiffness as a function of density.
@@ -42,8 +43,8 @@ pub struct SensitivityFilter {
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Objective {
-    /// Minus the sum of the norms of the slave nodes' contact forces, friction included. This is not their resultant:
-    /// forces in different directions do not cancel. Paper: (91), (96).
+    /// Minus the sum of the norms of the slave nodes' contact forces, friction included. This is
+    /// not their resultant: forces in different directions do not cancel. Paper: (91), (96).
     ContactForce {
         /// The load steps in which it is evaluated.
         steps: ObservedSteps,
@@ -53,34 +54,47 @@ pub enum Objective {
         /// The load steps in which it is evaluated.
         steps: ObservedSteps,
     },
+    /// A sum of quantities, or the largest of them, is made small.
+    Minimise(Combination),
+    /// A sum of quantities, or the smallest of them, is made large: θ is its negative.
+    Maximise(Combination),
+    /// A quantity is brought close to a curve over pseudo-time: θ is the root mean square distance
+    /// at its points, relative to the largest of their values.
+    Follow(CurveToFollow),
 }
 
 impl Objective {
-    /// Description of θ: `minus the sum of the magnitudes of the nodal contact forces, …, at the last load step`.
+    /// Description of θ:
+    /// `minus the sum of the magnitudes of the nodal contact forces, …, at the last load step`.
     pub fn about(&self) -> String {
         let (what, steps) = match self {
             Self::ContactForce { steps } => (
-                "minus the sum of the magnitudes of the nodal contact forces, friction included (not their resultant)",
+                "minus the sum of the magnitudes of the nodal contact forces, friction included (not their resultant)"
+                    .to_owned(),
                 steps,
             ),
-            Self::Compliance { steps } => ("the work of the loads on the displacements", steps),
+            Self::Compliance { steps } => ("the work of the loads on the displacements".to_owned(), steps),
+            Self::Minimise(combination) => (combination.about("", "largest"), &combination.steps),
+            Self::Maximise(combination) => (combination.about("minus ", "smallest"), &combination.steps),
+            Self::Follow(CurveToFollow { quantity, points }) => {
+                return format!("the distance of `{quantity}` from a curve through {} points", points.len());
+            }
         };
         format!("{what}, {steps}")
     }
+}
 
-    /// The dimension of θ.
-    pub fn dimension(&self) -> Dimension {
-        match self {
-            Self::ContactForce { .. } => Dimension::FORCE,
-            Self::Compliance { .. } => Dimension::WORK,
-        }
-    }
-
-    /// The dimension of θ as text, if units have no names.
-    pub fn unit(&self) -> &'static str {
-        match self {
-            Self::ContactForce { .. } => "F",
-            Self::Compliance { .. } => "F L",
+impl Combination {
+    fn about(&self, sign: &str, worst: &str) -> String {
+        let term = |QuantityTerm { quantity, weight }: &QuantityTerm| match *weight {
+            1.0 => format!("`{quantity}`"),
+            weight => format!("{weight} × `{quantity}`"),
+        };
+        let terms: Vec<String> = self.sum.iter().map(term).collect();
+        match (self.worst, &terms[..]) {
+            (true, _) => format!("{sign}the {worst} of {}", terms.join(", ")),
+            (false, [one]) => format!("{sign}{one}"),
+            (false, _) => format!("{sign}({})", terms.join(" + ")),
         }
     }
 }
@@ -92,7 +106,8 @@ pub struct Optimizer {
     pub mma: MmaParameters,
     /// Maximum number of iterations.
     pub iterations: usize,
-    /// The optimizer stops when no density changes by more than this in an iteration; `None`: it runs all iterations.
+    /// The optimizer stops when no density changes by more than this in an iteration; `None`: it
+    /// runs all iterations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
 }

@@ -1,7 +1,8 @@
 //! The contents of a case file: every value checked, every default filled in.
 //!
-//! The field names are those of the case file, so a [`Case`] written as TOML is itself a complete case file; the same
-//! names appear in a run's JSON record. Any consistent system of units works: \[L\] length, \[F\] force.
+//! The field names are those of the case file, so a [`Case`] written as TOML is itself a complete
+//! case file; the same names appear in a run's JSON record. Any consistent system of units
+//! works: \[L\] length, \[F\] force.
 
 mod bodies;
 mod contact;
@@ -9,6 +10,7 @@ mod design;
 mod memory;
 mod mesh_file;
 mod motion;
+mod quantity;
 mod sets;
 mod units;
 
@@ -18,13 +20,15 @@ pub use design::*;
 pub use memory::*;
 pub use mesh_file::*;
 pub use motion::*;
+pub use quantity::*;
 pub use sets::*;
 pub use units::*;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// One case: bodies, contact, supports and motion, and, for an optimization, design, objective and optimizer.
+/// One case: bodies, contact, supports and motion, and, for an optimization, design, objective and
+/// optimizer.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Case {
     /// A title for the reader; may be empty.
@@ -32,7 +36,8 @@ pub struct Case {
     /// Names of the units.
     #[serde(skip_serializing_if = "Units::is_empty")]
     pub units: Units,
-    /// The bodies, in the order of the file; the mesh numbers their elements in this order. At least one.
+    /// The bodies, in the order of the file; the mesh numbers their elements in this order. At
+    /// least one.
     #[serde(rename = "body")]
     pub bodies: Vec<Body>,
     /// Surfaces that the case defines, in addition to those of the bodies.
@@ -60,9 +65,15 @@ pub struct Case {
     /// The design; `None` if the case is only for a forward analysis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub design: Option<Design>,
+    /// Quantities that the case names.
+    #[serde(rename = "quantity", skip_serializing_if = "Vec::is_empty")]
+    pub quantities: Vec<Quantity>,
     /// The objective θ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub objective: Option<Objective>,
+    /// Bounds on quantities.
+    #[serde(rename = "constraint", skip_serializing_if = "Vec::is_empty")]
+    pub constraints: Vec<Constraint>,
     /// The optimizer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub optimizer: Option<Optimizer>,
@@ -86,6 +97,21 @@ impl Case {
         self.objective.as_ref().map(|objective| format!("{}{weighted}", objective.about()))
     }
 
+    /// The dimension of θ; `None` without an objective, or for quantities of different dimensions.
+    pub fn objective_dimension(&self) -> Option<Dimension> {
+        let of = |name: &str| self.quantities.iter().find(|q| q.name == name).map(|q| q.kind.dimension());
+        match self.objective.as_ref()? {
+            Objective::ContactForce { .. } => Some(Dimension::FORCE),
+            Objective::Compliance { .. } => Some(Dimension::WORK),
+            Objective::Minimise(of_terms) | Objective::Maximise(of_terms) => {
+                let mut dimensions = of_terms.sum.iter().map(|term| of(&term.quantity));
+                let first = dimensions.next()??;
+                dimensions.all(|dimension| dimension == Some(first)).then_some(first)
+            }
+            Objective::Follow(_) => Some(Dimension::NONE),
+        }
+    }
+
     /// Names of the load cases, in order; empty if there is only one load path.
     pub fn load_case_names(&self) -> Vec<String> {
         self.load_cases.iter().map(|load_case| load_case.name.clone()).collect()
@@ -98,7 +124,8 @@ pub struct Output {
     /// Directory, relative to the case file; `None`: the program chooses it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub directory: Option<String>,
-    /// Fields are written every this many optimization iterations, and after the last.
+    /// Number of optimization iterations between written fields; the last iteration is always
+    /// written.
     pub every: usize,
     /// Whether designs and load steps are also written in pieces, one for each MPI rank.
     pub pieces: bool,
@@ -147,7 +174,7 @@ pub enum PetscPreconditioner {
 /// How the gradient is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Adjoint {
-    /// Memory for factors that the load path keeps for the gradient; matrices whose factors do not fit are factorized
-    /// again.
+    /// Memory for factors that the load path keeps for the gradient; matrices whose factors do not
+    /// fit are factorized again.
     pub memory: Memory,
 }

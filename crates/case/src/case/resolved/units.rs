@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+pub use slipstick_design::Dimension;
+
 /// Names of units, for display: numbers do not depend on them.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Units {
@@ -14,35 +16,14 @@ pub struct Units {
     pub force: Option<String>,
 }
 
-/// Dimension of a quantity: its powers of force and length.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Dimension {
-    /// Power of force.
-    pub force: i32,
-    /// Power of length.
-    pub length: i32,
-}
-
-impl Dimension {
-    /// \[L\]
-    pub const LENGTH: Self = Self { force: 0, length: 1 };
-    /// \[L³\]
-    pub const VOLUME: Self = Self { force: 0, length: 3 };
-    /// \[F\]
-    pub const FORCE: Self = Self { force: 1, length: 0 };
-    /// \[F L\]
-    pub const WORK: Self = Self { force: 1, length: 1 };
-    /// \[F/L²\]
-    pub const STRESS: Self = Self { force: 1, length: -2 };
-}
-
 impl Units {
     /// Whether no unit has a name.
     pub fn is_empty(&self) -> bool {
         self.length.is_none() && self.force.is_none()
     }
 
-    /// The unit of a quantity as written after its name, such as ` [N/mm²]`; empty if a unit has no name.
+    /// The unit of a quantity as written after its name, such as ` [N/mm²]`; empty if a unit has no
+    /// name.
     pub fn bracket(&self, Dimension { force, length }: Dimension) -> String {
         let (mut above, mut below) = (String::new(), String::new());
         for (power, unit) in [(force, &self.force), (length, &self.length)].into_iter().filter(|(power, _)| *power != 0)

@@ -1,8 +1,12 @@
 //! One measurement: a forward analysis and its gradient, with the time of each phase.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 use slipstick::analysis::{Analysis, AnalysisError};
 use slipstick::build::Problem;
+use slipstick::design::quantity::{ContactResultant, Displacement, ForcePart, Patch, Reaction};
+use slipstick::design::{Bound, Constraint, ElementValues, ObservedSteps, Quantity, Response, VectorMeasure};
 use slipstick::linalg::Ranks;
 use slipstick::path::{Silent, SolveCounts};
 
@@ -41,6 +45,11 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     if analysis.objective.is_some() {
         recomputed = timed(analysis, ranks.as_ref(), now, |analysis| analysis.gradient(&forward))?.1;
     }
+    let together = match args.responses {
+        Some(count) => together(&mut problem, &density, count.get(), now)?,
+        None => Value::Null,
+    };
+    let analysis = &mut problem.analysis;
     let [elements_here, slave_nodes_here] = analysis.model().own_parts();
     let counts = analysis.linear.counts();
     Ok(json!({
@@ -51,8 +60,55 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
         "newton_iterations": forward.path.newton_iterations(),
         "forward": marched, "gradient": gradient, "gradient_without_kept_factors": recomputed,
         "states_with_kept_factors": kept_states, "kept_bytes": kept_bytes, "peak_bytes": memory::peak(),
-        "objective": forward.value,
+        "objective": forward.value, "responses": together,
     }))
+}
+
+/// Times of the gradients of one response, of three and of `count`, with kept factors: `[[number, seconds], …]`.
+fn together(problem: &mut Problem, density: &ElementValues, count: usize, now: fn() -> f64) -> Outcome<Value> {
+    let failed = |error: AnalysisError| Failure::Check {
+        message: format!("the analysis failed: {error}"),
+        cure: "use a case for which `slipstick gradient` succeeds".into(),
+    };
+    let quantities: Vec<Arc<dyn Quantity>> = (0..count).map(|number| quantity(problem, number)).collect();
+    let responses = quantities.into_iter().map(|of| Response::of(of, ObservedSteps::All, 1.0));
+    let analysis = &mut problem.analysis;
+    let mut responses = responses.collect::<Vec<_>>().into_iter();
+    analysis.objective = responses.next();
+    let constraint = |response| Constraint { response, bound: Bound::AtMost(1.0) };
+    let all: Vec<Constraint> = responses.map(constraint).collect();
+    analysis.constraints = all.clone();
+    let forward = analysis.forward(density, &mut Silent).map_err(failed)?;
+    let mut rows = Vec::new();
+    for number in [1, 3, count].into_iter().filter(|number| *number <= count) {
+        analysis.constraints = all[..number - 1].to_vec();
+        let begin = now();
+        analysis.response_gradients(&forward, false).map_err(failed)?;
+        rows.push(json!([number, now() - begin]));
+    }
+    Ok(rows.into())
+}
+
+/// One of many different quantities of a problem: components of the contact force of the first pair, of the displacement
+/// of its slave nodes, and of the reaction of the last support.
+fn quantity(problem: &Problem, number: usize) -> Arc<dyn Quantity> {
+    let model = problem.analysis.model();
+    let angle = number as f64;
+    let along = VectorMeasure::Along([angle.cos(), angle.sin() * angle.cos(), angle.sin() * angle.sin()]);
+    let slaves = model.slave_nodes();
+    let supports = model.prescribed().owned();
+    match number % 3 {
+        1 if !slaves.is_empty() => {
+            let nodes = slaves.into_iter().map(|node| (node, 1.0)).collect();
+            let displacement = Displacement::new("displacement", nodes, problem.mesh.nodes.len(), along);
+            Arc::new(displacement.expect("slave nodes are nodes of the mesh"))
+        }
+        2 if !supports.is_empty() => {
+            let (_, unknowns) = supports[supports.len() - 1].clone();
+            Arc::new(Reaction::new("reaction", unknowns, along).expect("a support prescribes displacements"))
+        }
+        _ => Arc::new(ContactResultant::new("force", Patch::whole(0), ForcePart::Resultant(along))),
+    }
 }
 
 fn problem(context: &Context, args: &Bench) -> Outcome<(Setup, Problem)> {

@@ -103,6 +103,7 @@ fn child(args: &Bench, size: Option<usize>, threads: usize) -> Outcome<Value> {
         ("--sizes", size.map(|size| size.to_string())),
         ("--steps", args.steps.map(|steps| steps.to_string())),
         ("--memory", args.memory.map(|memory| memory.to_string())),
+        ("--responses", args.responses.map(|number| number.to_string())),
     ];
     for (name, value) in options {
         if let Some(value) = value {
@@ -172,6 +173,11 @@ fn tables(all: &[Value]) -> Vec<String> {
         "memory",
     ];
     let mut text = lines(&header, &whole);
+    let rows: Vec<Vec<String>> = all.iter().flat_map(together).collect();
+    if !rows.is_empty() {
+        text.push("\ngradients of several responses together, with kept factors".into());
+        text.extend(lines(&["unknowns", "threads", "responses", "seconds", "over one"], &rows));
+    }
     for (title, what, per) in [
         ("\nper Newton iteration of the forward analysis [ms]", "forward", "newton_iterations"),
         ("\nper increment of the gradient, with kept factors [ms]", "gradient", "increments"),
@@ -188,6 +194,22 @@ fn tables(all: &[Value]) -> Vec<String> {
         }
     }
     text
+}
+
+/// The times of several responses in a measurement.
+fn together(m: &Value) -> Vec<Vec<String>> {
+    let rows: Vec<(u64, f64)> = m["responses"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|row| Some((row[0].as_u64()?, row[1].as_f64()?)))
+        .collect();
+    let one = rows.first().map_or(f64::NAN, |(_, seconds)| *seconds);
+    let line = |(number, seconds): &(u64, f64)| {
+        let head = [&m["unknowns"], &m["threads"]].map(|v| v.to_string());
+        [&head[..], &[number.to_string(), format!("{seconds:.2}"), format!("{:.2}", seconds / one)]].concat()
+    };
+    rows.iter().map(line).collect()
 }
 
 /// The share of each rank in a measurement.

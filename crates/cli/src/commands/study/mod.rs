@@ -198,7 +198,9 @@ fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
             put(format!("{name}{suffix}"), &event[name]);
         }
         put("volume_fraction".into(), &event["volume_fraction"]);
-        put("gradient_error".into(), &event["check"]["worst"]);
+        let worst = |of: &Value| of["check"]["worst"].as_f64();
+        let worst = event["checks"].as_array().into_iter().flatten().filter_map(worst).reduce(f64::max);
+        put("gradient_error".into(), &json!(worst));
     }
     if run.command == Word::Optimize {
         history(&directory.join("history.csv")).into_iter().for_each(|(name, value)| put(name, &json!(value)));

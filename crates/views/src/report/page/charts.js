@@ -75,6 +75,36 @@ function chart(title, x, series, { bars = false, zero = false, xname = "iteratio
   svg.addEventListener("pointerleave", () => { at.textContent = ""; cursor.setAttribute("visibility", "hidden"); });
   return make("figure", {}, make("figcaption", {}, caption, at), svg);
 }
+// One quantity over another, which need not be ascending.
+function curve(title, x, y, xname) {
+  const points = x.map((v, i) => [v, y[i]]).filter(([a, b]) => a !== null && b !== null);
+  if (points.length < 2) return null;
+  const [width, height, left, right, top, bottom] = [420, 210, 56, 14, 10, 30];
+  const range = values => {
+    let low = Math.min(...values), high = Math.max(...values);
+    if (high - low < 1e-12 * Math.max(Math.abs(low), Math.abs(high), 1e-300)) { const pad = Math.abs(high) * 0.1 || 1; low -= pad; high += pad; }
+    const pad = (high - low) * 0.05;
+    return [low - pad, high + pad];
+  };
+  const [x0, x1] = range(points.map(p => p[0])), [y0, y1] = range(points.map(p => p[1]));
+  const px = v => left + (width - left - right) * (v - x0) / (x1 - x0), py = v => height - bottom - (height - top - bottom) * (v - y0) / (y1 - y0);
+  const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `${title} over ${xname}, ${points.length} points` });
+  for (const t of ticks(y0, y1, 4).filter(t => t >= y0 && t <= y1)) {
+    svg.append(make("line", { class: "axis", x1: left, x2: width - right, y1: py(t), y2: py(t) }));
+    svg.append(make("text", { x: left - 6, y: py(t) + 4, "text-anchor": "end" }, digits(t, 3)));
+  }
+  for (const t of ticks(x0, x1, 5).filter(t => t >= x0 && t <= x1)) svg.append(make("text", { x: px(t), y: height - bottom + 15, "text-anchor": "middle" }, digits(t, 3)));
+  svg.append(make("text", { x: width - right, y: height - 2, "text-anchor": "end" }, xname));
+  const d = points.map(([a, b], i) => `${i ? "L" : "M"}${px(a).toFixed(1)} ${py(b).toFixed(1)}`).join("");
+  svg.append(make("path", { d, fill: "none", stroke: "var(--c0)", "stroke-width": 1.8, "stroke-linejoin": "round" }));
+  const at = make("span", { class: "at" });
+  points.forEach(([a, b]) => {
+    const dot = make("circle", { cx: px(a), cy: py(b), r: 3, fill: "var(--c0)" });
+    dot.addEventListener("pointerenter", () => { at.textContent = `${xname} ${digits(a)}: ${digits(b)}`; });
+    svg.append(dot);
+  });
+  return make("figure", {}, make("figcaption", {}, make("span", {}, title), at), svg);
+}
 function table(columns, rows, kind = "") {
   const body = rows.map(row => make("tr", {}, ...row.map(cell => make("td", {}, digits(cell, 5)))));
   const head = columns.length ? [make("thead", {}, make("tr", {}, ...columns.map(name => make("th", {}, name))))] : [];

@@ -33,6 +33,10 @@ function curves() {
     curve(`Objective θ (minimised)${r ? r.unit : ""}`, ["objective"]);
     if (r && r.objective) { element("objective-help").hidden = false; element("objective-help").textContent = `θ is ${r.objective}.`; }
     curve("Volume fraction", ["volume_fraction"]);
+    const bounded = h.columns.filter(name => name !== "volume_fraction" && h.columns.includes(`multiplier_${name}`));
+    bounded.forEach(name => curve(`Constraint: ${name.replaceAll("_", " ")}`, [name]));
+    if (column("violation").some(v => v > 0)) curve("Largest violation, relative to its bound", ["violation"], { zero: true });
+    curve("Discreteness: 0 solid and void, 1 grey", ["discreteness"], { zero: true });
     curve("Largest change of a density", ["change"], { zero: true });
     curve("Newton iterations", ["newton_iterations"], { zero: true });
     if (column("uzawa_iterations").some(v => v > 0)) curve("Uzawa iterations", ["uzawa_iterations"], { zero: true });
@@ -48,12 +52,35 @@ function curves() {
     put(chart("Slave nodes:", p.step, ["open", "stick", "slip"].map(name => ({ name, values: p[name] })), { zero: true, xname: "load step" }));
     if (p.failed.some(v => v > 0)) put(chart("Failed attempts", p.step, [{ name: "failed attempts", values: p.failed }], { bars: true, xname: "load step" }));
   }
+  quantities();
   if (data.verify) {
     show("verify");
     element("verify-verdict").textContent = data.verify.verdict;
     element("verify-table").append(table(data.verify.columns, data.verify.rows));
   }
   if (data.evaluate) { show("evaluate"); element("evaluate-table").append(table(data.evaluate.columns.map(name => name.replaceAll("_", " ")), data.evaluate.rows)); }
+}
+// Any quantity over any other, at the load steps of the newest design.
+function quantities() {
+  const q = data.quantities;
+  if (!q || q.rows.length < 2) return;
+  show("quantities");
+  element("quantities-help").textContent = "At each load step of the newest design; units and meanings are those of quantities.csv. Choose what to draw over what.";
+  const names = q.columns.filter(name => name !== "load_case"), pick = (label, chosen) => {
+    const select = make("select", { "aria-label": label }, ...names.map(name => make("option", { value: name }, name.replaceAll("_", " "))));
+    select.value = chosen;
+    element("quantities-controls").append(make("label", {}, `${label} `, select), " ");
+    return select;
+  };
+  const [x, y] = data.curve || ["time", names[names.length - 1]];
+  const across = pick("x", x), up = pick("y", y), column = name => q.rows.map(row => row[q.columns.indexOf(name)]);
+  const draw = () => {
+    const figure = curve(up.value.replaceAll("_", " "), column(across.value), column(up.value), across.value.replaceAll("_", " "));
+    const others = q.columns.includes("external_work") ? chart("Energy:", column("step"), ["external_work", "strain_energy", "friction_work"].map(name => ({ name: name.replaceAll("_", " "), values: column(name) })), { zero: true, xname: "load step" }) : null;
+    element("quantities-charts").replaceChildren(...[figure, others].filter(f => f));
+  };
+  [across, up].forEach(select => select.addEventListener("change", draw));
+  draw();
 }
 function view() {
   const m = data.model, viewer = new Viewer(element("canvas"));

@@ -1,0 +1,346 @@
+//! From the quantities, the objective and the constraints of a case to those of the library.
+
+use std::sync::Arc;
+
+use slipstick_design::quantity::{
+    Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Displacement, ForcePart, FrictionWork,
+    Gap, GapMeasure, Moment, Patch, PressureMeasure, Quantity, QuantityError, Reaction, StrainEnergy, Stress,
+    VectorMeasure, Volume,
+};
+use slipstick_design::response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
+use slipstick_mesh::Mesh;
+use slipstick_model::model::ContactModel;
+
+use super::BuildError;
+use crate::case::{
+    self, Case, Combination, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, PressureWord, QuantityKind,
+    QuantityTerm, VectorComponent, VectorWord,
+};
+
+/// What a case asks for: its quantities, and what it minimises and bounds.
+pub(super) struct Asked {
+    pub quantities: Vec<Arc<dyn Quantity>>,
+    pub objective: Option<Response>,
+    pub constraints: Vec<Constraint>,
+}
+
+pub(super) fn asked(case: &Case, mesh: &Mesh, model: &ContactModel) -> Result<Asked, BuildError> {
+    let context = Context { case, mesh, model };
+    let of = |(number, quantity): (usize, &case::Quantity)| context.quantity(number, quantity);
+    let quantities = case.quantities.iter().enumerate().map(of).collect::<Result<Vec<_>, _>>()?;
+    let objective = context.objective(&quantities)?;
+    let constraints = context.constraints(&quantities);
+    Ok(Asked { quantities, objective, constraints })
+}
+
+struct Context<'a> {
+    case: &'a Case,
+    mesh: &'a Mesh,
+    model: &'a ContactModel,
+}
+
+impl Context<'_> {
+    fn quantity(&self, number: usize, quantity: &case::Quantity) -> Result<Arc<dyn Quantity>, BuildError> {
+        let case::Quantity { name, kind } = quantity;
+        let key = word(kind);
+        let fail =
+            |error: QuantityError| BuildError::new(format!("quantity[{number}].{key}"), error, "change the value");
+        let constant =
+            |message: String, help: &str| Err(BuildError::new(format!("quantity[{number}].{key}"), message, help));
+        let count = self.mesh.nodes.len();
+        let patch = |slave: &str, within: &Option<String>| self.patch(number, key, slave, within.as_deref());
+        Ok(match kind {
+            QuantityKind::Reaction { set, component } => {
+                let unknowns = self.prescribed(set);
+                if unknowns.is_empty() {
+                    let message = format!("nothing is prescribed at `{set}`, so its reaction is always 0");
+                    return constant(message, "name the set of a [[dirichlet]]");
+                }
+                Arc::new(Reaction::new(name, unknowns, measure(*component).map_err(fail)?).map_err(fail)?)
+            }
+            QuantityKind::Moment { set, point, direction } => {
+                let unknowns = self.prescribed(set);
+                if unknowns.is_empty() {
+                    let message = format!("nothing is prescribed at `{set}`, so its moment is always 0");
+                    return constant(message, "name the set of a [[dirichlet]]");
+                }
+                Arc::new(Moment::new(name, &unknowns, &self.mesh.nodes, *point, *direction).map_err(fail)?)
+            }
+            QuantityKind::ContactForce { slave, component, within } => {
+                let patch = patch(slave, within)?;
+                let along = |direction| VectorMeasure::along(direction).map(ForcePart::Resultant);
+                let part = match component {
+                    ForceComponent::Direction(direction) => along(*direction).map_err(fail)?,
+                    ForceComponent::Word(ForceWord::X) => along([1.0, 0.0, 0.0]).map_err(fail)?,
+                    ForceComponent::Word(ForceWord::Y) => along([0.0, 1.0, 0.0]).map_err(fail)?,
+                    ForceComponent::Word(ForceWord::Z) => along([0.0, 0.0, 1.0]).map_err(fail)?,
+                    ForceComponent::Word(ForceWord::Norm) => ForcePart::Resultant(VectorMeasure::Norm),
+                    ForceComponent::Word(ForceWord::Normal) => ForcePart::Normal,
+                    ForceComponent::Word(ForceWord::Tangential) => ForcePart::Tangential,
+                    ForceComponent::Word(ForceWord::Nodal) => {
+                        let mut nodes = self.mesh.set_nodes(slave).map(|nodes| nodes.to_vec()).unwrap_or_default();
+                        if let Some(within) = within.as_ref().and_then(|set| self.mesh.set_nodes(set)) {
+                            nodes.retain(|node| within.contains(node));
+                        }
+                        let force = ContactForce::new(nodes, count, 0.0).map_err(fail)?;
+                        return Ok(Arc::new(force.named(name).without_reactions(self.model.prescribed().fixed())));
+                    }
+                };
+                Arc::new(ContactResultant::new(name, patch, part))
+            }
+            QuantityKind::ContactPressure { slave, measure, sharpness, within } => {
+                let measure = match measure {
+                    PressureWord::Peak => PressureMeasure::Peak { p: *sharpness },
+                    PressureWord::Mean => PressureMeasure::Mean,
+                    PressureWord::Spread => PressureMeasure::Spread,
+                    PressureWord::Minimum => PressureMeasure::Minimum { k: *sharpness },
+                };
+                Arc::new(ContactPressure::new(name, patch(slave, within)?, measure).map_err(fail)?)
+            }
+            QuantityKind::ContactShare { slave, within } => Arc::new(ContactShare::new(name, patch(slave, within)?)),
+            QuantityKind::Gap { slave, measure, sharpness, within } => {
+                let measure = match measure {
+                    GapWord::Mean => GapMeasure::Mean,
+                    GapWord::Minimum => GapMeasure::Minimum { k: *sharpness },
+                };
+                Arc::new(Gap::new(name, patch(slave, within)?, measure).map_err(fail)?)
+            }
+            QuantityKind::FrictionWork { slave, within } => Arc::new(FrictionWork::new(name, patch(slave, within)?)),
+            QuantityKind::Displacement { set, component, relative_to } => {
+                let component = measure(*component).map_err(fail)?;
+                let sets = [Some(set), relative_to.as_ref()];
+                if sets.into_iter().flatten().all(|set| self.is_prescribed(set, component)) {
+                    let message =
+                        format!("the displacement of `{set}` is prescribed, so it does not depend on the design");
+                    return constant(message, "name a set that can move");
+                }
+                let mean = Displacement::new(name, self.weighted(set), count, component).map_err(fail)?;
+                Arc::new(match relative_to {
+                    Some(other) => mean.relative_to(self.weighted(other), count).map_err(fail)?,
+                    None => mean,
+                })
+            }
+            QuantityKind::StrainEnergy { body } => Arc::new(StrainEnergy::new(name, self.elements(body.as_deref()))),
+            QuantityKind::Stress { body, within, sharpness } => {
+                let centroids = self.mesh.centroids();
+                let inside =
+                    |e: &usize| within.is_empty() || within.iter().any(|region| region.contains(centroids[*e]));
+                let elements: Vec<u32> = self.elements(body.as_deref()).filter(inside).map(|e| e as u32).collect();
+                Arc::new(Stress::new(name, elements, *sharpness).map_err(fail)?)
+            }
+            QuantityKind::Compliance {} => {
+                if self.case.loads.is_empty() {
+                    return constant("the case has no load, so its compliance is always 0".into(), "add a [[load]]");
+                }
+                Arc::new(Compliance::named(name))
+            }
+            QuantityKind::Volume { body } => {
+                let elements = self.elements(body.as_deref());
+                let volumes = self.mesh.element_volumes().into_iter().enumerate();
+                let of = |(e, volume): (usize, f64)| if elements.contains(&e) { volume } else { 0.0 };
+                Arc::new(Volume::new(name, volumes.map(of).collect()))
+            }
+        })
+    }
+
+    /// The slave nodes of a pair, or those of them in a set.
+    fn patch(&self, number: usize, key: &str, slave: &str, within: Option<&str>) -> Result<Patch, BuildError> {
+        let pair =
+            self.case.contacts.iter().position(|Contact { slave: known, .. }| known == slave).unwrap_or(0) as u32;
+        let Some(within) = within else { return Ok(Patch::whole(pair)) };
+        let slaves = self.mesh.set_nodes(slave).unwrap_or_default();
+        let region = self.mesh.set_nodes(within).unwrap_or_default();
+        let nodes: Vec<u32> = slaves.iter().copied().filter(|node| region.contains(node)).collect();
+        Patch::within(pair, nodes).map_err(|_| {
+            let message = format!("no node of `{slave}` lies in `{within}`");
+            BuildError::new(format!("quantity[{number}].{key}.within"), message, "name a set on the slave surface")
+        })
+    }
+
+    /// The prescribed unknowns of a set: those that belong to its `[[dirichlet]]`, or else all of its nodes.
+    fn prescribed(&self, set: &str) -> Vec<u32> {
+        let prescribed = self.model.prescribed();
+        if let Some((_, unknowns)) = prescribed.owned().into_iter().find(|(name, _)| *name == set) {
+            return unknowns;
+        }
+        let nodes = self.mesh.set_nodes(set).unwrap_or_default();
+        let unknowns = nodes.iter().flat_map(|node| (0..3).map(move |c| 3 * node + c));
+        unknowns.filter(|&unknown| prescribed.fixed()[unknown as usize]).collect()
+    }
+
+    /// Whether the design cannot move a set along a direction, or in any direction for a norm.
+    fn is_prescribed(&self, set: &str, measure: VectorMeasure) -> bool {
+        let fixed = self.model.prescribed().fixed();
+        let counts = |c: usize| match measure {
+            VectorMeasure::Along(direction) => direction[c] != 0.0,
+            VectorMeasure::Norm => true,
+        };
+        let nodes = self.mesh.set_nodes(set).unwrap_or_default();
+        nodes.iter().all(|&node| (0..3).filter(|&c| counts(c)).all(|c| fixed[3 * node as usize + c]))
+    }
+
+    /// The nodes of a surface with the reference areas around them, or those of a set with equal weights.
+    fn weighted(&self, set: &str) -> Vec<(u32, f64)> {
+        if let Some(surface) = self.mesh.surfaces.get(set) {
+            let areas = surface.node_areas(&self.mesh.nodes);
+            return areas.into_iter().filter(|(_, area)| *area > 0.0).collect();
+        }
+        self.mesh.set_nodes(set).unwrap_or_default().iter().map(|&node| (node, 1.0)).collect()
+    }
+
+    fn elements(&self, body: Option<&str>) -> std::ops::Range<usize> {
+        let found = body.and_then(|name| self.mesh.bodies.iter().find(|body| body.name == name));
+        found.map_or(0..self.mesh.elements.len(), |body| body.elements.clone())
+    }
+
+    fn objective(&self, quantities: &[Arc<dyn Quantity>]) -> Result<Option<Response>, BuildError> {
+        let Some(objective) = &self.case.objective else { return Ok(None) };
+        let fail = |error: QuantityError| {
+            BuildError::new("objective", error, "observe steps of the load path, and have a contact pair")
+        };
+        let response = match objective {
+            case::Objective::Compliance { steps } => {
+                self.check_steps(steps)?;
+                Response::of(Arc::new(Compliance::default()), steps.clone(), 1.0)
+            }
+            case::Objective::ContactForce { .. } if all_prescribed(self.model) => {
+                let message = "the objective would always be 0: all components of all slave nodes are prescribed, \
+                               and their forces do not count";
+                let help = "exchange slave and master, or prescribe fewer components";
+                return Err(BuildError::new("objective.contact_force", message, help));
+            }
+            case::Objective::ContactForce { steps } => {
+                self.check_steps(steps)?;
+                let mut nodes = self.model.slave_nodes();
+                nodes.dedup();
+                let force = ContactForce::new(nodes, self.mesh.nodes.len(), 0.0).map_err(fail)?;
+                Response::of(Arc::new(force.without_reactions(self.model.prescribed().fixed())), steps.clone(), -1.0)
+            }
+            case::Objective::Minimise(combination) => self.combination(combination, quantities, 1.0)?,
+            case::Objective::Maximise(combination) => self.combination(combination, quantities, -1.0)?,
+            case::Objective::Follow(curve) => {
+                if self.case.load_cases.len() > 1 {
+                    let message = "a curve belongs to one load path, but the case has several load cases";
+                    return Err(BuildError::new("objective.follow", message, "use a single load case"));
+                }
+                self.curve(curve, quantities)?
+            }
+        };
+        if self.case.load_cases.is_empty() {
+            return Ok(Some(response));
+        }
+        let weights = self.case.load_cases.iter().map(|load_case| load_case.weight).collect();
+        Ok(Some(response.in_load_cases(weights)))
+    }
+
+    fn check_steps(&self, steps: &ObservedSteps) -> Result<(), BuildError> {
+        let help = "observe steps of the load path";
+        steps.check(self.case.load_path.steps).map_err(|error| BuildError::new("objective", error, help))
+    }
+
+    fn combination(
+        &self,
+        combination: &Combination,
+        quantities: &[Arc<dyn Quantity>],
+        sign: f64,
+    ) -> Result<Response, BuildError> {
+        let Combination { sum, steps, worst } = combination;
+        self.check_steps(steps)?;
+        let term = |QuantityTerm { quantity, weight }: &QuantityTerm| Term {
+            quantity: find(quantities, quantity),
+            steps: steps.clone(),
+            weight: sign * weight,
+        };
+        let names: Vec<&str> = sum.iter().map(|term| term.quantity.as_str()).collect();
+        let reduction = if *worst { Reduction::Largest } else { Reduction::Sum };
+        Ok(Response::new(names.join(" + "), sum.iter().map(term).collect(), reduction))
+    }
+
+    fn curve(
+        &self,
+        CurveToFollow { quantity, points }: &CurveToFollow,
+        quantities: &[Arc<dyn Quantity>],
+    ) -> Result<Response, BuildError> {
+        let curve = Curve::new(points.iter().map(|point| (point[0], point[1])).collect());
+        let curve = curve.map_err(|error| BuildError::new("objective.follow.points", error, "change the points"))?;
+        let term = Term { quantity: find(quantities, quantity), steps: ObservedSteps::All, weight: 1.0 };
+        Ok(Response::new(format!("distance of {quantity}"), vec![term], Reduction::Distance(curve)))
+    }
+
+    /// A constraint for every bound, every load step at which it holds, and every load case.
+    fn constraints(&self, quantities: &[Arc<dyn Quantity>]) -> Vec<Constraint> {
+        let steps = self.case.load_path.steps;
+        let cases = self.case.load_case_names();
+        let mut constraints = Vec::new();
+        for constraint in &self.case.constraints {
+            let bounds = [constraint.max.map(Bound::AtMost), constraint.min.map(Bound::AtLeast)];
+            let quantity = find(quantities, &constraint.quantity);
+            let observed: Vec<usize> = match quantity.depends_on_state() {
+                true => (1..=steps).filter(|&step| constraint.steps.contains(step, steps)).collect(),
+                false => vec![steps],
+            };
+            for bound in bounds.into_iter().flatten() {
+                for case in 0..cases.len().max(1) {
+                    for &step in &observed {
+                        let mut name = constraint.quantity.clone();
+                        if observed.len() > 1 {
+                            name += &format!("_{step}");
+                        }
+                        if cases.len() > 1 {
+                            name += &format!("_{}", cases[case]);
+                        }
+                        let only = ObservedSteps::Only(vec![step]);
+                        let term = Term { quantity: quantity.clone(), steps: only, weight: 1.0 };
+                        let mut weights = vec![0.0; cases.len().max(1)];
+                        weights[case] = 1.0;
+                        let response = Response::new(name, vec![term], Reduction::Sum).in_load_cases(weights);
+                        constraints.push(Constraint { response, bound });
+                    }
+                    if !quantity.depends_on_state() {
+                        break;
+                    }
+                }
+            }
+        }
+        constraints
+    }
+}
+
+/// Whether no slave node can move in any direction.
+fn all_prescribed(model: &ContactModel) -> bool {
+    let (nodes, fixed) = (model.slave_nodes(), model.prescribed().fixed());
+    !nodes.is_empty() && nodes.iter().all(|&node| fixed[3 * node as usize..][..3] == [true; 3])
+}
+
+/// A quantity of the case, whose reader has checked the name.
+fn find(quantities: &[Arc<dyn Quantity>], name: &str) -> Arc<dyn Quantity> {
+    quantities.iter().find(|quantity| quantity.name() == name).expect("the reader checks names").clone()
+}
+
+fn measure(component: VectorComponent) -> Result<VectorMeasure, QuantityError> {
+    match component {
+        VectorComponent::Direction(direction) => VectorMeasure::along(direction),
+        VectorComponent::Word(VectorWord::X) => VectorMeasure::along([1.0, 0.0, 0.0]),
+        VectorComponent::Word(VectorWord::Y) => VectorMeasure::along([0.0, 1.0, 0.0]),
+        VectorComponent::Word(VectorWord::Z) => VectorMeasure::along([0.0, 0.0, 1.0]),
+        VectorComponent::Word(VectorWord::Norm) => Ok(VectorMeasure::Norm),
+    }
+}
+
+/// The key of a kind.
+fn word(kind: &QuantityKind) -> &'static str {
+    match kind {
+        QuantityKind::Reaction { .. } => "reaction",
+        QuantityKind::Moment { .. } => "moment",
+        QuantityKind::ContactForce { .. } => "contact_force",
+        QuantityKind::ContactPressure { .. } => "contact_pressure",
+        QuantityKind::ContactShare { .. } => "contact_share",
+        QuantityKind::Gap { .. } => "gap",
+        QuantityKind::FrictionWork { .. } => "friction_work",
+        QuantityKind::Displacement { .. } => "displacement",
+        QuantityKind::StrainEnergy { .. } => "strain_energy",
+        QuantityKind::Stress { .. } => "stress",
+        QuantityKind::Compliance {} => "compliance",
+        QuantityKind::Volume { .. } => "volume",
+    }
+}

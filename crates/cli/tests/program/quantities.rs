@@ -1,0 +1,99 @@
+//! Quantities that a case names: printed, tabulated, maximised, bounded and verified.
+
+use super::{CASE, Place};
+
+/// The block drags the slab: the normal force is maximised with a bounded sideways reaction.
+fn place() -> Place {
+    let place = Place::new();
+    let text = CASE
+        .replace(
+            "[objective]\ncontact_force = { steps = \"last\" }",
+            "[objective]\nmaximise = { quantity = \"press\" }",
+        )
+        .replace("sensitivity_filter = { radius = 1.2 }\n", "")
+        + r#"
+[[quantity]]
+name = "press"
+contact_force = { slave = "block_ymin", component = "normal" }
+[[quantity]]
+name = "drag"
+reaction = { set = "block_ymax", component = "x" }
+[[quantity]]
+name = "settlement"
+displacement = { set = "slab_ymax", component = [0, -1, 0] }
+[[quantity]]
+name = "stress"
+stress = { body = "slab" }
+[[constraint]]
+quantity = "drag"
+max = 6.0
+[[constraint]]
+quantity = "settlement"
+min = 0.01
+steps = [2, 4]
+"#;
+    place.write("case.toml", &text);
+    place
+}
+
+fn column(table: &[Vec<String>], name: &str) -> Vec<f64> {
+    let at = table[0].iter().position(|known| known == name).unwrap_or_else(|| panic!("{name}: {:?}", table[0]));
+    table[1..].iter().map(|row| row[at].parse().unwrap_or(f64::NAN)).collect()
+}
+
+#[test]
+fn quantities_are_maximised_and_bounded() {
+    let place = place();
+    let told = place.good("optimize case.toml --iterations 12").out;
+    let history = place.table("case/history.csv");
+    let (drag, violation) = (column(&history, "drag"), column(&history, "violation"));
+    let settlement = column(&history, "settlement_4");
+    assert!(column(&history, "multiplier_drag").iter().take(12).all(|multiplier| *multiplier >= 0.0));
+    for (n, violation) in violation.iter().enumerate() {
+        let expected = (drag[n] / 6.0 - 1.0)
+            .max(1.0 - settlement[n] / 0.01)
+            .max(column(&history, "volume_fraction")[n] / 0.5 - 1.0);
+        assert!((violation - expected.max(0.0)).abs() < 1e-9, "{n}: {violation} {expected}");
+    }
+    // the start design violates the bound, the last ones meet it
+    assert!(drag[0] > 6.1 && drag[12] < 6.05, "{drag:?}");
+    let objective = column(&history, "objective");
+    let quantities = place.table("case/quantities.csv");
+    let press = column(&quantities, "press");
+    assert!((press[4] + objective[12]).abs() < 1e-9 * press[4], "{press:?} {objective:?}");
+    assert!((column(&quantities, "drag")[4] - drag[12]).abs() < 1e-9);
+    assert!((column(&quantities, "reaction_block_ymax_x")[4] - drag[12]).abs() < 1e-9);
+    assert!(told.contains("  press ") && told.contains("  stress "), "{told}");
+    place.good("render case --curve drag press --out curve.png");
+    assert!(place.path("curve.png").is_file());
+}
+
+/// Stopped after some iterations and resumed, an optimization with constraints is the uninterrupted one.
+#[test]
+fn constrained_optimizations_resume_bit_for_bit() {
+    let place = place();
+    place.good("optimize case.toml --iterations 5 --out whole");
+    place.good("optimize case.toml --iterations 2 --out part");
+    place.good("resume part --iterations 5");
+    assert_eq!(place.read("whole/design.csv"), place.read("part/design.csv"));
+    let without_seconds = |text: String| -> Vec<String> {
+        text.lines().map(|line| line.rsplit_once(',').map_or(String::new(), |(cells, _)| cells.to_owned())).collect()
+    };
+    assert_eq!(without_seconds(place.read("whole/history.csv")), without_seconds(place.read("part/history.csv")));
+    assert_eq!(place.read("whole/quantities.csv"), place.read("part/quantities.csv"));
+}
+
+#[test]
+fn all_quantities_are_verified_unless_chosen() {
+    let place = place();
+    let line = "verify gradient case.toml --elements 1 --directions 1 --halvings 2";
+    let told = place.good(line).out;
+    for name in ["objective", "press", "drag", "settlement", "stress"] {
+        assert!(told.contains(&format!("{name} ")), "{name}: {told}");
+    }
+    let checks = place.json("case_verify/verify.json")["checks"].clone();
+    assert_eq!(checks.as_array().map(Vec::len), Some(5));
+    place.good(&format!("{line} --quantity stress --force"));
+    assert_eq!(place.json("case_verify/verify.json")["checks"][0]["quantity"], "stress");
+    place.bad(&format!("{line} --quantity strss --force"), 2, &["no quantity called `strss`", "press, drag"]);
+}

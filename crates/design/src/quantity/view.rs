@@ -1,0 +1,114 @@
+//! What a quantity can see of a state, and its derivatives with respect to that.
+
+/// A state of the load path.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StateView<'a> {
+    /// Load step of the load case that ends at this state or, for an [increment](super::Quantity::accumulates), contains
+    /// it; from 1.
+    pub step: usize,
+    /// Number of load steps of the load case.
+    pub steps: usize,
+    /// Pseudo-time of the state.
+    pub time: f64,
+    /// Nodal displacements `d`, entry `3·node + component`. \[L\]
+    pub displacement: &'a [f64],
+    /// Nodal internal forces `f_int(d, φ)`, entry `3·node + component`. \[F\]
+    pub internal_force: &'a [f64],
+    /// Nodal forces of the loads `f_ext(d, t)`, entry `3·node + component`. \[F\]
+    pub external_force: &'a [f64],
+    /// Forces that supports and prescribed motions exert on the bodies, entry `3·node + component`; zero where nothing is
+    /// prescribed. Empty unless the quantity [reads](super::Reads) it. \[F\]
+    pub reaction: &'a [f64],
+    /// Slave nodes of all contact pairs. Empty unless the quantity [reads](super::Reads) it.
+    pub contact: &'a [ContactNode],
+    /// Density of every element.
+    pub density: &'a [f64],
+    /// Strain energy of every element. Empty unless the quantity [reads](super::Reads) it. \[F L\]
+    pub energy: &'a [f64],
+    /// Von Mises stress of the solid material at the Gauss points, [`STRESS_POINTS`](super::STRESS_POINTS) entries per
+    /// element; 0 for entries without a point. Empty unless the quantity [reads](super::Reads) it. \[F/L²\]
+    pub stress: &'a [f64],
+}
+
+/// The contact of a slave node at a state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactNode {
+    /// Node of the mesh.
+    pub node: u32,
+    /// Number of the contact pair, from 0.
+    pub pair: u32,
+    /// 0 open, 1 stick, 2 slip.
+    pub status: u8,
+    /// Multiplier ζ = (normal, ξ, η) in the node's frame; normal ≥ 0 in compression. \[F/L²\]
+    pub multiplier: [f64; 3],
+    /// The same multiplier as a vector z; −A z is the contact force on the slave. \[F/L²\]
+    pub vector: [f64; 3],
+    /// Weighted gap g̃, ≥ 0 open. \[L³\]
+    pub gap: f64,
+    /// Weighted objective slip increment ũ_τ of the last (sub-)step. \[L³\]
+    pub slip: [f64; 2],
+    /// Tributary area A_j of the part of the surface that faces the master. \[L²\]
+    pub area: f64,
+    /// Area of the slave surface around the node in the reference configuration. \[L²\]
+    pub reference_area: f64,
+}
+
+/// Derivatives with respect to the fields of a [`ContactNode`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactDerivative {
+    /// By ζ.
+    pub multiplier: [f64; 3],
+    /// By z.
+    pub vector: [f64; 3],
+    /// By g̃.
+    pub gap: f64,
+    /// By ũ_τ.
+    pub slip: [f64; 2],
+    /// By A_j.
+    pub area: f64,
+}
+
+impl ContactDerivative {
+    /// Whether all entries vanish.
+    pub fn is_zero(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Partial derivatives with respect to the fields of a [`StateView`], each at fixed values of the others; quantities add
+/// to the existing values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StateDerivative {
+    /// By the displacements.
+    pub displacement: Vec<f64>,
+    /// By the internal forces.
+    pub internal_force: Vec<f64>,
+    /// By the forces of the loads.
+    pub external_force: Vec<f64>,
+    /// By the reactions; empty if the view has none.
+    pub reaction: Vec<f64>,
+    /// By the data of the slave nodes; empty if the view has none.
+    pub contact: Vec<ContactDerivative>,
+    /// By the densities of the elements.
+    pub density: Vec<f64>,
+    /// By the strain energies of the elements; empty if the view has none.
+    pub energy: Vec<f64>,
+    /// By the stresses; empty if the view has none.
+    pub stress: Vec<f64>,
+}
+
+impl StateDerivative {
+    /// Zero derivatives for a view.
+    pub fn zero(view: &StateView) -> Self {
+        Self {
+            displacement: vec![0.0; view.displacement.len()],
+            internal_force: vec![0.0; view.internal_force.len()],
+            external_force: vec![0.0; view.external_force.len()],
+            reaction: vec![0.0; view.reaction.len()],
+            contact: vec![ContactDerivative::default(); view.contact.len()],
+            density: vec![0.0; view.density.len()],
+            energy: vec![0.0; view.energy.len()],
+            stress: vec![0.0; view.stress.len()],
+        }
+    }
+}

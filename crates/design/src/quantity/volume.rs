@@ -1,0 +1,42 @@
+//! Material volume and mass.
+
+use super::{Dimension, Quantity, StateDerivative, StateView};
+
+/// Volume of the material in the reference configuration, Σ φ_e V_e. \[L³\]
+///
+/// With elements weighted by a mass density, it is the mass. Test: `resultants_and_means_by_hand`.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    name: String,
+    /// Per unit of density, for every element.
+    weights: Vec<f64>,
+}
+
+impl Volume {
+    /// With the volume of every element that counts, and 0 for the others. \[L³\]
+    pub fn new(name: impl Into<String>, volumes: Vec<f64>) -> Self {
+        Self { name: name.into(), weights: volumes }
+    }
+}
+
+impl Quantity for Volume {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn dimension(&self) -> Dimension {
+        Dimension::VOLUME
+    }
+
+    fn depends_on_state(&self) -> bool {
+        false
+    }
+
+    fn value(&self, state: &StateView) -> f64 {
+        self.weights.iter().zip(state.density).map(|(volume, density)| volume * density).sum()
+    }
+
+    fn pull_back(&self, _: &StateView, weight: f64, to: &mut StateDerivative) {
+        to.density.iter_mut().zip(&self.weights).for_each(|(to, volume)| *to += weight * volume);
+    }
+}

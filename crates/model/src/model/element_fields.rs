@@ -1,0 +1,61 @@
+//! Fields of the bodies at a state: deformation, stress and energy of every element, and reactions.
+
+use super::Design;
+use slipstick_mesh::Mesh;
+use slipstick_solid::stress::{STRESS_POINTS, von_mises};
+
+/// Fields of the bodies at a state, for output.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ElementFields {
+    /// Smallest J of every element, regardless of its scaling.
+    pub determinants: Vec<f64>,
+    /// Cauchy stress of every element, the mean over its Gauss points: xx, yy, zz, xy, yz, xz. Scaled by the density, as in
+    /// equilibrium; of interpolated energies, only the part with finite strains. Empty if an element is inverted. \[F/L²\]
+    pub stress: Vec<f64>,
+    /// Largest von Mises stress among the Gauss points of every element, scaled likewise. Empty likewise. \[F/L²\]
+    pub von_mises: Vec<f64>,
+    /// Strain energy of every element over its reference volume. Empty likewise. \[F/L²\]
+    pub energy_density: Vec<f64>,
+    /// Forces of supports and prescribed motions, three per node; zero where nothing is prescribed. Empty likewise. \[F\]
+    pub reaction: Vec<f64>,
+}
+
+impl Design {
+    /// Fields of the bodies at displacements `d` and pseudo-time `time`, with the contact forces on all nodes; any rank may
+    /// call it without the others.
+    ///
+    /// Test: `fields_of_a_bar` (tests/quantities.rs).
+    pub fn element_fields(&self, mesh: &Mesh, d: &[f64], time: f64, contact_force: &[f64]) -> ElementFields {
+        let model = &*self.model;
+        let solid = model.whole_solid(mesh);
+        let determinants = solid.smallest_determinants(d);
+        let mut internal = vec![0.0; d.len()];
+        let (Ok(()), Ok(stresses), Ok(energies)) = (
+            solid.internal_force(d, &self.scalings, &mut internal),
+            solid.cauchy_stresses(d, &self.scalings),
+            solid.energies(d, &self.scalings),
+        ) else {
+            return ElementFields { determinants, ..ElementFields::default() };
+        };
+        let mut external = vec![0.0; d.len()];
+        model.external_force(d, time, &mut external);
+        let none = vec![0.0; d.len()];
+        let contact_force = if contact_force.is_empty() { &none[..] } else { contact_force };
+        let (mut stress, mut sizes) = (Vec::new(), Vec::new());
+        for ((of, scaling), element) in stresses.iter().zip(&self.scalings).zip(&mesh.elements) {
+            let points = if element.nodes().len() == 4 { 1 } else { STRESS_POINTS };
+            let mean = |a: usize, b: usize| of[..points].iter().map(|s| s[a][b]).sum::<f64>() / points as f64;
+            let places = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+            stress.extend(places.map(|(a, b)| scaling.factor * mean(a, b)));
+            sizes.push(scaling.factor * of[..points].iter().map(von_mises).fold(0.0, f64::max));
+        }
+        let volumes = solid.element_volumes();
+        ElementFields {
+            determinants,
+            stress,
+            von_mises: sizes,
+            energy_density: energies.iter().zip(&volumes).map(|(energy, volume)| energy / volume).collect(),
+            reaction: model.reactions(&internal, &external, contact_force),
+        }
+    }
+}

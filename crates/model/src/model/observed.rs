@@ -1,0 +1,209 @@
+//! What quantities see of contact and supports at a state, and how their derivatives with respect to it are pulled back
+//! to unknowns, previous state and parameters.
+
+use super::law::{LawWeights, NodeLaw};
+use super::{ContactModel, ContactResults, Design, Step, node};
+use nalgebra::{Vector2, Vector3};
+use slipstick_design::quantity::{ContactDerivative, ContactNode, StateView};
+use slipstick_path::{Evaluated, Explicit, PathGradient, PreviousPullBack, StateError};
+use slipstick_solid::ElementScaling;
+use slipstick_solid::stress::{STRESS_POINTS, von_mises};
+
+impl ContactModel {
+    /// The slave nodes as quantities see them.
+    pub(crate) fn contact_nodes(&self, results: &ContactResults) -> Vec<ContactNode> {
+        let of = |(at, slave): (&super::NodalContact, &super::SlaveData)| ContactNode {
+            node: at.node,
+            pair: slave.interface,
+            status: at.status as u8,
+            multiplier: at.multiplier,
+            vector: at.global_multiplier,
+            gap: at.weighted_gap,
+            slip: at.weighted_slip,
+            area: at.covered_area,
+            reference_area: slave.area,
+        };
+        results.nodes.iter().zip(&self.slaves).map(of).collect()
+    }
+
+    /// Forces of supports and prescribed motions, from the internal, external and contact forces; zero at free unknowns.
+    /// \[F\]
+    pub(crate) fn reactions(&self, internal: &[f64], external: &[f64], contact: &[f64]) -> Vec<f64> {
+        let of = |(i, &fixed): (usize, &bool)| if fixed { internal[i] - external[i] - contact[i] } else { 0.0 };
+        self.prescribed.fixed().iter().enumerate().map(of).collect()
+    }
+
+    /// Area of the slave surface around each slave node in the reference configuration. \[L²\]
+    pub(crate) fn slave_areas(&self) -> impl Iterator<Item = f64> {
+        self.slaves.iter().map(|slave| slave.area)
+    }
+
+    /// The slave nodes' entries in a list over those of all pairs, pair by pair.
+    pub(crate) fn by_pair<'a, T>(&'a self, nodes: &'a [T]) -> impl Iterator<Item = &'a [T]> {
+        let mut rest = nodes;
+        self.interfaces.iter().map(move |pair| {
+            let (own, others) = rest.split_at(pair.interface.slave_nodes().len().min(rest.len()));
+            rest = others;
+            own
+        })
+    }
+}
+
+impl Design {
+    /// Adds the derivatives of a quantity of slave nodes with respect to unknowns and previous state, and if requested,
+    /// with respect to parameters. Neither depends on the density.
+    ///
+    /// A multiplier is an unknown, or follows from gap and slip by the node's law; a vector z = Σ_b (frame)_b ζ_b also
+    /// depends on the frame. Test: `quantities_match_finite_differences` (tests/quantity_gradients.rs).
+    pub(crate) fn pull_back_contact_quantities(
+        &self,
+        step: &Step,
+        at: &Evaluated<Self>,
+        by: &[ContactDerivative],
+        parameters: bool,
+        to: &mut Explicit<'_>,
+    ) {
+        let model = &*self.model;
+        let split = model.displacement_count();
+        let x = model.positions(&at.unknowns);
+        let mut unknowns = vec![0.0; to.unknowns.len()];
+        let mut previous =
+            PreviousPullBack { unknowns: vec![0.0; to.unknowns.len()], history: vec![0.0; model.unknowns.history] };
+        let mut by_parameters = vec![0.0; if parameters { to.gradient.parameters.len() } else { 0 }];
+        for (j, now, node) in at.state.own().filter(|(j, ..)| !by[*j].is_zero()) {
+            let by = &by[j];
+            let vector = Vector3::from(by.vector);
+            let weight = Vector3::from(by.multiplier) + now.frame.basis * vector;
+            node::add_measures_pull_back(now, &node.step, by.gap, by.slip, by.area, &mut unknowns);
+            node::add_frame_pull_back(now, &node.law.value(), &vector, &mut unknowns);
+            match node.law {
+                NodeLaw::Multiplier { .. } => {
+                    unknowns[split + 3 * j..][..3].iter_mut().zip(&weight).for_each(|(to, w)| *to += w);
+                }
+                NodeLaw::Regularised(_) => {
+                    let traction = node.law.traction();
+                    node::add_traction_pull_back(now, &node.step, &traction, &weight, &mut unknowns);
+                }
+            }
+            let mut weights = LawWeights::of(&node.law, Vector3::zeros(), weight);
+            if parameters {
+                self.pull_back_law_parameters(step, j, &weights, &mut by_parameters);
+            }
+            weights.by_slip += Vector2::from(by.slip);
+            self.pull_back_law_previous(step, j, &now.frame, &x, &weights, &mut previous);
+        }
+        model.share.sum(&mut [&mut unknowns, &mut previous.unknowns, &mut previous.history, &mut by_parameters]);
+        let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+        add(to.unknowns, &unknowns);
+        add(&mut to.previous.unknowns, &previous.unknowns);
+        add(&mut to.previous.history, &previous.history);
+        add(&mut to.gradient.parameters, &by_parameters);
+    }
+
+    /// Adds the derivatives of Σ_e w_e W_e with respect to displacements, densities and, if requested, moduli, for weights
+    /// w of the elements' strain energies in `view`.
+    ///
+    /// With W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)], ∂W/∂u is the internal force, W is linear in the factor, and
+    /// ∂W/∂γ = (u·∂W/∂u − 2 factor Ψ_L)/γ. Test: `quantities_match_finite_differences` (tests/quantity_gradients.rs).
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub(crate) fn pull_back_energies(
+        &self,
+        d: &[f64],
+        view: &StateView<'_>,
+        weights: &[f64],
+        parameters: bool,
+        by_displacement: &mut [f64],
+        to: &mut PathGradient,
+    ) -> Result<(), StateError> {
+        let model = &*self.model;
+        let weighted =
+            |(scaling, weight): (&ElementScaling, &f64)| ElementScaling { factor: weight * scaling.factor, ..*scaling };
+        let scalings: Vec<ElementScaling> = self.scalings.iter().zip(weights).map(weighted).collect();
+        let mut force = vec![0.0; d.len()];
+        let result = model.solid.internal_force(d, &scalings, &mut force).map_err(super::inverted);
+        model.share.agree(result)?;
+        model.share.sum(&mut [&mut force]);
+        by_displacement.iter_mut().zip(force).for_each(|(to, force)| *to += force);
+        let interpolated = self.scaling_slopes().iter().any(|slope| slope.gamma != 0.0);
+        let by_gamma = if interpolated { self.energies_by_gamma(d)? } else { Vec::new() };
+        for (e, (scaling, slope)) in self.scalings.iter().zip(self.scaling_slopes()).enumerate() {
+            if slope.factor != 0.0 {
+                to.design[e] += weights[e] * view.energy[e] * slope.factor / scaling.factor;
+            }
+            if slope.gamma != 0.0 {
+                to.design[e] += weights[e] * by_gamma[e] * slope.gamma;
+            }
+        }
+        if parameters {
+            let first = model.interfaces.len();
+            for (body, elements) in model.bodies.iter().enumerate() {
+                let of = |e: usize| weights[e] * view.energy[e] / model.solid.material(e).youngs_modulus();
+                to.parameters[first + body] += elements.clone().map(of).sum::<f64>();
+            }
+        }
+        Ok(())
+    }
+
+    /// Von Mises stress of the solid material at the Gauss points of all elements, complete on every rank. \[F/L²\]
+    ///
+    /// # Errors
+    /// If elements are inverted.
+    pub(crate) fn von_mises_stresses(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
+        let model = &*self.model;
+        let stresses = model.solid.cauchy_stresses(d, &self.scalings).map_err(super::inverted);
+        let stresses = model.share.agree(stresses)?;
+        let mut sizes: Vec<f64> = stresses.as_flattened().iter().map(von_mises).collect();
+        model.share.sum(&mut [&mut sizes]);
+        Ok(sizes)
+    }
+
+    /// Adds the derivatives of a function of the stresses in `view`, with these slopes, with respect to displacements,
+    /// densities (through the interpolation of energies) and, if requested, moduli.
+    /// Test: `quantities_match_finite_differences` (tests/quantity_gradients.rs).
+    pub(crate) fn pull_back_stresses(
+        &self,
+        d: &[f64],
+        view: &StateView<'_>,
+        by_stress: &[f64],
+        parameters: bool,
+        by_displacement: &mut [f64],
+        to: &mut PathGradient,
+    ) {
+        let model = &*self.model;
+        let (mut force, mut by_density) = (vec![0.0; d.len()], vec![0.0; self.scalings.len()]);
+        let scalings = (&self.scalings[..], self.scaling_slopes());
+        model.solid.pull_back_stresses(d, scalings, by_stress, &mut force, &mut by_density);
+        model.share.sum(&mut [&mut force, &mut by_density]);
+        by_displacement.iter_mut().zip(force).for_each(|(to, from)| *to += from);
+        to.design.iter_mut().zip(by_density).for_each(|(to, from)| *to += from);
+        if parameters {
+            // σ is proportional to E
+            let first = model.interfaces.len();
+            for (body, elements) in model.bodies.iter().enumerate() {
+                let points = STRESS_POINTS * elements.start..STRESS_POINTS * elements.end;
+                let along: f64 = by_stress[points.clone()].iter().zip(&view.stress[points]).map(|(b, s)| b * s).sum();
+                to.parameters[first + body] += along / model.solid.material(elements.start).youngs_modulus();
+            }
+        }
+    }
+
+    /// ∂W/∂γ of every element.
+    fn energies_by_gamma(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
+        let model = &*self.model;
+        let scaled = |gamma: f64| -> Vec<ElementScaling> {
+            self.scalings.iter().map(|s| ElementScaling { factor: s.factor, gamma }).collect()
+        };
+        let mut work = vec![0.0; self.scalings.len()];
+        let result = model.solid.pull_back_density(d, &self.scalings, &scaled(0.0), d, &mut work);
+        let linear = model.solid.energies(d, &scaled(0.0));
+        let result = result.and(linear).map_err(super::inverted);
+        let linear = model.share.agree(result)?;
+        for ((work, linear), scaling) in work.iter_mut().zip(linear).zip(&self.scalings) {
+            *work = if scaling.gamma == 0.0 { 0.0 } else { (*work - 2.0 * linear) / scaling.gamma };
+        }
+        model.share.sum(&mut [&mut work]);
+        Ok(work)
+    }
+}

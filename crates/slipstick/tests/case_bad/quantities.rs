@@ -1,0 +1,111 @@
+//! Mistakes in quantities, objectives and constraints: one error each, with the place and the cure.
+
+use super::{GOOD, errors};
+use slipstick::build::{build, optimization};
+use slipstick::case::{CaseCode, parse_case};
+
+const QUANTITIES: &str = r#"
+[[quantity]]
+name = "grip"
+contact_force = { slave = "ball_dome", component = "normal" }
+[[quantity]]
+name = "push"
+reaction = { set = "ball_flat", component = "y" }
+[[constraint]]
+quantity = "push"
+max = 5.0
+"#;
+
+fn with(from: &str, to: &str) -> String {
+    let text = GOOD.replace("[objective]\ncontact_force = { steps = \"last\" }\n", "") + QUANTITIES;
+    let text = text + "[objective]\nmaximise = { quantity = \"grip\", steps = \"all\" }\n";
+    assert!(from.is_empty() || text.contains(from), "{from}");
+    text.replace(from, to)
+}
+
+#[test]
+fn one_mistake_is_one_error() {
+    parse_case(&with("", ""), "case.toml").expect("right");
+    for (from, to, code, message, help) in [
+        ("normal", "nomral", CaseCode::UnknownWord, "`component` cannot be `nomral`", "normal"),
+        ("\"ball_dome\", component", "\"plate_ymax\", component", CaseCode::UnknownSet, "not the slave", "ball_dome"),
+        (
+            "\"ball_flat\", component",
+            "\"ball_flta\", component",
+            CaseCode::UnknownSet,
+            "no surface or set",
+            "ball_flat",
+        ),
+        (", component = \"y\"", "", CaseCode::MissingKey, "`component`", "a direction [x, y, z]"),
+        ("component = \"y\"", "component = [0, 0, 0]", CaseCode::OutOfRange, "zero vector", "[0, 1, 0]"),
+        (
+            "name = \"push\"",
+            "name = \"grip\"",
+            CaseCode::DuplicateName,
+            "two quantities are called `grip`",
+            "different",
+        ),
+        ("quantity = \"push\"", "quantity = \"pull\"", CaseCode::UnknownSet, "no quantity called `pull`", "push"),
+        ("max = 5.0", "", CaseCode::MissingKey, "the constraint has no bound", "max, min"),
+        ("max = 5.0", "max = 5.0\nmin = 6.0", CaseCode::OutOfRange, "at least 6 and at most 5", "exchange"),
+        ("max = 5.0", "max = 5.0\nsteps = [11]", CaseCode::Steps, "load step 11", ""),
+        ("maximise", "maximize", CaseCode::UnknownKey, "unknown key `maximize`", "maximise"),
+        ("quantity = \"grip\", steps", "sum = [], steps", CaseCode::Empty, "no term", "sum = ["),
+        (
+            "maximise = { quantity = \"grip\", steps = \"all\" }",
+            "follow = { quantity = \"grip\", points = [[0.5, 1], [0.4, 2]] }",
+            CaseCode::OutOfRange,
+            "0.4 is not above 0.5",
+            "in the order",
+        ),
+    ] {
+        let found = errors(&with(from, to));
+        let [error] = found.diagnostics() else { panic!("{to}: {found}") };
+        assert_eq!(error.code(), code, "{error}");
+        assert!(error.to_string().contains(message), "{to}: {error}");
+        assert!(error.help().contains(help), "{to}: {}", error.help());
+    }
+}
+
+/// Quantities that the design cannot change are refused when the case is built.
+#[test]
+fn constant_quantities_are_refused() {
+    for (from, to, message) in [
+        (
+            "reaction = { set = \"ball_flat\"",
+            "reaction = { set = \"plate_xmax\"",
+            "nothing is prescribed at `plate_xmax`",
+        ),
+        (
+            "reaction = { set = \"ball_flat\"",
+            "displacement = { set = \"ball_flat\"",
+            "is prescribed, so it does not depend",
+        ),
+        (
+            "reaction = { set = \"ball_flat\", component = \"y\" }",
+            "compliance = {}",
+            "has no load, so its compliance is always 0",
+        ),
+    ] {
+        let case = parse_case(&with(from, to), "case.toml").expect("read").case;
+        let error = build(&case).err().expect("refused");
+        assert!(error.path.starts_with("quantity[1].") && error.message.contains(message), "{error}");
+    }
+}
+
+/// The resolved case is a case file that gives the same case, and an optimization needs a bound.
+#[test]
+fn resolved_quantities_can_be_read_again() {
+    let resolved = parse_case(&with("", ""), "case.toml").expect("right").case;
+    let text = toml::to_string(&resolved).expect("TOML");
+    let again = parse_case(&text, "again.toml").unwrap_or_else(|errors| panic!("{errors}\n{text}")).case;
+    assert_eq!(resolved, again);
+    // a design without a bound has no use for material
+    let free = with("volume_fraction = 0.3\n", "").replace("[[constraint]]\nquantity = \"push\"\nmax = 5.0\n", "");
+    let found = errors(&free);
+    let [error] = found.diagnostics() else { panic!("{found}") };
+    assert!(error.help().contains("[[constraint]]"), "{error}");
+    let bounded = with("volume_fraction = 0.3\n", "");
+    let case = parse_case(&bounded, "case.toml").expect("bounded by a constraint").case;
+    optimization(&case, build(&case).expect("builds")).expect("needs no bound on the volume");
+}
