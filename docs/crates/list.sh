@@ -77,6 +77,11 @@ TEXT
     cat <<'TEXT'
 
 Only for tests and benchmarks: `proptest` (random inputs), `num-dual` (reference derivatives by dual numbers), `tempfile`.
+
+Charts and the text in pictures are drawn by about 700 lines in `views/src/render` and `picture.rs`. We
+tried libraries and kept our own code: `plotters`, `kuva` and `charts-rs` need `ttf-parser`, which is no longer
+maintained (RUSTSEC-2026-0192); `skrifa` with `ab_glyph_rasterizer` would replace only the glyphs
+and add about half a minute to the first build.
 TEXT
     printf '\nLicences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
         sed 's/.*|//' | sort -u | sed '/^$/d' | paste -sd';' | sed 's/;/; /g')"

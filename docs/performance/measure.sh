@@ -41,10 +41,13 @@ methods() {
     done
 }
 
+# Factors are kept; the time is that of the processors.
+responses() { "$program" bench --sizes 9400 --steps 10 --threads 1 --responses 20 --cpu | sed -n '/together/,/^$/p' | grep .; }
+
 elements() { cargo bench --quiet -p slipstick-solid --bench assembly; }
 
 large() { "$program" bench --sizes 90000 --steps 1 --threads 2; }
 
-for name in ${*:-sizes settled ironing_block methods elements large}; do
+for name in ${*:-sizes settled ironing_block methods responses elements large}; do
     measure "$name" "$name"
 done

@@ -192,10 +192,15 @@ impl DriveObserver for Watch<'_> {
             failed => format!(" and {failed} in failed attempts"),
         };
         let change = record.change.map_or("       ".into(), |change| format!("{change:.5}"));
+        // the volume is shown by itself
+        let violation = match record.constraints.len() {
+            0 | 1 => String::new(),
+            _ => format!("  violation {:.5}", record.violation),
+        };
         let [open, stick, slip] = record.status;
         // also kept on a terminal, above the bar
         self.console.text(&format!(
-            "{iteration:>5}  objective {:>14}  volume {volume_fraction:.5}  change {change}  Newton {newton_iterations:>4}{failed}  \
+            "{iteration:>5}  objective {:>14}  volume {volume_fraction:.5}{violation}  change {change}  Newton {newton_iterations:>4}{failed}  \
              open {open}, stick {stick}, slip {slip}  {seconds:.1} s",
             digits(*objective)
         ));

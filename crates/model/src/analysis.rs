@@ -73,6 +73,17 @@ pub enum AnalysisError {
     /// A converged state could not be evaluated.
     #[error(transparent)]
     State(#[from] StateError),
+    /// A quantity of the objective or of a constraint has no finite value.
+    #[error(
+        "the quantity `{name}` has no finite value at load step {step}; a gap has none where no part of the slave \
+         surface faces the master: choose other load steps, or a larger `search_radius`"
+    )]
+    Infinite {
+        /// Its name.
+        name: String,
+        /// Load step, counted through all load cases.
+        step: usize,
+    },
     /// The path was cancelled before its end.
     #[error("the path ends after {steps} of {all} load steps: the objective has no gradient there")]
     Unfinished {
@@ -300,7 +311,9 @@ impl Analysis {
         if !path.states.iter().any(closed) {
             return Some(ForwardNotice::ContactNeverCloses);
         }
-        let objective = self.objective.as_ref()?;
+        // others may be nonzero with open contact, and sums over the path come from earlier steps
+        let at_steps = |of: &&Response| of.needs_contact() && !of.accumulates();
+        let objective = self.objective.as_ref().filter(at_steps)?;
         let mut observed = path.completed().filter(|(step, _)| objective.observes(*step, steps));
         (!observed.any(|(_, state)| closed(state))).then_some(ForwardNotice::ContactOpenWhereObserved)
     }

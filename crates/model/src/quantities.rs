@@ -178,6 +178,16 @@ fn supports(model: &ContactModel) -> Vec<Support> {
     sets.chain(planes.map(|unknowns| Support { set: None, unknowns })).collect()
 }
 
+/// The names of the columns that every run writes, apart from those of the case's own quantities.
+pub fn column_names(mesh: &Mesh, model: &ContactModel) -> Vec<String> {
+    built_in(mesh, model, &supports(model)).into_iter().map(|column| column.name).collect()
+}
+
+/// A name as the heading of a column: names from mesh files may contain characters that separate cells or lines.
+fn column_name(name: &str) -> String {
+    name.replace([',', '"', '\n', '\r'], "_")
+}
+
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Support {
@@ -252,6 +262,50 @@ impl Sums {
     }
 }
 
+/// Names of all quantities except the case's own.
+fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<QuantityName> {
+    let mut names = Vec::new();
+    let mut push = |subject: Subject, what: String, name: String, unit| {
+        let name = column_name(&name);
+        names.push(QuantityName { name, subject, what, unit });
+    };
+    for support in supports {
+        let (_, components) = support.nodes();
+        let prescribed = (0..3).filter(|&c| components[c]);
+        match &support.set {
+            Some(set) => {
+                let subject = || Subject::Support(set.clone());
+                for axis in AXES {
+                    push(subject(), format!("displacement_{axis}"), format!("displacement_{set}_{axis}"), "L");
+                }
+                for axis in prescribed.map(|c| AXES[c]) {
+                    push(subject(), format!("reaction_{axis}"), format!("reaction_{set}_{axis}"), "F");
+                }
+            }
+            None => prescribed.for_each(|c| {
+                let name = format!("symmetry_reaction_{}", AXES[c]);
+                push(Subject::SymmetryPlane, format!("reaction_{}", AXES[c]), name, "F");
+            }),
+        }
+    }
+    for pair in model.interfaces() {
+        let slave = &pair.surfaces[0];
+        let forces = AXES.map(|axis| (format!("force_{axis}"), "F"));
+        for (what, unit) in forces.into_iter().chain(PAIR.map(|(what, unit)| (what.to_owned(), unit))) {
+            let name = format!("{slave}_{what}");
+            push(Subject::Pair(slave.clone()), what, name, unit);
+        }
+    }
+    for body in &mesh.bodies {
+        let name = format!("strain_energy_{}", body.name);
+        push(Subject::Body(body.name.clone()), "strain_energy".into(), name, "F L");
+    }
+    for name in ["strain_energy", "friction_work", "external_work", "contact_work", "energy_balance"] {
+        push(Subject::Whole, name.into(), name.into(), "F L");
+    }
+    names
+}
+
 struct Recorder<'a> {
     mesh: &'a Mesh,
     design: &'a Design,
@@ -261,47 +315,10 @@ struct Recorder<'a> {
 
 impl Recorder<'_> {
     fn names(&self) -> Vec<QuantityName> {
-        let mut names = Vec::new();
-        let mut push = |subject: Subject, what: String, name: String, unit| {
-            names.push(QuantityName { name, subject, what, unit });
-        };
-        for support in &self.supports {
-            let (_, components) = support.nodes();
-            let prescribed = (0..3).filter(|&c| components[c]);
-            match &support.set {
-                Some(set) => {
-                    let subject = || Subject::Support(set.clone());
-                    for axis in AXES {
-                        push(subject(), format!("displacement_{axis}"), format!("displacement_{set}_{axis}"), "L");
-                    }
-                    for axis in prescribed.map(|c| AXES[c]) {
-                        push(subject(), format!("reaction_{axis}"), format!("reaction_{set}_{axis}"), "F");
-                    }
-                }
-                None => prescribed.for_each(|c| {
-                    let name = format!("symmetry_reaction_{}", AXES[c]);
-                    push(Subject::SymmetryPlane, format!("reaction_{}", AXES[c]), name, "F");
-                }),
-            }
-        }
-        for pair in self.design.model().interfaces() {
-            let slave = &pair.surfaces[0];
-            let forces = AXES.map(|axis| (format!("force_{axis}"), "F"));
-            for (what, unit) in forces.into_iter().chain(PAIR.map(|(what, unit)| (what.to_owned(), unit))) {
-                let name = format!("{slave}_{what}");
-                push(Subject::Pair(slave.clone()), what, name, unit);
-            }
-        }
-        for body in &self.mesh.bodies {
-            let name = format!("strain_energy_{}", body.name);
-            push(Subject::Body(body.name.clone()), "strain_energy".into(), name, "F L");
-        }
-        for name in ["strain_energy", "friction_work", "external_work", "contact_work", "energy_balance"] {
-            push(Subject::Whole, name.into(), name.into(), "F L");
-        }
+        let mut names = built_in(self.mesh, self.design.model(), &self.supports);
         for quantity in self.own {
-            let name = quantity.name();
-            push(Subject::Case, name.into(), name.into(), quantity.dimension().symbol());
+            let (name, unit) = (quantity.name().to_owned(), quantity.dimension().symbol());
+            names.push(QuantityName { name: name.clone(), subject: Subject::Case, what: name, unit });
         }
         names
     }
@@ -385,3 +402,11 @@ const PAIR: [(&str, &str); 8] = [
     ("slip", ""),
     ("friction_work", "F L"),
 ];
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn headings_of_columns_have_no_separators() {
+        assert_eq!(super::column_name("reaction_top, \"left\"_x"), "reaction_top_ _left__x");
+    }
+}

@@ -111,15 +111,15 @@ pub fn sweep<P: StepProblem>(
 ) -> Result<Vec<PathGradient>, SweepError> {
     // so the gradient does not depend on earlier solves
     solver.linear.forget_factors();
-    let one = Adjoining::at_rest(solver.problem.unknowns());
-    let adjoining = vec![one; responses.count()];
-    let mut run = Run { solver, path, responses, options, adjoining, geometry: None, factors: None };
+    let one = ResponseAdjoint::at_rest(solver.problem.unknowns());
+    let adjoints = vec![one; responses.count()];
+    let mut run = Run { solver, path, responses, options, adjoints, geometry: None, factors: None };
     let mut fetched = None;
     for index in (1..path.states.len()).rev() {
         let here = &path.states[index];
         if here.rest {
             // later states do not depend on anything before this one
-            run.adjoining.iter_mut().for_each(|response| response.carry.clear());
+            run.adjoints.iter_mut().for_each(|response| response.carry.clear());
             (run.geometry, fetched) = (None, None);
             continue;
         }
@@ -128,10 +128,10 @@ pub fn sweep<P: StepProblem>(
         run.step_back(index, &previous, &state).map_err(|kind| SweepError { time: here.time, kind })?;
         fetched = Some(previous);
     }
-    let Run { adjoining, solver, .. } = run;
+    let Run { adjoints, solver, .. } = run;
     // later solves cannot use factors of the sweep
     solver.linear.forget_factors();
-    let gradients: Vec<PathGradient> = adjoining.into_iter().map(|response| response.gradient).collect();
+    let gradients: Vec<PathGradient> = adjoints.into_iter().map(|response| response.gradient).collect();
     let entries = || gradients.iter().flat_map(|gradient| gradient.design.iter().chain(&gradient.parameters));
     if let Some(index) = entries().position(|g| !g.is_finite()) {
         let kind = StateError::NotFinite { quantity: "the gradient".into(), index }.into();
@@ -145,7 +145,7 @@ const RECENT: usize = 4;
 
 /// The adjoint of one response.
 #[derive(Debug, Clone, Default)]
-struct Adjoining {
+struct ResponseAdjoint {
     gradient: PathGradient,
     /// The pull-back from the next step of the path.
     carry: PreviousPullBack,
@@ -153,7 +153,7 @@ struct Adjoining {
     solutions: VecDeque<Vec<f64>>,
 }
 
-impl Adjoining {
+impl ResponseAdjoint {
     fn at_rest(unknowns: &Unknowns) -> Self {
         let gradient = PathGradient { design: vec![0.0; unknowns.designs], parameters: vec![0.0; unknowns.parameters] };
         let carry = PreviousPullBack { unknowns: vec![0.0; unknowns.count()], history: vec![0.0; unknowns.history] };
@@ -197,7 +197,7 @@ struct Run<'r, 's, P: StepProblem> {
     path: &'r Path,
     responses: &'r mut dyn PathResponses<P>,
     options: &'r SweepOptions,
-    adjoining: Vec<Adjoining>,
+    adjoints: Vec<ResponseAdjoint>,
     /// Geometry of the state to be treated next, if the step after it has evaluated it.
     geometry: Option<P::Geometry>,
     /// Factors of a later state of the path, with its index.
@@ -221,8 +221,8 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let here = &self.path.states[index];
         let problem = self.solver.problem;
         let geometry = self.geometry.take();
-        let concerns = |r: &usize| self.responses.observes(*r, index) || !self.adjoining[*r].carry.is_zero();
-        let concerned: Vec<usize> = (0..self.adjoining.len()).filter(concerns).collect();
+        let concerns = |r: &usize| self.responses.observes(*r, index) || !self.adjoints[*r].carry.is_zero();
+        let concerned: Vec<usize> = (0..self.adjoints.len()).filter(concerns).collect();
         if concerned.is_empty() {
             return Ok(());
         }
@@ -255,8 +255,8 @@ impl<P: StepProblem> Run<'_, '_, P> {
                 rhs.iter_mut().zip(of_residual).for_each(|(r, of_residual)| *r += of_residual);
             }
             rhs.iter_mut().for_each(|r| *r = -*r);
-            let adjoining = &mut self.adjoining[response];
-            let similar = &adjoining.solutions;
+            let own = &mut self.adjoints[response];
+            let similar = &own.solutions;
             let lambda = match linear.solve_similar(&system, fixed, at_hand.clone(), similar, &rhs, tolerance) {
                 Some(lambda) => lambda,
                 None => {
@@ -276,12 +276,12 @@ impl<P: StepProblem> Run<'_, '_, P> {
                 by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
                 by_prescribed
             });
-            adjoining.keep(lambda.clone());
+            own.keep(lambda.clone());
             let mut lambda = lambda;
             if observes_residual {
                 lambda.iter_mut().zip(&residual).for_each(|(l, r)| *l += r);
             }
-            let Adjoining { gradient, carry, .. } = adjoining;
+            let ResponseAdjoint { gradient, carry, .. } = own;
             if let Some(by_prescribed) = &by_prescribed {
                 let adjoint = Adjoint { lambda: &lambda, eta: &eta, by_prescribed, time: here.time };
                 problem.pull_back_parameters(&step, &at, &adjoint, &mut gradient.parameters)?;
@@ -304,7 +304,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
         response: usize,
         observed: &Observed<'_, P>,
     ) -> Result<Option<RightHandSide>, StepFailureKind> {
-        let Adjoining { gradient, carry, .. } = &mut self.adjoining[response];
+        let ResponseAdjoint { gradient, carry, .. } = &mut self.adjoints[response];
         let mut explicit =
             PreviousPullBack { unknowns: vec![0.0; carry.unknowns.len()], history: vec![0.0; carry.history.len()] };
         // responses do not depend directly on the history, so η_n comes only from step n + 1

@@ -5,10 +5,10 @@
 //!
 //! ```text
 //! P = ∂Ψ/∂F      σ = P Fᵀ/J      σ_v = √(3/2) ‖dev σ‖
-//! ∂σ_v/∂F = ∂P/∂F : W + Pᵀ-part + volume:   W = S F/J,   (SᵀP)/J,   −σ_v F⁻ᵀ,   with S = ∂σ_v/∂σ
+//! ∂σ_v/∂F = ∂P/∂F : V + S P/J − σ_v F⁻ᵀ      V = S F/J      S = ∂σ_v/∂σ
 //! ```
 //!
-//! ∂P/∂F is symmetric, so its product with W is a derivative of P along W. For small-strain laws σ = P.
+//! ∂P/∂F is symmetric, so its product with V is a derivative of P along V. For small-strain laws σ = P.
 
 use crate::dual::Dual;
 use crate::law::Material;
@@ -63,7 +63,7 @@ fn first_piola_kirchhoff(material: &Material, f: &Tensor) -> Tensor {
     })
 }
 
-/// ∂P/∂F : W.
+/// ∂P/∂F : V.
 fn stress_change(material: &Material, f: &Tensor, along: &Tensor) -> Tensor {
     from_fn(|i| {
         from_fn(|j| {

@@ -1,5 +1,6 @@
 //! From the quantities, the objective and the constraints of a case to those of the library.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slipstick_design::quantity::{
@@ -10,6 +11,7 @@ use slipstick_design::quantity::{
 use slipstick_design::response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
 use slipstick_mesh::Mesh;
 use slipstick_model::model::ContactModel;
+use slipstick_model::quantities::column_names;
 
 use super::BuildError;
 use crate::case::{
@@ -26,12 +28,39 @@ pub(super) struct Asked {
 
 pub(super) fn asked(case: &Case, mesh: &Mesh, model: &ContactModel) -> Result<Asked, BuildError> {
     let context = Context { case, mesh, model };
+    let taken = column_names(mesh, model);
+    if let Some(number) = case.quantities.iter().position(|q| taken.contains(&q.name) || RESERVED.contains(&&*q.name)) {
+        let message = format!("`{}` is the name of a column that every run writes", case.quantities[number].name);
+        return Err(BuildError::new(format!("quantity[{number}].name"), message, "choose another name"));
+    }
     let of = |(number, quantity): (usize, &case::Quantity)| context.quantity(number, quantity);
     let quantities = case.quantities.iter().enumerate().map(of).collect::<Result<Vec<_>, _>>()?;
     let objective = context.objective(&quantities)?;
     let constraints = context.constraints(&quantities);
     Ok(Asked { quantities, objective, constraints })
 }
+
+/// Columns of tables that names of quantities would repeat.
+const RESERVED: [&str; 18] = [
+    "step",
+    "load_case",
+    "time",
+    "iteration",
+    "objective",
+    "volume_fraction",
+    "change",
+    "optimality",
+    "violation",
+    "discreteness",
+    "newton_iterations",
+    "uzawa_iterations",
+    "increments",
+    "halvings",
+    "seconds",
+    "open",
+    "stick",
+    "slip",
+];
 
 struct Context<'a> {
     case: &'a Case,
@@ -51,12 +80,14 @@ impl Context<'_> {
         let patch = |slave: &str, within: &Option<String>| self.patch(number, key, slave, within.as_deref());
         Ok(match kind {
             QuantityKind::Reaction { set, component } => {
-                let unknowns = self.prescribed(set);
+                let measure = measure(*component).map_err(fail)?;
+                let counts = |unknown: &u32| counts(measure, *unknown as usize % 3);
+                let unknowns: Vec<u32> = self.prescribed(set).into_iter().filter(counts).collect();
                 if unknowns.is_empty() {
-                    let message = format!("nothing is prescribed at `{set}`, so its reaction is always 0");
-                    return constant(message, "name the set of a [[dirichlet]]");
+                    let message = format!("no such component is prescribed at `{set}`, so its reaction is always 0");
+                    return constant(message, "name the set of a [[dirichlet]], and a component that it prescribes");
                 }
-                Arc::new(Reaction::new(name, unknowns, measure(*component).map_err(fail)?).map_err(fail)?)
+                Arc::new(Reaction::new(name, unknowns, measure).map_err(fail)?)
             }
             QuantityKind::Moment { set, point, direction } => {
                 let unknowns = self.prescribed(set);
@@ -77,9 +108,16 @@ impl Context<'_> {
                     ForceComponent::Word(ForceWord::Norm) => ForcePart::Resultant(VectorMeasure::Norm),
                     ForceComponent::Word(ForceWord::Normal) => ForcePart::Normal,
                     ForceComponent::Word(ForceWord::Tangential) => ForcePart::Tangential,
+                    ForceComponent::Word(ForceWord::Nodal) if self.is_prescribed(slave, VectorMeasure::Norm) => {
+                        let message = format!(
+                            "all components of all nodes of `{slave}` are prescribed, and their forces do not count"
+                        );
+                        return constant(message, "exchange slave and master, or prescribe fewer components");
+                    }
                     ForceComponent::Word(ForceWord::Nodal) => {
                         let mut nodes = self.mesh.set_nodes(slave).map(|nodes| nodes.to_vec()).unwrap_or_default();
                         if let Some(within) = within.as_ref().and_then(|set| self.mesh.set_nodes(set)) {
+                            let within: BTreeSet<u32> = within.iter().copied().collect();
                             nodes.retain(|node| within.contains(node));
                         }
                         let force = ContactForce::new(nodes, count, 0.0).map_err(fail)?;
@@ -108,6 +146,10 @@ impl Context<'_> {
             QuantityKind::FrictionWork { slave, within } => Arc::new(FrictionWork::new(name, patch(slave, within)?)),
             QuantityKind::Displacement { set, component, relative_to } => {
                 let component = measure(*component).map_err(fail)?;
+                if relative_to.as_ref() == Some(set) {
+                    let message = format!("`{set}` does not move relative to itself");
+                    return constant(message, "name another set in `relative_to`");
+                }
                 let sets = [Some(set), relative_to.as_ref()];
                 if sets.into_iter().flatten().all(|set| self.is_prescribed(set, component)) {
                     let message =
@@ -126,6 +168,11 @@ impl Context<'_> {
                 let inside =
                     |e: &usize| within.is_empty() || within.iter().any(|region| region.contains(centroids[*e]));
                 let elements: Vec<u32> = self.elements(body.as_deref()).filter(inside).map(|e| e as u32).collect();
+                if elements.is_empty() {
+                    let path = format!("quantity[{number}].{key}.within");
+                    let message = "no element has its centroid in these boxes";
+                    return Err(BuildError::new(path, message, "`slipstick check` shows the extent of the bodies"));
+                }
                 Arc::new(Stress::new(name, elements, *sharpness).map_err(fail)?)
             }
             QuantityKind::Compliance {} => {
@@ -136,6 +183,12 @@ impl Context<'_> {
             }
             QuantityKind::Volume { body } => {
                 let elements = self.elements(body.as_deref());
+                let designed =
+                    |body: &String| self.case.design.as_ref().is_none_or(|design| design.bodies.contains(body));
+                if let Some(body) = body.as_ref().filter(|body| !designed(body)) {
+                    let message = format!("`{body}` is not designed, so its volume does not change");
+                    return constant(message, "name a body of [design], or omit `body`");
+                }
                 let volumes = self.mesh.element_volumes().into_iter().enumerate();
                 let of = |(e, volume): (usize, f64)| if elements.contains(&e) { volume } else { 0.0 };
                 Arc::new(Volume::new(name, volumes.map(of).collect()))
@@ -149,7 +202,7 @@ impl Context<'_> {
             self.case.contacts.iter().position(|Contact { slave: known, .. }| known == slave).unwrap_or(0) as u32;
         let Some(within) = within else { return Ok(Patch::whole(pair)) };
         let slaves = self.mesh.set_nodes(slave).unwrap_or_default();
-        let region = self.mesh.set_nodes(within).unwrap_or_default();
+        let region: BTreeSet<u32> = self.mesh.set_nodes(within).unwrap_or_default().iter().copied().collect();
         let nodes: Vec<u32> = slaves.iter().copied().filter(|node| region.contains(node)).collect();
         Patch::within(pair, nodes).map_err(|_| {
             let message = format!("no node of `{slave}` lies in `{within}`");
@@ -171,12 +224,8 @@ impl Context<'_> {
     /// Whether the design cannot move a set along a direction, or in any direction for a norm.
     fn is_prescribed(&self, set: &str, measure: VectorMeasure) -> bool {
         let fixed = self.model.prescribed().fixed();
-        let counts = |c: usize| match measure {
-            VectorMeasure::Along(direction) => direction[c] != 0.0,
-            VectorMeasure::Norm => true,
-        };
         let nodes = self.mesh.set_nodes(set).unwrap_or_default();
-        nodes.iter().all(|&node| (0..3).filter(|&c| counts(c)).all(|c| fixed[3 * node as usize + c]))
+        nodes.iter().all(|&node| (0..3).filter(|&c| counts(measure, c)).all(|c| fixed[3 * node as usize + c]))
     }
 
     /// The nodes of a surface with the reference areas around them, or those of a set with equal weights.
@@ -196,7 +245,7 @@ impl Context<'_> {
     fn objective(&self, quantities: &[Arc<dyn Quantity>]) -> Result<Option<Response>, BuildError> {
         let Some(objective) = &self.case.objective else { return Ok(None) };
         let fail = |error: QuantityError| {
-            BuildError::new("objective", error, "observe steps of the load path, and have a contact pair")
+            BuildError::new("objective", error, "choose steps of the load path, and add a [[contact]]")
         };
         let response = match objective {
             case::Objective::Compliance { steps } => {
@@ -234,7 +283,7 @@ impl Context<'_> {
     }
 
     fn check_steps(&self, steps: &ObservedSteps) -> Result<(), BuildError> {
-        let help = "observe steps of the load path";
+        let help = "choose steps of the load path";
         steps.check(self.case.load_path.steps).map_err(|error| BuildError::new("objective", error, help))
     }
 
@@ -248,7 +297,8 @@ impl Context<'_> {
         self.check_steps(steps)?;
         let term = |QuantityTerm { quantity, weight }: &QuantityTerm| Term {
             quantity: find(quantities, quantity),
-            steps: steps.clone(),
+            // a volume counts once, not at every step
+            steps: if find(quantities, quantity).depends_on_state() { steps.clone() } else { ObservedSteps::Last },
             weight: sign * weight,
         };
         let names: Vec<&str> = sum.iter().map(|term| term.quantity.as_str()).collect();
@@ -283,6 +333,9 @@ impl Context<'_> {
                 for case in 0..cases.len().max(1) {
                     for &step in &observed {
                         let mut name = constraint.quantity.clone();
+                        if constraint.max.is_some() && constraint.min.is_some() {
+                            name += if matches!(bound, Bound::AtMost(_)) { "_max" } else { "_min" };
+                        }
                         if observed.len() > 1 {
                             name += &format!("_{step}");
                         }
@@ -303,6 +356,14 @@ impl Context<'_> {
             }
         }
         constraints
+    }
+}
+
+/// Whether a component of a vector counts in a measure of it.
+fn counts(measure: VectorMeasure, component: usize) -> bool {
+    match measure {
+        VectorMeasure::Along(direction) => direction[component] != 0.0,
+        VectorMeasure::Norm => true,
     }
 }
 

@@ -19,7 +19,7 @@ impl Default for Compliance {
 }
 
 impl Compliance {
-    /// With a name of one's own.
+    /// With a custom name.
     pub fn named(name: impl Into<String>) -> Self {
         Self { name: name.into() }
     }

@@ -3,7 +3,7 @@
 use super::smooth::{p_norm, soft_minimum};
 use super::{Dimension, Patch, Quantity, QuantityError, Reads, StateDerivative, StateView};
 
-/// Which number the pressures of a patch become.
+/// How the nodal pressures of a patch are reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PressureMeasure {
     /// p-norm of the nodal pressures, (Σ_j max(ζ_nj, 0)^p)^(1/p): not below the largest pressure, and closer to it the

@@ -2,7 +2,7 @@
 
 use super::{Dimension, Patch, Quantity, Reads, StateDerivative, StateView, VectorMeasure, norm};
 
-/// Which number the contact forces of a patch become.
+/// How the contact forces of a patch are reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ForcePart {
     /// A component or the norm of the resultant −Σ A_j z_j of the forces on the slave, friction included.

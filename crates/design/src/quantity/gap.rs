@@ -3,7 +3,7 @@
 use super::smooth::soft_minimum;
 use super::{ContactNode, Dimension, Patch, Quantity, QuantityError, Reads, StateDerivative, StateView};
 
-/// Which number the gaps of a patch become.
+/// How the nodal gaps of a patch are reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GapMeasure {
     /// Mean over the area that faces the master, Σ g̃_j / Σ A_j.

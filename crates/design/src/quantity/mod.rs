@@ -189,7 +189,7 @@ impl Reads {
     }
 }
 
-/// Which number a vector becomes.
+/// How a vector is reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VectorMeasure {
     /// Its component along a unit vector.

@@ -1,5 +1,7 @@
 //! Forces and moments of supports.
 
+use std::collections::BTreeSet;
+
 use super::{
     Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure, add_at_node, at_node, cross,
     dot,
@@ -101,9 +103,10 @@ impl Moment {
         if nodes.is_empty() {
             return Err(QuantityError::NoNodes);
         }
+        let counted: BTreeSet<u32> = unknowns.iter().copied().collect();
         let of = |node: u32| {
             let arm = std::array::from_fn(|c| positions[node as usize][c] - point[c]);
-            (node, arm, std::array::from_fn(|c| unknowns.contains(&(3 * node + c as u32))))
+            (node, arm, std::array::from_fn(|c| counted.contains(&(3 * node + c as u32))))
         };
         Ok(Self { name: name.into(), nodes: nodes.into_iter().map(of).collect(), direction })
     }

@@ -10,7 +10,8 @@ pub fn p_norm(values: &[f64], p: f64) -> (f64, Vec<f64>) {
     let relative: Vec<f64> = values.iter().map(|x| (x / largest).max(0.0)).collect();
     let sum: f64 = relative.iter().map(|x| x.powf(p)).sum();
     let norm = sum.powf(1.0 / p);
-    let slopes = relative.iter().map(|x| (x / norm).powf(p - 1.0)).collect();
+    let slope = |x: &f64| if *x > 0.0 { (x / norm).powf(p - 1.0) } else { 0.0 };
+    let slopes = relative.iter().map(slope).collect();
     (largest * norm, slopes)
 }
 

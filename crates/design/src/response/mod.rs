@@ -36,7 +36,7 @@ impl fmt::Debug for Term {
 pub enum Reduction {
     /// Their sum, each times the weight of its term and its load case.
     Sum,
-    /// The largest of them, each times the weight of its term. It has a kink where two are largest.
+    /// The largest of them, each times the weight of its term. It has a kink where the two largest are equal.
     Largest,
     /// The distance of the first term's quantity from given points, times its weight.
     Distance(Curve),
@@ -84,7 +84,7 @@ impl Response {
     /// Number of the load case, from 0; the step within it, from 1; and its number of steps.
     pub fn place(&self, step: usize, steps: usize) -> (usize, usize, usize) {
         let each = (steps / self.cases.len()).max(1);
-        let case = ((step - 1) / each).min(self.cases.len() - 1);
+        let case = (step.saturating_sub(1) / each).min(self.cases.len() - 1);
         (case, step - case * each, each)
     }
 
@@ -119,6 +119,11 @@ impl Response {
         let dimension = self.terms.first()?.quantity.dimension();
         let same = self.terms.iter().all(|term| term.quantity.dimension() == dimension);
         (same && self.reduction == Reduction::Sum).then_some(dimension)
+    }
+
+    /// Whether any of its quantities is a sum over the path.
+    pub fn accumulates(&self) -> bool {
+        self.terms.iter().any(|term| term.quantity.accumulates())
     }
 
     /// Whether all its quantities vanish where contact is open.

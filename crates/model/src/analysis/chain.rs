@@ -1,9 +1,12 @@
 //! From the states of a path to the quantities of responses, and from their derivatives to those with respect to
 //! unknowns, design and parameters.
 
+use super::AnalysisError;
 use crate::model::Design;
 use slipstick_design::quantity::{ContactNode, Reads, StateDerivative, StateView};
 use slipstick_design::response::Response;
+use std::sync::Arc;
+
 use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
 
 /// What quantities can see of a state.
@@ -111,7 +114,7 @@ pub(super) fn values(
     path: &Path,
     steps: usize,
     responses: &[&Response],
-) -> Result<Vec<Vec<Vec<f64>>>, StateError> {
+) -> Result<Vec<Vec<Vec<f64>>>, AnalysisError> {
     let ranks = design.model().share().ranks().clone();
     let mut values: Vec<Vec<Vec<f64>>> =
         responses.iter().map(|response| vec![vec![0.0; steps]; response.terms().len()]).collect();
@@ -142,6 +145,10 @@ pub(super) fn values(
         for (r, t) in terms {
             let (_, local, each) = responses[r].place(step, steps);
             let value = quantity((r, t)).value(&data.view(design, &state, (local, each)));
+            if !value.is_finite() {
+                let name = quantity((r, t)).name().to_owned();
+                return Err(AnalysisError::Infinite { name, step });
+            }
             if quantity((r, t)).accumulates() {
                 sums[r][t] += value;
             } else {
@@ -176,6 +183,8 @@ pub(super) struct Adapter<'a> {
     weights: Vec<Vec<Vec<f64>>>,
     /// Whether derivatives with respect to moduli and loads are requested.
     parameters: bool,
+    /// What the quantities of all responses see of a state, with its index.
+    seen: Option<(usize, Arc<StateData>)>,
 }
 
 impl<'a> Adapter<'a> {
@@ -205,7 +214,21 @@ impl<'a> Adapter<'a> {
             slopes.iter().enumerate().map(|(term, slopes)| of_term(response, term, slopes)).collect()
         };
         let weights = responses.iter().zip(slopes).map(of_response).collect();
-        Self { responses, steps, user_steps: steps_of(path), weights, parameters }
+        Self { responses, steps, user_steps: steps_of(path), weights, parameters, seen: None }
+    }
+
+    /// What all responses see of a state; computed once for all of them.
+    fn seen(&mut self, design: &Design, at: &Observed<'_, Design>) -> Result<Arc<StateData>, StateError> {
+        if let Some((_, data)) = self.seen.as_ref().filter(|(index, _)| *index == at.index) {
+            return Ok(data.clone());
+        }
+        let reads = (0..self.responses.len()).fold(Reads::default(), |reads, response| {
+            let terms = self.terms(response, at.index);
+            terms.fold(reads, |reads, (term, _)| reads.or(self.responses[response].terms()[term].quantity.reads()))
+        });
+        let data = Arc::new(StateData::of(design, reads, at.time, at.previous, at.state)?);
+        self.seen = Some((at.index, data.clone()));
+        Ok(data)
     }
 
     /// Terms of a response with their weights at a state, if these are not zero.
@@ -233,16 +256,19 @@ impl PathResponses<Design> for Adapter<'_> {
         to: &mut Explicit<'_>,
     ) -> Result<(), StateError> {
         let model = design.model();
+        let data = self.seen(design, at)?;
         let terms = self.responses[response].terms();
         let quantities = || self.terms(response, at.index).map(|(term, weight)| (&terms[term].quantity, weight));
         let reads = quantities().fold(Reads::default(), |reads, (quantity, _)| reads.or(quantity.reads()));
-        let data = StateData::of(design, reads, at.time, at.previous, at.state)?;
         let (_, step, steps) = self.responses[response].place(self.user_steps[at.index].max(1), self.steps);
         let view = data.view(design, at.state, (step, steps));
         let mut by = StateDerivative::zero(&view);
         quantities().for_each(|(quantity, weight)| quantity.pull_back(&view, weight, &mut by));
         let d = view.displacement;
-        design.add_internal_tangent_product(d, &by.internal_force, &mut by.displacement)?;
+        let by_internal = by.internal_force.iter().any(|&weight| weight != 0.0);
+        if by_internal {
+            design.add_internal_tangent_product(d, &by.internal_force, &mut by.displacement)?;
+        }
         model.pull_back_external_force(d, at.time, &by.external_force, &mut by.displacement);
         if reads.energy {
             design.pull_back_energies(d, &view, &by.energy, self.parameters, &mut by.displacement, to.gradient)?;
@@ -256,10 +282,14 @@ impl PathResponses<Design> for Adapter<'_> {
         if reads.contact {
             design.pull_back_contact_quantities(at.step, at.evaluated, &by.contact, self.parameters, to);
         }
-        design.pull_back_density(d, &by.internal_force, &mut to.gradient.design)?;
+        if by_internal {
+            design.pull_back_density(d, &by.internal_force, &mut to.gradient.design)?;
+        }
         to.gradient.design.iter_mut().zip(&by.density).for_each(|(to, from)| *to += from);
         if self.parameters {
-            design.pull_back_moduli(d, &by.internal_force, &mut to.gradient.parameters)?;
+            if by_internal {
+                design.pull_back_moduli(d, &by.internal_force, &mut to.gradient.parameters)?;
+            }
             model.pull_back_loads(d, at.time, &by.external_force, &mut to.gradient.parameters);
         }
         Ok(())

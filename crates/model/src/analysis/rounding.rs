@@ -45,8 +45,7 @@ impl Rounding {
                 "inspect the end of the path: `slipstick render RESULTS --field displacement`",
             ],
             Some(ForwardNotice::ContactOpenWhereObserved) => &[
-                "observe load steps with closed contact (`objective.contact_force.steps`): newton.csv lists the number of \
-                 open nodes",
+                "observe load steps with closed contact (`steps` in [objective]): newton.csv lists the number of open nodes",
                 "make the motions keep the bodies pressed together until the end (`dirichlet.motion`)",
             ],
             None => &["apply motions or loads at the load steps that the objective observes"],
@@ -59,13 +58,17 @@ impl Analysis {
     pub(super) fn rounding(&self, value: f64, notice: Option<ForwardNotice>) -> Option<Rounding> {
         let objective = self.objective.as_ref()?;
         let (force, motion) = self.scales();
-        let scale = match objective.dimension()? {
-            Dimension::FORCE => force,
-            Dimension::WORK => force * motion,
-            _ => return None,
-        };
         // another objective may be nonzero with open contact
         let notice = notice.filter(|_| objective.needs_contact());
+        let scale = match objective.dimension() {
+            Some(Dimension::FORCE) => force,
+            Some(Dimension::WORK) => force * motion,
+            Some(Dimension::LENGTH) => motion,
+            // of anything else, only zero itself is known to be round-off
+            Some(_) => 0.0,
+            None if notice.is_some() => 0.0,
+            None => return None,
+        };
         let rounding = Rounding { value, scale, notice };
         (notice.is_some() || value.abs() <= ROUNDING * scale).then_some(rounding)
     }

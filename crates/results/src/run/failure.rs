@@ -84,7 +84,9 @@ impl FailureReport {
                 report.cause = format!("a converged state cannot be evaluated: {}", report.cause);
                 report
             }
-            AnalysisError::Unfinished { .. } => Self { cause: error.to_string(), ..Self::default() },
+            AnalysisError::Unfinished { .. } | AnalysisError::Infinite { .. } => {
+                Self { cause: error.to_string(), ..Self::default() }
+            }
         }
     }
 

@@ -47,7 +47,7 @@ fn one_mistake_is_one_error() {
         ),
         ("quantity = \"push\"", "quantity = \"pull\"", CaseCode::UnknownSet, "no quantity called `pull`", "push"),
         ("max = 5.0", "", CaseCode::MissingKey, "the constraint has no bound", "max, min"),
-        ("max = 5.0", "max = 5.0\nmin = 6.0", CaseCode::OutOfRange, "at least 6 and at most 5", "exchange"),
+        ("max = 5.0", "max = 5.0\nmin = 6.0", CaseCode::OutOfRange, "at least 6 and at most 5", "swap"),
         ("max = 5.0", "max = 5.0\nsteps = [11]", CaseCode::Steps, "load step 11", ""),
         ("maximise", "maximize", CaseCode::UnknownKey, "unknown key `maximize`", "maximise"),
         ("quantity = \"grip\", steps", "sum = [], steps", CaseCode::Empty, "no term", "sum = ["),

@@ -120,7 +120,9 @@ pub const FIRST_OF_QUANTITIES: u64 = 1050;
 /// Sets an objective of one to three quantities with weights, summed over steps or the largest of them; returns what it
 /// is made of.
 fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
-    let all = every_quantity(problem);
+    // without loads, the compliance is 0
+    let mut all = every_quantity(problem);
+    all.retain(|quantity| quantity.name() != "compliance");
     let count = one_of(random, &[1, 1, 1, 2, 3]);
     let worst = chance(random, 0.2);
     let steps = problem.analysis.times.len();

@@ -77,7 +77,7 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
         "reaction" => QuantityKind::Reaction { set: set(), component: vector_component(table) },
         "moment" => QuantityKind::Moment {
             set: set(),
-            point: table.vector("point").required([0.0; 3], "a point of the axis"),
+            point: table.vector("point").required([0.0; 3], "a point on the axis"),
             direction: super::direction(table, "direction"),
         },
         "contact_force" => QuantityKind::ContactForce {
@@ -283,7 +283,7 @@ pub(super) fn constraints(root: &Table<'_>, quantities: &[Quantity], steps: usiz
             && min > max
         {
             let message = format!("no value is at least {min} and at most {max}");
-            table.reader.error(&table.path_of("min"), CaseCode::OutOfRange, message, "exchange `min` and `max`");
+            table.reader.error(&table.path_of("min"), CaseCode::OutOfRange, message, "swap `min` and `max`");
         }
         table.finish();
         constraints.push(Constraint { quantity, steps, max, min });

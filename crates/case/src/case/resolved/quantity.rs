@@ -32,7 +32,7 @@ pub enum QuantityKind {
     Moment {
         /// Surface or node set.
         set: String,
-        /// A point of the axis. \[L\]
+        /// A point on the axis. \[L\]
         point: [f64; 3],
         /// Direction of the axis; its length does not matter.
         direction: [f64; 3],
@@ -181,7 +181,7 @@ pub enum VectorWord {
     Norm,
 }
 
-/// Which number contact forces become.
+/// How contact forces are reduced to one number.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ForceComponent {
@@ -211,7 +211,7 @@ pub enum ForceWord {
     Nodal,
 }
 
-/// Which number nodal pressures become.
+/// How nodal pressures are reduced to one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PressureWord {
@@ -225,7 +225,7 @@ pub enum PressureWord {
     Minimum,
 }
 
-/// Which number nodal gaps become.
+/// How nodal gaps are reduced to one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GapWord {
