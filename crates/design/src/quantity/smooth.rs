@@ -39,8 +39,8 @@ mod tests {
         assert_eq!((p_norm(&[0.0; 2], 8.0).0, p_norm(&[1e200, 0.0], 30.0).0), (0.0, 1e200));
         assert!(p_norm(&[1.0, f64::NAN], 8.0).0.is_nan() && soft_minimum(&[f64::NAN, 1.0], 8.0).0.is_nan());
         let at = [0.7, 1.1, 0.2, 0.9];
-        let functions: [fn(&[f64]) -> (f64, Vec<f64>); 2] = [|x| p_norm(x, 6.0), |x| soft_minimum(x, 9.0)];
-        for function in functions {
+        type Smooth = fn(&[f64]) -> (f64, Vec<f64>);
+        for function in [(|x| p_norm(x, 6.0)) as Smooth, |x| soft_minimum(x, 9.0)] {
             let (_, slopes) = function(&at);
             for (i, slope) in slopes.iter().enumerate() {
                 let moved = |h: f64| {
