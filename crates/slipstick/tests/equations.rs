@@ -252,6 +252,9 @@ const DOCUMENTS: &[&str] = &[
     "cases/cube_on_cuboid/README.md",
     "cases/ironing/README.md",
     "cases/clutch/README.md",
+    "cases/seal/README.md",
+    "cases/gripper/README.md",
+    "cases/detent/README.md",
 ];
 
 /// `docs/crates.md` says of every direct dependency of the default build why it is there.

@@ -74,7 +74,7 @@ fn constant_quantities_are_refused() {
         (
             "reaction = { set = \"ball_flat\"",
             "reaction = { set = \"plate_xmax\"",
-            "nothing is prescribed at `plate_xmax`",
+            "no such component is prescribed at `plate_xmax`",
         ),
         (
             "reaction = { set = \"ball_flat\"",
