@@ -1,5 +1,5 @@
-//! What is done with the bytes of a file that may hold anything. Each function returns, whatever they are; a panic is a
-//! finding. The test `corpus` of the facade runs them over the corpus.
+//! What is done with the bytes of a file that may hold anything. Each function returns, whatever
+//! they are; a panic is a finding. The test `corpus` of the facade runs them over the corpus.
 
 use std::path::Path;
 use std::sync::OnceLock;

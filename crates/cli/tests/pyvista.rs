@@ -1,8 +1,8 @@
 //! The series of a run open in PyVista unchanged: steps, fields, and values equal to those of the
 //! tables.
 //!
-//! On demand, with a Python that has PyVista:
-//! `PYTHON=venv/bin/python cargo test --release -p slipstick-cli --test pyvista -- --ignored --nocapture`
+//! On demand, with a Python that has PyVista: `PYTHON=venv/bin/python cargo test --release -p
+//! slipstick-cli --test pyvista -- --ignored --nocapture`
 
 use std::process::Command;
 

@@ -69,8 +69,8 @@ impl VolumeConstraint {
         self.fraction
     }
 
-    /// `4 Σ v_e φ_e (1 − φ_e) / V_design`: 0 for densities of 0 and 1, 1 if all are 0.5. Source: Sigmund, Struct.
-    /// Multidiscip. Optim. 33 (2007) 401–424.
+    /// `4 Σ v_e φ_e (1 − φ_e) / V_design`: 0 for densities of 0 and 1, 1 if all are 0.5. Source:
+    /// Sigmund, Struct. Multidiscip. Optim. 33 (2007) 401–424.
     ///
     /// # Panics
     ///

@@ -24,14 +24,15 @@ pub struct Forward {
     pub density: ElementValues,
     /// All states.
     pub path: Path,
-    /// For each user's step, its contribution to θ if the objective is a sum over steps, otherwise 0.
+    /// For each user's step, its contribution to θ if the objective is a sum over steps, otherwise
+    /// 0.
     pub step_values: Vec<f64>,
     /// θ.
     pub value: f64,
     /// The values of the constraints' responses.
     pub constraints: Vec<f64>,
-    /// The values of the quantities of the objective, then of the constraints: for each response, a row for each term,
-    /// with a column for each user's step.
+    /// The values of the quantities of the objective, then of the constraints: for each response, a
+    /// row for each term, with a column for each user's step.
     pub quantities: Vec<Vec<Vec<f64>>>,
     /// A likely mistake in the case.
     pub notice: Option<ForwardNotice>,
@@ -44,8 +45,9 @@ pub struct Forward {
 pub struct Gradients {
     /// dθ/dφ of every element, zero outside the design.
     pub density: ElementValues,
-    /// dθ/dp of every other parameter of the model, except coefficients of friction that are 0. Contact stiffnesses
-    /// that are multiples of the bodies' own stiffness at the start design vary with the moduli.
+    /// dθ/dp of every other parameter of the model, except coefficients of friction that are 0.
+    /// Contact stiffnesses that are multiples of the bodies' own stiffness at the start design vary
+    /// with the moduli.
     pub parameters: Vec<(Parameter, f64)>,
 }
 
@@ -53,7 +55,8 @@ pub struct Gradients {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum ForwardNotice {
-    /// There are contact pairs, but no slave node is ever in contact: contact forces are 0, or only round-off.
+    /// There are contact pairs, but no slave node is ever in contact: contact forces are 0, or only
+    /// round-off.
     #[error("contact never closed on the path: contact forces and their derivatives are 0, or round-off")]
     ContactNeverCloses,
     /// No slave node is in contact at the steps that the objective observes.
@@ -209,8 +212,9 @@ impl Analysis {
         self.objective.iter().chain(self.constraints.iter().map(|constraint| &constraint.response)).collect()
     }
 
-    /// Compares a quantity's derivatives with differences of its values, at every load step: at small random displacements
-    /// of all nodes, the internal forces of the bodies there (density as set), and made-up contact and reactions.
+    /// Compares a quantity's derivatives with differences of its values, at every load step: at
+    /// small random displacements of all nodes, the internal forces of the bodies there (density as
+    /// set), and made-up contact and reactions.
     ///
     /// # Errors
     /// The first wrong derivative.
@@ -250,7 +254,8 @@ impl Analysis {
         Ok(())
     }
 
-    /// Displacements of all nodes that are small compared to the elements, and the internal forces there.
+    /// Displacements of all nodes that are small compared to the elements, and the internal forces
+    /// there.
     fn some_state(&self) -> (Vec<f64>, Vec<f64>) {
         let n = self.model().prescribed().fixed().len();
         let size = self.model().smallest_element().cbrt();
@@ -300,8 +305,8 @@ impl Analysis {
         Ok(Forward { density: density.clone(), path, step_values, value, constraints, quantities, notice, rounding })
     }
 
-    /// A notice if contact never closes, or is open at all steps that the objective observes; `None` also
-    /// for an incomplete path.
+    /// A notice if contact never closes, or is open at all steps that the objective observes;
+    /// `None` also for an incomplete path.
     fn notice(&self, path: &Path) -> Option<ForwardNotice> {
         let steps = self.times.len();
         if path.steps < steps || self.model().interfaces().is_empty() {
@@ -329,8 +334,8 @@ impl Analysis {
         self.gradient_of_objective(forward, false).map(|gradient| gradient.design.into())
     }
 
-    /// Derivatives of θ at the densities of a forward analysis by this model, with the coefficients of
-    /// friction of that analysis.
+    /// Derivatives of θ at the densities of a forward analysis by this model, with the coefficients
+    /// of friction of that analysis.
     ///
     /// # Errors
     /// [`AnalysisError::Sweep`]; [`AnalysisError::Unfinished`] for a path that was cancelled.

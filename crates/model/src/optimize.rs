@@ -4,8 +4,9 @@
 //! x ──design variables──▶ φ ──march──▶ θ ──sweep──▶ dθ/dφ ──sensitivity filter──▶ MMA ──▶ x
 //! ```
 //!
-//! [`Optimization`] only advances; the caller handles time, files and screens. All that the next iteration depends on
-//! is in [`OptimizationState`] and the path of the last design. Both can be stored and restored bit for bit.
+//! [`Optimization`] only advances; the caller handles time, files and screens. All that the next
+//! iteration depends on is in [`OptimizationState`] and the path of the last design. Both can be
+//! stored and restored bit for bit.
 
 use crate::analysis::{AnalysisError, Forward};
 use crate::problem::Problem;
@@ -27,11 +28,13 @@ pub struct IterationRecord {
     pub volume_fraction: f64,
     /// Largest change of a density in the update that followed; `None` after the last evaluation.
     pub change: Option<f64>,
-    /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as MMA sees it.
+    /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as MMA
+    /// sees it.
     pub optimality: Option<f64>,
     /// Newton iterations of the whole path.
     pub newton_iterations: usize,
-    /// Newton iterations of failed attempts, including the paths that failed before the update was halved.
+    /// Newton iterations of failed attempts, including the paths that failed before the update was
+    /// halved.
     #[serde(default)]
     pub failed_iterations: usize,
     /// Uzawa iterations of the whole path.
@@ -42,8 +45,9 @@ pub struct IterationRecord {
     pub constraints: Vec<ConstraintRecord>,
     /// Largest violation of a constraint, relative to its bound; 0 if all are met.
     pub violation: f64,
-    /// Share of intermediate densities, 4 Σ V φ (1 − φ) / Σ V over the design domain: 0 for a design of solid and
-    /// void, 1 if all densities are 0.5. Source: Sigmund, Struct. Multidiscip. Optim. 33 (2007) 401–424.
+    /// Share of intermediate densities, 4 Σ V φ (1 − φ) / Σ V over the design domain: 0 for a
+    /// design of solid and void, 1 if all densities are 0.5. Source: Sigmund, Struct. Multidiscip.
+    /// Optim. 33 (2007) 401–424.
     pub discreteness: f64,
     /// Slave nodes open, sticking, slipping at the end of the path.
     pub status: [usize; 3],
@@ -56,8 +60,8 @@ pub struct IterationRecord {
 pub struct ConstraintRecord {
     /// The value that is bounded.
     pub value: f64,
-    /// Multiplier: how much θ would fall if the bound were relaxed by its own magnitude (by 1 if the bound is 0), to first
-    /// order. `None` after the last evaluation.
+    /// Multiplier: how much θ would fall if the bound were relaxed by its own magnitude (by 1 if
+    /// the bound is 0), to first order. `None` after the last evaluation.
     pub multiplier: Option<f64>,
 }
 
@@ -83,7 +87,8 @@ pub struct OptimizationState {
 /// How a problem is optimized.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OptimizationOptions {
-    /// Bound on the fraction of the design domain's volume that is filled, in (0, 1]; `None`: no bound.
+    /// Bound on the fraction of the design domain's volume that is filled, in (0, 1]; `None`: no
+    /// bound.
     pub volume_fraction: Option<f64>,
     /// Filter of the sensitivities; `None` for none.
     pub filter: Option<FilterOptions>,
@@ -102,7 +107,8 @@ pub struct OptimizationOptions {
 pub struct FilterOptions {
     /// Radius. \[L\]
     pub radius: f64,
-    /// Symmetry planes, across which elements have mirror images: axis (0, 1 or 2) and coordinate. \[L\]
+    /// Symmetry planes, across which elements have mirror images: axis (0, 1 or 2) and coordinate.
+    /// \[L\]
     pub planes: Vec<(usize, f64)>,
 }
 
@@ -132,11 +138,12 @@ pub enum OptimizeError {
     /// The optimizer failed.
     #[error("optimizer: {0}")]
     Mma(#[from] MmaError),
-    /// The objective of a design is only round-off, so it permits no update; the state is that of the last finished
-    /// iteration.
+    /// The objective of a design is only round-off, so it permits no update; the state is that of
+    /// the last finished iteration.
     #[error("{}", .0.rounding.map_or(String::new(), |rounding| rounding.to_string()))]
     Rounding(Box<Forward>),
-    /// Stopped from outside, in the middle of an iteration; the state is that of the last finished one.
+    /// Stopped from outside, in the middle of an iteration; the state is that of the last finished
+    /// one.
     #[error("interrupted")]
     Interrupted,
 }
@@ -188,7 +195,8 @@ impl Optimization {
     /// Prepares the optimization of a problem.
     ///
     /// # Errors
-    /// [`PrepareError`] if the problem has no design or no objective, or an option is out of its range.
+    /// [`PrepareError`] if the problem has no design or no objective, or an option is out of its
+    /// range.
     pub fn new(problem: Problem, options: OptimizationOptions) -> Result<Self, PrepareError> {
         if problem.analysis.objective.is_none() {
             return Err(PrepareError::NoObjective);
@@ -247,8 +255,9 @@ impl Optimization {
         self.bounded.then(|| self.volume.limit())
     }
 
-    /// Whether each march takes its start values from the path of the previous design. The next iteration then depends
-    /// not only on the state, but also on that path, in `problem.analysis.guide`.
+    /// Whether each march takes its start values from the path of the previous design. The next
+    /// iteration then depends not only on the state, but also on that path, in
+    /// `problem.analysis.guide`.
     pub fn follows_previous_design(&self) -> bool {
         self.follow
     }
@@ -263,7 +272,8 @@ impl Optimization {
         self.iterations = iterations;
     }
 
-    /// Whether all updates are made (or the change fell below the tolerance) and the last design is evaluated.
+    /// Whether all updates are made (or the change fell below the tolerance) and the last design is
+    /// evaluated.
     pub fn finished(&self) -> bool {
         let evaluated = self.state.history.len() > self.state.iteration;
         evaluated && self.done()
@@ -276,11 +286,12 @@ impl Optimization {
             || matches!((self.tolerance, settled), (Some(bound), Some(change)) if change <= bound)
     }
 
-    /// Evaluates the current design and, unless all updates are made, updates it. Returns the forward analysis of the
-    /// evaluated design, whose record is the last one of the state's history.
+    /// Evaluates the current design and, unless all updates are made, updates it. Returns the
+    /// forward analysis of the evaluated design, whose record is the last one of the state's
+    /// history.
     ///
-    /// If the path of an updated design cannot be marched, the update is halved, up to a few times. The optimization
-    /// stops at a design whose objective is only round-off.
+    /// If the path of an updated design cannot be marched, the update is halved, up to a few times.
+    /// The optimization stops at a design whose objective is only round-off.
     ///
     /// # Errors
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
@@ -357,8 +368,8 @@ impl Optimization {
         volume.into_iter().chain(others).collect()
     }
 
-    /// Filters the gradients, scales, and lets MMA choose the next variables. `gradients` are those of the objective
-    /// and of the constraints of the analysis.
+    /// Filters the gradients, scales, and lets MMA choose the next variables. `gradients` are those
+    /// of the objective and of the constraints of the analysis.
     fn update(
         &self,
         next: &mut OptimizationState,
@@ -377,8 +388,8 @@ impl Optimization {
         };
         let analysis = &self.problem.analysis;
         let responses = analysis.objective.iter().chain(analysis.constraints.iter().map(|of| &of.response));
-        // all that depend on the state are filtered alike: a gain that one gradient shows and another hides would mislead
-        // the optimizer
+        // all that depend on the state are filtered alike: a gain that one gradient shows and
+        // another hides would mislead the optimizer
         let mut of_responses =
             responses.zip(gradients).map(|(response, gradient)| on_variables(gradient, response.depends_on_state()));
         let objective_gradient = of_responses.next().unwrap_or_default();

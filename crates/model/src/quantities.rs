@@ -1,5 +1,5 @@
-//! Quantities that every run reports at each load step: reactions and displacements of the supports, forces of the
-//! contact pairs, energies.
+//! Quantities that every run reports at each load step: reactions and displacements of the
+//! supports, forces of the contact pairs, energies.
 //!
 //! | name | of | unit | meaning |
 //! |---|---|---|---|
@@ -19,18 +19,22 @@
 //! | `contact_work` | everything | F L | work that contact takes from the bodies since the start of the load case |
 //! | `energy_balance` | everything | F L | external work − strain energy − friction work |
 //!
-//! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow under their own names.
+//! The [quantities of the problem](crate::problem::Problem::quantities), which a case names, follow
+//! under their own names.
 //!
-//! `SET` is the set of a `[[dirichlet]]` table, `SLAVE` the slave surface. A displacement component that several tables
-//! prescribe belongs to the first of them, so that the reactions of all supports and symmetry planes and the loads add
-//! up to zero. Test: `reactions_and_loads_are_in_equilibrium`.
+//! `SET` is the set of a `[[dirichlet]]` table, `SLAVE` the slave surface. A displacement component
+//! that several tables prescribe belongs to the first of them, so that the reactions of all
+//! supports and symmetry planes and the loads add up to zero. Test:
+//! `reactions_and_loads_are_in_equilibrium`.
 //!
-//! External work and contact work are integrated by the trapezoidal rule over the accepted (sub-)steps: external work −
-//! strain energy − contact work is zero in the limit of small steps. Friction work is the sum of the tractions at the end
-//! of each step times the objective slip increments, Σ ζ_τj·ũ_τj. It differs from contact work by the energy of
-//! penalties; by the size of the steps; and, at finite strains, by the discretization, where the normals of slave and
-//! master are not opposite, as at the rim of a block that digs in. The energy balance shows that difference.
-//! Tests: `work_is_stored_or_taken_by_contact`, `friction_work_is_contact_work_at_small_strains`.
+//! External work and contact work are integrated by the trapezoidal rule over the accepted
+//! (sub-)steps: external work − strain energy − contact work is zero in the limit of small steps.
+//! Friction work is the sum of the tractions at the end of each step times the objective slip
+//! increments, Σ ζ_τj·ũ_τj. It differs from contact work by the energy of penalties; by the size of
+//! the steps; and, at finite strains, by the discretization, where the normals of slave and master
+//! are not opposite, as at the rim of a block that digs in. The energy balance shows that
+//! difference. Tests: `work_is_stored_or_taken_by_contact`,
+//! `friction_work_is_contact_work_at_small_strains`.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -81,7 +85,8 @@ pub struct QuantityRow {
     pub step: usize,
     /// Pseudo-time, counted through all load cases.
     pub time: f64,
-    /// One number per name; NaN from a state on that can no longer be evaluated, which is rare because it converged.
+    /// One number per name; NaN from a state on that can no longer be evaluated, which is rare
+    /// because it converged.
     pub values: Vec<f64>,
     /// For every slave node of all pairs: the distance that it has slipped, and the work per
     /// reference area that friction has dissipated there since the start of the load case, through
@@ -106,7 +111,8 @@ impl Quantities {
     }
 }
 
-/// Computes the quantities of all completed load steps of a path. All ranks call it and receive the same.
+/// Computes the quantities of all completed load steps of a path. All ranks call it and receive the
+/// same.
 pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     let (mesh, design) = (&problem.mesh, &problem.analysis.design);
     let recorder = Recorder { mesh, design, supports: supports(design.model()), own: &problem.quantities };
@@ -183,7 +189,8 @@ pub fn column_names(mesh: &Mesh, model: &ContactModel) -> Vec<String> {
     built_in(mesh, model, &supports(model)).into_iter().map(|column| column.name).collect()
 }
 
-/// A name as the heading of a column: names from mesh files may contain characters that separate cells or lines.
+/// A name as the heading of a column: names from mesh files may contain characters that separate
+/// cells or lines.
 fn column_name(name: &str) -> String {
     name.replace([',', '"', '\n', '\r'], "_")
 }

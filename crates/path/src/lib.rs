@@ -1,16 +1,16 @@
 //! The load path and its adjoint, for any enforcement method.
 //!
-//! A load step n has unknowns y_n (displacements, and multipliers if the method has them) and an explicit, node-local
-//! history h_n:
+//! A load step n has unknowns y_n (displacements, and multipliers if the method has them) and an
+//! explicit, node-local history h_n:
 //!
 //! ```text
 //! F_n(y_n; y_{n−1}, h_{n−1}, φ) = 0,        h_n = G_n(y_n; y_{n−1}, h_{n−1})
 //! ```
 //!
-//! [`march()`] solves the steps forward by Newton's method (with Uzawa's iteration around it if the problem requests
-//! it). It starts from a predicted state, or from the last state with the prescribed increment applied through the
-//! tangent; after a failure it cuts back and retries. [`sweep()`] runs backward through the same states, accepted
-//! sub-steps included:
+//! [`march()`] solves the steps forward by Newton's method (with Uzawa's iteration around it if the
+//! problem requests it). It starts from a predicted state, or from the last state with the
+//! prescribed increment applied through the tangent; after a failure it cuts back and retries.
+//! [`sweep()`] runs backward through the same states, accepted sub-steps included:
 //!
 //! ```text
 //! for n = N … 1
@@ -20,9 +20,9 @@
 //!   dθ/dp += (∂F_n/∂p)ᵀ λ_n + (∂G_n/∂p)ᵀ η_n + (∂ŷ_n/∂p)ᵀ dθ/dŷ_n      ŷ: prescribed unknowns
 //! ```
 //!
-//! Prescribed unknowns are removed after transposition: their λ is zero. Paper: §3, (53)–(61), in the form that is
-//! exact for every method. The crate does not depend on any enforcement method, does no I/O and reads no clock except
-//! one that the caller provides ([`Timings`]).
+//! Prescribed unknowns are removed after transposition: their λ is zero. Paper: §3, (53)–(61), in
+//! the form that is exact for every method. The crate does not depend on any enforcement method,
+//! does no I/O and reads no clock except one that the caller provides ([`Timings`]).
 
 mod divided;
 mod failure;

@@ -1,16 +1,19 @@
-//! A frictional slider: the smallest problem with contact, and an example for users with their own problem.
+//! A frictional slider: the smallest problem with contact, and an example for users with their own
+//! problem.
 //!
-//! A spring of stiffness φ pulls a block along the ground. Its other end moves by a t along x, and by −b along y, which presses the
-//! block down. The unknowns are the block's displacements u_x and u_y; u_z is prescribed, because blocks of a matrix have three
-//! rows. The ground pushes back with a penalty ε, and Coulomb friction acts with a return map:
+//! A spring of stiffness φ pulls a block along the ground. Its other end moves by a t along x, and
+//! by −b along y, which presses the block down. The unknowns are the block's displacements u_x and
+//! u_y; u_z is prescribed, because blocks of a matrix have three rows. The ground pushes back with
+//! a penalty ε, and Coulomb friction acts with a return map:
 //!
 //! ```text
 //! p = max(0, −ε u_y)        T = h_{n−1} + ε (u_x − u_{x,n−1}),  at most μ p in size        h_n = T
 //! F_x = φ (u_x − a t) + T = 0        F_y = φ (u_y + b) − p = 0
 //! ```
 //!
-//! [`Slider`] implements [`StepProblem`] for these equations. The march and the sweep need nothing else: they provide
-//! the exact derivative of the last position with respect to the stiffness φ, through stick and slip.
+//! [`Slider`] implements [`StepProblem`] for these equations. The march and the sweep need nothing
+//! else: they provide the exact derivative of the last position with respect to the stiffness φ,
+//! through stick and slip.
 //!
 //! ```
 //! use slipstick_linalg::SolverChoice;
@@ -48,7 +51,8 @@ pub struct Slider {
     pub friction: f64,
     /// ε of the ground. \[F/L\]
     pub penalty: f64,
-    /// a and b: how far the spring is pulled at t = 1, and pressed down from the first step on. \[L\]
+    /// a and b: how far the spring is pulled at t = 1, and pressed down from the first step on.
+    /// \[L\]
     pub pull: [f64; 2],
     unknowns: Unknowns,
 }
@@ -190,7 +194,8 @@ impl StepProblem for Slider {
     }
 
     fn pull_back_design(&self, at: &Evaluated<Self>, lambda: &[f64], out: &mut [f64]) -> Result<(), StateError> {
-        // the spring's forces are φ times its stretch, and so is the residual without the ground's forces
+        // the spring's forces are φ times its stretch, and so is the residual without the ground's
+        // forces
         let [pressure, friction] = at.state.force;
         let spring = [at.residual[0] - friction, at.residual[1] + pressure];
         out[0] += (lambda[0] * spring[0] + lambda[1] * spring[1]) / self.stiffness;
@@ -242,8 +247,8 @@ mod tests {
         (path, gradient[0].design[0])
     }
 
-    /// By hand: p = ε φ b/(ε + φ). The block sticks with u_x = φ a t/(φ + ε) until φ a t ε/(φ + ε) reaches μ p, then
-    /// slides with u_x = a t − μ p/φ.
+    /// By hand: p = ε φ b/(ε + φ). The block sticks with u_x = φ a t/(φ + ε) until φ a t ε/(φ + ε)
+    /// reaches μ p, then slides with u_x = a t − μ p/φ.
     #[test]
     fn it_sticks_and_slides() {
         let slider = Slider::new(2.0);
@@ -260,7 +265,8 @@ mod tests {
         assert_eq!(path.states.iter().skip(1).map(|s| s.active_set[0]).collect::<Vec<_>>(), [1, 1, 2, 2]);
     }
 
-    /// Only stick, only slip, and a reversal from slip to stick to slip: compared with central differences.
+    /// Only stick, only slip, and a reversal from slip to stick to slip: compared with central
+    /// differences.
     #[test]
     fn its_gradient_matches_differences() {
         for (pull, times) in

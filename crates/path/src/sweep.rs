@@ -9,13 +9,14 @@ use crate::timings::Phase;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Responses of a path, as the sweep uses them: functions of its states, with explicit partial derivatives.
+/// Responses of a path, as the sweep uses them: functions of its states, with explicit partial
+/// derivatives.
 pub trait PathResponses<P: StepProblem> {
     /// Number of responses.
     fn count(&self) -> usize;
 
-    /// Whether a response depends explicitly on the state with this index in the path, or on the increment that leads
-    /// to it. The state at rest, index 0, is never asked for.
+    /// Whether a response depends explicitly on the state with this index in the path, or on the
+    /// increment that leads to it. The state at rest, index 0, is never asked for.
     fn observes(&self, response: usize, index: usize) -> bool;
 
     /// Adds the partial derivatives of an observed response at a state.
@@ -47,12 +48,14 @@ pub struct Observed<'a, P: StepProblem> {
     pub evaluated: &'a Evaluated<P>,
 }
 
-/// Explicit partial derivatives of a response at a state. Implementations add to the existing values.
+/// Explicit partial derivatives of a response at a state. Implementations add to the existing
+/// values.
 #[derive(Debug)]
 pub struct Explicit<'a> {
     /// ∂θ/∂y_n.
     pub unknowns: &'a mut [f64],
-    /// ∂θ/∂F_n, for responses that observe the residual, such as the reactions at prescribed unknowns.
+    /// ∂θ/∂F_n, for responses that observe the residual, such as the reactions at prescribed
+    /// unknowns.
     pub residual: &'a mut [f64],
     /// ∂θ/∂y_{n−1} and ∂θ/∂h_{n−1}.
     pub previous: &'a mut PreviousPullBack,
@@ -74,7 +77,8 @@ pub struct PathGradient {
 pub struct SweepOptions {
     /// Relative residual of the transposed solves.
     pub linear_tolerance: f64,
-    /// Whether derivatives with respect to parameters other than the design are requested; otherwise they remain 0.
+    /// Whether derivatives with respect to parameters other than the design are requested;
+    /// otherwise they remain 0.
     pub parameters: bool,
 }
 
@@ -96,10 +100,11 @@ pub struct SweepError {
 
 /// dθ/dφ and dθ/dp of every response by the time-discrete adjoint, through all accepted sub-steps.
 ///
-/// The responses share evaluations, tangents and factors. Responses whose right-hand side vanishes at a step need no
-/// solve there: without friction, these are all steps that the response does not observe. A response of the residual F
-/// has the right-hand side Kᵀ ∂θ/∂F, and ∂θ/∂F is added to λ, which is otherwise zero at prescribed unknowns. Paper: (59)–(61), (69), (70).
-/// Tests: `tests/gradient.rs` (crate slipstick), `the_gradient_of_a_spring_matches_differences`.
+/// The responses share evaluations, tangents and factors. Responses whose right-hand side vanishes
+/// at a step need no solve there: without friction, these are all steps that the response does not
+/// observe. A response of the residual F has the right-hand side Kᵀ ∂θ/∂F, and ∂θ/∂F is added to λ,
+/// which is otherwise zero at prescribed unknowns. Paper: (59)–(61), (69), (70). Tests:
+/// `tests/gradient.rs` (crate slipstick), `the_gradient_of_a_spring_matches_differences`.
 ///
 /// # Errors
 /// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance.
@@ -327,7 +332,8 @@ impl<P: StepProblem> Run<'_, '_, P> {
     }
 }
 
-/// The factors to solve with at the state `index`: the march's or those of a later state, whichever is nearer.
+/// The factors to solve with at the state `index`: the march's or those of a later state, whichever
+/// is nearer.
 fn nearest(path: &Path, index: usize, later: Option<&(usize, Arc<KeptFactors>)>) -> Option<Arc<KeptFactors>> {
     let here = &path.states[index];
     let kept = here.factors.as_ref().map(|f| (index - made_at(path, index, f), f));

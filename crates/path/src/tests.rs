@@ -35,8 +35,8 @@ fn follow(
     march(&mut solver, load_path, options, observer)
 }
 
-/// θ = Σ over the steps n of n w · y_n, except for those that it does not observe, and for each accepted sub-step half
-/// the square of its increment of y, times a factor.
+/// θ = Σ over the steps n of n w · y_n, except for those that it does not observe, and for each
+/// accepted sub-step half the square of its increment of y, times a factor.
 #[derive(Clone, Copy)]
 struct Weights {
     unseen: usize,
@@ -99,8 +99,9 @@ impl PathResponses<Spring> for Responses<'_> {
     }
 }
 
-/// Central differences of the whole path, for several responses at once: with observed steps and an unobserved last
-/// one, with dependence on increments, with history, sub-steps, and with factors that are kept and reused.
+/// Central differences of the whole path, for several responses at once: with observed steps and an
+/// unobserved last one, with dependence on increments, with history, sub-steps, and with factors
+/// that are kept and reused.
 #[test]
 fn the_gradient_of_a_spring_matches_differences() {
     for (unseen, longest_step, factor_memory) in [(0, f64::INFINITY, 0), (3, 0.12, 0), (2, 0.12, 1 << 20)] {
@@ -179,8 +180,8 @@ impl MarchObserver for Tried {
     }
 }
 
-/// By hand: u₁ follows with t, and 0.3 is the longest step. Increments are halved twice, and doubled after each
-/// success.
+/// By hand: u₁ follows with t, and 0.3 is the longest step. Increments are halved twice, and
+/// doubled after each success.
 #[test]
 fn increments_are_halved_and_grow_again() {
     let spring = || {
@@ -212,8 +213,8 @@ fn increments_are_halved_and_grow_again() {
     assert_eq!(failure.attempts.iter().map(|(time, _)| *time).collect::<Vec<_>>(), [1.0, 0.5]);
 }
 
-/// A guide provides the solution as the initial guess, so that its path takes one iteration per step; its unknowns are
-/// those of the path in single precision.
+/// A guide provides the solution as the initial guess, so that its path takes one iteration per
+/// step; its unknowns are those of the path in single precision.
 #[test]
 fn a_guide_leads_to_its_own_path() {
     let times = [0.4, 1.0];
@@ -242,8 +243,8 @@ fn a_guide_leads_to_its_own_path() {
     }
 }
 
-/// Factors are kept for each set of prescribed unknowns: of six alternating solves, only the first two factorize. After
-/// `forget`, they are computed again.
+/// Factors are kept for each set of prescribed unknowns: of six alternating solves, only the first
+/// two factorize. After `forget`, they are computed again.
 #[test]
 fn earlier_factors_serve_again() {
     let mut workspace = Spring::workspace();
@@ -270,7 +271,8 @@ fn earlier_factors_serve_again() {
     assert_eq!(linear.counts().factorizations, 3);
 }
 
-/// Factors are kept as long as there is memory, counted once where states share them, and dropped on request.
+/// Factors are kept as long as there is memory, counted once where states share them, and dropped
+/// on request.
 #[test]
 fn kept_factors_are_counted_and_dropped() {
     let times = [0.5, 1.0, 1.5];

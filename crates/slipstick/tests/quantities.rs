@@ -165,8 +165,8 @@ fn fields_of_a_bar() {
     near(fields.reaction.chunks_exact(3).map(|of| of[2]).sum(), 0.0);
 }
 
-/// The work of friction at the nodes, times the areas around them, is that of the pair; sliding by the motion of the block
-/// is the distance that the nodes slip.
+/// The work of friction at the nodes, times the areas around them, is that of the pair; sliding by
+/// the motion of the block is the distance that the nodes slip.
 #[test]
 fn slip_and_wear_add_up() {
     let motion = "[{ t = 0.2, u = [0, -0.05, 0] }, { t = 1.0, u = [0.4, -0.05, 0] }]".to_owned();

@@ -34,9 +34,9 @@ fn quadrature(nodes: usize) -> Vec<([f64; 3], f64)> {
     }
 }
 
-/// W = s Σ w [Ψ(F̄) + (1 − γ²) Ψ_L(H̄)] of the element with n nodes X and displacements u; H = ∂u/∂X,
-/// F = 1 + γH. Full: F̄ = F and H̄ = H. F̄: H̄ = H + (mean of tr H − tr H)/3; F̄ = (mean of J / J)^(1/3)
-/// F, or 1 + γH̄ if the law has small strains.
+/// W = s Σ w [Ψ(F̄) + (1 − γ²) Ψ_L(H̄)] of the element with n nodes X and displacements u; H =
+/// ∂u/∂X, F = 1 + γH. Full: F̄ = F and H̄ = H. F̄: H̄ = H + (mean of tr H − tr H)/3; F̄ = (mean of
+/// J / J)^(1/3) F, or 1 + γH̄ if the law has small strains.
 pub fn energy<T: Real>(section: &Section, x: &[[f64; 3]], u: &[[T; 3]], [s, gamma]: [T; 2]) -> T {
     let (law, full, n) = (&section.material, section.formulation == Formulation::Full, x.len());
     let (zero, one, third) = (T::from(0.0), T::from(1.0), T::from(1.0 / 3.0));

@@ -11,8 +11,8 @@ pub enum Formulation {
     /// Unmodified, at each Gauss point. Locks if the material is nearly incompressible.
     #[default]
     Full,
-    /// F̄ = (J̄/J)^(1/3) F, where J̄ is the element's mean of J: the volume change is uniform over the
-    /// element, which avoids locking of nearly incompressible material.
+    /// F̄ = (J̄/J)^(1/3) F, where J̄ is the element's mean of J: the volume change is uniform over
+    /// the element, which avoids locking of nearly incompressible material.
     FBar,
 }
 

@@ -1,14 +1,16 @@
 //! Cauchy stress at the Gauss points, and its derivatives.
 //!
-//! The stress is that of the solid material at the element's deformation, without the scaling of the
-//! stiffness by the density: the stress in the microstructure, not its mean. With F = 1 + γH, or F̄:
+//! The stress is that of the solid material at the element's deformation, without the scaling of
+//! the stiffness by the density: the stress in the microstructure, not its mean. With F = 1 + γH,
+//! or F̄:
 //!
 //! ```text
 //! P = ∂Ψ/∂F      σ = P Fᵀ/J      σ_v = √(3/2) ‖dev σ‖
 //! ∂σ_v/∂F = ∂P/∂F : V + S P/J − σ_v F⁻ᵀ      V = S F/J      S = ∂σ_v/∂σ
 //! ```
 //!
-//! ∂P/∂F is symmetric, so its product with V is a derivative of P along V. For small-strain laws σ = P.
+//! ∂P/∂F is symmetric, so its product with V is a derivative of P along V. For small-strain laws σ
+//! = P.
 
 use crate::dual::Dual;
 use crate::law::Material;
@@ -18,7 +20,8 @@ use crate::{ElementScaling, Formulation, Section};
 use rayon::prelude::*;
 use std::array::from_fn;
 
-/// Entries per element in lists of stresses: one per Gauss point. Tetrahedra have one point; their other entries are 0.
+/// Entries per element in lists of stresses: one per Gauss point. Tetrahedra have one point; their
+/// other entries are 0.
 pub const STRESS_POINTS: usize = 8;
 
 type Tensor = [[f64; 3]; 3];
@@ -235,8 +238,8 @@ fn stresses_at<const N: usize>(section: &Section, points: &Points<N>, gamma: f64
 }
 
 impl SolidModel {
-    /// Cauchy stress of the solid material at the Gauss points of every element, in the order of the mesh; 0 for elements
-    /// of other ranks. \[F/L²\]
+    /// Cauchy stress of the solid material at the Gauss points of every element, in the order of
+    /// the mesh; 0 for elements of other ranks. \[F/L²\]
     ///
     /// # Errors
     /// [`InvertedElements`].
@@ -270,8 +273,9 @@ impl SolidModel {
         Ok(out)
     }
 
-    /// Adds the derivatives of Σ w σ_v over the Gauss points with respect to displacements, and to densities through γ.
-    /// `weights` has [`STRESS_POINTS`] entries per element. The result does not depend on the number of threads.
+    /// Adds the derivatives of Σ w σ_v over the Gauss points with respect to displacements, and to
+    /// densities through γ. `weights` has [`STRESS_POINTS`] entries per element. The result does
+    /// not depend on the number of threads.
     ///
     /// Test: `stress_slopes_match_differences`.
     pub fn pull_back_stresses(
@@ -334,7 +338,8 @@ mod tests {
         assert_eq!(von_mises(&[[3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]]), 0.0);
     }
 
-    /// Uniaxial strain λ of the neo-Hooke material (100): P₁₁ = 2c (λ − λ^(−2β−1)), with 2c = μ and β = ν/(1 − 2ν).
+    /// Uniaxial strain λ of the neo-Hooke material (100): P₁₁ = 2c (λ − λ^(−2β−1)), with 2c = μ and
+    /// β = ν/(1 − 2ν).
     #[test]
     fn uniaxial_strain_of_neo_hooke() {
         let (e, nu, stretch) = (1000.0, 0.3, 1.2_f64);
@@ -348,8 +353,8 @@ mod tests {
         assert!((stress[1][1] - across).abs() < 1e-10 * across && stress[0][1].abs() < 1e-10);
     }
 
-    /// Every law and formulation, hexahedra and tetrahedra, by displacements and, with interpolated energy, by densities:
-    /// against central differences.
+    /// Every law and formulation, hexahedra and tetrahedra, by displacements and, with interpolated
+    /// energy, by densities: against central differences.
     #[test]
     fn stress_slopes_match_differences() {
         let shape = BoxShape { min: [0.0; 3], max: [1.0, 1.1, 0.9], elements: [2, 1, 1], grading: [1.0; 3] };

@@ -210,7 +210,8 @@ impl Context<'_> {
         })
     }
 
-    /// The prescribed unknowns of a set: those that belong to its `[[dirichlet]]`, or else all of its nodes.
+    /// The prescribed unknowns of a set: those that belong to its `[[dirichlet]]`, or else all of
+    /// its nodes.
     fn prescribed(&self, set: &str) -> Vec<u32> {
         let prescribed = self.model.prescribed();
         if let Some((_, unknowns)) = prescribed.owned().into_iter().find(|(name, _)| *name == set) {
@@ -228,7 +229,8 @@ impl Context<'_> {
         nodes.iter().all(|&node| (0..3).filter(|&c| counts(measure, c)).all(|c| fixed[3 * node as usize + c]))
     }
 
-    /// The nodes of a surface with the reference areas around them, or those of a set with equal weights.
+    /// The nodes of a surface with the reference areas around them, or those of a set with equal
+    /// weights.
     fn weighted(&self, set: &str) -> Vec<(u32, f64)> {
         if let Some(surface) = self.mesh.surfaces.get(set) {
             let areas = surface.node_areas(&self.mesh.nodes);

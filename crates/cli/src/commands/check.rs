@@ -13,12 +13,12 @@ use crate::setup::{Setup, look, read};
 use crate::table::lines;
 use crate::{Context, Outcome};
 
-/// Floating-point operations per second for the time estimate; about half of what one core of a desktop machine reaches
-/// in the factorization.
+/// Floating-point operations per second for the time estimate; about half of what one core of a
+/// desktop machine reaches in the factorization.
 const OPERATIONS_PER_SECOND: f64 = 15e9;
 
-/// Prints sizes, sets, supports, contact pairs and initial gaps, with warnings at their place in the file; or the case
-/// with all defaults filled in.
+/// Prints sizes, sets, supports, contact pairs and initial gaps, with warnings at their place in
+/// the file; or the case with all defaults filled in.
 ///
 /// # Errors
 /// [`Failure::Case`], [`Failure::Input`].

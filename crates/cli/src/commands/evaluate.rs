@@ -29,8 +29,8 @@ const COLUMNS: &[&str] = &[
 /// Evaluates a design, once for each coefficient of friction.
 ///
 /// # Errors
-/// As [`Failure`] lists them. Where an analysis fails, the others still follow, and the last failure is
-/// returned, to which the files of a failure belong.
+/// As [`Failure`] lists them. Where an analysis fails, the others still follow, and the last
+/// failure is returned, to which the files of a failure belong.
 pub fn run(context: &Context, args: &Evaluate) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design", "objective", "contact"])?;
     let density = setup.density_of(context, &problem, &args.design)?;

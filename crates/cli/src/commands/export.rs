@@ -89,7 +89,8 @@ impl Format {
         }
     }
 
-    /// Writes a file; `names` are the names of the bodies, `length` is the name of the case's unit of length.
+    /// Writes a file; `names` are the names of the bodies, `length` is the name of the case's unit
+    /// of length.
     fn write(
         self,
         file: &Path,

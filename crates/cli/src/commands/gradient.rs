@@ -1,4 +1,5 @@
-//! `slipstick gradient`: objective and its derivative with respect to every density, friction, moduli, motions and loads.
+//! `slipstick gradient`: objective and its derivative with respect to every density, friction,
+//! moduli, motions and loads.
 
 use serde_json::json;
 use slipstick::build::Problem;

@@ -53,7 +53,8 @@ pub(crate) fn last_values(quantities: &Quantities) -> Value {
     quantities.names.iter().zip(values).map(|(name, value)| (name.name.clone(), json!(value))).collect()
 }
 
-/// Prints the key quantities at the last load step: reactions, contact forces, energies, and those of the case.
+/// Prints the key quantities at the last load step: reactions, contact forces, energies, and those
+/// of the case.
 pub(crate) fn tell_quantities(context: &Context, quantities: &Quantities) {
     let Some(row) = quantities.rows.last().filter(|row| row.step > 0) else { return };
     let named = || quantities.names.iter().zip(&row.values);

@@ -19,8 +19,8 @@ const ABOUT_MY_MESH: &str = "your own mesh, with its bodies and surfaces by name
 /// Writes a template, or lists all.
 ///
 /// # Errors
-/// [`Failure::Input`] for an unknown template, a mesh that cannot be used, or an output file that exists or cannot be
-/// written.
+/// [`Failure::Input`] for an unknown template, a mesh that cannot be used, or an output file that
+/// exists or cannot be written.
 pub fn run(context: &Context, args: &New) -> Outcome {
     let name = args.template.as_deref().map(|name| name.replace('_', "-"));
     match (name.as_deref(), &args.mesh) {
@@ -78,8 +78,8 @@ fn of_mesh(context: &Context, args: &New, mesh: &Path) -> Outcome {
     write(context, args, &file, &case.text, MY_MESH, "contact, supports and motion are guesses: correct them")
 }
 
-/// The path of the mesh file from the folder of the case file: relative if it lies in or below that folder, otherwise
-/// absolute.
+/// The path of the mesh file from the folder of the case file: relative if it lies in or below that
+/// folder, otherwise absolute.
 fn seen_from(case: &Path, mesh: &Path) -> String {
     let folder = match case.parent() {
         Some(parent) if parent != Path::new("") && case.as_os_str() != "-" => parent,

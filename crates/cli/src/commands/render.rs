@@ -156,7 +156,8 @@ fn chosen(runs: Vec<RunHistory>, names: &[String]) -> Outcome<Vec<RunHistory>> {
     names.iter().map(one).collect()
 }
 
-/// The common bound on the volume fraction of all directories; `None` if bounds differ or a table has none.
+/// The common bound on the volume fraction of all directories; `None` if bounds differ or a table
+/// has none.
 fn common_limit(results: &[PathBuf]) -> Option<f64> {
     let mut limits = Vec::new();
     for directory in results {

@@ -13,8 +13,8 @@ use crate::{Context, Outcome};
 /// Continues an optimization from its last finished iteration.
 ///
 /// # Errors
-/// As [`crate::failure::Failure`] lists them, in particular [`crate::failure::Failure::Input`] if the case's text is
-/// not the one that the run was started with.
+/// As [`crate::failure::Failure`] lists them, in particular [`crate::failure::Failure::Input`] if
+/// the case's text is not the one that the run was started with.
 pub fn run(context: &Context, args: &Resume) -> Outcome {
     if !args.set.is_empty() {
         let results = args.results.display();
@@ -42,7 +42,8 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     checkpoint.restore(&directory, &mut optimization)?;
     let iterations = args.iterations.map_or(checkpoint.iterations, usize::from);
     optimization.set_iterations(iterations);
-    // A run that was stopped while it wrote its last files evaluates its last design again and writes them.
+    // A run that was stopped while it wrote its last files evaluates its last design again and
+    // writes them.
     if optimization.finished() && record.latest.exit == ExitState::Finished {
         let made = optimization.state.iteration;
         context.console.text(&format!(

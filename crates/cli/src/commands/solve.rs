@@ -32,7 +32,8 @@ pub fn run(context: &Context, args: &Solve) -> Outcome {
     end(run, outcome)
 }
 
-/// The weighted parts of the load cases in the objective, as text; empty if there is only one load path.
+/// The weighted parts of the load cases in the objective, as text; empty if there is only one load
+/// path.
 fn shares(problem: &Problem, forward: &Forward) -> String {
     let names = &problem.load_cases;
     if names.is_empty() {

@@ -40,8 +40,9 @@ const COLUMNS: &[&str] = &[
 /// Compares the gradient with differences.
 ///
 /// # Errors
-/// As [`Failure`] lists them, in particular [`Failure::Check`] if the error in a direction exceeds the tolerance and
-/// cannot be explained by errors of the difference itself, or if nothing could be compared.
+/// As [`Failure`] lists them, in particular [`Failure::Check`] if the error in a direction exceeds
+/// the tolerance and cannot be explained by errors of the difference itself, or if nothing could be
+/// compared.
 pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
     if args.elements == 0 && args.directions == 0 {
         let cure = "set --elements or --directions to at least 1";
@@ -260,8 +261,8 @@ fn describe(direction: &DirectionCheck) -> Vec<String> {
     text
 }
 
-/// What spoils a difference: the first few places where the objective has a kink between its two designs, or different
-/// steps of their paths.
+/// What spoils a difference: the first few places where the objective has a kink between its two
+/// designs, or different steps of their paths.
 fn remark(at: &Quotient) -> String {
     const SHOWN: usize = 3;
     if at.cut_back {

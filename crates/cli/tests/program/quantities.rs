@@ -68,7 +68,8 @@ fn quantities_are_maximised_and_bounded() {
     assert!(place.path("curve.png").is_file());
 }
 
-/// Stopped after some iterations and resumed, an optimization with constraints is the uninterrupted one.
+/// Stopped after some iterations and resumed, an optimization with constraints is the uninterrupted
+/// one.
 #[test]
 fn constrained_optimizations_resume_bit_for_bit() {
     let place = place();

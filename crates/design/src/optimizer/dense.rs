@@ -1,7 +1,7 @@
 //! Small dense systems.
 
-/// Solves `A x = b` in place (`b` becomes `x`; `A`, stored by rows, is overwritten) by elimination with partial
-/// pivoting after scaling the rows; `false` if a pivot is zero or not finite.
+/// Solves `A x = b` in place (`b` becomes `x`; `A`, stored by rows, is overwritten) by elimination
+/// with partial pivoting after scaling the rows; `false` if a pivot is zero or not finite.
 pub(super) fn solve_dense(a: &mut [f64], b: &mut [f64]) -> bool {
     let n = b.len();
     // Without the scaling, pivots of constraints with different scales would be compared.
@@ -42,7 +42,8 @@ pub(super) fn solve_dense(a: &mut [f64], b: &mut [f64]) -> bool {
 mod tests {
     use super::*;
 
-    /// A Hilbert-like system with a known solution; the order and scales of its rows require pivoting.
+    /// A Hilbert-like system with a known solution; the order and scales of its rows require
+    /// pivoting.
     #[test]
     fn known_solution() {
         let rows = [[0.0, 1e8, 2e8], [1.0, 0.5, 1.0 / 3.0], [1e-9, 2e-9, -3e-9]];

@@ -50,7 +50,8 @@ pub enum MmaError {
         /// Its upper bound.
         upper: f64,
     },
-    /// The subproblem was not solved, which only happens for functions of extremely different scales.
+    /// The subproblem was not solved, which only happens for functions of extremely different
+    /// scales.
     #[error(
         "the MMA subproblem stopped at residual {residual:e}; scale objective and constraints so that their largest \
          derivatives are near 1"

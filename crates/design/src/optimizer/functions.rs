@@ -1,6 +1,7 @@
 //! The data that an optimizer needs about a problem at a design.
 
-/// Values and derivatives of the functions of a problem at a design x, scaled by [`Scaling`](super::Scaling).
+/// Values and derivatives of the functions of a problem at a design x, scaled by
+/// [`Scaling`](super::Scaling).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Functions<'a> {
     /// f₀(x), to be minimised.

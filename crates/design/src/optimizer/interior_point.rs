@@ -1,10 +1,11 @@
 //! Primal-dual interior-point solution of the subproblem.
 //!
-//! The optimality conditions, with each complementarity product set to ε instead of 0, are solved by damped Newton
-//! steps for ε = 1, 0.1, … down to the tolerance. All unknowns except the multipliers of the constraints and of `z` are
-//! eliminated, so a Newton step costs O(n m²) and solves one system of size m + 1. Each rank has a part of the
-//! variables; the unknowns of the constraints are replicated. Source: the notes, section on the primal-dual solution;
-//! the treatment of slacks is our own.
+//! The optimality conditions, with each complementarity product set to ε instead of 0, are solved
+//! by damped Newton steps for ε = 1, 0.1, … down to the tolerance. All unknowns except the
+//! multipliers of the constraints and of `z` are eliminated, so a Newton step costs O(n m²) and
+//! solves one system of size m + 1. Each rank has a part of the variables; the unknowns of the
+//! constraints are replicated. Source: the notes, section on the primal-dual solution; the
+//! treatment of slacks is our own.
 
 use super::MmaError;
 use super::dense::solve_dense;
@@ -14,7 +15,8 @@ use super::subproblem::{Subproblem, Variable};
 const MOST_ITERATIONS: usize = 200;
 /// Maximum number of halvings of a Newton step; if more are needed, round-off dominates.
 const MOST_HALVINGS: usize = 50;
-/// Residual, relative to the largest derivative or value, that is still acceptable if round-off dominates.
+/// Residual, relative to the largest derivative or value, that is still acceptable if round-off
+/// dominates.
 const SUFFICIENT: f64 = 1e-6;
 
 /// Solution of the subproblem; `x`, `xi`, `eta` are those of this rank's variables that can move.
@@ -158,9 +160,10 @@ impl Subproblem<'_> {
 
     /// Residual of the optimality conditions at `at`, after adjusting slacks to reduce it.
     ///
-    /// The slack of an inactive constraint can follow the curved constraint exactly, at almost no cost in
-    /// complementarity. Without this, Newton steps would have to be so short that the linearisation of the constraint
-    /// is accurate, which an inactive constraint does not need, and the iteration would be very slow.
+    /// The slack of an inactive constraint can follow the curved constraint exactly, at almost no
+    /// cost in complementarity. Without this, Newton steps would have to be so short that the
+    /// linearisation of the constraint is accurate, which an inactive constraint does not need, and
+    /// the iteration would be very slow.
     fn residual_with_free_slack(&self, at: &mut Point, epsilon: f64) -> Residual {
         let p = self.parameters;
         let mut residual = Residual { squares: 0.0, max: 0.0 };
@@ -325,8 +328,9 @@ mod tests {
     use crate::optimizer::MmaParameters;
     use slipstick_ranks::Alone;
 
-    /// Computed by hand: a constraint of −2 with z = 0.5 of weight 0.5 and y = 0.25 leaves a slack of 2.5. It is used
-    /// if it costs less in complementarity than the violation of the constraint, and not with a multiplier of 100.
+    /// Computed by hand: a constraint of −2 with z = 0.5 of weight 0.5 and y = 0.25 leaves a slack
+    /// of 2.5. It is used if it costs less in complementarity than the violation of the constraint,
+    /// and not with a multiplier of 100.
     #[test]
     fn slack_is_moved_where_that_costs_little() {
         let parameters = MmaParameters { a: 0.5, ..MmaParameters::default() };

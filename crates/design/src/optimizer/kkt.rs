@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::error::{check_functions, check_point, check_vector};
 use super::{Functions, MmaError, MmaParameters, MmaStep};
 
-/// Residual of the optimality conditions of the problem that MMA solves; both are zero at an optimum.
+/// Residual of the optimality conditions of the problem that MMA solves; both are zero at an
+/// optimum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KktResidual {
     /// Euclidean norm of all residuals.
@@ -27,11 +28,13 @@ impl Accumulator {
     }
 }
 
-/// Residual of the Karush–Kuhn–Tucker conditions at the result `step.x` of a step, with the multipliers of its
-/// subproblem and with values and gradients evaluated **at `step.x`** (the check of the notes).
+/// Residual of the Karush–Kuhn–Tucker conditions at the result `step.x` of a step, with the
+/// multipliers of its subproblem and with values and gradients evaluated **at `step.x`** (the check
+/// of the notes).
 ///
-/// The multipliers of the bounds belong to the bounds of the step; if the move limit restrains a variable, this appears
-/// in the residual. Values and gradients must have the same scaling as for the step.
+/// The multipliers of the bounds belong to the bounds of the step; if the move limit restrains a
+/// variable, this appears in the residual. Values and gradients must have the same scaling as for
+/// the step.
 ///
 /// # Errors
 ///
@@ -52,8 +55,9 @@ pub fn kkt_residual(
     Ok(residual(parameters, &step.x, bounds, functions, step, bound_multipliers))
 }
 
-/// The same at the initial design of the step. There, the multipliers of the bounds are computed from the gradient of
-/// the Lagrangian, so the residual is `∂L/∂x_j` times the distance to the bound towards which it pushes.
+/// The same at the initial design of the step. There, the multipliers of the bounds are computed
+/// from the gradient of the Lagrangian, so the residual is `∂L/∂x_j` times the distance to the
+/// bound towards which it pushes.
 pub(super) fn residual_at_input(
     parameters: &MmaParameters,
     x: &[f64],
@@ -65,7 +69,8 @@ pub(super) fn residual_at_input(
     residual(parameters, x, bounds, functions, step, bound_multipliers)
 }
 
-/// All conditions: stationarity in `x`, `y`, `z`, feasibility, complementarity. Notes, section on the KKT conditions.
+/// All conditions: stationarity in `x`, `y`, `z`, feasibility, complementarity. Notes, section on
+/// the KKT conditions.
 fn residual(
     parameters: &MmaParameters,
     x: &[f64],

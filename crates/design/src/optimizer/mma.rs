@@ -9,10 +9,12 @@ use super::kkt::residual_at_input;
 use super::subproblem::{Subproblem, Variable};
 use super::{Functions, KktResidual, MmaError, MmaParameters};
 
-/// The method of moving asymptotes, version of 2007, for `n` variables and `m` constraints `g_i ≤ 0`.
+/// The method of moving asymptotes, version of 2007, for `n` variables and `m` constraints `g_i ≤
+/// 0`.
 ///
-/// Contains all data that one step passes to the next, so a copy that is written and read back continues bit for bit;
-/// the floats must be preserved exactly (for JSON: `serde_json` with its feature `float_roundtrip`).
+/// Contains all data that one step passes to the next, so a copy that is written and read back
+/// continues bit for bit; the floats must be preserved exactly (for JSON: `serde_json` with its
+/// feature `float_roundtrip`).
 ///
 /// Svanberg's cantilever: the lightest of five hollow beams whose tip moves by no more than 1.
 ///
@@ -59,7 +61,8 @@ pub struct MmaStep {
     pub xi: Vec<f64>,
     /// See `xi`.
     pub eta: Vec<f64>,
-    /// Elastic violation of each constraint. ≥ 0; clearly positive if no design within the move limit is feasible.
+    /// Elastic violation of each constraint. ≥ 0; clearly positive if no design within the move
+    /// limit is feasible.
     pub y: Vec<f64>,
     /// Elastic variable common to all constraints. ≥ 0
     pub z: f64,
@@ -73,8 +76,8 @@ pub struct MmaStep {
     pub subproblem_iterations: usize,
     /// Largest violation of the subproblem's optimality conditions.
     pub subproblem_residual: f64,
-    /// Optimality residual of the design that was **passed in**, with the multipliers of this subproblem. Zero at an
-    /// optimum.
+    /// Optimality residual of the design that was **passed in**, with the multipliers of this
+    /// subproblem. Zero at an optimum.
     pub kkt_residual: KktResidual,
 }
 
@@ -102,12 +105,13 @@ impl Mma {
         (&self.low, &self.upp)
     }
 
-    /// Checks a history that was read back: that it is complete and belongs to `n` variables and `m` constraints.
+    /// Checks a history that was read back: that it is complete and belongs to `n` variables and
+    /// `m` constraints.
     ///
     /// # Errors
     ///
-    /// [`MmaError::Length`], [`MmaError::NotFinite`], [`MmaError::Bounds`] of an earlier design between its asymptotes,
-    /// [`MmaError::Parameter`].
+    /// [`MmaError::Length`], [`MmaError::NotFinite`], [`MmaError::Bounds`] of an earlier design
+    /// between its asymptotes, [`MmaError::Parameter`].
     pub fn check(&self, n: usize, m: usize) -> Result<(), MmaError> {
         for (what, expected, found) in [("variables", n, self.n), ("constraints", m, self.m)] {
             if expected != found {
@@ -132,19 +136,20 @@ impl Mma {
         }
     }
 
-    /// Computes the next design from the design `x` with its functions, between the `bounds`, lower and upper. A variable
-    /// whose bounds are equal does not move.
+    /// Computes the next design from the design `x` with its functions, between the `bounds`, lower
+    /// and upper. A variable whose bounds are equal does not move.
     ///
     /// # Errors
     ///
-    /// If a parameter is out of range, lengths are wrong (including those of the history), an entry is not finite, the
-    /// design is outside its bounds, or the subproblem cannot be solved. The history is then unchanged.
+    /// If a parameter is out of range, lengths are wrong (including those of the history), an entry
+    /// is not finite, the design is outside its bounds, or the subproblem cannot be solved. The
+    /// history is then unchanged.
     pub fn update(&mut self, x: &[f64], bounds: [&[f64]; 2], functions: &Functions<'_>) -> Result<MmaStep, MmaError> {
         self.update_on(x, bounds, functions, &Alone)
     }
 
-    /// Like [`update`](Self::update), with the subproblem distributed over ranks, which all call it with the same
-    /// arguments and get the same result.
+    /// Like [`update`](Self::update), with the subproblem distributed over ranks, which all call it
+    /// with the same arguments and get the same result.
     ///
     /// # Errors
     ///
@@ -203,9 +208,9 @@ impl Mma {
         Ok(step)
     }
 
-    /// Asymptotes `l_j < x_j < u_j` of this step for some of the variables. Notes, section on the asymptotes: at
-    /// `asyinit` of the range for two steps, then closer if a variable oscillates and farther if it keeps moving in the
-    /// same direction.
+    /// Asymptotes `l_j < x_j < u_j` of this step for some of the variables. Notes, section on the
+    /// asymptotes: at `asyinit` of the range for two steps, then closer if a variable oscillates
+    /// and farther if it keeps moving in the same direction.
     fn moved_asymptotes(&self, x: &[f64], lower: &[f64], upper: &[f64], own: Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let p = &self.parameters;
         let distances = |j: usize| -> (f64, f64) {
@@ -231,8 +236,8 @@ impl Mma {
         .unzip()
     }
 
-    /// The movable ones among some variables, with the bounds `α ≤ x ≤ β` of this step; `low` and `upp` are their
-    /// asymptotes.
+    /// The movable ones among some variables, with the bounds `α ≤ x ≤ β` of this step; `low` and
+    /// `upp` are their asymptotes.
     fn variables(
         &self,
         x: &[f64],

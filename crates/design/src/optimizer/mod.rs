@@ -1,8 +1,9 @@
 //! The method of moving asymptotes, the scaling of its input and the assessment of its result.
 //!
-//! [`Mma`] advances a design by one step; the caller provides loops, files and stopping criteria. Source of the method
-//! and of its symbols: K. Svanberg, *MMA and GCMMA – two methods for nonlinear optimization* (2007), "the notes" below,
-//! and K. Svanberg, Int. J. Numer. Methods Eng. 24 (1987) 359–373.
+//! [`Mma`] advances a design by one step; the caller provides loops, files and stopping criteria.
+//! Source of the method and of its symbols: K. Svanberg, *MMA and GCMMA – two methods for nonlinear
+//! optimization* (2007), "the notes" below, and K. Svanberg, Int. J. Numer. Methods Eng. 24 (1987)
+//! 359–373.
 
 mod dense;
 mod error;

@@ -7,16 +7,17 @@ use super::MmaError;
 
 /// Parameters of the method of moving asymptotes, version of 2007, named as in Svanberg's notes.
 ///
-/// Lengths are relative to the range `upper − lower` of each variable, so no parameter has a unit. The elastic
-/// variables `y`, `z` make every subproblem feasible: MMA minimises
-/// `f₀(x) + a₀ z + Σ_i (c y_i + ½ d y_i²)` subject to `f_i(x) − a z − y_i ≤ 0`, `y, z ≥ 0`; with the default values
-/// `z = 0`, and `y_i` is a violation of constraint `i` that costs `c` per unit.
+/// Lengths are relative to the range `upper − lower` of each variable, so no parameter has a unit.
+/// The elastic variables `y`, `z` make every subproblem feasible: MMA minimises `f₀(x) + a₀ z + Σ_i
+/// (c y_i + ½ d y_i²)` subject to `f_i(x) − a z − y_i ≤ 0`, `y, z ≥ 0`; with the default values `z
+/// = 0`, and `y_i` is a violation of constraint `i` that costs `c` per unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MmaParameters {
     /// Distance of the asymptotes in the first two iterations. In (0, ∞).
     pub asyinit: f64,
-    /// Factor by which the asymptotes move away if a variable keeps moving in one direction. At least 1.
+    /// Factor by which the asymptotes move away if a variable keeps moving in one direction. At
+    /// least 1.
     pub asyincr: f64,
     /// Factor by which the asymptotes move closer if a variable oscillates. In (0, 1].
     pub asydecr: f64,
@@ -26,15 +27,18 @@ pub struct MmaParameters {
     pub asymax: f64,
     /// A step leaves at least this part of the distance to the asymptotes. In (0, 1).
     pub albefa: f64,
-    /// Largest change of a variable in a step: 0.1 in a case file, as in the paper; 0.5 in the notes. In (0, 1].
+    /// Largest change of a variable in a step: 0.1 in a case file, as in the paper; 0.5 in the
+    /// notes. In (0, 1].
     pub move_limit: f64,
     /// Curvature that is added to each function. In (0, ∞).
     pub raa0: f64,
     /// Weight of `z`. In (0, ∞).
     pub a0: f64,
-    /// Coefficient of `z` in each constraint; 0 unless the maximum of several functions is minimised. At least 0.
+    /// Coefficient of `z` in each constraint; 0 unless the maximum of several functions is
+    /// minimised. At least 0.
     pub a: f64,
-    /// Linear penalty for violating a constraint: well above the multipliers, after scaling. At least 0, `c + d > 0`.
+    /// Linear penalty for violating a constraint: well above the multipliers, after scaling. At
+    /// least 0, `c + d > 0`.
     pub c: f64,
     /// Quadratic penalty for violating a constraint. At least 0.
     pub d: f64,

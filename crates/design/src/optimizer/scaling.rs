@@ -4,10 +4,11 @@ use serde::{Deserialize, Serialize};
 
 /// Factors for objective and constraints that make their largest derivatives 1.
 ///
-/// MMA is not scale-invariant: it adds a curvature `raa0 = 1e-5` per range of a variable to each function, and compares
-/// constraint violations with the penalty `c`. In a mesh of 1e5 elements the derivatives of the volume fraction are of
-/// the order of 1e-5, as small as that curvature, and the optimizer would be very slow. Compute the factors in the
-/// first iteration, keep them (also in checkpoints), and multiply values **and** gradients.
+/// MMA is not scale-invariant: it adds a curvature `raa0 = 1e-5` per range of a variable to each
+/// function, and compares constraint violations with the penalty `c`. In a mesh of 1e5 elements the
+/// derivatives of the volume fraction are of the order of 1e-5, as small as that curvature, and the
+/// optimizer would be very slow. Compute the factors in the first iteration, keep them (also in
+/// checkpoints), and multiply values **and** gradients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scaling {
     /// Factor of the objective and its gradient.
@@ -17,8 +18,9 @@ pub struct Scaling {
 }
 
 impl Scaling {
-    /// Factors `1/max_j |∂f/∂x_j|` from the gradients of the first iteration, for variables with ranges of order 1,
-    /// such as densities. A function whose derivatives are all zero, or not finite, gets the factor 1.
+    /// Factors `1/max_j |∂f/∂x_j|` from the gradients of the first iteration, for variables with
+    /// ranges of order 1, such as densities. A function whose derivatives are all zero, or not
+    /// finite, gets the factor 1.
     pub fn from_first(objective_gradient: &[f64], constraint_gradients: &[Vec<f64>]) -> Self {
         let constraints = constraint_gradients.iter().map(|gradient| factor(gradient)).collect();
         Self { objective: factor(objective_gradient), constraints }

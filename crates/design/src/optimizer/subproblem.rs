@@ -1,19 +1,20 @@
 //! The separable convex subproblem of MMA.
 //!
-//! Minimise `f̃₀(x) + a₀z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a z − y_i ≤ 0`, `α ≤ x ≤ β`, `y, z ≥ 0`,
-//! where
+//! Minimise `f̃₀(x) + a₀z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a z − y_i ≤ 0`, `α ≤ x ≤
+//! β`, `y, z ≥ 0`, where
 //!
 //! `f̃_i(x) = f_i(x⁰) + Σ_j [ p_ij/(u_j − x_j) + q_ij/(x_j − l_j) ] − [ the same at x⁰ ]`.
 //!
-//! Internally, each `x_j` is shifted and scaled, see [`Variable`]. Source: the notes, section on the subproblem.
+//! Internally, each `x_j` is shifted and scaled, see [`Variable`]. Source: the notes, section on
+//! the subproblem.
 
 use super::{Functions, MmaParameters};
 use slipstick_ranks::Ranks;
 
 /// A variable `t = (x − x⁰)/(upper − lower)` that can move in this step; it starts at 0.
 ///
-/// It is shifted so that distances to close bounds stay accurate for any position of the bounds, and scaled so that the
-/// iteration does not depend on units.
+/// It is shifted so that distances to close bounds stay accurate for any position of the bounds,
+/// and scaled so that the iteration does not depend on units.
 pub(super) struct Variable {
     /// Its number among all variables.
     pub index: usize,
@@ -44,8 +45,8 @@ impl Variable {
     }
 }
 
-/// The subproblem, or this rank's part of its variables. Coefficients of constraint `i` and variable `j` are at
-/// `j·m + i`.
+/// The subproblem, or this rank's part of its variables. Coefficients of constraint `i` and
+/// variable `j` are at `j·m + i`.
 pub(super) struct Subproblem<'a> {
     pub parameters: &'a MmaParameters,
     pub variables: &'a [Variable],
@@ -62,7 +63,8 @@ pub(super) struct Subproblem<'a> {
 }
 
 impl<'a> Subproblem<'a> {
-    /// Approximates functions with these values and gradients at the variables' `x`. Only `variables` can move.
+    /// Approximates functions with these values and gradients at the variables' `x`. Only
+    /// `variables` can move.
     pub fn new(
         parameters: &'a MmaParameters,
         variables: &'a [Variable],
@@ -97,12 +99,14 @@ impl<'a> Subproblem<'a> {
         (p, q)
     }
 
-    /// Initial values of the sums over all variables on this rank: the values of the constraints are added only once.
+    /// Initial values of the sums over all variables on this rank: the values of the constraints
+    /// are added only once.
     pub fn first_values(&self) -> Vec<f64> {
         if self.ranks.rank() == 0 { self.values.to_vec() } else { vec![0.0; self.values.len()] }
     }
 
-    /// Adds `f̃_i(t) − f_i(0)` of variable `j` to `values`, as a product with `t`, which avoids cancellation.
+    /// Adds `f̃_i(t) − f_i(0)` of variable `j` to `values`, as a product with `t`, which avoids
+    /// cancellation.
     pub fn add_values(&self, j: usize, x: f64, to_upp: f64, to_low: f64, values: &mut [f64]) {
         let (variable, m) = (&self.variables[j], values.len());
         let upper = x * to_upp / variable.upp;

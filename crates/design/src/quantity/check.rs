@@ -2,7 +2,8 @@
 
 use super::{ContactDerivative, ContactNode, Quantity, StateDerivative, StateView};
 
-/// Largest error of a directional derivative, relative to the size of the derivatives along the direction.
+/// Largest error of a directional derivative, relative to the size of the derivatives along the
+/// direction.
 const TOLERANCE: f64 = 1e-6;
 
 /// Steps of the differences, relative to the size of the varied argument: one of them must agree.
@@ -78,11 +79,12 @@ const CONTACT: [ContactField; 5] = [
     },
 ];
 
-/// Compares [`Quantity::pull_back`] at a state with central differences (of order 4) of [`Quantity::value`], with
-/// respect to every field of the view that is not zero, along a few random directions.
+/// Compares [`Quantity::pull_back`] at a state with central differences (of order 4) of
+/// [`Quantity::value`], with respect to every field of the view that is not zero, along a few
+/// random directions.
 ///
-/// The state should be a general one: if all displacements or forces are zero, a quantity may have a kink, and there is
-/// no scale for the steps.
+/// The state should be a general one: if all displacements or forces are zero, a quantity may have
+/// a kink, and there is no scale for the steps.
 ///
 /// # Errors
 /// [`WrongDerivative`] for the first direction that no step size makes agree to 1e-6.
@@ -378,8 +380,8 @@ mod tests {
         }
     }
 
-    /// Computed by hand: differences of sin 10³ d with steps beyond its period are meaningless. One step that agrees is
-    /// enough, and for a wrong slope the closest difference is reported.
+    /// Computed by hand: differences of sin 10³ d with steps beyond its period are meaningless. One
+    /// step that agrees is enough, and for a wrong slope the closest difference is reported.
     #[test]
     fn one_step_that_agrees_is_enough() {
         let at: [f64; 3] = [0.3, -1.0, 0.2];

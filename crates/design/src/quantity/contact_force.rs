@@ -2,19 +2,23 @@
 
 use super::{Dimension, Quantity, QuantityError, StateDerivative, StateView, at_node, check_nodes, norm};
 
-/// Nodal forces below this fraction of the largest nodal force of the model are round-off at nodes without contact.
+/// Nodal forces below this fraction of the largest nodal force of the model are round-off at nodes
+/// without contact.
 ///
-/// Counting such a node as zero changes the quantity by less than the equilibrium tolerance can resolve.
+/// Counting such a node as zero changes the quantity by less than the equilibrium tolerance can
+/// resolve.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Sum of the force norms of the slave nodes: `Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int^(j) − f_ext^(j)`. \[F\]
+/// Sum of the force norms of the slave nodes: `Σ_j (√(f_j·f_j + ε²) − ε)`, `f_j = f_int^(j) −
+/// f_ext^(j)`. \[F\]
 ///
-/// Its negative is the paper's objective: friction included, contact forces are maximised. The sum of norms is not the norm of the resultant:
-/// forces in different directions do not cancel. Besides loads, slave nodes carry reactions if they are supported or
-/// driven; without those components ([`ContactForce::without_reactions`]) this difference is the negative contact
-/// force. With `ε = 0` it is the norm itself, which has no derivative at `f_j = 0`: a node whose force is below 1e-12
-/// of the largest nodal force of the model counts as zero, with a zero derivative. With `ε > 0` the function is smooth
-/// everywhere; choose ε far below the relevant forces.
+/// Its negative is the paper's objective: friction included, contact forces are maximised. The sum
+/// of norms is not the norm of the resultant: forces in different directions do not cancel. Besides
+/// loads, slave nodes carry reactions if they are supported or driven; without those components
+/// ([`ContactForce::without_reactions`]) this difference is the negative contact force. With `ε =
+/// 0` it is the norm itself, which has no derivative at `f_j = 0`: a node whose force is below
+/// 1e-12 of the largest nodal force of the model counts as zero, with a zero derivative. With `ε >
+/// 0` the function is smooth everywhere; choose ε far below the relevant forces.
 ///
 /// Paper: (91), (93), (96); the regularisation is ours.
 #[derive(Clone, Debug)]
@@ -27,11 +31,13 @@ pub struct ContactForce {
 }
 
 impl ContactForce {
-    /// `nodes`: the slave nodes `S` of a mesh with `node_count` nodes; `regularisation`: ε ≥ 0 \[F\].
+    /// `nodes`: the slave nodes `S` of a mesh with `node_count` nodes; `regularisation`: ε ≥ 0
+    /// \[F\].
     ///
     /// # Errors
     ///
-    /// If there is no node, a node is out of range or listed twice, or the regularisation is negative or not finite.
+    /// If there is no node, a node is out of range or listed twice, or the regularisation is
+    /// negative or not finite.
     pub fn new(nodes: Vec<u32>, node_count: usize, regularisation: f64) -> Result<Self, QuantityError> {
         check_nodes(&nodes, node_count)?;
         if !regularisation.is_finite() || regularisation < 0.0 {
@@ -46,8 +52,8 @@ impl ContactForce {
         self
     }
 
-    /// Excludes the force components that `prescribed` marks (three per node of the mesh): they are reactions of
-    /// supports and prescribed motions, not contact forces.
+    /// Excludes the force components that `prescribed` marks (three per node of the mesh): they are
+    /// reactions of supports and prescribed motions, not contact forces.
     pub fn without_reactions(mut self, prescribed: &[bool]) -> Self {
         self.reactions = prescribed.to_vec();
         self
@@ -176,8 +182,8 @@ mod tests {
         assert_eq!(gradient(&quantity, &[0.0; 12]), [0.0; 12]);
     }
 
-    /// Computed by hand: a node counts as not in contact below 1e-12 of the largest force, here (2, −3, 6) × 1e4 with
-    /// norm 7e4, in any unit.
+    /// Computed by hand: a node counts as not in contact below 1e-12 of the largest force, here (2,
+    /// −3, 6) × 1e4 with norm 7e4, in any unit.
     #[test]
     fn the_largest_force_says_what_is_negligible() {
         let quantity = ContactForce::new(vec![1], 3, 0.0).unwrap();

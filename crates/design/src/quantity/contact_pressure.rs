@@ -6,8 +6,8 @@ use super::{Dimension, Patch, Quantity, QuantityError, Reads, StateDerivative, S
 /// How the nodal pressures of a patch are reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PressureMeasure {
-    /// p-norm of the nodal pressures, (Σ_j max(ζ_nj, 0)^p)^(1/p): not below the largest pressure, and closer to it the
-    /// larger p is.
+    /// p-norm of the nodal pressures, (Σ_j max(ζ_nj, 0)^p)^(1/p): not below the largest pressure,
+    /// and closer to it the larger p is.
     Peak {
         /// p ≥ 1.
         p: f64,
@@ -16,8 +16,8 @@ pub enum PressureMeasure {
     Mean,
     /// Standard deviation over that area divided by the mean: 0 for uniform pressure.
     Spread,
-    /// Smooth minimum −(m/k) ln Σ_j exp(−k ζ_nj/m) with the mean m: not above the smallest pressure, and closer to it the
-    /// larger k is.
+    /// Smooth minimum −(m/k) ln Σ_j exp(−k ζ_nj/m) with the mean m: not above the smallest
+    /// pressure, and closer to it the larger k is.
     Minimum {
         /// k > 0.
         k: f64,

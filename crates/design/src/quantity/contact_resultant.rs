@@ -5,7 +5,8 @@ use super::{Dimension, Patch, Quantity, Reads, StateDerivative, StateView, Vecto
 /// How the contact forces of a patch are reduced to one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ForcePart {
-    /// A component or the norm of the resultant −Σ A_j z_j of the forces on the slave, friction included.
+    /// A component or the norm of the resultant −Σ A_j z_j of the forces on the slave, friction
+    /// included.
     Resultant(VectorMeasure),
     /// Sum of the normal forces, Σ A_j ζ_nj ≥ 0.
     Normal,

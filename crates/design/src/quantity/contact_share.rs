@@ -2,11 +2,12 @@
 
 use super::{Dimension, Patch, Quantity, Reads, StateDerivative, StateView};
 
-/// Share of a patch that carries the contact force: (Σ A_j ζ_nj)² / (Σ A_j · Σ A_j ζ_nj²), between 0 and 1.
+/// Share of a patch that carries the contact force: (Σ A_j ζ_nj)² / (Σ A_j · Σ A_j ζ_nj²), between
+/// 0 and 1.
 ///
-/// With uniform pressure on a part of the patch, this is the part's share of the area (the participation ratio of the
-/// pressure); unlike the area of the nodes in contact, it has no jumps. The areas A_j are those that face the master.
-/// Test: `pair_quantities_by_hand`.
+/// With uniform pressure on a part of the patch, this is the part's share of the area (the
+/// participation ratio of the pressure); unlike the area of the nodes in contact, it has no jumps.
+/// The areas A_j are those that face the master. Test: `pair_quantities_by_hand`.
 #[derive(Clone, Debug)]
 pub struct ContactShare {
     name: String,

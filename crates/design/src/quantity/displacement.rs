@@ -4,8 +4,8 @@ use super::{
     Dimension, Quantity, QuantityError, StateDerivative, StateView, VectorMeasure, add_at_node, at_node, check_nodes,
 };
 
-/// A component or the norm of the mean displacement Σ w_i u_i / Σ w_i of some nodes, or of its difference from that of
-/// others. \[L\]
+/// A component or the norm of the mean displacement Σ w_i u_i / Σ w_i of some nodes, or of its
+/// difference from that of others. \[L\]
 ///
 /// Test: `resultants_and_means_by_hand`.
 #[derive(Clone, Debug)]
@@ -17,11 +17,12 @@ pub struct Displacement {
 }
 
 impl Displacement {
-    /// The mean over `nodes`, each with a positive weight: 1 for a mean of nodes, the area around the node for the mean of
-    /// a surface.
+    /// The mean over `nodes`, each with a positive weight: 1 for a mean of nodes, the area around
+    /// the node for the mean of a surface.
     ///
     /// # Errors
-    /// If there is no node, a node is out of range or listed twice, or a weight is not positive and finite.
+    /// If there is no node, a node is out of range or listed twice, or a weight is not positive and
+    /// finite.
     pub fn new(
         name: impl Into<String>,
         nodes: Vec<(u32, f64)>,

@@ -2,11 +2,11 @@
 
 use super::{Dimension, Patch, Quantity, Reads, StateDerivative, StateView};
 
-/// Work that friction dissipates on a patch: Σ_j ζ_τj·ũ_τj, summed over all (sub-)steps since the start of the load
-/// case. \[F L\]
+/// Work that friction dissipates on a patch: Σ_j ζ_τj·ũ_τj, summed over all (sub-)steps since the
+/// start of the load case. \[F L\]
 ///
-/// ũ_τ is the objective slip increment of the paper, (24), which depends on the previous state. Test:
-/// `pair_quantities_by_hand`.
+/// ũ_τ is the objective slip increment of the paper, (24), which depends on the previous state.
+/// Test: `pair_quantities_by_hand`.
 #[derive(Clone, Debug)]
 pub struct FrictionWork {
     name: String,

@@ -1,8 +1,9 @@
 //! Quantities: numbers that a state of the load path has, with exact derivatives.
 //!
-//! Whatever can be printed, plotted, minimised or bounded is a [`Quantity`]. It has a value at every state, and a
-//! pull-back: its partial derivatives with respect to what it can [see](StateView) of the state. The caller applies the
-//! chain rule, (92)–(98) of the paper, so a quantity knows neither equations nor meshes nor solvers.
+//! Whatever can be printed, plotted, minimised or bounded is a [`Quantity`]. It has a value at
+//! every state, and a pull-back: its partial derivatives with respect to what it can
+//! [see](StateView) of the state. The caller applies the chain rule, (92)–(98) of the paper, so a
+//! quantity knows neither equations nor meshes nor solvers.
 //!
 //! | quantity | of | dimension | file |
 //! |---|---|---|---|
@@ -18,8 +19,8 @@
 //! | [`Compliance`] | loads | F L | `compliance.rs` |
 //! | [`Volume`] | elements | L³ | `volume.rs` |
 //!
-//! A [`Response`](crate::Response) turns quantities into an objective or a constraint: at which steps, with which
-//! weights.
+//! A [`Response`](crate::Response) turns quantities into an objective or a constraint: at which
+//! steps, with which weights.
 
 mod check;
 mod compliance;
@@ -147,8 +148,8 @@ pub trait Quantity: Send + Sync {
     /// Adds `weight` times the partial derivatives of [`value`](Self::value) at `state` to `to`.
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative);
 
-    /// Whether [`value`](Self::value) is an increment: the quantity at a load step is then the sum of the values at all
-    /// (sub-)steps since the start of the load case.
+    /// Whether [`value`](Self::value) is an increment: the quantity at a load step is then the sum
+    /// of the values at all (sub-)steps since the start of the load case.
     fn accumulates(&self) -> bool {
         false
     }

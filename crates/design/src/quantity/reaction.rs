@@ -7,11 +7,11 @@ use super::{
     dot,
 };
 
-/// A component or the norm of the force that supports and prescribed motions exert on the bodies at some displacement
-/// unknowns. \[F\]
+/// A component or the norm of the force that supports and prescribed motions exert on the bodies at
+/// some displacement unknowns. \[F\]
 ///
-/// It is the sum of the residual F of the equilibrium, contact and loads included, over these unknowns: its derivative
-/// is that of F. Test: `resultants_and_means_by_hand`.
+/// It is the sum of the residual F of the equilibrium, contact and loads included, over these
+/// unknowns: its derivative is that of F. Test: `resultants_and_means_by_hand`.
 #[derive(Clone, Debug)]
 pub struct Reaction {
     name: String,
@@ -21,7 +21,8 @@ pub struct Reaction {
 }
 
 impl Reaction {
-    /// The reaction at these unknowns, `3·node + component`; those that are not prescribed do not count.
+    /// The reaction at these unknowns, `3·node + component`; those that are not prescribed do not
+    /// count.
     ///
     /// # Errors
     /// Without unknowns.
@@ -66,7 +67,8 @@ impl Quantity for Reaction {
     }
 }
 
-/// The moment of such forces about an axis, e · Σ (x − p) × r, at the current positions x = X + d. \[F L\]
+/// The moment of such forces about an axis, e · Σ (x − p) × r, at the current positions x = X + d.
+/// \[F L\]
 ///
 /// Test: `resultants_and_means_by_hand`.
 #[derive(Clone, Debug)]
@@ -79,8 +81,9 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// The moment about the axis through `point` along `direction`, of the reactions at the unknowns `3·node + component`;
-    /// `positions` are those of all nodes in the reference configuration.
+    /// The moment about the axis through `point` along `direction`, of the reactions at the
+    /// unknowns `3·node + component`; `positions` are those of all nodes in the reference
+    /// configuration.
     ///
     /// # Errors
     /// Without unknowns, or if the direction is zero or not finite.

@@ -1,7 +1,7 @@
 //! Smooth substitutes for the largest and the smallest of some numbers.
 
-/// p-norm (Σ max(x, 0)^p)^(1/p) ≥ max x, and its derivatives; the values are given in units of their largest one, so
-/// that no power overflows.
+/// p-norm (Σ max(x, 0)^p)^(1/p) ≥ max x, and its derivatives; the values are given in units of
+/// their largest one, so that no power overflows.
 pub fn p_norm(values: &[f64], p: f64) -> (f64, Vec<f64>) {
     let largest = values.iter().fold(0.0, |largest: f64, x| if x.is_nan() { f64::NAN } else { largest.max(*x) });
     if largest == 0.0 || !largest.is_finite() {

@@ -4,12 +4,14 @@ use super::smooth::p_norm;
 use super::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView};
 use std::ops::Range;
 
-/// Largest von Mises stress in some elements: the p-norm (Σ (φ_e^q σ_v)^p)^(1/p) over their Gauss points. \[F/L²\]
+/// Largest von Mises stress in some elements: the p-norm (Σ (φ_e^q σ_v)^p)^(1/p) over their Gauss
+/// points. \[F/L²\]
 ///
-/// σ_v is the stress of the solid material at the element's deformation. In an element that is nearly void it does not
-/// vanish, so it is relaxed by φ^q: material that is not there does not count, and a bound on the stress does not keep
-/// elements from becoming void. The norm is not below the largest relaxed stress. Source: Le, Norato, Bruns, Ha,
-/// Tortorelli, Struct. Multidiscip. Optim. 41 (2010) 605–620, with q = 1/2. Test: `resultants_and_means_by_hand`.
+/// σ_v is the stress of the solid material at the element's deformation. In an element that is
+/// nearly void it does not vanish, so it is relaxed by φ^q: material that is not there does not
+/// count, and a bound on the stress does not keep elements from becoming void. The norm is not
+/// below the largest relaxed stress. Source: Le, Norato, Bruns, Ha, Tortorelli, Struct.
+/// Multidiscip. Optim. 41 (2010) 605–620, with q = 1/2. Test: `resultants_and_means_by_hand`.
 #[derive(Clone, Debug)]
 pub struct Stress {
     name: String,

@@ -3,8 +3,8 @@
 /// A state of the load path.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StateView<'a> {
-    /// Load step of the load case that ends at this state or, for an [increment](super::Quantity::accumulates), contains
-    /// it; from 1.
+    /// Load step of the load case that ends at this state or, for an
+    /// [increment](super::Quantity::accumulates), contains it; from 1.
     pub step: usize,
     /// Number of load steps of the load case.
     pub steps: usize,
@@ -16,8 +16,8 @@ pub struct StateView<'a> {
     pub internal_force: &'a [f64],
     /// Nodal forces of the loads `f_ext(d, t)`, entry `3·node + component`. \[F\]
     pub external_force: &'a [f64],
-    /// Forces that supports and prescribed motions exert on the bodies, entry `3·node + component`; zero where nothing is
-    /// prescribed. Empty unless the quantity [reads](super::Reads) it. \[F\]
+    /// Forces that supports and prescribed motions exert on the bodies, entry `3·node + component`;
+    /// zero where nothing is prescribed. Empty unless the quantity [reads](super::Reads) it. \[F\]
     pub reaction: &'a [f64],
     /// Slave nodes of all contact pairs. Empty unless the quantity [reads](super::Reads) it.
     pub contact: &'a [ContactNode],
@@ -25,8 +25,9 @@ pub struct StateView<'a> {
     pub density: &'a [f64],
     /// Strain energy of every element. Empty unless the quantity [reads](super::Reads) it. \[F L\]
     pub energy: &'a [f64],
-    /// Von Mises stress of the solid material at the Gauss points, [`STRESS_POINTS`](super::STRESS_POINTS) entries per
-    /// element; 0 for entries without a point. Empty unless the quantity [reads](super::Reads) it. \[F/L²\]
+    /// Von Mises stress of the solid material at the Gauss points,
+    /// [`STRESS_POINTS`](super::STRESS_POINTS) entries per element; 0 for entries without a point.
+    /// Empty unless the quantity [reads](super::Reads) it. \[F/L²\]
     pub stress: &'a [f64],
 }
 
@@ -75,8 +76,8 @@ impl ContactDerivative {
     }
 }
 
-/// Partial derivatives with respect to the fields of a [`StateView`], each at fixed values of the others; quantities add
-/// to the existing values.
+/// Partial derivatives with respect to the fields of a [`StateView`], each at fixed values of the
+/// others; quantities add to the existing values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StateDerivative {
     /// By the displacements.

@@ -69,9 +69,10 @@ impl Curve {
         &self.points
     }
 
-    /// Root mean square of the differences at the points, relative to the largest magnitude of their values, and its
-    /// derivatives with respect to the values at the steps. Between steps, the quantity is linear in pseudo-time; at time
-    /// 0, it is 0; beyond the last step, it keeps its last value.
+    /// Root mean square of the differences at the points, relative to the largest magnitude of
+    /// their values, and its derivatives with respect to the values at the steps. Between steps,
+    /// the quantity is linear in pseudo-time; at time 0, it is 0; beyond the last step, it keeps
+    /// its last value.
     pub fn distance(&self, values: &[f64], times: &[f64]) -> (f64, Vec<f64>) {
         let mut slopes = vec![0.0; values.len()];
         let scale = 1.0 / (self.size * self.size * self.points.len() as f64);
@@ -105,7 +106,8 @@ fn place(time: f64, times: &[f64]) -> (usize, f64) {
 mod tests {
     use super::*;
 
-    /// By hand: values 1 and 3 at times 0.5 and 1.0, points on the line to the first step, between both and at the end.
+    /// By hand: values 1 and 3 at times 0.5 and 1.0, points on the line to the first step, between
+    /// both and at the end.
     #[test]
     fn distances_by_hand() {
         let curve = Curve::new(vec![(0.25, 0.5), (0.75, 1.0), (1.0, 4.0)]).unwrap();

@@ -1,8 +1,9 @@
 //! Responses: functions of quantities over the load path, to be minimised or bounded.
 //!
-//! A [`Response`] reads its quantities at chosen steps, and reduces the values to one number. The values are a table with
-//! a row for each [`Term`] and a column for each load step, through all load cases; the derivatives of the response with
-//! respect to the entries of the table are the weights with which the quantities are pulled back.
+//! A [`Response`] reads its quantities at chosen steps, and reduces the values to one number. The
+//! values are a table with a row for each [`Term`] and a column for each load step, through all
+//! load cases; the derivatives of the response with respect to the entries of the table are the
+//! weights with which the quantities are pulled back.
 
 mod curve;
 mod steps;
@@ -36,7 +37,8 @@ impl fmt::Debug for Term {
 pub enum Reduction {
     /// Their sum, each times the weight of its term and its load case.
     Sum,
-    /// The largest of them, each times the weight of its term. It has a kink where the two largest are equal.
+    /// The largest of them, each times the weight of its term. It has a kink where the two largest
+    /// are equal.
     Largest,
     /// The distance of the first term's quantity from given points, times its weight.
     Distance(Curve),
@@ -64,8 +66,8 @@ impl Response {
         Self::new(name, vec![Term { quantity, steps, weight }], Reduction::Sum)
     }
 
-    /// The same for several load cases, with a weight for each; those with weight 0 do not count. The steps of a case are
-    /// counted from 1.
+    /// The same for several load cases, with a weight for each; those with weight 0 do not count.
+    /// The steps of a case are counted from 1.
     pub fn in_load_cases(mut self, weights: Vec<f64>) -> Self {
         self.cases = weights;
         self
@@ -88,7 +90,8 @@ impl Response {
         (case, step - case * each, each)
     }
 
-    /// Whether the value of a term at step `step` (from 1, through all load cases) of `steps` counts.
+    /// Whether the value of a term at step `step` (from 1, through all load cases) of `steps`
+    /// counts.
     pub fn term_observes(&self, term: usize, step: usize, steps: usize) -> bool {
         let (case, local, each) = self.place(step, steps);
         match &self.reduction {
@@ -113,8 +116,8 @@ impl Response {
         self.terms.iter().any(|term| term.quantity.depends_on_state())
     }
 
-    /// The dimension of a sum of quantities of the same dimension; `None` for anything else, whose round-off is not
-    /// known.
+    /// The dimension of a sum of quantities of the same dimension; `None` for anything else, whose
+    /// round-off is not known.
     pub fn dimension(&self) -> Option<Dimension> {
         let dimension = self.terms.first()?.quantity.dimension();
         let same = self.terms.iter().all(|term| term.quantity.dimension() == dimension);
@@ -131,8 +134,8 @@ impl Response {
         self.terms.iter().all(|term| term.quantity.needs_contact())
     }
 
-    /// The value, and its derivatives with respect to the entries of the table: `values[term][step − 1]`, of which those
-    /// that are not observed are ignored. `times` are the ends of the steps.
+    /// The value, and its derivatives with respect to the entries of the table: `values[term][step
+    /// − 1]`, of which those that are not observed are ignored. `times` are the ends of the steps.
     pub fn reduce(&self, values: &[Vec<f64>], times: &[f64]) -> (f64, Vec<Vec<f64>>) {
         let mut slopes: Vec<Vec<f64>> = values.iter().map(|row| vec![0.0; row.len()]).collect();
         let value = match &self.reduction {
@@ -206,7 +209,8 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// g ≤ 0 where the bound is met, and ∂g/∂value: the distance from the bound, relative to its magnitude unless it is 0.
+    /// g ≤ 0 where the bound is met, and ∂g/∂value: the distance from the bound, relative to its
+    /// magnitude unless it is 0.
     pub fn violation(self, value: f64) -> (f64, f64) {
         let (sign, bound) = match self {
             Self::AtMost(bound) => (1.0, bound),
@@ -250,8 +254,8 @@ mod tests {
         }
     }
 
-    /// Three cases of four steps, of which the last and the second are observed: weights computed by hand, derivatives
-    /// by differences.
+    /// Three cases of four steps, of which the last and the second are observed: weights computed
+    /// by hand, derivatives by differences.
     #[test]
     fn weights_and_steps_of_each_case() {
         let response = Response::new("sum", vec![term(ObservedSteps::Only(vec![2, 4]), -1.0)], Reduction::Sum)
@@ -265,7 +269,8 @@ mod tests {
         check_slopes(&response, &values, &times);
     }
 
-    /// By hand: the largest of 2 × the first quantity at the last step and 1 × the second at all steps.
+    /// By hand: the largest of 2 × the first quantity at the last step and 1 × the second at all
+    /// steps.
     #[test]
     fn the_largest_of_several() {
         let terms = vec![term(ObservedSteps::Last, 2.0), term(ObservedSteps::All, 1.0)];

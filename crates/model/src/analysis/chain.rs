@@ -1,5 +1,5 @@
-//! From the states of a path to the quantities of responses, and from their derivatives to those with respect to
-//! unknowns, design and parameters.
+//! From the states of a path to the quantities of responses, and from their derivatives to those
+//! with respect to unknowns, design and parameters.
 
 use super::AnalysisError;
 use crate::model::Design;
@@ -91,7 +91,8 @@ impl StateData {
     }
 }
 
-/// For every state of a path, the user's step that it completes or belongs to; 0 for states of rest.
+/// For every state of a path, the user's step that it completes or belongs to; 0 for states of
+/// rest.
 fn steps_of(path: &Path) -> Vec<usize> {
     let mut step = path.steps;
     let mut steps: Vec<usize> = path
@@ -107,8 +108,8 @@ fn steps_of(path: &Path) -> Vec<usize> {
     steps
 }
 
-/// The values of all terms of all responses: a row for each term, with a column for each user's step. Columns of steps
-/// that a term does not observe are 0.
+/// The values of all terms of all responses: a row for each term, with a column for each user's
+/// step. Columns of steps that a term does not observe are 0.
 pub(super) fn values(
     design: &Design,
     path: &Path,
@@ -247,7 +248,8 @@ impl PathResponses<Design> for Adapter<'_> {
         self.terms(response, index).next().is_some()
     }
 
-    /// ∂θ/∂d += (∂f/∂d)ᵀ ∂θ/∂f and ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f, and likewise for contact and energies. Paper: (92)–(99).
+    /// ∂θ/∂d += (∂f/∂d)ᵀ ∂θ/∂f and ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f, and likewise for contact and energies.
+    /// Paper: (92)–(99).
     fn add_derivative(
         &mut self,
         response: usize,

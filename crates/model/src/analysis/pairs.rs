@@ -6,9 +6,11 @@ use serde::Serialize;
 /// Total force and peak pressure of a contact pair at a state.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct PairResult {
-    /// Resultant of the contact forces on the slave, friction included; the master has the opposite one. \[F\]
+    /// Resultant of the contact forces on the slave, friction included; the master has the opposite
+    /// one. \[F\]
     pub force: [f64; 3],
-    /// Largest contact pressure at a slave node, nodal force over nodal area ([`ContactResults::pressure`]), ≥ 0. \[F/L²\]
+    /// Largest contact pressure at a slave node, nodal force over nodal area
+    /// ([`ContactResults::pressure`]), ≥ 0. \[F/L²\]
     pub peak_pressure: f64,
     /// The node with this pressure; `None` if no node is under pressure.
     pub peak_node: Option<u32>,
@@ -23,8 +25,9 @@ impl PairResult {
 
 /// Total force and peak pressure of each pair.
 ///
-/// A node's multiplier acts on the slave with −b_js z_j over its row, and the slave part of the row sums up to the covered
-/// area A_j, so that the resultant is −Σ_j A_j z_j. Paper: (17), (43). Test: `forces_balance` (tests/invariance.rs).
+/// A node's multiplier acts on the slave with −b_js z_j over its row, and the slave part of the row
+/// sums up to the covered area A_j, so that the resultant is −Σ_j A_j z_j. Paper: (17), (43). Test:
+/// `forces_balance` (tests/invariance.rs).
 pub fn pair_results(model: &ContactModel, results: &ContactResults) -> Vec<PairResult> {
     let of = |nodes: &[NodalContact]| {
         nodes.iter().fold(PairResult::default(), |mut pair, at| {

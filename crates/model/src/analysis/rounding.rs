@@ -5,8 +5,8 @@ use crate::words::quantity;
 use slipstick_design::quantity::Dimension;
 use std::fmt;
 
-/// Values below this fraction of the problem's own scale are round-off. It is some hundred times the machine
-/// precision, and far below the values of soft, slender or nearly void structures.
+/// Values below this fraction of the problem's own scale are round-off. It is some hundred times
+/// the machine precision, and far below the values of soft, slender or nearly void structures.
 const ROUNDING: f64 = 1e-13;
 
 /// A value of the objective that is only round-off: its derivatives give an optimizer no direction.
@@ -73,8 +73,8 @@ impl Analysis {
         (notice.is_some() || value.abs() <= ROUNDING * scale).then_some(rounding)
     }
 
-    /// Characteristic force and motion: the force with which motions and loads would compress one element, and the
-    /// displacement.
+    /// Characteristic force and motion: the force with which motions and loads would compress one
+    /// element, and the displacement.
     fn scales(&self) -> (f64, f64) {
         let model = self.model();
         let modulus =

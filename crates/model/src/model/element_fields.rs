@@ -9,20 +9,23 @@ use slipstick_solid::stress::{STRESS_POINTS, von_mises};
 pub struct ElementFields {
     /// Smallest J of every element, regardless of its scaling.
     pub determinants: Vec<f64>,
-    /// Cauchy stress of every element, the mean over its Gauss points: xx, yy, zz, xy, yz, xz. Scaled by the density, as in
-    /// equilibrium; of interpolated energies, only the part with finite strains. Empty if an element is inverted. \[F/L²\]
+    /// Cauchy stress of every element, the mean over its Gauss points: xx, yy, zz, xy, yz, xz.
+    /// Scaled by the density, as in equilibrium; of interpolated energies, only the part with
+    /// finite strains. Empty if an element is inverted. \[F/L²\]
     pub stress: Vec<f64>,
-    /// Largest von Mises stress among the Gauss points of every element, scaled likewise. Empty likewise. \[F/L²\]
+    /// Largest von Mises stress among the Gauss points of every element, scaled likewise. Empty
+    /// likewise. \[F/L²\]
     pub von_mises: Vec<f64>,
     /// Strain energy of every element over its reference volume. Empty likewise. \[F/L²\]
     pub energy_density: Vec<f64>,
-    /// Forces of supports and prescribed motions, three per node; zero where nothing is prescribed. Empty likewise. \[F\]
+    /// Forces of supports and prescribed motions, three per node; zero where nothing is prescribed.
+    /// Empty likewise. \[F\]
     pub reaction: Vec<f64>,
 }
 
 impl Design {
-    /// Fields of the bodies at displacements `d` and pseudo-time `time`, with the contact forces on all nodes; any rank may
-    /// call it without the others.
+    /// Fields of the bodies at displacements `d` and pseudo-time `time`, with the contact forces on
+    /// all nodes; any rank may call it without the others.
     ///
     /// Test: `fields_of_a_bar` (tests/quantities.rs).
     pub fn element_fields(&self, mesh: &Mesh, d: &[f64], time: f64, contact_force: &[f64]) -> ElementFields {

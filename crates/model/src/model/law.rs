@@ -118,8 +118,8 @@ pub(super) struct LawWeights {
 }
 
 impl LawWeights {
-    /// For weights of the node's conditions C, where its multiplier is an unknown, and of its traction ζ, where this
-    /// follows from gap and slip.
+    /// For weights of the node's conditions C, where its multiplier is an unknown, and of its
+    /// traction ζ, where this follows from gap and slip.
     pub fn of(law: &NodeLaw, by_condition: Vector3<f64>, by_traction: Vector3<f64>) -> Self {
         match law {
             NodeLaw::Multiplier { equation: c, .. } => Self {

@@ -310,7 +310,8 @@ pub fn add_measures_pull_back(
     }
 }
 
-/// Adds the pull-back of the vector z = Σ_b (frame)_b ζ_b with weights `by_vector`, through the frame at fixed ζ.
+/// Adds the pull-back of the vector z = Σ_b (frame)_b ζ_b with weights `by_vector`, through the
+/// frame at fixed ζ.
 pub fn add_frame_pull_back(now: &NodeKinematics, multiplier: &Vector3<f64>, by_vector: &Vector3<f64>, out: &mut [f64]) {
     for t in 0..now.frame.columns() {
         let node = now.support[t / 3] as usize;

@@ -1,5 +1,5 @@
-//! What quantities see of contact and supports at a state, and how their derivatives with respect to it are pulled back
-//! to unknowns, previous state and parameters.
+//! What quantities see of contact and supports at a state, and how their derivatives with respect
+//! to it are pulled back to unknowns, previous state and parameters.
 
 use super::law::{LawWeights, NodeLaw};
 use super::{ContactModel, ContactResults, Design, Step, node};
@@ -26,8 +26,8 @@ impl ContactModel {
         results.nodes.iter().zip(&self.slaves).map(of).collect()
     }
 
-    /// Forces of supports and prescribed motions, from the internal, external and contact forces; zero at free unknowns.
-    /// \[F\]
+    /// Forces of supports and prescribed motions, from the internal, external and contact forces;
+    /// zero at free unknowns. \[F\]
     pub(crate) fn reactions(&self, internal: &[f64], external: &[f64], contact: &[f64]) -> Vec<f64> {
         let of = |(i, &fixed): (usize, &bool)| if fixed { internal[i] - external[i] - contact[i] } else { 0.0 };
         self.prescribed.fixed().iter().enumerate().map(of).collect()
@@ -50,11 +50,12 @@ impl ContactModel {
 }
 
 impl Design {
-    /// Adds the derivatives of a quantity of slave nodes with respect to unknowns and previous state, and if requested,
-    /// with respect to parameters. Neither depends on the density.
+    /// Adds the derivatives of a quantity of slave nodes with respect to unknowns and previous
+    /// state, and if requested, with respect to parameters. Neither depends on the density.
     ///
-    /// A multiplier is an unknown, or follows from gap and slip by the node's law; a vector z = Σ_b (frame)_b ζ_b also
-    /// depends on the frame. Test: `quantities_match_finite_differences` (tests/quantity_gradients.rs).
+    /// A multiplier is an unknown, or follows from gap and slip by the node's law; a vector z = Σ_b
+    /// (frame)_b ζ_b also depends on the frame. Test: `quantities_match_finite_differences`
+    /// (tests/quantity_gradients.rs).
     pub(crate) fn pull_back_contact_quantities(
         &self,
         step: &Step,
@@ -100,11 +101,12 @@ impl Design {
         add(&mut to.gradient.parameters, &by_parameters);
     }
 
-    /// Adds the derivatives of Σ_e w_e W_e with respect to displacements, densities and, if requested, moduli, for weights
-    /// w of the elements' strain energies in `view`.
+    /// Adds the derivatives of Σ_e w_e W_e with respect to displacements, densities and, if
+    /// requested, moduli, for weights w of the elements' strain energies in `view`.
     ///
-    /// With W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)], ∂W/∂u is the internal force, W is linear in the factor, and
-    /// ∂W/∂γ = (u·∂W/∂u − 2 factor Ψ_L)/γ. Test: `quantities_match_finite_differences` (tests/quantity_gradients.rs).
+    /// With W = factor · [Ψ(γ u) + (1 − γ²) Ψ_L(u)], ∂W/∂u is the internal force, W is linear in
+    /// the factor, and ∂W/∂γ = (u·∂W/∂u − 2 factor Ψ_L)/γ. Test:
+    /// `quantities_match_finite_differences` (tests/quantity_gradients.rs).
     ///
     /// # Errors
     /// If elements are inverted.
@@ -146,7 +148,8 @@ impl Design {
         Ok(())
     }
 
-    /// Von Mises stress of the solid material at the Gauss points of all elements, complete on every rank. \[F/L²\]
+    /// Von Mises stress of the solid material at the Gauss points of all elements, complete on
+    /// every rank. \[F/L²\]
     ///
     /// # Errors
     /// If elements are inverted.
@@ -159,9 +162,10 @@ impl Design {
         Ok(sizes)
     }
 
-    /// Adds the derivatives of a function of the stresses in `view`, with these slopes, with respect to displacements,
-    /// densities (through the interpolation of energies) and, if requested, moduli.
-    /// Test: `quantities_match_finite_differences` (tests/quantity_gradients.rs).
+    /// Adds the derivatives of a function of the stresses in `view`, with these slopes, with
+    /// respect to displacements, densities (through the interpolation of energies) and, if
+    /// requested, moduli. Test: `quantities_match_finite_differences`
+    /// (tests/quantity_gradients.rs).
     pub(crate) fn pull_back_stresses(
         &self,
         d: &[f64],

@@ -297,7 +297,8 @@ impl StepProblem for Design {
 }
 
 impl Design {
-    /// Adds the derivatives through slip, friction and history of node j with respect to the previous state.
+    /// Adds the derivatives through slip, friction and history of node j with respect to the
+    /// previous state.
     pub(super) fn pull_back_law_previous(
         &self,
         step: &Step,

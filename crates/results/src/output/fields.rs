@@ -29,8 +29,8 @@ pub struct State<'a> {
     pub no_gap: f64,
 }
 
-/// Writes a state: displacement, reaction and contact fields at the nodes; density, body, determinant, stress and energy
-/// in the elements ([`ElementFields`]).
+/// Writes a state: displacement, reaction and contact fields at the nodes; density, body,
+/// determinant, stress and energy in the elements ([`ElementFields`]).
 ///
 /// Point fields of contact are 0 away from contact surfaces. `contact_status` marks slave nodes: −1
 /// for other nodes, 0 open, 1 stick, 2 slip. `contact_force` acts on the nodes of both surfaces;

@@ -104,8 +104,8 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Checks that the state is valid for `n` design variables and constraints of these names; the error says what is
-    /// wrong.
+    /// Checks that the state is valid for `n` design variables and constraints of these names; the
+    /// error says what is wrong.
     fn check(&self, n: usize, constraints: &[String]) -> Result<(), String> {
         let OptimizationState { iteration, x, x_before, mma, scaling, constraints: names, history } = &self.state;
         let (updates, records, rows) = (*iteration, history.len(), self.newton_rows.len());

@@ -32,8 +32,9 @@ const HISTORY: &[&str] = &[
 
 /// `history.csv`: one row per evaluated design ([`IterationRecord`]).
 ///
-/// After the first columns, there are two for each constraint: its value, under its name, and its multiplier. The volume
-/// fraction has only the latter, since it is among the first. The last column is the wall time. \[s\]
+/// After the first columns, there are two for each constraint: its value, under its name, and its
+/// multiplier. The volume fraction has only the latter, since it is among the first. The last
+/// column is the wall time. \[s\]
 #[derive(Debug)]
 pub struct History {
     csv: Csv,
@@ -41,7 +42,8 @@ pub struct History {
 }
 
 impl History {
-    /// A table that keeps the rows of these designs; a new table has none. `constraints` are their names.
+    /// A table that keeps the rows of these designs; a new table has none. `constraints` are their
+    /// names.
     ///
     /// # Errors
     /// [`RunError::Output`], with [`OutputError::OtherTable`] if the file has fewer rows;

@@ -5,7 +5,8 @@ use slipstick::design::VectorMeasure;
 use slipstick::design::quantity::*;
 use std::sync::Arc;
 
-/// Every quantity, with numbers of the first pair, the support `slab_ymin` and the drive `block_ymax`.
+/// Every quantity, with numbers of the first pair, the support `slab_ymin` and the drive
+/// `block_ymax`.
 pub fn every_quantity(problem: &Problem) -> Vec<Arc<dyn Quantity>> {
     let mesh = &problem.mesh;
     let count = mesh.nodes.len();

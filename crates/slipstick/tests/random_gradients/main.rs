@@ -37,7 +37,8 @@ enum Outcome {
     Checked(GradientCheck),
     /// Its path could not be marched, for this reason.
     Failed(String),
-    /// The objective is only round-off, such as the gap of closed contact: its derivatives cannot be compared.
+    /// The objective is only round-off, such as the gap of closed contact: its derivatives cannot
+    /// be compared.
     Zero,
     /// It panicked.
     Panicked,

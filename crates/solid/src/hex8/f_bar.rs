@@ -1,8 +1,8 @@
-//! Elements with averaged volume change: F̄ = (θ/J)^(1/3) F, where θ = ∫J dV/V is the element's mean
-//! of J.
+//! Elements with averaged volume change: F̄ = (θ/J)^(1/3) F, where θ = ∫J dV/V is the element's
+//! mean of J.
 //!
-//! The energy is ∫Ψ(F̄) dV, and the force its gradient. With κ = (θ/J)^(1/3), P̄ = P(F̄) and t = P̄:F̄/3
-//! at a point:
+//! The energy is ∫Ψ(F̄) dV, and the force its gradient. With κ = (θ/J)^(1/3), P̄ = P(F̄) and t =
+//! P̄:F̄/3 at a point:
 //!
 //! ```text
 //! P_eff = κ P̄ + (p J − t) F⁻ᵀ,     p = Σ w t/(V θ),     f_ia = Σ w P_eff,aB G_iB
@@ -20,9 +20,9 @@
 //! one at fixed θ and p, plus h eᵀ + e hᵀ + q e eᵀ. It is symmetric.
 //!
 //! References: de Souza Neto, Perić, Dutko, Owen, Int. J. Solids Struct. 33 (1996) 3277–3296, for
-//! F̄, but with J at the centre and without a potential; Simo, Taylor, Pister, Comput. Methods Appl.
-//! Mech. Engrg. 51 (1985) 177–208, for θ; Moran, Ortiz, Shih, Int. J. Numer. Methods Engrg. 29
-//! (1990) 483–514.
+//! F̄, but with J at the centre and without a potential; Simo, Taylor, Pister, Comput. Methods
+//! Appl. Mech. Engrg. 51 (1985) 177–208, for θ; Moran, Ortiz, Shih, Int. J. Numer. Methods Engrg.
+//! 29 (1990) 483–514.
 
 use super::geometry::ReferenceGeometry;
 use super::integrate::{Corners, displacement_gradient, finite, integrate, to_parent};

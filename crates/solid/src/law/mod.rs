@@ -164,8 +164,8 @@ pub(crate) trait Law: Copy {
     }
 
     /// Whether P is linear in ∂u/∂X. Elements evaluate such a law at rest instead of F. Its tangent
-    /// is constant, F̄ becomes B̄, which replaces tr ε by its mean over the element, and an inverted
-    /// element is not an error.
+    /// is constant, F̄ becomes B̄, which replaces tr ε by its mean over the element, and an
+    /// inverted element is not an error.
     #[inline(always)]
     fn small_strains(&self) -> bool {
         false

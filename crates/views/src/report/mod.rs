@@ -81,7 +81,8 @@ struct Data {
     frames: Frames,
     history: Option<Table>,
     newton: Option<NewtonSteps>,
-    /// Quantities at each load step of the newest design, and the columns to show at first: x and y.
+    /// Quantities at each load step of the newest design, and the columns to show at first: x and
+    /// y.
     quantities: Option<Table>,
     curve: Option<[String; 2]>,
     verify: Option<Checked>,
@@ -175,8 +176,9 @@ fn shown(
     Ok((Some(layout.model(mesh, path_density)), frames))
 }
 
-/// The force-displacement curve to show at first: the reaction of the first support that moves, along the direction in
-/// which it moves most, over its displacement; without one, the strain energy over pseudo-time.
+/// The force-displacement curve to show at first: the reaction of the first support that moves,
+/// along the direction in which it moves most, over its displacement; without one, the strain
+/// energy over pseudo-time.
 fn first_curve(case: &Case, table: &Table) -> Option<[String; 2]> {
     let known = |name: &String| table.columns.contains(name);
     let moving = case.dirichlet.iter().filter_map(|support| {

@@ -88,7 +88,8 @@ pub enum QuantityKind {
         #[serde(skip_serializing_if = "Option::is_none")]
         within: Option<String>,
     },
-    /// Mean displacement of a set: over the reference area of a surface, over the nodes of a set. \[L\]
+    /// Mean displacement of a set: over the reference area of a surface, over the nodes of a set.
+    /// \[L\]
     Displacement {
         /// Surface or node set.
         set: String,

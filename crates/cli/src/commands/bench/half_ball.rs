@@ -7,7 +7,8 @@ const BALL: [f64; 3] = [10.0, 2.0, 1.0];
 /// Number of steps of the whole path.
 pub const STEPS: usize = 50;
 
-/// Element counts of plate and ball for about `elements` in total: all edges are divided proportionally.
+/// Element counts of plate and ball for about `elements` in total: all edges are divided
+/// proportionally.
 fn counts(elements: usize) -> [[usize; 3]; 2] {
     let [n, h, m] = BALL;
     let base = PLATE.iter().product::<f64>() + n * n * h + m * (n * n + 4.0 * n * h);
@@ -15,8 +16,8 @@ fn counts(elements: usize) -> [[usize; 3]; 2] {
     [PLATE, BALL].map(|edges| edges.map(|count| ((scale * count).round() as usize).max(1)))
 }
 
-/// The case file. It has friction, multipliers, and a path on which nodes stick, slip, open and close from the third
-/// step on.
+/// The case file. It has friction, multipliers, and a path on which nodes stick, slip, open and
+/// close from the third step on.
 pub fn case(elements: usize, memory: &str) -> String {
     let [plate, ball] = counts(elements);
     format!(

@@ -64,7 +64,8 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
     }))
 }
 
-/// Times of the gradients of one response, of three and of `count`, with kept factors: `[[number, seconds], …]`.
+/// Times of the gradients of one response, of three and of `count`, with kept factors: `[[number,
+/// seconds], …]`.
 fn together(problem: &mut Problem, density: &ElementValues, count: usize, now: fn() -> f64) -> Outcome<Value> {
     let failed = |error: AnalysisError| Failure::Check {
         message: format!("the analysis failed: {error}"),
@@ -89,8 +90,8 @@ fn together(problem: &mut Problem, density: &ElementValues, count: usize, now: f
     Ok(rows.into())
 }
 
-/// One of many different quantities of a problem: components of the contact force of the first pair, of the displacement
-/// of its slave nodes, and of the reaction of the last support.
+/// One of many different quantities of a problem: components of the contact force of the first
+/// pair, of the displacement of its slave nodes, and of the reaction of the last support.
 fn quantity(problem: &Problem, number: usize) -> Arc<dyn Quantity> {
     let model = problem.analysis.model();
     let angle = number as f64;

@@ -17,8 +17,8 @@ use crate::parallel::Parallel;
 use crate::table::lines;
 use crate::{Context, Outcome};
 
-/// Measures forward analysis and gradient of a case, or of the half-ball on its plate in several sizes, each in a
-/// separate process, and prints a table.
+/// Measures forward analysis and gradient of a case, or of the half-ball on its plate in several
+/// sizes, each in a separate process, and prints a table.
 ///
 /// # Errors
 /// [`Failure::Check`] if an analysis fails; [`Failure::Input`] if the program cannot start itself.

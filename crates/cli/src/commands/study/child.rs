@@ -19,10 +19,12 @@ pub struct Ended {
     pub error: Option<String>,
 }
 
-/// Runs this program with other arguments in `folder`, reports its iterations, and waits until it ends.
+/// Runs this program with other arguments in `folder`, reports its iterations, and waits until it
+/// ends.
 ///
-/// Ctrl-C reaches the child too, which stops at its next opportunity. A request to terminate reaches only this process;
-/// it stops the child at the child's next event, since the files on disk are valid at any time.
+/// Ctrl-C reaches the child too, which stops at its next opportunity. A request to terminate
+/// reaches only this process; it stops the child at the child's next event, since the files on disk
+/// are valid at any time.
 ///
 /// # Errors
 /// [`Failure::Input`] if no process can be started.

@@ -38,7 +38,8 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// Its name in tables next to the run of the numerator; the other run is named if it is different.
+    /// Its name in tables next to the run of the numerator; the other run is named if it is
+    /// different.
     pub fn name(&self) -> String {
         let [(run, quantity), (to_run, to)] = [&self.of, &self.to];
         if run == to_run { format!("{quantity} / {to}") } else { format!("{quantity} / {to} of {to_run}") }

@@ -151,14 +151,16 @@ pub struct Study {
     pub file: StudyFile,
     /// The folder of the study file, in which all commands run.
     pub folder: PathBuf,
-    /// The name of the directory for results in that folder: the name of the study file without `.toml`.
+    /// The name of the directory for results in that folder: the name of the study file without
+    /// `.toml`.
     pub results: PathBuf,
     /// Expected numbers.
     pub expected: Expectations,
 }
 
 impl Study {
-    /// Reads a study file and checks all of it, so that mistakes are not found after hours of computation.
+    /// Reads a study file and checks all of it, so that mistakes are not found after hours of
+    /// computation.
     ///
     /// # Errors
     /// [`Failure::Input`], with all errors.

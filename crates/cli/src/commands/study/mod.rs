@@ -1,7 +1,8 @@
 //! `slipstick study`: runs every entry of a list, each in a separate process and directory.
 //!
-//! A finished run is not repeated unless its case file, its command line or the design that it uses has changed; an
-//! interrupted optimization is resumed. The record `NAME.json` of a run is next to its directory `NAME`.
+//! A finished run is not repeated unless its case file, its command line or the design that it uses
+//! has changed; an interrupted optimization is resumed. The record `NAME.json` of a run is next to
+//! its directory `NAME`.
 
 mod child;
 mod expected;
@@ -46,8 +47,8 @@ struct Record {
 /// Executes the runs of a study, draws its pictures, writes its tables.
 ///
 /// # Errors
-/// [`Failure::Input`] for errors in the study file; [`Failure::Check`] at the end if runs failed or numbers are not as
-/// expected; [`Failure::Interrupted`].
+/// [`Failure::Input`] for errors in the study file; [`Failure::Check`] at the end if runs failed or
+/// numbers are not as expected; [`Failure::Interrupted`].
 pub fn run(context: &Context, args: &Study) -> Outcome {
     let plan = Plan::read(&args.study)?;
     let names = plan.file.runs.iter().map(|run| run.name.as_str());
@@ -155,7 +156,8 @@ fn perform(context: &Context, plan: &Plan, run: &Entry, study: &Path) -> Outcome
     Ok(record.finished)
 }
 
-/// Hash of all inputs of a run: its command line, the text of its case file, the design that it uses.
+/// Hash of all inputs of a run: its command line, the text of its case file, the design that it
+/// uses.
 fn inputs(plan: &Plan, run: &Entry) -> String {
     let text = |path: PathBuf| std::fs::read_to_string(path).unwrap_or_default();
     let case = text(plan.folder.join(&run.case));
@@ -179,8 +181,8 @@ fn write(plan: &Plan, run: &Entry, record: &Record) -> Outcome {
     Ok(write_atomically(&record_file(plan, run), |writer| writeln!(writer, "{text}"))?)
 }
 
-/// The results of a run: from its events and, for an optimization, from its history, which is complete even after a
-/// resumption.
+/// The results of a run: from its events and, for an optimization, from its history, which is
+/// complete even after a resumption.
 fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
     let directory = plan.folder.join(&plan.results).join(&run.name);
     let mut numbers = Numbers::new();

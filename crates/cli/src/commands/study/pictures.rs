@@ -7,7 +7,8 @@ use super::file::Study as Plan;
 use crate::failure::Failure;
 use crate::{Context, Outcome};
 
-/// Draws the pictures of finished runs, and the charts whose runs are all finished, for the runs in `asked`.
+/// Draws the pictures of finished runs, and the charts whose runs are all finished, for the runs in
+/// `asked`.
 ///
 /// # Errors
 /// [`Failure::Input`] if a folder cannot be made or a process cannot be started.

@@ -13,8 +13,8 @@ use super::file::{Entry, Study as Plan, Word};
 use crate::table::lines;
 use crate::{Context, Outcome};
 
-/// Writes `numbers.csv`, with one row per number, and `tables.md`, for people, to the directory of the results, and
-/// compares the numbers with the expected ones; returns how many do not match.
+/// Writes `numbers.csv`, with one row per number, and `tables.md`, for people, to the directory of
+/// the results, and compares the numbers with the expected ones; returns how many do not match.
 ///
 /// # Errors
 /// [`crate::failure::Failure::Input`] if files cannot be written.
@@ -89,8 +89,8 @@ fn optimizations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<Str
     table(context, &header, &rows.collect::<Vec<_>>())
 }
 
-/// Designs under different coefficients of friction: one row per coefficient, one column per design; then the same
-/// divided by the volume fraction of each design. Paper: Table 1.
+/// Designs under different coefficients of friction: one row per coefficient, one column per
+/// design; then the same divided by the volume fraction of each design. Paper: Table 1.
 fn evaluations(context: &Context, found: &[(&Entry, Numbers, f64)]) -> Vec<String> {
     let runs: Vec<_> = found.iter().filter(|(run, ..)| run.command == Word::Evaluate).collect();
     let mut text = Vec::new();

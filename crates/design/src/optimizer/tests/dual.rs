@@ -3,8 +3,9 @@
 use super::large::springs;
 use super::*;
 
-/// The asymptotes and the approximation of the notes, implemented independently for one constraint: the minimiser of
-/// the Lagrangian for given λ in closed form, and λ by bisection on the approximated constraint.
+/// The asymptotes and the approximation of the notes, implemented independently for one constraint:
+/// the minimiser of the Lagrangian for given λ in closed form, and λ by bisection on the
+/// approximated constraint.
 struct Dual {
     low: Vec<f64>,
     upp: Vec<f64>,
@@ -79,7 +80,8 @@ fn steps_agree_with_bisection_of_the_dual() {
         let mut x = start;
         for _ in 0..12 {
             let mut values = functions(&x);
-            // No multiplier is close to the penalty c = 1000 of a violation, which the dual does not include.
+            // No multiplier is close to the penalty c = 1000 of a violation, which the dual does
+            // not include.
             let size = values.1.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
             values.1.iter_mut().for_each(|value| *value /= size);
             let bound_vectors = (vec![bounds.0; n], vec![bounds.1; n]);

@@ -2,8 +2,9 @@
 
 use super::*;
 
-/// Volume-constrained compliance of `n` springs in series, min Σ a_j/x_j³ with mean 0.3: by Lagrange's rule, x_j ∝
-/// a_j^¼ if no bound is active. Gradients of size 1/n make it a test of [`Scaling`] too.
+/// Volume-constrained compliance of `n` springs in series, min Σ a_j/x_j³ with mean 0.3: by
+/// Lagrange's rule, x_j ∝ a_j^¼ if no bound is active. Gradients of size 1/n make it a test of
+/// [`Scaling`] too.
 pub(super) fn springs(n: usize) -> (impl Fn(&[f64]) -> Evaluated, Vec<f64>) {
     let stiffness: Vec<f64> = (0..n).map(|j| 1.0 + ((j * 7919) % 1009) as f64 / 1009.0).collect();
     let mean = stiffness.iter().map(|a| a.powf(0.25)).sum::<f64>() / n as f64;
@@ -17,8 +18,9 @@ pub(super) fn springs(n: usize) -> (impl Fn(&[f64]) -> Evaluated, Vec<f64>) {
     (functions, optimum)
 }
 
-/// A hundred thousand variables, gradients of the volume below `raa0` before scaling: close to the analytic optimum
-/// after a few steps, and subproblems take no more Newton iterations than in small problems.
+/// A hundred thousand variables, gradients of the volume below `raa0` before scaling: close to the
+/// analytic optimum after a few steps, and subproblems take no more Newton iterations than in small
+/// problems.
 #[test]
 fn large_problem() {
     let n = 100_000;

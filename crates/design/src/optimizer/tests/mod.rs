@@ -57,8 +57,8 @@ fn run(
     Run { x, last: last.unwrap() }
 }
 
-/// Five variables and one constraint on one to seven ranks, some of which have no variables: the results agree up to
-/// the order of sums, and are the same on all ranks bit for bit.
+/// Five variables and one constraint on one to seven ranks, some of which have no variables: the
+/// results agree up to the order of sums, and are the same on all ranks bit for bit.
 #[test]
 fn ranks_update_as_one_does() {
     let steps = |ranks: &dyn Ranks| {

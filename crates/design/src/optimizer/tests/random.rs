@@ -82,9 +82,9 @@ proptest! {
         }
     }
 
-    /// Strictly convex and without constraints: the optimum is the target, projected onto the bounds. Without a
-    /// constraint that determines it, an interior optimum is reached up to the smallest distance of the asymptotes,
-    /// 0.01.
+    /// Strictly convex and without constraints: the optimum is the target, projected onto the
+    /// bounds. Without a constraint that determines it, an interior optimum is reached up to the
+    /// smallest distance of the asymptotes, 0.01.
     #[test]
     fn finds_the_projected_target(target in prop::collection::vec(-0.5..1.5_f64, 1..8)) {
         let n = target.len();

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// Both residuals decrease with the distance from the optimum, and the check of the notes detects a wrong design.
+/// Both residuals decrease with the distance from the optimum, and the check of the notes detects a
+/// wrong design.
 #[test]
 fn kkt_residual_vanishes_at_the_optimum_only() {
     let parameters = tight();
@@ -46,8 +47,9 @@ fn infeasible_constraints_show_in_y() {
     assert!((result.last.lambda[0] - 1001.0).abs() < 1e-5);
 }
 
-/// min max of two lines through `a = 1`, without a cost for x: the solution is their intersection, x = 0.25, z = 0.75.
-/// Notes: the formulation for minimising a maximum; both lines are positive, as z ≥ 0 requires.
+/// min max of two lines through `a = 1`, without a cost for x: the solution is their intersection,
+/// x = 0.25, z = 0.75. Notes: the formulation for minimising a maximum; both lines are positive, as
+/// z ≥ 0 requires.
 #[test]
 fn smallest_largest_value() {
     let functions =
@@ -57,8 +59,8 @@ fn smallest_largest_value() {
     assert!((result.x[0] - 0.25).abs() < 1e-7 && (result.last.z - 0.75).abs() < 1e-7);
 }
 
-/// A third function of −1, far below the two lines, is inactive: its slack is the difference to z = 0.75, computed by
-/// hand as 1.75, and its multiplier is 0.
+/// A third function of −1, far below the two lines, is inactive: its slack is the difference to z =
+/// 0.75, computed by hand as 1.75, and its multiplier is 0.
 #[test]
 fn slack_is_what_is_left_to_the_largest_value() {
     let functions = |x: &[f64]| -> Evaluated {
@@ -89,7 +91,8 @@ fn fixed_variables_stay_and_count() {
     assert!((x[0] - 1.6).abs() < 1e-8);
 }
 
-/// A zero objective gradient leaves the design unchanged; it is not an error if all variables are fixed.
+/// A zero objective gradient leaves the design unchanged; it is not an error if all variables are
+/// fixed.
 #[test]
 fn nothing_to_do() {
     let x = [0.3, 0.6];
