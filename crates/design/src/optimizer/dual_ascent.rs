@@ -2,14 +2,15 @@
 //!
 //! For given multipliers λ > 0 of the constraints, each unknown of the barrier problem
 //!
-//! `min f̃₀ + a₀z + Σ_i (c y_i + ½ d y_i²) − ε (Σ_j log(x_j − α_j)(β_j − x_j) + Σ_i log y_i s_i + log z)`
+//! `min f̃₀ + a₀z + Σ_i (c y_i + ½ d y_i²) − ε B`, with the barrier `B = Σ_j log (x_j − α_j)(β_j −
+//! x_j) + Σ_i log y_i s_i + log z`,
 //!
 //! minimises the Lagrangian on its own: `x_j` by bisection and Newton steps, the others in closed
-//! form. The constraints `r_i(λ) = f̃_i(x) − a z − y_i + s_i` at these minimisers are the gradient of
-//! the dual function, which is concave, so damped Newton steps in the m multipliers converge from
-//! any start. The primal-dual iteration of [`interior_point`](super::interior_point) is faster, but
-//! its line search makes hardly any progress if a violated constraint has a large curvature and the
-//! step cannot remove the violation.
+//! form. The constraints `r_i(λ) = f̃_i(x) − a z − y_i + s_i` at these minimisers are the gradient
+//! of the dual function, which is concave, so damped Newton steps in the m multipliers converge
+//! from any start. The primal-dual iteration of [`interior_point`](super::interior_point) is
+//! faster, but its line search makes hardly any progress if a violated constraint has a large
+//! curvature and the step cannot remove the violation.
 
 use super::dense::solve_dense;
 use super::interior_point::{Point, Residual};
@@ -40,8 +41,8 @@ impl Subproblem<'_> {
         loop {
             at = self.maximise(at, epsilon, iterations);
             if epsilon <= tolerance {
-                // z = ε/(a₀ − a Σλ), and y = ε/(c − λ) for d = 0, lose digits if they are not small.
-                // The primal-dual iteration, for which they are unknowns, restores them.
+                // z = ε/(a₀ − a Σλ), and y = ε/(c − λ) for d = 0, lose digits if they are not
+                // small. The primal-dual iteration, for which they are unknowns, restores them.
                 let residual = self.centre(&mut at, epsilon, iterations);
                 return (at, residual);
             }

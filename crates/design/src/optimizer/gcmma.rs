@@ -12,8 +12,8 @@ const SMALLEST_RHO: f64 = 1e-6;
 /// GCMMA, the globally convergent method of moving asymptotes, for `n` variables and `m`
 /// constraints `g_i ≤ 0`.
 ///
-/// Iteration k minimises the approximations of MMA at the design xᵏ, between the same asymptotes and
-/// bounds, but with a curvature ρ_i for each function (`raa0` in MMA) that starts at
+/// Iteration k minimises the approximations of MMA at the design xᵏ, between the same asymptotes
+/// and bounds, but with a curvature ρ_i for each function (`raa0` in MMA) that starts at
 ///
 /// `ρ_i = max(1e-6, 0.1/n · Σ_j |∂f_i/∂x_j| (x_j^max − x_j^min))`
 ///
@@ -21,13 +21,13 @@ const SMALLEST_RHO: f64 = 1e-6;
 /// `f̃_i(x̂) ≥ f_i(x̂)` for objective and constraints. Otherwise, an inner iteration raises the
 /// curvature of each function that is not,
 ///
-/// `ρ_i ← min(1.1 (ρ_i + δ_i), 10 ρ_i)`, where `δ_i = (f_i(x̂) − f̃_i(x̂))/d(x̂)` and `d = ∂f̃_i/∂ρ_i`
-/// does not depend on i,
+/// `ρ_i ← min(1.1 (ρ_i + δ_i), 10 ρ_i)`, where `δ_i = (f_i(x̂) − f̃_i(x̂))/d(x̂)`,
 ///
-/// and solves the subproblem again. An inner iteration needs the values of the functions at the
-/// candidate, not their gradients. Once a design is feasible, all later ones are, and the objective
-/// decreases monotonically: `f₀(x̂) ≤ f̃₀(x̂) ≤ f̃₀(xᵏ) = f₀(xᵏ)`. From an infeasible design, the
-/// objective plus the penalties of the violations decreases.
+/// with the distance `d = ∂f̃_i/∂ρ_i`, which is the same for all functions, and solves the
+/// subproblem again. An inner iteration needs the values of the functions at the candidate, not
+/// their gradients. Once a design is feasible, all later ones are, and the objective decreases
+/// monotonically: `f₀(x̂) ≤ f̃₀(x̂) ≤ f̃₀(xᵏ) = f₀(xᵏ)`. From an infeasible design, the objective
+/// plus the penalties of the violations decreases.
 ///
 /// Both hold up to the tolerances: an approximation counts as conservative if it is too low by no
 /// more than `subproblem_tolerance · (1 + |f_i(xᵏ)|)`. They require exact gradients. With others,

@@ -164,7 +164,8 @@ impl Mma {
         self.update_with(x, bounds, functions, &vec![self.parameters.raa0; self.m + 1], ranks)
     }
 
-    /// Like [`update_on`](Self::update_on), with the curvature of each function, the objective first.
+    /// Like [`update_on`](Self::update_on), with the curvature of each function, the objective
+    /// first.
     pub(super) fn update_with(
         &mut self,
         x: &[f64],
@@ -289,8 +290,8 @@ impl Mma {
         .unzip()
     }
 
-    /// The movable ones among some variables between their asymptotes, with the bounds `α ≤ x ≤ β` of
-    /// this step.
+    /// The movable ones among some variables between their asymptotes, with the bounds `α ≤ x ≤ β`
+    /// of this step.
     fn variables(
         &self,
         x: &[f64],

@@ -1,8 +1,8 @@
 //! The method of moving asymptotes, with or without monotone progress, the scaling of its input and
 //! the assessment of its result.
 //!
-//! [`Mma`] advances a design by one step; [`Gcmma`] also judges whether a step was short enough, and
-//! shortens it if not. The caller provides loops, files and stopping criteria; [`Optimizer`] is
+//! [`Mma`] advances a design by one step; [`Gcmma`] also judges whether a step was short enough,
+//! and shortens it if not. The caller provides loops, files and stopping criteria; [`Optimizer`] is
 //! either method. Source of the methods and of their symbols: K. Svanberg, *MMA and GCMMA – two
 //! methods for nonlinear optimization* (2007), "the notes" below; K. Svanberg, Int. J. Numer.
 //! Methods Eng. 24 (1987) 359–373; K. Svanberg, SIAM J. Optim. 12 (2002) 555–573.

@@ -117,9 +117,9 @@ impl<'a> Subproblem<'a> {
         }
     }
 
-    /// Changes `f̃_i(t) − f_i(0)` of objective and constraints, the objective first, and the distance
-    /// `d(t) = Σ_j t²(u_j − l_j)/((u_j − t)(t − l_j))`, which is `∂f̃_i/∂ρ_i`. Notes, section on the
-    /// update of ρ. Test: `distance_is_the_slope_in_rho`.
+    /// Changes `f̃_i(t) − f_i(0)` of objective and constraints, the objective first, and the
+    /// distance `d(t) = Σ_j t²(u_j − l_j)/((u_j − t)(t − l_j))`, which is `∂f̃_i/∂ρ_i`. Notes,
+    /// section on the update of ρ. Test: `distance_is_the_slope_in_rho`.
     pub fn changes(&self, t: &[f64]) -> (Vec<f64>, f64) {
         let m = self.values.len();
         let mut constraints = vec![0.0; m];

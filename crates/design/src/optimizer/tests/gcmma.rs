@@ -18,8 +18,8 @@ fn evaluate(gcmma: &mut Gcmma, x: &[f64], ranks: &dyn Ranks) -> Vec<f64> {
     }
 }
 
-/// An optimizer that is written as JSON and read back, also between inner iterations, gives the same
-/// bits as one that stays in memory.
+/// An optimizer that is written as JSON and read back, also between inner iterations, gives the
+/// same bits as one that stays in memory.
 #[test]
 fn resumes_bit_for_bit() {
     let mut kept = Gcmma::new(5, 1, MmaParameters::default(), 10);
@@ -53,10 +53,10 @@ fn ranks_agree() {
     }
 }
 
-/// After an inner iteration, the approximation at the rejected candidate is as high as the function,
-/// and a tenth of ρ + δ higher, unless ρ was limited to ten times its value: the notes' reason for
-/// the formula. `judge` computes δ from the distance, and this test from the approximations, so it
-/// also checks that the distance is their slope in ρ.
+/// After an inner iteration, the approximation at the rejected candidate is as high as the
+/// function, and a tenth of ρ + δ higher, unless ρ was limited to ten times its value: the notes'
+/// reason for the formula. `judge` computes δ from the distance, and this test from the
+/// approximations, so it also checks that the distance is their slope in ρ.
 #[test]
 fn distance_is_the_slope_in_rho() {
     let (x, (f, df, g, dg)) = ([5.0; 5], cantilever(&[5.0; 5]));
@@ -82,8 +82,8 @@ fn distance_is_the_slope_in_rho() {
     assert!((second[0] / first[0] - 10.0).abs() < 1e-12);
 }
 
-/// A gradient of the wrong sign: no curvature suffices, and the last candidate is accepted after the
-/// given number of inner iterations.
+/// A gradient of the wrong sign: no curvature suffices, and the last candidate is accepted after
+/// the given number of inner iterations.
 #[test]
 fn inner_iterations_are_limited() {
     let mut gcmma = Gcmma::new(1, 0, MmaParameters::default(), 4);
@@ -145,9 +145,9 @@ fn a_damaged_memory_is_named() {
 }
 
 /// A violated constraint of large curvature, which stops the primal-dual iteration: that of the
-/// cantilever with all beams at 2, with the curvature of a third inner iteration. The solution meets
-/// the conditions of the notes, solved here for its one multiplier by bisection of the dual without
-/// a barrier.
+/// cantilever with all beams at 2, with the curvature of a third inner iteration. The solution
+/// meets the conditions of the notes, solved here for its one multiplier by bisection of the dual
+/// without a barrier.
 #[test]
 fn infeasible_subproblems_with_large_curvature_are_solved() {
     let x = [2.0; 5];

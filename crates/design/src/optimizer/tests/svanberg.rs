@@ -23,8 +23,9 @@ struct Problem {
     steps: usize,
 }
 
-/// Two bars of area x₀ \[cm²\] from (±x₁, 0) \[m\] to a joint at height 1 m with the load (1, 8)/√65
-/// · 200 kN; the weight is least, and stresses do not exceed 100 N/mm². Svanberg 1987, example 2.
+/// Two bars of area x₀ \[cm²\] from (±x₁, 0) \[m\] to a joint at height 1 m with the load (1,
+/// 8)/√65 · 200 kN; the weight is least, and stresses do not exceed 100 N/mm². Svanberg 1987,
+/// example 2.
 fn two_bars(x: &[f64]) -> Evaluated {
     let length = (1.0 + x[1] * x[1]).sqrt();
     let slope = x[1] / length;
@@ -38,8 +39,8 @@ fn two_bars(x: &[f64]) -> Evaluated {
     (x[0] * length, vec![length, x[0] * slope], values, gradients)
 }
 
-/// Eight bars of areas x \[mm²\] from fixed nodes to a joint with the load (40, 20, 200) kN; the weight
-/// \[kg\] is least, and no stress exceeds 100 N/mm². Svanberg 1987, example 3.
+/// Eight bars of areas x \[mm²\] from fixed nodes to a joint with the load (40, 20, 200) kN; the
+/// weight \[kg\] is least, and no stress exceeds 100 N/mm². Svanberg 1987, example 3.
 fn eight_bars(x: &[f64]) -> Evaluated {
     const NODES: [[f64; 3]; 8] = [
         [-250.0, -250.0, 0.0],
@@ -268,9 +269,9 @@ fn optima_are_those_published_and_those_of_nlopt() {
 }
 
 /// Once a design is feasible, GCMMA keeps it feasible, and the objective does not rise: up to what
-/// the tolerance of the subproblem allows, `tolerance · (1 + |f|)` of an approximation that counts as
-/// conservative and `tolerance` of each complementarity product of the subproblem. Every start leads
-/// to a feasible design. MMA goes back and forth on five of the six problems.
+/// the tolerance of the subproblem allows, `tolerance · (1 + |f|)` of an approximation that counts
+/// as conservative and `tolerance` of each complementarity product of the subproblem. Every start
+/// leads to a feasible design. MMA goes back and forth on five of the six problems.
 #[test]
 fn gcmma_is_monotone_and_stays_feasible() {
     let mut risen = Vec::new();
@@ -294,11 +295,11 @@ fn gcmma_is_monotone_and_stays_feasible() {
     assert!(risen.len() >= 5, "{risen:?}");
 }
 
-/// The first 15 iterates of Svanberg's own MMA and GCMMA, in the Python version mmapy, with the same
-/// numbers of inner iterations. Both codes solve subproblems to 1e-7, by different iterations, so
-/// the iterates agree to that, and nearly always to the printed digits. They agree less where
-/// subproblems are infeasible (cantilever, infeasible start), and on the eight bars, where optimal
-/// designs form a line and a design between bounds is determined only by `raa0`.
+/// The first 15 iterates of Svanberg's own MMA and GCMMA, in the Python version mmapy, with the
+/// same numbers of inner iterations. Both codes solve subproblems to 1e-7, by different iterations,
+/// so the iterates agree to that, and nearly always to the printed digits. They agree less where
+/// the tolerance leaves them undetermined: at bounds with small multipliers (cantilever, infeasible
+/// start), and on the eight bars, whose optimal designs form a line.
 #[test]
 fn iterates_are_those_of_svanbergs_code() {
     let (mut all, mut close) = (0, 0);
