@@ -41,7 +41,7 @@ pub(super) fn requested(case: &Case, mesh: &Mesh, model: &ContactModel) -> Resul
 }
 
 /// Columns of tables that names of quantities would repeat.
-const RESERVED: [&str; 18] = [
+const RESERVED: [&str; 19] = [
     "step",
     "load_case",
     "time",
@@ -56,6 +56,7 @@ const RESERVED: [&str; 18] = [
     "uzawa_iterations",
     "increments",
     "halvings",
+    "inner_iterations",
     "seconds",
     "open",
     "stick",

@@ -28,6 +28,7 @@ const HISTORY: &[&str] = &[
     "stick",
     "slip",
     "halvings",
+    "inner_iterations",
 ];
 
 /// `history.csv`: one row per evaluated design ([`IterationRecord`]).
@@ -105,6 +106,7 @@ fn cells(constraints: &[String], record: &IterationRecord, seconds: f64) -> Vec<
         stick.into(),
         slip.into(),
         record.halvings.into(),
+        record.inner_iterations.into(),
     ];
     let named = || constraints.iter().zip(&record.constraints);
     cells.extend(named().filter(|(name, _)| *name != VOLUME).map(|(_, constraint)| Cell::from(constraint.value)));
