@@ -42,6 +42,8 @@ def test_there_are_examples() -> None:
 def test_everything_public_is_documented() -> None:
     """Numpy style: a summary; the parameters of every function, and nothing else."""
     for name in ss.__all__:
+        if name in ("jax", "torch"):
+            continue
         thing = getattr(ss, name)
         if inspect.ismodule(thing) or isinstance(thing, str):
             continue

@@ -20,6 +20,10 @@ array([2, 2, 2, 2], dtype=uint8)
 
 from __future__ import annotations
 
+import importlib
+from types import ModuleType
+from typing import TYPE_CHECKING
+
 from . import errors, gradient, mesh, path
 from ._slipstick import VERSION as __version__
 from ._slipstick import set_threads, threads
@@ -39,6 +43,9 @@ from .mesh import Body, Mesh
 from .path import Contact, Path, Step
 from .problem import Problem
 from .result import Iteration, Result, open_run, resume
+
+if TYPE_CHECKING:
+    from . import jax, torch
 
 __all__ = [
     "AnalysisError",
@@ -65,6 +72,7 @@ __all__ = [
     "__version__",
     "errors",
     "gradient",
+    "jax",
     "mesh",
     "open_run",
     "path",
@@ -72,4 +80,12 @@ __all__ = [
     "set_threads",
     "templates",
     "threads",
+    "torch",
 ]
+
+
+def __getattr__(name: str) -> ModuleType:
+    """The optional modules, which import large packages, are imported where they are used."""
+    if name in ("jax", "torch"):
+        return importlib.import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
