@@ -16,6 +16,7 @@ mod interrupt;
 mod path;
 mod problem;
 mod program;
+mod quantity;
 mod run;
 
 /// The extension module behind the classes of the package.

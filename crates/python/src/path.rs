@@ -12,6 +12,7 @@ use slipstick::quantities::{Quantities, quantities};
 use crate::arrays;
 use crate::errors::{Error, detached};
 use crate::problem::Built;
+use crate::quantity::take_raised;
 
 /// A marched load path.
 #[pyclass(frozen, module = "slipstick._slipstick")]
@@ -76,7 +77,7 @@ impl Path {
             let design = std::mem::replace(&mut problem.analysis.design, self.design.clone());
             let found = quantities(&problem, &self.path);
             problem.analysis.design = design;
-            Ok(found)
+            take_raised().map_or(Ok(found), |error| Err(Error::Python(error)))
         })?;
         let names = found.names.iter().map(|name| name.name.clone()).collect();
         let units = found.names.iter().map(|name| name.unit).collect();

@@ -7,9 +7,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipstick::analysis::{AnalysisError, Forward, ForwardNotice, Gradients};
 use slipstick::case::{Case, Resolved};
+use slipstick::design::quantity::{Dimension, Quantity, Reads, WrongDerivative};
 use slipstick::design::{ElementValues, ObservedSteps, Reduction, Response, Role, Term};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::model::Parameter;
+use slipstick::quantities::column_names;
 use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
 
 use crate::arrays;
@@ -17,6 +19,7 @@ use crate::errors::{Error, detached};
 use crate::gradient::Linearization;
 use crate::interrupt::Watch;
 use crate::path::Path;
+use crate::quantity::{Defined, take_raised};
 
 /// A built problem, which one thread at a time computes with.
 #[pyclass(frozen, module = "slipstick._slipstick")]
@@ -121,9 +124,50 @@ impl Problem {
         self.resolved.case.load_case_names()
     }
 
-    /// Names of the quantities of the case.
-    fn quantities(&self) -> Vec<String> {
-        self.resolved.case.quantities.iter().map(|quantity| quantity.name.clone()).collect()
+    /// Names of the quantities of the case, then of those that were added.
+    fn quantities(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let name = |quantity: &Arc<dyn Quantity>| quantity.name().to_owned();
+        detached(py, || Ok(self.built.lock().quantities.iter().map(name).collect()))
+    }
+
+    /// Adds a quantity, once its derivatives are known to be right: its name, powers of force and
+    /// length, which of reaction, contact, energy and stress it reads, and whether it accumulates.
+    fn add(
+        &self,
+        py: Python<'_>,
+        adapter: Py<PyAny>,
+        name: String,
+        dimension: (i32, i32),
+        reads: (bool, bool, bool, bool),
+        accumulates: bool,
+    ) -> PyResult<()> {
+        let ((force, length), (reaction, contact, energy, stress)) = (dimension, reads);
+        let (dimension, reads) = (Dimension { force, length }, Reads { reaction, contact, energy, stress });
+        detached(py, || {
+            let mut problem = self.built.lock();
+            let taken = column_names(&problem.mesh, problem.analysis.model());
+            if taken.contains(&name) || problem.quantities.iter().any(|quantity| quantity.name() == name) {
+                return Err(Error::input(
+                    format!("there is a quantity called `{name}` already"),
+                    "choose another name",
+                ));
+            }
+            let quantity = Defined { name, dimension, reads, accumulates, adapter };
+            let checked = problem.analysis.check_quantity(&quantity);
+            raised()?;
+            checked.map_err(|wrong| {
+                let WrongDerivative { name, step, argument, derivative, difference } = wrong;
+                let message = format!(
+                    "quantity `{name}` at step {step}: its derivative with respect to the {argument} is {derivative:e} \
+                     along a direction in which differences of its value give {difference:e}"
+                );
+                let cure = "correct `derivative`, which returns the partial derivatives with respect to each field of \
+                            the state that `value` uses, with the other fields fixed";
+                Error::input(message, cure)
+            })?;
+            problem.quantities.push(Arc::new(quantity));
+            Ok(())
+        })
     }
 
     /// Whether the case has an objective.
@@ -285,7 +329,13 @@ pub(crate) fn watched<T>(
     problem.analysis.linear.set_interrupt(None);
     // what is wrong with an interrupted result is the interruption
     watch.check()?;
+    raised()?;
     result
+}
+
+/// The exception of a quantity that was defined in Python.
+fn raised() -> Result<(), Error> {
+    take_raised().map_or(Ok(()), |error| Err(Error::Python(error)))
 }
 
 /// A complete forward analysis.

@@ -42,6 +42,7 @@ from .gradient import GradientCheck, Parameter, PullBack
 from .mesh import Body, Mesh
 from .path import Contact, Path, Step
 from .problem import Problem
+from .quantity import ContactState, Quantity, State
 from .result import Iteration, Result, open_run, resume
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ __all__ = [
     "CaseError",
     "CaseWarning",
     "Contact",
+    "ContactState",
     "Diagnostic",
     "GradientCheck",
     "InputError",
@@ -65,9 +67,11 @@ __all__ = [
     "Path",
     "Problem",
     "PullBack",
+    "Quantity",
     "Result",
     "SlipstickError",
     "SlipstickWarning",
+    "State",
     "Step",
     "__version__",
     "errors",

@@ -18,6 +18,7 @@ from .errors import SlipstickWarning
 from .gradient import GradientCheck, Parameter, PullBack, _derivatives
 from .mesh import Mesh
 from .path import Path
+from .quantity import Quantity, register
 from .result import Iteration, Result, run
 
 if TYPE_CHECKING:
@@ -97,8 +98,24 @@ class Problem:
 
     @property
     def quantities(self) -> list[str]:
-        """Names of the quantities of the case, which :meth:`vjp` differentiates."""
+        """Names of the quantities that :meth:`vjp` differentiates: those of the case, and added ones."""
         return self._problem.quantities()
+
+    def add(self, quantity: Quantity) -> None:
+        """Register a quantity of your own, once its derivative is known to be right.
+
+        Parameters
+        ----------
+        quantity : Quantity
+            The quantity. From now on, it is one of :attr:`quantities`. An optimization, which starts
+            from the case, does not know it.
+
+        Raises
+        ------
+        InputError
+            If the derivative does not agree with differences of the value, or the name is taken.
+        """
+        register(self._problem, quantity)
 
     def _density(self, density: ArrayLike | None) -> NDArray[np.float64]:
         if density is None:
