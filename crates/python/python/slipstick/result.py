@@ -254,6 +254,11 @@ class Result:
         self._run.export(path, iteration, threshold, smooth, keep_surfaces, list(bodies))
         return path
 
+    def _repr_png_(self) -> bytes:
+        """The picture that notebooks show."""
+        with tempfile.TemporaryDirectory() as folder:
+            return self.render(FilePath(folder) / "picture.png", size=(800, 600)).read_bytes()
+
     def __repr__(self) -> str:
         return f"<Result in {self.directory}>"
 
