@@ -75,6 +75,12 @@ impl Case {
         self.resolved.source_map.file()
     }
 
+    /// The file that the case was read from, or that it stands for.
+    #[getter]
+    fn file(&self) -> PathBuf {
+        self.file.clone()
+    }
+
     /// The case with all defaults filled in, as JSON.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
         detached(py, || serde_json::to_string(&self.resolved.case).map_err(|error| Error::Internal(error.to_string())))
@@ -119,6 +125,10 @@ impl Case {
     fn inspected(&self) -> Result<(slipstick::build::Problem, Inspection, Vec<CaseDiagnostic>), Error> {
         let resolved = &*self.resolved;
         setup::refuse_too_large(resolved)?;
+        if let Some(threads) = resolved.case.solver.threads {
+            // the threads serve the whole process: the first case that asks for them decides
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        }
         let map = &resolved.source_map;
         let mut problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
         let inspection = inspect(&resolved.case, &mut problem).map_err(|error| {

@@ -46,7 +46,7 @@ impl Linearization {
     ) -> PyResult<Derivatives<'py>> {
         let weights: Vec<Vec<f64>> = weights.as_array().rows().into_iter().map(|row| row.to_vec()).collect();
         let gradients = detached(py, || {
-            let mut problem = self.built.lock();
+            let mut problem = self.built.lock()?;
             observing(&mut problem, &self.response, |problem| {
                 watched(problem, None, |problem, _| {
                     let gradients = problem.analysis.pull_back(&self.forward, weights, parameters);

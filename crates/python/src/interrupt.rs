@@ -11,7 +11,7 @@ use crate::errors::Error;
 
 /// How often the interpreter is asked for signals. Asking costs up to its switch interval of 5 ms
 /// where other Python threads compute.
-const PAUSE: Duration = Duration::from_millis(50);
+pub const PAUSE: Duration = Duration::from_millis(50);
 
 /// The observer of all analyses of a call.
 pub struct Watch {

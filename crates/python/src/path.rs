@@ -73,7 +73,7 @@ impl Path {
     /// The quantities of supports, pairs, bodies and case at every load step.
     fn quantities<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let found: Quantities = detached(py, || {
-            let mut problem = self.built.lock();
+            let mut problem = self.built.lock()?;
             let design = std::mem::replace(&mut problem.analysis.design, self.design.clone());
             let found = quantities(&problem, &self.path);
             problem.analysis.design = design;

@@ -1,6 +1,9 @@
 //! Problems: mesh, forward analysis, gradients and their check.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::ops::{Deref, DerefMut};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread::ThreadId;
+use std::time::{Duration, Instant};
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -17,7 +20,7 @@ use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
 use crate::arrays;
 use crate::errors::{Error, detached};
 use crate::gradient::Linearization;
-use crate::interrupt::Watch;
+use crate::interrupt::{PAUSE, Watch};
 use crate::path::Path;
 use crate::quantity::{Defined, take_raised};
 
@@ -34,7 +37,15 @@ pub struct Problem {
 /// The part of a problem that computing changes. No result depends on earlier calls.
 pub(crate) struct Built {
     problem: Mutex<slipstick::build::Problem>,
+    /// The thread that computes.
+    owner: Mutex<Option<ThreadId>>,
     pub(crate) case: Arc<Resolved>,
+}
+
+/// A problem that this thread computes with.
+pub(crate) struct Held<'a> {
+    problem: MutexGuard<'a, slipstick::build::Problem>,
+    owner: &'a Mutex<Option<ThreadId>>,
 }
 
 /// First index and the one after the last.
@@ -116,7 +127,7 @@ impl Problem {
 
     /// Ends of the load steps in pseudo-time.
     fn times(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
-        detached(py, || Ok(self.built.lock().analysis.times.clone()))
+        detached(py, || Ok(self.built.lock()?.analysis.times.clone()))
     }
 
     /// Names of the load cases; empty if there is only one without a name.
@@ -127,7 +138,7 @@ impl Problem {
     /// Names of the quantities of the case, then of those that were added.
     fn quantities(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let name = |quantity: &Arc<dyn Quantity>| quantity.name().to_owned();
-        detached(py, || Ok(self.built.lock().quantities.iter().map(name).collect()))
+        detached(py, || Ok(self.built.lock()?.quantities.iter().map(name).collect()))
     }
 
     /// Adds a quantity, once its derivatives are known to be right: its name, powers of force and
@@ -144,7 +155,7 @@ impl Problem {
         let ((force, length), (reaction, contact, energy, stress)) = (dimension, reads);
         let (dimension, reads) = (Dimension { force, length }, Reads { reaction, contact, energy, stress });
         detached(py, || {
-            let mut problem = self.built.lock();
+            let mut problem = self.built.lock()?;
             let taken = column_names(&problem.mesh, problem.analysis.model());
             if taken.contains(&name) || problem.quantities.iter().any(|quantity| quantity.name() == name) {
                 return Err(Error::input(
@@ -186,7 +197,7 @@ impl Problem {
     ) -> PyResult<(Path, Option<String>)> {
         let density = arrays::densities(&density);
         detached(py, || {
-            let mut problem = self.built.lock();
+            let mut problem = self.built.lock()?;
             let kept = std::mem::take(&mut problem.analysis.march.factor_memory); // no gradient follows
             let forward = watched(&mut problem, progress, |problem, watch| forward(problem, &density, watch));
             problem.analysis.march.factor_memory = kept;
@@ -208,7 +219,7 @@ impl Problem {
     ) -> PyResult<ValueAndGradient<'py>> {
         let density = arrays::densities(&density);
         let (value, gradients, notice) = detached(py, || {
-            let mut problem = self.built.lock();
+            let mut problem = self.built.lock()?;
             if problem.analysis.objective.is_none() {
                 return Err(no_objective());
             }
@@ -239,7 +250,7 @@ impl Problem {
     ) -> PyResult<Linearization> {
         let density = arrays::densities(&density);
         detached(py, || {
-            let mut problem = self.built.lock();
+            let mut problem = self.built.lock()?;
             let response = response(&problem, &names)?;
             let forward = observing(&mut problem, &response, |problem| {
                 watched(problem, progress, |problem, watch| forward(problem, &density, watch))
@@ -268,7 +279,7 @@ impl Problem {
             (0..).zip(&self.roles).filter(|(_, role)| **role == Role::Designed).map(|(e, _)| e).collect();
         let options = VerifyOptions { directions, elements, step, halvings, tolerance, ..VerifyOptions::default() };
         detached(py, || {
-            let mut problem = self.built.lock();
+            let mut problem = self.built.lock()?;
             let response = match &name {
                 Some(name) => {
                     let Term { quantity, .. } = response(&problem, std::slice::from_ref(name))?.terms()[0].clone();
@@ -302,7 +313,7 @@ impl Problem {
             mesh: Arc::new(problem.mesh.clone()),
             initial_density: problem.initial_density.clone(),
             roles,
-            built: Arc::new(Built { problem: Mutex::new(problem), case: resolved.clone() }),
+            built: Arc::new(Built { problem: Mutex::new(problem), owner: Mutex::new(None), case: resolved.clone() }),
             resolved,
         }
     }
@@ -311,9 +322,57 @@ impl Problem {
 impl Built {
     /// The problem, once no other thread computes with it. A thread that waits here must not hold
     /// the interpreter, which the computing one needs.
-    pub(crate) fn lock(&self) -> MutexGuard<'_, slipstick::build::Problem> {
-        // what a panic leaves behind is overwritten by the next analysis
-        self.problem.lock().unwrap_or_else(PoisonError::into_inner)
+    ///
+    /// # Errors
+    /// If this thread computes with it already, in a callback; [`Error::Python`] for Ctrl-C.
+    pub(crate) fn lock(&self) -> Result<Held<'_>, Error> {
+        let this = std::thread::current().id();
+        let mut asked = Instant::now();
+        loop {
+            let problem = match self.problem.try_lock() {
+                Ok(problem) => problem,
+                // what a panic leaves behind is overwritten by the next analysis
+                Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+                Err(TryLockError::WouldBlock) if *owner(&self.owner) == Some(this) => {
+                    let cure = "build another problem from the case, and use that one";
+                    return Err(Error::input("the problem is computing, and its callbacks cannot use it", cure));
+                }
+                Err(TryLockError::WouldBlock) => {
+                    std::thread::sleep(Duration::from_millis(2));
+                    if asked.elapsed() >= PAUSE {
+                        Python::attach(|py| py.check_signals())?;
+                        asked = Instant::now();
+                    }
+                    continue;
+                }
+            };
+            *owner(&self.owner) = Some(this);
+            return Ok(Held { problem, owner: &self.owner });
+        }
+    }
+}
+
+fn owner(of: &Mutex<Option<ThreadId>>) -> MutexGuard<'_, Option<ThreadId>> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Drop for Held<'_> {
+    fn drop(&mut self) {
+        *owner(self.owner) = None;
+    }
+}
+
+impl Deref for Held<'_> {
+    type Target = slipstick::build::Problem;
+
+    fn deref(&self) -> &slipstick::build::Problem {
+        &self.problem
+    }
+}
+
+impl DerefMut for Held<'_> {
+    fn deref_mut(&mut self) -> &mut slipstick::build::Problem {
+        &mut self.problem
     }
 }
 

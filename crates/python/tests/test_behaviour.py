@@ -40,14 +40,23 @@ class ControlC:
 
 def test_control_c_stops_a_march(long_case: ss.Case) -> None:
     problem = long_case.build()
-    with ControlC(1.0) as control, pytest.raises(KeyboardInterrupt):
-        problem.solve()
-    assert control.late < 5.0
-    # the problem can be used again, and gives what a new one gives
-    short = np.ones(problem.mesh.elements)
-    assert problem.case is long_case
-    with ControlC(0.5), pytest.raises(KeyboardInterrupt):
-        problem.vjp(short, problem.quantities or None) if problem.quantities else problem.value_and_gradient(short)
+    for call in (problem.solve, problem.value_and_gradient, problem.check_gradient):
+        with ControlC(0.5) as control, pytest.raises(KeyboardInterrupt):
+            call()
+        assert control.late < 2.0
+
+
+def test_control_c_stops_a_sweep() -> None:
+    """The march is complete before; what is left is several seconds of sweeping."""
+    case = ss.Case.template("half-ball").replace({"load_path.steps": 100, "adjoint.memory": "0"})
+    text = case.text + '\n[[quantity]]\nname = "energy"\nstrain_energy = {}\n'
+    _, pullback = ss.Case.from_text(text).build().vjp(names="energy")
+    start = time.monotonic()
+    pullback({"energy": np.ones(100)})
+    whole = time.monotonic() - start
+    with ControlC(0.1 * whole) as control, pytest.raises(KeyboardInterrupt):
+        pullback({"energy": np.ones(100)})
+    assert control.late < 0.5 * whole
 
 
 def test_the_interpreter_is_free_during_a_march(long_case: ss.Case) -> None:
@@ -105,6 +114,32 @@ def test_one_problem_in_two_threads(problem: ss.Problem, density: NDArray[np.flo
     for thread in threads:
         thread.join()
     assert found == [[expected[0]] * 5, [expected[1]] * 5]
+
+
+def test_control_c_stops_waiting_for_another_thread(problem: ss.Problem) -> None:
+    entered, leave = threading.Event(), threading.Event()
+
+    class Slow(ss.Quantity):
+        def value(self, state: ss.State) -> float:
+            if threading.current_thread() is not threading.main_thread():
+                entered.set()
+                leave.wait(20.0)
+            return 0.0
+
+        def derivative(self, state: ss.State) -> dict[str, NDArray[np.float64]]:
+            return {}
+
+    problem.add(Slow())
+    busy = threading.Thread(target=lambda: problem.vjp(names="Slow"))
+    busy.start()
+    assert entered.wait(10.0)
+    try:
+        with ControlC(0.5) as control, pytest.raises(KeyboardInterrupt):
+            problem.solve()
+        assert control.late < 2.0
+    finally:
+        leave.set()
+        busy.join()
 
 
 def test_results_do_not_depend_on_the_number_of_threads(case: ss.Case, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -128,6 +129,11 @@ def test_check_knows_sizes(case: ss.Case) -> None:
     # multipliers at each of six slave nodes
     assert found.unknowns == 3 * (15 + 6) + 3 * 6
     assert found.sets["block_ymin"] == 6
+
+
+def test_cases_go_to_other_processes(case: ss.Case) -> None:
+    other = pickle.loads(pickle.dumps(case.replace({"title": "sent"})))
+    assert other.resolved == case.replace({"title": "sent"}).resolved and other.name.startswith("dragged.toml")
 
 
 def test_classes_are_not_made_by_hand() -> None:

@@ -144,6 +144,18 @@ def test_wrong_quantities(problem: ss.Problem) -> None:
         problem.add(ss.Quantity())
 
 
+def test_a_quantity_cannot_use_its_problem(problem: ss.Problem) -> None:
+    """It would wait for itself."""
+
+    class Greedy(Grip):
+        def value(self, state: ss.State) -> float:
+            return float(problem.solve().steps[-1].displacement.sum())
+
+    with pytest.raises(ss.InputError, match="the problem is computing, and its callbacks cannot use it"):
+        problem.add(Greedy())
+    assert problem.solve().steps
+
+
 def test_exceptions_come_through(problem: ss.Problem) -> None:
     class Failing(Grip):
         fails = False

@@ -16,8 +16,9 @@ class Bar:
 
     def __init__(self, shown: bool, steps: int, what: str) -> None:
         self._bar: Any = None
-        self._steps = steps
         self._what = what
+        # 0: unknown
+        self._of = f" of {steps}" if steps else ""
         self.report: Report | None = None
         if not shown:
             return
@@ -26,7 +27,7 @@ class Bar:
         except ImportError:
             self.report = self._line
         else:
-            self._bar = tqdm(total=steps, desc=what, unit="step")
+            self._bar = tqdm(total=steps or None, desc=what, unit="step")
             self.report = self._update
 
     def _update(self, step: int, iterations: int, status: list[int]) -> None:
@@ -34,7 +35,7 @@ class Bar:
         self._bar.set_postfix_str(_words(iterations, status))
 
     def _line(self, step: int, iterations: int, status: list[int]) -> None:
-        text = f"{self._what}: step {step} of {self._steps}, {_words(iterations, status)}"
+        text = f"{self._what}: step {step}{self._of}, {_words(iterations, status)}"
         print(f"\r{text:<78}", end="", file=sys.stderr, flush=True)
 
     def __enter__(self) -> Bar:

@@ -318,6 +318,14 @@ class Case:
     def __repr__(self) -> str:
         return f"<Case {self.name}>"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # for processes that compute in parallel
+        return _restored, (self.text, self.name, self._case.file.absolute())
+
+
+def _restored(text: str, name: str, file: FilePath) -> Case:
+    return Case._of(_slipstick.Case.of_text(text, name, file))
+
 
 def _warn(diagnostics: Sequence[Diagnostic]) -> None:
     for diagnostic in diagnostics:
