@@ -13,6 +13,7 @@ pub mod failure;
 pub mod interrupt;
 pub mod memory;
 pub mod parallel;
+pub mod program;
 pub mod runs;
 pub mod setup;
 pub mod table;

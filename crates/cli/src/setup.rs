@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use slipstick::build::{Problem, build_on};
-use slipstick::case::{Body, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
+use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
 use slipstick::check::{Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
 use slipstick::design::{DesignVariables, ElementValues, Role};
 use slipstick::run::load_density;
@@ -75,7 +75,10 @@ pub fn prepare(context: &Context, file: &CaseFile, sections: &[&str]) -> Outcome
 const FEWER: &str = "use fewer elements, or a machine with more memory";
 
 /// Refuses a case that could not be built in the memory that is available.
-fn refuse_too_large(resolved: &Resolved) -> Outcome {
+///
+/// # Errors
+/// [`Failure::Case`].
+pub fn refuse_too_large(resolved: &Resolved) -> Outcome {
     let needed = bytes_to_build(&resolved.case);
     let Some(available) = memory::available().filter(|&available| needed > available) else { return Ok(()) };
     let count = |body: &Body| body.shape.element_count().unwrap_or(usize::MAX);
@@ -117,7 +120,7 @@ pub fn look(context: &Context, path: &Path, resolved: Resolved) -> Outcome<(Setu
         problem_is_shared,
         design_of: OnceLock::new(),
     };
-    let (errors, warnings) = setup.diagnostics(&problem);
+    let (errors, warnings) = diagnostics(&setup.resolved, &setup.inspection, &problem);
     setup.warnings = warnings.len();
     context.console.warnings(&warnings);
     if errors.is_empty() { Ok((setup, problem)) } else { Err(Failure::Case(errors)) }
@@ -141,43 +144,60 @@ fn set_threads(context: &Context, resolved: &Resolved) -> Outcome<usize> {
     Ok(threads)
 }
 
-impl Setup {
-    /// Errors and warnings at their places in the case file.
-    ///
-    /// A body that supports leave free is an error if no contact could hold it: its equations are
-    /// singular.
-    fn diagnostics(&self, problem: &Problem) -> (Vec<CaseDiagnostic>, Vec<CaseDiagnostic>) {
-        let map = &self.resolved.source_map;
-        let mut warnings = self.resolved.warnings.clone();
-        let mut errors = Vec::new();
-        for notice in &self.inspection.notices {
-            let (code, severity) = match notice.kind {
-                NoticeKind::LooseBody if self.touches_nothing(problem, &notice.path) => {
-                    (CaseCode::UnsupportedBody, Severity::Error)
-                }
-                NoticeKind::LooseBody => (CaseCode::UnsupportedBody, Severity::Warning),
-                NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
-                NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
-                NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
-                NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
-                NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),
-                NoticeKind::AveragedNormals => (CaseCode::AveragedNormals, Severity::Warning),
-                NoticeKind::CoarseSlave => (CaseCode::CoarseSlave, Severity::Warning),
-                NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
-                NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),
-                NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
-                NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
-            };
-            let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
-            // The case reader warns about bodies without any condition; this diagnostic is more
-            // specific.
-            let name = map.span(&format!("{}.name", notice.path));
-            warnings.retain(|other| other.code() != code || other.span() != name);
-            if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
-        }
-        (errors, warnings)
+/// Errors and warnings about a built case at their places in the case file, those of its reader
+/// included.
+///
+/// A body that supports leave free is an error if no contact could hold it: its equations are
+/// singular.
+pub fn diagnostics(
+    resolved: &Resolved,
+    inspection: &Inspection,
+    problem: &Problem,
+) -> (Vec<CaseDiagnostic>, Vec<CaseDiagnostic>) {
+    let map = &resolved.source_map;
+    let mut warnings = resolved.warnings.clone();
+    let mut errors = Vec::new();
+    for notice in &inspection.notices {
+        let (code, severity) = match notice.kind {
+            NoticeKind::LooseBody if touches_nothing(&resolved.case, problem, &notice.path) => {
+                (CaseCode::UnsupportedBody, Severity::Error)
+            }
+            NoticeKind::LooseBody => (CaseCode::UnsupportedBody, Severity::Warning),
+            NoticeKind::Disconnected => (CaseCode::Disconnected, Severity::Warning),
+            NoticeKind::Divided => (CaseCode::MeshFile, Severity::Warning),
+            NoticeKind::PenetratingStart => (CaseCode::PenetratingStart, Severity::Warning),
+            NoticeKind::NothingOpposite => (CaseCode::NoContact, Severity::Warning),
+            NoticeKind::NeverCloses => (CaseCode::NeverCloses, Severity::Warning),
+            NoticeKind::AveragedNormals => (CaseCode::AveragedNormals, Severity::Warning),
+            NoticeKind::CoarseSlave => (CaseCode::CoarseSlave, Severity::Warning),
+            NoticeKind::EmptyPassiveRegion => (CaseCode::EmptyPassiveRegion, Severity::Warning),
+            NoticeKind::IdleFilter => (CaseCode::IdleFilter, Severity::Warning),
+            NoticeKind::IdleLoad => (CaseCode::Motion, Severity::Warning),
+            NoticeKind::InitialVolume => (CaseCode::InitialVolume, Severity::Warning),
+        };
+        let diagnostic = map.diagnostic(severity, &notice.path, code, &notice.message, &notice.help);
+        // The case reader warns about bodies without any condition; this diagnostic is more
+        // specific.
+        let name = map.span(&format!("{}.name", notice.path));
+        warnings.retain(|other| other.code() != code || other.span() != name);
+        if severity == Severity::Error { errors.push(diagnostic) } else { warnings.push(diagnostic) }
     }
+    (errors, warnings)
+}
 
+/// Whether no contact pair has a surface of the body that `path` (`body[1]`) names.
+fn touches_nothing(case: &Case, problem: &Problem, path: &str) -> bool {
+    let number = path.trim_start_matches("body[").trim_end_matches(']').parse::<usize>();
+    let Some(body) = number.ok().and_then(|number| problem.mesh.bodies.get(number)) else { return false };
+    let surfaces = &problem.mesh.surfaces;
+    let on_body = |name: &String| {
+        let facets = surfaces.get(name).map_or(&[][..], |surface| &surface.facets);
+        facets.iter().any(|facet| body.elements.contains(&(facet.element as usize)))
+    };
+    !case.contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master))
+}
+
+impl Setup {
     /// The diagnostic for a case whose run, with or without a gradient, needs more memory than is
     /// available; `None` if it fits or this is unknown.
     pub fn too_large(&self, severity: Severity, gradient: bool) -> Option<CaseDiagnostic> {
@@ -200,18 +220,6 @@ impl Setup {
         let room = (self.resolved.case.adjoint.memory.0 as f64).min(kept) - (needed - available);
         let room = (room / 1e6).floor().max(0.0);
         Some(told("adjoint.memory", &format!("keep fewer factors: `[adjoint]` `memory = \"{room} MB\"`")))
-    }
-
-    /// Whether no contact pair has a surface of the body that `path` (`body[1]`) names.
-    fn touches_nothing(&self, problem: &Problem, path: &str) -> bool {
-        let number = path.trim_start_matches("body[").trim_end_matches(']').parse::<usize>();
-        let Some(body) = number.ok().and_then(|number| problem.mesh.bodies.get(number)) else { return false };
-        let surfaces = &problem.mesh.surfaces;
-        let on_body = |name: &String| {
-            let facets = surfaces.get(name).map_or(&[][..], |surface| &surface.facets);
-            facets.iter().any(|facet| body.elements.contains(&(facet.element as usize)))
-        };
-        !self.resolved.case.contacts.iter().any(|pair| on_body(&pair.slave) || on_body(&pair.master))
     }
 
     /// Whether results in this directory would replace the requested design.

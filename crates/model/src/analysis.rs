@@ -364,20 +364,56 @@ impl Analysis {
     /// # Errors
     /// As [`gradients`](Self::gradients).
     pub fn response_gradients(&mut self, forward: &Forward, parameters: bool) -> Result<Vec<Gradients>, AnalysisError> {
-        let gradients = self.sweep_back(forward, usize::MAX, parameters)?;
+        let slopes = self.slopes(forward, usize::MAX);
+        let gradients = self.sweep_back(forward, &slopes, parameters)?;
         Ok(gradients.into_iter().map(|gradient| self.named(gradient)).collect())
+    }
+
+    /// Derivatives of Σ w_kn q_kn, where q_kn is the value of the objective's term k at the user's
+    /// step n, `forward.quantities[0][k][n − 1]`, and `weights[k][n − 1]` is w_kn: the product of
+    /// the weights with the Jacobian of all these values. The weights of steps that a term does not
+    /// observe must be 0. The reduction, weights and load cases of the objective do not count, so an
+    /// objective of several terms at all steps gives any derivative of its quantities with one
+    /// adjoint per call. Derivatives with respect to parameters other than densities are zero unless
+    /// `parameters`. Test: `weighted_values_are_pulled_back`.
+    ///
+    /// # Errors
+    /// As [`gradients`](Self::gradients).
+    ///
+    /// # Panics
+    /// Without an objective, or if there is not one weight for each term and step.
+    pub fn pull_back(
+        &mut self,
+        forward: &Forward,
+        weights: Vec<Vec<f64>>,
+        parameters: bool,
+    ) -> Result<Gradients, AnalysisError> {
+        let (objective, steps) = (self.objective.as_ref().expect("an objective"), self.times.len());
+        let complete = weights.len() == objective.terms().len() && weights.iter().all(|row| row.len() == steps);
+        assert!(complete, "one weight for each term and step");
+        let gradient = self.sweep_back(forward, &[weights], parameters)?.swap_remove(0);
+        Ok(self.named(gradient))
     }
 
     fn gradient_of_objective(&mut self, forward: &Forward, parameters: bool) -> Result<PathGradient, AnalysisError> {
         assert!(self.objective.is_some(), "a gradient needs an objective");
-        self.sweep_back(forward, 1, parameters).map(|mut gradients| gradients.swap_remove(0))
+        let slopes = self.slopes(forward, 1);
+        self.sweep_back(forward, &slopes, parameters).map(|mut gradients| gradients.swap_remove(0))
     }
 
-    /// Derivatives of the first `count` responses.
+    /// Derivatives of the first `count` responses with respect to the values of their terms at the
+    /// user's steps.
+    fn slopes(&self, forward: &Forward, count: usize) -> Vec<Vec<Vec<f64>>> {
+        let responses = self.responses().into_iter().take(count).zip(&forward.quantities);
+        responses.map(|(response, quantities)| response.reduce(quantities, &self.times).1).collect()
+    }
+
+    /// Derivatives of the first responses, one for each of `slopes`, the derivatives of a response
+    /// with respect to the values of its terms at the user's steps.
     fn sweep_back(
         &mut self,
         forward: &Forward,
-        count: usize,
+        slopes: &[Vec<Vec<f64>>],
         parameters: bool,
     ) -> Result<Vec<PathGradient>, AnalysisError> {
         let (steps, all) = (forward.path.steps, self.times.len());
@@ -388,18 +424,16 @@ impl Analysis {
             self.set_density(&forward.density);
         }
         let options = SweepOptions { parameters, ..self.sweep };
-        let Self { design, linear, workspace, objective, constraints, times, .. } = self;
-        let responses: Vec<&Response> =
-            objective.iter().chain(constraints.iter().map(|constraint| &constraint.response)).take(count).collect();
-        let slopes: Vec<Vec<Vec<f64>>> = responses
+        let Self { design, linear, workspace, objective, constraints, .. } = self;
+        let responses: Vec<&Response> = objective
             .iter()
-            .zip(&forward.quantities)
-            .map(|(response, quantities)| response.reduce(quantities, times).1)
+            .chain(constraints.iter().map(|constraint| &constraint.response))
+            .take(slopes.len())
             .collect();
-        let mut adapter = Adapter::new(&forward.path, &responses, &slopes, all, parameters);
+        let mut adapter = Adapter::new(&forward.path, &responses, slopes, all, parameters);
         let mut solver = Solver { problem: &*design, linear, workspace };
         let mut gradients = sweep(&mut solver, &forward.path, &mut adapter, &options)?;
-        for ((response, slopes), gradient) in responses.iter().zip(&slopes).zip(&mut gradients) {
+        for ((response, slopes), gradient) in responses.iter().zip(slopes).zip(&mut gradients) {
             chain::add_density_derivative(design, response, slopes, &mut gradient.design);
         }
         Ok(gradients)

@@ -343,11 +343,13 @@ impl Optimization {
         let mut next = OptimizationState { x, optimizer, ..self.state.clone() };
         let mut derivative = None;
         if !self.done() {
-            let gradients = self.problem.analysis.response_gradients(&forward, false)?;
+            let gradients = self.problem.analysis.response_gradients(&forward, false);
             forward.path.forget_factors();
+            // also if the sweep was interrupted
             if observer.cancelled() {
                 return Err(OptimizeError::Interrupted);
             }
+            let gradients = gradients?;
             let gradients: Vec<ElementValues> = gradients.into_iter().map(|gradient| gradient.density).collect();
             self.update(&mut next, &mut record, &domain, &forward, (&functions, &gradients))?;
             derivative = gradients.into_iter().next();

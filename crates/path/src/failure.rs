@@ -111,6 +111,9 @@ pub enum StepFailureKind {
         /// The required tolerance.
         tolerance: f64,
     },
+    /// Stopped from outside ([`LinearSystem::set_interrupt`](crate::LinearSystem::set_interrupt)).
+    #[error("interrupted")]
+    Interrupted,
 }
 
 fn changing_nodes(count: usize) -> String {

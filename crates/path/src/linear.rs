@@ -31,7 +31,11 @@ pub struct LinearSystem {
     budget: Option<usize>,
     counts: SolveCounts,
     timings: Timings,
+    interrupt: Option<Interrupt>,
 }
+
+/// Whether to stop, asked from outside; see [`LinearSystem::set_interrupt`].
+pub type Interrupt = Arc<dyn Fn() -> bool + Send + Sync>;
 
 /// The data kept for systems with one set of prescribed unknowns.
 struct Slot {
@@ -142,7 +146,24 @@ impl LinearSystem {
     pub fn new(backend: impl Backend + 'static) -> Self {
         let backend: Arc<dyn Backend> = Arc::new(backend);
         let (now, other) = (Slot::new(&*backend), Slot::new(&*backend));
-        Self { backend, now, other, budget: None, counts: SolveCounts::default(), timings: Timings::default() }
+        let (counts, timings) = (SolveCounts::default(), Timings::default());
+        Self { backend, now, other, budget: None, counts, timings, interrupt: None }
+    }
+
+    /// From now on, asks `interrupt` before each solve of Newton's method and of the sweep whether
+    /// to stop: `true` ends a march as [`MarchObserver::cancelled`](crate::MarchObserver) does, but
+    /// within an attempt, and a sweep with [`StepFailureKind::Interrupted`]. It must give the same
+    /// answer on all ranks, and keep it. Test: `interrupted_between_newton_iterations`.
+    pub fn set_interrupt(&mut self, interrupt: Option<Interrupt>) {
+        self.interrupt = interrupt;
+    }
+
+    /// [`StepFailureKind::Interrupted`] if the caller wants to stop.
+    pub(crate) fn check_interrupt(&self) -> Result<(), StepFailureKind> {
+        match &self.interrupt {
+            Some(interrupt) if interrupt() => Err(StepFailureKind::Interrupted),
+            _ => Ok(()),
+        }
     }
 
     /// Sets the number of iterations allowed with earlier factors, whether or not they are expected
@@ -287,7 +308,7 @@ impl LinearSystem {
     ///
     /// # Errors
     /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual
-    /// `tolerance`.
+    /// `tolerance`; [`StepFailureKind::Interrupted`].
     pub fn solve(
         &mut self,
         matrix: &BlockMatrix,
@@ -297,6 +318,7 @@ impl LinearSystem {
         rhs: &[f64],
         tolerance: f64,
     ) -> Result<Vec<f64>, StepFailureKind> {
+        self.check_interrupt()?;
         let system = self.reduce(matrix, false, fixed, groups);
         let rhs = system.restrict(rhs);
         let at_hand = self.now.lagged.clone().filter(|f| f.changed_nodes(active_set) <= MOST_CHANGED);

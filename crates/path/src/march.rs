@@ -297,6 +297,7 @@ pub fn march<P: StepProblem>(
                     increment = (2.0 * increment).min(whole);
                     failed = false;
                 }
+                Err(failure) if failure.kind == StepFailureKind::Interrupted => return Ok(path),
                 Err(failure) => {
                     attempts.push((target, failure.kind.clone()));
                     failed = true;
@@ -394,6 +395,9 @@ impl Increment<'_> {
                 Err(failure) => failure,
             };
             *failed_iterations += failure.iterations.len();
+            if failure.kind == StepFailureKind::Interrupted {
+                return Err(failure);
+            }
             if starts.peek().is_none() {
                 let own = before_rescue.as_ref().unwrap_or(&failure);
                 let next = self.next_attempt(problem, attempt, &failure, own, &mut rescues);

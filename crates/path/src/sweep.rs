@@ -107,7 +107,8 @@ pub struct SweepError {
 /// `tests/gradient.rs` (crate slipstick), `the_gradient_of_a_spring_matches_differences`.
 ///
 /// # Errors
-/// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance.
+/// [`SweepError`] if a state cannot be evaluated or a transposed solve misses its tolerance, or if
+/// the sweep is [interrupted](crate::LinearSystem::set_interrupt).
 pub fn sweep<P: StepProblem>(
     solver: &mut Solver<'_, P>,
     path: &Path,
@@ -225,6 +226,7 @@ impl<P: StepProblem> Run<'_, '_, P> {
     fn step_back(&mut self, index: usize, previous: &StepState, state: &StepState) -> Result<(), StepFailureKind> {
         let here = &self.path.states[index];
         let problem = self.solver.problem;
+        self.solver.linear.check_interrupt()?;
         let geometry = self.geometry.take();
         let concerns = |r: &usize| self.responses.observes(*r, index) || !self.adjoints[*r].carry.is_zero();
         let concerned: Vec<usize> = (0..self.adjoints.len()).filter(concerns).collect();

@@ -3,10 +3,12 @@
 use crate::spring::Spring;
 use crate::{
     Explicit, Guide, LinearSystem, LoadPath, MarchEvent, MarchFailure, MarchObserver, MarchOptions, Observed, Path,
-    PathGradient, PathResponses, PathState, Remedy, Silent, Solver, StartValues, StateError, StepProblem, SweepOptions,
-    Tolerance, Tolerances, march, sweep,
+    PathGradient, PathResponses, PathState, Remedy, Silent, Solver, StartValues, StateError, StepFailureKind,
+    StepProblem, SweepOptions, Tolerance, Tolerances, march, sweep,
 };
 use slipstick_linalg::{Alone, SolverChoice};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn linear() -> LinearSystem {
     LinearSystem::new(SolverChoice::Auto)
@@ -285,4 +287,35 @@ fn kept_factors_are_counted_and_dropped() {
     assert_eq!((part.states_with_factors(), part.factor_bytes), (2, 2 * one));
     kept.forget_factors();
     assert_eq!((kept.states_with_factors(), kept.factor_bytes), (0, 0));
+}
+
+/// Before every solve, the march and the sweep ask whether to stop. The march then ends with what is
+/// complete, without another attempt; the sweep has no gradient.
+#[test]
+fn interrupted_between_newton_iterations() {
+    let (spring, times) = (Spring::default(), [0.7, 1.0, 1.9]);
+    let whole = path(&spring, &times, &options());
+    let (solves, last) = (whole.newton_iterations(), whole.states[3].report.iterations.len());
+    assert!(last > 1, "there is no place between two iterations");
+    let asked = Arc::new(AtomicUsize::new(0));
+    let interrupting = |after: usize| {
+        asked.store(0, Ordering::Relaxed);
+        let asked = Arc::clone(&asked);
+        let mut linear = linear();
+        linear.set_interrupt(Some(Arc::new(move || asked.fetch_add(1, Ordering::Relaxed) >= after)));
+        linear
+    };
+    let load_path = LoadPath::new(Spring::rest(), &times);
+    let mut stopped = interrupting(solves - 1);
+    let part = follow(&spring, &mut stopped, &load_path, &options(), &mut Silent).unwrap();
+    assert_eq!((part.steps, part.states.len(), asked.load(Ordering::Relaxed)), (2, 3, solves));
+    assert_eq!(part.states[2].state.unknowns, whole.states[2].state.unknowns);
+    // the answer is only asked for, and changes nothing
+    let mut linear = interrupting(solves);
+    let path = follow(&spring, &mut linear, &load_path, &options(), &mut Silent).unwrap();
+    assert_eq!(path.states[3].state.unknowns, whole.states[3].state.unknowns);
+    let objectives = [Weights { unseen: 0, increments: 0.0 }];
+    let mut solver = Solver { problem: &spring, linear: &mut linear, workspace: &mut Spring::workspace() };
+    let error = sweep(&mut solver, &path, &mut Responses::of(&objectives, &path), &SweepOptions::default());
+    assert_eq!(error.unwrap_err().kind, StepFailureKind::Interrupted);
 }

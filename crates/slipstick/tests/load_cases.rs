@@ -3,13 +3,15 @@
 
 mod common;
 
+use common::quantities::every_quantity;
 use common::scene::*;
 use common::*;
 use slipstick::analysis::Gradients;
 use slipstick::build::{Problem, build, optimization};
 use slipstick::case::{CaseCode, Severity, parse_case};
-use slipstick::design::ElementValues;
+use slipstick::design::{ElementValues, ObservedSteps, Reduction, Response, Term};
 use slipstick_path::Silent;
+use std::sync::Arc;
 
 /// The block's motion in each of the two cases.
 const MOTIONS: [&str; 2] = [
@@ -159,4 +161,37 @@ fn wrong_load_cases() {
         warnings.iter().any(|w| w.severity() == Severity::Warning && w.to_string().contains("`third`")),
         "{warnings:?}"
     );
+}
+
+/// Weights for single steps of single load cases give the gradient of the sum of these values as a
+/// response, which finite differences confirm in `quantity_gradients.rs`.
+#[test]
+fn weighted_values_are_pulled_back() {
+    let mut problem = problem(&both(LAGRANGE));
+    let density = random_density(&problem, 4);
+    let quantities = every_quantity(&problem);
+    // the drive's reaction, the normal force and the friction work, which accumulates
+    let chosen = [(2, 3, 1.5), (7, 6, -0.4), (17, 2, 0.8)];
+    let terms = chosen.map(|(q, step, weight)| {
+        let (quantity, steps) = (Arc::clone(&quantities[q]), ObservedSteps::Only(vec![step]));
+        Term { quantity, steps, weight }
+    });
+    let everywhere = terms.clone().map(|term| Term { steps: ObservedSteps::All, weight: 1.0, ..term });
+    let sum = Response::new("sum", terms.into(), Reduction::Sum).in_load_cases(WEIGHTS.into());
+    problem.analysis.set_objective(sum).expect("right");
+    let base = forward(&mut problem, &density);
+    let expected = problem.analysis.gradients(&base).expect("differentiable");
+    let all = Response::new("all", everywhere.into(), Reduction::Sum).in_load_cases(vec![1.0; 2]);
+    problem.analysis.set_objective(all).expect("right");
+    let base = forward(&mut problem, &density);
+    let mut weights = vec![vec![0.0; 12]; 3];
+    for (row, (_, step, weight)) in weights.iter_mut().zip(chosen) {
+        WEIGHTS.iter().enumerate().for_each(|(case, of_case)| row[6 * case + step - 1] = of_case * weight);
+    }
+    let found = problem.analysis.pull_back(&base, weights, true).expect("differentiable");
+    assert!(deviation(&found.density, &expected.density) < 1e-9);
+    let values = |gradients: &Gradients| gradients.parameters.iter().map(|p| p.1).collect::<Vec<f64>>();
+    assert!(deviation(&values(&found), &values(&expected)) < 1e-9);
+    let nothing = problem.analysis.pull_back(&base, vec![vec![0.0; 12]; 3], false).expect("differentiable");
+    assert!(nothing.density.iter().all(|&derivative| derivative == 0.0));
 }

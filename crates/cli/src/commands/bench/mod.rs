@@ -3,7 +3,7 @@
 mod half_ball;
 mod measure;
 
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use serde_json::{Value, json};
 use slipstick::path::Phase;
@@ -15,7 +15,7 @@ use crate::args::Bench;
 use crate::failure::Failure;
 use crate::parallel::Parallel;
 use crate::table::lines;
-use crate::{Context, Outcome};
+use crate::{Context, Outcome, program};
 
 /// Measures forward analysis and gradient of a case, or of the half-ball on its plate in several
 /// sizes, each in a separate process, and prints a table.
@@ -91,10 +91,7 @@ fn conclude(context: &Context, args: &Bench, all: &[Value], tables: &[String]) {
 /// A measurement in a separate process.
 fn child(args: &Bench, size: Option<usize>, threads: usize) -> Outcome<Value> {
     let failed = |message: String| Failure::Check { message, cure: "see the messages of the analysis above".into() };
-    let program = std::env::current_exe().map_err(|error| {
-        Failure::input(format!("cannot find the program file: {error}"), "start the program by its path")
-    })?;
-    let mut command = Command::new(program);
+    let mut command = program::again()?;
     command.args(["bench", "--worker", "--quiet", "--threads", &threads.to_string()]);
     if let Some(case) = &args.case {
         command.arg(case);

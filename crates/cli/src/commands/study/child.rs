@@ -2,12 +2,12 @@
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use serde_json::Value;
 
 use crate::failure::Failure;
-use crate::{Context, Outcome};
+use crate::{Context, Outcome, program};
 
 /// How a command ended.
 pub struct Ended {
@@ -29,13 +29,10 @@ pub struct Ended {
 /// # Errors
 /// [`Failure::Input`] if no process can be started.
 pub fn run(context: &Context, folder: &Path, line: &[String]) -> Outcome<Ended> {
-    let program = std::env::current_exe().map_err(|error| {
-        Failure::input(format!("cannot find the program file: {error}"), "start the program by its path")
-    })?;
     let refused = |error: std::io::Error| {
         Failure::input(format!("cannot start a process: {error}"), "free some memory, or end other processes")
     };
-    let mut command = Command::new(program);
+    let mut command = program::again()?;
     command.args(line).arg("--json").stdout(Stdio::piped()).stderr(Stdio::null());
     if !folder.as_os_str().is_empty() {
         command.current_dir(folder);

@@ -1,0 +1,167 @@
+"""The extension module. Not part of the public interface."""
+
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path as FilePath
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Floats = NDArray[np.float64]
+_Numbers = NDArray[np.int64]
+_Progress = Callable[[int, int, list[int]], None] | None
+_Record = Callable[[str, float], None] | None
+
+__all__ = [
+    "VERSION",
+    "Case",
+    "Linearization",
+    "Path",
+    "Problem",
+    "Run",
+    "main",
+    "optimize",
+    "resume",
+    "set_threads",
+    "templates",
+    "threads",
+]
+
+VERSION: str
+
+def templates() -> list[tuple[str, str, str]]: ...
+def set_threads(threads: int) -> None:
+    """Set the number of threads that compute. To be called before anything is computed."""
+
+def threads() -> int:
+    """Number of threads that compute; it starts them."""
+
+def main(line: list[str], launcher: list[str]) -> int: ...
+def optimize(
+    case: Case,
+    density: _Floats | None,
+    iterations: int | None,
+    directory: str | PathLike[str],
+    force: bool,
+    command: list[str],
+    callback: _Record = None,
+    progress: _Progress = None,
+) -> Run: ...
+def resume(
+    directory: str | PathLike[str],
+    iterations: int | None,
+    command: list[str],
+    callback: _Record = None,
+    progress: _Progress = None,
+) -> Run: ...
+@final
+class Case:
+    @staticmethod
+    def load(file: str | PathLike[str]) -> Case: ...
+    @staticmethod
+    def of_text(text: str, name: str, file: str | PathLike[str]) -> Case: ...
+    def replace(self, values: list[str]) -> Case: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def file(self) -> FilePath: ...
+    def json(self) -> str: ...
+    def build(self) -> tuple[Problem, str]: ...
+    def check(self) -> tuple[str, str]: ...
+
+@final
+class Problem:
+    @property
+    def element_count(self) -> int: ...
+    @property
+    def has_objective(self) -> bool: ...
+    def nodes(self) -> _Floats: ...
+    def elements(self, corners: int) -> tuple[_Numbers, _Numbers]: ...
+    def volumes(self) -> _Floats: ...
+    def bodies(self) -> list[tuple[str, tuple[int, int], tuple[int, int]]]: ...
+    def sets(self) -> dict[str, _Numbers]: ...
+    def surfaces(self) -> dict[str, _Numbers]: ...
+    def initial_density(self) -> _Floats: ...
+    def designed(self) -> _Numbers: ...
+    def times(self) -> list[float]: ...
+    def load_cases(self) -> list[str]: ...
+    def quantities(self) -> list[str]: ...
+    def add(
+        self,
+        adapter: Any,
+        name: str,
+        dimension: tuple[int, int],
+        reads: tuple[bool, bool, bool, bool],
+        accumulates: bool,
+    ) -> None: ...
+    def solve(self, density: _Floats, progress: _Progress = None) -> tuple[Path, str | None]: ...
+    def value_and_gradient(
+        self, density: _Floats, parameters: bool = False, progress: _Progress = None
+    ) -> tuple[float, _Floats, list[tuple[str, str, float]], str | None]: ...
+    def linearize(
+        self, density: _Floats, names: list[str], progress: _Progress = None
+    ) -> Linearization: ...
+    def check_gradient(
+        self,
+        density: _Floats,
+        name: str | None,
+        directions: int,
+        elements: int,
+        step: float,
+        halvings: int,
+        tolerance: float,
+        progress: _Progress = None,
+    ) -> str: ...
+
+@final
+class Path:
+    @property
+    def value(self) -> float | None: ...
+    def steps(self) -> list[tuple[str | None, float, int, int]]: ...
+    def displacement(self, step: int) -> _Floats: ...
+    def contact(self, step: int) -> dict[str, Any]: ...
+    def quantities(self) -> tuple[list[str], list[str], _Floats]: ...
+    def density(self) -> _Floats: ...
+
+@final
+class Linearization:
+    def values(self) -> _Floats: ...
+    def pull_back(
+        self, weights: _Floats, parameters: bool
+    ) -> tuple[_Floats, list[tuple[str, str, float]]]: ...
+
+@final
+class Run:
+    @staticmethod
+    def open(directory: str | PathLike[str]) -> Run: ...
+    @property
+    def directory(self) -> FilePath: ...
+    def history(self) -> str: ...
+    def constraints(self) -> list[str]: ...
+    def density(self, iteration: int | None = None) -> _Floats: ...
+    def render(
+        self,
+        file: str | PathLike[str],
+        field: str | None,
+        step: int | None,
+        iteration: int | None,
+        view: str | None,
+        deformed: float | None,
+        threshold: float | None,
+        smooth: bool,
+        bodies: list[str] | None,
+        size: tuple[int, int],
+    ) -> str: ...
+    def report(self, file: str | PathLike[str]) -> list[str]: ...
+    def export(
+        self,
+        file: str | PathLike[str],
+        iteration: int | None,
+        threshold: float | None,
+        smooth: int,
+        keep_surfaces: bool,
+        bodies: list[str],
+    ) -> tuple[float, float, float]: ...

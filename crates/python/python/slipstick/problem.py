@@ -1,0 +1,399 @@
+"""Problems: forward analysis, gradients, optimization."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arrays, _slipstick
+from ._progress import Bar
+from .errors import SlipstickWarning
+from .gradient import GradientCheck, Parameter, PullBack, _derivatives
+from .mesh import Mesh
+from .path import Path
+from .quantity import Quantity, register
+from .result import Iteration, Result, run
+
+if TYPE_CHECKING:
+    from .case import Case
+
+__all__ = ["Problem"]
+
+
+class Problem:
+    """A case that is built: mesh, model, load path, design and objective.
+
+    Densities are arrays over the elements of the mesh, in [0, 1]. Those outside the design have no
+    effect on the states and should stay at 1; :attr:`designed` lists the elements that an
+    optimization changes.
+
+    Computations release the interpreter and use all threads. A problem computes in one Python
+    thread at a time, and other threads wait; several problems compute side by side. Results depend
+    neither on earlier calls nor on the number of threads, bit for bit. Ctrl-C raises
+    ``KeyboardInterrupt``.
+
+    Examples
+    --------
+    >>> import slipstick as ss
+    >>> problem = ss.Case.template("cube-on-cuboid").build()
+    >>> value, gradient = problem.value_and_gradient(problem.initial_density)
+    >>> round(value, 6), gradient.shape
+    (-8.308292, (5,))
+    """
+
+    _problem: _slipstick.Problem
+    _case: Case
+
+    def __init__(self) -> None:
+        raise TypeError("use Case.build")
+
+    @classmethod
+    def _of(cls, case: Case, problem: _slipstick.Problem) -> Problem:
+        self = cls.__new__(cls)
+        self._case = case
+        self._problem = problem
+        return self
+
+    @property
+    def case(self) -> Case:
+        """The case that was built."""
+        return self._case
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """The mesh of all bodies."""
+        return Mesh._of(self._problem)
+
+    @property
+    def initial_density(self) -> NDArray[np.float64]:
+        """Densities at the start, shape (elements,): 1 outside the design."""
+        return self._problem.initial_density()
+
+    @cached_property
+    def designed(self) -> NDArray[np.int64]:
+        """Numbers of the elements whose density is a design variable, ascending."""
+        return self._problem.designed()
+
+    @property
+    def steps(self) -> int:
+        """Number of load steps, through all load cases."""
+        return len(self.times)
+
+    @cached_property
+    def times(self) -> NDArray[np.float64]:
+        """Ends of the load steps in pseudo-time, shape (steps,); load case k starts at 2 k."""
+        return np.asarray(self._problem.times())
+
+    @property
+    def load_cases(self) -> list[str]:
+        """Names of the load cases; empty if there is only one without a name."""
+        return self._problem.load_cases()
+
+    @property
+    def quantities(self) -> list[str]:
+        """Names of the quantities that :meth:`vjp` differentiates: those of the case, and added ones."""
+        return self._problem.quantities()
+
+    def add(self, quantity: Quantity) -> None:
+        """Register a quantity of your own, once its derivative is known to be right.
+
+        Parameters
+        ----------
+        quantity : Quantity
+            The quantity. From now on, it is one of :attr:`quantities`. An optimization, which starts
+            from the case, does not know it.
+
+        Raises
+        ------
+        InputError
+            If the derivative does not agree with differences of the value, or the name is taken.
+        """
+        register(self._problem, quantity)
+
+    def _density(self, density: ArrayLike | None) -> NDArray[np.float64]:
+        if density is None:
+            return self.initial_density
+        return _arrays.density(density, self._problem.element_count)
+
+    def solve(self, density: ArrayLike | None = None, *, progress: bool = False) -> Path:
+        """March along the load path.
+
+        Parameters
+        ----------
+        density : array_like, shape (elements,), optional
+            Densities in [0, 1]; by default those at the start.
+        progress : bool
+            Whether to show a progress bar.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        AnalysisError
+            If a load step does not converge.
+        KeyboardInterrupt
+            After Ctrl-C.
+
+        Examples
+        --------
+        >>> import slipstick as ss
+        >>> path = ss.Case.template("cube-on-cuboid").build().solve()
+        >>> round(path.objective, 6)
+        -8.308292
+        """
+        with Bar(progress, self.steps, "solve") as bar:
+            path, notice = self._problem.solve(self._density(density), bar.report)
+        _warn(notice)
+        return Path(path)
+
+    @overload
+    def value_and_gradient(
+        self, density: ArrayLike | None = ..., *, parameters: Literal[False] = ..., progress: bool = ...
+    ) -> tuple[float, NDArray[np.float64]]: ...
+
+    @overload
+    def value_and_gradient(
+        self, density: ArrayLike | None = ..., *, parameters: Literal[True], progress: bool = ...
+    ) -> tuple[float, NDArray[np.float64], dict[Parameter, float]]: ...
+
+    def value_and_gradient(
+        self, density: ArrayLike | None = None, *, parameters: bool = False, progress: bool = False
+    ) -> (
+        tuple[float, NDArray[np.float64]]
+        | tuple[float, NDArray[np.float64], dict[Parameter, float]]
+    ):
+        """The case's objective and its derivatives.
+
+        Parameters
+        ----------
+        density : array_like, shape (elements,), optional
+            Densities in [0, 1]; by default those at the start.
+        parameters : bool
+            Whether to differentiate with respect to friction, moduli and amplitudes, too.
+        progress : bool
+            Whether to show a progress bar.
+
+        Returns
+        -------
+        value : float
+            The objective θ, which an optimization minimises.
+        gradient : ndarray, shape (elements,)
+            Derivatives with respect to all densities, 0 outside the design. They are exact for the
+            current status of the contact nodes; the sensitivity filter is not applied.
+        parameters : dict of Parameter to float
+            Only if asked for.
+
+        Raises
+        ------
+        InputError
+            If the case has no objective.
+        AnalysisError
+            If a load step does not converge.
+        """
+        with Bar(progress, self.steps, "solve") as bar:
+            value, gradient, named, notice = self._problem.value_and_gradient(
+                self._density(density), parameters, bar.report
+            )
+        _warn(notice)
+        return (value, gradient, _derivatives(named)) if parameters else (value, gradient)
+
+    def vjp(
+        self,
+        density: ArrayLike | None = None,
+        names: str | Sequence[str] | None = None,
+        *,
+        progress: bool = False,
+    ) -> tuple[dict[str, NDArray[np.float64]], PullBack]:
+        """Quantities at every load step, and the function that pulls weights back to a gradient.
+
+        Parameters
+        ----------
+        density : array_like, shape (elements,), optional
+            Densities in [0, 1]; by default those at the start.
+        names : str or sequence of str, optional
+            Quantities of the case; by default all of them.
+        progress : bool
+            Whether to show a progress bar.
+
+        Returns
+        -------
+        values : dict of str to ndarray, shape (steps,)
+            The quantities at the ends of the load steps.
+        pullback : PullBack
+            ``pullback(weights)`` is the gradient of the sum of all values times their weights. It
+            keeps the load path as long as it lives.
+
+        Raises
+        ------
+        InputError
+            If the case has no quantity of a name.
+        AnalysisError
+            If a load step does not converge.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import slipstick as ss
+        >>> text = ss.Case.template("cube-on-cuboid").text
+        >>> grip = '[[quantity]]\\nname = "grip"\\ncontact_force = { slave = "cube_ymin", component = "normal" }'
+        >>> problem = ss.Case.from_text(f"{text}\\n{grip}\\n").build()
+        >>> values, pullback = problem.vjp(problem.initial_density, ["grip"])
+        >>> bool(np.all(np.diff(values["grip"][:5]) > 0))
+        True
+        >>> pullback({"grip": np.full(10, 0.1)}).shape    # of the mean over the load steps
+        (5,)
+        """
+        wanted = self.quantities if names is None else [names] if isinstance(names, str) else list(names)
+        with Bar(progress, self.steps, "solve") as bar:
+            linearization = self._problem.linearize(self._density(density), wanted, bar.report)
+        values = dict(zip(wanted, linearization.values(), strict=True))
+        return values, PullBack(linearization, wanted, self._problem.element_count)
+
+    def check_gradient(
+        self,
+        density: ArrayLike | None = None,
+        *,
+        quantity: str | None = None,
+        directions: int = 3,
+        elements: int = 0,
+        step: float = 1e-3,
+        halvings: int = 4,
+        tolerance: float = 1e-5,
+        progress: bool = False,
+    ) -> GradientCheck:
+        """Compare a gradient with finite differences, as ``slipstick verify gradient`` does.
+
+        Parameters
+        ----------
+        density : array_like, shape (elements,), optional
+            Densities in [0, 1]; by default those at the start.
+        quantity : str, optional
+            The quantity whose value at the last load step is differentiated; by default the
+            objective.
+        directions : int
+            Number of random directions over all designed elements.
+        elements : int
+            Number of single elements, spread over the design.
+        step : float
+            Largest step in density; smaller ones are obtained by halving it.
+        halvings : int
+            How often the step is halved.
+        tolerance : float
+            Relative error up to which a direction is right.
+        progress : bool
+            Whether to show a progress bar.
+
+        Returns
+        -------
+        GradientCheck
+            ``print`` shows it as a table.
+
+        Examples
+        --------
+        >>> import slipstick as ss
+        >>> check = ss.Case.template("cube-on-cuboid").build().check_gradient(directions=1)
+        >>> check.passed
+        True
+        """
+        for name, number in (("directions", directions), ("elements", elements), ("halvings", halvings)):
+            if number < 0:
+                raise ValueError(f"{name} is {number}: give 0 or more")
+        if directions + elements == 0:
+            raise ValueError("there is nothing to compare: give at least 1 for directions or elements")
+        if not 0.0 < step <= 0.25:
+            raise ValueError(f"step is {step}: give a step in density above 0, and at most 0.25")
+        if not tolerance > 0.0:
+            raise ValueError(f"tolerance is {tolerance}: give a number above 0")
+        with Bar(progress, self.steps, "check") as bar:
+            found = self._problem.check_gradient(
+                self._density(density), quantity, directions, elements, step, halvings, tolerance, bar.report
+            )
+        return GradientCheck._of(found, tolerance)
+
+    def optimize(
+        self,
+        density: ArrayLike | None = None,
+        *,
+        iterations: int | None = None,
+        directory: str | os.PathLike[str] | None = None,
+        overwrite: bool = False,
+        callback: Callable[[Iteration], object] | None = None,
+        progress: bool = False,
+    ) -> Result:
+        """Optimize the design, as ``slipstick optimize`` does, from the start.
+
+        Parameters
+        ----------
+        density : array_like, shape (elements,), optional
+            Densities to start from; by default those of the case. The case sets those of passive
+            elements.
+        iterations : int, optional
+            Number of updates; by default that of the case.
+        directory : path-like, optional
+            Directory for the files of the run, from which :func:`resume` continues; by default a
+            temporary one, which lives as long as the result.
+        overwrite : bool
+            Whether to replace the files of another run in the directory.
+        callback : callable, optional
+            Called with an :class:`Iteration` after each evaluated design. An exception that it
+            raises stops the optimization.
+        progress : bool
+            Whether to show a progress bar.
+
+        Returns
+        -------
+        Result
+
+        Raises
+        ------
+        CaseError
+            If the case lacks a design, an objective or an optimizer.
+        AnalysisError
+            If a design cannot be analysed; finished iterations stay in the directory.
+        KeyboardInterrupt
+            After Ctrl-C; finished iterations stay in the directory.
+
+        Examples
+        --------
+        >>> import slipstick as ss
+        >>> case = ss.Case.template("cube-on-cuboid").replace(
+        ...     {"design.volume_fraction": 0.5, "design.simp.min": 1e-3, "optimizer.iterations": 2}
+        ... )
+        >>> result = case.build().optimize(callback=lambda it: print(it.iteration, round(it.objective, 3)))
+        0 -8.366
+        1 -13.147
+        2 -20.248
+        """
+        if iterations is not None and iterations < 1:
+            raise ValueError(f"iterations is {iterations}: give 1 or more")
+        start = None if density is None else self._density(density)
+        return run(
+            lambda path, record, report: _slipstick.optimize(
+                self._case._case, start, iterations, path, overwrite, _command(), record, report
+            ),
+            directory,
+            callback,
+            Bar(progress, self.steps, "optimize"),
+        )
+
+    def __repr__(self) -> str:
+        return f"<Problem of {self._case.name}: {self._problem.element_count} elements, {self.steps} load steps>"
+
+
+def _command() -> list[str]:
+    """What the record of a run gives as its command."""
+    return ["python", "-m", "slipstick", *sys.argv[:1]]
+
+
+def _warn(notice: str | None) -> None:
+    if notice is not None:
+        warnings.warn(SlipstickWarning(notice), stacklevel=3)

@@ -1,0 +1,239 @@
+"""Quantities that users define in numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arrays
+
+__all__ = ["ContactState", "Quantity", "State"]
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """Contact of all slave nodes, as a quantity sees it. Empty unless the quantity reads it.
+
+    Attributes
+    ----------
+    node : ndarray of int, shape (k,)
+        The slave nodes, pair by pair.
+    pair : ndarray of int, shape (k,)
+        Number of the contact pair, from 0.
+    status : ndarray of uint8, shape (k,)
+        0 open, 1 stick, 2 slip.
+    multiplier : ndarray, shape (k, 3)
+        Multiplier in the node's frame (normal and two tangents), normal at least 0 in compression.
+        [F/L²]
+    vector : ndarray, shape (k, 3)
+        The same as a vector z; -area · z is the contact force on the slave. [F/L²]
+    gap : ndarray, shape (k,)
+        Weighted gap, at least 0 where open. [L³]
+    slip : ndarray, shape (k, 2)
+        Weighted slip increment of the last (sub-)step. [L³]
+    area : ndarray, shape (k,)
+        Area of the part of the surface that faces the master. [L²]
+    reference_area : ndarray, shape (k,)
+        Area of the surface around the node in the reference configuration. [L²]
+    """
+
+    node: NDArray[np.int64]
+    pair: NDArray[np.int64]
+    status: NDArray[np.uint8]
+    multiplier: NDArray[np.float64]
+    vector: NDArray[np.float64]
+    gap: NDArray[np.float64]
+    slip: NDArray[np.float64]
+    area: NDArray[np.float64]
+    reference_area: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class State:
+    """What a quantity sees of the state at the end of a load step.
+
+    Attributes
+    ----------
+    step, steps : int
+        The load step, from 1, and their number, both within the load case.
+    time : float
+        Pseudo-time; load case k starts at 2 k.
+    displacement : ndarray, shape (nodes, 3)
+        Displacements. [L]
+    internal_force, external_force : ndarray, shape (nodes, 3)
+        Internal forces of the bodies and forces of the loads. [F]
+    reaction : ndarray, shape (nodes, 3)
+        Forces of the supports; empty unless the quantity reads it. [F]
+    density : ndarray, shape (elements,)
+        Densities.
+    energy : ndarray, shape (elements,)
+        Strain energies; empty unless the quantity reads it. [F L]
+    stress : ndarray, shape (elements, 8)
+        Von Mises stresses of the solid material at the Gauss points, 0 for entries without a point;
+        empty unless the quantity reads it. [F/L²]
+    contact : ContactState
+        Contact of all slave nodes.
+    """
+
+    step: int
+    steps: int
+    time: float
+    displacement: NDArray[np.float64]
+    internal_force: NDArray[np.float64]
+    external_force: NDArray[np.float64]
+    reaction: NDArray[np.float64]
+    density: NDArray[np.float64]
+    energy: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    contact: ContactState
+
+
+_UNITS = {
+    "": (0, 0),
+    "L": (0, 1),
+    "L²": (0, 2),
+    "L³": (0, 3),
+    "F": (1, 0),
+    "F L": (1, 1),
+    "F/L²": (1, -2),
+}
+
+_READS = ("reaction", "contact", "energy", "stress")
+
+_DERIVATIVES = (
+    *("displacement", "internal_force", "external_force", "reaction", "density", "energy", "stress"),
+    *(f"contact.{name}" for name in ("multiplier", "vector", "gap", "slip", "area")),
+)
+
+
+class Quantity:
+    """A quantity of your own: derive a class, define `value` and `derivative`, and register it.
+
+    :meth:`Problem.add <slipstick.Problem.add>` compares the derivative with differences of the value.
+    From then on, ``vjp``, ``check_gradient`` and the tables of paths know the quantity by its name.
+    The methods are called while the problem computes, so they must not use the problem.
+
+    Attributes
+    ----------
+    name : str
+        Name of the quantity; by default that of the class.
+    unit : str
+        Unit in force F and length L: "", "L", "L²", "L³", "F", "F L" or "F/L²".
+    reads : tuple of str
+        What the state must contain: any of "reaction", "contact", "energy", "stress".
+    accumulates : bool
+        Whether the value is an increment; the quantity at a load step is then the sum over all
+        (sub-)steps since the start of the load case.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import slipstick as ss
+    >>> class MeanSquare(ss.Quantity):
+    ...     unit = "L²"
+    ...     def value(self, state):
+    ...         return np.mean(state.displacement**2)
+    ...     def derivative(self, state):
+    ...         return {"displacement": 2.0 * state.displacement / state.displacement.size}
+    >>> problem = ss.Case.template("cube-on-cuboid").build()
+    >>> problem.add(MeanSquare())
+    >>> values, pullback = problem.vjp(names="MeanSquare")
+    >>> pullback({"MeanSquare": np.eye(10)[-1]}).shape          # of the last load step
+    (5,)
+    """
+
+    name: str = ""
+    unit: str = ""
+    reads: tuple[str, ...] = ()
+    accumulates: bool = False
+
+    def value(self, state: State) -> float:
+        """The value at a state.
+
+        Parameters
+        ----------
+        state : State
+            The state.
+
+        Returns
+        -------
+        float
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no method `value`")
+
+    def derivative(self, state: State) -> Mapping[str, ArrayLike]:
+        """Partial derivatives of the value.
+
+        Parameters
+        ----------
+        state : State
+            The state.
+
+        Returns
+        -------
+        mapping of str to array
+            For each field of the state that the value depends on, an array of the field's shape:
+            the derivatives with the other fields fixed. Fields of the contact are named
+            ``"contact.gap"``, and so on.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no method `derivative`")
+
+
+class Adapter:
+    """Calls a quantity with a state, and checks what it returns."""
+
+    def __init__(self, quantity: Quantity, name: str) -> None:
+        self._quantity = quantity
+        self._name = name
+
+    def value(self, data: dict[str, Any]) -> float:
+        value = self._quantity.value(_state(data))
+        try:
+            return float(value)
+        except (TypeError, ValueError):
+            raise TypeError(f"{self._name}.value returned {value!r}: return a number") from None
+
+    def derivative(self, data: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
+        state = _state(data)
+        found = self._quantity.derivative(state)
+        if not isinstance(found, Mapping):
+            raise TypeError(f"{self._name}.derivative returned {type(found).__name__}: return a dict of arrays")
+        checked = {}
+        for key, entries in found.items():
+            if key not in _DERIVATIVES:
+                known = ", ".join(_DERIVATIVES)
+                raise ValueError(f"{self._name}.derivative returned the key {key!r}: the fields are {known}")
+            inner = key.removeprefix("contact.")
+            expected: NDArray[np.float64] = getattr(state.contact if inner != key else state, inner)
+            place = f"{self._name}.derivative()[{key!r}]"
+            checked[key] = _arrays.real(entries, place, expected.shape, f"as state.{key}")
+        return checked
+
+
+def register(problem: Any, quantity: Quantity) -> None:
+    """Checks a quantity and adds it to a problem of the extension."""
+    if not isinstance(quantity, Quantity):
+        raise TypeError(f"quantity is of type {type(quantity).__name__}: derive its class from slipstick.Quantity")
+    name = quantity.name or type(quantity).__name__
+    if quantity.unit not in _UNITS:
+        units = ", ".join(repr(unit) for unit in _UNITS)
+        raise ValueError(f"{name}.unit is {quantity.unit!r}: give one of {units}")
+    unknown = [read for read in quantity.reads if read not in _READS]
+    if isinstance(quantity.reads, str) or unknown:
+        raise ValueError(f"{name}.reads is {quantity.reads!r}: give a tuple of any of {', '.join(_READS)}")
+    reaction, contact, energy, stress = (read in quantity.reads for read in _READS)
+    reads = (reaction, contact, energy, stress)
+    problem.add(Adapter(quantity, name), name, _UNITS[quantity.unit], reads, bool(quantity.accumulates))
+
+
+def _state(data: dict[str, Any]) -> State:
+    contact = ContactState(**data["contact"])
+    for part in (data, data["contact"]):
+        for array in part.values():
+            if isinstance(array, np.ndarray):
+                array.setflags(write=False)
+    return State(**{field.name: data[field.name] for field in fields(State) if field.name != "contact"}, contact=contact)

@@ -1,0 +1,365 @@
+"""Results of optimizations, in memory and on disk."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import shutil
+import tempfile
+import weakref
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _slipstick
+from ._progress import Bar, Report
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Iteration", "Result", "open_run", "resume"]
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """An evaluated design of an optimization.
+
+    Attributes
+    ----------
+    iteration : int
+        0 is the start design.
+    objective : float
+        The objective θ.
+    volume_fraction : float
+        Filled fraction of the design domain.
+    change : float or None
+        Largest change of a density in the update that followed; ``None`` after the last evaluation.
+    optimality : float or None
+        Norm of the optimality residual at this design.
+    violation : float
+        Largest violation of a constraint, relative to its bound; 0 if all are met.
+    constraints : list of dict
+        Value and multiplier of each constraint, the bound on the volume first.
+    discreteness : float
+        Share of intermediate densities: 0 for a design of solid and void.
+    newton_iterations, failed_iterations, uzawa_iterations, increments, halvings : int
+        Work of the analysis, and how often the update was halved.
+    status : list of int
+        Slave nodes open, sticking, slipping at the end of the path.
+    seconds : float or None
+        Wall time of analysis, gradient and update; ``None`` in a history read from disk.
+    """
+
+    iteration: int
+    objective: float
+    volume_fraction: float
+    change: float | None
+    optimality: float | None
+    violation: float
+    constraints: list[dict[str, float | None]]
+    discreteness: float
+    newton_iterations: int
+    failed_iterations: int
+    uzawa_iterations: int
+    increments: int
+    halvings: int
+    status: list[int]
+    seconds: float | None = None
+
+    @classmethod
+    def _of(cls, record: dict[str, Any], seconds: float | None = None) -> Iteration:
+        names = {field.name for field in dataclasses.fields(cls)}
+        known = {name: value for name, value in record.items() if name in names}
+        return cls(**{**known, "seconds": seconds})
+
+
+class Result:
+    """An optimization that has ended, in its directory.
+
+    Attributes
+    ----------
+    directory : pathlib.Path
+        The directory of the run, with the files that the program's manual lists.
+    """
+
+    def __init__(self, run: _slipstick.Run, temporary: bool = False) -> None:
+        self._run = run
+        self.directory = FilePath(run.directory)
+        if temporary:
+            weakref.finalize(self, shutil.rmtree, self.directory, ignore_errors=True)
+
+    @property
+    def density(self) -> NDArray[np.float64]:
+        """Densities of the last evaluated design, shape (elements,)."""
+        return self._run.density()
+
+    def density_of(self, iteration: int) -> NDArray[np.float64]:
+        """Densities of an earlier design.
+
+        Parameters
+        ----------
+        iteration : int
+            Its number; designs are kept as often as ``output.every`` of the case says.
+
+        Returns
+        -------
+        ndarray, shape (elements,)
+        """
+        return self._run.density(iteration)
+
+    @property
+    def iterations(self) -> Sequence[Iteration]:
+        """All evaluated designs."""
+        return [Iteration._of(record) for record in json.loads(self._run.history())]
+
+    @property
+    def objective(self) -> float:
+        """Objective of the last evaluated design."""
+        return self.iterations[-1].objective
+
+    @property
+    def history(self) -> pandas.DataFrame | list[dict[str, Any]]:
+        """All evaluated designs as a table, indexed by iteration; a list of dicts without pandas.
+
+        The values of the constraints have columns of their own, under the constraints' names.
+        """
+        names = self._run.constraints()
+        rows = []
+        for iteration in self.iterations:
+            row = dataclasses.asdict(iteration)
+            del row["seconds"]
+            row["open"], row["stick"], row["slip"] = row.pop("status")
+            for name, constraint in zip(names, row.pop("constraints"), strict=True):
+                if name not in row:
+                    row[name] = constraint["value"]
+            rows.append(row)
+        try:
+            import pandas
+        except ImportError:
+            return rows
+        return pandas.DataFrame(rows).set_index("iteration")
+
+    def render(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        field: str | None = None,
+        step: int | None = None,
+        iteration: int | None = None,
+        view: str | None = None,
+        deformed: float | None = None,
+        threshold: float | None = None,
+        smooth: bool = False,
+        bodies: Sequence[str] | None = None,
+        size: tuple[int, int] = (1200, 900),
+        overwrite: bool = False,
+    ) -> FilePath:
+        """Draw the design, or a field, as a PNG picture, as ``slipstick render`` does.
+
+        Parameters
+        ----------
+        file : path-like
+            The picture to write, ``*.png``.
+        field : str, optional
+            Name of a field, or a word that occurs only in its name, such as ``"pressure"``; by
+            default the densities.
+        step, iteration : int, optional
+            The state at the end of a load step, or the undeformed design of an iteration; by
+            default the newest design.
+        view : str, optional
+            Name of a view, such as ``"front"``.
+        deformed : float, optional
+            Factor on displacements.
+        threshold : float, optional
+            Elements whose density does not exceed it are left out.
+        smooth : bool
+            Whether to draw the smooth surface that :meth:`export` writes.
+        bodies : sequence of str, optional
+            The bodies to show.
+        size : tuple of int
+            Width and height in pixels.
+        overwrite : bool
+            Whether to replace a file.
+
+        Returns
+        -------
+        pathlib.Path
+            The picture.
+        """
+        path = _free(file, overwrite, (".png",))
+        names = None if bodies is None else list(bodies)
+        self._run.render(path, field, step, iteration, view, deformed, threshold, smooth, names, size)
+        return path
+
+    def report(self, file: str | os.PathLike[str], *, overwrite: bool = False) -> FilePath:
+        """Write the run as one web page, as ``slipstick report`` does.
+
+        Parameters
+        ----------
+        file : path-like
+            The page to write, ``*.html``.
+        overwrite : bool
+            Whether to replace a file.
+
+        Returns
+        -------
+        pathlib.Path
+            The page.
+        """
+        path = _free(file, overwrite, (".html", ".htm"))
+        self._run.report(path)
+        return path
+
+    def export(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        iteration: int | None = None,
+        threshold: float | None = None,
+        smooth: int = 10,
+        keep_surfaces: bool = True,
+        bodies: Sequence[str] = (),
+        overwrite: bool = False,
+    ) -> FilePath:
+        """Write the design as a closed surface, as ``slipstick export`` does.
+
+        Parameters
+        ----------
+        file : path-like
+            The file to write; its extension selects STL, 3MF, OBJ or VTU.
+        iteration : int, optional
+            Number of a design; by default the newest.
+        threshold : float, optional
+            Density above which there is material; by default the one that keeps the volume.
+        smooth : int
+            Number of smoothing passes.
+        keep_surfaces : bool
+            Whether the outer faces of the bodies stay in place.
+        bodies : sequence of str
+            The bodies to export; by default the designed ones.
+        overwrite : bool
+            Whether to replace a file.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+        """
+        path = _free(file, overwrite, (".stl", ".3mf", ".obj", ".vtu"))
+        self._run.export(path, iteration, threshold, smooth, keep_surfaces, list(bodies))
+        return path
+
+    def _repr_png_(self) -> bytes:
+        """The picture that notebooks show."""
+        with tempfile.TemporaryDirectory() as folder:
+            return self.render(FilePath(folder) / "picture.png", size=(800, 600)).read_bytes()
+
+    def __repr__(self) -> str:
+        return f"<Result in {self.directory}>"
+
+
+def _free(file: str | os.PathLike[str], overwrite: bool, extensions: tuple[str, ...]) -> FilePath:
+    path = FilePath(file)
+    if path.suffix.lower() not in extensions:
+        wanted = ", ".join(extensions)
+        raise ValueError(f"file is {os.fspath(file)!r}: give a name that ends in {wanted}")
+    if path.exists() and not overwrite:
+        raise FileExistsError(f"{path} already exists: name another file, or give overwrite=True")
+    return path
+
+
+Record = Callable[[str, float], None]
+
+
+def run(
+    start: Callable[[FilePath, Record | None, Report | None], _slipstick.Run],
+    directory: str | os.PathLike[str] | None,
+    callback: Callable[[Iteration], object] | None,
+    bar: Bar,
+) -> Result:
+    """Runs an optimization; what is finished survives every exception."""
+    temporary = directory is None
+    path = FilePath(tempfile.mkdtemp(prefix="slipstick-")) if directory is None else FilePath(directory)
+
+    def record(text: str, seconds: float) -> None:
+        if callback is not None:
+            callback(Iteration._of(json.loads(text), seconds))
+
+    try:
+        with bar:
+            return Result(start(path, record if callback else None, bar.report), temporary)
+    except KeyboardInterrupt:
+        resumable = (path / "checkpoint.json").exists()
+        how = f": slipstick.resume({os.fspath(path)!r}) continues" if resumable else ""
+        raise KeyboardInterrupt(f"finished iterations are kept{how}") from None
+    except BaseException:
+        if temporary and not (path / "checkpoint.json").exists():
+            shutil.rmtree(path, ignore_errors=True)
+        raise
+
+
+def resume(
+    directory: str | os.PathLike[str],
+    *,
+    iterations: int | None = None,
+    callback: Callable[[Iteration], object] | None = None,
+    progress: bool = False,
+) -> Result:
+    """Continue an optimization from its last finished iteration, bit for bit.
+
+    Parameters
+    ----------
+    directory : path-like
+        The directory of an optimization that was stopped, by this package or by the program.
+    iterations : int, optional
+        Number of updates in total; by default the number that it was started with.
+    callback : callable, optional
+        Called with an :class:`Iteration` after each evaluated design.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    InputError
+        If the directory has no optimization, or its files were changed.
+    """
+    if iterations is not None and iterations < 1:
+        raise ValueError(f"iterations is {iterations}: give 1 or more")
+    command = ["python", "-m", "slipstick"]
+    # the number of load steps is not known before the case is read
+    bar = Bar(progress, 0, "resume")
+    return run(
+        lambda path, record, report: _slipstick.resume(path, iterations, command, record, report),
+        directory,
+        callback,
+        bar,
+    )
+
+
+def open_run(directory: str | os.PathLike[str]) -> Result:
+    """The result of an optimization that was run earlier, by this package or by the program.
+
+    Parameters
+    ----------
+    directory : path-like
+        Its directory.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    InputError
+        If there is no run in the directory.
+    """
+    return Result(_slipstick.Run.open(FilePath(directory)))

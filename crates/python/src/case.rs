@@ -1,0 +1,141 @@
+//! Cases: from text to a problem, with diagnostics as data.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use slipstick::build::build;
+use slipstick::case::{
+    CaseCode, CaseDiagnostic, Override, Resolved, Severity, TEMPLATES, override_case, parse_case_with, utf8,
+};
+use slipstick::check::{Inspection, inspect, start_volume};
+use slipstick::run::mesh_files;
+use slipstick_cli::setup;
+
+use crate::errors::{Error, detached, diagnostics_as_json};
+use crate::problem::Problem;
+
+/// A case that has been read and checked.
+#[pyclass(frozen, module = "slipstick._slipstick")]
+pub struct Case {
+    pub(crate) resolved: Arc<Resolved>,
+    /// The file that the case was read from, or that it stands for: mesh files are beside it.
+    pub(crate) file: PathBuf,
+}
+
+/// Names and descriptions of the templates.
+#[pyfunction]
+pub fn templates() -> Vec<(&'static str, &'static str, &'static str)> {
+    TEMPLATES.iter().map(|template| (template.name, template.about, template.text)).collect()
+}
+
+#[pymethods]
+impl Case {
+    /// Reads a file.
+    #[staticmethod]
+    fn load(py: Python<'_>, file: PathBuf) -> PyResult<Self> {
+        detached(py, || {
+            let what = || format!("cannot read the case file {}", file.display());
+            let bytes = std::fs::read(&file).map_err(|error| Error::Os { what: what(), error })?;
+            let text = utf8(bytes).map_err(|at| {
+                let place = format!("{}:{}:{}: {at}", file.display(), at.line, at.column);
+                Error::input(place, "save the case file as UTF-8")
+            })?;
+            Self::read(&text, &file.display().to_string(), &file)
+        })
+    }
+
+    /// Reads a text; `name` is for messages, `file` the place that paths of mesh files refer to.
+    #[staticmethod]
+    fn of_text(py: Python<'_>, text: &str, name: &str, file: PathBuf) -> PyResult<Self> {
+        detached(py, || Self::read(text, name, &file))
+    }
+
+    /// The same case with values replaced, each given as `KEY=VALUE` with a value in TOML.
+    fn replace(&self, py: Python<'_>, values: Vec<String>) -> PyResult<Self> {
+        detached(py, || {
+            let wrong = |error: slipstick::case::OverrideError| Error::input(error.to_string(), error.cure());
+            let values: Result<Vec<Override>, _> = values.iter().map(|value| value.parse()).collect();
+            let map = &self.resolved.source_map;
+            let text = override_case(map.text(), map.file(), &values.map_err(wrong)?).map_err(wrong)?;
+            let name = map.file().trim_end_matches(CHANGED);
+            Self::read(&text, &format!("{name}{CHANGED}"), &self.file)
+        })
+    }
+
+    /// The text of the case.
+    #[getter]
+    fn text(&self) -> &str {
+        self.resolved.source_map.text()
+    }
+
+    /// The name that messages use.
+    #[getter]
+    fn name(&self) -> &str {
+        self.resolved.source_map.file()
+    }
+
+    /// The file that the case was read from, or that it stands for.
+    #[getter]
+    fn file(&self) -> PathBuf {
+        self.file.clone()
+    }
+
+    /// The case with all defaults filled in, as JSON.
+    fn json(&self, py: Python<'_>) -> PyResult<String> {
+        detached(py, || serde_json::to_string(&self.resolved.case).map_err(|error| Error::Internal(error.to_string())))
+    }
+
+    /// Builds and inspects the problem; returns it and the warnings as JSON.
+    fn build(&self, py: Python<'_>) -> PyResult<(Problem, String)> {
+        detached(py, || {
+            let (problem, _, warnings) = self.inspected()?;
+            Ok((Problem::new(self.resolved.clone(), problem), diagnostics_as_json(&warnings)))
+        })
+    }
+
+    /// What is known before anything is solved, and the warnings, both as JSON.
+    fn check(&self, py: Python<'_>) -> PyResult<(String, String)> {
+        detached(py, || {
+            let (problem, inspection, mut warnings) = self.inspected()?;
+            let known = warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume);
+            if let Some(notice) = start_volume(&self.resolved.case, &problem, &problem.initial_density)
+                && !known
+            {
+                let map = &self.resolved.source_map;
+                let (code, severity) = (CaseCode::InitialVolume, Severity::Warning);
+                warnings.push(map.diagnostic(severity, &notice.path, code, notice.message, notice.help));
+            }
+            let found = serde_json::to_string(&inspection).map_err(|error| Error::Internal(error.to_string()))?;
+            Ok((found, diagnostics_as_json(&warnings)))
+        })
+    }
+}
+
+/// Added to the name of a case with replaced values.
+const CHANGED: &str = " (with replaced values)";
+
+impl Case {
+    fn read(text: &str, name: &str, file: &Path) -> Result<Self, Error> {
+        let resolved = parse_case_with(text, name, &mesh_files(file))?;
+        Ok(Self { resolved: Arc::new(resolved), file: file.to_owned() })
+    }
+
+    /// The problem, what is known of it, and warnings. Refuses what the program refuses.
+    fn inspected(&self) -> Result<(slipstick::build::Problem, Inspection, Vec<CaseDiagnostic>), Error> {
+        let resolved = &*self.resolved;
+        setup::refuse_too_large(resolved)?;
+        if let Some(threads) = resolved.case.solver.threads {
+            // the threads serve the whole process: the first case that asks for them decides
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        }
+        let map = &resolved.source_map;
+        let mut problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
+        let inspection = inspect(&resolved.case, &mut problem).map_err(|error| {
+            let message = format!("the reference configuration cannot be evaluated: {error}");
+            map.error("body", CaseCode::Mesh, message, "change shapes, placement or contact surfaces")
+        })?;
+        let (errors, warnings) = setup::diagnostics(resolved, &inspection, &problem);
+        if errors.is_empty() { Ok((problem, inspection, warnings)) } else { Err(Error::Case(errors)) }
+    }
+}

@@ -1,0 +1,102 @@
+//! Watches marches and sweeps: Ctrl-C, progress and the callbacks of an optimization.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use pyo3::prelude::*;
+use slipstick::drive::{DesignEvaluated, DriveObserver};
+use slipstick::path::{Interrupt, MarchEvent, MarchObserver};
+
+use crate::errors::Error;
+
+/// How often the interpreter is asked for signals. Asking costs up to its switch interval of 5 ms
+/// where other Python threads compute.
+pub const PAUSE: Duration = Duration::from_millis(50);
+
+/// The observer of all analyses of a call.
+pub struct Watch {
+    /// `progress(steps completed, Newton iterations, [open, stick, slip])`, after each (sub-)step.
+    progress: Option<Py<PyAny>>,
+    /// `callback(record as JSON, seconds)`, after each design of an optimization.
+    callback: Option<Py<PyAny>>,
+    signals: Arc<Mutex<Signals>>,
+    steps: usize,
+    newton_iterations: usize,
+}
+
+/// What stops a call.
+struct Signals {
+    /// The exception of a callback or a signal handler.
+    raised: Option<PyErr>,
+    asked: Instant,
+}
+
+impl Signals {
+    fn call(&mut self, call: impl FnOnce(Python<'_>) -> PyResult<()>) {
+        if self.raised.is_none() {
+            self.raised = Python::attach(call).err();
+        }
+    }
+
+    fn stop(&mut self) -> bool {
+        if self.asked.elapsed() >= PAUSE {
+            self.call(|py| py.check_signals());
+            self.asked = Instant::now();
+        }
+        self.raised.is_some()
+    }
+}
+
+fn locked(signals: &Mutex<Signals>) -> MutexGuard<'_, Signals> {
+    signals.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Watch {
+    /// Watches analyses of one call.
+    pub fn new(progress: Option<Py<PyAny>>, callback: Option<Py<PyAny>>) -> Self {
+        let signals = Arc::new(Mutex::new(Signals { raised: None, asked: Instant::now() }));
+        Self { progress, callback, signals, steps: 0, newton_iterations: 0 }
+    }
+
+    /// The hook for linear systems, which stops within a load step and within a sweep.
+    pub fn interrupt(&self) -> Interrupt {
+        let signals = Arc::clone(&self.signals);
+        Arc::new(move || locked(&signals).stop())
+    }
+
+    /// The exception that stopped the call.
+    ///
+    /// # Errors
+    /// This exception.
+    pub fn check(&self) -> Result<(), Error> {
+        locked(&self.signals).raised.take().map_or(Ok(()), |error| Err(Error::Python(error)))
+    }
+}
+
+impl MarchObserver for Watch {
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        let MarchEvent::Accepted(state) = event else { return };
+        self.newton_iterations += state.report.iterations.len();
+        self.steps = state.completes.unwrap_or(self.steps);
+        let Some(progress) = &self.progress else { return };
+        let status = state.report.iterations.last().map_or([0; 3], |record| record.status);
+        let arguments = (self.steps, self.newton_iterations, status);
+        locked(&self.signals).call(|py| progress.call1(py, arguments).map(drop));
+    }
+
+    fn cancelled(&self) -> bool {
+        locked(&self.signals).stop()
+    }
+}
+
+impl DriveObserver for Watch {
+    fn begins(&mut self, _iteration: usize) {
+        self.newton_iterations = 0;
+    }
+
+    fn evaluated(&mut self, design: &DesignEvaluated<'_>) {
+        let Some(callback) = &self.callback else { return };
+        let record = serde_json::to_string(design.record).unwrap_or_default();
+        locked(&self.signals).call(|py| callback.call1(py, (record, design.seconds)).map(drop));
+    }
+}

@@ -1,0 +1,495 @@
+//! Problems: mesh, forward analysis, gradients and their check.
+
+use std::ops::{Deref, DerefMut};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread::ThreadId;
+use std::time::{Duration, Instant};
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use slipstick::analysis::{AnalysisError, Forward, ForwardNotice, Gradients};
+use slipstick::case::{Case, Resolved};
+use slipstick::design::quantity::{Dimension, Quantity, Reads, WrongDerivative};
+use slipstick::design::{ElementValues, ObservedSteps, Reduction, Response, Role, Term};
+use slipstick::mesh::{Element, Mesh};
+use slipstick::model::Parameter;
+use slipstick::quantities::column_names;
+use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
+
+use crate::arrays;
+use crate::errors::{Error, detached};
+use crate::gradient::Linearization;
+use crate::interrupt::{PAUSE, Watch};
+use crate::path::Path;
+use crate::quantity::{Defined, take_raised};
+
+/// A built problem, which one thread at a time computes with.
+#[pyclass(frozen, module = "slipstick._slipstick")]
+pub struct Problem {
+    pub(crate) built: Arc<Built>,
+    resolved: Arc<Resolved>,
+    mesh: Arc<Mesh>,
+    initial_density: ElementValues,
+    roles: Vec<Role>,
+}
+
+/// The part of a problem that computing changes. No result depends on earlier calls.
+pub(crate) struct Built {
+    problem: Mutex<slipstick::build::Problem>,
+    /// The thread that computes.
+    owner: Mutex<Option<ThreadId>>,
+    pub(crate) case: Arc<Resolved>,
+}
+
+/// A problem that this thread computes with.
+pub(crate) struct Held<'a> {
+    problem: MutexGuard<'a, slipstick::build::Problem>,
+    owner: &'a Mutex<Option<ThreadId>>,
+}
+
+/// First index and the one after the last.
+type Bounds = (usize, usize);
+
+/// A value, its derivatives, and a notice.
+type ValueAndGradient<'py> = (f64, Bound<'py, PyArray1<f64>>, Vec<(&'static str, String, f64)>, Option<String>);
+
+#[pymethods]
+impl Problem {
+    /// Coordinates of all nodes.
+    fn nodes<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        arrays::table(py, &self.mesh.nodes).into_any()
+    }
+
+    /// Nodes and numbers of the elements with `corners` corners.
+    fn elements<'py>(&self, py: Python<'py>, corners: usize) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {
+        let of = |element: &&Element| element.nodes().len() == corners;
+        let entries = self.mesh.elements.iter().filter(of).flat_map(|e| e.nodes()).map(|&n| i64::from(n)).collect();
+        let numbered = self.mesh.elements.iter().enumerate().filter(|(_, element)| of(element));
+        let numbers = arrays::numbers(py, numbered.map(|(number, _)| number as u32));
+        (arrays::matrix(py, entries, corners).into_any(), numbers.into_any())
+    }
+
+    /// Volumes of all elements.
+    fn volumes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.mesh.element_volumes().into_pyarray(py)
+    }
+
+    /// Name, elements and nodes of every body, as ranges.
+    fn bodies(&self) -> Vec<(String, Bounds, Bounds)> {
+        let of = |body: &slipstick::mesh::Body| {
+            (body.name.clone(), (body.elements.start, body.elements.end), (body.nodes.start, body.nodes.end))
+        };
+        self.mesh.bodies.iter().map(of).collect()
+    }
+
+    /// Nodes of every node set and surface.
+    fn sets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let sets = PyDict::new(py);
+        for (name, nodes) in &self.mesh.node_sets {
+            sets.set_item(name, arrays::numbers(py, nodes.iter().copied()))?;
+        }
+        for (name, surface) in &self.mesh.surfaces {
+            sets.set_item(name, arrays::numbers(py, surface.nodes()))?;
+        }
+        Ok(sets)
+    }
+
+    /// Corners of every facet of every surface, −1 for the fourth of a triangle.
+    fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let surfaces = PyDict::new(py);
+        for (name, surface) in &self.mesh.surfaces {
+            let corners = surface.facets.iter().flat_map(|facet| {
+                let nodes = &facet.nodes;
+                (0..4).map(|c| nodes.get(c).map_or(-1, |&node| i64::from(node)))
+            });
+            surfaces.set_item(name, arrays::matrix(py, corners.collect(), 4))?;
+        }
+        Ok(surfaces)
+    }
+
+    /// Densities at the start.
+    fn initial_density<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        Vec::from(self.initial_density.clone()).into_pyarray(py)
+    }
+
+    /// Numbers of the elements whose density is a design variable.
+    fn designed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        let designed = self.roles.iter().enumerate().filter(|(_, role)| **role == Role::Designed);
+        arrays::numbers(py, designed.map(|(e, _)| e as u32))
+    }
+
+    /// Number of elements.
+    #[getter]
+    fn element_count(&self) -> usize {
+        self.mesh.elements.len()
+    }
+
+    /// Ends of the load steps in pseudo-time.
+    fn times(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
+        detached(py, || Ok(self.built.lock()?.analysis.times.clone()))
+    }
+
+    /// Names of the load cases; empty if there is only one without a name.
+    fn load_cases(&self) -> Vec<String> {
+        self.resolved.case.load_case_names()
+    }
+
+    /// Names of the quantities of the case, then of those that were added.
+    fn quantities(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let name = |quantity: &Arc<dyn Quantity>| quantity.name().to_owned();
+        detached(py, || Ok(self.built.lock()?.quantities.iter().map(name).collect()))
+    }
+
+    /// Adds a quantity, once its derivatives are known to be right: its name, powers of force and
+    /// length, which of reaction, contact, energy and stress it reads, and whether it accumulates.
+    fn add(
+        &self,
+        py: Python<'_>,
+        adapter: Py<PyAny>,
+        name: String,
+        dimension: (i32, i32),
+        reads: (bool, bool, bool, bool),
+        accumulates: bool,
+    ) -> PyResult<()> {
+        let ((force, length), (reaction, contact, energy, stress)) = (dimension, reads);
+        let (dimension, reads) = (Dimension { force, length }, Reads { reaction, contact, energy, stress });
+        detached(py, || {
+            let mut problem = self.built.lock()?;
+            let taken = column_names(&problem.mesh, problem.analysis.model());
+            if taken.contains(&name) || problem.quantities.iter().any(|quantity| quantity.name() == name) {
+                return Err(Error::input(
+                    format!("there is a quantity called `{name}` already"),
+                    "choose another name",
+                ));
+            }
+            let quantity = Defined { name, dimension, reads, accumulates, adapter };
+            let checked = problem.analysis.check_quantity(&quantity);
+            raised()?;
+            checked.map_err(|wrong| {
+                let WrongDerivative { name, step, argument, derivative, difference } = wrong;
+                let message = format!(
+                    "quantity `{name}` at step {step}: its derivative with respect to the {argument} is {derivative:e} \
+                     along a direction in which differences of its value give {difference:e}"
+                );
+                let cure = "correct `derivative`, which returns the partial derivatives with respect to each field of \
+                            the state that `value` uses, with the other fields fixed";
+                Error::input(message, cure)
+            })?;
+            problem.quantities.push(Arc::new(quantity));
+            Ok(())
+        })
+    }
+
+    /// Whether the case has an objective.
+    #[getter]
+    fn has_objective(&self) -> bool {
+        self.resolved.source_map.contains("objective")
+    }
+
+    /// Marches the load path.
+    #[pyo3(signature = (density, progress=None))]
+    fn solve(
+        &self,
+        py: Python<'_>,
+        density: PyReadonlyArray1<'_, f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(Path, Option<String>)> {
+        let density = arrays::densities(&density);
+        detached(py, || {
+            let mut problem = self.built.lock()?;
+            let kept = std::mem::take(&mut problem.analysis.march.factor_memory); // no gradient follows
+            let forward = watched(&mut problem, progress, |problem, watch| forward(problem, &density, watch));
+            problem.analysis.march.factor_memory = kept;
+            let forward = forward?;
+            let value = self.has_objective().then_some(forward.value);
+            let notice = forward.notice.map(|notice| notice.to_string());
+            Ok((Path::new(self.built.clone(), problem.analysis.design.clone(), forward.path, value), notice))
+        })
+    }
+
+    /// θ and its derivatives with respect to densities and, if asked for, parameters.
+    #[pyo3(signature = (density, parameters=false, progress=None))]
+    fn value_and_gradient<'py>(
+        &self,
+        py: Python<'py>,
+        density: PyReadonlyArray1<'_, f64>,
+        parameters: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<ValueAndGradient<'py>> {
+        let density = arrays::densities(&density);
+        let (value, gradients, notice) = detached(py, || {
+            let mut problem = self.built.lock()?;
+            if problem.analysis.objective.is_none() {
+                return Err(no_objective());
+            }
+            watched(&mut problem, progress, |problem, watch| {
+                let forward = forward(problem, &density, watch)?;
+                let analysis = &mut problem.analysis;
+                // as `optimize` does, without the derivatives that nobody asked for
+                let gradients = match parameters {
+                    true => analysis.gradients(&forward),
+                    false => analysis.gradient(&forward).map(|density| Gradients { density, parameters: Vec::new() }),
+                };
+                let gradients = gradients.map_err(|error| Error::analysis(problem, &error))?;
+                Ok((forward.value, gradients, notice(&forward)))
+            })
+        })?;
+        let parameters = named(&self.resolved.case, &gradients);
+        Ok((value, Vec::from(gradients.density).into_pyarray(py), parameters, notice))
+    }
+
+    /// The values of quantities at every step, and their linearization.
+    #[pyo3(signature = (density, names, progress=None))]
+    fn linearize(
+        &self,
+        py: Python<'_>,
+        density: PyReadonlyArray1<'_, f64>,
+        names: Vec<String>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Linearization> {
+        let density = arrays::densities(&density);
+        detached(py, || {
+            let mut problem = self.built.lock()?;
+            let response = response(&problem, &names)?;
+            let forward = observing(&mut problem, &response, |problem| {
+                watched(problem, progress, |problem, watch| forward(problem, &density, watch))
+            })?;
+            Ok(Linearization::new(self.built.clone(), response, forward))
+        })
+    }
+
+    /// Compares a gradient with differences; returns the comparison as JSON. `name` is that of a
+    /// quantity, whose value at the last step is differentiated; without it, the objective is.
+    #[pyo3(signature = (density, name, directions, elements, step, halvings, tolerance, progress=None))]
+    fn check_gradient(
+        &self,
+        py: Python<'_>,
+        density: PyReadonlyArray1<'_, f64>,
+        name: Option<String>,
+        directions: usize,
+        elements: usize,
+        step: f64,
+        halvings: u32,
+        tolerance: f64,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        let density = arrays::densities(&density);
+        let designed: Vec<u32> =
+            (0..).zip(&self.roles).filter(|(_, role)| **role == Role::Designed).map(|(e, _)| e).collect();
+        let options = VerifyOptions { directions, elements, step, halvings, tolerance, ..VerifyOptions::default() };
+        detached(py, || {
+            let mut problem = self.built.lock()?;
+            let response = match &name {
+                Some(name) => {
+                    let Term { quantity, .. } = response(&problem, std::slice::from_ref(name))?.terms()[0].clone();
+                    in_cases(&problem, Response::of(quantity, ObservedSteps::Last, 1.0))
+                }
+                None => problem.analysis.objective.clone().ok_or_else(no_objective)?,
+            };
+            let check = observing(&mut problem, &response, |problem| {
+                watched(problem, progress, |problem, watch| {
+                    verify_gradient(&mut problem.analysis, &density, &designed, &options, watch).map_err(|error| {
+                        match error {
+                            VerifyError::Analysis(error) => Error::analysis(problem, &error),
+                            VerifyError::Rounding(rounding) => {
+                                let message = format!("nothing can be compared: {rounding}");
+                                Error::input(message, rounding.cures().join("; "))
+                            }
+                            VerifyError::Interrupted => Error::Interrupted(String::new()),
+                        }
+                    })
+                })
+            })?;
+            serde_json::to_string(&check).map_err(|error| Error::Internal(error.to_string()))
+        })
+    }
+}
+
+impl Problem {
+    pub(crate) fn new(resolved: Arc<Resolved>, problem: slipstick::build::Problem) -> Self {
+        let roles = problem.variables.as_ref().map_or(Vec::new(), |variables| variables.roles().to_vec());
+        Self {
+            mesh: Arc::new(problem.mesh.clone()),
+            initial_density: problem.initial_density.clone(),
+            roles,
+            built: Arc::new(Built { problem: Mutex::new(problem), owner: Mutex::new(None), case: resolved.clone() }),
+            resolved,
+        }
+    }
+}
+
+impl Built {
+    /// The problem, once no other thread computes with it. A thread that waits here must not hold
+    /// the interpreter, which the computing one needs.
+    ///
+    /// # Errors
+    /// If this thread computes with it already, in a callback; [`Error::Python`] for Ctrl-C.
+    pub(crate) fn lock(&self) -> Result<Held<'_>, Error> {
+        let this = std::thread::current().id();
+        let mut asked = Instant::now();
+        loop {
+            let problem = match self.problem.try_lock() {
+                Ok(problem) => problem,
+                // what a panic leaves behind is overwritten by the next analysis
+                Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+                Err(TryLockError::WouldBlock) if *owner(&self.owner) == Some(this) => {
+                    let cure = "build another problem from the case, and use that one";
+                    return Err(Error::input("the problem is computing, and its callbacks cannot use it", cure));
+                }
+                Err(TryLockError::WouldBlock) => {
+                    std::thread::sleep(Duration::from_millis(2));
+                    if asked.elapsed() >= PAUSE {
+                        Python::attach(|py| py.check_signals())?;
+                        asked = Instant::now();
+                    }
+                    continue;
+                }
+            };
+            *owner(&self.owner) = Some(this);
+            return Ok(Held { problem, owner: &self.owner });
+        }
+    }
+}
+
+fn owner(of: &Mutex<Option<ThreadId>>) -> MutexGuard<'_, Option<ThreadId>> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Drop for Held<'_> {
+    fn drop(&mut self) {
+        *owner(self.owner) = None;
+    }
+}
+
+impl Deref for Held<'_> {
+    type Target = slipstick::build::Problem;
+
+    fn deref(&self) -> &slipstick::build::Problem {
+        &self.problem
+    }
+}
+
+impl DerefMut for Held<'_> {
+    fn deref_mut(&mut self) -> &mut slipstick::build::Problem {
+        &mut self.problem
+    }
+}
+
+/// Computes with a problem until Ctrl-C, or an exception of `progress`, stops it.
+pub(crate) fn watched<T>(
+    problem: &mut slipstick::build::Problem,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(&mut slipstick::build::Problem, &mut Watch) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let mut watch = Watch::new(progress, None);
+    problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
+    let result = work(problem, &mut watch);
+    problem.analysis.linear.set_interrupt(None);
+    // what is wrong with an interrupted result is the interruption
+    watch.check()?;
+    raised()?;
+    result
+}
+
+/// The exception of a quantity that was defined in Python.
+fn raised() -> Result<(), Error> {
+    take_raised().map_or(Ok(()), |error| Err(Error::Python(error)))
+}
+
+/// A complete forward analysis.
+fn forward(
+    problem: &mut slipstick::build::Problem,
+    density: &ElementValues,
+    watch: &mut Watch,
+) -> Result<Forward, Error> {
+    let forward = problem.analysis.forward(density, watch);
+    let forward = forward.map_err(|error| Error::analysis(problem, &error))?;
+    let (steps, all) = (forward.path.steps, problem.analysis.times.len());
+    if steps < all {
+        return Err(Error::analysis(problem, &AnalysisError::Unfinished { steps, all }));
+    }
+    Ok(forward)
+}
+
+/// Computes with another objective and without constraints, which are then restored.
+pub(crate) fn observing<T>(
+    problem: &mut slipstick::build::Problem,
+    response: &Response,
+    work: impl FnOnce(&mut slipstick::build::Problem) -> T,
+) -> T {
+    let objective = problem.analysis.objective.replace(response.clone());
+    let constraints = std::mem::take(&mut problem.analysis.constraints);
+    let result = work(problem);
+    problem.analysis.objective = objective;
+    problem.analysis.constraints = constraints;
+    result
+}
+
+/// The quantities of these names at every step of every load case.
+fn response(problem: &slipstick::build::Problem, names: &[String]) -> Result<Response, Error> {
+    let known = || {
+        let known: Vec<&str> = problem.quantities.iter().map(|quantity| quantity.name()).collect();
+        match known.is_empty() {
+            true => "the case has none: add a [[quantity]]".to_owned(),
+            false => format!("quantities of the case: {}", known.join(", ")),
+        }
+    };
+    let term = |name: &String| {
+        let quantity = problem.quantities.iter().find(|quantity| quantity.name() == name);
+        let quantity =
+            quantity.ok_or_else(|| Error::input(format!("there is no quantity called `{name}`"), known()))?;
+        Ok(Term { quantity: quantity.clone(), steps: ObservedSteps::All, weight: 1.0 })
+    };
+    let terms = names.iter().map(term).collect::<Result<Vec<Term>, Error>>()?;
+    if terms.is_empty() {
+        return Err(Error::input("no quantity is named", known()));
+    }
+    Ok(in_cases(problem, Response::new("quantities", terms, Reduction::Sum)))
+}
+
+/// A response that counts in every load case.
+fn in_cases(problem: &slipstick::build::Problem, response: Response) -> Response {
+    response.in_load_cases(vec![1.0; problem.load_cases.len().max(1)])
+}
+
+fn no_objective() -> Error {
+    Error::input("the case has no objective", "add an [objective], or differentiate quantities with `vjp`")
+}
+
+/// What the user should know about the value of a path.
+fn notice(forward: &Forward) -> Option<String> {
+    let rounding = forward.rounding.map(|rounding| format!("{rounding}; so are its derivatives"));
+    rounding.or_else(|| forward.notice.as_ref().map(ForwardNotice::to_string))
+}
+
+/// Kind, place in the case and derivative of every parameter.
+pub(crate) fn named(case: &Case, gradients: &Gradients) -> Vec<(&'static str, String, f64)> {
+    let of = |&(parameter, derivative): &(Parameter, f64)| match parameter {
+        Parameter::Friction { interface } => ("friction", format!("contact[{interface}].friction"), derivative),
+        Parameter::YoungsModulus { body } => ("youngs_modulus", case.bodies[body].name.clone(), derivative),
+        Parameter::Amplitude { motion } => ("amplitude", format!("dirichlet[{motion}].motion"), derivative),
+        Parameter::Load { load } => ("amplitude", format!("load[{load}]"), derivative),
+    };
+    gradients.parameters.iter().map(of).collect()
+}
+
+/// Starts this many threads for all computations of the process.
+#[pyfunction]
+pub fn set_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
+    detached(py, || {
+        if threads == 0 {
+            return Err(Error::input("threads is 0", "give at least 1"));
+        }
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|_| {
+            let cure = "call it before anything is computed, or set RAYON_NUM_THREADS before Python starts";
+            Error::input("the threads are already running", cure)
+        })
+    })
+}
+
+/// Number of threads that compute; starts them.
+#[pyfunction]
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}

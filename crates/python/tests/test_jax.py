@@ -1,0 +1,96 @@
+"""Functions for JAX: the gradients of the package, in every way that JAX asks for them."""
+
+from __future__ import annotations
+
+import doctest
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import slipstick as ss
+
+jax = pytest.importorskip("jax", reason="JAX is not installed: slipstick.jax is not tested")
+jax.config.update("jax_enable_x64", True)
+
+from jax.test_util import check_grads  # noqa: E402
+
+
+def test_quantities(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    f = ss.jax.quantities(problem, ["grip", "drag"])
+    values, pullback = problem.vjp(density, ["grip", "drag"])
+    found = f(density)
+    assert list(found) == ["grip", "drag"]
+    for name, value in values.items():
+        assert np.array_equal(found[name], value)
+    expected = pullback({"grip": [0, 0, 0, 1], "drag": [0, 2, 0, 0]})
+
+    def loss(x: jax.Array) -> jax.Array:
+        return f(x)["grip"][-1] + 2.0 * f(x)["drag"][1]
+
+    assert np.allclose(jax.grad(loss)(density), expected, rtol=1e-10, atol=0)
+    assert np.allclose(jax.jit(jax.grad(loss))(density), expected, rtol=1e-10, atol=0)
+
+
+def test_differences_agree(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    designed = problem.designed
+
+    def embedded(x: jax.Array) -> jax.Array:
+        return jax.numpy.asarray(density).at[designed].set(x)
+
+    f = ss.jax.quantities(problem, "drag")
+    check_grads(lambda x: f(embedded(x))["drag"], (density[designed],), 1, ["rev"], eps=1e-4, rtol=1e-5)
+    g = ss.jax.objective(problem)
+    check_grads(lambda x: g(embedded(x)), (density[designed],), 1, ["rev"], eps=1e-4, rtol=1e-5)
+
+
+def test_objective(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    value, gradient = problem.value_and_gradient(density)
+    f = ss.jax.objective(problem)
+    assert float(f(density)) == value
+    found, slope = jax.jit(jax.value_and_grad(f))(density)
+    assert float(found) == value and np.array_equal(slope, gradient)
+    both = jax.vmap(f)(np.stack([density, problem.initial_density]))
+    assert np.array_equal(both, [value, problem.solve().objective])
+
+
+def test_compositions_of_functions(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    """The chain rule through a map before and a loss behind."""
+    f = ss.jax.quantities(problem)
+
+    def loss(x: jax.Array) -> jax.Array:
+        return jax.numpy.sum(jax.numpy.tanh(f(jax.nn.sigmoid(x))["work"]) ** 2)
+
+    x = np.log(0.6 / 0.4) * np.ones(len(density))
+    direction = np.zeros(len(density))
+    direction[problem.designed] = np.linspace(-1, 1, len(problem.designed))
+    difference = (loss(x + 1e-5 * direction) - loss(x - 1e-5 * direction)) / 2e-5
+    assert np.isclose(jax.grad(loss)(x) @ direction, difference, rtol=1e-6)
+
+
+def test_paths_are_kept_for_the_reverse_pass(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    calls = []
+    original = problem.vjp
+
+    class Counting:
+        quantities, steps = problem.quantities, problem.steps
+
+        def vjp(self, x: NDArray[np.float64], names: list[str]) -> object:
+            calls.append(x)
+            return original(x, names)
+
+    f = ss.jax.quantities(Counting(), "grip")  # type: ignore[arg-type]
+    jax.grad(lambda x: f(x)["grip"][-1])(density)
+    assert len(calls) == 1
+    with pytest.raises(ValueError, match="keep is 0"):
+        ss.jax.quantities(problem, keep=0)
+
+
+def test_errors_come_through(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    f = ss.jax.quantities(problem, "grip")
+    with pytest.raises(Exception, match="densities lie in"):
+        jax.block_until_ready(f(2.0 * density))
+
+
+def test_examples_of_docstrings() -> None:
+    assert doctest.testmod(ss.jax).failed == 0

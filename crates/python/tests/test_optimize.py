@@ -1,0 +1,113 @@
+"""Optimizations: their files are those of the program, and they resume bit for bit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_behaviour import ControlC
+from test_solve import program
+
+import slipstick as ss
+
+
+def test_an_optimization_is_that_of_the_program(case: ss.Case, tmp_path: Path) -> None:
+    file = tmp_path / "case.toml"
+    case.save(file)
+    program("optimize", str(file), "--out", str(tmp_path / "program"))
+    seen: list[ss.Iteration] = []
+    result = ss.Case.load(file).build().optimize(directory=tmp_path / "package", callback=seen.append)
+    theirs = ss.open_run(tmp_path / "program")
+    assert np.array_equal(result.density, theirs.density)
+    assert list(result.iterations) == list(theirs.iterations)
+    assert [it.iteration for it in seen] == [0, 1, 2, 3] and all(it.seconds for it in seen)
+    assert [it.objective for it in seen] == [it.objective for it in result.iterations]
+    assert result.objective == seen[-1].objective < seen[0].objective
+    names = ["design.csv", "quantities.csv", "path.pvd", "case.toml"]
+    for name in names:
+        assert (result.directory / name).read_bytes() == (theirs.directory / name).read_bytes(), name
+    record = json.loads((result.directory / "run.json").read_text())
+    assert record["exit"] == "finished"
+
+
+def test_a_stopped_optimization_resumes_bit_for_bit(case: ss.Case, tmp_path: Path) -> None:
+    whole = case.build().optimize(directory=tmp_path / "whole")
+
+    def stop(iteration: ss.Iteration) -> None:
+        if iteration.iteration == 1:
+            raise RuntimeError("stop")
+
+    with pytest.raises(RuntimeError, match="stop"):
+        case.build().optimize(directory=tmp_path / "parts", callback=stop)
+    record = json.loads((tmp_path / "parts" / "run.json").read_text())
+    assert record["exit"] == "interrupted" and "stop" in record["message"]
+    resumed = ss.resume(tmp_path / "parts")
+    assert np.array_equal(resumed.density, whole.density)
+    assert list(resumed.iterations) == list(whole.iterations)
+    further = ss.resume(tmp_path / "parts", iterations=4)
+    assert len(further.iterations) == 5
+    # a complete run has nothing left to do
+    assert np.array_equal(ss.resume(tmp_path / "parts").density, further.density)
+
+
+def test_control_c_keeps_finished_iterations(tmp_path: Path) -> None:
+    case = ss.Case.template("half-ball").replace({"load_path.steps": 5, "optimizer.iterations": 100})
+    with ControlC(8.0) as control, pytest.raises(KeyboardInterrupt, match="slipstick.resume"):
+        case.build().optimize(directory=tmp_path / "run")
+    assert control.late < 5.0
+    assert ss.open_run(tmp_path / "run").iterations
+    assert json.loads((tmp_path / "run" / "run.json").read_text())["exit"] == "interrupted"
+
+
+def test_history_is_a_table(problem: ss.Problem) -> None:
+    pandas = pytest.importorskip("pandas")
+    history = problem.optimize(iterations=2).history
+    assert isinstance(history, pandas.DataFrame) and list(history.index) == [0, 1, 2]
+    assert np.all(history["volume_fraction"] <= 0.5 + 1e-6) and "slip" in history
+
+
+def test_a_temporary_directory_lives_as_long_as_the_result(problem: ss.Problem) -> None:
+    result = problem.optimize(iterations=1)
+    directory = result.directory
+    assert (directory / "checkpoint.json").exists()
+    del result
+    assert not directory.exists()
+
+
+def test_a_start_of_ones_own(problem: ss.Problem, tmp_path: Path) -> None:
+    start = problem.initial_density
+    start[problem.designed] = np.linspace(0.3, 0.7, len(problem.designed))
+    result = problem.optimize(start, iterations=1, directory=tmp_path / "run")
+    assert np.allclose(result.density_of(0), start)
+    assert result.iterations[0].objective == problem.solve(start).objective
+
+
+def test_directories_of_runs_are_protected(problem: ss.Problem, tmp_path: Path) -> None:
+    problem.optimize(iterations=1, directory=tmp_path / "run")
+    with pytest.raises(ss.InputError, match="already contains the results of a run"):
+        problem.optimize(iterations=1, directory=tmp_path / "run")
+    problem.optimize(iterations=1, directory=tmp_path / "run", overwrite=True)
+    with pytest.raises(ss.InputError, match="there is no run.json"):
+        ss.resume(tmp_path)
+    with pytest.raises(ss.InputError):
+        ss.open_run(tmp_path / "nothing")
+
+
+def test_pictures_pages_and_surfaces(problem: ss.Problem, tmp_path: Path) -> None:
+    result = problem.optimize(iterations=1)
+    picture = result.render(tmp_path / "picture.png", size=(320, 240))
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert result.render(tmp_path / "pressure.png", field="pressure", step=4, size=(320, 240)).exists()
+    page = result.report(tmp_path / "report.html")
+    assert "<html" in page.read_text(encoding="utf-8")[:500]
+    for name in ("part.stl", "part.3mf", "part.obj", "part.vtu"):
+        assert result.export(tmp_path / name, threshold=0.1).stat().st_size > 100
+    with pytest.raises(FileExistsError, match="overwrite=True"):
+        result.report(tmp_path / "report.html")
+    with pytest.raises(ValueError, match=r"ends in \.png"):
+        result.render(tmp_path / "picture.jpg")
+    with pytest.raises(ss.InputError, match="no field `nothing`") as caught:
+        result.render(tmp_path / "other.png", field="nothing")
+    assert "available fields" in caught.value.help

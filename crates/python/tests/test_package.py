@@ -1,0 +1,114 @@
+"""The package itself: examples in docstrings, type stubs, version, import."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import importlib.metadata
+import inspect
+import pkgutil
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import slipstick as ss
+
+PACKAGE = Path(ss.__file__).parent
+HERE = Path(__file__).parent.parent
+
+
+def modules() -> list[str]:
+    names = [found.name for found in pkgutil.iter_modules([str(PACKAGE)])]
+    # optional extras have tests of their own
+    return ["slipstick", *(f"slipstick.{name}" for name in names if name not in ("__main__", "jax", "torch"))]
+
+
+@pytest.mark.parametrize("name", modules())
+def test_examples_of_docstrings(name: str) -> None:
+    module = importlib.import_module(name)
+    results = doctest.testmod(module, optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert results.failed == 0
+
+
+def test_there_are_examples() -> None:
+    finder = doctest.DocTestFinder()
+    tests = [test for name in modules() for test in finder.find(importlib.import_module(name))]
+    assert sum(len(test.examples) > 0 for test in tests) >= 12
+
+
+def test_everything_public_is_documented() -> None:
+    """Numpy style: a summary; the parameters of every function, and nothing else."""
+    for name in ss.__all__:
+        if name in ("jax", "torch"):
+            continue
+        thing = getattr(ss, name)
+        if inspect.ismodule(thing) or isinstance(thing, str):
+            continue
+        assert inspect.getdoc(thing), name
+        if not inspect.isclass(thing):
+            check_parameters(name, thing)
+            continue
+        for member, value in vars(thing).items():
+            if member.startswith("_"):
+                continue
+            if isinstance(value, classmethod):
+                value = value.__func__
+            if inspect.isfunction(value):
+                check_parameters(f"{name}.{member}", value)
+            elif isinstance(value, property):
+                assert value.__doc__, f"{name}.{member}"
+
+
+def check_parameters(name: str, function: object) -> None:
+    doc = inspect.getdoc(function)
+    assert doc, name
+    if not inspect.isfunction(function):
+        return
+    parameters = [p for p in inspect.signature(function).parameters if p not in ("self", "cls")]
+    section = doc.partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    described = re.findall(r"^([\w, ]+?)(?: : .*)?$", section, re.MULTILINE)
+    described = [part for line in described if not line.startswith(" ") for part in line.split(", ")]
+    assert described == parameters, f"{name}: {described} instead of {parameters}"
+
+
+def test_version_comes_from_the_workspace() -> None:
+    assert importlib.metadata.version("slipstick") == ss.__version__
+    workspace = HERE.parent.parent / "Cargo.toml"
+    if workspace.exists():
+        version = re.search(r'^version = "(.*)"', workspace.read_text(), re.MULTILINE)
+        assert version is not None and version[1] == ss.__version__
+
+
+def test_import_is_quick_and_light() -> None:
+    code = (
+        "import numpy, time, sys; start = time.perf_counter(); import slipstick; "
+        "print(time.perf_counter() - start); "
+        "print(*[m for m in ('pandas', 'jax', 'torch', 'pyvista', 'matplotlib') if m in sys.modules])"
+    )
+    shown = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split("\n")
+        for _ in range(3)
+    ]
+    assert min(float(lines[0]) for lines in shown) < 0.2
+    assert shown[0][1] == ""
+
+
+def test_types_are_strict() -> None:
+    pytest.importorskip("mypy", reason="mypy is not installed: types are not checked")
+    checked = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "-p", "slipstick"],
+        cwd=HERE, capture_output=True, text=True, check=False,
+    )
+    assert checked.returncode == 0, checked.stdout
+
+
+def test_stubs_are_those_of_the_extension() -> None:
+    pytest.importorskip("mypy", reason="mypy is not installed: stubs are not checked")
+    checked = subprocess.run(
+        [sys.executable, "-m", "mypy.stubtest", "slipstick._slipstick", "--concise"],
+        cwd=HERE, capture_output=True, text=True, check=False,
+    )
+    assert checked.returncode == 0, checked.stdout + checked.stderr

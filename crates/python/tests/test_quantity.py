@@ -1,0 +1,176 @@
+"""Quantities of one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike, NDArray
+from test_gradients import orders
+
+import slipstick as ss
+
+
+class Everything(ss.Quantity):
+    """A made-up function of every field of the state."""
+
+    unit = "F"
+    reads = ("reaction", "contact", "energy", "stress")
+
+    def value(self, state: ss.State) -> float:
+        contact = state.contact
+        return float(
+            (state.displacement * state.internal_force).sum()
+            + (state.reaction[:, 1] ** 2).sum()
+            + 0.1 * state.energy.sum() ** 2
+            + 1e-4 * (state.stress**2).sum()
+            + (state.density * np.arange(len(state.density))).sum()
+            + (contact.multiplier[:, 0] * contact.area).sum()
+            + 0.3 * (contact.vector[:, 0] ** 2).sum()
+            + (contact.slip[:, 0] * contact.gap).sum()
+        )
+
+    def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+        contact = state.contact
+        normal = np.zeros_like(contact.multiplier)
+        normal[:, 0] = contact.area
+        along = np.zeros_like(contact.vector)
+        along[:, 0] = 0.6 * contact.vector[:, 0]
+        slip = np.zeros_like(contact.slip)
+        slip[:, 0] = contact.gap
+        reaction = np.zeros_like(state.reaction)
+        reaction[:, 1] = 2.0 * state.reaction[:, 1]
+        return {
+            "displacement": state.internal_force,
+            "internal_force": state.displacement,
+            "reaction": reaction,
+            "energy": np.full(len(state.energy), 0.2 * state.energy.sum()),
+            "stress": 2e-4 * state.stress,
+            "density": np.arange(len(state.density)),
+            "contact.multiplier": normal,
+            "contact.area": contact.multiplier[:, 0],
+            "contact.vector": along,
+            "contact.slip": slip,
+            "contact.gap": contact.slip[:, 0],
+        }
+
+
+class Grip(ss.Quantity):
+    """The normal force, which the case has as `grip`."""
+
+    name = "own"
+    unit = "F"
+    reads = ("contact",)
+
+    def value(self, state: ss.State) -> float:
+        return float((state.contact.multiplier[:, 0] * state.contact.area).sum())
+
+    def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+        normal = np.zeros_like(state.contact.multiplier)
+        normal[:, 0] = state.contact.area
+        return {"contact.multiplier": normal, "contact.area": state.contact.multiplier[:, 0]}
+
+
+def test_the_whole_gradient(
+    problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
+) -> None:
+    problem.add(Everything())
+    weights = np.array([0.3, -0.2, 1.0, 0.5])
+    _, pullback = problem.vjp(density, "Everything")
+    slope = pullback({"Everything": weights}) @ direction
+    found = orders(
+        lambda h: float(weights @ problem.vjp(density + h * direction, "Everything")[0]["Everything"]), slope
+    )
+    assert np.all(np.abs(found - 2.0) < 0.1), found
+
+
+def test_it_is_one_of_the_quantities(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    problem.add(Grip())
+    assert problem.quantities == ["grip", "drag", "work", "energy", "own"]
+    values, pullback = problem.vjp(density, ["grip", "own"])
+    assert np.allclose(values["grip"], values["own"], rtol=1e-13)
+    weights = np.array([1.0, 2.0, -1.0, 0.5])
+    assert np.allclose(pullback({"grip": weights}), pullback({"own": weights}), rtol=1e-9)
+    path = problem.solve(density)
+    assert np.allclose(path.quantities["own"], values["own"]) and path.units["own"] == "F"
+    assert problem.check_gradient(density, quantity="own", directions=1).passed
+
+
+def test_wrong_derivatives_are_found(problem: ss.Problem) -> None:
+    class Wrong(Grip):
+        def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+            return {**super().derivative(state), "contact.area": np.zeros(len(state.contact.area))}
+
+    with pytest.raises(ss.InputError, match="derivative with respect to the contact areas is 0e0") as caught:
+        problem.add(Wrong())
+    assert caught.value.help.startswith("correct `derivative`")
+    assert "own" not in problem.quantities
+
+
+@pytest.mark.parametrize(
+    ("returned", "kind", "text"),
+    [
+        ({"displacement": np.zeros(3)}, ValueError, r"own.derivative\(\)\['displacement'\] has shape \(3,\): give \(42, 3\)"),
+        ({"displacements": 1}, ValueError, "returned the key 'displacements': the fields are displacement"),
+        ([1, 2], TypeError, "returned list: return a dict of arrays"),
+        ({"contact.gap": ["a"] * 6}, TypeError, "has dtype"),
+    ],
+)
+def test_wrong_results(problem: ss.Problem, returned: Any, kind: type[Exception], text: str) -> None:
+    class Wrong(Grip):
+        def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+            result: Mapping[str, ArrayLike] = returned
+            return result
+
+    with pytest.raises(kind, match=text):
+        problem.add(Wrong())
+
+
+def test_wrong_quantities(problem: ss.Problem) -> None:
+    with pytest.raises(TypeError, match="derive its class from slipstick.Quantity"):
+        problem.add(object())  # type: ignore[arg-type]
+    for attribute, value in (("unit", "N"), ("reads", ("contacts",)), ("reads", "contact")):
+        quantity = Grip()
+        setattr(quantity, attribute, value)
+        with pytest.raises(ValueError, match=f"own.{attribute} is"):
+            problem.add(quantity)
+    taken = Grip()
+    taken.name = "grip"
+    with pytest.raises(ss.InputError, match="a quantity called `grip` already"):
+        problem.add(taken)
+    with pytest.raises(NotImplementedError, match="has no method"):
+        problem.add(ss.Quantity())
+
+
+def test_a_quantity_cannot_use_its_problem(problem: ss.Problem) -> None:
+    """It would wait for itself."""
+
+    class Greedy(Grip):
+        def value(self, state: ss.State) -> float:
+            return float(problem.solve().steps[-1].displacement.sum())
+
+    with pytest.raises(ss.InputError, match="the problem is computing, and its callbacks cannot use it"):
+        problem.add(Greedy())
+    assert problem.solve().steps
+
+
+def test_exceptions_come_through(problem: ss.Problem) -> None:
+    class Failing(Grip):
+        fails = False
+
+        def value(self, state: ss.State) -> float:
+            if self.fails:
+                raise ZeroDivisionError("in the middle of a march")
+            return super().value(state)
+
+    quantity = Failing()
+    problem.add(quantity)
+    quantity.fails = True
+    with pytest.raises(ZeroDivisionError, match="in the middle"):
+        problem.vjp(names="own")
+    with pytest.raises(ZeroDivisionError, match="in the middle"):
+        problem.solve().quantities
+    quantity.fails = False
+    assert problem.vjp(names="own")[0]["own"].shape == (4,)

@@ -1,0 +1,88 @@
+"""Functions for PyTorch: gradcheck, and the gradients of the package."""
+
+from __future__ import annotations
+
+import doctest
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import slipstick as ss
+
+torch = pytest.importorskip("torch", reason="PyTorch is not installed: slipstick.torch is not tested")
+
+
+def tensor(density: NDArray[np.float64]) -> torch.Tensor:
+    return torch.tensor(density, requires_grad=True)
+
+
+def test_quantities(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    f = ss.torch.quantities(problem, ["grip", "drag"])
+    values, pullback = problem.vjp(density, ["grip", "drag"])
+    x = tensor(density)
+    found = f(x)
+    for name, value in values.items():
+        assert np.array_equal(found[name].detach().numpy(), value)
+    (found["grip"][-1] + 2.0 * found["drag"][1]).backward()
+    expected = pullback({"grip": [0, 0, 0, 1], "drag": [0, 2, 0, 0]})
+    assert np.allclose(x.grad, expected, rtol=1e-10, atol=0)
+
+
+def test_gradcheck(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    designed = torch.tensor(problem.designed)
+
+    def embedded(x: torch.Tensor) -> torch.Tensor:
+        return torch.tensor(density).index_put((designed,), x)
+
+    x = tensor(density[problem.designed])
+    f = ss.torch.quantities(problem)
+    assert torch.autograd.gradcheck(lambda x: tuple(f(embedded(x)).values()), (x,), eps=1e-5, rtol=1e-4)
+    g = ss.torch.objective(problem)
+    assert torch.autograd.gradcheck(lambda x: g(embedded(x)), (x,), eps=1e-5, rtol=1e-4)
+
+
+def test_objective(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    value, gradient = problem.value_and_gradient(density)
+    f = ss.torch.objective(problem)
+    x = tensor(density)
+    result = f(x)
+    (3.0 * result).backward()
+    assert result.item() == value and np.allclose(x.grad, 3.0 * gradient, rtol=1e-14)
+    with torch.no_grad():
+        assert f(torch.tensor(density)).item() == value
+
+
+def test_types_of_the_densities_are_kept(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    f = ss.torch.quantities(problem, "grip")
+    x = torch.tensor(density, dtype=torch.float32, requires_grad=True)
+    value = f(x)["grip"][-1]
+    value.backward()
+    assert value.dtype == x.grad.dtype == torch.float32
+    with pytest.raises(TypeError, match="give a torch.Tensor"):
+        f(density)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="give floating-point"):
+        f(torch.ones(10, dtype=torch.int64))
+    with pytest.raises(ValueError, match="densities lie in"):
+        f(2.0 * x)
+
+
+def test_a_design_of_an_optimizer_of_torch(problem: ss.Problem) -> None:
+    """A few steps of Adam on a parametrization of the density reduce the objective."""
+    f = ss.torch.objective(problem)
+    designed = torch.tensor(problem.designed)
+    x = torch.zeros(len(designed), dtype=torch.float64, requires_grad=True)
+    optimizer = torch.optim.Adam([x], lr=0.3)
+    values = []
+    for _ in range(5):
+        optimizer.zero_grad()
+        density = torch.ones(problem.mesh.elements, dtype=torch.float64)
+        loss = f(density.index_put((designed,), torch.sigmoid(x)))
+        loss.backward()
+        optimizer.step()
+        values.append(loss.item())
+    assert values[-1] < values[0]
+
+
+def test_examples_of_docstrings() -> None:
+    assert doctest.testmod(ss.torch).failed == 0
