@@ -153,7 +153,7 @@ impl Problem {
         accumulates: bool,
     ) -> PyResult<()> {
         let ((force, length), (reaction, contact, energy, stress)) = (dimension, reads);
-        let (dimension, reads) = (Dimension { force, length }, Reads { reaction, contact, energy, stress });
+        let (dimension, reads) = (Dimension::of(force, length), Reads { reaction, contact, energy, stress });
         detached(py, || {
             let mut problem = self.built.lock()?;
             let taken = column_names(&problem.mesh, problem.analysis.model());

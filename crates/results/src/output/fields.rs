@@ -117,7 +117,7 @@ pub fn field_dimension(name: &str) -> Option<Dimension> {
         "contact_force" | "reaction" => Some(Dimension::FORCE),
         "contact_traction" | "contact_pressure" | "contact_multiplier" => Some(Dimension::STRESS),
         "cauchy_stress" | "von_mises_stress" | "strain_energy_density" => Some(Dimension::STRESS),
-        "friction_work" => Some(Dimension { force: 1, length: -1 }),
+        "friction_work" => Some(Dimension::of(1, -1)),
         _ => None,
     }
 }
