@@ -82,6 +82,14 @@ def test_version_comes_from_the_workspace() -> None:
         assert version is not None and version[1] == ss.__version__
 
 
+def test_licences_are_those_of_the_repository() -> None:
+    for name in ("LICENSE-MIT", "LICENSE-APACHE"):
+        original = HERE.parent.parent / name
+        if not original.exists():
+            pytest.skip("the package is tested without its repository")
+        assert (HERE / name).read_bytes() == original.read_bytes()
+
+
 def test_import_is_quick_and_light() -> None:
     code = (
         "import numpy, time, sys; start = time.perf_counter(); import slipstick; "
@@ -108,7 +116,7 @@ def test_types_are_strict() -> None:
 def test_stubs_are_those_of_the_extension() -> None:
     pytest.importorskip("mypy", reason="mypy is not installed: stubs are not checked")
     checked = subprocess.run(
-        [sys.executable, "-m", "mypy.stubtest", "slipstick._slipstick", "--concise"],
+        [sys.executable, "-m", "mypy.stubtest", "slipstick._slipstick", "--concise", "--mypy-config-file", "pyproject.toml"],
         cwd=HERE, capture_output=True, text=True, check=False,
     )
     assert checked.returncode == 0, checked.stdout + checked.stderr
