@@ -123,7 +123,8 @@ impl Error {
             Self::Os { what, path, error } => {
                 let reason = error.to_string();
                 return Ok(match error.raw_os_error() {
-                    // with an error number, Python chooses the subclass, such as FileNotFoundError, and adds the path
+                    // with an error number, Python chooses the subclass, such as
+                    // FileNotFoundError, and adds the path
                     Some(number) => {
                         let reason = reason.trim_end_matches(&format!(" (os error {number})"));
                         PyOSError::new_err((number, format!("{what}: {reason}"), path))

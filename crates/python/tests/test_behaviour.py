@@ -13,9 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 import slipstick as ss
+from numpy.typing import NDArray
 
 
 class ControlC:
@@ -146,13 +145,17 @@ def test_results_do_not_depend_on_the_number_of_threads(case: ss.Case, tmp_path:
     file = tmp_path / "case.toml"
     case.save(file)
     code = (
-        "import sys, slipstick as ss; ss.set_threads(int(sys.argv[1])); assert ss.threads() == int(sys.argv[1]); "
+        "import sys, slipstick as ss; ss.set_threads(int(sys.argv[1])); "
+        "assert ss.threads() == int(sys.argv[1]); "
         "value, gradient = ss.Case.load(sys.argv[2]).build().value_and_gradient(); "
         "print(value.hex(), gradient.tobytes().hex())"
     )
     shown = [
         subprocess.run(
-            [sys.executable, "-c", code, threads, str(file)], capture_output=True, text=True, check=True
+            [sys.executable, "-c", code, threads, str(file)],
+            capture_output=True,
+            text=True,
+            check=True,
         ).stdout
         for threads in ("1", "3")
     ]
