@@ -76,12 +76,13 @@ TEXT
     row zip "3MF files"
     cat <<'TEXT'
 
-Only for tests and benchmarks: `proptest` (random inputs), `num-dual` (reference derivatives by dual numbers), `tempfile`.
+Only tests and benchmarks use `proptest` (random inputs), `num-dual` (reference derivatives by dual
+numbers) and `tempfile`.
 
-Charts and the text in pictures are drawn by about 700 lines in `views/src/render` and `picture.rs`. We
-tried libraries and kept our own code: `plotters`, `kuva` and `charts-rs` need `ttf-parser`, which is no longer
-maintained (RUSTSEC-2026-0192); `skrifa` with `ab_glyph_rasterizer` would replace only the glyphs
-and add about half a minute to the first build.
+About 700 lines in `views/src/render` and `picture.rs` draw charts and the text in pictures. We tried
+libraries and kept our own code: `plotters`, `kuva` and `charts-rs` need `ttf-parser`, which is no
+longer maintained (RUSTSEC-2026-0192); `skrifa` with `ab_glyph_rasterizer` would replace only the
+glyphs and add about half a minute to the first build.
 TEXT
     printf '\nLicences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
         sed 's/.*|//' | sort -u | sed '/^$/d' | paste -sd';' | sed 's/;/; /g')"

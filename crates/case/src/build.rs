@@ -11,7 +11,7 @@ pub use optimization::optimization;
 use crate::case::{self, Case};
 use crate::machine::Machine;
 use mesh::nodes_of;
-use quantities::Asked;
+use quantities::Requested;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::CellRule;
 use slipstick_contact::{ContactInterface, InterfaceOptions};
@@ -111,7 +111,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads };
     let model = ContactModel::new(&mesh, parts, &initial_density, largest);
-    let Asked { quantities, objective, constraints } = quantities::asked(case, &mesh, &model)?;
+    let Requested { quantities, objective, constraints } = quantities::requested(case, &mesh, &model)?;
     let analysis = Analysis {
         design: Design::new(Arc::new(model), &initial_density),
         workspace: Workspace::default(),

@@ -301,11 +301,11 @@ pub struct Render {
     /// histories (.csv)
     #[arg(value_name = "RESULTS", required = true, value_hint = ValueHint::AnyPath)]
     pub results: Vec<PathBuf>,
-    /// Draw objectives and volume fractions over the iterations, all runs in one chart
+    /// Plot objectives and volume fractions over the iterations, all runs in one chart
     #[arg(long, conflicts_with_all = ["field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
     pub history: bool,
-    /// Draw a column of quantities.csv over another, such as a reaction over a displacement, all
-    /// runs in one chart; an unknown name lists the available ones
+    /// Plot column Y of quantities.csv against column X, such as a reaction against a displacement,
+    /// all runs in one chart; an unknown name lists the available ones
     #[arg(long, num_args = 2, value_names = ["X", "Y"], conflicts_with_all = ["history", "field", "step", "iteration", "failure", "view", "deformed", "threshold", "smooth", "bodies"])]
     pub curve: Vec<String>,
     /// Only these runs, by name, in this order (with --history)

@@ -12,7 +12,7 @@
 //! | [`quantity`] | numbers that a state has, with exact partial derivatives |
 //! | [`response`] | sums, maxima and curves of quantities over the load path: objectives and constraints |
 //! | [`volume`] | the volume constraint |
-//! | [`optimizer`] | the method of moving asymptotes, scaling, optimality residual |
+//! | [`optimizer`] | the method of moving asymptotes (MMA, GCMMA), scaling, optimality residual |
 //!
 //! A design map changes the function that is optimized, so its gradient is pulled back exactly. The
 //! sensitivity filter changes only the gradient that the optimizer sees; it is applied after any
@@ -34,7 +34,10 @@ pub mod volume;
 
 pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter};
 pub use map::{Chain, DesignMap, Identity, OnElements};
-pub use optimizer::{Functions, KktResidual, Mma, MmaError, MmaParameters, MmaStep, Scaling, kkt_residual};
+pub use optimizer::{
+    Functions, Gcmma, Judgement, KktResidual, Method, Mma, MmaError, MmaParameters, MmaStep, Optimizer, Scaling,
+    kkt_residual,
+};
 pub use quantity::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure};
 pub use response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
 pub use values::{DomainValues, ElementValues, VariableValues};

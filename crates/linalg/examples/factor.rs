@@ -68,7 +68,10 @@ fn multifrontal(a: &CsrMatrix, precision: Precision) -> Result<f64, Box<dyn Erro
     Ok(seconds)
 }
 
-/// Raw and verified solves, forward and transposed.
+/// Right-hand sides that are solved together.
+const TOGETHER: usize = 20;
+
+/// Raw and verified solves, forward and transposed, and the time of one among several.
 fn solves(a: &CsrMatrix, factors: &dyn Factorization) -> Result<(), Box<dyn Error>> {
     let b = Random(2).vector(a.n());
     for transpose in [false, true] {
@@ -80,11 +83,19 @@ fn solves(a: &CsrMatrix, factors: &dyn Factorization) -> Result<(), Box<dyn Erro
             factors.solve(&mut x)
         }
         let raw = start.elapsed().as_secs_f64();
+        let mut several = b.repeat(TOGETHER);
+        let start = Instant::now();
+        if transpose {
+            factors.solve_transpose_many(&mut several)
+        } else {
+            factors.solve_many(&mut several)
+        }
+        let each = start.elapsed().as_secs_f64() / TOGETHER as f64;
         let start = Instant::now();
         let report = solve_verified(a, factors, transpose, &b, &mut x, 1e-10)?;
         let verified = start.elapsed().as_secs_f64();
         println!(
-            "      {}  solve {raw:6.3} s  verified {verified:6.3} s  {} iterations  residual {:.1e}",
+            "      {}  solve {raw:6.3} s  of {TOGETHER} {each:6.4} s each  verified {verified:6.3} s  {} iterations  residual {:.1e}",
             if transpose { "transposed" } else { "forward   " },
             report.iterations,
             report.relative_residual

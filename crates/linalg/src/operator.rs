@@ -33,6 +33,14 @@ pub trait Operator {
     /// If a length differs from the number of rows.
     fn mul_transpose(&self, x: &[f64], y: &mut [f64]);
 
+    /// `Y = A X` for several vectors, each product as that of [`Operator::mul`].
+    ///
+    /// # Panics
+    /// If a length differs from the number of rows.
+    fn mul_many(&self, x: &[Vec<f64>], y: &mut [Vec<f64>]) {
+        x.iter().zip(y).for_each(|(x, y)| self.mul(x, y));
+    }
+
     /// ‖A‖∞ (with `transpose`: of Aᵀ), or a bound on it of the same size, for the whole matrix.
     fn infinity_norm(&self, transpose: bool) -> f64;
 
@@ -72,6 +80,10 @@ impl Operator for CsrMatrix {
 
     fn mul_transpose(&self, x: &[f64], y: &mut [f64]) {
         CsrMatrix::mul_transpose(self, x, y);
+    }
+
+    fn mul_many(&self, x: &[Vec<f64>], y: &mut [Vec<f64>]) {
+        CsrMatrix::mul_many(self, x, y);
     }
 
     fn infinity_norm(&self, transpose: bool) -> f64 {
@@ -143,6 +155,14 @@ impl Operator for Summed<'_> {
 
     fn mul_transpose(&self, x: &[f64], y: &mut [f64]) {
         self.product(x, y, |x, y| self.part.mul_transpose(x, y));
+    }
+
+    fn mul_many(&self, x: &[Vec<f64>], y: &mut [Vec<f64>]) {
+        if self.ranks.size() == 1 {
+            self.part.mul_many(x, y);
+        } else {
+            x.iter().zip(y).for_each(|(x, y)| self.mul(x, y));
+        }
     }
 
     /// A bound: the largest sum of the parts' absolute row sums. It is the norm itself on one rank.

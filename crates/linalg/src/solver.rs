@@ -191,7 +191,8 @@ pub trait Factorization: Send + Sync {
         None
     }
 
-    /// Solves with several right-hand sides, one after the other in `rhs`, on one rank.
+    /// Solves with several right-hand sides, one after the other in `rhs`. All ranks call it
+    /// together.
     ///
     /// # Panics
     /// If the length is not a multiple of the number of unknowns.
@@ -200,8 +201,8 @@ pub trait Factorization: Send + Sync {
         rhs.chunks_exact_mut(self.n().max(1)).for_each(|column| self.solve(column));
     }
 
-    /// Solves with the transpose for several right-hand sides, one after the other in `rhs`, on one
-    /// rank.
+    /// Solves with the transpose for several right-hand sides, one after the other in `rhs`. All
+    /// ranks call it together.
     ///
     /// # Panics
     /// If the length is not a multiple of the number of unknowns.
@@ -245,6 +246,14 @@ impl Factorization for Transposed<'_> {
 
     fn weakest_pivot(&self) -> Option<Pivot> {
         self.0.weakest_pivot()
+    }
+
+    fn solve_many(&self, rhs: &mut [f64]) {
+        self.0.solve_transpose_many(rhs);
+    }
+
+    fn solve_transpose_many(&self, rhs: &mut [f64]) {
+        self.0.solve_many(rhs);
     }
 }
 

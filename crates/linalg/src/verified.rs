@@ -145,46 +145,72 @@ pub fn solve_from(
     x: &mut [f64],
     options: &SolveOptions,
 ) -> Result<SolveReport, SolveError> {
-    let n = a.n();
-    if f.n() != n || rhs.len() != n || x.len() != n {
-        return Err(SolveError::Dimension { n, factors: f.n(), rhs: rhs.len(), solution: x.len() });
+    let mut reports = solve_together(a, f, transpose, &[rhs], vec![x], options);
+    reports.pop().expect("one right-hand side")
+}
+
+/// As [`solve_from`] for several right-hand sides, with an initial guess for each. The solves with
+/// the factors are done together, so that the factors are read once for all. Each solution is the
+/// one that [`solve_from`] finds, bit for bit if [`Factorization::solve_many`] solves each
+/// right-hand side as it would alone.
+///
+/// # Panics
+/// If the numbers of right-hand sides and guesses differ.
+pub fn solve_many_from(
+    a: &dyn Operator,
+    f: &dyn Factorization,
+    transpose: bool,
+    rhs: &[&[f64]],
+    x: &mut [Vec<f64>],
+    options: &SolveOptions,
+) -> Vec<Result<SolveReport, SolveError>> {
+    assert_eq!(rhs.len(), x.len(), "each right-hand side needs an initial guess");
+    solve_together(a, f, transpose, rhs, x.iter_mut().map(Vec::as_mut_slice).collect(), options)
+}
+
+fn solve_together(
+    a: &dyn Operator,
+    f: &dyn Factorization,
+    transpose: bool,
+    rhs: &[&[f64]],
+    x: Vec<&mut [f64]>,
+    options: &SolveOptions,
+) -> Vec<Result<SolveReport, SolveError>> {
+    let matrix = Matrix { a, f, transpose, norm: a.infinity_norm(transpose) };
+    let of = |(rhs, x)| Solve::new(&matrix, rhs, x);
+    let mut solves: Vec<Solve<'_>> = rhs.iter().copied().zip(x).map(of).collect();
+    let without_guess = |solve: &Solve<'_>| !a.ranks().any(solve.x.iter().any(|x| *x != 0.0));
+    let mut cold: Vec<&mut Solve<'_>> =
+        solves.iter_mut().filter(|solve| solve.outcome.is_none() && without_guess(solve)).collect();
+    let mut first: Vec<Vec<f64>> = cold.iter().map(|solve| solve.rhs.to_vec()).collect();
+    matrix.precondition(&mut first);
+    cold.iter_mut().zip(first).for_each(|(solve, first)| solve.x.copy_from_slice(&first));
+    for solve in solves.iter_mut().filter(|solve| solve.outcome.is_none()) {
+        solve.target = options.tolerance * norm_on(solve.rhs, a.ranks());
+        solve.assess();
     }
-    let size = norm_on(rhs, a.ranks());
-    if !size.is_finite() {
-        let index = rhs.iter().position(|b| !b.is_finite());
-        let anywhere = a.ranks().any(index.is_some());
-        // only its own rank knows the entry
-        let index = index.filter(|_| a.ranks().size() == 1);
-        return Err(if anywhere { SolveError::NonFiniteRightHandSide { index } } else { SolveError::NonFinite });
-    }
-    if size == 0.0 {
-        x.fill(0.0);
-        return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
-    }
-    let plain = System { a, f, transpose, rhs, norm: a.infinity_norm(transpose), weights: None };
-    let mut residual = vec![0.0; n];
-    if !a.ranks().any(x.iter().any(|x| *x != 0.0)) {
-        x.copy_from_slice(rhs);
-        plain.precondition(x);
-    }
-    let target = options.tolerance * size;
-    let report = plain.assess(x, &mut residual, 0)?;
     let reaches = |report: &SolveReport| report.relative_residual <= options.tolerance;
-    let enough = |report: &SolveReport| reaches(report) || report.backward_error <= f64::EPSILON;
-    let report = plain.iterate(x, &mut residual, report, target, options, &enough)?;
-    if reaches(&report) {
-        return Ok(report);
+    iterate(&matrix, &mut solves, options, &|report| reaches(report) || report.backward_error <= f64::EPSILON);
+    for solve in solves.iter_mut().filter(|solve| solve.outcome.is_none()) {
+        if reaches(&solve.report) {
+            solve.outcome = Some(Ok(solve.report));
+        } else if solve.report.backward_error > ROUNDING {
+            solve.outcome = Some(Err(SolveError::NotConverged { report: solve.report, tolerance: options.tolerance }));
+        } else {
+            // Round-off in the stiffest rows hides the others, which must be solved as accurately.
+            solve.weights = Some(a.row_weights(transpose));
+            solve.assess();
+            solve.target = ROUNDING * solve.rounding();
+        }
     }
-    if report.backward_error > ROUNDING {
-        return Err(SolveError::NotConverged { report, tolerance: options.tolerance });
-    }
-    // Round-off in the stiffest rows hides the others, which must be solved as accurately.
-    let level = System { weights: Some(a.row_weights(transpose)), ..plain };
-    let report = level.assess(x, &mut residual, report.iterations)?;
-    let target = ROUNDING * level.rounding(x);
     let exact = |report: &SolveReport| report.backward_error <= ROUNDING;
-    let report = level.iterate(x, &mut residual, report, target, options, &exact)?;
-    if exact(&report) { Ok(report) } else { Err(SolveError::NotConverged { report, tolerance: options.tolerance }) }
+    iterate(&matrix, &mut solves, options, &exact);
+    let end = |solve: Solve<'_>| match solve.outcome {
+        Some(outcome) => outcome,
+        None if exact(&solve.report) => Ok(solve.report),
+        None => Err(SolveError::NotConverged { report: solve.report, tolerance: options.tolerance }),
+    };
+    solves.into_iter().map(end).collect()
 }
 
 /// Accuracy of the factors, with residuals measured after the equations have been multiplied by
@@ -200,47 +226,109 @@ pub(crate) fn solve_weighted(
     if norm_on(rhs, a.ranks()) == 0.0 {
         return Ok(SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 });
     }
-    let system = System { a, f, transpose, rhs, norm: 0.0, weights: Some(weights.to_vec()) };
-    let (mut x, mut residual) = (rhs.to_vec(), vec![0.0; rhs.len()]);
-    system.precondition(&mut x);
-    let report = system.assess(&x, &mut residual, 0)?;
+    let matrix = Matrix { a, f, transpose, norm: 0.0 };
+    let mut x = vec![rhs.to_vec()];
+    matrix.precondition(&mut x);
+    let mut solve = Solve::new(&matrix, rhs, &mut x[0]);
+    solve.weights = Some(weights.to_vec());
+    solve.assess();
     let mut sizes = rhs.to_vec();
-    system.weigh(&mut sizes);
-    let enough = |report: &SolveReport| report.relative_residual <= options.tolerance;
-    system.iterate(&mut x, &mut residual, report, options.tolerance * system.norm_of(&sizes), options, &enough)
+    solve.weigh(&mut sizes);
+    solve.target = options.tolerance * matrix.norm_of(&sizes);
+    let mut solves = [solve];
+    iterate(&matrix, &mut solves, options, &|report| report.relative_residual <= options.tolerance);
+    let [solve] = solves;
+    solve.outcome.unwrap_or(Ok(solve.report))
 }
 
-struct System<'a> {
+/// A matrix with its factors, or their transposes.
+struct Matrix<'a> {
     a: &'a dyn Operator,
     f: &'a dyn Factorization,
     transpose: bool,
-    rhs: &'a [f64],
     /// Infinity norm of the operator.
     norm: f64,
-    /// Factors by which the equations are multiplied before they are measured.
-    weights: Option<Vec<f64>>,
 }
 
-impl System<'_> {
+impl Matrix<'_> {
     /// ‖v‖₂ over all ranks.
     fn norm_of(&self, v: &[f64]) -> f64 {
         norm_on(v, self.a.ranks())
     }
 
-    fn precondition(&self, v: &mut [f64]) {
-        if self.transpose {
-            self.f.solve_transpose(v);
-        } else {
-            self.f.solve(v);
+    fn precondition(&self, vectors: &mut [Vec<f64>]) {
+        match vectors {
+            [] => {}
+            [one] if self.transpose => self.f.solve_transpose(one),
+            [one] => self.f.solve(one),
+            several => {
+                let mut together = several.concat();
+                if self.transpose {
+                    self.f.solve_transpose_many(&mut together);
+                } else {
+                    self.f.solve_many(&mut together);
+                }
+                let columns = together.chunks_exact(self.a.n().max(1));
+                several.iter_mut().zip(columns).for_each(|(v, column)| v.copy_from_slice(column));
+            }
         }
     }
 
-    fn apply(&self, v: &[f64], product: &mut [f64]) {
+    fn products(&self, vectors: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut products: Vec<Vec<f64>> = vectors.iter().map(|v| vec![0.0; v.len()]).collect();
         if self.transpose {
-            self.a.mul_transpose(v, product);
+            vectors.iter().zip(&mut products).for_each(|(v, product)| self.a.mul_transpose(v, product));
         } else {
-            self.a.mul(v, product);
+            self.a.mul_many(vectors, &mut products);
         }
+        products
+    }
+}
+
+/// The solution for one right-hand side, in progress.
+struct Solve<'a> {
+    matrix: &'a Matrix<'a>,
+    rhs: &'a [f64],
+    x: &'a mut [f64],
+    /// Factors by which the equations are multiplied before they are measured.
+    weights: Option<Vec<f64>>,
+    /// Of `x`, multiplied by the weights.
+    residual: Vec<f64>,
+    report: SolveReport,
+    /// The norm of the residual to reach.
+    target: f64,
+    /// The last cycle stalled, or was given up.
+    stopped: bool,
+    /// Set when nothing is left to do.
+    outcome: Option<Result<SolveReport, SolveError>>,
+}
+
+impl<'a> Solve<'a> {
+    /// Checks the right-hand side; nothing is left to do if it is zero or unusable.
+    fn new(matrix: &'a Matrix<'a>, rhs: &'a [f64], x: &'a mut [f64]) -> Self {
+        let (n, factors) = (matrix.a.n(), matrix.f.n());
+        let report = SolveReport { relative_residual: 0.0, backward_error: 0.0, iterations: 0 };
+        let outcome = if factors != n || rhs.len() != n || x.len() != n {
+            Some(Err(SolveError::Dimension { n, factors, rhs: rhs.len(), solution: x.len() }))
+        } else {
+            let ranks = matrix.a.ranks();
+            let size = norm_on(rhs, ranks);
+            if !size.is_finite() {
+                let index = rhs.iter().position(|b| !b.is_finite());
+                let anywhere = ranks.any(index.is_some());
+                // only its own rank knows the entry
+                let index = index.filter(|_| ranks.size() == 1);
+                let unusable = SolveError::NonFiniteRightHandSide { index };
+                Some(Err(if anywhere { unusable } else { SolveError::NonFinite }))
+            } else if size == 0.0 {
+                x.fill(0.0);
+                Some(Ok(report))
+            } else {
+                None
+            }
+        };
+        let residual = vec![0.0; rhs.len()];
+        Self { matrix, rhs, x, weights: None, residual, report, target: 0.0, stopped: false, outcome }
     }
 
     fn weigh(&self, v: &mut [f64]) {
@@ -256,118 +344,180 @@ impl System<'_> {
     }
 
     /// ‖W (|A| |x| + |b|)‖₂: the size of the terms in the residual.
-    fn rounding(&self, x: &[f64]) -> f64 {
-        let mut sizes = vec![0.0; x.len()];
-        self.a.absolute_product(self.transpose, x, &mut sizes);
-        sizes.iter_mut().zip(self.rhs).for_each(|(size, b)| *size += b.abs());
-        self.weigh(&mut sizes);
-        self.norm_of(&sizes)
+    fn rounding(&self) -> f64 {
+        self.rounding_of(self.x)
     }
 
-    /// True weighted residual of `x`, stored in `residual`.
-    fn assess(&self, x: &[f64], residual: &mut [f64], iterations: usize) -> Result<SolveReport, SolveError> {
-        self.a.residual(self.transpose, x, self.rhs, residual);
+    fn rounding_of(&self, x: &[f64]) -> f64 {
+        let mut sizes = vec![0.0; x.len()];
+        self.matrix.a.absolute_product(self.matrix.transpose, x, &mut sizes);
+        sizes.iter_mut().zip(self.rhs).for_each(|(size, b)| *size += b.abs());
+        self.weigh(&mut sizes);
+        self.matrix.norm_of(&sizes)
+    }
+
+    /// Measures the present solution.
+    fn assess(&mut self) {
+        match self.assessed(self.x, self.report.iterations) {
+            Ok((report, residual)) => (self.report, self.residual) = (report, residual),
+            Err(error) => self.outcome = Some(Err(error)),
+        }
+    }
+
+    /// Report and weighted residual of a vector.
+    fn assessed(&self, x: &[f64], iterations: usize) -> Result<(SolveReport, Vec<f64>), SolveError> {
+        let Matrix { a, transpose, norm, .. } = *self.matrix;
+        let mut residual = vec![0.0; x.len()];
+        a.residual(transpose, x, self.rhs, &mut residual);
         let (relative_residual, backward_error) = if self.weights.is_some() {
             let mut rhs = self.rhs.to_vec();
-            self.weigh(residual);
+            self.weigh(&mut residual);
             self.weigh(&mut rhs);
-            let size = self.norm_of(residual);
-            (size / self.norm_of(&rhs), size / self.rounding(x))
+            let size = norm_on(&residual, a.ranks());
+            (size / norm_on(&rhs, a.ranks()), size / self.rounding_of(x))
         } else {
-            let [residual_size, x_size, rhs_size] =
-                [&*residual, x, self.rhs].map(|v| self.a.ranks().largest(largest(v)));
-            let backward_error = residual_size / (self.norm * x_size + rhs_size);
-            (self.norm_of(residual) / self.norm_of(self.rhs), backward_error)
+            let [residual_size, x_size, rhs_size] = [&residual, x, self.rhs].map(|v| a.ranks().largest(largest(v)));
+            let backward_error = residual_size / (norm * x_size + rhs_size);
+            (norm_on(&residual, a.ranks()) / norm_on(self.rhs, a.ranks()), backward_error)
         };
         if relative_residual.is_finite() && backward_error.is_finite() {
-            Ok(SolveReport { relative_residual, backward_error, iterations })
+            Ok((SolveReport { relative_residual, backward_error, iterations }, residual))
         } else {
             Err(SolveError::NonFinite)
         }
     }
 
-    /// Cycles of GMRES until `enough`, until they stall, or until none are left; `target` is the
-    /// residual to reach.
-    fn iterate(
-        &self,
-        x: &mut [f64],
-        residual: &mut [f64],
-        mut report: SolveReport,
-        target: f64,
-        options: &SolveOptions,
-        enough: &dyn Fn(&SolveReport) -> bool,
-    ) -> Result<SolveReport, SolveError> {
-        while !enough(&report) {
-            let left = options.max_iterations.saturating_sub(report.iterations);
-            if left == 0 {
-                break;
-            }
-            let mut candidate = x.to_vec();
-            let steps = left.min(options.restart.max(1));
-            let present = self.norm_of(residual);
-            let hopeless = |fallen: f64, taken: usize| {
-                let wanted = (0.5 * target / present).ln();
-                options.give_up_early && taken >= LEAST_SEEN && HOPE * fallen.ln() * left as f64 > wanted * taken as f64
-            };
-            let (taken, given_up) = self.cycle(&mut candidate, residual, target, steps, &hopeless)?;
-            let improved = self.assess(&candidate, residual, report.iterations + taken)?;
-            let stalled = improved.relative_residual > 0.5 * report.relative_residual;
-            if improved.relative_residual < report.relative_residual {
-                x.copy_from_slice(&candidate);
-                report = improved;
-            } else {
-                report.iterations = improved.iterations;
-                self.assess(x, residual, report.iterations)?;
-            }
-            if stalled || given_up {
-                break;
+    /// Takes over what a cycle has found, if it is better.
+    fn take(&mut self, cycle: Cycle) -> Result<(), SolveError> {
+        let mut candidate = self.x.to_vec();
+        let (taken, given_up) = (cycle.directions.len(), cycle.given_up);
+        if !given_up {
+            cycle.correct(&mut candidate);
+        }
+        let (improved, residual) = self.assessed(&candidate, self.report.iterations + taken)?;
+        let stalled = improved.relative_residual > 0.5 * self.report.relative_residual;
+        if improved.relative_residual < self.report.relative_residual {
+            self.x.copy_from_slice(&candidate);
+            (self.report, self.residual) = (improved, residual);
+        } else {
+            self.report.iterations = improved.iterations;
+        }
+        self.stopped = stalled || given_up;
+        Ok(())
+    }
+}
+
+/// Cycles of GMRES for all solves together, each until `enough`, until it stalls, or until no
+/// iteration is left.
+fn iterate(
+    matrix: &Matrix<'_>,
+    solves: &mut [Solve<'_>],
+    options: &SolveOptions,
+    enough: &dyn Fn(&SolveReport) -> bool,
+) {
+    solves.iter_mut().for_each(|solve| solve.stopped = false);
+    loop {
+        let goes_on = |solve: &&mut Solve<'_>| {
+            let left = options.max_iterations > solve.report.iterations;
+            solve.outcome.is_none() && !solve.stopped && left && !enough(&solve.report)
+        };
+        let mut running: Vec<&mut Solve<'_>> = solves.iter_mut().filter(goes_on).collect();
+        if running.is_empty() {
+            return;
+        }
+        let mut cycles: Vec<Cycle> = running.iter().map(|solve| Cycle::new(solve, options)).collect();
+        while cycles.iter().any(|cycle| !cycle.ended) {
+            let mut open: Vec<(&mut Cycle, &Solve<'_>)> =
+                cycles.iter_mut().zip(running.iter().map(|solve| &**solve)).filter(|(cycle, _)| !cycle.ended).collect();
+            let mut directions: Vec<Vec<f64>> = open.iter().map(|(cycle, solve)| cycle.next(solve)).collect();
+            matrix.precondition(&mut directions);
+            let products = matrix.products(&directions);
+            let found = directions.into_iter().zip(products);
+            open.iter_mut().zip(found).for_each(|((cycle, solve), (z, w))| cycle.extend(solve, z, w, options));
+        }
+        for (solve, cycle) in running.iter_mut().zip(cycles) {
+            let taken = if cycle.finite { solve.take(cycle) } else { Err(SolveError::NonFinite) };
+            if let Err(error) = taken {
+                solve.outcome = Some(Err(error));
             }
         }
-        Ok(report)
+    }
+}
+
+/// One cycle of flexible GMRES from the residual of a solution.
+struct Cycle {
+    basis: Vec<Vec<f64>>,
+    /// Preconditioned directions.
+    directions: Vec<Vec<f64>>,
+    hessenberg: GivensLeastSquares,
+    /// Norm of the residual at the start.
+    beta: f64,
+    /// Maximum number of directions, now and in later cycles.
+    steps: usize,
+    left: usize,
+    ended: bool,
+    /// Ended because the residual falls too slowly.
+    given_up: bool,
+    /// Whether all numbers are finite.
+    finite: bool,
+}
+
+impl Cycle {
+    fn new(solve: &Solve<'_>, options: &SolveOptions) -> Self {
+        let beta = solve.matrix.norm_of(&solve.residual);
+        let left = options.max_iterations.saturating_sub(solve.report.iterations);
+        Self {
+            basis: vec![solve.residual.iter().map(|r| r / beta).collect()],
+            directions: Vec::new(),
+            hessenberg: GivensLeastSquares::new(beta),
+            beta,
+            steps: left.min(options.restart.max(1)),
+            left,
+            ended: false,
+            given_up: false,
+            finite: true,
+        }
     }
 
-    /// One cycle of flexible GMRES from the residual `r`: adds the correction to `x`, returns the
-    /// number of preconditioned directions, and whether `hopeless` (a function of the remaining
-    /// fraction of `r`, and of that number) ended it.
-    fn cycle(
-        &self,
-        x: &mut [f64],
-        r: &[f64],
-        target: f64,
-        steps: usize,
-        hopeless: &dyn Fn(f64, usize) -> bool,
-    ) -> Result<(usize, bool), SolveError> {
-        let beta = self.norm_of(r);
-        let mut basis = vec![r.iter().map(|r| r / beta).collect::<Vec<f64>>()];
-        let mut directions: Vec<Vec<f64>> = Vec::new();
-        let mut hessenberg = GivensLeastSquares::new(beta);
-        while directions.len() < steps {
-            let mut z = basis[directions.len()].clone();
-            self.unweigh(&mut z);
-            self.precondition(&mut z);
-            let mut w = vec![0.0; z.len()];
-            self.apply(&z, &mut w);
-            self.weigh(&mut w);
-            directions.push(z);
-            let column = orthogonalise(&mut w, &basis, self.a.ranks());
-            if !column.iter().all(|h| h.is_finite()) {
-                return Err(SolveError::NonFinite);
-            }
-            let next = column[column.len() - 1];
-            let estimate = hessenberg.push(column);
-            if estimate <= 0.5 * target || next == 0.0 {
-                break;
-            }
-            if hopeless(estimate / beta, directions.len()) {
-                return Ok((directions.len(), true));
-            }
-            w.iter_mut().for_each(|w| *w /= next);
-            basis.push(w);
+    /// The direction to be preconditioned next.
+    fn next(&self, solve: &Solve<'_>) -> Vec<f64> {
+        let mut z = self.basis[self.directions.len()].clone();
+        solve.unweigh(&mut z);
+        z
+    }
+
+    /// Adds a preconditioned direction and its product with the matrix.
+    fn extend(&mut self, solve: &Solve<'_>, z: Vec<f64>, mut w: Vec<f64>, options: &SolveOptions) {
+        solve.weigh(&mut w);
+        self.directions.push(z);
+        let column = orthogonalise(&mut w, &self.basis, solve.matrix.a.ranks());
+        if !column.iter().all(|h| h.is_finite()) {
+            (self.ended, self.finite) = (true, false);
+            return;
         }
-        for (coefficient, z) in hessenberg.solution().iter().zip(&directions) {
+        let next = column[column.len() - 1];
+        let estimate = self.hessenberg.push(column);
+        let taken = self.directions.len();
+        if estimate <= 0.5 * solve.target || next == 0.0 {
+            self.ended = true;
+            return;
+        }
+        let wanted = (0.5 * solve.target / self.beta).ln();
+        let fallen = (estimate / self.beta).ln();
+        if options.give_up_early && taken >= LEAST_SEEN && HOPE * fallen * self.left as f64 > wanted * taken as f64 {
+            (self.ended, self.given_up) = (true, true);
+            return;
+        }
+        w.iter_mut().for_each(|w| *w /= next);
+        self.basis.push(w);
+        self.ended = taken == self.steps;
+    }
+
+    /// Adds the correction that leaves the least residual.
+    fn correct(&self, x: &mut [f64]) {
+        for (coefficient, z) in self.hessenberg.solution().iter().zip(&self.directions) {
             x.iter_mut().zip(z).for_each(|(x, z)| *x += coefficient * z);
         }
-        Ok((directions.len(), false))
     }
 }
 

@@ -6,7 +6,7 @@ mod rounding;
 
 use crate::model::{ContactModel, Design, Parameter, Workspace};
 use chain::Adapter;
-pub(crate) use chain::StateData;
+pub(crate) use chain::{StateData, steps_of};
 pub use pairs::{PairResult, pair_results};
 pub use rounding::Rounding;
 use slipstick_design::ElementValues;

@@ -4,6 +4,10 @@
 //! x ──design variables──▶ φ ──march──▶ θ ──sweep──▶ dθ/dφ ──sensitivity filter──▶ MMA ──▶ x
 //! ```
 //!
+//! With GCMMA, a design may be rejected after its march and before its sweep; the next candidate is
+//! then marched instead. The approximations by which candidates are judged are part of the state,
+//! so each march is made once, and an interrupted iteration is repeated from its first candidate.
+//!
 //! [`Optimization`] only advances; the caller handles time, files and screens. All that the next
 //! iteration depends on is in [`OptimizationState`] and the path of the last design. Both can be
 //! stored and restored bit for bit.
@@ -12,8 +16,8 @@ use crate::analysis::{AnalysisError, Forward};
 use crate::problem::Problem;
 use serde::{Deserialize, Serialize};
 use slipstick_design::{
-    DesignVariables, DomainValues, ElementValues, FilterError, Functions, Mma, MmaError, MmaParameters, Scaling,
-    SensitivityFilter, VariableValues, VolumeConstraint, VolumeError,
+    DesignVariables, DomainValues, ElementValues, FilterError, Functions, Judgement, Method, MmaError, MmaParameters,
+    Optimizer, Scaling, SensitivityFilter, VariableValues, VolumeConstraint, VolumeError,
 };
 use slipstick_path::{Guide, MarchFailure, MarchObserver};
 
@@ -26,15 +30,16 @@ pub struct IterationRecord {
     pub objective: f64,
     /// Filled fraction of the design domain.
     pub volume_fraction: f64,
-    /// Largest change of a density in the update that followed; `None` after the last evaluation.
+    /// Largest change of a density in the update that followed, before halvings and inner
+    /// iterations shortened it; `None` after the last evaluation.
     pub change: Option<f64>,
-    /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as MMA
-    /// sees it.
+    /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as the
+    /// optimizer sees it.
     pub optimality: Option<f64>,
     /// Newton iterations of the whole path.
     pub newton_iterations: usize,
     /// Newton iterations of failed attempts, including the paths that failed before the update was
-    /// halved.
+    /// halved, and of the paths of rejected candidates.
     #[serde(default)]
     pub failed_iterations: usize,
     /// Uzawa iterations of the whole path.
@@ -53,6 +58,9 @@ pub struct IterationRecord {
     pub status: [usize; 3],
     /// How often the update was halved because the path could not be marched with the full one.
     pub halvings: usize,
+    /// Inner iterations of GCMMA: candidates that were marched and rejected before this design.
+    #[serde(default)]
+    pub inner_iterations: usize,
 }
 
 /// A constraint at a design.
@@ -74,8 +82,9 @@ pub struct OptimizationState {
     pub x: VariableValues,
     /// The variables before the last update, for halving it.
     pub x_before: Option<VariableValues>,
-    /// The optimizer's memory.
-    pub mma: Mma,
+    /// The optimizer's memory, under the name of its method.
+    #[serde(flatten)]
+    pub optimizer: Optimizer,
     /// Scales of objective and constraint from the first iteration.
     pub scaling: Option<Scaling>,
     /// Names of the constraints: the bound on the volume, if any, then those of the analysis.
@@ -96,7 +105,9 @@ pub struct OptimizationOptions {
     pub iterations: usize,
     /// The optimization stops early if no density changes by more than this.
     pub tolerance: Option<f64>,
-    /// Parameters of MMA.
+    /// MMA or GCMMA.
+    pub method: Method,
+    /// Parameters of either method.
     pub mma: MmaParameters,
     /// Whether each march takes its start values from the path of the previous design.
     pub follow_previous_design: bool,
@@ -181,8 +192,24 @@ struct Marched {
     density: ElementValues,
     forward: Forward,
     halvings: usize,
-    /// Newton iterations of the paths that failed earlier.
+    /// Newton iterations of the paths that failed earlier, and of rejected candidates.
     lost: usize,
+}
+
+/// Lower and upper bound of every variable.
+struct Bounds {
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+impl Bounds {
+    fn of_densities(n: usize) -> Self {
+        Self { lower: vec![0.0; n], upper: vec![1.0; n] }
+    }
+
+    fn both(&self) -> [&[f64]; 2] {
+        [&self.lower, &self.upper]
+    }
 }
 
 /// Name of the bound on the volume.
@@ -203,7 +230,7 @@ impl Optimization {
         }
         let variables = problem.variables.clone().ok_or(PrepareError::NoDesign)?;
         let volumes = variables.on_domain(&problem.mesh.element_volumes().into());
-        let OptimizationOptions { volume_fraction, filter, iterations, tolerance, mma, follow_previous_design } =
+        let OptimizationOptions { volume_fraction, filter, iterations, tolerance, method, mma, follow_previous_design } =
             options;
         let filter = filter.map(|FilterOptions { radius, planes }| {
             let centroids = problem.mesh.centroids();
@@ -219,7 +246,7 @@ impl Optimization {
         let x = variables.restrict(&problem.initial_density);
         let state = OptimizationState {
             iteration: 0,
-            mma: Mma::new(x.len(), constraints.len(), mma),
+            optimizer: Optimizer::new(method, x.len(), constraints.len(), mma),
             x,
             x_before: None,
             scaling: None,
@@ -291,12 +318,15 @@ impl Optimization {
     /// history.
     ///
     /// If the path of an updated design cannot be marched, the update is halved, up to a few times.
-    /// The optimization stops at a design whose objective is only round-off.
+    /// With GCMMA, a marched design at which the approximations are not conservative is rejected,
+    /// and the candidate of the next inner iteration is marched. The optimization stops at a design
+    /// whose objective is only round-off.
     ///
     /// # Errors
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
     pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
-        let Marched { x, density, mut forward, halvings, lost } = self.march_or_step_back(observer)?;
+        let mut optimizer = self.state.optimizer.clone();
+        let Marched { x, density, mut forward, halvings, lost } = self.march_accepted(&mut optimizer, observer)?;
         if forward.rounding.is_some() {
             forward.path.forget_factors();
             return Err(OptimizeError::Rounding(Box::new(forward)));
@@ -308,8 +338,9 @@ impl Optimization {
         record.constraints = functions.iter().map(|f| ConstraintRecord { value: f.value, multiplier: None }).collect();
         record.violation = functions.iter().fold(0.0, |worst: f64, f| worst.max(f.violation.0));
         record.halvings = halvings;
+        record.inner_iterations = optimizer.inner_iterations();
         record.failed_iterations += lost;
-        let mut next = OptimizationState { x, ..self.state.clone() };
+        let mut next = OptimizationState { x, optimizer, ..self.state.clone() };
         let mut derivative = None;
         if !self.done() {
             let gradients = self.problem.analysis.response_gradients(&forward, false);
@@ -333,9 +364,50 @@ impl Optimization {
         Ok(forward)
     }
 
-    /// Marches with the variables of the state or, if that fails, with half of their last update.
-    fn march_or_step_back(&mut self, observer: &mut dyn MarchObserver) -> Result<Marched, OptimizeError> {
-        let mut x = self.state.x.clone();
+    /// Marches with the variables of the state and, as long as the optimizer rejects what it finds,
+    /// with its next candidate.
+    ///
+    /// A halved update is judged like a whole one. It keeps the objective from rising too: the
+    /// approximations are convex, so where both ends are no worse than the last design, nor is the
+    /// middle.
+    fn march_accepted(
+        &mut self,
+        optimizer: &mut Optimizer,
+        observer: &mut dyn MarchObserver,
+    ) -> Result<Marched, OptimizeError> {
+        let bounds = Bounds::of_densities(self.state.x.len());
+        let (mut x, mut halvings, mut lost) = (self.state.x.clone(), 0, 0);
+        loop {
+            let mut marched = self.march_or_step_back(x, observer)?;
+            marched.halvings += halvings;
+            marched.lost += lost;
+            // without scales, nothing has been approximated yet
+            let Some(scaling) = self.state.scaling.as_ref().filter(|_| marched.forward.rounding.is_none()) else {
+                return Ok(marched);
+            };
+            let forward = &marched.forward;
+            let functions = self.constraint_functions(&self.variables.on_domain(&marched.density), forward);
+            let scaled = functions.iter().zip(&scaling.constraints).map(|(f, factor)| factor * f.violation.0);
+            let (objective, constraints) = (scaling.objective * forward.value, scaled.collect::<Vec<f64>>());
+            let ranks = self.problem.analysis.linear.ranks();
+            match optimizer.judge_on(&marched.x, bounds.both(), objective, &constraints, ranks)? {
+                Judgement::Conservative | Judgement::Exhausted => return Ok(marched),
+                Judgement::Rejected(next) => x = next.x.into(),
+            }
+            halvings = marched.halvings;
+            lost = marched.lost + forward.path.newton_iterations() + forward.path.failed_iterations();
+            if observer.cancelled() {
+                return Err(OptimizeError::Interrupted);
+            }
+        }
+    }
+
+    /// Marches with these variables or, if that fails, with half of the update that led to them.
+    fn march_or_step_back(
+        &mut self,
+        mut x: VariableValues,
+        observer: &mut dyn MarchObserver,
+    ) -> Result<Marched, OptimizeError> {
         let (mut halvings, mut lost) = (0, 0);
         loop {
             let density = self.variables.densities(&x);
@@ -370,8 +442,8 @@ impl Optimization {
         volume.into_iter().chain(others).collect()
     }
 
-    /// Filters the gradients, scales, and lets MMA choose the next variables. `gradients` are those
-    /// of the objective and of the constraints of the analysis.
+    /// Filters the gradients, scales, and lets the optimizer choose the next variables. `gradients`
+    /// are those of the objective and of the constraints of the analysis.
     fn update(
         &self,
         next: &mut OptimizationState,
@@ -408,10 +480,9 @@ impl Optimization {
             next.scaling.get_or_insert_with(|| Scaling::from_first(&objective_gradient, &constraint_gradients)).clone();
         let (f, df) = scaling.scale_objective(forward.value, &objective_gradient);
         let (g, dg) = scaling.scale_constraints(&violations, &constraint_gradients);
-        let n = next.x.len();
-        let ranks = analysis.linear.ranks();
-        let (lower, upper) = (vec![0.0; n], vec![1.0; n]);
-        let step = next.mma.update_on(&next.x, [&lower, &upper], &Functions::new(f, &df, &g, &dg), ranks)?;
+        let bounds = Bounds::of_densities(next.x.len());
+        let functions = Functions::new(f, &df, &g, &dg);
+        let step = next.optimizer.update_on(&next.x, bounds.both(), &functions, analysis.linear.ranks())?;
         record.change = Some(step.x.iter().zip(&next.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
         record.optimality = Some(step.kkt_residual.norm);
         for ((constraint, lambda), factor) in record.constraints.iter_mut().zip(&step.lambda).zip(&scaling.constraints)

@@ -39,12 +39,11 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use slipstick_design::Quantity;
-use slipstick_design::Reads;
+use slipstick_design::{Quantity, Reads};
 use slipstick_mesh::Mesh;
 use slipstick_path::{Path, StateError, StepState};
 
-use crate::analysis::{StateData, pair_results};
+use crate::analysis::{StateData, pair_results, steps_of};
 use crate::model::{ContactModel, ContactResults, Design, NodalContact};
 use crate::problem::Problem;
 
@@ -88,10 +87,20 @@ pub struct QuantityRow {
     /// One number per name; NaN from a state on that can no longer be evaluated, which is rare
     /// because it converged.
     pub values: Vec<f64>,
-    /// For every slave node of all pairs: the distance that it has slipped, and the work per
-    /// reference area that friction has dissipated there since the start of the load case, through
-    /// all sub-steps. Wear by Archard's law is proportional to that work. \[L, F/L\]
-    pub slipped: Vec<[f64; 2]>,
+    /// For every slave node of all pairs. Empty at the start of a load case.
+    pub slipped: Vec<Slipped>,
+}
+
+/// Slip of a slave node since the start of the load case, through all sub-steps.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Slipped {
+    /// Length of the path that the node has slipped. \[L\]
+    pub distance: f64,
+    /// Work that friction has dissipated at the node. Wear by Archard's law is proportional to work
+    /// per area. \[F L\]
+    pub work: f64,
+    /// Area of the slave surface around the node in the reference configuration. \[L²\]
+    pub area: f64,
 }
 
 /// Quantities of a path.
@@ -117,7 +126,8 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     let (mesh, design) = (&problem.mesh, &problem.analysis.design);
     let recorder = Recorder { mesh, design, supports: supports(design.model()), own: &problem.quantities };
     let own_reads = problem.quantities.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
-    let reads = own_reads.or(Reads { energy: true, ..Reads::default() });
+    let reads = own_reads.or(Reads { reaction: true, contact: true, energy: true, ..Reads::default() });
+    let user_steps = steps_of(path);
     let steps = problem.analysis.times.len() / problem.load_cases.len().max(1);
     let ranks = design.model().share().ranks().clone();
     let mut result = Quantities { names: recorder.names(), rows: Vec::new() };
@@ -129,14 +139,14 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
         let previous = before.as_ref().map_or(&now, |(state, _)| state);
         let evaluated = recorder.evaluate(reads, at.time, previous, &now);
         let step = at.completes.or((index == 0).then_some(0));
-        let Ok((forces, contact, data)) = evaluated else {
+        let Ok((forces, data, contact)) = evaluated else {
             sums.broken = true;
             result.rows.extend(step.map(|step| recorder.unknown(step, at.time, result.names.len())));
             last = Some((now, Forces::default()));
             continue;
         };
         // the step of the load case in progress
-        let place = (step_in_progress(path, index).saturating_sub(1) % steps.max(1) + 1, steps);
+        let place = (user_steps[index].saturating_sub(1) % steps.max(1) + 1, steps);
         let own = recorder.own.iter().map(|quantity| quantity.value(&data.view(design, &now, place)));
         let own: Vec<f64> = own.collect();
         match &before {
@@ -162,11 +172,6 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
         last = Some((now, forces));
     }
     result
-}
-
-/// The user's step, through all load cases, that a state completes or belongs to.
-fn step_in_progress(path: &Path, index: usize) -> usize {
-    path.states[index..].iter().find_map(|state| state.completes).unwrap_or(path.steps)
 }
 
 /// Displacement unknowns that a support prescribes, and its name.
@@ -229,7 +234,7 @@ struct Sums {
     /// Of the case's own quantities that accumulate; the others are 0.
     own: Vec<f64>,
     /// As [`QuantityRow::slipped`].
-    slipped: Vec<[f64; 2]>,
+    slipped: Vec<Slipped>,
     /// A state since then could not be evaluated.
     broken: bool,
 }
@@ -253,19 +258,14 @@ impl Sums {
             self.external += (old.external[i] + new.external[i] + old.reaction[i] + new.reaction[i]) * moved;
             self.contact -= (old.contact[i] + new.contact[i]) * moved;
         }
-        self.slipped.resize(contact.nodes.len(), [0.0; 2]);
-        for ((slipped, at), area) in self.slipped.iter_mut().zip(&contact.nodes).zip(model.slave_areas()) {
-            if at.status as u8 != 0 {
-                slipped[0] += at.slip[0].hypot(at.slip[1]);
-                slipped[1] += (at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1]) / area;
-            }
+        if self.slipped.is_empty() {
+            self.slipped = model.slave_areas().map(|area| Slipped { area, ..Slipped::default() }).collect();
         }
-        self.friction.resize(model.interfaces().len(), 0.0);
-        for (sum, nodes) in self.friction.iter_mut().zip(model.by_pair(&contact.nodes)) {
-            let work =
-                |at: &NodalContact| at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
-            *sum += nodes.iter().filter(|at| at.status as u8 != 0).map(work).sum::<f64>();
+        for (slipped, at) in self.slipped.iter_mut().zip(&contact.nodes).filter(|(_, at)| at.status as u8 != 0) {
+            slipped.distance += at.slip[0].hypot(at.slip[1]);
+            slipped.work += at.multiplier[1] * at.weighted_slip[0] + at.multiplier[2] * at.weighted_slip[1];
         }
+        self.friction = model.by_pair(&self.slipped).map(|nodes| nodes.iter().map(|node| node.work).sum()).collect();
     }
 }
 
@@ -337,14 +337,16 @@ impl Recorder<'_> {
         time: f64,
         previous: &StepState,
         state: &StepState,
-    ) -> Result<(Forces, ContactResults, StateData), StateError> {
-        let design = self.design;
-        let data = StateData::of(design, reads, time, previous, state)?;
-        let mut contact = design.contact_results(previous, state)?;
-        let force = std::mem::take(&mut contact.force);
-        let reaction = design.model().reactions(&data.internal, &data.external, &force);
-        let energy = self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum()).collect();
-        Ok((Forces { external: data.external.clone(), reaction, contact: force, energy }, contact, data))
+    ) -> Result<(Forces, StateData, ContactResults), StateError> {
+        let mut data = StateData::of(self.design, reads, time, previous, state)?;
+        let mut results = data.results.take().unwrap_or_default();
+        let forces = Forces {
+            external: data.external.clone(),
+            reaction: data.reaction.clone(),
+            contact: std::mem::take(&mut results.force),
+            energy: self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum()).collect(),
+        };
+        Ok((forces, data, results))
     }
 
     fn unknown(&self, step: usize, time: f64, count: usize) -> QuantityRow {

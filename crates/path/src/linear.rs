@@ -11,8 +11,8 @@ use crate::failure::{StateError, StepFailureKind};
 use crate::timings::{Phase, Timings};
 use slipstick_linalg::{
     Backend, BlockMatrix, CsrMatrix, Factorization, FactorizationError, Layout, LinearSolver, Operator, PatternId,
-    Precision, Ranks, Reduction, SolveError, SolveOptions, Summed, Symbolic, Transposed, best_in_span, solve_from,
-    solve_verified,
+    Precision, Ranks, Reduction, SolveError, SolveOptions, SolveReport, Summed, Symbolic, Transposed, best_in_span,
+    solve_many_from,
 };
 use std::sync::Arc;
 
@@ -126,6 +126,10 @@ const REGULARISATION: f64 = 1e-7;
 
 /// Fraction of the break-even number of iterations that is allowed with earlier factors.
 const PATIENCE: f64 = 0.5;
+
+/// Cost of an iteration for one more right-hand side, relative to that for one alone: the factors
+/// are read once for all. Measured by `cargo run --release -p slipstick-linalg --example factor`.
+const TOGETHER: f64 = 0.4;
 
 /// Maximum number of contact nodes with changed status for which earlier factors are tried: each
 /// adds a few directions that the iteration must find.
@@ -319,36 +323,44 @@ impl LinearSystem {
         let rhs = system.restrict(rhs);
         let at_hand = self.now.lagged.clone().filter(|f| f.changed_nodes(active_set) <= MOST_CHANGED);
         let start = vec![0.0; rhs.len()];
-        let x = match self.solve_nearby(&system, at_hand, fixed, start, &rhs, tolerance) {
+        let one = std::slice::from_ref(&rhs);
+        let x = match self.solve_nearby(&system, at_hand, fixed, vec![start], one, tolerance).pop().flatten() {
             Some(x) => x,
-            None => self.solve_reduced(&system, fixed, active_set, &rhs, tolerance)?.0,
+            None => self.solve_reduced(&system, fixed, active_set, one, tolerance)?.0.swap_remove(0),
         };
         Ok(system.prolong(&x, self.ranks()))
     }
 
-    /// Solves with a reduced system by the factors `at_hand` of a nearby tangent, if this costs
-    /// less than with new ones. The iteration starts in the span of the solutions `similar`; all
-    /// vectors have one entry per unknown.
-    pub(crate) fn solve_similar<'a>(
+    /// Solves with a reduced system for several right-hand sides together, by the factors `at_hand`
+    /// of a nearby tangent, where this costs less than with new ones: `None` where it does not. Each
+    /// iteration starts in the span of `similar` solutions; all vectors have one entry per unknown.
+    pub(crate) fn solve_similar<'a, S: IntoIterator<Item = &'a Vec<f64>>>(
         &mut self,
         system: &Reduced,
         fixed: &[bool],
         at_hand: Option<Arc<KeptFactors>>,
-        similar: impl IntoIterator<Item = &'a Vec<f64>>,
-        rhs: &[f64],
+        similar: impl IntoIterator<Item = S>,
+        rhs: &[&[f64]],
         tolerance: f64,
-    ) -> Option<Vec<f64>> {
-        at_hand.as_ref()?;
+    ) -> Vec<Option<Vec<f64>>> {
+        if at_hand.is_none() {
+            return vec![None; rhs.len()];
+        }
         let begin = self.timings.begin();
-        let rhs = system.restrict(rhs);
-        let similar: Vec<Vec<f64>> = similar.into_iter().map(|x| system.restrict(x)).collect();
+        let rhs: Vec<Vec<f64>> = rhs.iter().map(|rhs| system.restrict(rhs)).collect();
         let matrix = system.on(self.backend.ranks());
-        let start = best_in_span(&matrix, &rhs, similar.iter().map(Vec::as_slice));
+        let start = |(rhs, similar): (&Vec<f64>, S)| {
+            let similar: Vec<Vec<f64>> = similar.into_iter().map(|x| system.restrict(x)).collect();
+            best_in_span(&matrix, rhs, similar.iter().map(Vec::as_slice))
+        };
+        let starts = rhs.iter().zip(similar).map(start).collect();
         self.timings.end(Phase::Solve, begin);
-        self.solve_nearby(system, at_hand, fixed, start, &rhs, tolerance).map(|x| system.prolong(&x, self.ranks()))
+        let found = self.solve_nearby(system, at_hand, fixed, starts, &rhs, tolerance);
+        found.into_iter().map(|x| x.map(|x| system.prolong(&x, self.ranks()))).collect()
     }
 
-    /// Solves a reduced system with new factors and also returns these.
+    /// Solves a reduced system with new factors, for several right-hand sides together, and also
+    /// returns the factors.
     ///
     /// # Errors
     /// [`StepFailureKind::Linear`] if the system cannot be solved to the relative residual
@@ -358,24 +370,25 @@ impl LinearSystem {
         system: &Reduced,
         fixed: &[bool],
         active_set: &[u8],
-        rhs: &[f64],
+        rhs: &[&[f64]],
         tolerance: f64,
-    ) -> Result<(Vec<f64>, Arc<KeptFactors>), StepFailureKind> {
-        let (x, factors) = self.solve_reduced(system, fixed, active_set, &system.restrict(rhs), tolerance)?;
+    ) -> Result<(Vec<Vec<f64>>, Arc<KeptFactors>), StepFailureKind> {
+        let rhs: Vec<Vec<f64>> = rhs.iter().map(|rhs| system.restrict(rhs)).collect();
+        let (x, factors) = self.solve_reduced(system, fixed, active_set, &rhs, tolerance)?;
         self.now.lagged = None;
-        Ok((system.prolong(&x, self.ranks()), factors))
+        Ok((x.iter().map(|x| system.prolong(x, self.ranks())).collect(), factors))
     }
 
-    /// The solution with new factors, and these factors. If factors in single precision do not lead
+    /// The solutions with new factors, and these factors. If factors in single precision do not lead
     /// to a solution, double precision is used from then on.
     fn solve_reduced(
         &mut self,
         system: &Reduced,
         fixed: &[bool],
         active_set: &[u8],
-        rhs: &[f64],
+        rhs: &[Vec<f64>],
         tolerance: f64,
-    ) -> Result<(Vec<f64>, Arc<KeptFactors>), StepFailureKind> {
+    ) -> Result<(Vec<Vec<f64>>, Arc<KeptFactors>), StepFailureKind> {
         let factors = self.factorize(system, fixed, active_set)?;
         match self.solve_exact(system, &factors, rhs, tolerance) {
             Err(_) if factors.factors.precision() == Precision::F32 && self.now.solver.insist_on_double() => {
@@ -391,48 +404,53 @@ impl LinearSystem {
         &mut self,
         system: &Reduced,
         factors: &KeptFactors,
-        rhs: &[f64],
+        rhs: &[Vec<f64>],
         tolerance: f64,
-    ) -> Result<Vec<f64>, StepFailureKind> {
-        let mut x = vec![0.0; rhs.len()];
+    ) -> Result<Vec<Vec<f64>>, StepFailureKind> {
+        let mut x: Vec<Vec<f64>> = rhs.iter().map(|rhs| vec![0.0; rhs.len()]).collect();
         let begin = self.timings.begin();
         let matrix = system.on(self.backend.ranks());
-        let result = solve_verified(&matrix, factors.factors.as_ref(), false, rhs, &mut x, tolerance);
+        let options = SolveOptions::new(tolerance);
+        let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
+        let results = solve_many_from(&matrix, factors.factors.as_ref(), false, &rhs, &mut x, &options);
         self.timings.end(Phase::Solve, begin);
         // without a solution, the conditions are contradictory rather than redundant, or something
         // is free to move
         let failure =
             |e: SolveError| factors.singular.clone().unwrap_or_else(|| StepFailureKind::Linear(e.to_string()));
-        result.map(|_| x).map_err(failure)
+        let results: Result<Vec<_>, SolveError> = results.into_iter().collect();
+        results.map(|_| x).map_err(failure)
     }
 
-    /// The solution with factors of a nearby tangent, if they lead to it from `x` at a lower cost
-    /// than new ones.
+    /// The solutions with factors of a nearby tangent, where they lead from `x` to them at a lower
+    /// cost than new ones.
     fn solve_nearby(
         &mut self,
         system: &Reduced,
         at_hand: Option<Arc<KeptFactors>>,
         fixed: &[bool],
-        mut x: Vec<f64>,
-        rhs: &[f64],
+        mut x: Vec<Vec<f64>>,
+        rhs: &[Vec<f64>],
         tolerance: f64,
-    ) -> Option<Vec<f64>> {
-        let at_hand = at_hand.filter(|f| f.fixed == fixed)?;
+    ) -> Vec<Option<Vec<f64>>> {
+        let none = || vec![None; rhs.len()];
+        let Some(at_hand) = at_hand.filter(|f| f.fixed == fixed) else { return none() };
         let ranks = self.backend.ranks();
         let (matrix, factors) = (&system.on(ranks), at_hand.factors.as_ref());
-        let budget = self.budget.unwrap_or_else(|| budget(matrix, factors));
+        let budget = self.budget.unwrap_or_else(|| budget(matrix, factors, rhs.len()));
         if budget < LEAST_BUDGET {
-            return None;
+            return none();
         }
         let options = SolveOptions { tolerance, max_iterations: budget, restart: budget, give_up_early: true };
         let begin = self.timings.begin();
-        let result = if at_hand.transposed == system.transposed {
-            solve_from(matrix, factors, false, rhs, &mut x, &options)
+        let rhs: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
+        let results = if at_hand.transposed == system.transposed {
+            solve_many_from(matrix, factors, false, &rhs, &mut x, &options)
         } else {
-            solve_from(matrix, &Transposed(factors), false, rhs, &mut x, &options)
+            solve_many_from(matrix, &Transposed(factors), false, &rhs, &mut x, &options)
         };
         self.timings.end(Phase::Solve, begin);
-        match result {
+        let found = |(x, result): (Vec<f64>, Result<SolveReport, SolveError>)| match result {
             Ok(report) => {
                 self.counts.lagged += 1;
                 self.counts.lagged_iterations += report.iterations;
@@ -442,15 +460,17 @@ impl LinearSystem {
                 self.counts.given_up += 1;
                 None
             }
-        }
+        };
+        x.into_iter().zip(results).map(found).collect()
     }
 }
 
-/// The number of iterations with given factors that costs less than new factors, equal on all
-/// ranks; zero if the factors report no cost.
-fn budget(matrix: &dyn Operator, factors: &dyn Factorization) -> usize {
+/// The number of iterations with given factors, for `count` right-hand sides together, that costs
+/// less than new factors, equal on all ranks; zero if the factors report no cost.
+fn budget(matrix: &dyn Operator, factors: &dyn Factorization, count: usize) -> usize {
     let Some(cost) = factors.cost() else { return 0 };
-    let iteration = cost.substitution + matrix.product_cost();
+    let alone = cost.substitution + matrix.product_cost();
+    let iteration = alone * (1.0 + TOGETHER * (count.max(1) - 1) as f64);
     (PATIENCE * cost.factorization / iteration).min(MOST_BUDGET) as usize
 }
 
@@ -539,18 +559,20 @@ mod tests {
     }
 
     /// By hand: a product with a matrix of one entry costs 12, a solve 88, so an iteration
-    /// costs 100. The budget is half of the break-even number, at most 60, and zero if the cost is
-    /// unknown.
+    /// costs 100, and for six right-hand sides together three times as much. The budget is half of the
+    /// break-even number, at most 60, and zero if the cost is unknown.
     #[test]
     fn earlier_factors_are_given_half_of_what_new_ones_cost() {
         let pattern = CsrPattern::new(vec![0, 1], vec![0], vec![0], vec![]).unwrap();
         let matrix = CsrMatrix { pattern: Arc::new(pattern), values: vec![1.0] };
-        let of = |factorization, substitution| budget(&matrix, &Costly(Some(Cost { factorization, substitution })));
+        let of = |factorization, substitution| budget(&matrix, &Costly(Some(Cost { factorization, substitution })), 1);
         assert_eq!(of(2000.0, 88.0), 10);
         assert_eq!(of(2199.0, 88.0), 10);
         assert_eq!(of(2000.0, 38.0), 20);
         assert_eq!(of(2e6, 88.0), 60);
         assert_eq!(of(0.0, 88.0), 0);
-        assert_eq!(budget(&matrix, &Costly(None)), 0);
+        assert_eq!(budget(&matrix, &Costly(None), 1), 0);
+        let cost = Cost { factorization: 2000.0, substitution: 88.0 };
+        assert_eq!(budget(&matrix, &Costly(Some(cost)), 6), 3);
     }
 }

@@ -240,11 +240,11 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let at = problem.evaluate(&step, &state.unknowns, geometry.as_ref(), iteration, wanted, workspace)?;
         self.geometry = Some(from);
         let observed = Observed { index, time: here.time, previous, state, step: &step, evaluated: &at };
-        let mut sides = Vec::with_capacity(concerned.len());
+        let mut right_hand_sides = Vec::with_capacity(concerned.len());
         for response in concerned {
-            sides.extend(self.right_hand_side(response, &observed)?);
+            right_hand_sides.extend(self.right_hand_side(response, &observed)?);
         }
-        if sides.is_empty() {
+        if right_hand_sides.is_empty() {
             return Ok(());
         }
         let Solver { linear, workspace, .. } = &mut *self.solver;
@@ -252,50 +252,50 @@ impl<P: StepProblem> Run<'_, '_, P> {
         let matrix = problem.tangent(&step, &at, workspace)?;
         let system = linear.reduce(matrix, true, fixed, groups);
         let tolerance = self.options.linear_tolerance;
-        let mut at_hand = nearest(self.path, index, self.factors.as_ref());
-        let mut new = None;
-        for RightHandSide { response, unknowns: mut rhs, eta, residual, previous: explicit } in sides {
-            let observes_residual = residual.iter().any(|&weight| weight != 0.0);
-            if observes_residual {
+        for RightHandSide { unknowns: rhs, residual, .. } in &mut right_hand_sides {
+            if residual.iter().any(|&weight| weight != 0.0) {
                 let mut of_residual = vec![0.0; rhs.len()];
-                linear.product_transpose(matrix, &residual, &mut of_residual);
+                linear.product_transpose(matrix, residual, &mut of_residual);
                 rhs.iter_mut().zip(of_residual).for_each(|(r, of_residual)| *r += of_residual);
             }
             rhs.iter_mut().for_each(|r| *r = -*r);
-            let own = &mut self.adjoints[response];
-            let similar = &own.solutions;
-            let lambda = match linear.solve_similar(&system, fixed, at_hand.clone(), similar, &rhs, tolerance) {
-                Some(lambda) => lambda,
-                None => {
-                    // drop the old factors before the new ones are computed
-                    drop(at_hand.take());
-                    self.factors = None;
-                    let (lambda, made) = linear.solve_anew(&system, fixed, &here.active_set, &rhs, tolerance)?;
-                    (at_hand, new) = (Some(made.clone()), Some(made));
-                    lambda
-                }
-            };
+        }
+        let all: Vec<&[f64]> = right_hand_sides.iter().map(|side| side.unknowns.as_slice()).collect();
+        let similar = right_hand_sides.iter().map(|side| &self.adjoints[side.response].solutions);
+        let at_hand = nearest(self.path, index, self.factors.as_ref());
+        let mut lambdas = linear.solve_similar(&system, fixed, at_hand, similar, &all, tolerance);
+        let mut new = None;
+        let unsolved: Vec<usize> = (0..all.len()).filter(|&k| lambdas[k].is_none()).collect();
+        if !unsolved.is_empty() {
+            // drop the old factors before the new ones are computed
+            self.factors = None;
+            let rest: Vec<&[f64]> = unsolved.iter().map(|&k| all[k]).collect();
+            let (found, made) = linear.solve_anew(&system, fixed, &here.active_set, &rest, tolerance)?;
+            unsolved.iter().zip(found).for_each(|(&k, lambda)| lambdas[k] = Some(lambda));
+            new = Some(made);
+        }
+        for (side, lambda) in right_hand_sides.iter().zip(lambdas.into_iter().flatten()) {
+            let RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit } = side;
+            let own = &mut self.adjoints[*response];
             let begin = linear.timings().begin();
             // dθ/dŷ at the prescribed unknowns, whose rows were left out of the solve
             let by_prescribed = self.options.parameters.then(|| {
                 let mut by_prescribed = vec![0.0; lambda.len()];
                 linear.product_transpose(matrix, &lambda, &mut by_prescribed);
-                by_prescribed.iter_mut().zip(&rhs).for_each(|(b, r)| *b -= r);
+                by_prescribed.iter_mut().zip(rhs).for_each(|(b, r)| *b -= r);
                 by_prescribed
             });
             own.keep(lambda.clone());
             let mut lambda = lambda;
-            if observes_residual {
-                lambda.iter_mut().zip(&residual).for_each(|(l, r)| *l += r);
-            }
+            lambda.iter_mut().zip(residual).for_each(|(l, r)| *l += r);
             let ResponseAdjoint { gradient, carry, .. } = own;
             if let Some(by_prescribed) = &by_prescribed {
-                let adjoint = Adjoint { lambda: &lambda, eta: &eta, by_prescribed, time: here.time };
+                let adjoint = Adjoint { lambda: &lambda, eta, by_prescribed, time: here.time };
                 problem.pull_back_parameters(&step, &at, &adjoint, &mut gradient.parameters)?;
             }
             problem.pull_back_design(&at, &lambda, &mut gradient.design)?;
-            *carry = problem.pull_back_previous(&step, &at, &lambda, &eta);
-            carry.add(&explicit);
+            *carry = problem.pull_back_previous(&step, &at, &lambda, eta);
+            carry.add(explicit);
             linear.end(Phase::PullBack, begin);
         }
         let kept = here.factors.as_ref().filter(|f| made_at(self.path, index, f) == index);
@@ -321,13 +321,13 @@ impl<P: StepProblem> Run<'_, '_, P> {
             let mut to = Explicit { unknowns: &mut rhs, residual: &mut residual, previous: &mut explicit, gradient };
             self.responses.add_derivative(response, self.solver.problem, observed, &mut to)?;
         }
-        let quiet = |values: &[f64]| values.iter().all(|&value| value == 0.0);
-        let quiet_history = quiet(&eta);
-        if quiet_history && quiet(&rhs) && quiet(&residual) {
+        let vanishes = |values: &[f64]| values.iter().all(|&value| value == 0.0);
+        let no_history = vanishes(&eta);
+        if no_history && vanishes(&rhs) && vanishes(&residual) {
             *carry = explicit;
             return Ok(None);
         }
-        if !quiet_history {
+        if !no_history {
             self.solver.problem.pull_back_current(observed.step, observed.evaluated, &eta, &mut rhs)?;
         }
         Ok(Some(RightHandSide { response, unknowns: rhs, eta, residual, previous: explicit }))

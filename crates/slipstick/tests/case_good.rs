@@ -52,7 +52,8 @@ fn values_and_defaults_are_as_documented() {
     assert_eq!((case.load_path.max_newton_iterations, case.load_path.max_cutbacks), (25, 8));
     assert_eq!(case.load_path.tolerance.relative, 1e-9);
     assert_eq!(case.objective, Some(Objective::ContactForce { steps: ObservedSteps::Last }));
-    let mma = case.optimizer.expect("given").mma;
+    let Optimizer { mma, method, inner_iterations, .. } = case.optimizer.expect("given");
+    assert_eq!((method, inner_iterations), (OptimizerMethod::Mma, None));
     assert_eq!((mma.move_limit, mma.asyinit, mma.asydecr, mma.c), (0.1, 0.8, 0.65, 1000.0));
     let minimal = parse(
         "[[body]]\nname = 'a'\nmaterial.neo_hooke = { youngs_modulus = 1, poisson_ratio = 0 }\n\
@@ -240,6 +241,8 @@ fn warnings_have_code_and_place() {
     assert!(at.starts_with("0.45, u"), "{at}");
     let (code, at) = warned("initial = 0.25", "initial = 0.5");
     assert_eq!((code, at.as_str()), (CaseCode::InitialVolume, "0.5"));
+    let (code, at) = warned("iterations = 30", "method = \"gcmma\"\niterations = 30");
+    assert_eq!((code, at.as_str()), (CaseCode::FilteredGradients, "\"gcmma\""));
     let (code, at) = warned("set = \"ball_flat\"", "set = \"plate_xmin\"");
     assert_eq!((code, at.as_str()), (CaseCode::UnsupportedBody, "\"ball\""));
     let (code, at) = warned("enforcement = { lagrange = {} }", "enforcement = { augmented = { tolerance = 10 } }");

@@ -398,7 +398,7 @@ fn a_contact_that_jumps_is_followed() {
 #[ignore = "writes tables of docs/robustness.md: docs/robustness/measure.sh hard"]
 fn table_of_jumps() {
     let mut table = String::from(
-        "| elements of the cube | enforcement | paths of 9 that end | with held multipliers | Newton iterations of these | in failed \
+        "| elements of the cube | enforcement | completed paths, of 9 | with held multipliers | Newton iterations of these | in failed \
          attempts |\n|---|---|---|---|---|---|\n",
     );
     for elements in [[5, 5, 5], [6, 5, 4], [10, 8, 4], [7, 6, 4], [4, 4, 3]] {

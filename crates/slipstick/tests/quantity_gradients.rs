@@ -231,10 +231,11 @@ fn derivatives_by_parameters_match_differences() {
                 let name = problem.analysis.constraints[r].response.name();
                 let difference = (8.0 * (p1[r] - m1[r]) - (p2[r] - m2[r])) / (12.0 * h);
                 let found = unit * of.parameters.iter().find(|(known, _)| known == parameter).expect("there").1;
-                let scale = difference.abs().max(base.constraints[r].abs());
+                // derivatives that vanish have the round-off of the values
+                let scale = difference.abs().max(1e-4 * base.constraints[r].abs());
                 let error = (found - difference).abs() / scale.max(f64::MIN_POSITIVE);
                 println!("{method}: {name} by {parameter:?}: {found:.6e}, off by {error:.1e}");
-                assert!(error < 1e-7, "{method}: {name} by {parameter:?}: {found:e} instead of {difference:e}");
+                assert!(error < 1e-6, "{method}: {name} by {parameter:?}: {found:e} instead of {difference:e}");
             }
         }
     }

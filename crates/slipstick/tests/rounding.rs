@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use slipstick::analysis::ForwardNotice;
+use slipstick::analysis::{AnalysisError, ForwardNotice};
 use slipstick::build::{build, optimization};
 use slipstick::case::parse_case;
 use slipstick::optimize::{Optimization, OptimizeError};
@@ -72,6 +72,35 @@ fn open_contact_is_no_objective() {
     );
     assert_eq!(forward.path.steps, 2, "the path is available for writing");
     assert!(open.state.history.is_empty() && open.state.iteration == 0);
+}
+
+/// Friction dissipates work before contact opens, so that work is an objective although contact is
+/// open at the step that observes it.
+#[test]
+fn work_done_before_contact_opens_is_an_objective() {
+    let text = case(0.0, "minimise = { quantity = 'work' }").replace(
+        "motion = [{ t = 1.0, u = [0, -0.0, 0] }]",
+        "motion = [{ t = 0.25, u = [0, -0.05, 0] }, { t = 0.75, u = [0.2, -0.05, 0] }, { t = 1.0, u = [0.2, 0.3, 0] }]",
+    );
+    let text = text.replace("steps = 2", "steps = 8")
+        + "[[quantity]]\nname = 'work'\nfriction_work = { slave = 'block_ymin' }\n";
+    let mut optimization = prepared(&text);
+    let iteration = optimization.advance(&mut Silent).expect("work is not round-off");
+    assert_eq!(iteration.forward.notice, Some(ForwardNotice::ContactOpenWhereObserved));
+    assert!(iteration.forward.value > 1e-3, "{}", iteration.forward.value);
+}
+
+/// No part of the slave faces the master, so the gap is infinite: an error that names it.
+#[test]
+fn an_infinite_gap_is_named() {
+    let text = case(0.05, "minimise = { quantity = 'gap' }")
+        .replace("min = [0.6, 1.0, 0.3], max = [2.0, 1.7, 1.6]", "min = [6.6, 1.0, 0.3], max = [8.0, 1.7, 1.6]");
+    let text = text + "[[quantity]]\nname = 'gap'\ngap = { slave = 'block_ymin', measure = 'minimum' }\n";
+    let Err(OptimizeError::Analysis(AnalysisError::Infinite { name, step })) = prepared(&text).advance(&mut Silent)
+    else {
+        panic!("an infinite gap has no derivative")
+    };
+    assert_eq!((name.as_str(), step), ("gap", 2));
 }
 
 /// A value that becomes round-off later ends the optimization there; the earlier iterations remain

@@ -121,7 +121,7 @@ fn a_checkpoint_is_the_state_bit_for_bit() {
     let mut found = Checkpoint::read(&run).unwrap();
     let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&found.state.x), bits(&optimization.state.x));
-    assert_eq!(found.state.mma, optimization.state.mma);
+    assert_eq!(found.state.optimizer, optimization.state.optimizer);
     assert_eq!(found.state.history, optimization.state.history);
     found.reopen();
     assert_eq!((found.state.history.len(), found.newton_rows.len()), (2, 2), "an update has followed each");
@@ -169,7 +169,7 @@ fn tables_and_fields_of_a_path() {
     history.record(&record, 1.23456).unwrap();
     drop(history);
     let text = fs::read_to_string(run.file("history.csv")).unwrap();
-    assert_eq!(text.lines().nth(1), Some("0,-2.5,0.0,,,0.0,0.0,0,0,0,1,2,3,0,1.235"));
+    assert_eq!(text.lines().nth(1), Some("0,-2.5,0.0,,,0.0,0.0,0,0,0,1,2,3,0,0,1.235"));
     History::open(&run, &[], &[]).unwrap();
     assert_eq!(fs::read_to_string(run.file("history.csv")).unwrap().lines().count(), 1, "from row 0 again");
 }

@@ -1,10 +1,11 @@
 //! From a resolved case and its problem to an optimization at its start.
 
+use slipstick_design::Method;
 use slipstick_model::optimize::{FilterOptions, Optimization, OptimizationOptions, PrepareError};
 use slipstick_model::problem::Problem;
 
 use super::BuildError;
-use crate::case::{Case, StartValues};
+use crate::case::{Case, OptimizerMethod, StartValues};
 
 /// Prepares the optimization of a built case.
 ///
@@ -28,6 +29,12 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
         }),
         iterations: optimizer.iterations,
         tolerance: optimizer.tolerance,
+        method: match optimizer.method {
+            OptimizerMethod::Mma => Method::Mma,
+            OptimizerMethod::Gcmma => {
+                Method::Gcmma { inner_iterations: optimizer.inner_iterations.unwrap_or(Method::INNER_ITERATIONS) }
+            }
+        },
         mma: optimizer.mma,
         follow_previous_design: case.load_path.start_values == StartValues::PreviousDesign,
     };

@@ -20,13 +20,13 @@ use crate::case::{
 };
 
 /// What a case asks for: its quantities, and what it minimises and bounds.
-pub(super) struct Asked {
+pub(super) struct Requested {
     pub quantities: Vec<Arc<dyn Quantity>>,
     pub objective: Option<Response>,
     pub constraints: Vec<Constraint>,
 }
 
-pub(super) fn asked(case: &Case, mesh: &Mesh, model: &ContactModel) -> Result<Asked, BuildError> {
+pub(super) fn requested(case: &Case, mesh: &Mesh, model: &ContactModel) -> Result<Requested, BuildError> {
     let context = Context { case, mesh, model };
     let taken = column_names(mesh, model);
     if let Some(number) = case.quantities.iter().position(|q| taken.contains(&q.name) || RESERVED.contains(&&*q.name)) {
@@ -37,11 +37,11 @@ pub(super) fn asked(case: &Case, mesh: &Mesh, model: &ContactModel) -> Result<As
     let quantities = case.quantities.iter().enumerate().map(of).collect::<Result<Vec<_>, _>>()?;
     let objective = context.objective(&quantities)?;
     let constraints = context.constraints(&quantities);
-    Ok(Asked { quantities, objective, constraints })
+    Ok(Requested { quantities, objective, constraints })
 }
 
 /// Columns of tables that names of quantities would repeat.
-const RESERVED: [&str; 18] = [
+const RESERVED: [&str; 19] = [
     "step",
     "load_case",
     "time",
@@ -56,6 +56,7 @@ const RESERVED: [&str; 18] = [
     "uzawa_iterations",
     "increments",
     "halvings",
+    "inner_iterations",
     "seconds",
     "open",
     "stick",
@@ -71,7 +72,7 @@ struct Context<'a> {
 impl Context<'_> {
     fn quantity(&self, number: usize, quantity: &case::Quantity) -> Result<Arc<dyn Quantity>, BuildError> {
         let case::Quantity { name, kind } = quantity;
-        let key = word(kind);
+        let key = kind.key();
         let fail =
             |error: QuantityError| BuildError::new(format!("quantity[{number}].{key}"), error, "change the value");
         let constant =
@@ -224,9 +225,13 @@ impl Context<'_> {
 
     /// Whether the design cannot move a set along a direction, or in any direction for a norm.
     fn is_prescribed(&self, set: &str, measure: VectorMeasure) -> bool {
+        self.are_prescribed(&self.mesh.set_nodes(set).unwrap_or_default(), measure)
+    }
+
+    fn are_prescribed(&self, nodes: &[u32], measure: VectorMeasure) -> bool {
         let fixed = self.model.prescribed().fixed();
-        let nodes = self.mesh.set_nodes(set).unwrap_or_default();
-        nodes.iter().all(|&node| (0..3).filter(|&c| counts(measure, c)).all(|c| fixed[3 * node as usize + c]))
+        !nodes.is_empty()
+            && nodes.iter().all(|&node| (0..3).filter(|&c| counts(measure, c)).all(|c| fixed[3 * node as usize + c]))
     }
 
     /// The nodes of a surface with the reference areas around them, or those of a set with equal
@@ -254,7 +259,9 @@ impl Context<'_> {
                 self.check_steps(steps)?;
                 Response::of(Arc::new(Compliance::default()), steps.clone(), 1.0)
             }
-            case::Objective::ContactForce { .. } if all_prescribed(self.model) => {
+            case::Objective::ContactForce { .. }
+                if self.are_prescribed(&self.model.slave_nodes(), VectorMeasure::Norm) =>
+            {
                 let message = "the objective would always be 0: all components of all slave nodes are prescribed, \
                                and their forces do not count";
                 let help = "exchange slave and master, or prescribe fewer components";
@@ -369,12 +376,6 @@ fn counts(measure: VectorMeasure, component: usize) -> bool {
     }
 }
 
-/// Whether no slave node can move in any direction.
-fn all_prescribed(model: &ContactModel) -> bool {
-    let (nodes, fixed) = (model.slave_nodes(), model.prescribed().fixed());
-    !nodes.is_empty() && nodes.iter().all(|&node| fixed[3 * node as usize..][..3] == [true; 3])
-}
-
 /// A quantity of the case, whose reader has checked the name.
 fn find(quantities: &[Arc<dyn Quantity>], name: &str) -> Arc<dyn Quantity> {
     quantities.iter().find(|quantity| quantity.name() == name).expect("the reader checks names").clone()
@@ -387,23 +388,5 @@ fn measure(component: VectorComponent) -> Result<VectorMeasure, QuantityError> {
         VectorComponent::Word(VectorWord::Y) => VectorMeasure::along([0.0, 1.0, 0.0]),
         VectorComponent::Word(VectorWord::Z) => VectorMeasure::along([0.0, 0.0, 1.0]),
         VectorComponent::Word(VectorWord::Norm) => Ok(VectorMeasure::Norm),
-    }
-}
-
-/// The key of a kind.
-fn word(kind: &QuantityKind) -> &'static str {
-    match kind {
-        QuantityKind::Reaction { .. } => "reaction",
-        QuantityKind::Moment { .. } => "moment",
-        QuantityKind::ContactForce { .. } => "contact_force",
-        QuantityKind::ContactPressure { .. } => "contact_pressure",
-        QuantityKind::ContactShare { .. } => "contact_share",
-        QuantityKind::Gap { .. } => "gap",
-        QuantityKind::FrictionWork { .. } => "friction_work",
-        QuantityKind::Displacement { .. } => "displacement",
-        QuantityKind::StrainEnergy { .. } => "strain_energy",
-        QuantityKind::Stress { .. } => "stress",
-        QuantityKind::Compliance {} => "compliance",
-        QuantityKind::Volume { .. } => "volume",
     }
 }

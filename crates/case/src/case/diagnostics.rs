@@ -105,6 +105,8 @@ case_codes! {
     EmptyPassiveRegion => "empty_passive_region",
     /// The filter radius is so small that no element has a neighbour within it (warning).
     IdleFilter => "idle_filter",
+    /// An optimizer that relies on exact gradients gets filtered ones (warning).
+    FilteredGradients => "filtered_gradients",
     /// Supports and prescribed motions leave a body free to move (warning).
     UnsupportedBody => "unsupported_body",
     /// A waypoint of a motion lies between two load steps and is skipped (warning).

@@ -94,6 +94,13 @@ impl CaseCode {
                 "An element is passive if its centroid lies in one of the boxes. Enlarge or move the box; it refers to \
                  coordinates after `place`."
             }
+            FilteredGradients => {
+                "GCMMA shortens an update until its approximations, which are built from the gradients, lie above the \
+                 functions. With exact gradients this succeeds after a few marches, and the objective never rises. \
+                 Filtered sensitivities are not the gradient of any function: an update may use up all its \
+                 `inner_iterations` and then be accepted as it is. Omit `sensitivity_filter`, or use \
+                 `method = \"mma\"`."
+            }
             IdleFilter => {
                 "The filter averages over elements whose centroids are closer than the radius. Use a radius of 1.5 to \
                  3 times the element size, or omit the filter."

@@ -18,6 +18,10 @@ pub struct Report {
     /// Replace the named file if it exists
     #[arg(long, requires = "out")]
     pub force: bool,
+    /// While the run is in progress, write the page again after each iteration; a browser that
+    /// shows it loads it again
+    #[arg(long)]
+    pub follow: bool,
 }
 
 /// Arguments of `export`.

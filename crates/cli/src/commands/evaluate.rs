@@ -4,7 +4,8 @@ use serde_json::json;
 use slipstick::build::Problem;
 use slipstick::design::ElementValues;
 use slipstick::output::{Cell, Csv};
-use slipstick::run::Run;
+use slipstick::quantities::quantities;
+use slipstick::run::{Run, write_evaluations};
 
 use super::{digits, final_status, whole};
 use crate::args::Evaluate;
@@ -51,7 +52,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
     let mut csv = Csv::create(&directory.file("evaluate.csv"), COLUMNS)?;
     let mut watch = watch(context, problem, Some(run))?;
     context.console.start_bar(steps * asked.len(), 0);
-    let mut rows = Vec::new();
+    let (mut rows, mut paths) = (Vec::new(), Vec::new());
     let mut last_failure = None;
     for (number, &coefficient) in asked.iter().enumerate() {
         watch.begin(number, steps * number);
@@ -80,6 +81,8 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         watch.check()?;
         whole(context, &forward, steps)?;
         context.console.notice(forward.notice);
+        paths.push((shown, quantities(problem, &forward.path)));
+        write_evaluations(directory, &paths)?;
         let [open, stick, slip] = final_status(&forward);
         let (newton, increments) = (forward.path.newton_iterations(), forward.path.states.len() - 1);
         csv.row(&[

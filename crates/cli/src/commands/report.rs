@@ -1,9 +1,12 @@
-//! `slipstick report`: writes a run as one web page.
+//! `slipstick report`: writes a run as one web page, and again while the run is in progress.
+
+use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 use serde_json::json;
 use slipstick::build::build_mesh;
 use slipstick::output::write_atomically;
-use slipstick::report::{PageOptions, page};
+use slipstick::report::{Page, PageOptions, page};
 use slipstick::run::RunDirectory;
 use slipstick::words::counted;
 
@@ -13,7 +16,12 @@ use crate::failure::Failure;
 use crate::setup::read;
 use crate::{Context, Outcome};
 
-/// Writes the page of a run.
+/// How often the files of a run in progress are looked at, and how often a browser loads its page
+/// again. \[s\]
+const LOOK: f64 = 0.5;
+const RELOAD: f64 = 4.0;
+
+/// Writes the page of a run, once or until the run ends.
 ///
 /// # Errors
 /// [`Failure::Input`], [`Failure::Case`].
@@ -26,18 +34,42 @@ pub fn run(context: &Context, args: &Report) -> Outcome {
     }
     let resolved = read(&directory.file("case.toml").as_path().into())?;
     let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
-    let page = page(&directory, &resolved.case, &mesh, &PageOptions::default())?;
-    write_atomically(&file, |writer| writer.write_all(page.html.as_bytes()))?;
+    loop {
+        let in_progress = args.follow && directory.is_in_progress() && !context.interrupt.requested();
+        let before = stamps(&directory);
+        let options = PageOptions { reload: in_progress.then_some(RELOAD), ..PageOptions::default() };
+        let page = page(&directory, &resolved.case, &mesh, &options)?;
+        write_atomically(&file, |writer| writer.write_all(page.html.as_bytes()))?;
+        report(context, &file, &page, in_progress);
+        if !in_progress {
+            return Ok(());
+        }
+        while stamps(&directory) == before && directory.is_in_progress() && !context.interrupt.requested() {
+            std::thread::sleep(Duration::from_secs_f64(LOOK));
+        }
+    }
+}
+
+/// When the files that the page shows were last written.
+fn stamps(directory: &RunDirectory) -> [Option<SystemTime>; 4] {
+    let files = ["run.json", "checkpoint.json", "history.csv", "quantities.csv"];
+    files.map(|name| std::fs::metadata(directory.file(name)).and_then(|file| file.modified()).ok())
+}
+
+/// Prints what was written; the notes only at the end.
+fn report(context: &Context, file: &Path, page: &Page, in_progress: bool) {
     let ([designs, steps], size) = (page.frames, page.html.len());
+    let event = if in_progress { "page" } else { "result" };
     context.console.event(
-        "result",
+        event,
         json!({
             "command": "report", "file": file, "bytes": size, "designs": designs, "steps": steps, "notes": page.notes,
         }),
     );
-    page.notes.iter().for_each(|note| context.console.text(note));
+    if !in_progress {
+        page.notes.iter().for_each(|note| context.console.text(note));
+    }
     let size = bytes(size as f64);
     let (designs, steps) = (counted(designs, "design"), counted(steps, "load step"));
     context.console.text(&format!("{designs}, {steps}, {size}: {}", file.display()));
-    Ok(())
 }

@@ -58,6 +58,25 @@ fn a_run_as_a_page() {
     place.bad("report nowhere", 2, &["there is no run.json in nowhere"]);
 }
 
+/// The page is written again after iterations and, without the reload, at the end.
+#[test]
+fn a_page_follows_a_run() {
+    let place = Place::new();
+    let mut run = place.command("optimize case.toml -q --iterations 12").spawn().expect("it runs");
+    while !place.path("case/history.csv").is_file() {
+        assert!(run.try_wait().expect("known").is_none(), "the run ended before it could be followed");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let events = place.good("report case --follow --json").events();
+    assert!(run.wait().expect("it ends").success());
+    let (last, pages) = events.split_last().expect("events");
+    assert!(!pages.is_empty() && pages.iter().all(|event| event["event"] == "page"), "{events:?}");
+    assert_eq!(last["event"], "result");
+    let data = data(&place.read("case/report.html"));
+    assert_eq!(data["history"]["rows"].as_array().map(Vec::len), Some(13));
+    assert!(data["reload"].is_null());
+}
+
 /// Every kind of run has a page, with its results.
 #[test]
 fn pages_of_other_runs() {
@@ -235,9 +254,33 @@ fn a_browser_shows_failures_and_results() {
     assert_eq!((&told["wide"], &told["field"]), (&serde_json::json!([]), &"displacement".into()), "{told}");
 }
 
+/// Chooses a colour, a load step and a quantity, and after the page has been loaded again, stores
+/// what it shows in its title.
+const FOLLOWED: &str = r##"<script>
+const control = name => [...document.querySelectorAll("#controls label")].find(label => label.textContent.includes(name)).querySelector("input, select");
+const up = document.querySelector("#quantities-controls select[aria-label=y]");
+if (kept.state) document.title = JSON.stringify({ colour: control("Colour").value, step: control("Load step").value, up: up.value });
+else [[control("Colour"), "pressure", "change"], [control("Load step"), 2, "input"], [up, "strain_energy", "change"]].forEach(([input, value, event]) => { input.value = value; input.dispatchEvent(new Event(event)); });
+</script></body>"##;
+
+/// The open page of a run in progress loads itself again and keeps the reader's choices.
+#[test]
+fn a_browser_follows_a_run() {
+    let place = Place::new();
+    place.good("optimize case.toml -q --iterations 1");
+    let follow =
+        |html: String| html.replace("type=\"application/json\">{", "type=\"application/json\">{\"reload\":0.5,");
+    let Some(shown) = tried_as(&place, "case", FOLLOWED, follow, "a_browser_follows_a_run") else { return };
+    assert_eq!(shown, serde_json::json!({ "colour": "pressure", "step": "2", "up": "strain_energy" }));
+}
+
 /// The value that a script at the end of a run's page stores in its title; `None` without a
 /// browser.
 fn tried(place: &Place, run: &str, script: &str, test: &str) -> Option<Value> {
+    tried_as(place, run, script, |html| html, test)
+}
+
+fn tried_as(place: &Place, run: &str, script: &str, change: impl Fn(String) -> String, test: &str) -> Option<Value> {
     let found = BROWSERS.iter().find(|name| Command::new(name).arg("--version").output().is_ok());
     let Some(browser) = found else {
         // Print directly to the terminal, because the test harness captures `eprintln!`.
@@ -247,7 +290,7 @@ fn tried(place: &Place, run: &str, script: &str, test: &str) -> Option<Value> {
     };
     place.good(&format!("report {run}"));
     let html = place.read(&format!("{run}/report.html"));
-    place.write("trial.html", &html.replace("</body>", script));
+    place.write("trial.html", &change(html.replace("</body>", script)));
     let output = Command::new(browser)
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
         .args(["--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update"])

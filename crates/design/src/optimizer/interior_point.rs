@@ -36,16 +36,16 @@ pub(super) struct Solution {
 
 /// All unknowns, or their changes in a Newton step.
 #[derive(Clone)]
-struct Point {
-    x: Vec<f64>,
-    xi: Vec<f64>,
-    eta: Vec<f64>,
-    lambda: Vec<f64>,
-    y: Vec<f64>,
-    mu: Vec<f64>,
-    slack: Vec<f64>,
-    z: f64,
-    zeta: f64,
+pub(super) struct Point {
+    pub x: Vec<f64>,
+    pub xi: Vec<f64>,
+    pub eta: Vec<f64>,
+    pub lambda: Vec<f64>,
+    pub y: Vec<f64>,
+    pub mu: Vec<f64>,
+    pub slack: Vec<f64>,
+    pub z: f64,
+    pub zeta: f64,
 }
 
 impl Point {
@@ -70,11 +70,11 @@ impl Point {
 
 /// Size of the residual of the optimality conditions.
 #[derive(Clone, Copy)]
-struct Residual {
+pub(super) struct Residual {
     /// Sum of squares; not finite if any residual is not.
-    squares: f64,
+    pub squares: f64,
     /// Largest absolute residual. Ignores NaN: check `squares` first.
-    max: f64,
+    pub max: f64,
 }
 
 impl Residual {
@@ -89,7 +89,8 @@ impl Residual {
 }
 
 impl Subproblem<'_> {
-    /// Solves the subproblem.
+    /// Solves the subproblem; if the iteration stops far from a solution, by its
+    /// [dual](super::dual_ascent).
     ///
     /// # Errors
     ///
@@ -98,7 +99,7 @@ impl Subproblem<'_> {
         let mut at = self.start();
         let mut iterations = 0;
         let mut epsilon = 1.0;
-        let residual = loop {
+        let mut residual = loop {
             let residual = self.centre(&mut at, epsilon, &mut iterations);
             if epsilon <= self.parameters.subproblem_tolerance {
                 break residual;
@@ -106,7 +107,11 @@ impl Subproblem<'_> {
             epsilon = (0.1 * epsilon).max(self.parameters.subproblem_tolerance);
         };
         let sufficient = self.parameters.subproblem_tolerance.max(SUFFICIENT * self.scale);
-        if !residual.is_finite() || residual.max > sufficient {
+        let solves = |residual: Residual| residual.is_finite() && residual.max <= sufficient;
+        if !solves(residual) {
+            (at, residual) = self.solve_dual(&mut iterations);
+        }
+        if !solves(residual) {
             return Err(MmaError::Subproblem { residual: residual.squares.sqrt() });
         }
         let residual = residual.max;
@@ -115,7 +120,7 @@ impl Subproblem<'_> {
     }
 
     /// The starting point of the notes: the middle of the bounds, and everything else of order 1.
-    fn start(&self) -> Point {
+    pub(super) fn start(&self) -> Point {
         let m = self.values.len();
         let of_variables = |value: fn(&Variable) -> f64| self.variables.iter().map(value).collect::<Vec<f64>>();
         Point {
@@ -132,7 +137,7 @@ impl Subproblem<'_> {
     }
 
     /// Newton iteration for one ε, until no residual is above 0.9 ε or round-off stops it.
-    fn centre(&self, at: &mut Point, epsilon: f64, iterations: &mut usize) -> Residual {
+    pub(super) fn centre(&self, at: &mut Point, epsilon: f64, iterations: &mut usize) -> Residual {
         let mut residual = self.residual_with_free_slack(at, epsilon);
         let mut next = at.clone();
         let mut direction = at.clone();
@@ -164,7 +169,7 @@ impl Subproblem<'_> {
     /// cost in complementarity. Without this, Newton steps would have to be so short that the
     /// linearisation of the constraint is accurate, which an inactive constraint does not need, and
     /// the iteration would be very slow.
-    fn residual_with_free_slack(&self, at: &mut Point, epsilon: f64) -> Residual {
+    pub(super) fn residual_with_free_slack(&self, at: &mut Point, epsilon: f64) -> Residual {
         let p = self.parameters;
         let mut residual = Residual { squares: 0.0, max: 0.0 };
         let mut values = self.first_values();
@@ -337,7 +342,7 @@ mod tests {
         let variables = [Variable { index: 0, range: 1.0, low: -0.5, upp: 0.5, alpha: -0.4, beta: 0.4 }];
         let slopes = [vec![0.0]];
         let functions = Functions::new(0.0, &[0.0], &[-2.0], &slopes);
-        let subproblem = Subproblem::new(&parameters, &variables, &functions, &Alone);
+        let subproblem = Subproblem::new(&parameters, &variables, &functions, &[1e-5; 2], &Alone);
         for (lambda, slack) in [(1e-3, 2.5), (100.0, 1.0)] {
             let mut at = Point { z: 0.5, y: vec![0.25], lambda: vec![lambda], slack: vec![1.0], ..subproblem.start() };
             let found = subproblem.residual_with_free_slack(&mut at, 1e-3);

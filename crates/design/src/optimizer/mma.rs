@@ -161,18 +161,77 @@ impl Mma {
         functions: &Functions<'_>,
         ranks: &dyn Ranks,
     ) -> Result<MmaStep, MmaError> {
+        self.update_with(x, bounds, functions, &vec![self.parameters.raa0; self.m + 1], ranks)
+    }
+
+    /// Like [`update_on`](Self::update_on), with the curvature of each function, the objective
+    /// first.
+    pub(super) fn update_with(
+        &mut self,
+        x: &[f64],
+        bounds: [&[f64]; 2],
+        functions: &Functions<'_>,
+        rho: &[f64],
+        ranks: &dyn Ranks,
+    ) -> Result<MmaStep, MmaError> {
         self.parameters.check()?;
         self.check_memory()?;
         check_point(self.n, x, bounds)?;
         check_functions(self.n, self.m, functions)?;
-        let [lower, upper] = bounds;
+        let (low, upp) = self.moved_asymptotes(x, bounds, own_range(self.n, ranks));
+        let step = self.solve(x, bounds, functions, rho, [&low, &upp], ranks)?;
 
+        self.x2 = std::mem::replace(&mut self.x1, x.to_vec());
+        self.low = ranks.join(&low);
+        self.upp = ranks.join(&upp);
+        self.iteration += 1;
+        Ok(step)
+    }
+
+    /// Solves the subproblem of the last step again, with other curvatures.
+    pub(super) fn solve_again(
+        &self,
+        bounds: [&[f64]; 2],
+        functions: &Functions<'_>,
+        rho: &[f64],
+        ranks: &dyn Ranks,
+    ) -> Result<MmaStep, MmaError> {
         let own = own_range(self.n, ranks);
-        let (low, upp) = self.moved_asymptotes(x, lower, upper, own.clone());
-        let variables = self.variables(x, lower, upper, &low, &upp, own.clone());
-        let parameters = &self.parameters;
-        let subproblem = Subproblem::new(parameters, &variables, functions, ranks);
-        let solution = subproblem.solve()?;
+        self.solve(&self.x1, bounds, functions, rho, [&self.low[own.clone()], &self.upp[own]], ranks)
+    }
+
+    /// Changes of all approximated functions between the design of the last step and `x`, the
+    /// objective first, and the distance of `x`: see [`Subproblem::changes`].
+    pub(super) fn approximated_changes(
+        &self,
+        x: &[f64],
+        bounds: [&[f64]; 2],
+        functions: &Functions<'_>,
+        rho: &[f64],
+        ranks: &dyn Ranks,
+    ) -> (Vec<f64>, f64) {
+        let own = own_range(self.n, ranks);
+        let asymptotes = [&self.low[own.clone()], &self.upp[own.clone()]];
+        let variables = self.variables(&self.x1, bounds, asymptotes, own);
+        let scaled = |v: &Variable| (x[v.index] - self.x1[v.index]) / v.range;
+        let t: Vec<f64> = variables.iter().map(scaled).collect();
+        Subproblem::new(&self.parameters, &variables, functions, rho, ranks).changes(&t)
+    }
+
+    /// Solves the subproblem at `x` between these asymptotes, those of this rank's variables.
+    fn solve(
+        &self,
+        x: &[f64],
+        bounds: [&[f64]; 2],
+        functions: &Functions<'_>,
+        rho: &[f64],
+        asymptotes: [&[f64]; 2],
+        ranks: &dyn Ranks,
+    ) -> Result<MmaStep, MmaError> {
+        let [lower, upper] = bounds;
+        let own = own_range(self.n, ranks);
+        let variables = self.variables(x, bounds, asymptotes, own.clone());
+        let solution = Subproblem::new(&self.parameters, &variables, functions, rho, ranks).solve()?;
 
         let mut step = MmaStep {
             x: x[own.clone()].to_vec(),
@@ -200,19 +259,14 @@ impl Mma {
             *values = ranks.join(values);
         }
         step.kkt_residual = residual_at_input(&self.parameters, x, bounds, functions, &step);
-
-        self.x2 = std::mem::replace(&mut self.x1, x.to_vec());
-        self.low = ranks.join(&low);
-        self.upp = ranks.join(&upp);
-        self.iteration += 1;
         Ok(step)
     }
 
     /// Asymptotes `l_j < x_j < u_j` of this step for some of the variables. Notes, section on the
     /// asymptotes: at `asyinit` of the range for two steps, then closer if a variable oscillates
     /// and farther if it keeps moving in the same direction.
-    fn moved_asymptotes(&self, x: &[f64], lower: &[f64], upper: &[f64], own: Range<usize>) -> (Vec<f64>, Vec<f64>) {
-        let p = &self.parameters;
+    fn moved_asymptotes(&self, x: &[f64], bounds: [&[f64]; 2], own: Range<usize>) -> (Vec<f64>, Vec<f64>) {
+        let (p, [lower, upper]) = (&self.parameters, bounds);
         let distances = |j: usize| -> (f64, f64) {
             let range = upper[j] - lower[j];
             if self.iteration < 2 {
@@ -236,15 +290,13 @@ impl Mma {
         .unzip()
     }
 
-    /// The movable ones among some variables, with the bounds `α ≤ x ≤ β` of this step; `low` and
-    /// `upp` are their asymptotes.
+    /// The movable ones among some variables between their asymptotes, with the bounds `α ≤ x ≤ β`
+    /// of this step.
     fn variables(
         &self,
         x: &[f64],
-        lower: &[f64],
-        upper: &[f64],
-        low: &[f64],
-        upp: &[f64],
+        [lower, upper]: [&[f64]; 2],
+        [low, upp]: [&[f64]; 2],
         own: Range<usize>,
     ) -> Vec<Variable> {
         let p = &self.parameters;

@@ -5,8 +5,8 @@
 //!
 //! `f̃_i(x) = f_i(x⁰) + Σ_j [ p_ij/(u_j − x_j) + q_ij/(x_j − l_j) ] − [ the same at x⁰ ]`.
 //!
-//! Internally, each `x_j` is shifted and scaled, see [`Variable`]. Source: the notes, section on
-//! the subproblem.
+//! Internally, each `x_j` is shifted and scaled, see [`Variable`]. MMA and GCMMA differ only in the
+//! curvature ρ_i that is added to each function. Source: the notes, section on the subproblem.
 
 use super::{Functions, MmaParameters};
 use slipstick_ranks::Ranks;
@@ -37,10 +37,10 @@ impl Variable {
     }
 
     /// `(p_j, q_j)` of a function with derivative `slope = ∂f/∂x_j`, for `t`.
-    fn approximation(&self, slope: f64, raa0: f64) -> (f64, f64) {
+    fn approximation(&self, slope: f64, rho: f64) -> (f64, f64) {
         let slope = slope * self.range;
         let (rising, falling) = (slope.max(0.0), (-slope).max(0.0));
-        let both = 0.001 * (rising + falling) + raa0;
+        let both = 0.001 * (rising + falling) + rho;
         (self.upp.powi(2) * (rising + both), self.low.powi(2) * (falling + both))
     }
 }
@@ -64,19 +64,20 @@ pub(super) struct Subproblem<'a> {
 
 impl<'a> Subproblem<'a> {
     /// Approximates functions with these values and gradients at the variables' `x`. Only
-    /// `variables` can move.
+    /// `variables` can move. `rho` is the curvature of each function, the objective first.
     pub fn new(
         parameters: &'a MmaParameters,
         variables: &'a [Variable],
         functions: &Functions<'a>,
+        rho: &[f64],
         ranks: &'a dyn Ranks,
     ) -> Self {
         let &Functions { objective_gradient, constraints, constraint_gradients, .. } = functions;
-        let raa0 = parameters.raa0;
-        let (p0, q0) = variables.iter().map(|v| v.approximation(objective_gradient[v.index], raa0)).unzip();
+        let (p0, q0) = variables.iter().map(|v| v.approximation(objective_gradient[v.index], rho[0])).unzip();
         let gradients = || constraint_gradients.iter();
-        let (p, q) =
-            variables.iter().flat_map(|v| gradients().map(|gradient| v.approximation(gradient[v.index], raa0))).unzip();
+        let with_rho = || gradients().zip(&rho[1..]);
+        let of_variable = |v: &'a Variable| with_rho().map(|(gradient, &rho)| v.approximation(gradient[v.index], rho));
+        let (p, q) = variables.iter().flat_map(of_variable).unzip();
         let mut scale = constraints.iter().fold(1.0, |scale: f64, value| scale.max(value.abs()));
         for variable in variables {
             let slopes = gradients().map(|gradient| gradient[variable.index]);
@@ -114,6 +115,25 @@ impl<'a> Subproblem<'a> {
         for i in 0..m {
             values[i] += self.p[j * m + i] * upper - self.q[j * m + i] * lower;
         }
+    }
+
+    /// Changes `f̃_i(t) − f_i(0)` of objective and constraints, the objective first, and the
+    /// distance `d(t) = Σ_j t²(u_j − l_j)/((u_j − t)(t − l_j))`, which is `∂f̃_i/∂ρ_i`. Notes,
+    /// section on the update of ρ. Test: `distance_is_the_slope_in_rho`.
+    pub fn changes(&self, t: &[f64]) -> (Vec<f64>, f64) {
+        let m = self.values.len();
+        let mut constraints = vec![0.0; m];
+        let (mut objective, mut distance) = (0.0, 0.0);
+        for (j, (variable, &t)) in self.variables.iter().zip(t).enumerate() {
+            let (to_upp, to_low) = (1.0 / (variable.upp - t), 1.0 / (t - variable.low));
+            objective += self.p0[j] * t * to_upp / variable.upp + self.q0[j] * t * to_low / variable.low;
+            distance += t * t * (variable.upp - variable.low) * to_upp * to_low;
+            self.add_values(j, t, to_upp, to_low, &mut constraints);
+        }
+        let mut sums = [&[objective], &*constraints, &[distance]].concat();
+        self.ranks.sum(&mut sums);
+        let distance = sums.pop().unwrap_or(0.0);
+        (sums, distance)
     }
 
     /// `slopes[i] = ∂f̃_i/∂x_j` from `1/(u_j − x_j)²` and `1/(x_j − l_j)²`.

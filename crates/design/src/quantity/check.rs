@@ -327,8 +327,11 @@ mod tests {
             [(0.5, 40.0), (0.25, 25.0), (0.3, 10.0)].iter().map(|(a, p): &(f64, f64)| a * (p - mean).powi(2)).sum();
         check(&*pressure(PressureMeasure::Spread), (variance / whole).sqrt() / mean);
         check(&*pressure(PressureMeasure::Peak { p: 2.0 }), 2325.0f64.sqrt());
-        let least: f64 = [40.0, 25.0, 10.0].iter().map(|p: &f64| (-20.0 * p / mean).exp()).sum();
-        check(&*pressure(PressureMeasure::Minimum { k: 20.0 }), -mean / 20.0 * least.ln());
+        let least: f64 = [(0.5, 40.0), (0.25, 25.0), (0.3, 10.0)]
+            .iter()
+            .map(|(a, p): &(f64, f64)| a * (-20.0 * p / mean).exp())
+            .sum();
+        check(&*pressure(PressureMeasure::Minimum { k: 20.0 }), -mean / 20.0 * (least / whole).ln());
         let square = 0.5 * 1600.0 + 0.25 * 625.0 + 0.3 * 100.0;
         check(&ContactShare::new("share", Patch::whole(0)), 29.25 * 29.25 / (whole * square));
         check(&*gap(GapMeasure::Mean), 4e-3 / whole);

@@ -71,11 +71,6 @@ impl ContactForce {
         force
     }
 
-    /// The slave nodes whose forces are summed.
-    pub fn nodes(&self) -> &[u32] {
-        &self.nodes
-    }
-
     /// Norm below which a node counts as not in contact. \[F\]
     fn threshold(&self, internal_force: &[f64]) -> f64 {
         if self.regularisation > 0.0 {

@@ -16,8 +16,8 @@ pub enum PressureMeasure {
     Mean,
     /// Standard deviation over that area divided by the mean: 0 for uniform pressure.
     Spread,
-    /// Smooth minimum −(m/k) ln Σ_j exp(−k ζ_nj/m) with the mean m: not above the smallest
-    /// pressure, and closer to it the larger k is.
+    /// Smooth minimum −(m/k) ln Σ_j a_j exp(−k ζ_nj/m) with the mean m and a_j = A_j/Σ A_i: between
+    /// the smallest pressure and the mean, and closer to the smallest the larger k is.
     Minimum {
         /// k > 0.
         k: f64,
@@ -83,11 +83,16 @@ impl ContactPressure {
             }
             PressureMeasure::Minimum { k } if mean != 0.0 => {
                 let relative: Vec<f64> = pressure.iter().map(|p| p / mean).collect();
-                let (least, slopes) = soft_minimum(&relative, k);
-                // f = m g(ζ/m): ∂f/∂ζ_j = g_j + (g − Σ g_i ζ_i/m) ∂m/∂ζ_j
+                let shares = by_pressure();
+                let (least, slopes, by_share) = soft_minimum(&relative, &shares, k);
+                // f = m g(ζ/m, a): ∂f/∂ζ_j = g_j + (g − Σ g_i ζ_i/m) ∂m/∂ζ_j
                 let by_mean = least - slopes.iter().zip(&relative).map(|(g, x)| g * x).sum::<f64>();
-                let of_pressure = slopes.iter().zip(by_pressure()).map(|(g, m)| g + by_mean * m).collect();
-                (mean * least, of_pressure, by_area().iter().map(|m| by_mean * m).collect())
+                let of_pressure = slopes.iter().zip(&shares).map(|(g, m)| g + by_mean * m).collect();
+                // ∂a_i/∂A_j = (δ_ij − a_i)/ΣA
+                let whole_share: f64 = by_share.iter().zip(&shares).map(|(by, share)| by * share).sum();
+                let of_area = by_share.iter().zip(by_area());
+                let of_area = of_area.map(|(by, m)| mean * (by - whole_share) / whole + by_mean * m).collect();
+                (mean * least, of_pressure, of_area)
             }
             // no pressure; a mean that is not a number stays so
             PressureMeasure::Mean | PressureMeasure::Spread | PressureMeasure::Minimum { .. } => {

@@ -52,7 +52,7 @@ impl Gap {
             self.patch.of(state.contact).fold((0.0, 0.0), |(n, sum), (_, at)| (n + 1.0, sum + at.reference_area));
         let size = (area / f64::max(count, 1.0)).sqrt();
         let relative: Vec<f64> = self.facing(state).map(|(_, at)| at.gap / at.area / size).collect();
-        let (least, slopes) = soft_minimum(&relative, k);
+        let (least, slopes, _) = soft_minimum(&relative, &vec![1.0; relative.len()], k);
         (size * least, slopes)
     }
 

@@ -15,16 +15,19 @@ pub fn p_norm(values: &[f64], p: f64) -> (f64, Vec<f64>) {
     (largest * norm, slopes)
 }
 
-/// −ln(Σ exp(−k x))/k ≤ min x, and its derivatives (Kreisselmeier and Steinhauser, 1979).
-pub fn soft_minimum(values: &[f64], k: f64) -> (f64, Vec<f64>) {
+/// −ln(Σ w exp(−k x))/k, and its derivatives with respect to x and w (Kreisselmeier and
+/// Steinhauser, 1979). Not above the smallest x for weights ≥ 1; between the smallest x and the mean
+/// Σ w x for weights that add up to 1.
+pub fn soft_minimum(values: &[f64], weights: &[f64], k: f64) -> (f64, Vec<f64>, Vec<f64>) {
     let smallest =
         values.iter().fold(f64::INFINITY, |smallest, x| if x.is_nan() { f64::NAN } else { smallest.min(*x) });
     if !smallest.is_finite() {
-        return (smallest, vec![0.0; values.len()]);
+        return (smallest, vec![0.0; values.len()], vec![0.0; values.len()]);
     }
     let terms: Vec<f64> = values.iter().map(|x| (-k * (x - smallest)).exp()).collect();
-    let sum: f64 = terms.iter().sum();
-    (smallest - sum.ln() / k, terms.iter().map(|term| term / sum).collect())
+    let sum: f64 = terms.iter().zip(weights).map(|(term, weight)| term * weight).sum();
+    let by_value = terms.iter().zip(weights).map(|(term, weight)| term * weight / sum).collect();
+    (smallest - sum.ln() / k, by_value, terms.iter().map(|term| -term / (k * sum)).collect())
 }
 
 #[cfg(test)]
@@ -35,21 +38,27 @@ mod tests {
     #[test]
     fn they_bound_the_extremes() {
         assert_eq!(p_norm(&[3.0, -7.0, 4.0], 2.0).0, 5.0);
-        assert!((soft_minimum(&[1.0, 1.0], 10.0).0 - (1.0 - 2.0f64.ln() / 10.0)).abs() < 1e-15);
+        assert!((soft_minimum(&[1.0, 1.0], &[1.0; 2], 10.0).0 - (1.0 - 2.0f64.ln() / 10.0)).abs() < 1e-15);
+        assert_eq!(soft_minimum(&[1.0, 1.0], &[0.25, 0.75], 10.0).0, 1.0);
         assert_eq!((p_norm(&[0.0; 2], 8.0).0, p_norm(&[1e200, 0.0], 30.0).0), (0.0, 1e200));
-        assert!(p_norm(&[1.0, f64::NAN], 8.0).0.is_nan() && soft_minimum(&[f64::NAN, 1.0], 8.0).0.is_nan());
+        assert!(p_norm(&[1.0, f64::NAN], 8.0).0.is_nan() && soft_minimum(&[f64::NAN, 1.0], &[1.0; 2], 8.0).0.is_nan());
         let at = [0.7, 1.1, 0.2, 0.9];
-        type Smooth = fn(&[f64]) -> (f64, Vec<f64>);
-        for function in [(|x| p_norm(x, 6.0)) as Smooth, |x| soft_minimum(x, 9.0)] {
-            let (_, slopes) = function(&at);
-            for (i, slope) in slopes.iter().enumerate() {
-                let moved = |h: f64| {
-                    let mut moved = at;
-                    moved[i] += h;
-                    function(&moved).0
-                };
-                assert!(((moved(1e-5) - moved(-1e-5)) / 2e-5 - slope).abs() < 1e-9);
-            }
+        let weights = [0.4, 0.1, 0.2, 0.3];
+        let (_, by_value, by_weight) = soft_minimum(&at, &weights, 9.0);
+        differences(|x| p_norm(x, 6.0).0, &at, &p_norm(&at, 6.0).1);
+        differences(|x| soft_minimum(x, &weights, 9.0).0, &at, &by_value);
+        differences(|w| soft_minimum(&at, w, 9.0).0, &weights, &by_weight);
+    }
+
+    fn differences(function: impl Fn(&[f64]) -> f64, at: &[f64], slopes: &[f64]) {
+        assert_eq!(slopes.len(), at.len());
+        for (i, slope) in slopes.iter().enumerate() {
+            let moved = |h: f64| {
+                let mut moved = at.to_vec();
+                moved[i] += h;
+                function(&moved)
+            };
+            assert!(((moved(1e-5) - moved(-1e-5)) / 2e-5 - slope).abs() < 1e-9);
         }
     }
 }

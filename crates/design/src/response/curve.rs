@@ -1,7 +1,5 @@
 //! The distance of a quantity from given points over pseudo-time.
 
-use std::fmt;
-
 /// Points (t, value) that a quantity should pass through.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
@@ -33,13 +31,6 @@ pub enum CurveError {
     Zero,
 }
 
-impl fmt::Display for Curve {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let points: Vec<String> = self.points.iter().map(|(time, value)| format!("({time}, {value})")).collect();
-        f.write_str(&points.join(", "))
-    }
-}
-
 impl Curve {
     /// Through these points, with ascending times above 0.
     ///
@@ -62,11 +53,6 @@ impl Curve {
             (_, true) => Err(CurveError::Zero),
             _ => Ok(Self { points, size }),
         }
-    }
-
-    /// The points.
-    pub fn points(&self) -> &[(f64, f64)] {
-        &self.points
     }
 
     /// Root mean square of the differences at the points, relative to the largest magnitude of

@@ -1,12 +1,16 @@
-//! Loops of the solves with one right-hand side, written so that the compiler vectorises them.
+//! Loops of the solves with one right-hand side or a few, written so that the compiler vectorises
+//! them.
 //!
 //! Each is compiled for the instruction sets found at run time. Products and sums are separate
 //! operations: `mul_add` would call a library routine in portable builds, and memory bandwidth
-//! limits the speed anyway. Matrices are column-major without gaps. Large products are divided into
-//! tiles that threads share; every entry of the result is computed in the same way for any tiling.
+//! limits the speed anyway. Matrices are column-major without gaps. Several right-hand sides are the
+//! columns of such a matrix too: each entry of the factors is read once for all of them, and every
+//! column is computed as it would be alone, bit for bit. Large products are divided into tiles that
+//! threads share; every entry of the result is computed in the same way for any tiling.
 
 use super::scalar::Scalar;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 use std::ops::Range;
 
 /// Number of matrix entries from which tiling pays off.
@@ -20,101 +24,136 @@ const TILE_ENTRIES: usize = 100_000;
 const PANEL: usize = 128;
 const TILE_COLUMNS: usize = 32;
 
-/// y ← y − A x, A of y.len() rows.
-pub(super) fn subtract_product<T: Scalar>(a: &[T], x: &[T], y: &mut [T]) {
-    let m = y.len();
-    if a.len() < WORTH_TILING {
-        vectorized(
-            #[inline(always)]
-            || subtract_rows(a, m, 0..m, x, y),
-        );
-    } else {
-        y.par_chunks_mut(TILE_ROWS).enumerate().for_each(|(tile, y)| {
-            let rows = tile * TILE_ROWS..tile * TILE_ROWS + y.len();
-            vectorized(
-                #[inline(always)]
-                || subtract_rows(a, m, rows, x, y),
-            );
-        });
-    }
-}
-
-/// y ← y − Aᵀ x, A of x.len() rows.
-pub(super) fn subtract_transposed_product<T: Scalar>(a: &[T], x: &[T], y: &mut [T]) {
-    let m = x.len();
-    if m == 0 {
+/// Y ← Y − A X, where A has `m` rows.
+pub(super) fn subtract_product<T: Scalar>(a: &[T], m: usize, x: &[T], y: &mut [T]) {
+    if m == 0 || a.is_empty() {
         return;
     }
+    let x: &Columns<'_, T> = &columns(x, a.len() / m);
+    let mut y = columns_mut(y, m);
     if a.len() < WORTH_TILING {
         vectorized(
             #[inline(always)]
-            || subtract_dots(a, x, y),
+            || subtract_rows(a, m, 0..m, x, &mut y),
         );
     } else {
-        let columns = TILE_ENTRIES.div_ceil(m);
-        y.par_chunks_mut(columns).zip(a.par_chunks(columns * m)).for_each(|(y, a)| {
+        subtract_tiles(a, m, 0, x, &mut y, true);
+    }
+}
+
+/// Y ← Y − Aᵀ X, where A has `m` rows.
+pub(super) fn subtract_transposed_product<T: Scalar>(a: &[T], m: usize, x: &[T], y: &mut [T]) {
+    if m == 0 || a.is_empty() {
+        return;
+    }
+    let x: &Columns<'_, T> = &columns(x, m);
+    let mut y = columns_mut(y, a.len() / m);
+    if a.len() < WORTH_TILING {
+        vectorized(
+            #[inline(always)]
+            || subtract_dots(a, m, 0..m, x, &mut y),
+        );
+    } else {
+        let count = TILE_ENTRIES.div_ceil(m);
+        let tiles = tiles(&mut y, count);
+        tiles.into_par_iter().zip(a.par_chunks(count * m)).for_each(|(mut y, a)| {
             vectorized(
                 #[inline(always)]
-                || subtract_dots(a, x, y),
+                || subtract_dots(a, m, 0..m, x, &mut y),
             );
         });
     }
 }
 
-/// x ← L⁻¹ x with the unit lower triangle of a square matrix.
-pub(super) fn solve_unit_lower<T: Scalar>(lu: &[T], x: &mut [T]) {
-    let n = x.len();
+/// X ← L⁻¹ X with the unit lower triangle of a square matrix of `n` rows.
+pub(super) fn solve_unit_lower<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
+    let mut x = columns_mut(x, n);
     for panel in panels(n) {
-        let (solved, rest) = x.split_at_mut(panel.end);
-        let solved = &mut solved[panel.clone()];
         vectorized(
             #[inline(always)]
-            || unit_lower(Triangle { lu, n, from: panel.start }, solved),
+            || unit_lower(Triangle { lu, n, panel: panel.clone() }, &mut x),
         );
-        subtract_from_rows(&lu[panel.start * n..panel.end * n], n, panel.end, solved, rest);
+        if panel.end < n {
+            let solved = copied(&x, panel.clone());
+            let mut rest: ColumnsMut<'_, T> = x.iter_mut().map(|x| &mut x[panel.end..]).collect();
+            let share = rest[0].len() * panel.len() >= WORTH_TILING / 2;
+            let lu = &lu[panel.start * n..panel.end * n];
+            subtract_tiles(lu, n, panel.end, &columns(&solved, panel.len()), &mut rest, share);
+        }
     }
 }
 
-/// x ← U⁻¹ x with the upper triangle of a square matrix.
-pub(super) fn solve_upper<T: Scalar>(lu: &[T], x: &mut [T]) {
-    let n = x.len();
+/// X ← U⁻¹ X with the upper triangle of a square matrix of `n` rows.
+pub(super) fn solve_upper<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
+    let mut x = columns_mut(x, n);
     for panel in panels(n).rev() {
-        let (rest, solved) = x.split_at_mut(panel.start);
-        let solved = &mut solved[..panel.len()];
         vectorized(
             #[inline(always)]
-            || upper(Triangle { lu, n, from: panel.start }, solved),
+            || upper(Triangle { lu, n, panel: panel.clone() }, &mut x),
         );
-        subtract_from_rows(&lu[panel.start * n..panel.end * n], n, 0, solved, rest);
+        if panel.start > 0 {
+            let solved = copied(&x, panel.clone());
+            let mut rest: ColumnsMut<'_, T> = x.iter_mut().map(|x| &mut x[..panel.start]).collect();
+            let share = rest[0].len() * panel.len() >= WORTH_TILING / 2;
+            let lu = &lu[panel.start * n..panel.end * n];
+            subtract_tiles(lu, n, 0, &columns(&solved, panel.len()), &mut rest, share);
+        }
     }
 }
 
-/// x ← U⁻ᵀ x with the upper triangle of a square matrix.
-pub(super) fn solve_upper_transposed<T: Scalar>(lu: &[T], x: &mut [T]) {
-    let n = x.len();
+/// X ← U⁻ᵀ X with the upper triangle of a square matrix of `n` rows.
+pub(super) fn solve_upper_transposed<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
+    let mut x = columns_mut(x, n);
     for panel in panels(n) {
-        let (known, unsolved) = x.split_at_mut(panel.start);
-        let unsolved = &mut unsolved[..panel.len()];
-        subtract_column_dots(&lu[panel.start * n..panel.end * n], n, 0..panel.start, known, unsolved);
+        subtract_known(lu, n, &panel, 0..panel.start, &mut x);
         vectorized(
             #[inline(always)]
-            || upper_transposed(Triangle { lu, n, from: panel.start }, unsolved),
+            || upper_transposed(Triangle { lu, n, panel: panel.clone() }, &mut x),
         );
     }
 }
 
-/// x ← L⁻ᵀ x with the unit lower triangle of a square matrix.
-pub(super) fn solve_unit_lower_transposed<T: Scalar>(lu: &[T], x: &mut [T]) {
-    let n = x.len();
+/// X ← L⁻ᵀ X with the unit lower triangle of a square matrix of `n` rows.
+pub(super) fn solve_unit_lower_transposed<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
+    let mut x = columns_mut(x, n);
     for panel in panels(n).rev() {
-        let (unsolved, known) = x.split_at_mut(panel.end);
-        let unsolved = &mut unsolved[panel.clone()];
-        subtract_column_dots(&lu[panel.start * n..panel.end * n], n, panel.end..n, known, unsolved);
+        subtract_known(lu, n, &panel, panel.end..n, &mut x);
         vectorized(
             #[inline(always)]
-            || unit_lower_transposed(Triangle { lu, n, from: panel.start }, unsolved),
+            || unit_lower_transposed(Triangle { lu, n, panel: panel.clone() }, &mut x),
         );
     }
+}
+
+/// The columns of right-hand sides, or the same rows of each.
+type Columns<'a, T> = SmallVec<[&'a [T]; 1]>;
+type ColumnsMut<'a, T> = SmallVec<[&'a mut [T]; 1]>;
+
+fn columns<T>(x: &[T], rows: usize) -> Columns<'_, T> {
+    x.chunks_exact(rows.max(1)).collect()
+}
+
+fn columns_mut<T>(x: &mut [T], rows: usize) -> ColumnsMut<'_, T> {
+    x.chunks_exact_mut(rows.max(1)).collect()
+}
+
+/// These rows of every column.
+fn copied<T: Copy>(x: &[&mut [T]], rows: Range<usize>) -> Vec<T> {
+    x.iter().flat_map(|x| x[rows.clone()].iter().copied()).collect()
+}
+
+/// `count` rows of every column after another.
+fn tiles<'a, T>(y: &'a mut [&mut [T]], count: usize) -> Vec<ColumnsMut<'a, T>> {
+    let mut tiles: Vec<ColumnsMut<'a, T>> = Vec::new();
+    for column in y {
+        for (number, tile) in column.chunks_mut(count).enumerate() {
+            match tiles.get_mut(number) {
+                Some(columns) => columns.push(tile),
+                None => tiles.push(std::iter::once(tile).collect()),
+            }
+        }
+    }
+    tiles
 }
 
 /// Columns of a triangle of `n` that are solved at once; the remaining unknowns follow from
@@ -124,39 +163,46 @@ fn panels(n: usize) -> impl DoubleEndedIterator<Item = Range<usize>> {
     (0..n.div_ceil(width)).map(move |k| k * width..((k + 1) * width).min(n))
 }
 
-/// y ← y − (rows from `first` on) x, in columns of `n`.
-fn subtract_from_rows<T: Scalar>(columns: &[T], n: usize, first: usize, x: &[T], y: &mut [T]) {
-    let tile = |(tile, y): (usize, &mut [T])| {
+/// Y ← Y − (rows of A from `first` on) X, where A has `m` rows; threads share the tiles if there is
+/// enough work for them.
+fn subtract_tiles<T: Scalar>(a: &[T], m: usize, first: usize, x: &Columns<'_, T>, y: &mut [&mut [T]], share: bool) {
+    let tile = |(tile, mut y): (usize, ColumnsMut<'_, T>)| {
         let begin = first + tile * TILE_ROWS;
-        let rows = begin..begin + y.len();
+        let rows = begin..begin + y[0].len();
         vectorized(
             #[inline(always)]
-            || subtract_rows(columns, n, rows, x, y),
+            || subtract_rows(a, m, rows, x, &mut y),
         );
     };
-    if y.len() * x.len() < WORTH_TILING / 2 {
-        y.chunks_mut(TILE_ROWS).enumerate().for_each(tile);
+    let tiles = tiles(y, TILE_ROWS);
+    if share {
+        tiles.into_par_iter().enumerate().for_each(tile);
     } else {
-        y.par_chunks_mut(TILE_ROWS).enumerate().for_each(tile);
+        tiles.into_iter().enumerate().for_each(tile);
     }
 }
 
-/// yⱼ ← yⱼ − (`rows` of column j) · x, in columns of `n`.
-fn subtract_column_dots<T: Scalar>(columns: &[T], n: usize, rows: Range<usize>, x: &[T], y: &mut [T]) {
-    let some = |(y, columns): (&mut [T], &[T])| {
+/// Subtracts the products of the panel's columns with the `known` rows of X from the panel's rows.
+fn subtract_known<T: Scalar>(lu: &[T], n: usize, panel: &Range<usize>, known: Range<usize>, x: &mut [&mut [T]]) {
+    if known.is_empty() {
+        return;
+    }
+    let values = copied(x, known.clone());
+    let values: &Columns<'_, T> = &columns(&values, known.len());
+    let lu = &lu[panel.start * n..panel.end * n];
+    let mut unsolved: ColumnsMut<'_, T> = x.iter_mut().map(|x| &mut x[panel.clone()]).collect();
+    let some = |(mut y, lu): (ColumnsMut<'_, T>, &[T])| {
         vectorized(
             #[inline(always)]
-            || {
-                for (y, column) in y.iter_mut().zip(columns.chunks_exact(n)) {
-                    *y -= dot(&column[rows.clone()], x);
-                }
-            },
+            || subtract_dots(lu, n, known.clone(), values, &mut y),
         );
     };
-    if y.len() * x.len() < WORTH_TILING / 2 {
-        some((y, columns));
+    let share = panel.len() * known.len() >= WORTH_TILING / 2;
+    if share {
+        let tiles = tiles(&mut unsolved, TILE_COLUMNS);
+        tiles.into_par_iter().zip(lu.par_chunks(TILE_COLUMNS * n)).for_each(some);
     } else {
-        y.par_chunks_mut(TILE_COLUMNS).zip(columns.par_chunks(TILE_COLUMNS * n)).for_each(some);
+        some((unsolved, lu));
     }
 }
 
@@ -164,47 +210,83 @@ fn vectorized(run: impl FnOnce()) {
     pulp::Arch::new().dispatch(run);
 }
 
-/// y ← y − (rows of A) x, A of m rows.
+/// Y ← Y − (rows of A) X, A of m rows.
 #[inline(always)]
-fn subtract_rows<T: Scalar>(a: &[T], m: usize, rows: Range<usize>, x: &[T], y: &mut [T]) {
-    if m == 0 {
-        return;
-    }
+fn subtract_rows<T: Scalar>(a: &[T], m: usize, rows: Range<usize>, x: &[&[T]], y: &mut [&mut [T]]) {
+    let count = a.len() / m;
     let column = |k: usize| &a[k * m + rows.start..k * m + rows.end];
-    let (quads, rest) = x.as_chunks::<4>();
-    for (q, x) in quads.iter().enumerate() {
+    for q in 0..count / 4 {
         let k = 4 * q;
-        let columns = column(k).iter().zip(column(k + 1)).zip(column(k + 2)).zip(column(k + 3));
-        for (y, (((a0, a1), a2), a3)) in y.iter_mut().zip(columns) {
-            *y -= (*a0 * x[0] + *a1 * x[1]) + (*a2 * x[2] + *a3 * x[3]);
+        let (a0, a1, a2, a3) = (column(k), column(k + 1), column(k + 2), column(k + 3));
+        for (x, y) in x.iter().zip(y.iter_mut()) {
+            let (x0, x1, x2, x3) = (x[k], x[k + 1], x[k + 2], x[k + 3]);
+            for (y, (((a0, a1), a2), a3)) in y.iter_mut().zip(a0.iter().zip(a1).zip(a2).zip(a3)) {
+                *y -= (*a0 * x0 + *a1 * x1) + (*a2 * x2 + *a3 * x3);
+            }
         }
     }
-    for (k, x) in rest.iter().enumerate() {
-        for (y, a) in y.iter_mut().zip(column(4 * quads.len() + k)) {
-            *y -= *a * *x;
+    for k in count / 4 * 4..count {
+        for (x, y) in x.iter().zip(y.iter_mut()) {
+            let x = x[k];
+            for (y, a) in y.iter_mut().zip(column(k)) {
+                *y -= *a * x;
+            }
         }
     }
 }
 
+/// Y ← Y − (rows of A)ᵀ X, A of m rows; X has only these rows.
 #[inline(always)]
-fn subtract_dots<T: Scalar>(a: &[T], x: &[T], y: &mut [T]) {
-    for (y, a) in y.iter_mut().zip(a.chunks_exact(x.len())) {
-        *y -= dot(a, x);
+fn subtract_dots<T: Scalar>(a: &[T], m: usize, rows: Range<usize>, x: &[&[T]], y: &mut [&mut [T]]) {
+    for (k, a) in a.chunks_exact(m).enumerate() {
+        let a = &a[rows.clone()];
+        let (pairs, rest) = x.as_chunks::<2>();
+        for ([x0, x1], y) in pairs.iter().zip(y.chunks_exact_mut(2)) {
+            let [dot0, dot1] = two_dots(a, x0, x1);
+            y[0][k] -= dot0;
+            y[1][k] -= dot1;
+        }
+        if let ([x], Some(y)) = (rest, y.last_mut()) {
+            y[k] -= dot(a, x);
+        }
     }
 }
+
+/// Number of sums in [`dot`] that do not wait for each other.
+const LANES: usize = 16;
 
 /// Sum of products in independent lanes.
 #[inline(always)]
 fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
-    const LANES: usize = 16;
-    let (a, a_rest) = a.as_chunks::<LANES>();
-    let (b, b_rest) = b.as_chunks::<LANES>();
     let mut lanes = [T::ZERO; LANES];
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
     for (a, b) in a.iter().zip(b) {
         for l in 0..LANES {
             lanes[l] += a[l] * b[l];
         }
     }
+    total(lanes, a_rest, b_rest)
+}
+
+/// [`dot`] of `a` with two vectors: the sums of one run while those of the other wait.
+#[inline(always)]
+fn two_dots<T: Scalar>(a: &[T], b: &[T], c: &[T]) -> [T; 2] {
+    let (mut of_b, mut of_c) = ([T::ZERO; LANES], [T::ZERO; LANES]);
+    let ((a, a_rest), (b, b_rest), (c, c_rest)) =
+        (a.as_chunks::<LANES>(), b.as_chunks::<LANES>(), c.as_chunks::<LANES>());
+    for ((a, b), c) in a.iter().zip(b).zip(c) {
+        for l in 0..LANES {
+            of_b[l] += a[l] * b[l];
+        }
+        for l in 0..LANES {
+            of_c[l] += a[l] * c[l];
+        }
+    }
+    [total(of_b, a_rest, b_rest), total(of_c, a_rest, c_rest)]
+}
+
+#[inline(always)]
+fn total<T: Scalar>(mut lanes: [T; LANES], a_rest: &[T], b_rest: &[T]) -> T {
     let mut sum = T::ZERO;
     for (a, b) in a_rest.iter().zip(b_rest) {
         sum += *a * *b;
@@ -219,58 +301,72 @@ fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     lanes[0] + sum
 }
 
-/// Diagonal block, from the unknown `from` on, of a square matrix of `n` columns.
+/// Diagonal block of a square matrix of `n` columns.
 struct Triangle<'a, T> {
     lu: &'a [T],
     n: usize,
-    from: usize,
+    /// Its rows and columns.
+    panel: Range<usize>,
 }
 
 impl<T> Triangle<'_, T> {
-    /// Rows of column j of the block.
+    /// Rows of column j of the matrix.
     #[inline(always)]
     fn column(&self, j: usize, rows: Range<usize>) -> &[T] {
-        let begin = (self.from + j) * self.n + self.from;
-        &self.lu[begin + rows.start..begin + rows.end]
+        &self.lu[j * self.n + rows.start..j * self.n + rows.end]
     }
 }
 
 #[inline(always)]
-fn unit_lower<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
-    let n = x.len();
-    for j in 0..n {
-        let xj = x[j];
-        for (x, l) in x[j + 1..].iter_mut().zip(lu.column(j, j + 1..n)) {
-            *x -= *l * xj;
+fn unit_lower<T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
+    for j in lu.panel.clone() {
+        let below = j + 1..lu.panel.end;
+        let column = lu.column(j, below.clone());
+        for x in x.iter_mut() {
+            let xj = x[j];
+            for (x, l) in x[below.clone()].iter_mut().zip(column) {
+                *x -= *l * xj;
+            }
         }
     }
 }
 
 #[inline(always)]
-fn upper<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
-    for j in (0..x.len()).rev() {
-        let xj = x[j] / lu.column(j, j..j + 1)[0];
-        x[j] = xj;
-        for (x, u) in x[..j].iter_mut().zip(lu.column(j, 0..j)) {
-            *x -= *u * xj;
+fn upper<T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
+    for j in lu.panel.clone().rev() {
+        let above = lu.panel.start..j;
+        let (column, pivot) = (lu.column(j, above.clone()), lu.column(j, j..j + 1)[0]);
+        for x in x.iter_mut() {
+            let xj = x[j] / pivot;
+            x[j] = xj;
+            for (x, u) in x[above.clone()].iter_mut().zip(column) {
+                *x -= *u * xj;
+            }
         }
     }
 }
 
 #[inline(always)]
-fn upper_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
-    for j in 0..x.len() {
-        let sum = dot(lu.column(j, 0..j), &x[..j]);
-        x[j] = (x[j] - sum) / lu.column(j, j..j + 1)[0];
+fn upper_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
+    for j in lu.panel.clone() {
+        let above = lu.panel.start..j;
+        let (column, pivot) = (lu.column(j, above.clone()), lu.column(j, j..j + 1)[0]);
+        for x in x.iter_mut() {
+            let sum = dot(column, &x[above.clone()]);
+            x[j] = (x[j] - sum) / pivot;
+        }
     }
 }
 
 #[inline(always)]
-fn unit_lower_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [T]) {
-    let n = x.len();
-    for j in (0..n).rev() {
-        let sum = dot(lu.column(j, j + 1..n), &x[j + 1..]);
-        x[j] -= sum;
+fn unit_lower_transposed<T: Scalar>(lu: Triangle<'_, T>, x: &mut [&mut [T]]) {
+    for j in lu.panel.clone().rev() {
+        let below = j + 1..lu.panel.end;
+        let column = lu.column(j, below.clone());
+        for x in x.iter_mut() {
+            let sum = dot(column, &x[below.clone()]);
+            x[j] -= sum;
+        }
     }
 }
 
@@ -287,8 +383,8 @@ mod tests {
         let wave = |count: usize, pitch: f64| (0..count).map(|i| (i as f64 * pitch).sin()).collect::<Vec<f64>>();
         let (a, x, z) = (wave(m * n, 0.618), wave(n, 0.37), wave(m, 0.73));
         let (mut y, mut w) = (vec![1.0; m], vec![1.0; n]);
-        subtract_product(&a, &x, &mut y);
-        subtract_transposed_product(&a, &z, &mut w);
+        subtract_product(&a, m, &x, &mut y);
+        subtract_transposed_product(&a, m, &z, &mut w);
         for i in 0..m {
             let sum: f64 = (0..n).map(|j| a[i + j * m] * x[j]).sum();
             assert!((y[i] - (1.0 - sum)).abs() < 1e-11);
@@ -310,7 +406,7 @@ mod tests {
             let b: Vec<f64> = (0..n).map(|i| (i as f64 * 0.37).cos()).collect();
             let lower = |i: usize, j: usize| if i == j { 1.0 } else { lu[i + j * n] * f64::from(i > j) };
             let upper = |i: usize, j: usize| lu[i + j * n] * f64::from(i <= j);
-            type Solve = fn(&[f64], &mut [f64]);
+            type Solve = fn(&[f64], usize, &mut [f64]);
             type Entry<'a> = &'a dyn Fn(usize, usize) -> f64;
             let solves: [(Solve, Entry<'_>); 4] = [
                 (solve_unit_lower, &lower),
@@ -320,7 +416,7 @@ mod tests {
             ];
             for (solve, entry) in solves {
                 let mut x = b.clone();
-                solve(&lu, &mut x);
+                solve(&lu, n, &mut x);
                 for i in 0..n {
                     let product: f64 = (0..n).map(|j| entry(i, j) * x[j]).sum();
                     assert!((product - b[i]).abs() < 1e-12, "n = {n}, row {i}: {product} for {}", b[i]);

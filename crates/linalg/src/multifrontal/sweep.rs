@@ -1,8 +1,12 @@
-//! Substitution for one right-hand side with several threads.
+//! Substitution for one or several right-hand sides with several threads.
 //!
 //! Small subtrees of the assembly tree are independent tasks. Their results for the fronts above
 //! are added in a fixed order; in these fronts the threads share the products. The choice of tasks
-//! depends only on the matrix.
+//! depends only on the matrix. Each front is read once for all right-hand sides, and each of these
+//! is solved as it would be alone, bit for bit.
+//!
+//! Right-hand sides are interleaved, so that the entries of an unknown lie together; in the fronts,
+//! they are the columns of a matrix.
 
 use super::Numeric;
 use super::front::Front;
@@ -73,76 +77,101 @@ impl Plan {
 /// The unknowns that a task uses: its own from `first` on, and a copy of those beyond.
 struct View<'a, T> {
     first: usize,
+    /// Number of right-hand sides.
+    columns: usize,
     own: &'a mut [T],
-    beyond: Vec<T>,
+    beyond: &'a mut [T],
 }
 
 impl<T: Scalar> View<'_, T> {
-    fn at(&mut self, unknown: usize) -> &mut T {
-        let i = unknown - self.first;
+    /// The entries of an unknown, one for each right-hand side.
+    fn at(&mut self, unknown: usize) -> &mut [T] {
+        let i = (unknown - self.first) * self.columns;
         let past = self.own.len();
-        if i < past { &mut self.own[i] } else { &mut self.beyond[i - past] }
+        if i < past { &mut self.own[i..i + self.columns] } else { &mut self.beyond[i - past..i - past + self.columns] }
+    }
+
+    /// The entries of some unknowns, as columns.
+    fn gather(&mut self, unknowns: impl Iterator<Item = usize>, rows: usize, to: &mut [T]) {
+        for (i, unknown) in unknowns.enumerate() {
+            for (j, x) in self.at(unknown).iter().enumerate() {
+                to[j * rows + i] = *x;
+            }
+        }
     }
 }
 
 impl<T: Scalar> Numeric<T> {
-    /// Solves in place, in the permuted numbering.
-    pub(super) fn sweep(&self, transpose: bool, x: &mut [T]) {
+    /// Solves in place, in the permuted numbering, for interleaved right-hand sides.
+    pub(super) fn sweep(&self, transpose: bool, columns: usize, x: &mut [T]) {
         let mut y = vec![T::ZERO; x.len()];
-        self.forward(transpose, x, &mut y);
-        self.backward(transpose, x, &mut y);
+        self.forward(transpose, columns, x, &mut y);
+        self.backward(transpose, columns, x, &mut y);
     }
 
-    /// y ← L⁻¹ x (transposed: U⁻ᵀ x), y in the order of elimination.
-    fn forward(&self, transpose: bool, x: &mut [T], y: &mut [T]) {
-        let n = x.len();
+    /// y ← L⁻¹ x (transposed: U⁻ᵀ x), y front by front in the order of elimination.
+    fn forward(&self, transpose: bool, columns: usize, x: &mut [T], y: &mut [T]) {
         let tasks = &self.plan.tasks;
-        let own = disjoint(x, tasks.iter().map(|t| t.unknowns.clone()));
-        let stages = disjoint(y, tasks.iter().map(|t| t.pivots.clone()));
+        let size = x.len();
+        let own = disjoint(x, tasks.iter().map(|t| of(columns, t.unknowns.clone())));
+        let stages = disjoint(y, tasks.iter().map(|t| of(columns, t.pivots.clone())));
+        // every task leaves zeros in the buffer
         let updates: Vec<Vec<T>> = (tasks, own, stages)
             .into_par_iter()
-            .map(|(task, own, y)| {
-                let beyond = vec![T::ZERO; n - task.unknowns.end];
-                let mut view = View { first: task.unknowns.start, own, beyond };
-                let mut update = Vec::new();
-                for k in task.fronts.clone() {
-                    let pivots = self.plan.pivots(k);
-                    let w = &mut y[pivots.start - task.pivots.start..pivots.end - task.pivots.start];
-                    self.forward_front(transpose, k, &mut view, w, &mut update);
-                }
-                self.passed_on(task).map(|i| view.beyond[i - task.unknowns.end]).collect()
-            })
+            .map_init(
+                || vec![T::ZERO; size],
+                |buffer, (task, own, y)| {
+                    let beyond = &mut buffer[columns * task.unknowns.end..];
+                    let mut view = View { first: task.unknowns.start, columns, own, beyond };
+                    let mut update = Vec::new();
+                    for k in task.fronts.clone() {
+                        let w = &mut y[of(columns, within(self.plan.pivots(k), task.pivots.start))];
+                        self.forward_front(transpose, k, &mut view, w, &mut update);
+                    }
+                    let mut passed_on = Vec::with_capacity(columns * self.passed_on(task).count());
+                    for i in self.passed_on(task) {
+                        passed_on.extend_from_slice(view.at(i));
+                        view.at(i).fill(T::ZERO);
+                    }
+                    passed_on
+                },
+            )
             .collect();
+        let mut view = View { first: 0, columns, own: x, beyond: &mut [] };
         for (task, update) in tasks.iter().zip(updates) {
-            self.passed_on(task).zip(update).for_each(|(i, u)| x[i] += u);
+            for (i, update) in self.passed_on(task).zip(update.chunks_exact(columns)) {
+                view.at(i).iter_mut().zip(update).for_each(|(x, u)| *x += *u);
+            }
         }
-        let mut view = View { first: 0, own: x, beyond: Vec::new() };
         let mut update = Vec::new();
         for &k in &self.plan.top {
-            self.forward_front(transpose, k, &mut view, &mut y[self.plan.pivots(k)], &mut update);
+            self.forward_front(transpose, k, &mut view, &mut y[of(columns, self.plan.pivots(k))], &mut update);
         }
     }
 
     /// x ← U⁻¹ y (transposed: L⁻ᵀ y).
-    fn backward(&self, transpose: bool, x: &mut [T], y: &mut [T]) {
-        let n = x.len();
-        let mut view = View { first: 0, own: x, beyond: Vec::new() };
+    fn backward(&self, transpose: bool, columns: usize, x: &mut [T], y: &mut [T]) {
+        let size = x.len();
+        let mut view = View { first: 0, columns, own: x, beyond: &mut [] };
         let mut known = Vec::new();
         for &k in self.plan.top.iter().rev() {
-            self.backward_front(transpose, k, &mut view, &mut y[self.plan.pivots(k)], &mut known);
+            self.backward_front(transpose, k, &mut view, &mut y[of(columns, self.plan.pivots(k))], &mut known);
         }
         let tasks = &self.plan.tasks;
-        let from_above: Vec<Vec<T>> = tasks.iter().map(|t| self.passed_on(t).map(|i| x[i]).collect()).collect();
-        let own = disjoint(x, tasks.iter().map(|t| t.unknowns.clone()));
-        let stages = disjoint(y, tasks.iter().map(|t| t.pivots.clone()));
-        (tasks, own, stages, from_above).into_par_iter().for_each(|(task, own, y, from_above)| {
-            let mut beyond = vec![T::ZERO; n - task.unknowns.end];
-            self.passed_on(task).zip(from_above).for_each(|(i, value)| beyond[i - task.unknowns.end] = value);
-            let mut view = View { first: task.unknowns.start, own, beyond };
+        let from_above = |t: &Task| self.passed_on(t).flat_map(|i| view.at(i).to_vec()).collect::<Vec<T>>();
+        let from_above: Vec<Vec<T>> = tasks.iter().map(from_above).collect();
+        let own = disjoint(x, tasks.iter().map(|t| of(columns, t.unknowns.clone())));
+        let stages = disjoint(y, tasks.iter().map(|t| of(columns, t.pivots.clone())));
+        let buffer = || vec![T::ZERO; size];
+        (tasks, own, stages, from_above).into_par_iter().for_each_init(buffer, |buffer, (task, own, y, from_above)| {
+            let beyond = &mut buffer[columns * task.unknowns.end..];
+            let mut view = View { first: task.unknowns.start, columns, own, beyond };
+            for (i, values) in self.passed_on(task).zip(from_above.chunks_exact(columns)) {
+                view.at(i).copy_from_slice(values);
+            }
             let mut known = Vec::new();
             for k in task.fronts.clone().rev() {
-                let pivots = self.plan.pivots(k);
-                let w = &mut y[pivots.start - task.pivots.start..pivots.end - task.pivots.start];
+                let w = &mut y[of(columns, within(self.plan.pivots(k), task.pivots.start))];
                 self.backward_front(transpose, k, &mut view, w, &mut known);
             }
         });
@@ -153,6 +182,11 @@ impl<T: Scalar> Numeric<T> {
         self.structure.supernodes[task.fronts.end - 1].rows.iter().map(|&i| i as usize)
     }
 
+    /// Rows (forward) and columns (backward) of a front beyond its pivots.
+    fn beyond<'a>(&'a self, k: usize, delayed: &'a [u32]) -> impl Iterator<Item = usize> + 'a {
+        delayed.iter().chain(&self.structure.supernodes[k].rows).map(|&i| i as usize)
+    }
+
     fn forward_front(&self, transpose: bool, k: usize, x: &mut View<'_, T>, w: &mut [T], update: &mut Vec<T>) {
         let front = &self.fronts[k];
         let (pivots, delayed) = if transpose {
@@ -160,18 +194,21 @@ impl<T: Scalar> Numeric<T> {
         } else {
             (&front.pivot_rows, &front.delayed_rows)
         };
-        w.iter_mut().zip(pivots).for_each(|(w, &i)| *w = *x.at(i as usize));
+        let (q, rows) = (pivots.len(), delayed.len() + self.structure.supernodes[k].rows.len());
+        x.gather(pivots.iter().map(|&i| i as usize), q, w);
         update.clear();
-        update.resize(delayed.len() + self.structure.supernodes[k].rows.len(), T::ZERO);
+        update.resize(rows * x.columns, T::ZERO);
         if transpose {
-            kernels::solve_upper_transposed(&front.lu, w);
-            kernels::subtract_transposed_product(&front.upper, w, update);
+            kernels::solve_upper_transposed(&front.lu, q, w);
+            kernels::subtract_transposed_product(&front.upper, q, w, update);
         } else {
-            kernels::solve_unit_lower(&front.lu, w);
-            kernels::subtract_product(&front.lower, w, update);
+            kernels::solve_unit_lower(&front.lu, q, w);
+            kernels::subtract_product(&front.lower, rows, w, update);
         }
-        for (i, u) in self.beyond(k, delayed).zip(update) {
-            *x.at(i) += *u;
+        for (i, unknown) in self.beyond(k, delayed).enumerate() {
+            for (j, x) in x.at(unknown).iter_mut().enumerate() {
+                *x += update[j * rows + i];
+            }
         }
     }
 
@@ -182,19 +219,32 @@ impl<T: Scalar> Numeric<T> {
         } else {
             (&front.pivot_columns, &front.delayed_columns)
         };
+        let (q, rows) = (pivots.len(), delayed.len() + self.structure.supernodes[k].rows.len());
         known.clear();
-        known.extend(self.beyond(k, delayed).map(|i| *x.at(i)));
+        known.resize(rows * x.columns, T::ZERO);
+        x.gather(self.beyond(k, delayed), rows, known);
         if transpose {
-            kernels::subtract_transposed_product(&front.lower, known, w);
-            kernels::solve_unit_lower_transposed(&front.lu, w);
+            kernels::subtract_transposed_product(&front.lower, rows, known, w);
+            kernels::solve_unit_lower_transposed(&front.lu, q, w);
         } else {
-            kernels::subtract_product(&front.upper, known, w);
-            kernels::solve_upper(&front.lu, w);
+            kernels::subtract_product(&front.upper, q, known, w);
+            kernels::solve_upper(&front.lu, q, w);
         }
-        for (&i, w) in pivots.iter().zip(w) {
-            *x.at(i as usize) = *w;
+        for (i, &unknown) in pivots.iter().enumerate() {
+            for (j, x) in x.at(unknown as usize).iter_mut().enumerate() {
+                *x = w[j * q + i];
+            }
         }
     }
+}
+
+/// The entries of a range of unknowns, with several for each.
+fn of(columns: usize, range: Range<usize>) -> Range<usize> {
+    columns * range.start..columns * range.end
+}
+
+fn within(range: Range<usize>, start: usize) -> Range<usize> {
+    range.start - start..range.end - start
 }
 
 /// Parts of a slice; the ranges ascend and do not overlap.

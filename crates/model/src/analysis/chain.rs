@@ -1,13 +1,14 @@
 //! From the states of a path to the quantities of responses, and from their derivatives to those
 //! with respect to unknowns, design and parameters.
 
-use super::AnalysisError;
-use crate::model::Design;
-use slipstick_design::quantity::{ContactNode, Reads, StateDerivative, StateView};
-use slipstick_design::response::Response;
 use std::sync::Arc;
 
+use slipstick_design::quantity::{ContactNode, Reads, StateDerivative, StateView};
+use slipstick_design::response::Response;
 use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
+
+use super::AnalysisError;
+use crate::model::{ContactResults, Design};
 
 /// What quantities can see of a state.
 pub(crate) struct StateData {
@@ -19,6 +20,8 @@ pub(crate) struct StateData {
     /// Of supports and prescribed motions; zero at free unknowns. Empty unless read. \[F\]
     pub(crate) reaction: Vec<f64>,
     contact: Vec<ContactNode>,
+    /// Where `contact` and `reaction` come from. `None` unless one of them is read.
+    pub(crate) results: Option<ContactResults>,
     /// Of the elements. Empty unless read. \[F L\]
     pub(crate) energy: Vec<f64>,
     /// Von Mises, at the Gauss points. Empty unless read. \[F/L²\]
@@ -46,6 +49,7 @@ impl StateData {
             external,
             reaction: Vec::new(),
             contact: Vec::new(),
+            results: None,
             energy: Vec::new(),
             stress: Vec::new(),
         };
@@ -57,6 +61,7 @@ impl StateData {
             if reads.reaction {
                 data.reaction = model.reactions(&data.internal, &data.external, &results.force);
             }
+            data.results = Some(results);
         }
         if reads.energy {
             data.energy = design.energies(d)?;
@@ -91,9 +96,9 @@ impl StateData {
     }
 }
 
-/// For every state of a path, the user's step that it completes or belongs to; 0 for states of
-/// rest.
-fn steps_of(path: &Path) -> Vec<usize> {
+/// For every state of a path, the user's step, through all load cases, that it completes or belongs
+/// to; 0 for states of rest.
+pub(crate) fn steps_of(path: &Path) -> Vec<usize> {
     let mut step = path.steps;
     let mut steps: Vec<usize> = path
         .states

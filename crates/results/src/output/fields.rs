@@ -9,6 +9,7 @@ use slipstick_contact::friction::Status;
 use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
 use slipstick_model::model::{ContactResults, ElementFields};
+use slipstick_model::quantities::Slipped;
 
 /// A state of the load path.
 #[derive(Debug, Clone, Copy)]
@@ -23,8 +24,8 @@ pub struct State<'a> {
     pub density: &'a ElementValues,
     /// Stress, energy and deformation of every element, and reactions.
     pub elements: &'a ElementFields,
-    /// Slipped distance and work of friction of every slave node of all pairs; empty: unknown.
-    pub slipped: &'a [[f64; 2]],
+    /// Slip of every slave node of all pairs; empty: unknown.
+    pub slipped: &'a [Slipped],
     /// `contact_gap` where no master facet is opposite a slave node. \[L\]
     pub no_gap: f64,
 }
@@ -68,13 +69,16 @@ pub fn write_state(path: &Path, mesh: &Mesh, state: &State<'_>, pieces: Option<&
         multiplier[3 * n..3 * n + 3].copy_from_slice(&at.global_multiplier);
         (gap[n], slip[n], status[n]) = (own_gap, own_slip, now);
     }
-    let (mut distance, mut work) = (vec![0.0; nodes], vec![0.0; nodes]);
-    for (at, [slip, dissipated]) in contact.nodes.iter().zip(slipped) {
-        let n = at.node as usize;
-        // a node at a sharp edge belongs to several patches
-        distance[n] = f64::max(distance[n], *slip);
-        work[n] += dissipated;
+    // a node at a sharp edge belongs to several patches: their work is summed, and so are their areas
+    let mut total = vec![Slipped::default(); nodes];
+    for (at, slipped) in contact.nodes.iter().zip(slipped) {
+        let total = &mut total[at.node as usize];
+        total.distance = total.distance.max(slipped.distance);
+        total.work += slipped.work;
+        total.area += slipped.area;
     }
+    let distance: Vec<f64> = total.iter().map(|at| at.distance).collect();
+    let work: Vec<f64> = total.iter().map(|at| if at.area > 0.0 { at.work / at.area } else { 0.0 }).collect();
     let reaction = nodal(&elements.reaction, 3);
     let of_elements = |values: &[f64], components: usize| match values.len() {
         0 => vec![0.0; components * mesh.elements.len()],

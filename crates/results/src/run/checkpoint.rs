@@ -50,8 +50,8 @@ impl Checkpoint {
     /// # Errors
     /// [`RunError::Output`].
     pub fn write(&self, run: &RunDirectory) -> Result<(), RunError> {
-        // Compact, because the state of a design with a million elements has ten vectors of that
-        // length.
+        // Compact, because the state of a design with a million elements has about ten vectors of
+        // that length.
         let path = run.file("checkpoint.json");
         Ok(write_atomically(&path, |writer| seal::write(writer, |writer| Ok(serde_json::to_writer(writer, self)?)))?)
     }
@@ -89,6 +89,13 @@ impl Checkpoint {
     pub fn restore(&self, run: &RunDirectory, optimization: &mut Optimization) -> Result<(), RunError> {
         self.check(optimization.state.x.len(), &optimization.state.constraints)
             .map_err(|reason| damaged(run, reason))?;
+        let methods = [&self.state, &optimization.state].map(|state| state.optimizer.name());
+        if methods[0] != methods[1] {
+            return Err(damaged(
+                run,
+                format!("the optimizer is `{}`; that of the case is `{}`", methods[0], methods[1]),
+            ));
+        }
         if self.start_values.is_some() != (optimization.follows_previous_design() && self.state.iteration > 0) {
             return Err(damaged(run, "`start_values` does not match the case and the number of updates".into()));
         }
@@ -107,7 +114,7 @@ impl Checkpoint {
     /// Checks that the state is valid for `n` design variables and constraints of these names; the
     /// error says what is wrong.
     fn check(&self, n: usize, constraints: &[String]) -> Result<(), String> {
-        let OptimizationState { iteration, x, x_before, mma, scaling, constraints: names, history } = &self.state;
+        let OptimizationState { iteration, x, x_before, optimizer, scaling, constraints: names, history } = &self.state;
         let (updates, records, rows) = (*iteration, history.len(), self.newton_rows.len());
         if rows != records || !(records == updates || records.checked_sub(1) == Some(updates)) {
             return Err(format!("{records} evaluated designs do not match {updates} updates and {rows} row counts"));
@@ -119,9 +126,9 @@ impl Checkpoint {
         if let Some(before) = x_before {
             densities("x_before", before, n)?;
         }
-        mma.check(n, constraints.len()).map_err(|error| format!("`mma`: {error}"))?;
+        optimizer.check(n, constraints.len()).map_err(|error| format!("`{}`: {error}", optimizer.name()))?;
         let parts = [x_before.is_some(), scaling.is_some()];
-        if mma.iteration() != updates || parts.contains(&(updates == 0)) {
+        if optimizer.memory().iteration() != updates || parts.contains(&(updates == 0)) {
             return Err(format!("the optimizer's memory does not match {updates} updates"));
         }
         if let Some(Scaling { objective, constraints }) = scaling {

@@ -127,6 +127,11 @@ impl RunDirectory {
         self.file(MARK).is_file()
     }
 
+    /// Whether a process is writing to this directory now.
+    pub fn is_in_progress(&self) -> bool {
+        Lock::is_taken(&self.path)
+    }
+
     /// The directory.
     pub fn path(&self) -> &Path {
         &self.path

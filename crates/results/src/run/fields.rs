@@ -10,7 +10,7 @@ use crate::output::{OutputError, Pvd, fields};
 use slipstick_model::analysis::pair_results;
 use slipstick_model::model::{ContactResults, Design};
 use slipstick_model::problem::Problem;
-use slipstick_model::quantities::{Quantities, quantities};
+use slipstick_model::quantities::{Quantities, Slipped, quantities};
 
 /// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`,
 /// `contact.csv` ([`ContactTable`]) and `quantities.csv` ([`write_quantities`]); returns the
@@ -121,7 +121,7 @@ impl<'a> Files<'a> {
         name: &str,
         time: f64,
         state: &StepState,
-        (contact, slipped): (&ContactResults, &[[f64; 2]]),
+        (contact, slipped): (&ContactResults, &[Slipped]),
     ) -> Result<(), OutputError> {
         let model = self.design.model();
         let displacement = &state.unknowns[..3 * self.mesh.nodes.len()];

@@ -36,4 +36,10 @@ impl Lock {
             Err(TryLockError::Error(error)) => Err(refused(error)),
         }
     }
+
+    /// Whether a process has the lock of a directory; false where this cannot be known.
+    pub fn is_taken(directory: &Path) -> bool {
+        let file = File::options().append(true).open(directory.join(NAME));
+        file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+    }
 }

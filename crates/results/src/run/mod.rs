@@ -64,4 +64,4 @@ pub use record::{ExitState, Machine, RunPart, RunRecord};
 pub use slipstick_case::case::sha256;
 pub use start_values::StartValuesFile;
 pub use symmetry::{Image, asymmetry};
-pub use tables::{ContactTable, History, NewtonTable, write_quantities};
+pub use tables::{ContactTable, History, NewtonTable, write_evaluations, write_quantities};

@@ -28,6 +28,7 @@ const HISTORY: &[&str] = &[
     "stick",
     "slip",
     "halvings",
+    "inner_iterations",
 ];
 
 /// `history.csv`: one row per evaluated design ([`IterationRecord`]).
@@ -105,6 +106,7 @@ fn cells(constraints: &[String], record: &IterationRecord, seconds: f64) -> Vec<
         stick.into(),
         slip.into(),
         record.halvings.into(),
+        record.inner_iterations.into(),
     ];
     let named = || constraints.iter().zip(&record.constraints);
     cells.extend(named().filter(|(name, _)| *name != VOLUME).map(|(_, constraint)| Cell::from(constraint.value)));
@@ -173,14 +175,32 @@ impl<'a> ContactTable<'a> {
 /// # Errors
 /// [`OutputError::Io`].
 pub fn write_quantities(run: &RunDirectory, quantities: &Quantities) -> Result<(), OutputError> {
+    write_paths(run, "", &[(String::new(), quantities)])
+}
+
+/// Writes `quantities.csv` of several evaluations of a design, as [`write_quantities`] does, with
+/// the coefficient of friction as the first column; the cells of that column are empty if the
+/// contact pairs have different coefficients.
+///
+/// # Errors
+/// [`OutputError::Io`].
+pub fn write_evaluations(run: &RunDirectory, evaluations: &[(Option<f64>, Quantities)]) -> Result<(), OutputError> {
+    let cell = |friction: &Option<f64>| friction.map_or(",".to_owned(), |friction| format!("{friction:?},"));
+    let paths: Vec<(String, &Quantities)> = evaluations.iter().map(|(friction, path)| (cell(friction), path)).collect();
+    write_paths(run, "friction,", &paths)
+}
+
+/// Rows of several paths, each with leading cells, under the names of the first.
+fn write_paths(run: &RunDirectory, heading: &str, paths: &[(String, &Quantities)]) -> Result<(), OutputError> {
+    let Some((_, first)) = paths.first() else { return Ok(()) };
     write_atomically(&run.file("quantities.csv"), |writer| {
-        let names: String = quantities.names.iter().map(|quantity| format!(",{}", quantity.name)).collect();
-        writeln!(writer, "step,load_case,time{names}")?;
-        for row in &quantities.rows {
+        let names: String = first.names.iter().map(|quantity| format!(",{}", quantity.name)).collect();
+        writeln!(writer, "{heading}step,load_case,time{names}")?;
+        for (leading, row) in paths.iter().flat_map(|(leading, path)| path.rows.iter().map(move |row| (leading, row))) {
             let (case, time) = course::place(row.time);
             let cell = |value: &f64| if value.is_finite() { format!(",{value:?}") } else { ",".to_owned() };
             let cells: String = row.values.iter().map(cell).collect();
-            writeln!(writer, "{},{case},{:?}{cells}", row.step, rounded(time, 12))?;
+            writeln!(writer, "{leading}{},{case},{:?}{cells}", row.step, rounded(time, 12))?;
         }
         Ok(())
     })

@@ -37,6 +37,13 @@ fn one_mistake_is_one_error() {
             "ball_flat",
         ),
         (", component = \"y\"", "", CaseCode::MissingKey, "`component`", "a direction [x, y, z]"),
+        (
+            "reaction = { set = \"ball_flat\", component = \"y\" }",
+            "contact_pressure = { slave = \"ball_dome\", measure = \"spread\", sharpness = 9 }",
+            CaseCode::ChooseOne,
+            "`sharpness` has no effect",
+            "remove it, or choose the measure \"peak\" or \"minimum\"",
+        ),
         ("component = \"y\"", "component = [0, 0, 0]", CaseCode::OutOfRange, "zero vector", "[0, 1, 0]"),
         (
             "name = \"push\"",
@@ -86,6 +93,23 @@ fn constant_quantities_are_refused() {
             "compliance = {}",
             "has no load, so its compliance is always 0",
         ),
+        (
+            "reaction = { set = \"ball_flat\", component = \"y\" }",
+            "displacement = { set = \"plate_xmax\", component = \"x\", relative_to = \"plate_xmax\" }",
+            "does not move relative to itself",
+        ),
+        (
+            "reaction = { set = \"ball_flat\", component = \"y\" }",
+            "volume = { body = \"ball\" }",
+            "`ball` is not designed, so its volume does not change",
+        ),
+        (
+            "reaction = { set = \"ball_flat\", component = \"y\" }",
+            "stress = { within = [{ min = [9, 9, 9], max = [10, 10, 10] }] }",
+            "no element has its centroid in these boxes",
+        ),
+        ("\"push\"", "\"strain_energy\"", "`strain_energy` is the name of a column that every run writes"),
+        ("\"push\"", "\"violation\"", "`violation` is the name of a column that every run writes"),
     ] {
         let case = parse_case(&with(from, to), "case.toml").expect("read").case;
         let error = build(&case).err().expect("refused");

@@ -173,6 +173,12 @@ fn design_and_optimizer() {
     one(32, "0.5", "0", OutOfRange, "0");
     one(36, "0.1", "0", OutOfRange, "0 }");
     one(36, "0.1", "0.1, asydecr = 1.2", OutOfRange, "1.2");
+    let method = |keys: &str| format!("mma = {{ move_limit = 0.1 }}\n{keys}");
+    let line = "mma = { move_limit = 0.1 }";
+    one(36, line, &method("method = \"gcma\""), UnknownWord, "\"gcma\"");
+    one(36, line, &method("inner_iterations = 5"), Unsupported, "5");
+    one(36, line, &method("method = \"mma\"\ninner_iterations = 5"), Unsupported, "5");
+    one(36, line, &method("method = \"gcmma\"\ninner_iterations = -1"), OutOfRange, "-1");
 }
 
 #[test]

@@ -19,9 +19,9 @@ pub struct Curve {
     pub points: Vec<[f64; 2]>,
 }
 
-/// Column `y` over column `x` of the `quantities.csv` of a run: one curve per load case, named
-/// `name`, followed by the number of the load case if there are several. Steps whose state could
-/// not be evaluated are left out.
+/// Column `y` over column `x` of the `quantities.csv` of a run: one curve per load case and
+/// coefficient of friction, named `name`, followed by these if there are several curves. Steps
+/// whose state could not be evaluated are left out.
 ///
 /// # Errors
 /// [`RunError::NoRun`] for a directory without a run or without `quantities.csv`;
@@ -65,8 +65,8 @@ fn curves(text: &str, name: &str, columns: [&str; 2]) -> Result<Vec<Curve>, (Str
         find(column).ok_or_else(|| (format!("has no column `{column}`"), format!("available: {}", header.join(", "))))
     };
     let [x, y] = [needed(columns[0])?, needed(columns[1])?];
-    let case = needed("load_case")?;
-    let mut all: Vec<(&str, Curve)> = Vec::new();
+    let (case, friction) = (needed("load_case")?, find("friction"));
+    let mut all: Vec<([&str; 2], Curve)> = Vec::new();
     for (number, line) in lines.filter(|(_, line)| !line.is_empty()) {
         let cells: Vec<&str> = line.split(',').collect();
         let wrong = |what: String| (format!("line {}: {what}", number + 1), "run the case again".to_owned());
@@ -81,15 +81,22 @@ fn curves(text: &str, name: &str, columns: [&str; 2]) -> Result<Vec<Curve>, (Str
             number.ok_or_else(|| wrong(format!("`{}` is not a number", cells[at])))
         };
         let point = [value(x)?, value(y)?];
-        match all.iter_mut().find(|(known, _)| *known == cells[case]) {
+        let path = [cells[case], friction.map_or("", |column| cells[column])];
+        match all.iter_mut().find(|(known, _)| *known == path) {
             Some((_, curve)) => curve.points.push(point),
-            None => all.push((cells[case], Curve { name: name.to_owned(), points: vec![point] })),
+            None => all.push((path, Curve { name: name.to_owned(), points: vec![point] })),
         }
     }
-    let several = all.len() > 1;
-    let named = |(case, curve): (&str, Curve)| match several {
-        true => Curve { name: format!("{}, load case {case}", curve.name), ..curve },
-        false => curve,
+    let differ = |k: usize| all.iter().any(|(path, _)| path[k] != all[0].0[k]);
+    let (cases, coefficients) = (differ(0), differ(1));
+    let named = |([case, friction], mut curve): ([&str; 2], Curve)| {
+        if cases {
+            curve.name += &format!(", load case {case}");
+        }
+        if coefficients {
+            curve.name += &format!(", friction {friction}");
+        }
+        curve
     };
     Ok(all.into_iter().map(named).collect())
 }
@@ -105,6 +112,10 @@ mod tests {
         let found = curves(TABLE, "run", ["u", "f"]).unwrap();
         let expected = [("run, load case 0", vec![[0.0, 0.0], [0.5, -2.0]]), ("run, load case 1", vec![[0.2, -3.0]])];
         assert_eq!(found, expected.map(|(name, points)| Curve { name: name.into(), points }));
+        let evaluations = "friction,step,load_case,time,f\n0.0,1,0,1.0,4.0\n0.5,1,0,1.0,6.0\n";
+        let found = curves(evaluations, "run", ["time", "f"]).unwrap();
+        let expected = [("run, friction 0.0", [1.0, 4.0]), ("run, friction 0.5", [1.0, 6.0])];
+        assert_eq!(found, expected.map(|(name, point)| Curve { name: name.into(), points: vec![point] }));
         let one = curves("step,load_case,time,f\n1,0,1.0,4.0\n", "run", ["time", "f"]).unwrap();
         assert_eq!(one, [Curve { name: "run".into(), points: vec![[1.0, 4.0]] }]);
     }

@@ -50,20 +50,22 @@ pub struct Page {
     pub notes: Vec<String>,
 }
 
-/// Limits on the size of a page.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Limits on the size of a page, and whether it follows a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PageOptions {
     /// Limit for designs and load steps, before encoding. \[bytes\]
     pub frame_bytes: usize,
     /// Limit for coordinates and elements, before encoding; a mesh that needs more is only shown as
     /// a picture. \[bytes\]
     pub model_bytes: usize,
+    /// The interval at which the open page loads its file again, for a run in progress. \[s\]
+    pub reload: Option<f64>,
 }
 
 impl Default for PageOptions {
     /// Pages of up to about 60 MB, which browsers on phones can still open.
     fn default() -> Self {
-        Self { frame_bytes: 24_000_000, model_bytes: 24_000_000 }
+        Self { frame_bytes: 24_000_000, model_bytes: 24_000_000, reload: None }
     }
 }
 
@@ -92,6 +94,8 @@ struct Data {
     case_text: String,
     resolved: Value,
     run: Vec<[String; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reload: Option<f64>,
 }
 
 /// Makes the page of a run; `mesh` is the mesh of its case.
@@ -129,6 +133,7 @@ pub fn page(run: &RunDirectory, case: &Case, mesh: &Mesh, options: &PageOptions)
         units: units(case),
         case_text,
         run: about(&record),
+        reload: options.reload,
         resolved: record.case,
         title,
     };

@@ -3,10 +3,11 @@
 use super::super::names::Names;
 use super::super::reader::Reader;
 use super::super::resolved::{
-    Body, Design, EnergyInterpolation, MmaParameters, Optimizer, SensitivityFilter, Shape, Simp,
+    Body, Design, EnergyInterpolation, MmaParameters, Optimizer, OptimizerMethod, SensitivityFilter, Shape, Simp,
 };
 use super::super::typed::Table;
 use super::{CaseCode, boxes};
+use slipstick_design::Method;
 
 pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option<Design> {
     let table = root.table("design")?;
@@ -189,6 +190,28 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
             "the bound on the mean density, in (0, 1]; or bound quantities with [[constraint]]",
         );
     }
+    let words = [("mma", OptimizerMethod::Mma), ("gcmma", OptimizerMethod::Gcmma)];
+    let method = table.word("method", &words).or(OptimizerMethod::Mma);
+    let conservative = method == OptimizerMethod::Gcmma;
+    let inner_iterations = table
+        .integer("inner_iterations")
+        .count(CaseCode::OutOfRange, 0)
+        .check(
+            CaseCode::Unsupported,
+            |_| conservative,
+            "requires `method = \"gcmma\"`",
+            "omit it, or change the method",
+        )
+        .optional();
+    let inner_iterations = conservative.then(|| inner_iterations.unwrap_or(Method::INNER_ITERATIONS));
+    if conservative && design.is_some_and(|design| design.sensitivity_filter.is_some()) {
+        table.reader.warning(
+            "optimizer.method",
+            CaseCode::FilteredGradients,
+            "the sensitivity filter changes the gradients, so GCMMA cannot keep the objective from rising",
+            "omit the filter for monotone progress, or use `method = \"mma\"`, which needs fewer marches",
+        );
+    }
     let mma = table.table("mma").map_or(MmaParameters::for_densities(), mma);
     let iterations = table
         .integer("iterations")
@@ -196,7 +219,7 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
         .required(1, "the number of design iterations, for instance 100");
     let tolerance = table.number("tolerance").positive(CaseCode::OutOfRange).optional();
     table.finish();
-    Some(Optimizer { mma, iterations, tolerance })
+    Some(Optimizer { method, inner_iterations, mma, iterations, tolerance })
 }
 
 fn mma(table: Table<'_>) -> MmaParameters {

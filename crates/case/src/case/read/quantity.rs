@@ -73,6 +73,14 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
         let sharpness = table.number("sharpness");
         sharpness.check(CaseCode::OutOfRange, at_least_one, "must be at least 1", "8 to 30 are usual").or(default)
     };
+    let sharpness_of = |smooth: bool, smooth_measures: &str, default: f64| {
+        if !smooth && table.has("sharpness") {
+            let message = "`sharpness` has no effect on this measure";
+            let help = format!("remove it, or choose the measure {smooth_measures}");
+            table.reader.error(&table.path_of("sharpness"), CaseCode::ChooseOne, message, help);
+        }
+        sharpness(default)
+    };
     Some(match key {
         "reaction" => QuantityKind::Reaction { set: set(), component: vector_component(table) },
         "moment" => QuantityKind::Moment {
@@ -88,31 +96,34 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
             }),
             within: optional_set("within"),
         },
-        "contact_pressure" => QuantityKind::ContactPressure {
-            slave: slave(),
-            measure: table
-                .word(
-                    "measure",
-                    &[
-                        ("peak", PressureWord::Peak),
-                        ("mean", PressureWord::Mean),
-                        ("spread", PressureWord::Spread),
-                        ("minimum", PressureWord::Minimum),
-                    ],
-                )
-                .required(PressureWord::Mean, "\"peak\", \"mean\", \"spread\" or \"minimum\""),
-            sharpness: sharpness(12.0),
-            within: optional_set("within"),
-        },
+        "contact_pressure" => {
+            let words = [
+                ("peak", PressureWord::Peak),
+                ("mean", PressureWord::Mean),
+                ("spread", PressureWord::Spread),
+                ("minimum", PressureWord::Minimum),
+            ];
+            let measure = table.word("measure", &words);
+            let measure = measure.required(PressureWord::Peak, "\"peak\", \"mean\", \"spread\" or \"minimum\"");
+            let smooth = matches!(measure, PressureWord::Peak | PressureWord::Minimum);
+            QuantityKind::ContactPressure {
+                slave: slave(),
+                measure,
+                sharpness: sharpness_of(smooth, "\"peak\" or \"minimum\"", 12.0),
+                within: optional_set("within"),
+            }
+        }
         "contact_share" => QuantityKind::ContactShare { slave: slave(), within: optional_set("within") },
-        "gap" => QuantityKind::Gap {
-            slave: slave(),
-            measure: table
-                .word("measure", &[("mean", GapWord::Mean), ("minimum", GapWord::Minimum)])
-                .required(GapWord::Mean, "\"mean\" or \"minimum\""),
-            sharpness: sharpness(50.0),
-            within: optional_set("within"),
-        },
+        "gap" => {
+            let measure = table.word("measure", &[("mean", GapWord::Mean), ("minimum", GapWord::Minimum)]);
+            let measure = measure.required(GapWord::Minimum, "\"mean\" or \"minimum\"");
+            QuantityKind::Gap {
+                slave: slave(),
+                measure,
+                sharpness: sharpness_of(measure == GapWord::Minimum, "\"minimum\"", 50.0),
+                within: optional_set("within"),
+            }
+        }
         "friction_work" => QuantityKind::FrictionWork { slave: slave(), within: optional_set("within") },
         "displacement" => QuantityKind::Displacement {
             set: set(),

@@ -99,10 +99,26 @@ impl Combination {
     }
 }
 
+/// A version of Svanberg's method of moving asymptotes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OptimizerMethod {
+    /// One march and one sweep per iteration.
+    Mma,
+    /// Further marches until the approximations are conservative; the objective then decreases
+    /// monotonically.
+    Gcmma,
+}
+
 /// The optimizer and when it stops.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Optimizer {
-    /// Parameters of the method of moving asymptotes.
+    /// Which method chooses the next design.
+    pub method: OptimizerMethod,
+    /// Most inner iterations of a design iteration, each of them a march; for `gcmma` only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inner_iterations: Option<usize>,
+    /// Parameters of the method of moving asymptotes, for either method.
     pub mma: MmaParameters,
     /// Maximum number of iterations.
     pub iterations: usize,

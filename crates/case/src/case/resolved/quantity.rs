@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{BoxRegion, Component, Dimension};
+use super::{BoxRegion, Dimension};
 pub use slipstick_design::ObservedSteps;
 
 /// A number that every state of the load path has: a column of `quantities.csv`, and what
@@ -143,6 +143,24 @@ impl QuantityKind {
         "volume",
     ];
 
+    /// The key of the kind, one of [`Self::KEYS`].
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Reaction { .. } => "reaction",
+            Self::Moment { .. } => "moment",
+            Self::ContactForce { .. } => "contact_force",
+            Self::ContactPressure { .. } => "contact_pressure",
+            Self::ContactShare { .. } => "contact_share",
+            Self::Gap { .. } => "gap",
+            Self::FrictionWork { .. } => "friction_work",
+            Self::Displacement { .. } => "displacement",
+            Self::StrainEnergy { .. } => "strain_energy",
+            Self::Stress { .. } => "stress",
+            Self::Compliance {} => "compliance",
+            Self::Volume { .. } => "volume",
+        }
+    }
+
     /// The dimension of its values.
     pub fn dimension(&self) -> Dimension {
         match self {
@@ -222,7 +240,7 @@ pub enum PressureWord {
     Mean,
     /// Standard deviation over that area, divided by the mean.
     Spread,
-    /// Smooth minimum of the nodal pressures, not above the smallest.
+    /// Smooth minimum of the nodal pressures, between the smallest and the mean.
     Minimum,
 }
 
@@ -234,17 +252,6 @@ pub enum GapWord {
     Mean,
     /// Smooth minimum of the nodal gaps, not above the smallest.
     Minimum,
-}
-
-impl VectorComponent {
-    /// Along an axis.
-    pub fn axis(component: Component) -> Self {
-        Self::Word(match component {
-            Component::X => VectorWord::X,
-            Component::Y => VectorWord::Y,
-            Component::Z => VectorWord::Z,
-        })
-    }
 }
 
 /// A quantity with a weight.

@@ -210,7 +210,7 @@ fn numbers(plan: &Plan, run: &Entry, events: &[Value]) -> Numbers {
     numbers
 }
 
-/// The last row of a history, and its best objective.
+/// The last row of a history, its first and its best objective.
 fn history(path: &Path) -> Vec<(String, f64)> {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     let mut lines = text.lines();
@@ -219,10 +219,15 @@ fn history(path: &Path) -> Vec<(String, f64)> {
     let cell = |row: &[Option<f64>], name: &str| row.get(header.iter().position(|found| *found == name)?).copied()?;
     let mut found = Vec::new();
     if let Some(last) = rows.last() {
-        for name in ["iteration", "objective", "volume_fraction"] {
-            found.extend(cell(last, name).map(|value| (name.to_owned(), value)));
+        // the constraints' columns follow the one of the inner iterations
+        let constraints = header.iter().skip_while(|name| **name != "inner_iterations").skip(1);
+        let constraints = constraints.take_while(|name| **name != "seconds" && !name.starts_with("multiplier"));
+        for name in ["iteration", "objective", "volume_fraction", "violation"].iter().chain(constraints) {
+            found.extend(cell(last, name).map(|value| ((*name).to_owned(), value)));
         }
     }
+    let first = rows.first().and_then(|row| cell(row, "objective"));
+    found.extend(first.map(|value| ("first_objective".to_owned(), value)));
     let best = rows.iter().filter_map(|row| cell(row, "objective")).fold(f64::INFINITY, f64::min);
     if best.is_finite() {
         found.push(("best_objective".into(), best));

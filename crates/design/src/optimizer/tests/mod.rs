@@ -1,10 +1,12 @@
 //! Compares MMA with published results; also contains problems that the other tests share.
 
 mod dual;
+mod gcmma;
 mod input;
 mod large;
 mod random;
 mod special;
+mod svanberg;
 
 use super::*;
 use slipstick_ranks::threads::on_ranks;

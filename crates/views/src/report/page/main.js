@@ -2,6 +2,10 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const element = id => document.getElementById(id);
 const show = id => { element(id).hidden = false; };
+// What the reader has chosen; kept when the page of a run in progress is loaded again.
+const keeping = {}, kept = (() => {
+  try { return data.reload ? JSON.parse(sessionStorage.getItem(location.pathname)) || {} : {}; } catch { return {}; }
+})();
 function texts() {
   element("title").textContent = data.title;
   element("summary").textContent = data.summary;
@@ -73,12 +77,14 @@ function quantities() {
     return select;
   };
   const [x, y] = data.curve || ["time", names[names.length - 1]];
-  const across = pick("x", x), up = pick("y", y), column = name => q.rows.map(row => row[q.columns.indexOf(name)]);
+  const known = ([x, y]) => names.includes(x) && names.includes(y), chosen = kept.curve && known(kept.curve) ? kept.curve : [x, y];
+  const across = pick("x", chosen[0]), up = pick("y", chosen[1]), column = name => q.rows.map(row => row[q.columns.indexOf(name)]);
   const draw = () => {
     const figure = curve(up.value.replaceAll("_", " "), column(across.value), column(up.value), across.value.replaceAll("_", " "));
     const others = q.columns.includes("external_work") ? chart("Energy:", column("step"), ["external_work", "strain_energy", "friction_work"].map(name => ({ name: name.replaceAll("_", " "), values: column(name) })), { zero: true, xname: "load step" }) : null;
     element("quantities-charts").replaceChildren(...[figure, others].filter(f => f));
   };
+  keeping.curve = () => [across.value, up.value];
   [across, up].forEach(select => select.addEventListener("change", draw));
   draw();
 }
@@ -92,6 +98,12 @@ function view() {
   const designs = data.designs, steps = data.steps;
   const state = { mode: steps.length && !designs.length ? "steps" : "designs", design: designs.length - 1, step: steps.length - 1, threshold: 0.5, scale: 1, field: "density", hidden: new Set() };
   if (!designs.length && steps.length) state.mode = "steps"; else if (steps.length) state.mode = "steps";
+  if (kept.state) {
+    const { atLast, hidden, ...rest } = kept.state;
+    const counts = { design: designs.length, step: steps.length }, last = name => atLast[name] || rest[name] >= counts[name] ? counts[name] - 1 : rest[name];
+    Object.assign(state, rest, { design: last("design"), step: last("step"), hidden: new Set(hidden), mode: steps.length && (rest.mode === "steps" || !designs.length) ? "steps" : "designs" });
+  }
+  keeping.state = () => ({ ...state, hidden: [...state.hidden], atLast: { design: state.design === designs.length - 1, step: state.step === steps.length - 1 } });
   const cache = new Map(), open = packed => { if (!cache.has(packed)) cache.set(packed, unpacked(packed)); return cache.get(packed); };
   const frame = () => state.mode === "steps" ? steps[state.step] : designs[state.design];
   const density = () => state.mode === "steps" ? m.path_density : frame().density;
@@ -179,9 +191,25 @@ function view() {
     const value = cells ? (owner >= 0 ? digits(raw[owner]) : "no value here") : nodes.map(n => raw[n]).some(Number.isNaN) ? "no value here" : `${digits(Math.min(...nodes.map(n => raw[n])))} to ${digits(Math.max(...nodes.map(n => raw[n])))} at the corners`;
     probe.textContent = `${where ? where + ", " : ""}${names[state.field]}: ${value}`;
   };
+  if (!available().includes(state.field)) state.field = available()[0];
   controls({ m, state, designs, steps, available, names, refresh, viewer });
   viewer.frame(points);
+  Object.assign(viewer, kept.camera);
+  keeping.camera = () => ({ yaw: viewer.yaw, pitch: viewer.pitch, zoom: viewer.zoom, shift: viewer.shift });
   refresh();
+}
+// While the run is in progress, the program writes this file again; the view stays as it is.
+function follow() {
+  let busy = false;
+  addEventListener("pointerdown", () => { busy = true; });
+  addEventListener("pointerup", () => { busy = false; });
+  if (kept.scroll) scrollTo(0, kept.scroll);
+  setInterval(() => {
+    if (busy || document.hidden) return;
+    const choices = Object.fromEntries(Object.entries(keeping).map(([name, value]) => [name, value()]));
+    try { sessionStorage.setItem(location.pathname, JSON.stringify({ ...choices, scroll: scrollY })); } catch { /* without storage, choices are lost */ }
+    location.reload();
+  }, 1000 * data.reload);
 }
 function controls({ m, state, designs, steps, available, names, refresh, viewer }) {
   const form = element("controls");
@@ -212,7 +240,7 @@ function controls({ m, state, designs, steps, available, names, refresh, viewer 
   const scale = steps.length ? slider("Displacement factor", 0, 5, 0.1, state.scale, v => v.toFixed(1), v => { state.scale = v; }) : null;
   const set = make("fieldset", {});
   const box = (name, on, change) => { const input = make("input", { type: "checkbox" }); input.checked = on; input.addEventListener("change", () => { change(input.checked); refresh(); }); set.append(make("label", {}, input, " ", name)); };
-  m.bodies.forEach((body, b) => box(body.name, true, on => { if (on) state.hidden.delete(b); else state.hidden.add(b); }));
+  m.bodies.forEach((body, b) => box(body.name, !state.hidden.has(b), on => { if (on) state.hidden.delete(b); else state.hidden.add(b); }));
   box("edges", true, on => { viewer.edges = on; });
   const reset = make("button", { type: "button" }, "Reset view");
   reset.addEventListener("click", () => { viewer.reset(); viewer.draw(); });
@@ -226,3 +254,4 @@ curves();
 const flat = why => { document.querySelector(".stage").classList.add("flat"); if (!element("picture").getAttribute("src")) { element("view").hidden = !data.model; element("picture").remove(); } element("probe").textContent = why; };
 if (!data.model) flat(""); else try { view(); } catch (error) { flat(`The interactive view is not available here (${error.message}).`); }
 document.documentElement.dataset.ready = data.model && !document.querySelector(".flat") ? "view" : "flat";
+if (data.reload) follow();
