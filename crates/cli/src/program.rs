@@ -18,8 +18,8 @@ static LAUNCHER: OnceLock<Vec<OsString>> = OnceLock::new();
 
 /// Runs the program with the words of a command line, of which the first is the program's name.
 ///
-/// `launcher` has the words that start this program from another process, for a program that is part
-/// of another executable, such as an interpreter; without it, this is the running executable.
+/// `launcher` has the words that start this program from another process, for a program that is
+/// part of another executable, such as an interpreter; without it, this is the running executable.
 pub fn main(line: Vec<OsString>, launcher: Option<Vec<OsString>>) -> Exit {
     if let Some(words) = launcher {
         // the first call decides; a process runs the program once

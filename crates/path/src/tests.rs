@@ -289,8 +289,8 @@ fn kept_factors_are_counted_and_dropped() {
     assert_eq!((kept.states_with_factors(), kept.factor_bytes), (0, 0));
 }
 
-/// Before every solve, the march and the sweep ask whether to stop. The march then ends with what is
-/// complete, without another attempt; the sweep has no gradient.
+/// Before every solve, the march and the sweep ask whether to stop. The march then ends with what
+/// is complete, without another attempt; the sweep has no gradient.
 #[test]
 fn interrupted_between_newton_iterations() {
     let (spring, times) = (Spring::default(), [0.7, 1.0, 1.9]);

@@ -35,8 +35,8 @@ impl Case {
     #[staticmethod]
     fn load(py: Python<'_>, file: PathBuf) -> PyResult<Self> {
         detached(py, || {
-            let what = || format!("cannot read the case file {}", file.display());
-            let bytes = std::fs::read(&file).map_err(|error| Error::Os { what: what(), error })?;
+            let what = "cannot read the case file";
+            let bytes = std::fs::read(&file).map_err(|error| Error::Os { what, path: file.clone(), error })?;
             let text = utf8(bytes).map_err(|at| {
                 let place = format!("{}:{}:{}: {at}", file.display(), at.line, at.column);
                 Error::input(place, "save the case file as UTF-8")

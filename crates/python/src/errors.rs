@@ -4,6 +4,7 @@
 //! attributes.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError};
 use pyo3::prelude::*;
@@ -22,8 +23,8 @@ pub enum Error {
     Case(Vec<CaseDiagnostic>),
     /// Other wrong input: what is wrong, and the remedy.
     Input { message: String, cure: String },
-    /// A file that the operating system refuses: what was tried.
-    Os { what: String, error: std::io::Error },
+    /// A file that the operating system refuses, and what was tried.
+    Os { what: &'static str, path: PathBuf, error: std::io::Error },
     /// The analysis failed.
     Analysis(Box<FailureReport>),
     /// An exception of a callback, or of the user's signal handler.
@@ -119,12 +120,16 @@ impl Error {
             Self::Internal(text) => {
                 ("InternalError", format!("slipstick has failed: {text}\n    help: please report this, with the case"))
             }
-            Self::Os { what, error } => {
-                let text = format!("{what}: {error}");
+            Self::Os { what, path, error } => {
+                let reason = error.to_string();
                 return Ok(match error.raw_os_error() {
-                    // with an error number, Python chooses the subclass, such as FileNotFoundError
-                    Some(number) => PyOSError::new_err((number, text)),
-                    None => PyOSError::new_err(text),
+                    // with an error number, Python chooses the subclass, such as
+                    // FileNotFoundError, and adds the path
+                    Some(number) => {
+                        let reason = reason.trim_end_matches(&format!(" (os error {number})"));
+                        PyOSError::new_err((number, format!("{what}: {reason}"), path))
+                    }
+                    None => PyOSError::new_err(format!("{what} {}: {reason}", path.display())),
                 });
             }
             Self::Python(error) => return Ok(error),

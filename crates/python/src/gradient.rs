@@ -37,7 +37,8 @@ impl Linearization {
         arrays::matrix(py, rows.concat(), steps)
     }
 
-    /// Derivatives of the sum of all values times these weights, which have the shape of the values.
+    /// Derivatives of the sum of all values times these weights, which have the shape of the
+    /// values.
     fn pull_back<'py>(
         &self,
         py: Python<'py>,

@@ -198,7 +198,8 @@ impl Problem {
         let density = arrays::densities(&density);
         detached(py, || {
             let mut problem = self.built.lock()?;
-            let kept = std::mem::take(&mut problem.analysis.march.factor_memory); // no gradient follows
+            // no gradient follows
+            let kept = std::mem::take(&mut problem.analysis.march.factor_memory);
             let forward = watched(&mut problem, progress, |problem, watch| forward(problem, &density, watch));
             problem.analysis.march.factor_memory = kept;
             let forward = forward?;

@@ -252,8 +252,8 @@ impl Run {
         })
     }
 
-    /// Writes a design as a closed surface, in the format of the file's extension; returns threshold,
-    /// volume of the surface and volume of the densities.
+    /// Writes a design as a closed surface, in the format of the file's extension; returns
+    /// threshold, volume of the surface and volume of the densities.
     #[pyo3(signature = (file, iteration, threshold, smooth, keep_surfaces, bodies))]
     fn export(
         &self,

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 import slipstick as ss
+from numpy.typing import NDArray
 
 MATERIAL = {"neo_hooke": {"youngs_modulus": 1000.0, "poisson_ratio": 0.3}}
 
@@ -25,7 +24,12 @@ DRAGGED = {
         },
     ],
     "contact": [
-        {"slave": "block_ymin", "master": "slab_ymax", "friction": 0.3, "enforcement": {"lagrange": {}}}
+        {
+            "slave": "block_ymin",
+            "master": "slab_ymax",
+            "friction": 0.3,
+            "enforcement": {"lagrange": {}},
+        }
     ],
     "dirichlet": [
         {"set": "slab_ymin"},

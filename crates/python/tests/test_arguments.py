@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 import slipstick as ss
+from numpy.typing import NDArray
 
 GOOD = np.full(10, 0.5)
 
@@ -22,7 +21,11 @@ def changed(index: int, value: float) -> NDArray[np.float64]:
 @pytest.mark.parametrize(
     ("density", "kind", "text"),
     [
-        (GOOD[:9], ValueError, r"density has shape \(9,\): give \(10,\), one density for each element"),
+        (
+            GOOD[:9],
+            ValueError,
+            r"density has shape \(9,\): give \(10,\), one density for each element",
+        ),
         (GOOD[:, None], ValueError, r"density has shape \(10, 1\)"),
         (0.5, ValueError, r"density has shape \(\)"),
         (GOOD.astype(complex), TypeError, r"density has dtype complex128: give real numbers"),
@@ -34,13 +37,19 @@ def changed(index: int, value: float) -> NDArray[np.float64]:
         (changed(0, -1e-9), ValueError, r"density\[0\] is -1e-09"),
     ],
 )
-@pytest.mark.parametrize("call", ["solve", "value_and_gradient", "vjp", "check_gradient", "optimize"])
-def test_wrong_densities(problem: ss.Problem, call: str, density: Any, kind: type[Exception], text: str) -> None:
+@pytest.mark.parametrize(
+    "call", ["solve", "value_and_gradient", "vjp", "check_gradient", "optimize"]
+)
+def test_wrong_densities(
+    problem: ss.Problem, call: str, density: Any, kind: type[Exception], text: str
+) -> None:
     with pytest.raises(kind, match=text):
         getattr(problem, call)(density)
 
 
-def test_any_layout_of_real_numbers_is_right(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+def test_any_layout_of_real_numbers_is_right(
+    problem: ss.Problem, density: NDArray[np.float64]
+) -> None:
     expected = problem.solve(density).steps[-1].displacement
     strided = np.repeat(density, 3)[::3]
     reversed_ = density[::-1].copy()[::-1]

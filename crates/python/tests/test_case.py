@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DRAGGED
-
 import slipstick as ss
+from conftest import DRAGGED
 
 
 def test_file_text_and_dict_are_the_same_case(tmp_path: Path) -> None:
@@ -34,7 +33,8 @@ def test_numpy_values_and_paths_are_values(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "title", ["plain", 'with "quotes" and \\', "two\nlines\tand\x01", "ψ and 😀", "\x7f", "", "# a = [1]"]
+    "title",
+    ["plain", 'with "quotes" and \\', "two\nlines\tand\x01", "ψ and 😀", "\x7f", "", "# a = [1]"],
 )
 def test_any_string_survives(title: str) -> None:
     assert ss.Case.from_dict({**DRAGGED, "title": title}).resolved["title"] == title
@@ -83,7 +83,10 @@ def test_errors_are_the_programs_message_and_data(tmp_path: Path) -> None:
     with pytest.raises(ss.CaseError) as caught:
         ss.Case.load(file)
     program = subprocess.run(
-        [sys.executable, "-m", "slipstick", "check", str(file)], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "slipstick", "check", str(file)],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert str(caught.value) in program.stderr
     wrong, steps = caught.value.diagnostics
@@ -95,8 +98,11 @@ def test_errors_are_the_programs_message_and_data(tmp_path: Path) -> None:
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match=r"cannot read the case file .*nothing\.toml"):
+    with pytest.raises(
+        FileNotFoundError, match="cannot read the case file: No such file"
+    ) as missing:
         ss.Case.load(tmp_path / "nothing.toml")
+    assert str(missing.value.filename) == str(tmp_path / "nothing.toml")
     file = tmp_path / "latin.toml"
     file.write_bytes(b'title = "\xe9"')
     with pytest.raises(ss.InputError, match="UTF-8"):
@@ -108,8 +114,13 @@ def test_errors_of_building_point_into_the_case(case: ss.Case) -> None:
         case.replace({"dirichlet[0].set": "slab_bottom"}).build()
     assert "slab_bottom" in caught.value.diagnostics[0].message
     loose = copy.deepcopy(DRAGGED)
-    loose["body"].append({"name": "loose", "box": {"min": [9, 9, 9], "max": [10, 10, 10], "elements": [1, 1, 1]},
-                          "material": DRAGGED["body"][0]["material"]})
+    loose["body"].append(
+        {
+            "name": "loose",
+            "box": {"min": [9, 9, 9], "max": [10, 10, 10], "elements": [1, 1, 1]},
+            "material": DRAGGED["body"][0]["material"],
+        }
+    )
     with pytest.raises(ss.CaseError, match="loose"):
         ss.Case.from_dict(loose).build()
 
@@ -133,7 +144,9 @@ def test_check_knows_sizes(case: ss.Case) -> None:
 
 def test_cases_go_to_other_processes(case: ss.Case) -> None:
     other = pickle.loads(pickle.dumps(case.replace({"title": "sent"})))
-    assert other.resolved == case.replace({"title": "sent"}).resolved and other.name.startswith("dragged.toml")
+    assert other.resolved == case.replace({"title": "sent"}).resolved and other.name.startswith(
+        "dragged.toml"
+    )
 
 
 def test_classes_are_not_made_by_hand() -> None:

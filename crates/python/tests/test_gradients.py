@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 import slipstick as ss
+from numpy.typing import NDArray
 
 STEPS = 1e-2 * 0.5 ** np.arange(5)
 
@@ -24,10 +23,14 @@ def statuses(problem: ss.Problem, density: NDArray[np.float64]) -> list[bytes]:
 
 
 @pytest.fixture
-def smooth(problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]) -> None:
+def smooth(
+    problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
+) -> None:
     """No node changes its status over the steps, so that the functions are smooth."""
     base = statuses(problem, density)
-    assert any(1 in step for step in base) and any(2 in step for step in base), "sticking and slipping"
+    assert any(1 in step for step in base) and any(2 in step for step in base), (
+        "sticking and slipping"
+    )
     assert statuses(problem, density + STEPS[0] * direction) == base
 
 
@@ -36,7 +39,9 @@ def test_the_objective(
     problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
 ) -> None:
     _, gradient = problem.value_and_gradient(density)
-    found = orders(lambda h: problem.value_and_gradient(density + h * direction)[0], gradient @ direction)
+    found = orders(
+        lambda h: problem.value_and_gradient(density + h * direction)[0], gradient @ direction
+    )
     assert np.all(np.abs(found - 2.0) < 0.1), found
     # nothing outside the design
     assert not gradient[problem.mesh.bodies["block"].elements].any()
@@ -51,7 +56,9 @@ def test_each_quantity_with_any_weights(
     values, pullback = problem.vjp(density, name)
     assert values[name].shape == (4,)
     slope = pullback({name: weights}) @ direction
-    found = orders(lambda h: float(weights @ problem.vjp(density + h * direction, name)[0][name]), slope)
+    found = orders(
+        lambda h: float(weights @ problem.vjp(density + h * direction, name)[0][name]), slope
+    )
     assert np.all(np.abs(found - 2.0) < 0.1), found
 
 
@@ -74,12 +81,15 @@ def test_values_are_those_of_the_path(problem: ss.Problem, density: NDArray[np.f
 
 def test_the_objective_is_a_sum_of_a_quantity(case: ss.Case, density: NDArray[np.float64]) -> None:
     """θ = −Σ of the nodal contact forces, so its gradient is a pull-back of weights of −1."""
-    added = '\n[[quantity]]\nname = "nodal"\ncontact_force = { slave = "block_ymin", component = "nodal" }\n'
-    problem = ss.Case.from_text(case.text + added).build()
+    added = '[[quantity]]\nname = "nodal"\n'
+    added += 'contact_force = { slave = "block_ymin", component = "nodal" }\n'
+    problem = ss.Case.from_text(f"{case.text}\n{added}").build()
     value, gradient = problem.value_and_gradient(density)
     values, pullback = problem.vjp(density, "nodal")
     assert np.isclose(-values["nodal"].sum(), value, rtol=1e-12)
-    assert np.allclose(pullback({"nodal": -np.ones(4)}), gradient, rtol=1e-9, atol=1e-9 * np.abs(gradient).max())
+    assert np.allclose(
+        pullback({"nodal": -np.ones(4)}), gradient, rtol=1e-9, atol=1e-9 * np.abs(gradient).max()
+    )
 
 
 def test_parameters(case: ss.Case, density: NDArray[np.float64]) -> None:
@@ -89,12 +99,18 @@ def test_parameters(case: ss.Case, density: NDArray[np.float64]) -> None:
     _, of_drag = pullback.with_parameters({"drag": [0, 0, 0, 1]})
     for parameter, key, at in [
         (ss.Parameter("friction", "contact[0].friction"), "contact[0].friction", 0.3),
-        (ss.Parameter("youngs_modulus", "slab"), "body[0].material.neo_hooke.youngs_modulus", 1000.0),
+        (
+            ss.Parameter("youngs_modulus", "slab"),
+            "body[0].material.neo_hooke.youngs_modulus",
+            1000.0,
+        ),
     ]:
         moved = [case.replace({key: at * (1 + h)}).build() for h in (1e-5, -1e-5)]
         objective = [problem.value_and_gradient(density)[0] for problem in moved]
         drag = [problem.vjp(density, "drag")[0]["drag"][-1] for problem in moved]
-        assert parameters[parameter] == pytest.approx((objective[0] - objective[1]) / (2e-5 * at), rel=1e-5)
+        assert parameters[parameter] == pytest.approx(
+            (objective[0] - objective[1]) / (2e-5 * at), rel=1e-5
+        )
         assert of_drag[parameter] == pytest.approx((drag[0] - drag[1]) / (2e-5 * at), rel=1e-5)
 
 

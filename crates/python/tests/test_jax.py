@@ -6,9 +6,8 @@ import doctest
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 import slipstick as ss
+from numpy.typing import NDArray
 
 jax = pytest.importorskip("jax", reason="JAX is not installed: slipstick.jax is not tested")
 jax.config.update("jax_enable_x64", True)
@@ -39,7 +38,9 @@ def test_differences_agree(problem: ss.Problem, density: NDArray[np.float64]) ->
         return jax.numpy.asarray(density).at[designed].set(x)
 
     f = ss.jax.quantities(problem, "drag")
-    check_grads(lambda x: f(embedded(x))["drag"], (density[designed],), 1, ["rev"], eps=1e-4, rtol=1e-5)
+    check_grads(
+        lambda x: f(embedded(x))["drag"], (density[designed],), 1, ["rev"], eps=1e-4, rtol=1e-5
+    )
     g = ss.jax.objective(problem)
     check_grads(lambda x: g(embedded(x)), (density[designed],), 1, ["rev"], eps=1e-4, rtol=1e-5)
 
@@ -68,7 +69,9 @@ def test_compositions_of_functions(problem: ss.Problem, density: NDArray[np.floa
     assert np.isclose(jax.grad(loss)(x) @ direction, difference, rtol=1e-6)
 
 
-def test_paths_are_kept_for_the_reverse_pass(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+def test_paths_are_kept_for_the_reverse_pass(
+    problem: ss.Problem, density: NDArray[np.float64]
+) -> None:
     calls = []
     original = problem.vjp
 

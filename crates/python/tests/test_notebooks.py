@@ -17,7 +17,9 @@ def run(code: str, names: dict[str, Any]) -> Any:
     tree = ast.parse(code)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     exec(compile(tree, "cell", "exec"), names)
-    return None if last is None else eval(compile(ast.Expression(last.value), "cell", "eval"), names)
+    return (
+        None if last is None else eval(compile(ast.Expression(last.value), "cell", "eval"), names)
+    )
 
 
 @pytest.mark.skipif(not NOTEBOOKS, reason="the notebooks are only in the repository")
@@ -35,4 +37,6 @@ def test_notebook(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     # the first design ends with its picture
     if notebook.stem == "first_design":
         assert shown[-1]._repr_png_().startswith(b"\x89PNG")
-    assert not any(cell.get("outputs") for cell in cells), "notebooks are kept without their outputs"
+    assert not any(cell.get("outputs") for cell in cells), (
+        "notebooks are kept without their outputs"
+    )

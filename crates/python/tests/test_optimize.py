@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import slipstick as ss
 from test_behaviour import ControlC
 from test_solve import program
-
-import slipstick as ss
 
 
 def test_an_optimization_is_that_of_the_program(case: ss.Case, tmp_path: Path) -> None:
@@ -18,7 +17,9 @@ def test_an_optimization_is_that_of_the_program(case: ss.Case, tmp_path: Path) -
     case.save(file)
     program("optimize", str(file), "--out", str(tmp_path / "program"))
     seen: list[ss.Iteration] = []
-    result = ss.Case.load(file).build().optimize(directory=tmp_path / "package", callback=seen.append)
+    result = (
+        ss.Case.load(file).build().optimize(directory=tmp_path / "package", callback=seen.append)
+    )
     theirs = ss.open_run(tmp_path / "program")
     assert np.array_equal(result.density, theirs.density)
     assert list(result.iterations) == list(theirs.iterations)
@@ -27,7 +28,9 @@ def test_an_optimization_is_that_of_the_program(case: ss.Case, tmp_path: Path) -
     assert result.objective == seen[-1].objective < seen[0].objective
     names = ["design.csv", "quantities.csv", "path.pvd", "case.toml"]
     for name in names:
-        assert (result.directory / name).read_bytes() == (theirs.directory / name).read_bytes(), name
+        assert (result.directory / name).read_bytes() == (theirs.directory / name).read_bytes(), (
+            name
+        )
     record = json.loads((result.directory / "run.json").read_text())
     assert record["exit"] == "finished"
 
@@ -53,7 +56,9 @@ def test_a_stopped_optimization_resumes_bit_for_bit(case: ss.Case, tmp_path: Pat
 
 
 def test_control_c_keeps_finished_iterations(tmp_path: Path) -> None:
-    case = ss.Case.template("half-ball").replace({"load_path.steps": 5, "optimizer.iterations": 100})
+    case = ss.Case.template("half-ball").replace(
+        {"load_path.steps": 5, "optimizer.iterations": 100}
+    )
     with ControlC(8.0) as control, pytest.raises(KeyboardInterrupt, match="slipstick.resume"):
         case.build().optimize(directory=tmp_path / "run")
     assert control.late < 5.0
@@ -99,7 +104,9 @@ def test_pictures_pages_and_surfaces(problem: ss.Problem, tmp_path: Path) -> Non
     result = problem.optimize(iterations=1)
     picture = result.render(tmp_path / "picture.png", size=(320, 240))
     assert picture.read_bytes().startswith(b"\x89PNG")
-    assert result.render(tmp_path / "pressure.png", field="pressure", step=4, size=(320, 240)).exists()
+    assert result.render(
+        tmp_path / "pressure.png", field="pressure", step=4, size=(320, 240)
+    ).exists()
     page = result.report(tmp_path / "report.html")
     assert "<html" in page.read_text(encoding="utf-8")[:500]
     for name in ("part.stl", "part.3mf", "part.obj", "part.vtu"):

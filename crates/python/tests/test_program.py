@@ -10,14 +10,15 @@ import time
 from pathlib import Path
 
 import pytest
-
 import slipstick as ss
 
 PROGRAM = Path(sysconfig.get_path("scripts")) / "slipstick"
 
 
 def run(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([str(PROGRAM), *words], capture_output=True, text=True, check=False, cwd=cwd)
+    return subprocess.run(
+        [str(PROGRAM), *words], capture_output=True, text=True, check=False, cwd=cwd
+    )
 
 
 def test_it_is_installed() -> None:
@@ -53,7 +54,10 @@ def test_control_c_ends_it_with_its_own_code(tmp_path: Path, long_case: ss.Case)
     long_case.save(tmp_path / "case.toml")
     process = subprocess.Popen(
         [str(PROGRAM), "solve", "case.toml", "--json"],
-        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     assert process.stdout is not None
     for line in process.stdout:

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import slipstick as ss
 from numpy.typing import ArrayLike, NDArray
 from test_gradients import orders
-
-import slipstick as ss
 
 
 class Everything(ss.Quantity):
@@ -81,7 +80,10 @@ def test_the_whole_gradient(
     _, pullback = problem.vjp(density, "Everything")
     slope = pullback({"Everything": weights}) @ direction
     found = orders(
-        lambda h: float(weights @ problem.vjp(density + h * direction, "Everything")[0]["Everything"]), slope
+        lambda h: float(
+            weights @ problem.vjp(density + h * direction, "Everything")[0]["Everything"]
+        ),
+        slope,
     )
     assert np.all(np.abs(found - 2.0) < 0.1), found
 
@@ -103,7 +105,9 @@ def test_wrong_derivatives_are_found(problem: ss.Problem) -> None:
         def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
             return {**super().derivative(state), "contact.area": np.zeros(len(state.contact.area))}
 
-    with pytest.raises(ss.InputError, match="derivative with respect to the contact areas is 0e0") as caught:
+    with pytest.raises(
+        ss.InputError, match="derivative with respect to the contact areas is 0e0"
+    ) as caught:
         problem.add(Wrong())
     assert caught.value.help.startswith("correct `derivative`")
     assert "own" not in problem.quantities
@@ -112,13 +116,23 @@ def test_wrong_derivatives_are_found(problem: ss.Problem) -> None:
 @pytest.mark.parametrize(
     ("returned", "kind", "text"),
     [
-        ({"displacement": np.zeros(3)}, ValueError, r"own.derivative\(\)\['displacement'\] has shape \(3,\): give \(42, 3\)"),
-        ({"displacements": 1}, ValueError, "returned the key 'displacements': the fields are displacement"),
+        (
+            {"displacement": np.zeros(3)},
+            ValueError,
+            r"own.derivative\(\)\['displacement'\] has shape \(3,\): give \(42, 3\)",
+        ),
+        (
+            {"displacements": 1},
+            ValueError,
+            "returned the key 'displacements': the fields are displacement",
+        ),
         ([1, 2], TypeError, "returned list: return a dict of arrays"),
         ({"contact.gap": ["a"] * 6}, TypeError, "has dtype"),
     ],
 )
-def test_wrong_results(problem: ss.Problem, returned: Any, kind: type[Exception], text: str) -> None:
+def test_wrong_results(
+    problem: ss.Problem, returned: Any, kind: type[Exception], text: str
+) -> None:
     class Wrong(Grip):
         def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
             result: Mapping[str, ArrayLike] = returned
@@ -151,7 +165,9 @@ def test_a_quantity_cannot_use_its_problem(problem: ss.Problem) -> None:
         def value(self, state: ss.State) -> float:
             return float(problem.solve().steps[-1].displacement.sum())
 
-    with pytest.raises(ss.InputError, match="the problem is computing, and its callbacks cannot use it"):
+    with pytest.raises(
+        ss.InputError, match="the problem is computing, and its callbacks cannot use it"
+    ):
         problem.add(Greedy())
     assert problem.solve().steps
 
@@ -171,6 +187,6 @@ def test_exceptions_come_through(problem: ss.Problem) -> None:
     with pytest.raises(ZeroDivisionError, match="in the middle"):
         problem.vjp(names="own")
     with pytest.raises(ZeroDivisionError, match="in the middle"):
-        problem.solve().quantities
+        dict(problem.solve().quantities)
     quantity.fails = False
     assert problem.vjp(names="own")[0]["own"].shape == (4,)

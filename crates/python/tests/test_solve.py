@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 import slipstick as ss
+from numpy.typing import NDArray
 
 
 def program(*words: str) -> None:
@@ -89,7 +88,9 @@ def test_tables(problem: ss.Problem) -> None:
     path = problem.solve()
     table = path.to_dataframe()
     assert isinstance(table, pandas.DataFrame) and table.index.name == "step"
-    assert list(table.index) == [1, 2, 3, 4] and np.array_equal(table["grip"], path.quantities["grip"])
+    assert list(table.index) == [1, 2, 3, 4] and np.array_equal(
+        table["grip"], path.quantities["grip"]
+    )
     assert path.units["grip"] == "F" and path.units["work"] == "F L"
 
 
@@ -108,7 +109,9 @@ def test_load_cases_are_named() -> None:
     assert np.allclose(force[:10], force[10:], rtol=1e-9)
 
 
-def test_results_do_not_depend_on_earlier_calls(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+def test_results_do_not_depend_on_earlier_calls(
+    problem: ss.Problem, density: NDArray[np.float64]
+) -> None:
     first = problem.solve()
     problem.value_and_gradient(density)
     problem.vjp(density, ["grip"])[1](np.ones((1, 4)))

@@ -6,11 +6,12 @@ import doctest
 
 import numpy as np
 import pytest
+import slipstick as ss
 from numpy.typing import NDArray
 
-import slipstick as ss
-
-torch = pytest.importorskip("torch", reason="PyTorch is not installed: slipstick.torch is not tested")
+torch = pytest.importorskip(
+    "torch", reason="PyTorch is not installed: slipstick.torch is not tested"
+)
 
 
 def tensor(density: NDArray[np.float64]) -> torch.Tensor:
@@ -37,7 +38,9 @@ def test_gradcheck(problem: ss.Problem, density: NDArray[np.float64]) -> None:
 
     x = tensor(density[problem.designed])
     f = ss.torch.quantities(problem)
-    assert torch.autograd.gradcheck(lambda x: tuple(f(embedded(x)).values()), (x,), eps=1e-5, rtol=1e-4)
+    assert torch.autograd.gradcheck(
+        lambda x: tuple(f(embedded(x)).values()), (x,), eps=1e-5, rtol=1e-4
+    )
     g = ss.torch.objective(problem)
     assert torch.autograd.gradcheck(lambda x: g(embedded(x)), (x,), eps=1e-5, rtol=1e-4)
 

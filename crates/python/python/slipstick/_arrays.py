@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 
-def real(entries: ArrayLike, name: str, shape: tuple[int, ...], meaning: str) -> NDArray[np.float64]:
+def real(
+    entries: ArrayLike, name: str, shape: tuple[int, ...], meaning: str
+) -> NDArray[np.float64]:
     """Finite real numbers of this shape, contiguous; `meaning` says what the shape means."""
     try:
         array: NDArray[Any] = np.asarray(entries)

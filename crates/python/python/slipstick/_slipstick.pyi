@@ -55,6 +55,7 @@ def resume(
     callback: _Record = None,
     progress: _Progress = None,
 ) -> Run: ...
+
 @final
 class Case:
     @staticmethod

@@ -178,7 +178,9 @@ class Case:
         -125.56
         """
         if not isinstance(case, Mapping):
-            raise TypeError(f"case is of type {type(case).__name__}: give a dict with the keys of a case file")
+            raise TypeError(
+                f"case is of type {type(case).__name__}: give a dict with the keys of a case file"
+            )
         return cls.from_text(_toml.document(case), name=name, folder=folder)
 
     @classmethod
@@ -200,7 +202,10 @@ class Case:
             if known == wanted:
                 return cls.from_text(text, name=f"{known.replace('-', '_')}.toml")
         names = ", ".join(templates())
-        raise InputError._of(f"there is no template called `{name}`\n    help: templates: {names}", f"templates: {names}")
+        raise InputError._of(
+            f"there is no template called `{name}`\n    help: templates: {names}",
+            f"templates: {names}",
+        )
 
     def replace(self, values: Mapping[str, Any]) -> Case:
         """The same case with other values.
@@ -231,7 +236,9 @@ class Case:
         """
         for key in values:
             if not isinstance(key, str):
-                raise TypeError(f"values has the key {key!r}: keys are strings such as 'contact[0].friction'")
+                raise TypeError(
+                    f"values has the key {key!r}: keys are strings such as 'contact[0].friction'"
+                )
         lines = [f"{key} = {_toml.value(value, key)}" for key, value in values.items()]
         return Case._of(self._case.replace(lines))
 
@@ -247,7 +254,7 @@ class Case:
 
     @property
     def resolved(self) -> dict[str, Any]:
-        """The case with all defaults filled in, as ``slipstick check --resolved --json`` prints it."""
+        """The case with all defaults filled in, as by ``slipstick check --resolved --json``."""
         resolved: dict[str, Any] = json.loads(self._case.json())
         return resolved
 
@@ -313,7 +320,9 @@ class Case:
         data: dict[str, Any] = json.loads(found)
         names = ("bodies", "contacts", "unknowns", "designed", "steps", "peak_bytes")
         figures = {name: data[name] for name in names}
-        return Inspection(**figures, sets=dict(data["sets"]), warnings=diagnostics_of(warned), data=data)
+        return Inspection(
+            **figures, sets=dict(data["sets"]), warnings=diagnostics_of(warned), data=data
+        )
 
     def __repr__(self) -> str:
         return f"<Case {self.name}>"

@@ -53,7 +53,9 @@ class PullBack:
         Number of load steps.
     """
 
-    def __init__(self, linearization: _slipstick.Linearization, names: Sequence[str], elements: int) -> None:
+    def __init__(
+        self, linearization: _slipstick.Linearization, names: Sequence[str], elements: int
+    ) -> None:
         self._linearization = linearization
         self._elements = elements
         self.names = tuple(names)
@@ -62,16 +64,22 @@ class PullBack:
     def _weights(self, weights: Mapping[str, ArrayLike] | ArrayLike) -> NDArray[np.float64]:
         shape = (len(self.names), self.steps)
         if not isinstance(weights, Mapping):
-            return _arrays.real(weights, "weights", shape, "a row for each quantity, a column for each load step")
+            return _arrays.real(
+                weights, "weights", shape, "a row for each quantity, a column for each load step"
+            )
         unknown = [name for name in weights if name not in self.names]
         if unknown:
             known = ", ".join(self.names)
-            raise ValueError(f"weights has `{unknown[0]}`, which was not differentiated: give weights of {known}")
+            raise ValueError(
+                f"weights has `{unknown[0]}`, which was not differentiated: give weights of {known}"
+            )
         rows = np.zeros(shape)
         for row, name in enumerate(self.names):
             if name in weights:
                 place = f"weights[{name!r}]"
-                rows[row] = _arrays.real(weights[name], place, (self.steps,), "one for each load step")
+                rows[row] = _arrays.real(
+                    weights[name], place, (self.steps,), "one for each load step"
+                )
         return rows
 
     def __call__(self, weights: Mapping[str, ArrayLike] | ArrayLike) -> NDArray[np.float64]:
@@ -162,7 +170,8 @@ class GradientCheck:
     gradient_norm : float
         Norm of the gradient over the designed elements.
     worst : float or None
-        Largest error of the conclusive directions, relative to the gradient; ``None`` if there is none.
+        Largest error of the conclusive directions, relative to the gradient; ``None`` if there is
+        none.
     tolerance : float
         The error up to which a direction is right.
     quotients : list of Quotient
@@ -197,7 +206,9 @@ class GradientCheck:
             for direction in data["directions"]
             for at in direction["quotients"]
         ]
-        return cls(data["objective"], data["gradient_norm"], data["worst"], tolerance, quotients, data)
+        return cls(
+            data["objective"], data["gradient_norm"], data["worst"], tolerance, quotients, data
+        )
 
     @property
     def passed(self) -> bool:
@@ -218,11 +229,16 @@ class GradientCheck:
             if at.direction != direction:
                 direction = at.direction
                 lines.append(f"{direction}: adjoint {at.adjoint:.10e}, {at.verdict}")
-                lines.append(f"  {'step':>9} {'difference':>18} {'error':>8} {'round-off':>9} {'order':>6}")
+                lines.append(
+                    f"  {'step':>9} {'difference':>18} {'error':>8} {'round-off':>9} {'order':>6}"
+                )
             order = "" if math.isnan(at.order) else f"{at.order:.2f}"
             remark = "  kink" if at.kinked else "  cut back differently" if at.cut_back else ""
             lines.append(
-                f"  {at.step:9.2e} {at.difference:18.10e} {at.relative_error:8.1e} {at.round_off:9.1e} {order:>6}{remark}"
+                f"  {at.step:9.2e} {at.difference:18.10e} {at.relative_error:8.1e}"
+                f" {at.round_off:9.1e} {order:>6}{remark}"
             )
-        worst = "nothing could be compared" if self.worst is None else f"largest error {self.worst:.1e}"
+        worst = (
+            "nothing could be compared" if self.worst is None else f"largest error {self.worst:.1e}"
+        )
         return "\n".join([*lines, f"{worst}, tolerance {self.tolerance:.1e}"])

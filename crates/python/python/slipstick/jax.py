@@ -1,8 +1,8 @@
 """Differentiable functions of a problem for JAX (extra ``slipstick[jax]``).
 
-The functions are ``jax.custom_vjp`` over callbacks, so that ``jax.grad``, ``jax.vjp`` and ``jax.jit``
-work; under ``jax.vmap``, densities are analysed one after the other. There are no second derivatives
-and no forward mode.
+The functions are ``jax.custom_vjp`` over callbacks, so that ``jax.grad``, ``jax.vjp`` and
+``jax.jit`` work; under ``jax.vmap``, densities are analysed one after the other. There are no
+second derivatives and no forward mode.
 
 Analyses compute with 64-bit floats. Enable them in JAX, too, unless 7 digits are enough:
 ``jax.config.update("jax_enable_x64", True)``.
@@ -97,7 +97,9 @@ def quantities(
     >>> jax.jit(jax.grad(lambda x: f(x)["drag"][-1]))(problem.initial_density).shape
     (5,)
     """
-    wanted = problem.quantities if names is None else [names] if isinstance(names, str) else list(names)
+    wanted = (
+        problem.quantities if names is None else [names] if isinstance(names, str) else list(names)
+    )
     shape = (len(wanted), problem.steps)
     _check_keep(keep)
 
@@ -125,7 +127,9 @@ def quantities(
     def reverse(density: jax.Array, weights: jax.Array) -> tuple[jax.Array]:
         result = jax.ShapeDtypeStruct(density.shape, density.dtype)
         return (
-            jax.pure_callback(pull_back_on_host, result, density, weights, vmap_method="sequential"),
+            jax.pure_callback(
+                pull_back_on_host, result, density, weights, vmap_method="sequential"
+            ),
         )
 
     table.defvjp(forward, reverse)

@@ -85,7 +85,8 @@ class Mesh:
         wedges, wedge_numbers = problem.elements(6)
         tetrahedra, tetrahedron_numbers = problem.elements(4)
         bodies = {
-            name: Body(slice(*elements), slice(*nodes)) for name, elements, nodes in problem.bodies()
+            name: Body(slice(*elements), slice(*nodes))
+            for name, elements, nodes in problem.bodies()
         }
         return cls(
             nodes=problem.nodes(),
@@ -107,7 +108,8 @@ class Mesh:
         return len(self.volumes)
 
     def __repr__(self) -> str:
-        return f"<Mesh: {len(self.nodes)} nodes, {self.elements} elements, bodies {', '.join(self.bodies)}>"
+        bodies = ", ".join(self.bodies)
+        return f"<Mesh: {len(self.nodes)} nodes, {self.elements} elements, bodies {bodies}>"
 
     def to_pyvista(
         self,

@@ -170,7 +170,8 @@ class Path:
         Returns
         -------
         xarray.Dataset
-            The quantities over ``step``; ``displacement`` over ``step``, ``node`` and ``component``.
+            The quantities over ``step``; ``displacement`` over ``step``, ``node`` and
+            ``component``.
         """
         import xarray
 

@@ -98,7 +98,7 @@ class Problem:
 
     @property
     def quantities(self) -> list[str]:
-        """Names of the quantities that :meth:`vjp` differentiates: those of the case, and added ones."""
+        """Names of the quantities that :meth:`vjp` knows: those of the case, and added ones."""
         return self._problem.quantities()
 
     def add(self, quantity: Quantity) -> None:
@@ -107,8 +107,8 @@ class Problem:
         Parameters
         ----------
         quantity : Quantity
-            The quantity. From now on, it is one of :attr:`quantities`. An optimization, which starts
-            from the case, does not know it.
+            The quantity. From now on, it is one of :attr:`quantities`. An optimization, which
+            starts from the case, does not know it.
 
         Raises
         ------
@@ -157,7 +157,11 @@ class Problem:
 
     @overload
     def value_and_gradient(
-        self, density: ArrayLike | None = ..., *, parameters: Literal[False] = ..., progress: bool = ...
+        self,
+        density: ArrayLike | None = ...,
+        *,
+        parameters: Literal[False] = ...,
+        progress: bool = ...,
     ) -> tuple[float, NDArray[np.float64]]: ...
 
     @overload
@@ -243,16 +247,18 @@ class Problem:
         --------
         >>> import numpy as np
         >>> import slipstick as ss
-        >>> text = ss.Case.template("cube-on-cuboid").text
-        >>> grip = '[[quantity]]\\nname = "grip"\\ncontact_force = { slave = "cube_ymin", component = "normal" }'
-        >>> problem = ss.Case.from_text(f"{text}\\n{grip}\\n").build()
+        >>> grip = {"name": "grip", "contact_force": {"slave": "cube_ymin", "component": "normal"}}
+        >>> case = ss.Case.template("cube-on-cuboid").replace({"quantity": [grip]})
+        >>> problem = case.build()
         >>> values, pullback = problem.vjp(problem.initial_density, ["grip"])
         >>> bool(np.all(np.diff(values["grip"][:5]) > 0))
         True
         >>> pullback({"grip": np.full(10, 0.1)}).shape    # of the mean over the load steps
         (5,)
         """
-        wanted = self.quantities if names is None else [names] if isinstance(names, str) else list(names)
+        wanted = (
+            self.quantities if names is None else [names] if isinstance(names, str) else list(names)
+        )
         with Bar(progress, self.steps, "solve") as bar:
             linearization = self._problem.linearize(self._density(density), wanted, bar.report)
         values = dict(zip(wanted, linearization.values(), strict=True))
@@ -304,18 +310,31 @@ class Problem:
         >>> check.passed
         True
         """
-        for name, number in (("directions", directions), ("elements", elements), ("halvings", halvings)):
+        for name, number in (
+            ("directions", directions),
+            ("elements", elements),
+            ("halvings", halvings),
+        ):
             if number < 0:
                 raise ValueError(f"{name} is {number}: give 0 or more")
         if directions + elements == 0:
-            raise ValueError("there is nothing to compare: give at least 1 for directions or elements")
+            raise ValueError(
+                "there is nothing to compare: give at least 1 for directions or elements"
+            )
         if not 0.0 < step <= 0.25:
             raise ValueError(f"step is {step}: give a step in density above 0, and at most 0.25")
         if not tolerance > 0.0:
             raise ValueError(f"tolerance is {tolerance}: give a number above 0")
         with Bar(progress, self.steps, "check") as bar:
             found = self._problem.check_gradient(
-                self._density(density), quantity, directions, elements, step, halvings, tolerance, bar.report
+                self._density(density),
+                quantity,
+                directions,
+                elements,
+                step,
+                halvings,
+                tolerance,
+                bar.report,
             )
         return GradientCheck._of(found, tolerance)
 
@@ -368,7 +387,9 @@ class Problem:
         >>> case = ss.Case.template("cube-on-cuboid").replace(
         ...     {"design.volume_fraction": 0.5, "design.simp.min": 1e-3, "optimizer.iterations": 2}
         ... )
-        >>> result = case.build().optimize(callback=lambda it: print(it.iteration, round(it.objective, 3)))
+        >>> def show(it):
+        ...     print(it.iteration, round(it.objective, 3))
+        >>> result = case.build().optimize(callback=show)
         0 -8.366
         1 -13.147
         2 -20.248
@@ -386,7 +407,8 @@ class Problem:
         )
 
     def __repr__(self) -> str:
-        return f"<Problem of {self._case.name}: {self._problem.element_count} elements, {self.steps} load steps>"
+        elements = self._problem.element_count
+        return f"<Problem of {self._case.name}: {elements} elements, {self.steps} load steps>"
 
 
 def _command() -> list[str]:

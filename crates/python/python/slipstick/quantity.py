@@ -105,7 +105,15 @@ _UNITS = {
 _READS = ("reaction", "contact", "energy", "stress")
 
 _DERIVATIVES = (
-    *("displacement", "internal_force", "external_force", "reaction", "density", "energy", "stress"),
+    *(
+        "displacement",
+        "internal_force",
+        "external_force",
+        "reaction",
+        "density",
+        "energy",
+        "stress",
+    ),
     *(f"contact.{name}" for name in ("multiplier", "vector", "gap", "slip", "area")),
 )
 
@@ -113,9 +121,9 @@ _DERIVATIVES = (
 class Quantity:
     """A quantity of your own: derive a class, define `value` and `derivative`, and register it.
 
-    :meth:`Problem.add <slipstick.Problem.add>` compares the derivative with differences of the value.
-    From then on, ``vjp``, ``check_gradient`` and the tables of paths know the quantity by its name.
-    The methods are called while the problem computes, so they must not use the problem.
+    :meth:`slipstick.Problem.add` compares the derivative with differences of the value. From then
+    on, ``vjp``, ``check_gradient`` and the tables of paths know the quantity by its name. The
+    methods are called while the problem computes, so they must not use the problem.
 
     Attributes
     ----------
@@ -201,12 +209,16 @@ class Adapter:
         state = _state(data)
         found = self._quantity.derivative(state)
         if not isinstance(found, Mapping):
-            raise TypeError(f"{self._name}.derivative returned {type(found).__name__}: return a dict of arrays")
+            raise TypeError(
+                f"{self._name}.derivative returned {type(found).__name__}: return a dict of arrays"
+            )
         checked = {}
         for key, entries in found.items():
             if key not in _DERIVATIVES:
                 known = ", ".join(_DERIVATIVES)
-                raise ValueError(f"{self._name}.derivative returned the key {key!r}: the fields are {known}")
+                raise ValueError(
+                    f"{self._name}.derivative returned the key {key!r}: the fields are {known}"
+                )
             inner = key.removeprefix("contact.")
             expected: NDArray[np.float64] = getattr(state.contact if inner != key else state, inner)
             place = f"{self._name}.derivative()[{key!r}]"
@@ -217,17 +229,24 @@ class Adapter:
 def register(problem: Any, quantity: Quantity) -> None:
     """Checks a quantity and adds it to a problem of the extension."""
     if not isinstance(quantity, Quantity):
-        raise TypeError(f"quantity is of type {type(quantity).__name__}: derive its class from slipstick.Quantity")
+        raise TypeError(
+            f"quantity is of type {type(quantity).__name__}: "
+            "derive its class from slipstick.Quantity"
+        )
     name = quantity.name or type(quantity).__name__
     if quantity.unit not in _UNITS:
         units = ", ".join(repr(unit) for unit in _UNITS)
         raise ValueError(f"{name}.unit is {quantity.unit!r}: give one of {units}")
     unknown = [read for read in quantity.reads if read not in _READS]
     if isinstance(quantity.reads, str) or unknown:
-        raise ValueError(f"{name}.reads is {quantity.reads!r}: give a tuple of any of {', '.join(_READS)}")
+        raise ValueError(
+            f"{name}.reads is {quantity.reads!r}: give a tuple of any of {', '.join(_READS)}"
+        )
     reaction, contact, energy, stress = (read in quantity.reads for read in _READS)
     reads = (reaction, contact, energy, stress)
-    problem.add(Adapter(quantity, name), name, _UNITS[quantity.unit], reads, bool(quantity.accumulates))
+    problem.add(
+        Adapter(quantity, name), name, _UNITS[quantity.unit], reads, bool(quantity.accumulates)
+    )
 
 
 def _state(data: dict[str, Any]) -> State:
@@ -236,4 +255,7 @@ def _state(data: dict[str, Any]) -> State:
         for array in part.values():
             if isinstance(array, np.ndarray):
                 array.setflags(write=False)
-    return State(**{field.name: data[field.name] for field in fields(State) if field.name != "contact"}, contact=contact)
+    return State(
+        **{field.name: data[field.name] for field in fields(State) if field.name != "contact"},
+        contact=contact,
+    )

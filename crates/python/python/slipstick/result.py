@@ -193,7 +193,9 @@ class Result:
         """
         path = _free(file, overwrite, (".png",))
         names = None if bodies is None else list(bodies)
-        self._run.render(path, field, step, iteration, view, deformed, threshold, smooth, names, size)
+        self._run.render(
+            path, field, step, iteration, view, deformed, threshold, smooth, names, size
+        )
         return path
 
     def report(self, file: str | os.PathLike[str], *, overwrite: bool = False) -> FilePath:
@@ -284,7 +286,11 @@ def run(
 ) -> Result:
     """Runs an optimization; what is finished survives every exception."""
     temporary = directory is None
-    path = FilePath(tempfile.mkdtemp(prefix="slipstick-")) if directory is None else FilePath(directory)
+    path = (
+        FilePath(tempfile.mkdtemp(prefix="slipstick-"))
+        if directory is None
+        else FilePath(directory)
+    )
 
     def record(text: str, seconds: float) -> None:
         if callback is not None:

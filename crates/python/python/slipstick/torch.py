@@ -1,8 +1,8 @@
 """Differentiable functions of a problem for PyTorch (extra ``slipstick[torch]``).
 
-The functions are ``torch.autograd.Function``: ``backward`` and ``torch.autograd.gradcheck`` work. There
-are no second derivatives. Analyses compute with 64-bit floats on the CPU; results have the type and
-the device of the densities.
+The functions are ``torch.autograd.Function``: ``backward`` and ``torch.autograd.gradcheck`` work.
+There are no second derivatives. Analyses compute with 64-bit floats on the CPU; results have the
+type and the device of the densities.
 
 Examples
 --------
@@ -49,7 +49,9 @@ def _check(density: Any) -> torch.Tensor:
 
 class _Quantities(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, density: torch.Tensor, problem: Problem, names: list[str]) -> torch.Tensor:
+    def forward(
+        ctx: Any, density: torch.Tensor, problem: Problem, names: list[str]
+    ) -> torch.Tensor:
         # the path lives as long as the graph
         values, ctx.pullback = problem.vjp(_host(density), names)
         return _like(np.stack(list(values.values())), density)
@@ -105,7 +107,9 @@ def quantities(
     >>> density = torch.tensor(problem.initial_density, requires_grad=True)
     >>> f(density)["drag"][-1].backward()
     """
-    wanted = problem.quantities if names is None else [names] if isinstance(names, str) else list(names)
+    wanted = (
+        problem.quantities if names is None else [names] if isinstance(names, str) else list(names)
+    )
 
     def function(density: torch.Tensor) -> dict[str, torch.Tensor]:
         table = _Quantities.apply(_check(density), problem, wanted)
