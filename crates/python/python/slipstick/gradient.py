@@ -55,9 +55,7 @@ class Values(dict[Parameter, float]):
         names = ", ".join(parameter.name for parameter in self)
         raise ValueError(f"{argument} has {key!r}, which is no parameter: give any of {names}")
 
-    def checked(
-        self, values: Mapping[Parameter | str, Any] | Mapping[str, Any], argument: str
-    ) -> dict[Parameter, float]:
+    def checked(self, values: Mapping[Any, Any], argument: str) -> dict[Parameter, float]:
         """Other values of some parameters."""
         if not isinstance(values, Mapping):
             raise TypeError(
@@ -103,11 +101,37 @@ def vector(
     return np.array([derivatives[parameter] for parameter in wanted])
 
 
+class Variants:
+    """A problem at changing values of its parameters; the latest ones are kept."""
+
+    def __init__(self, problem: Any) -> None:
+        self._problem = problem
+        self._values = Values(problem.parameters)
+        self._latest: tuple[tuple[float, ...], Any] | None = None
+        self._of: tuple[Parameter, ...] = ()
+
+    def find(self, names: Sequence[Any]) -> tuple[Parameter, ...]:
+        """The parameters of these names."""
+        return tuple(self._values.find(name, "parameters") for name in names)
+
+    def at(self, wanted: tuple[Parameter, ...], values: NDArray[np.float64]) -> Any:
+        """The problem with these values."""
+        if not wanted:
+            return self._problem
+        key = tuple(float(value) for value in values)
+        if self._latest is None or self._latest[0] != key or self._of != wanted:
+            self._values.checked(dict(zip(wanted, key, strict=True)), "parameters")
+            changed = self._problem.with_parameters(dict(zip(wanted, key, strict=True)))
+            self._latest, self._of = (key, changed), wanted
+        return self._latest[1]
+
+
 class PullBack:
     """The transposed derivative of quantities at all load steps: from weights to a gradient.
 
     It keeps the load path, and the factors that speed up the sweep, as long as it lives. Each call
-    sweeps once along the path, whatever the number of quantities and steps.
+    sweeps once along the path, whatever the number of quantities and steps. A later call may differ
+    from the first one by round-off, because the first may use factors that the march has left.
 
     Attributes
     ----------
