@@ -3,7 +3,9 @@
 use slipstick::analysis::AnalysisError;
 use slipstick::build::Problem;
 use slipstick::drive::DriveError;
-use slipstick::run::{ExitState, Kept, NewtonTable, Run, RunDirectory, RunError, RunPart, keep_failure, on_first};
+use slipstick::run::{
+    ExitState, Kept, NewtonTable, Run, RunDirectory, RunError, RunPart, keep_failure, mesh_files, on_first,
+};
 
 use crate::args::Out;
 use crate::failure::Failure;
@@ -89,7 +91,7 @@ pub fn start(context: &Context, setup: &Setup, out: &Out, command: &str) -> Outc
             ));
         }
         let part = RunPart::starting(context.line.clone(), setup.threads);
-        let run = Run::start(&path, &setup.resolved, &setup.file, part, out.force)?;
+        let run = Run::start(&path, &setup.resolved, &setup.file, &mesh_files(&setup.file), part, out.force)?;
         let started = serde_json::json!({
             "command": command, "case": setup.file.display().to_string(), "directory": path, "threads": setup.threads,
             "unknowns": setup.inspection.unknowns,

@@ -1,9 +1,12 @@
 //! Cases: from text to a problem, with diagnostics as data.
 
+use std::collections::HashMap;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
 use slipstick::build::build;
 use slipstick::case::{
     CaseCode, CaseDiagnostic, Override, Resolved, Severity, TEMPLATES, override_case, parse_case_with, utf8,
@@ -21,7 +24,12 @@ pub struct Case {
     pub(crate) resolved: Arc<Resolved>,
     /// The file that the case was read from, or that it stands for: mesh files are beside it.
     pub(crate) file: PathBuf,
+    /// Mesh files that exist only in memory, by the names that the case gives them.
+    files: Arc<Files>,
 }
+
+/// Contents of files by name.
+type Files = HashMap<String, Vec<u8>>;
 
 /// Names and descriptions of the templates.
 #[pyfunction]
@@ -41,25 +49,31 @@ impl Case {
                 let place = format!("{}:{}:{}: {at}", file.display(), at.line, at.column);
                 Error::input(place, "save the case file as UTF-8")
             })?;
-            Self::read(&text, &file.display().to_string(), &file)
+            Self::read(&text, &file.display().to_string(), &file, Arc::default())
         })
     }
 
-    /// Reads a text; `name` is for messages, `file` the place that paths of mesh files refer to.
+    /// Reads a text; `name` is for messages, `file` the place that paths of mesh files refer to;
+    /// `files` are the contents of files that exist only in memory.
     #[staticmethod]
-    fn of_text(py: Python<'_>, text: &str, name: &str, file: PathBuf) -> PyResult<Self> {
-        detached(py, || Self::read(text, name, &file))
+    fn of_text(py: Python<'_>, text: &str, name: &str, file: PathBuf, files: Files) -> PyResult<Self> {
+        detached(py, || Self::read(text, name, &file, Arc::new(files)))
     }
 
-    /// The same case with values replaced, each given as `KEY=VALUE` with a value in TOML.
-    fn replace(&self, py: Python<'_>, values: Vec<String>) -> PyResult<Self> {
+    /// The same case with values replaced, each given as `KEY=VALUE` with a value in TOML, and with
+    /// further files.
+    fn replace(&self, py: Python<'_>, values: Vec<String>, files: Files) -> PyResult<Self> {
         detached(py, || {
+            let files = match files.is_empty() {
+                true => self.files.clone(),
+                false => Arc::new((*self.files).clone().into_iter().chain(files).collect()),
+            };
             let wrong = |error: slipstick::case::OverrideError| Error::input(error.to_string(), error.cure());
             let values: Result<Vec<Override>, _> = values.iter().map(|value| value.parse()).collect();
             let map = &self.resolved.source_map;
             let text = override_case(map.text(), map.file(), &values.map_err(wrong)?).map_err(wrong)?;
             let name = map.file().trim_end_matches(CHANGED);
-            Self::read(&text, &format!("{name}{CHANGED}"), &self.file)
+            Self::read(&text, &format!("{name}{CHANGED}"), &self.file, files)
         })
     }
 
@@ -79,6 +93,16 @@ impl Case {
     #[getter]
     fn file(&self) -> PathBuf {
         self.file.clone()
+    }
+
+    /// The files that exist only in memory.
+    #[getter]
+    fn files<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let files = PyDict::new(py);
+        for (name, bytes) in &*self.files {
+            files.set_item(name, PyBytes::new(py, bytes))?;
+        }
+        Ok(files)
     }
 
     /// The case with all defaults filled in, as JSON.
@@ -112,13 +136,24 @@ impl Case {
     }
 }
 
+/// Reads files in memory, and those beside a case file.
+fn reader<'a>(files: &'a Files, case_file: &'a Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<'a> {
+    let on_disk = mesh_files(case_file);
+    move |name| files.get(name).map_or_else(|| on_disk(name), |bytes| Ok(bytes.clone()))
+}
+
 /// Added to the name of a case with replaced values.
 const CHANGED: &str = " (with replaced values)";
 
 impl Case {
-    fn read(text: &str, name: &str, file: &Path) -> Result<Self, Error> {
-        let resolved = parse_case_with(text, name, &mesh_files(file))?;
-        Ok(Self { resolved: Arc::new(resolved), file: file.to_owned() })
+    fn read(text: &str, name: &str, file: &Path, files: Arc<Files>) -> Result<Self, Error> {
+        let resolved = parse_case_with(text, name, &reader(&files, file))?;
+        Ok(Self { resolved: Arc::new(resolved), file: file.to_owned(), files })
+    }
+
+    /// Reads the mesh files that the case names.
+    pub(crate) fn mesh_files(&self) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<'_> {
+        reader(&self.files, &self.file)
     }
 
     /// The problem, what is known of it, and warnings. Refuses what the program refuses.

@@ -13,10 +13,12 @@ mod case;
 mod errors;
 mod gradient;
 mod interrupt;
+mod mesh;
 mod path;
 mod problem;
 mod program;
 mod quantity;
+mod responses;
 mod run;
 
 /// The extension module behind the classes of the package.
@@ -26,6 +28,8 @@ mod _slipstick {
     use super::case::{Case, templates};
     #[pymodule_export]
     use super::gradient::Linearization;
+    #[pymodule_export]
+    use super::mesh::{read_mesh, volumes};
     #[pymodule_export]
     use super::path::Path;
     #[pymodule_export]

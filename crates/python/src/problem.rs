@@ -9,20 +9,22 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipstick::analysis::{AnalysisError, Forward, ForwardNotice, Gradients};
+use slipstick::build::build;
 use slipstick::case::{Case, Resolved};
-use slipstick::design::quantity::{Dimension, Quantity, Reads, WrongDerivative};
+use slipstick::design::quantity::{Quantity, WrongDerivative};
 use slipstick::design::{ElementValues, ObservedSteps, Reduction, Response, Role, Term};
 use slipstick::mesh::{Element, Mesh};
 use slipstick::model::Parameter;
 use slipstick::quantities::column_names;
 use slipstick::verify::{VerifyError, VerifyOptions, verify_gradient};
+use slipstick_cli::setup;
 
 use crate::arrays;
 use crate::errors::{Error, detached};
 use crate::gradient::Linearization;
 use crate::interrupt::{PAUSE, Watch};
 use crate::path::Path;
-use crate::quantity::{Defined, take_raised};
+use crate::quantity::{Defined, defined, take_raised};
 
 /// A built problem, which one thread at a time computes with.
 #[pyclass(frozen, module = "slipstick._slipstick")]
@@ -39,6 +41,8 @@ pub(crate) struct Built {
     problem: Mutex<slipstick::build::Problem>,
     /// The thread that computes.
     owner: Mutex<Option<ThreadId>>,
+    /// The quantities that were added to those of the case.
+    added: Mutex<Vec<Arc<dyn Quantity>>>,
     pub(crate) case: Arc<Resolved>,
 }
 
@@ -152,33 +156,58 @@ impl Problem {
         reads: (bool, bool, bool, bool),
         accumulates: bool,
     ) -> PyResult<()> {
-        let ((force, length), (reaction, contact, energy, stress)) = (dimension, reads);
-        let (dimension, reads) = (Dimension::of(force, length), Reads { reaction, contact, energy, stress });
+        let quantity = defined((adapter, name, dimension, reads, accumulates));
         detached(py, || {
             let mut problem = self.built.lock()?;
-            let taken = column_names(&problem.mesh, problem.analysis.model());
-            if taken.contains(&name) || problem.quantities.iter().any(|quantity| quantity.name() == name) {
-                return Err(Error::input(
-                    format!("there is a quantity called `{name}` already"),
-                    "choose another name",
-                ));
-            }
-            let quantity = Defined { name, dimension, reads, accumulates, adapter };
-            let checked = problem.analysis.check_quantity(&quantity);
-            raised()?;
-            checked.map_err(|wrong| {
-                let WrongDerivative { name, step, argument, derivative, difference } = wrong;
-                let message = format!(
-                    "quantity `{name}` at step {step}: its derivative with respect to the {argument} is {derivative:e} \
-                     along a direction in which differences of its value give {difference:e}"
-                );
-                let cure = "correct `derivative`, which returns the partial derivatives with respect to each field of \
-                            the state that `value` uses, with the other fields fixed";
-                Error::input(message, cure)
-            })?;
-            problem.quantities.push(Arc::new(quantity));
+            add_quantity(&mut problem, quantity)?;
+            let added = problem.quantities.last().cloned();
+            self.built.added.lock().unwrap_or_else(PoisonError::into_inner).extend(added);
             Ok(())
         })
+    }
+
+    /// Kind, place in the case and value of every parameter, in the order of their derivatives.
+    fn parameters(&self, py: Python<'_>) -> PyResult<Vec<(&'static str, String, f64)>> {
+        let case = &self.resolved.case;
+        let names = detached(py, || Ok(self.built.lock()?.analysis.model().parameter_names()))?;
+        let of = |parameter: Parameter| {
+            let (kind, place) = name_of(case, parameter);
+            let value = match parameter {
+                Parameter::Friction { interface } => case.contacts[interface].friction,
+                Parameter::YoungsModulus { body } => case.bodies[body].material.youngs_modulus,
+                Parameter::Amplitude { .. } | Parameter::Load { .. } => 1.0,
+            };
+            (kind, place, value)
+        };
+        Ok(names.into_iter().map(of).collect())
+    }
+
+    /// The problem of the same case with other values of these parameters, as
+    /// [`parameters`](Self::parameters) names them, and with the same added quantities.
+    fn with_parameters(&self, py: Python<'_>, values: Vec<(String, String, f64)>) -> PyResult<Self> {
+        detached(py, || {
+            let mut resolved = (*self.resolved).clone();
+            let names = self.built.lock()?.analysis.model().parameter_names();
+            for (kind, place, value) in values {
+                let of = |parameter: &&Parameter| name_of(&self.resolved.case, **parameter) == (&kind, place.clone());
+                let parameter = names.iter().find(of);
+                let parameter = parameter.ok_or_else(|| Error::Internal(format!("no parameter {kind} of {place}")))?;
+                set_parameter(&mut resolved.case, *parameter, value);
+            }
+            let map = &resolved.source_map;
+            let mut problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
+            let added = self.built.added.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            problem.quantities.extend(added.iter().cloned());
+            let new = Self::new(Arc::new(resolved), problem);
+            *new.built.added.lock().unwrap_or_else(PoisonError::into_inner) = added;
+            Ok(new)
+        })
+    }
+
+    /// Filled fraction of the design domain; `None` without a design.
+    fn volume_fraction(&self, py: Python<'_>, density: PyReadonlyArray1<'_, f64>) -> PyResult<Option<f64>> {
+        let density = arrays::densities(&density);
+        detached(py, || Ok(setup::volume_fraction(&*self.built.lock()?, &density)))
     }
 
     /// Whether the case has an objective.
@@ -187,25 +216,34 @@ impl Problem {
         self.resolved.source_map.contains("objective")
     }
 
-    /// Marches the load path.
-    #[pyo3(signature = (density, progress=None))]
+    /// Marches the load path, if asked for with another coefficient of friction in all pairs.
+    #[pyo3(signature = (density, progress=None, friction=None))]
     fn solve(
         &self,
         py: Python<'_>,
         density: PyReadonlyArray1<'_, f64>,
         progress: Option<Py<PyAny>>,
+        friction: Option<f64>,
     ) -> PyResult<(Path, Option<String>)> {
         let density = arrays::densities(&density);
         detached(py, || {
             let mut problem = self.built.lock()?;
             // no gradient follows
             let kept = std::mem::take(&mut problem.analysis.march.factor_memory);
+            let own = problem.analysis.design.clone();
+            if let Some(friction) = friction {
+                problem.analysis.set_friction(friction);
+            }
             let forward = watched(&mut problem, progress, |problem, watch| forward(problem, &density, watch));
             problem.analysis.march.factor_memory = kept;
+            let design = match friction {
+                Some(_) => std::mem::replace(&mut problem.analysis.design, own),
+                None => problem.analysis.design.clone(),
+            };
             let forward = forward?;
             let value = self.has_objective().then_some(forward.value);
             let notice = forward.notice.map(|notice| notice.to_string());
-            Ok((Path::new(self.built.clone(), problem.analysis.design.clone(), forward.path, value), notice))
+            Ok((Path::new(self.built.clone(), design, forward.path, value), notice))
         })
     }
 
@@ -314,7 +352,12 @@ impl Problem {
             mesh: Arc::new(problem.mesh.clone()),
             initial_density: problem.initial_density.clone(),
             roles,
-            built: Arc::new(Built { problem: Mutex::new(problem), owner: Mutex::new(None), case: resolved.clone() }),
+            built: Arc::new(Built {
+                problem: Mutex::new(problem),
+                owner: Mutex::new(None),
+                added: Mutex::default(),
+                case: resolved.clone(),
+            }),
             resolved,
         }
     }
@@ -393,8 +436,51 @@ pub(crate) fn watched<T>(
     result
 }
 
+/// Adds a quantity, once its derivatives are known to be right.
+///
+/// # Errors
+/// [`Error::Input`] if they are wrong, or if the name is taken; the exception of the quantity.
+pub(crate) fn add_quantity(problem: &mut slipstick::build::Problem, quantity: Defined) -> Result<(), Error> {
+    let name = quantity.name();
+    let taken = column_names(&problem.mesh, problem.analysis.model());
+    if taken.iter().any(|taken| taken == name) || problem.quantities.iter().any(|quantity| quantity.name() == name) {
+        return Err(Error::input(format!("there is a quantity called `{name}` already"), "choose another name"));
+    }
+    let checked = problem.analysis.check_quantity(&quantity);
+    raised()?;
+    checked.map_err(|wrong| {
+        let WrongDerivative { name, step, argument, derivative, difference } = wrong;
+        let message = format!(
+            "quantity `{name}` at step {step}: its derivative with respect to the {argument} is {derivative:e} \
+             along a direction in which differences of its value give {difference:e}"
+        );
+        let cure = "correct `derivative`, which returns the partial derivatives with respect to each field of \
+                    the state that `value` uses, with the other fields fixed";
+        Error::input(message, cure)
+    })?;
+    problem.quantities.push(Arc::new(quantity));
+    Ok(())
+}
+
+/// Sets a parameter in a case. An amplitude multiplies the motion or the load.
+fn set_parameter(case: &mut Case, parameter: Parameter, value: f64) {
+    match parameter {
+        Parameter::Friction { interface } => case.contacts[interface].friction = value,
+        Parameter::YoungsModulus { body } => case.bodies[body].material.youngs_modulus = value,
+        Parameter::Amplitude { motion } => {
+            for waypoint in &mut case.dirichlet[motion].motion {
+                waypoint.u = waypoint.u.map(|u| value * u);
+                waypoint.angle *= value;
+            }
+        }
+        Parameter::Load { load } => {
+            case.loads[load].amplitude.iter_mut().for_each(|point| point.factor *= value);
+        }
+    }
+}
+
 /// The exception of a quantity that was defined in Python.
-fn raised() -> Result<(), Error> {
+pub(crate) fn raised() -> Result<(), Error> {
     take_raised().map_or(Ok(()), |error| Err(Error::Python(error)))
 }
 
@@ -427,24 +513,27 @@ pub(crate) fn observing<T>(
     result
 }
 
+/// The quantity of this name.
+pub(crate) fn find(problem: &slipstick::build::Problem, name: &str) -> Result<Arc<dyn Quantity>, Error> {
+    let found = problem.quantities.iter().find(|quantity| quantity.name() == name);
+    found.cloned().ok_or_else(|| Error::input(format!("there is no quantity called `{name}`"), known(problem)))
+}
+
+/// Which quantities there are, for messages.
+fn known(problem: &slipstick::build::Problem) -> String {
+    let known: Vec<&str> = problem.quantities.iter().map(|quantity| quantity.name()).collect();
+    match known.is_empty() {
+        true => "the case has none: add a [[quantity]]".to_owned(),
+        false => format!("quantities of the case: {}", known.join(", ")),
+    }
+}
+
 /// The quantities of these names at every step of every load case.
 fn response(problem: &slipstick::build::Problem, names: &[String]) -> Result<Response, Error> {
-    let known = || {
-        let known: Vec<&str> = problem.quantities.iter().map(|quantity| quantity.name()).collect();
-        match known.is_empty() {
-            true => "the case has none: add a [[quantity]]".to_owned(),
-            false => format!("quantities of the case: {}", known.join(", ")),
-        }
-    };
-    let term = |name: &String| {
-        let quantity = problem.quantities.iter().find(|quantity| quantity.name() == name);
-        let quantity =
-            quantity.ok_or_else(|| Error::input(format!("there is no quantity called `{name}`"), known()))?;
-        Ok(Term { quantity: quantity.clone(), steps: ObservedSteps::All, weight: 1.0 })
-    };
+    let term = |name: &String| Ok(Term { quantity: find(problem, name)?, steps: ObservedSteps::All, weight: 1.0 });
     let terms = names.iter().map(term).collect::<Result<Vec<Term>, Error>>()?;
     if terms.is_empty() {
-        return Err(Error::input("no quantity is named", known()));
+        return Err(Error::input("no quantity is named", known(problem)));
     }
     Ok(in_cases(problem, Response::new("quantities", terms, Reduction::Sum)))
 }
@@ -466,13 +555,21 @@ fn notice(forward: &Forward) -> Option<String> {
 
 /// Kind, place in the case and derivative of every parameter.
 pub(crate) fn named(case: &Case, gradients: &Gradients) -> Vec<(&'static str, String, f64)> {
-    let of = |&(parameter, derivative): &(Parameter, f64)| match parameter {
-        Parameter::Friction { interface } => ("friction", format!("contact[{interface}].friction"), derivative),
-        Parameter::YoungsModulus { body } => ("youngs_modulus", case.bodies[body].name.clone(), derivative),
-        Parameter::Amplitude { motion } => ("amplitude", format!("dirichlet[{motion}].motion"), derivative),
-        Parameter::Load { load } => ("amplitude", format!("load[{load}]"), derivative),
+    let of = |&(parameter, derivative): &(Parameter, f64)| {
+        let (kind, place) = name_of(case, parameter);
+        (kind, place, derivative)
     };
     gradients.parameters.iter().map(of).collect()
+}
+
+/// Kind and place in the case of a parameter.
+fn name_of(case: &Case, parameter: Parameter) -> (&'static str, String) {
+    match parameter {
+        Parameter::Friction { interface } => ("friction", format!("contact[{interface}].friction")),
+        Parameter::YoungsModulus { body } => ("youngs_modulus", case.bodies[body].name.clone()),
+        Parameter::Amplitude { motion } => ("amplitude", format!("dirichlet[{motion}].motion")),
+        Parameter::Load { load } => ("amplitude", format!("load[{load}]")),
+    }
 }
 
 /// Starts this many threads for all computations of the process.

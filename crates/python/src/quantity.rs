@@ -30,6 +30,17 @@ pub struct Defined {
     pub adapter: Py<PyAny>,
 }
 
+/// A quantity as Python hands it over: adapter, name, powers of force and length, which of reaction,
+/// contact, energy and stress it reads, and whether it accumulates.
+pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool), bool);
+
+/// The quantity of a definition.
+pub fn defined((adapter, name, (force, length), reads, accumulates): Definition) -> Defined {
+    let (reaction, contact, energy, stress) = reads;
+    let reads = Reads { reaction, contact, energy, stress };
+    Defined { name, dimension: Dimension::of(force, length), reads, accumulates, adapter }
+}
+
 impl Defined {
     fn call<T>(&self, call: impl FnOnce(Python<'_>, &Bound<'_, PyAny>) -> PyResult<T>) -> Option<T> {
         Python::attach(|py| match call(py, self.adapter.bind(py)) {

@@ -24,6 +24,8 @@ use crate::arrays;
 use crate::case::Case;
 use crate::errors::{Error, detached};
 use crate::interrupt::Watch;
+use crate::problem::raised;
+use crate::responses::{Own, RESPONSES, Responses, hashed};
 
 /// The directory of a run, with its case.
 #[pyclass(frozen, module = "slipstick._slipstick")]
@@ -35,7 +37,7 @@ pub struct Run {
 
 /// Optimizes the design of a case in a directory of its own.
 #[pyfunction]
-#[pyo3(signature = (case, density, iterations, directory, force, command, callback=None, progress=None))]
+#[pyo3(signature = (case, density, iterations, directory, force, command, own, callback=None, progress=None))]
 pub fn optimize(
     py: Python<'_>,
     case: &Case,
@@ -44,19 +46,32 @@ pub fn optimize(
     directory: PathBuf,
     force: bool,
     command: Vec<String>,
+    own: Option<Own>,
     callback: Option<Py<PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Run> {
     let density = density.as_ref().map(arrays::densities);
     detached(py, || {
         let resolved = &case.resolved;
-        let mut optimization = prepare(resolved, density)?;
+        let (responses, record) = Responses::of(own);
+        let mut optimization = prepare(resolved, density, responses)?;
         if let Some(iterations) = iterations {
             optimization.set_iterations(iterations);
         }
         let part = RunPart::starting(command, rayon::current_num_threads());
-        let run = slipstick::run::Run::start(&directory, resolved, &case.file, part, force)?;
-        let hash = run.case_sha256().to_owned();
+        let run = slipstick::run::Run::start(&directory, resolved, &case.file, &case.mesh_files(), part, force)?;
+        let hash = match &record {
+            Some(record) => {
+                write_atomically(&run.directory().file(RESPONSES), |writer| writer.write_all(record.as_bytes()))
+                    .map_err(RunError::from)?;
+                sha256(&hashed(resolved.source_map.text(), record))
+            }
+            None => {
+                // of an earlier run in this directory
+                let _ = std::fs::remove_file(run.directory().file(RESPONSES));
+                run.case_sha256().to_owned()
+            }
+        };
         let checkpoint = Checkpoint::new(hash, optimization.iterations(), Vec::new(), optimization.state.clone());
         let mut watch = Watch::new(progress, callback);
         finish(run, resolved, &mut optimization, checkpoint, &mut watch)?;
@@ -66,12 +81,13 @@ pub fn optimize(
 
 /// Continues an optimization from its last finished iteration.
 #[pyfunction]
-#[pyo3(signature = (directory, iterations, command, callback=None, progress=None))]
+#[pyo3(signature = (directory, iterations, command, own, callback=None, progress=None))]
 pub fn resume(
     py: Python<'_>,
     directory: PathBuf,
     iterations: Option<usize>,
     command: Vec<String>,
+    own: Option<Own>,
     callback: Option<Py<PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Run> {
@@ -80,12 +96,14 @@ pub fn resume(
         let mut checkpoint = Checkpoint::read(&taken)?;
         let record = RunRecord::read(&taken)?;
         let (path, text) = case_of(&taken)?;
-        let (expected, found) = (checkpoint.case_sha256.clone(), sha256(&text));
+        let (responses, own) = Responses::of(own);
+        let found = own.map_or_else(|| sha256(&text), |own| sha256(&hashed(&text, &own)));
+        let expected = checkpoint.case_sha256.clone();
         if expected != found {
             return Err(RunError::OtherCase { path, expected, found }.into());
         }
         let resolved = read(&path, &text)?;
-        let mut optimization = prepare(&resolved, None)?;
+        let mut optimization = prepare(&resolved, None, responses)?;
         checkpoint.restore(&taken, &mut optimization)?;
         let iterations = iterations.unwrap_or(checkpoint.iterations);
         optimization.set_iterations(iterations);
@@ -105,10 +123,13 @@ pub fn resume(
 }
 
 /// An optimization of a case at its start, from these densities if given.
-fn prepare(resolved: &Resolved, density: Option<ElementValues>) -> Result<Optimization, Error> {
-    resolved.require(SECTIONS)?;
+fn prepare(resolved: &Resolved, density: Option<ElementValues>, responses: Responses) -> Result<Optimization, Error> {
+    let own = responses.have_objective();
+    let sections: Vec<&str> = SECTIONS.iter().copied().filter(|section| !(own && *section == "objective")).collect();
+    resolved.require(&sections)?;
     let map = &resolved.source_map;
     let mut problem: Problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
+    responses.apply(&mut problem)?;
     if let (Some(density), Some(variables)) = (density, &problem.variables) {
         // the case sets the densities of passive elements and of those outside the design
         problem.initial_density = variables.densities(&variables.restrict(&density));
@@ -148,7 +169,10 @@ fn advance(
     let ranks = optimization.problem.analysis.linear.ranks();
     let recorder = Recorder::new(Some(run.directory()), checkpoint, resolved.case.output.every, ranks)?;
     optimization.problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
-    match drive(optimization, Some(recorder), watch) {
+    let driven = drive(optimization, Some(recorder), watch);
+    // an exception of a quantity, whose value was then not a number
+    raised()?;
+    match driven {
         // a callback may fail at the last design, when nothing is left to stop
         Ok(_) => watch.check(),
         Err(DriveError::Interrupted) => {

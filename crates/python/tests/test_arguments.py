@@ -31,7 +31,7 @@ def changed(index: int, value: float) -> NDArray[np.float64]:
         (GOOD.astype(complex), TypeError, r"density has dtype complex128: give real numbers"),
         (["a"] * 10, TypeError, "density has dtype"),
         ([[0.5], [0.5, 0.5]], ValueError, "density is not a rectangular array"),
-        (changed(3, np.nan), ValueError, r"density\[3\] is nan: all entries must be finite"),
+        (changed(3, np.nan), ValueError, r"density\[3\] is nan: numbers must be finite"),
         (changed(9, np.inf), ValueError, r"density\[9\] is inf"),
         (changed(4, 1.5), ValueError, r"density\[4\] is 1.5: densities lie in \[0, 1\]; np.clip"),
         (changed(0, -1e-9), ValueError, r"density\[0\] is -1e-09"),

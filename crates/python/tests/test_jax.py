@@ -45,6 +45,50 @@ def test_differences_agree(problem: ss.Problem, density: NDArray[np.float64]) ->
     check_grads(lambda x: g(embedded(x)), (density[designed],), 1, ["rev"], eps=1e-4, rtol=1e-5)
 
 
+PARAMETERS = {"contact[0].friction": 0.25, "slab.youngs_modulus": 900.0, "dirichlet[1].motion": 0.9}
+
+
+def test_parameters(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    """Against the gradients of the package, and against differences."""
+    f = ss.jax.quantities(problem, ["grip", "drag"])
+    changed = problem.with_parameters(PARAMETERS)
+    values, pullback = changed.vjp(density, ["grip", "drag"])
+    expected, of_parameters = pullback.with_parameters({"drag": [0, 0, 1, 1]})
+
+    def loss(x: jax.Array, parameters: dict[str, jax.Array]) -> jax.Array:
+        return f(x, parameters)["drag"][2:].sum()
+
+    assert np.array_equal(f(density, PARAMETERS)["grip"], values["grip"])
+    for gradient in (jax.grad(loss, (0, 1)), jax.jit(jax.grad(loss, (0, 1)))):
+        found, others = gradient(density, PARAMETERS)
+        assert np.allclose(found, expected, rtol=1e-12, atol=0)
+        for parameter, derivative in of_parameters.items():
+            if parameter.name in PARAMETERS:
+                assert others[parameter.name] == pytest.approx(derivative, rel=1e-12)
+    # moduli in units of a thousand, so that all steps suit
+    scaled = {**PARAMETERS, "slab.youngs_modulus": 0.9}
+
+    def of_scaled(function: object, parameters: dict[str, jax.Array]) -> jax.Array:
+        modulus = 1000.0 * parameters["slab.youngs_modulus"]
+        return function(density, {**parameters, "slab.youngs_modulus": modulus})
+
+    check_grads(lambda p: of_scaled(f, p)["drag"], (scaled,), 1, ["rev"], eps=1e-4, rtol=1e-5)
+    g = ss.jax.objective(problem)
+    check_grads(lambda p: of_scaled(g, p), (scaled,), 1, ["rev"], eps=1e-4, rtol=1e-5)
+    assert float(g(density, PARAMETERS)) == changed.solve(density).objective
+
+
+def test_parameters_that_cannot_be(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    f = ss.jax.quantities(problem, "drag")
+    with pytest.raises(ValueError, match="parameters has 'mu', which is no parameter"):
+        f(density, {"mu": 0.1})
+    with pytest.raises(ValueError, match=r"has shape \(2,\): give one number"):
+        f(density, {"contact[0].friction": np.array([0.1, 0.2])})
+    assert f(density, {"contact[0].friction": 0.0})["drag"].shape == (4,)
+    with pytest.raises(Exception, match="where the values have a kink"):
+        jax.grad(lambda mu: f(density, {"contact[0].friction": mu})["drag"][-1])(0.0)
+
+
 def test_objective(problem: ss.Problem, density: NDArray[np.float64]) -> None:
     value, gradient = problem.value_and_gradient(density)
     f = ss.jax.objective(problem)
@@ -76,7 +120,7 @@ def test_paths_are_kept_for_the_reverse_pass(
     original = problem.vjp
 
     class Counting:
-        quantities, steps = problem.quantities, problem.steps
+        quantities, steps, parameters = problem.quantities, problem.steps, problem.parameters
 
         def vjp(self, x: NDArray[np.float64], names: list[str]) -> object:
             calls.append(x)

@@ -45,6 +45,50 @@ def test_gradcheck(problem: ss.Problem, density: NDArray[np.float64]) -> None:
     assert torch.autograd.gradcheck(lambda x: g(embedded(x)), (x,), eps=1e-5, rtol=1e-4)
 
 
+def test_gradcheck_of_parameters(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    f, g = ss.torch.quantities(problem), ss.torch.objective(problem)
+
+    def parameters(p: torch.Tensor) -> dict[str, torch.Tensor]:
+        # moduli in units of a thousand, so that all steps suit
+        return {
+            "contact[0].friction": p[0],
+            "slab.youngs_modulus": 1000.0 * p[1],
+            "dirichlet[1].motion": p[2],
+        }
+
+    x = torch.tensor(density)
+    p = torch.tensor([0.25, 0.9, 0.95], dtype=torch.float64, requires_grad=True)
+    # sweeps with the factors of the march, and later ones, differ by round-off
+    assert torch.autograd.gradcheck(
+        lambda p: tuple(f(x, parameters(p)).values()),
+        (p,),
+        eps=1e-5,
+        rtol=1e-4,
+        nondet_tol=1e-10,
+    )
+    assert torch.autograd.gradcheck(lambda p: g(x, parameters(p)), (p,), eps=1e-5, rtol=1e-4)
+    # both at once
+    x.requires_grad_()
+    g(x, parameters(p)).backward()
+    changed = problem.with_parameters({k: float(v) for k, v in parameters(p.detach()).items()})
+    value, gradient, others = changed.value_and_gradient(density, parameters=True)
+    assert np.allclose(x.grad, gradient, rtol=1e-12, atol=0)
+    friction = next(v for parameter, v in others.items() if parameter.kind == "friction")
+    assert float(p.grad[0]) == pytest.approx(friction, rel=1e-12)
+    assert float(g(x.detach(), parameters(p.detach()))) == value
+
+
+def test_parameters_that_cannot_be(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    f = ss.torch.quantities(problem, "drag")
+    with pytest.raises(ValueError, match="parameters has 'mu', which is no parameter"):
+        f(tensor(density), {"mu": 0.1})
+    with pytest.raises(ValueError, match=r"has shape \(2,\): give one number"):
+        f(tensor(density), {"contact[0].friction": torch.tensor([0.1, 0.2])})
+    friction = torch.tensor(0.0, requires_grad=True)
+    with pytest.raises(ValueError, match="where the values have a kink"):
+        f(tensor(density), {"contact[0].friction": friction})["drag"][-1].backward()
+
+
 def test_objective(problem: ss.Problem, density: NDArray[np.float64]) -> None:
     value, gradient = problem.value_and_gradient(density)
     f = ss.torch.objective(problem)

@@ -21,47 +21,84 @@ array([2, 2, 2, 2], dtype=uint8)
 from __future__ import annotations
 
 import importlib
-from types import ModuleType
-from typing import TYPE_CHECKING
-
-from . import errors, gradient, mesh, path
-from ._slipstick import VERSION as __version__
-from ._slipstick import set_threads, threads
-from .case import Case, Inspection, templates
-from .errors import (
-    AnalysisError,
-    CaseError,
-    CaseWarning,
-    Diagnostic,
-    InputError,
-    InternalError,
-    SlipstickError,
-    SlipstickWarning,
-)
-from .gradient import GradientCheck, Parameter, PullBack
-from .mesh import Body, Mesh
-from .path import Contact, Path, Step
-from .problem import Problem
-from .quantity import ContactState, Quantity, State
-from .result import Iteration, Result, open_run, resume
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import jax, torch
+    from . import errors, gradient, jax, mesh, path, torch
+    from ._slipstick import VERSION as __version__
+    from ._slipstick import set_threads, threads
+    from .case import Case, Inspection, templates
+    from .design_map import DesignMap, MappedProblem
+    from .errors import (
+        AnalysisError,
+        CaseError,
+        CaseWarning,
+        Diagnostic,
+        InputError,
+        InternalError,
+        SlipstickError,
+        SlipstickWarning,
+        StudyError,
+    )
+    from .evaluation import Evaluation, Evaluations
+    from .gradient import GradientCheck, Parameter, PullBack
+    from .mesh import Body, Mesh
+    from .path import Contact, Path, Step
+    from .problem import Problem
+    from .quantity import ContactState, Quantity, State
+    from .response import Bound, Term
+    from .result import Iteration, Result, open_run, resume
+    from .study import Study, StudyRun, run_study
+
+# Where the names are defined. They are imported when they are first used, so that the program
+# starts without numpy.
+_HOMES = {
+    "_slipstick": ("set_threads", "threads"),
+    "case": ("Case", "Inspection", "templates"),
+    "design_map": ("DesignMap", "MappedProblem"),
+    "errors": (
+        "AnalysisError",
+        "CaseError",
+        "CaseWarning",
+        "Diagnostic",
+        "InputError",
+        "InternalError",
+        "SlipstickError",
+        "SlipstickWarning",
+        "StudyError",
+    ),
+    "evaluation": ("Evaluation", "Evaluations"),
+    "gradient": ("GradientCheck", "Parameter", "PullBack"),
+    "mesh": ("Body", "Mesh"),
+    "path": ("Contact", "Path", "Step"),
+    "problem": ("Problem",),
+    "quantity": ("ContactState", "Quantity", "State"),
+    "response": ("Bound", "Term"),
+    "result": ("Iteration", "Result", "open_run", "resume"),
+    "study": ("Study", "StudyRun", "run_study"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+_MODULES = ("errors", "gradient", "jax", "mesh", "path", "torch")
 
 __all__ = [
     "AnalysisError",
     "Body",
+    "Bound",
     "Case",
     "CaseError",
     "CaseWarning",
     "Contact",
     "ContactState",
+    "DesignMap",
     "Diagnostic",
+    "Evaluation",
+    "Evaluations",
     "GradientCheck",
     "InputError",
     "Inspection",
     "InternalError",
     "Iteration",
+    "MappedProblem",
     "Mesh",
     "Parameter",
     "Path",
@@ -73,6 +110,10 @@ __all__ = [
     "SlipstickWarning",
     "State",
     "Step",
+    "Study",
+    "StudyError",
+    "StudyRun",
+    "Term",
     "__version__",
     "errors",
     "gradient",
@@ -81,6 +122,7 @@ __all__ = [
     "open_run",
     "path",
     "resume",
+    "run_study",
     "set_threads",
     "templates",
     "threads",
@@ -88,8 +130,18 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> ModuleType:
-    """The optional modules, which import large packages, are imported where they are used."""
-    if name in ("jax", "torch"):
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
         return importlib.import_module(f".{name}", __name__)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name == "__version__":
+        value = importlib.import_module("._slipstick", __name__).VERSION
+    elif name in _HOME_OF:
+        value = getattr(importlib.import_module(f".{_HOME_OF[name]}", __name__), name)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(set(__all__) | set(globals()))

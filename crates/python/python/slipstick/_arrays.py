@@ -23,12 +23,13 @@ def real(
         )
     if array.shape != shape:
         raise ValueError(f"{name} has shape {array.shape}: give {shape}, {meaning}")
-    result = np.ascontiguousarray(array, dtype=np.float64)
+    # which would make a single number an array of one
+    result = np.ascontiguousarray(array, dtype=np.float64).reshape(shape)
     finite = np.isfinite(result)
     if not finite.all():
         place = tuple(int(i) for i in np.argwhere(~finite)[0])
-        at = ", ".join(map(str, place))
-        raise ValueError(f"{name}[{at}] is {result[place]}: all entries must be finite numbers")
+        at = f"[{', '.join(map(str, place))}]" if place else ""
+        raise ValueError(f"{name}{at} is {result[place]}: numbers must be finite")
     return result
 
 
@@ -44,3 +45,57 @@ def density(entries: ArrayLike, elements: int, name: str = "density") -> NDArray
             f"np.clip({name}, 0, 1) puts them there"
         )
     return result
+
+
+def members(entries: ArrayLike, name: str, count: int, what: str) -> NDArray[np.int64]:
+    """Numbers of nodes or elements, each below `count`."""
+    array: NDArray[Any] = np.asarray(entries)
+    if array.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    if array.dtype.kind not in "iu":
+        hint = f"; np.flatnonzero({name}) makes them of a mask" if array.dtype.kind == "b" else ""
+        raise TypeError(f"{name} has dtype {array.dtype}: give whole numbers of {what}{hint}")
+    if array.ndim != 1:
+        raise ValueError(f"{name} has shape {array.shape}: give a list of numbers of {what}")
+    _in_range(array, name, count, what)
+    return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def whole(
+    entries: ArrayLike | None,
+    name: str,
+    columns: int,
+    count: int,
+    what: str,
+    *,
+    filler: bool = False,
+) -> NDArray[np.int64]:
+    """A table of numbers of nodes; with `filler`, the last column may have -1."""
+    try:
+        array: NDArray[Any] = (
+            np.zeros((0, columns), int) if entries is None else np.asarray(entries)
+        )
+    except ValueError as error:
+        raise ValueError(f"{name} is not a rectangular array: {error}") from None
+    if array.size == 0:
+        return np.zeros((0, columns), dtype=np.int64)
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"{name} has dtype {array.dtype}: give whole numbers of {what}")
+    if array.ndim != 2 or array.shape[1] != columns:
+        raise ValueError(f"{name} has shape {array.shape}: give ({len(array)}, {columns})")
+    checked = array
+    if filler:
+        checked = np.where(np.arange(columns) < columns - 1, array, np.maximum(array, 0))
+    _in_range(checked, name, count, what)
+    return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def _in_range(array: NDArray[Any], name: str, count: int, what: str) -> None:
+    outside = (array < 0) | (array >= count)
+    if outside.any():
+        place = tuple(int(i) for i in np.argwhere(outside)[0])
+        at = ", ".join(map(str, place))
+        raise ValueError(
+            f"{name}[{at}] is {array[place]}: there are {count} {what}, numbered from 0 to "
+            f"{count - 1}"
+        )

@@ -11,6 +11,17 @@ from numpy.typing import NDArray
 _Floats = NDArray[np.float64]
 _Numbers = NDArray[np.int64]
 _Progress = Callable[[int, int, list[int]], None] | None
+_Steps = list[int] | None
+_Definition = tuple[Any, str, tuple[int, int], tuple[bool, bool, bool, bool], bool]
+_Own = (
+    tuple[
+        list[_Definition],
+        list[tuple[str, _Steps, float]],
+        list[tuple[str, _Steps, float | None, float | None]],
+        str,
+    ]
+    | None
+)
 _Record = Callable[[str, float], None] | None
 
 __all__ = [
@@ -22,10 +33,12 @@ __all__ = [
     "Run",
     "main",
     "optimize",
+    "read_mesh",
     "resume",
     "set_threads",
     "templates",
     "threads",
+    "volumes",
 ]
 
 VERSION: str
@@ -38,6 +51,17 @@ def threads() -> int:
     """Number of threads that compute; it starts them."""
 
 def main(line: list[str], launcher: list[str]) -> int: ...
+def volumes(nodes: _Floats, corners: _Numbers) -> _Floats: ...
+def read_mesh(
+    file: str | PathLike[str],
+) -> tuple[
+    _Floats,
+    list[tuple[str, _Numbers, _Numbers]],
+    dict[str, _Numbers],
+    dict[str, _Numbers],
+    dict[str, _Numbers],
+    list[str],
+]: ...
 def optimize(
     case: Case,
     density: _Floats | None,
@@ -45,6 +69,7 @@ def optimize(
     directory: str | PathLike[str],
     force: bool,
     command: list[str],
+    own: _Own,
     callback: _Record = None,
     progress: _Progress = None,
 ) -> Run: ...
@@ -52,6 +77,7 @@ def resume(
     directory: str | PathLike[str],
     iterations: int | None,
     command: list[str],
+    own: _Own,
     callback: _Record = None,
     progress: _Progress = None,
 ) -> Run: ...
@@ -61,8 +87,12 @@ class Case:
     @staticmethod
     def load(file: str | PathLike[str]) -> Case: ...
     @staticmethod
-    def of_text(text: str, name: str, file: str | PathLike[str]) -> Case: ...
-    def replace(self, values: list[str]) -> Case: ...
+    def of_text(
+        text: str, name: str, file: str | PathLike[str], files: dict[str, bytes]
+    ) -> Case: ...
+    def replace(self, values: list[str], files: dict[str, bytes]) -> Case: ...
+    @property
+    def files(self) -> dict[str, bytes]: ...
     @property
     def text(self) -> str: ...
     @property
@@ -98,7 +128,12 @@ class Problem:
         reads: tuple[bool, bool, bool, bool],
         accumulates: bool,
     ) -> None: ...
-    def solve(self, density: _Floats, progress: _Progress = None) -> tuple[Path, str | None]: ...
+    def parameters(self) -> list[tuple[str, str, float]]: ...
+    def with_parameters(self, values: list[tuple[str, str, float]]) -> Problem: ...
+    def volume_fraction(self, density: _Floats) -> float | None: ...
+    def solve(
+        self, density: _Floats, progress: _Progress = None, friction: float | None = None
+    ) -> tuple[Path, str | None]: ...
     def value_and_gradient(
         self, density: _Floats, parameters: bool = False, progress: _Progress = None
     ) -> tuple[float, _Floats, list[tuple[str, str, float]], str | None]: ...

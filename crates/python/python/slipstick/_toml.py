@@ -10,23 +10,29 @@ from typing import Any
 
 import numpy as np
 
+Files = dict[str, bytes]
+"""Contents of the mesh files that exist only in memory, by name."""
 
-def document(case: Mapping[str, Any]) -> str:
-    """The text of a case: tables under their headings, values within them on one line each."""
+
+def document(case: Mapping[str, Any], files: Files) -> str:
+    """The text of a case: tables under their headings, values within them on one line each.
+
+    Meshes are added to `files`.
+    """
     plain: list[str] = []
     tables: list[str] = []
     for key, entry in _items(case, "the case"):
         if isinstance(entry, Mapping):
-            tables += ["", f"[{key}]", *_lines(entry, key)]
+            tables += ["", f"[{key}]", *_lines(entry, key, files)]
         elif _is_list_of_tables(entry):
             for number, table in enumerate(entry):
-                tables += ["", f"[[{key}]]", *_lines(table, f"{key}[{number}]")]
+                tables += ["", f"[[{key}]]", *_lines(table, f"{key}[{number}]", files)]
         else:
-            plain.append(f"{key} = {value(entry, key)}")
+            plain.append(f"{key} = {value(entry, key, files)}")
     return "\n".join([*plain, *tables]).lstrip("\n") + "\n"
 
 
-def value(entry: Any, name: str) -> str:
+def value(entry: Any, name: str, files: Files) -> str:
     """A value on one line; `name` is for messages."""
     if isinstance(entry, (bool, np.bool_)):
         return "true" if entry else "false"
@@ -37,18 +43,22 @@ def value(entry: Any, name: str) -> str:
         if not math.isfinite(number):
             return "nan" if math.isnan(number) else ("inf" if number > 0 else "-inf")
         return repr(number)
+    if hasattr(entry, "_as_file"):
+        return _mesh(entry, name, files)
     if isinstance(entry, (str, os.PathLike)):
         # JSON escapes what TOML does, and both read the same escapes
         return json.dumps(os.fspath(entry), ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(entry, Mapping):
-        parts = [f"{key} = {value(inner, f'{name}.{key}')}" for key, inner in _items(entry, name)]
+        parts = [
+            f"{key} = {value(inner, f'{name}.{key}', files)}" for key, inner in _items(entry, name)
+        ]
         return "{ " + ", ".join(parts) + " }" if parts else "{}"
     if isinstance(entry, np.ndarray):
         entry = entry.tolist()
         if not isinstance(entry, list):
-            return value(entry, name)
+            return value(entry, name, files)
     if isinstance(entry, Sequence):
-        parts = [value(inner, f"{name}[{number}]") for number, inner in enumerate(entry)]
+        parts = [value(inner, f"{name}[{number}]", files) for number, inner in enumerate(entry)]
         return "[" + ", ".join(parts) + "]"
     if entry is None:
         raise TypeError(f"`{name}` is None: leave the key out to get its default")
@@ -70,8 +80,23 @@ def _key(key: str) -> str:
     return key if bare else json.dumps(key, ensure_ascii=False)
 
 
-def _lines(table: Mapping[str, Any], name: str) -> list[str]:
-    return [f"{key} = {value(entry, f'{name}.{key}')}" for key, entry in _items(table, name)]
+def _lines(table: Mapping[str, Any], name: str, files: Files) -> list[str]:
+    return [f"{key} = {value(entry, f'{name}.{key}', files)}" for key, entry in _items(table, name)]
+
+
+def _mesh(mesh: Any, name: str, files: Files) -> str:
+    """A mesh: the name of its file, or a table with that name."""
+    file, data = mesh._as_file()
+    files[file] = data
+    if name.endswith(".file"):
+        return json.dumps(file)
+    bodies = list(mesh.bodies)
+    if len(bodies) > 1:
+        raise ValueError(
+            f"`{name}` is a mesh with the bodies {', '.join(bodies)}: choose one, "
+            f'for instance {{"file": mesh, "part": {bodies[0]!r}}}'
+        )
+    return f"{{ file = {json.dumps(file)} }}"
 
 
 def _is_list_of_tables(entry: Any) -> bool:

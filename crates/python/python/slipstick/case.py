@@ -131,8 +131,14 @@ class Case:
         CaseError
             If the text has errors.
         """
+        return cls._read(text, name, folder, {})
+
+    @classmethod
+    def _read(
+        cls, text: str, name: str, folder: str | os.PathLike[str], files: dict[str, bytes]
+    ) -> Case:
         file = FilePath(folder) / FilePath(name).name
-        return cls._of(_slipstick.Case.of_text(text, name, file))
+        return cls._of(_slipstick.Case.of_text(text, name, file, files))
 
     @classmethod
     def from_dict(
@@ -147,7 +153,8 @@ class Case:
         Parameters
         ----------
         case : mapping
-            Values may be strings, paths, numbers, booleans, lists, numpy arrays and mappings.
+            Values may be strings, paths, numbers, booleans, lists, numpy arrays and mappings. A
+            :class:`Mesh` may stand for the ``mesh`` of a body, or for its ``file``.
         name : str
             The name that messages use. Lines in messages are those of :attr:`text`.
         folder : path-like
@@ -181,7 +188,9 @@ class Case:
             raise TypeError(
                 f"case is of type {type(case).__name__}: give a dict with the keys of a case file"
             )
-        return cls.from_text(_toml.document(case), name=name, folder=folder)
+        files: dict[str, bytes] = {}
+        text = _toml.document(case, files)
+        return cls._read(text, name, folder, files)
 
     @classmethod
     def template(cls, name: str) -> Case:
@@ -239,8 +248,9 @@ class Case:
                 raise TypeError(
                     f"values has the key {key!r}: keys are strings such as 'contact[0].friction'"
                 )
-        lines = [f"{key} = {_toml.value(value, key)}" for key, value in values.items()]
-        return Case._of(self._case.replace(lines))
+        files: dict[str, bytes] = {}
+        lines = [f"{key} = {_toml.value(value, key, files)}" for key, value in values.items()]
+        return Case._of(self._case.replace(lines, files))
 
     @property
     def text(self) -> str:
@@ -264,7 +274,8 @@ class Case:
         Parameters
         ----------
         path : path-like
-            The file, which must not exist. Mesh files are not copied.
+            The file, which must not exist. Meshes that are no files are written beside it; mesh
+            files are not copied.
 
         Raises
         ------
@@ -273,6 +284,9 @@ class Case:
         """
         with open(path, "x", encoding="utf-8") as file:
             file.write(self.text)
+        for name, data in self._case.files.items():
+            # the name is a hash of the contents
+            (FilePath(path).parent / name).write_bytes(data)
 
     def build(self) -> Problem:
         """Mesh the bodies and set up the model.
@@ -329,11 +343,12 @@ class Case:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # for processes that compute in parallel
-        return _restored, (self.text, self.name, self._case.file.absolute())
+        file = self._case.file.absolute()
+        return _restored, (self.text, self.name, file, self._case.files)
 
 
-def _restored(text: str, name: str, file: FilePath) -> Case:
-    return Case._of(_slipstick.Case.of_text(text, name, file))
+def _restored(text: str, name: str, file: FilePath, files: dict[str, bytes]) -> Case:
+    return Case._of(_slipstick.Case.of_text(text, name, file, files))
 
 
 def _warn(diagnostics: Sequence[Diagnostic]) -> None:

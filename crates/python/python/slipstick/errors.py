@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .study import Study
 
 __all__ = [
     "AnalysisError",
@@ -16,6 +19,7 @@ __all__ = [
     "InternalError",
     "SlipstickError",
     "SlipstickWarning",
+    "StudyError",
 ]
 
 
@@ -134,6 +138,28 @@ class AnalysisError(SlipstickError, RuntimeError):
         error.step = error.report.get("step")
         error.cause = error.report.get("cause", "")
         error.cures = error.report.get("cures", [])
+        return error
+
+
+class StudyError(SlipstickError, RuntimeError):
+    """Runs of a study failed, or numbers are not as the study expects.
+
+    Attributes
+    ----------
+    study : slipstick.Study
+        The finished runs.
+    failed : sequence of str
+        Names of the runs that were started and did not finish.
+    """
+
+    study: Study
+    failed: Sequence[str] = ()
+
+    @classmethod
+    def _of(cls, text: str, study: Study, failed: Sequence[str]) -> StudyError:
+        error = cls(text)
+        error.study = study
+        error.failed = failed
         return error
 
 

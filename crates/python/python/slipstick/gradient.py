@@ -34,16 +34,104 @@ class Parameter:
     kind: str
     of: str
 
+    @property
+    def name(self) -> str:
+        """Its name where strings are needed.
 
-def _derivatives(entries: list[tuple[str, str, float]]) -> dict[Parameter, float]:
-    return {Parameter(kind, of): derivative for kind, of, derivative in entries}
+        Examples are ``"contact[0].friction"``, ``"plate.youngs_modulus"``,
+        ``"dirichlet[1].motion"`` and ``"load[0]"``.
+        """
+        return f"{self.of}.youngs_modulus" if self.kind == "youngs_modulus" else self.of
+
+
+class Values(dict[Parameter, float]):
+    """The parameters of a problem with their values."""
+
+    def find(self, key: Parameter | str, argument: str) -> Parameter:
+        """The parameter of this name; `argument` is for messages."""
+        for parameter in self:
+            if key == parameter or key == parameter.name:
+                return parameter
+        names = ", ".join(parameter.name for parameter in self)
+        raise ValueError(f"{argument} has {key!r}, which is no parameter: give any of {names}")
+
+    def checked(self, values: Mapping[Any, Any], argument: str) -> dict[Parameter, float]:
+        """Other values of some parameters."""
+        if not isinstance(values, Mapping):
+            raise TypeError(
+                f"{argument} is of type {type(values).__name__}: "
+                "give a dict such as {'contact[0].friction': 0.2}"
+            )
+        found = {}
+        for key, value in values.items():
+            parameter = self.find(key, argument)
+            place = f"{argument}[{parameter.name!r}]"
+            number = float(_arrays.real(value, place, (), "one number"))
+            if parameter.kind == "friction" and number < 0.0:
+                raise ValueError(f"{place} is {number}: a coefficient of friction is 0 or more")
+            if parameter.kind == "youngs_modulus" and number <= 0.0:
+                raise ValueError(f"{place} is {number}: a modulus is greater than 0")
+            if parameter.kind == "amplitude" and number == 0.0:
+                raise ValueError(
+                    f"{place} is 0: an amplitude is a factor other than 0; "
+                    "remove the motion or the load from the case"
+                )
+            found[parameter] = number
+        return found
+
+    def derivatives(self, entries: list[tuple[str, str, float]]) -> dict[Parameter, float]:
+        """Derivatives with respect to the values; those of the extension belong to factors of 1."""
+        found = {Parameter(kind, of): derivative for kind, of, derivative in entries}
+        return {
+            parameter: derivative / self[parameter] if parameter.kind == "amplitude" else derivative
+            for parameter, derivative in found.items()
+        }
+
+
+def vector(
+    derivatives: Mapping[Parameter, float], wanted: Sequence[Parameter]
+) -> NDArray[np.float64]:
+    """The derivatives with respect to these parameters."""
+    for parameter in wanted:
+        if parameter not in derivatives:
+            raise ValueError(
+                f"parameters[{parameter.name!r}] is 0, where the values have a kink: "
+                "differentiate at a coefficient of friction above 0"
+            )
+    return np.array([derivatives[parameter] for parameter in wanted])
+
+
+class Variants:
+    """A problem at changing values of its parameters; the latest ones are kept."""
+
+    def __init__(self, problem: Any) -> None:
+        self._problem = problem
+        self._values = Values(problem.parameters)
+        self._latest: tuple[tuple[float, ...], Any] | None = None
+        self._of: tuple[Parameter, ...] = ()
+
+    def find(self, names: Sequence[Any]) -> tuple[Parameter, ...]:
+        """The parameters of these names."""
+        return tuple(self._values.find(name, "parameters") for name in names)
+
+    def at(self, wanted: tuple[Parameter, ...], values: NDArray[np.float64]) -> Any:
+        """The problem with these values."""
+        if not wanted:
+            return self._problem
+        key = tuple(float(value) for value in values)
+        if self._latest is None or self._latest[0] != key or self._of != wanted:
+            self._values.checked(dict(zip(wanted, key, strict=True)), "parameters")
+            changed = self._problem.with_parameters(dict(zip(wanted, key, strict=True)))
+            self._latest, self._of = (key, changed), wanted
+        return self._latest[1]
 
 
 class PullBack:
     """The transposed derivative of quantities at all load steps: from weights to a gradient.
 
     It keeps the load path, and the factors that speed up the sweep, as long as it lives. Each call
-    sweeps once along the path, whatever the number of quantities and steps.
+    sweeps once along the path, whatever the number of quantities and steps. A later call may differ
+    from the first one by round-off, because the first may use factors that the march has left.
 
     Attributes
     ----------
@@ -54,10 +142,10 @@ class PullBack:
     """
 
     def __init__(
-        self, linearization: _slipstick.Linearization, names: Sequence[str], elements: int
+        self, linearization: _slipstick.Linearization, names: Sequence[str], values: Values
     ) -> None:
         self._linearization = linearization
-        self._elements = elements
+        self._parameters = values
         self.names = tuple(names)
         self.steps: int = linearization.values().shape[1]
 
@@ -116,7 +204,7 @@ class PullBack:
             Coefficients of friction that are 0 are left out, because the values have a kink there.
         """
         gradient, parameters = self._linearization.pull_back(self._weights(weights), True)
-        return gradient, _derivatives(parameters)
+        return gradient, self._parameters.derivatives(parameters)
 
 
 @dataclass(frozen=True)

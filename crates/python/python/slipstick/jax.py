@@ -1,8 +1,9 @@
 """Differentiable functions of a problem for JAX (extra ``slipstick[jax]``).
 
 The functions are ``jax.custom_vjp`` over callbacks, so that ``jax.grad``, ``jax.vjp`` and
-``jax.jit`` work; under ``jax.vmap``, densities are analysed one after the other. There are no
-second derivatives and no forward mode.
+``jax.jit`` work, with respect to the densities and to friction, moduli and amplitudes; under
+``jax.vmap``, densities are analysed one after the other. There are no second derivatives and no
+forward mode.
 
 Analyses compute with 64-bit floats. Enable them in JAX, too, unless 7 digits are enough:
 ``jax.config.update("jax_enable_x64", True)``.
@@ -23,15 +24,16 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Generic, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from .gradient import PullBack
+from .design_map import MappedProblem
+from .gradient import Parameter, PullBack, Variants, vector
 from .problem import Problem
 
 __all__ = ["objective", "quantities"]
@@ -39,18 +41,27 @@ __all__ = ["objective", "quantities"]
 T = TypeVar("T")
 
 
-class _Recent(Generic[T]):
-    """The latest results by density: JAX passes only arrays from the forward to the reverse rule,
-    and may call a callback more than once."""
+class Differentiable(Protocol):
+    """A function of densities, and of parameters by name."""
 
-    def __init__(self, compute: Callable[[NDArray[np.float64]], T], keep: int) -> None:
+    def __call__(self, density: Any, parameters: Mapping[str, Any] | None = None) -> Any:
+        """The value."""
+
+
+class _Recent(Generic[T]):
+    """The latest results by density and parameters: JAX passes only arrays from the forward to the
+    reverse rule, and may call a callback more than once."""
+
+    def __init__(
+        self, compute: Callable[[NDArray[np.float64], NDArray[np.float64]], T], keep: int
+    ) -> None:
         self._compute = compute
         self._keep = keep
-        self._known: OrderedDict[bytes, T] = OrderedDict()
+        self._known: OrderedDict[tuple[bytes, bytes], T] = OrderedDict()
         self._lock = threading.Lock()
 
-    def __call__(self, density: NDArray[np.float64]) -> T:
-        key = density.tobytes()
+    def __call__(self, density: NDArray[np.float64], values: NDArray[np.float64]) -> T:
+        key = density.tobytes(), values.tobytes()
         with self._lock:
             if key in self._known:
                 self._known.move_to_end(key)
@@ -58,7 +69,7 @@ class _Recent(Generic[T]):
             # drop the oldest first: paths and their factors may be large
             while len(self._known) >= self._keep:
                 self._known.popitem(last=False)
-            self._known[key] = result = self._compute(density)
+            self._known[key] = result = self._compute(density, values)
             return result
 
 
@@ -67,13 +78,13 @@ def _host(array: Any) -> NDArray[np.float64]:
 
 
 def quantities(
-    problem: Problem, names: str | Sequence[str] | None = None, *, keep: int = 1
-) -> Callable[[Any], dict[str, jax.Array]]:
-    """Quantities at all load steps as a differentiable function of the densities.
+    problem: Problem | MappedProblem, names: str | Sequence[str] | None = None, *, keep: int = 1
+) -> Differentiable:
+    """Quantities at all load steps as a differentiable function of densities and parameters.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or MappedProblem
         The problem.
     names : str or sequence of str, optional
         Quantities of the case; by default all of them.
@@ -84,68 +95,98 @@ def quantities(
     Returns
     -------
     callable
-        From densities, shape (elements,), to a dict with an array of shape (steps,) for each name.
+        From densities, shape (elements,), and, if given, a dict of parameters, to a dict with an
+        array of shape (steps,) for each name. Keys of the parameters are their names, such as
+        ``"contact[0].friction"``; :attr:`slipstick.Problem.parameters` lists them. New values of
+        parameters build the problem again.
 
     Examples
     --------
     >>> import jax
     >>> import slipstick as ss
+    >>> jax.config.update("jax_enable_x64", True)
     >>> text = ss.Case.template("cube-on-cuboid").text
     >>> drag = '[[quantity]]\\nname = "drag"\\nreaction = { set = "cube_ymax", component = "x" }'
     >>> problem = ss.Case.from_text(f"{text}\\n{drag}\\n").build()
     >>> f = ss.jax.quantities(problem, ["drag"])
     >>> jax.jit(jax.grad(lambda x: f(x)["drag"][-1]))(problem.initial_density).shape
     (5,)
+    >>> g = jax.grad(lambda mu: f(problem.initial_density, {"contact[0].friction": mu})["drag"][-1])
+    >>> bool(g(0.1) > 0)
+    True
     """
     wanted = (
         problem.quantities if names is None else [names] if isinstance(names, str) else list(names)
     )
     shape = (len(wanted), problem.steps)
     _check_keep(keep)
+    variants = Variants(problem)
 
-    def linearize(density: NDArray[np.float64]) -> tuple[NDArray[np.float64], PullBack]:
-        values, pullback = problem.vjp(density, wanted)
-        return np.stack(list(values.values())), pullback
+    def make(parameters: tuple[Parameter, ...]) -> Callable[[jax.Array, jax.Array], jax.Array]:
+        def linearize(
+            density: NDArray[np.float64], values: NDArray[np.float64]
+        ) -> tuple[NDArray[np.float64], PullBack]:
+            found, pullback = variants.at(parameters, values).vjp(density, wanted)
+            return np.stack(list(found.values())), pullback
 
-    recent = _Recent(linearize, keep)
+        recent = _Recent(linearize, keep)
 
-    def values_on_host(density: Any) -> NDArray[Any]:
-        return recent(_host(density))[0].astype(_float())
+        def values_on_host(density: Any, values: Any) -> NDArray[Any]:
+            return recent(_host(density), _host(values))[0].astype(_float())
 
-    def pull_back_on_host(density: Any, weights: Any) -> NDArray[Any]:
-        gradient = recent(_host(density))[1](_host(weights))
-        return gradient.astype(np.asarray(density).dtype)
+        def pull_back_on_host(
+            density: Any, values: Any, weights: Any
+        ) -> tuple[NDArray[Any], NDArray[Any]]:
+            pullback = recent(_host(density), _host(values))[1]
+            of_parameters = np.zeros(0)
+            if parameters:
+                gradient, found = pullback.with_parameters(_host(weights))
+                of_parameters = vector(found, parameters)
+            else:
+                gradient = pullback(_host(weights))
+            return (
+                gradient.astype(np.asarray(density).dtype),
+                of_parameters.astype(np.asarray(values).dtype),
+            )
 
-    @jax.custom_vjp
-    def table(density: jax.Array) -> jax.Array:
-        result = jax.ShapeDtypeStruct(shape, _float())
-        return jax.pure_callback(values_on_host, result, density, vmap_method="sequential")
+        @jax.custom_vjp
+        def table(density: jax.Array, values: jax.Array) -> jax.Array:
+            result = jax.ShapeDtypeStruct(shape, _float())
+            return jax.pure_callback(
+                values_on_host, result, density, values, vmap_method="sequential"
+            )
 
-    def forward(density: jax.Array) -> tuple[jax.Array, jax.Array]:
-        return table(density), density
+        def forward(
+            density: jax.Array, values: jax.Array
+        ) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
+            return table(density, values), (density, values)
 
-    def reverse(density: jax.Array, weights: jax.Array) -> tuple[jax.Array]:
-        result = jax.ShapeDtypeStruct(density.shape, density.dtype)
-        return (
-            jax.pure_callback(
-                pull_back_on_host, result, density, weights, vmap_method="sequential"
-            ),
-        )
+        def reverse(
+            at: tuple[jax.Array, jax.Array], weights: jax.Array
+        ) -> tuple[jax.Array, jax.Array]:
+            results = tuple(jax.ShapeDtypeStruct(of.shape, of.dtype) for of in at)
+            found: tuple[jax.Array, jax.Array] = jax.pure_callback(
+                pull_back_on_host, results, *at, weights, vmap_method="sequential"
+            )
+            return found
 
-    table.defvjp(forward, reverse)
+        table.defvjp(forward, reverse)
+        return table
 
-    def function(density: Any) -> dict[str, jax.Array]:
-        return dict(zip(wanted, table(_real(density)), strict=True))
+    table_of = _by_parameters(variants, make)
+
+    def function(density: Any, parameters: Mapping[str, Any] | None = None) -> dict[str, jax.Array]:
+        return dict(zip(wanted, table_of(density, parameters), strict=True))
 
     return function
 
 
-def objective(problem: Problem, *, keep: int = 1) -> Callable[[Any], jax.Array]:
-    """The objective of the case as a differentiable function of the densities.
+def objective(problem: Problem | MappedProblem, *, keep: int = 1) -> Differentiable:
+    """The objective of the case as a differentiable function of densities and parameters.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or MappedProblem
         A problem with an objective.
     keep : int
         Number of gradients that are kept for reverse passes.
@@ -153,37 +194,91 @@ def objective(problem: Problem, *, keep: int = 1) -> Callable[[Any], jax.Array]:
     Returns
     -------
     callable
-        From densities, shape (elements,), to the objective.
+        From densities, shape (elements,), and, if given, a dict of parameters as for
+        :func:`quantities`, to the objective.
     """
     _check_keep(keep)
-    recent = _Recent(lambda density: problem.value_and_gradient(density), keep)
+    variants = Variants(problem)
 
-    def value_on_host(density: Any) -> NDArray[Any]:
-        value = problem.solve(_host(density)).objective
-        return np.asarray(value, dtype=_float())
+    def make(parameters: tuple[Parameter, ...]) -> Callable[[jax.Array, jax.Array], jax.Array]:
+        def differentiate(
+            density: NDArray[np.float64], values: NDArray[np.float64]
+        ) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+            at = variants.at(parameters, values)
+            if not parameters:
+                return *at.value_and_gradient(density), np.zeros(0)
+            value, gradient, found = at.value_and_gradient(density, parameters=True)
+            return value, gradient, vector(found, parameters)
 
-    def both_on_host(density: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-        value, gradient = recent(_host(density))
-        return np.asarray(value, dtype=_float()), gradient.astype(np.asarray(density).dtype)
+        recent = _Recent(differentiate, keep)
 
-    @jax.custom_vjp
-    def function(density: jax.Array) -> jax.Array:
-        result = jax.ShapeDtypeStruct((), _float())
-        return jax.pure_callback(value_on_host, result, density, vmap_method="sequential")
+        def value_on_host(density: Any, values: Any) -> NDArray[Any]:
+            at = variants.at(parameters, _host(values))
+            return np.asarray(at.solve(_host(density)).objective, dtype=_float())
 
-    def forward(density: jax.Array) -> tuple[jax.Array, jax.Array]:
-        result = (
-            jax.ShapeDtypeStruct((), _float()),
-            jax.ShapeDtypeStruct(density.shape, density.dtype),
-        )
-        value, gradient = jax.pure_callback(both_on_host, result, density, vmap_method="sequential")
-        return value, gradient
+        def all_on_host(
+            density: Any, values: Any
+        ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+            value, gradient, of_parameters = recent(_host(density), _host(values))
+            return (
+                np.asarray(value, dtype=_float()),
+                gradient.astype(np.asarray(density).dtype),
+                of_parameters.astype(np.asarray(values).dtype),
+            )
 
-    def reverse(gradient: jax.Array, weight: jax.Array) -> tuple[jax.Array]:
-        return ((weight * gradient).astype(gradient.dtype),)
+        @jax.custom_vjp
+        def function(density: jax.Array, values: jax.Array) -> jax.Array:
+            result = jax.ShapeDtypeStruct((), _float())
+            return jax.pure_callback(
+                value_on_host, result, density, values, vmap_method="sequential"
+            )
 
-    function.defvjp(forward, reverse)
-    return lambda density: function(_real(density))
+        def forward(
+            density: jax.Array, values: jax.Array
+        ) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
+            result = (
+                jax.ShapeDtypeStruct((), _float()),
+                jax.ShapeDtypeStruct(density.shape, density.dtype),
+                jax.ShapeDtypeStruct(values.shape, values.dtype),
+            )
+            value, *gradients = jax.pure_callback(
+                all_on_host, result, density, values, vmap_method="sequential"
+            )
+            return value, tuple(gradients)
+
+        def reverse(
+            gradients: tuple[jax.Array, jax.Array], weight: jax.Array
+        ) -> tuple[jax.Array, ...]:
+            return tuple((weight * gradient).astype(gradient.dtype) for gradient in gradients)
+
+        function.defvjp(forward, reverse)
+        return function
+
+    return _by_parameters(variants, make)
+
+
+def _by_parameters(
+    variants: Variants,
+    make: Callable[[tuple[Parameter, ...]], Callable[[jax.Array, jax.Array], jax.Array]],
+) -> Differentiable:
+    """A function for each selection of parameters, made when it is first needed."""
+    known: dict[tuple[Parameter, ...], Callable[[jax.Array, jax.Array], jax.Array]] = {}
+
+    def function(density: Any, parameters: Mapping[str, Any] | None = None) -> jax.Array:
+        given = dict(parameters or {})
+        wanted = variants.find(list(given))
+        if wanted not in known:
+            known[wanted] = make(wanted)
+        values = [jnp.asarray(value, dtype=_float()) for value in given.values()]
+        for parameter, value in zip(wanted, values, strict=True):
+            if value.shape != ():
+                raise ValueError(
+                    f"parameters[{parameter.name!r}] has shape {value.shape}: give one number"
+                )
+        stacked = jnp.stack(values) if values else jnp.zeros(0, _float())
+        return known[wanted](_real(density), stacked)
+
+    return function
 
 
 def _float() -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, overload
 
@@ -14,11 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _slipstick
 from ._progress import Bar
-from .errors import SlipstickWarning
-from .gradient import GradientCheck, Parameter, PullBack, _derivatives
+from .design_map import DesignMap, MappedProblem
+from .errors import AnalysisError, SlipstickWarning
+from .evaluation import Evaluation, Evaluations
+from .gradient import GradientCheck, Parameter, PullBack, Values
 from .mesh import Mesh
 from .path import Path
-from .quantity import Quantity, register
+from .quantity import Quantity, definition, name_of
+from .response import Bound, Term, own
 from .result import Iteration, Result, run
 
 if TYPE_CHECKING:
@@ -50,15 +53,22 @@ class Problem:
 
     _problem: _slipstick.Problem
     _case: Case
+    _parameters: Values
+    _added: dict[str, Quantity]
+    _changed: bool = False
 
     def __init__(self) -> None:
         raise TypeError("use Case.build")
 
     @classmethod
-    def _of(cls, case: Case, problem: _slipstick.Problem) -> Problem:
+    def _of(cls, case: Case, problem: _slipstick.Problem, values: Values | None = None) -> Problem:
         self = cls.__new__(cls)
         self._case = case
         self._problem = problem
+        self._parameters = values or Values(
+            {Parameter(kind, of): value for kind, of, value in problem.parameters()}
+        )
+        self._added = {}
         return self
 
     @property
@@ -107,15 +117,175 @@ class Problem:
         Parameters
         ----------
         quantity : Quantity
-            The quantity. From now on, it is one of :attr:`quantities`. An optimization, which
-            starts from the case, does not know it.
+            The quantity. From now on, it is one of :attr:`quantities`.
 
         Raises
         ------
         InputError
             If the derivative does not agree with differences of the value, or the name is taken.
         """
-        register(self._problem, quantity)
+        self._problem.add(*definition(quantity))
+        self._added[name_of(quantity)] = quantity
+
+    @property
+    def parameters(self) -> dict[Parameter, float]:
+        """The parameters other than the densities, with their values.
+
+        Coefficients of friction, Young's moduli in units of the case, and amplitudes: factors on
+        the motions and the loads of the case, which are 1 at first.
+        """
+        return dict(self._parameters)
+
+    def with_parameters(self, values: Mapping[Parameter | str, float]) -> Problem:
+        """The same problem with other values of some parameters.
+
+        Parameters
+        ----------
+        values : mapping of Parameter or str to float
+            Keys are those of :attr:`parameters`, or their names, such as
+            ``"contact[0].friction"``, ``"plate.youngs_modulus"``, ``"dirichlet[1].motion"`` or
+            ``"load[0]"``.
+
+        Returns
+        -------
+        Problem
+            A problem with the same mesh, the same added quantities, and these values. Its
+            :meth:`optimize` refuses, because the files of a run contain a case: give the case the
+            values with :meth:`Case.replace` instead.
+
+        Raises
+        ------
+        ValueError
+            If a key is no parameter, or a value is out of its range: friction must be at least 0,
+            moduli greater than 0, amplitudes other than 0.
+
+        Examples
+        --------
+        >>> import slipstick as ss
+        >>> problem = ss.Case.template("cube-on-cuboid").build()
+        >>> other = problem.with_parameters({"contact[0].friction": 0.05})
+        >>> [round(one.value_and_gradient()[0], 3) for one in (problem, other)]
+        [-8.308, -2.078]
+        """
+        wanted = self._parameters.checked(values, "values")
+        changed = [
+            # amplitudes are relative
+            (p.kind, p.of, value / self._parameters[p] if p.kind == "amplitude" else value)
+            for p, value in wanted.items()
+        ]
+        new = Problem._of(
+            self._case,
+            self._problem.with_parameters(changed),
+            Values({**self._parameters, **wanted}),
+        )
+        new._added = dict(self._added)
+        new._changed = True
+        return new
+
+    def with_map(self, map: DesignMap, start: ArrayLike) -> MappedProblem:
+        """The problem as a function of other variables than the densities.
+
+        Parameters
+        ----------
+        map : DesignMap
+            From variables to the densities of all elements.
+        start : array_like, shape (variables,)
+            Variables to start from, at which the map is compared with its transpose.
+
+        Returns
+        -------
+        MappedProblem
+
+        Raises
+        ------
+        InputError
+            If ``map.pull_back`` is not the transposed derivative of ``map.apply``.
+        """
+        if not isinstance(map, DesignMap):
+            raise TypeError(
+                f"map is of type {type(map).__name__}: derive its class from slipstick.DesignMap"
+            )
+        variables = np.asarray(start)
+        checked = _arrays.real(variables, "start", (variables.size,), "one number for a variable")
+        mapped = MappedProblem(self, map, checked.copy())
+        mapped._check()
+        return mapped
+
+    def volume_fraction(self, density: ArrayLike | None = None) -> float | None:
+        """Filled fraction of the volume of the design domain.
+
+        Parameters
+        ----------
+        density : array_like, shape (elements,), optional
+            Densities in [0, 1]; by default those at the start.
+
+        Returns
+        -------
+        float or None
+            ``None`` without a design.
+        """
+        return self._problem.volume_fraction(self._density(density))
+
+    def evaluate(
+        self,
+        density: ArrayLike | None = None,
+        *,
+        friction: float | Sequence[float] | None = None,
+        progress: bool = False,
+    ) -> Evaluations:
+        """Analyse a design under other coefficients of friction, as ``slipstick evaluate`` does.
+
+        Parameters
+        ----------
+        density : array_like, shape (elements,), optional
+            Densities in [0, 1]; by default those at the start.
+        friction : float or sequence of float, optional
+            Coefficients of friction, each for all contact pairs; by default those of the problem.
+        progress : bool
+            Whether to show a progress bar for each analysis.
+
+        Returns
+        -------
+        Evaluations
+            A sequence with an :class:`Evaluation` for each coefficient. A load path that cannot be
+            completed does not stop the others: its evaluation has an ``error``.
+
+        Warns
+        -----
+        SlipstickWarning
+            For each path that cannot be completed.
+
+        Examples
+        --------
+        >>> import slipstick as ss
+        >>> problem = ss.Case.template("cube-on-cuboid").build()
+        >>> for one in problem.evaluate(friction=[0.0, 0.1, 0.2]):
+        ...     print(one.friction, round(one.objective, 3))
+        0.0 0.0
+        0.1 -3.962
+        0.2 -7.322
+        """
+        values = self._density(density)
+        asked: list[float | None] = [None]
+        if friction is not None:
+            given = np.atleast_1d(np.asarray(friction))
+            entries = _arrays.real(given, "friction", (given.size,), "a list of coefficients")
+            if (entries < 0.0).any():
+                raise ValueError(f"friction has {entries.min()}: coefficients are 0 or more")
+            asked = [float(entry) for entry in entries]
+        fraction = self._problem.volume_fraction(values)
+        found = []
+        for coefficient in asked:
+            path, error = None, None
+            with Bar(progress, self.steps, f"friction {coefficient}") as bar:
+                try:
+                    marched, notice = self._problem.solve(values, bar.report, coefficient)
+                    path = Path(marched)
+                except AnalysisError as failure:
+                    error, notice = failure, f"with friction {coefficient}: {failure}"
+            _warn(notice)
+            found.append(Evaluation(coefficient, path, error, fraction))
+        return Evaluations(tuple(found))
 
     def _density(self, density: ArrayLike | None) -> NDArray[np.float64]:
         if density is None:
@@ -208,7 +378,11 @@ class Problem:
                 self._density(density), parameters, bar.report
             )
         _warn(notice)
-        return (value, gradient, _derivatives(named)) if parameters else (value, gradient)
+        return (
+            (value, gradient, self._parameters.derivatives(named))
+            if parameters
+            else (value, gradient)
+        )
 
     def vjp(
         self,
@@ -262,7 +436,7 @@ class Problem:
         with Bar(progress, self.steps, "solve") as bar:
             linearization = self._problem.linearize(self._density(density), wanted, bar.report)
         values = dict(zip(wanted, linearization.values(), strict=True))
-        return values, PullBack(linearization, wanted, self._problem.element_count)
+        return values, PullBack(linearization, wanted, self._parameters)
 
     def check_gradient(
         self,
@@ -342,6 +516,8 @@ class Problem:
         self,
         density: ArrayLike | None = None,
         *,
+        objective: str | Term | Sequence[Term] | None = None,
+        constraints: Sequence[Bound] = (),
         iterations: int | None = None,
         directory: str | os.PathLike[str] | None = None,
         overwrite: bool = False,
@@ -355,6 +531,12 @@ class Problem:
         density : array_like, shape (elements,), optional
             Densities to start from; by default those of the case. The case sets those of passive
             elements.
+        objective : str, Term or sequence of Term, optional
+            What is minimised in place of the objective of the case: quantities of the case, or
+            those that were added with :meth:`add`. Pages of :meth:`Result.report` describe the
+            objective of the case.
+        constraints : sequence of Bound
+            Bounds on quantities, in addition to those of the case.
         iterations : int, optional
             Number of updates; by default that of the case.
         directory : path-like, optional
@@ -394,12 +576,26 @@ class Problem:
         1 -13.147
         2 -20.248
         """
+        if self._changed:
+            raise ValueError(
+                "the problem has other parameters than its case, which a run keeps: "
+                "give the case these values with Case.replace, and build that one"
+            )
+        responses = own(objective, constraints, list(self._added.values()))
         if iterations is not None and iterations < 1:
             raise ValueError(f"iterations is {iterations}: give 1 or more")
         start = None if density is None else self._density(density)
         return run(
             lambda path, record, report: _slipstick.optimize(
-                self._case._case, start, iterations, path, overwrite, _command(), record, report
+                self._case._case,
+                start,
+                iterations,
+                path,
+                overwrite,
+                _command(),
+                responses,
+                record,
+                report,
             ),
             directory,
             callback,

@@ -226,14 +226,17 @@ class Adapter:
         return checked
 
 
-def register(problem: Any, quantity: Quantity) -> None:
-    """Checks a quantity and adds it to a problem of the extension."""
+Definition = tuple[Any, str, tuple[int, int], tuple[bool, bool, bool, bool], bool]
+
+
+def definition(quantity: Quantity) -> Definition:
+    """A quantity as the extension takes it, once its attributes are checked."""
     if not isinstance(quantity, Quantity):
         raise TypeError(
             f"quantity is of type {type(quantity).__name__}: "
             "derive its class from slipstick.Quantity"
         )
-    name = quantity.name or type(quantity).__name__
+    name = name_of(quantity)
     if quantity.unit not in _UNITS:
         units = ", ".join(repr(unit) for unit in _UNITS)
         raise ValueError(f"{name}.unit is {quantity.unit!r}: give one of {units}")
@@ -244,9 +247,13 @@ def register(problem: Any, quantity: Quantity) -> None:
         )
     reaction, contact, energy, stress = (read in quantity.reads for read in _READS)
     reads = (reaction, contact, energy, stress)
-    problem.add(
-        Adapter(quantity, name), name, _UNITS[quantity.unit], reads, bool(quantity.accumulates)
-    )
+    adapter = Adapter(quantity, name)
+    return adapter, name, _UNITS[quantity.unit], reads, bool(quantity.accumulates)
+
+
+def name_of(quantity: Quantity) -> str:
+    """The name of a quantity."""
+    return quantity.name or type(quantity).__name__
 
 
 def _state(data: dict[str, Any]) -> State:

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from . import _slipstick
 from ._progress import Bar, Report
+from .quantity import Quantity
+from .response import recorded
 
 if TYPE_CHECKING:
     import pandas
@@ -313,6 +315,7 @@ def resume(
     directory: str | os.PathLike[str],
     *,
     iterations: int | None = None,
+    quantities: Sequence[Quantity] = (),
     callback: Callable[[Iteration], object] | None = None,
     progress: bool = False,
 ) -> Result:
@@ -324,6 +327,8 @@ def resume(
         The directory of an optimization that was stopped, by this package or by the program.
     iterations : int, optional
         Number of updates in total; by default the number that it was started with.
+    quantities : sequence of Quantity
+        The quantities of your own that its objective or its constraints use.
     callback : callable, optional
         Called with an :class:`Iteration` after each evaluated design.
     progress : bool
@@ -337,14 +342,22 @@ def resume(
     ------
     InputError
         If the directory has no optimization, or its files were changed.
+    ValueError
+        If `quantities` lacks one.
     """
+    record_file = FilePath(directory) / "responses.json"
+    responses = None
+    if record_file.is_file():
+        responses = recorded(record_file.read_text(encoding="utf-8"), quantities)
     if iterations is not None and iterations < 1:
         raise ValueError(f"iterations is {iterations}: give 1 or more")
     command = ["python", "-m", "slipstick"]
     # the number of load steps is not known before the case is read
     bar = Bar(progress, 0, "resume")
     return run(
-        lambda path, record, report: _slipstick.resume(path, iterations, command, record, report),
+        lambda path, record, report: _slipstick.resume(
+            path, iterations, command, responses, record, report
+        ),
         directory,
         callback,
         bar,

@@ -18,17 +18,21 @@ torch.Size([5])
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch.autograd.function import once_differentiable
 
+from .design_map import MappedProblem
+from .gradient import Parameter, Variants, vector
 from .problem import Problem
 
 __all__ = ["objective", "quantities"]
+
+T_co = TypeVar("T_co", covariant=True)
 
 
 def _host(tensor: torch.Tensor) -> NDArray[np.float64]:
@@ -50,22 +54,45 @@ def _check(density: Any) -> torch.Tensor:
 class _Quantities(torch.autograd.Function):
     @staticmethod
     def forward(
-        ctx: Any, density: torch.Tensor, problem: Problem, names: list[str]
+        ctx: Any,
+        density: torch.Tensor,
+        values: torch.Tensor,
+        at: Any,
+        names: list[str],
+        parameters: tuple[Parameter, ...],
     ) -> torch.Tensor:
         # the path lives as long as the graph
-        values, ctx.pullback = problem.vjp(_host(density), names)
-        return _like(np.stack(list(values.values())), density)
+        found, ctx.pullback = at(parameters, _host(values)).vjp(_host(density), names)
+        ctx.parameters = parameters
+        ctx.like = density, values
+        return _like(np.stack(list(found.values())), density)
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, weights: torch.Tensor) -> tuple[torch.Tensor, None, None]:
-        return _like(ctx.pullback(_host(weights)), weights), None, None
+    def backward(ctx: Any, weights: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
+        density, values = ctx.like
+        if not ctx.needs_input_grad[1]:
+            return _like(ctx.pullback(_host(weights)), density), None, None, None, None
+        gradient, found = ctx.pullback.with_parameters(_host(weights))
+        of_parameters = _like(vector(found, ctx.parameters), values)
+        return _like(gradient, density), of_parameters, None, None, None
 
 
 class _Objective(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, density: torch.Tensor, problem: Problem) -> torch.Tensor:
-        if density.requires_grad:
+    def forward(
+        ctx: Any,
+        density: torch.Tensor,
+        values: torch.Tensor,
+        at: Any,
+        parameters: tuple[Parameter, ...],
+    ) -> torch.Tensor:
+        problem = at(parameters, _host(values))
+        if values.requires_grad:
+            value, gradient, found = problem.value_and_gradient(_host(density), parameters=True)
+            of_parameters = _like(vector(found, parameters), values)
+            ctx.save_for_backward(_like(gradient, density), of_parameters)
+        elif density.requires_grad:
             value, gradient = problem.value_and_gradient(_host(density))
             ctx.save_for_backward(_like(gradient, density))
         else:
@@ -74,19 +101,44 @@ class _Objective(torch.autograd.Function):
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, weight: torch.Tensor) -> tuple[torch.Tensor, None]:
-        (gradient,) = ctx.saved_tensors
-        return weight * gradient, None
+    def backward(ctx: Any, weight: torch.Tensor) -> tuple[torch.Tensor | None, ...]:
+        gradient, *others = (weight * saved for saved in ctx.saved_tensors)
+        return gradient, others[0] if others else None, None, None
+
+
+def _values(
+    variants: Variants, parameters: Mapping[str, Any] | None
+) -> tuple[tuple[Parameter, ...], torch.Tensor]:
+    """The parameters of these names, and their values as one tensor, on the CPU."""
+    given = dict(parameters or {})
+    wanted = variants.find(list(given))
+    tensors = []
+    for parameter, value in zip(wanted, given.values(), strict=True):
+        tensor = torch.as_tensor(value, dtype=torch.float64, device="cpu")
+        if tensor.shape != ():
+            raise ValueError(
+                f"parameters[{parameter.name!r}] has shape {tuple(tensor.shape)}: give one number"
+            )
+        tensors.append(tensor)
+    return wanted, torch.stack(tensors) if tensors else torch.zeros(0, dtype=torch.float64)
+
+
+class Differentiable(Protocol[T_co]):
+    """A function of densities, and of parameters by name."""
+
+    def __call__(self, density: torch.Tensor, parameters: Mapping[str, Any] | None = None) -> T_co:
+        """The value."""
+        ...
 
 
 def quantities(
-    problem: Problem, names: str | Sequence[str] | None = None
-) -> Callable[[torch.Tensor], dict[str, torch.Tensor]]:
-    """Quantities at all load steps as a differentiable function of the densities.
+    problem: Problem | MappedProblem, names: str | Sequence[str] | None = None
+) -> Differentiable[dict[str, torch.Tensor]]:
+    """Quantities at all load steps as a differentiable function of densities and parameters.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or MappedProblem
         The problem.
     names : str or sequence of str, optional
         Quantities of the case; by default all of them.
@@ -94,7 +146,10 @@ def quantities(
     Returns
     -------
     callable
-        From densities, shape (elements,), to a dict with a tensor of shape (steps,) for each name.
+        From densities, shape (elements,), and, if given, a dict of parameters, to a dict with a
+        tensor of shape (steps,) for each name. Keys of the parameters are their names, such as
+        ``"contact[0].friction"``; :attr:`slipstick.Problem.parameters` lists them. Their values are
+        numbers or tensors without dimensions. New values of parameters build the problem again.
 
     Examples
     --------
@@ -105,35 +160,47 @@ def quantities(
     >>> problem = ss.Case.from_text(f"{text}\\n{drag}\\n").build()
     >>> f = ss.torch.quantities(problem, ["drag"])
     >>> density = torch.tensor(problem.initial_density, requires_grad=True)
-    >>> f(density)["drag"][-1].backward()
+    >>> friction = torch.tensor(0.1, requires_grad=True)
+    >>> f(density, {"contact[0].friction": friction})["drag"][-1].backward()
+    >>> density.grad.shape, bool(friction.grad > 0)
+    (torch.Size([5]), True)
     """
     wanted = (
         problem.quantities if names is None else [names] if isinstance(names, str) else list(names)
     )
+    variants = Variants(problem)
 
-    def function(density: torch.Tensor) -> dict[str, torch.Tensor]:
-        table = _Quantities.apply(_check(density), problem, wanted)
+    def function(
+        density: torch.Tensor, parameters: Mapping[str, Any] | None = None
+    ) -> dict[str, torch.Tensor]:
+        chosen, values = _values(variants, parameters)
+        table = _Quantities.apply(_check(density), values, variants.at, wanted, chosen)
         return dict(zip(wanted, table.unbind(0), strict=True))
 
     return function
 
 
-def objective(problem: Problem) -> Callable[[torch.Tensor], torch.Tensor]:
-    """The objective of the case as a differentiable function of the densities.
+def objective(problem: Problem | MappedProblem) -> Differentiable[torch.Tensor]:
+    """The objective of the case as a differentiable function of densities and parameters.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or MappedProblem
         A problem with an objective.
 
     Returns
     -------
     callable
-        From densities, shape (elements,), to the objective, a tensor without dimensions.
+        From densities, shape (elements,), and, if given, a dict of parameters as for
+        :func:`quantities`, to the objective, a tensor without dimensions.
     """
+    variants = Variants(problem)
 
-    def function(density: torch.Tensor) -> torch.Tensor:
-        result: torch.Tensor = _Objective.apply(_check(density), problem)
+    def function(
+        density: torch.Tensor, parameters: Mapping[str, Any] | None = None
+    ) -> torch.Tensor:
+        chosen, values = _values(variants, parameters)
+        result: torch.Tensor = _Objective.apply(_check(density), values, variants.at, chosen)
         return result
 
     return function

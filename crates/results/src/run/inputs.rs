@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::directory::MESH_EXTENSIONS;
 use super::{RunDirectory, RunError, RunRecord, sha256};
 use crate::output::write_atomically;
-use slipstick_case::case::{Case, Shape};
+use slipstick_case::case::{Case, ReadFile, Shape};
 
 /// A file that a case names, and the copy that a run keeps.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,13 +58,18 @@ pub fn mesh_files(case_file: &Path) -> impl Fn(&str) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Copies the mesh files that a case names into the directory of a run.
+/// Copies the mesh files that a case names into the directory of a run; `read` reads them, as for
+/// [`parse_case_with`](slipstick_case::case::parse_case_with).
 ///
 /// # Errors
 /// [`RunError::Damaged`] if a file has changed since the case was read; [`RunError::Read`],
 /// [`RunError::Output`].
-pub fn keep_mesh_files(run: &RunDirectory, case: &Case, case_file: &Path) -> Result<Vec<InputFile>, RunError> {
-    let read = mesh_files(case_file);
+pub fn keep_mesh_files(
+    run: &RunDirectory,
+    case: &Case,
+    case_file: &Path,
+    read: ReadFile<'_>,
+) -> Result<Vec<InputFile>, RunError> {
     let mut kept: Vec<InputFile> = Vec::new();
     for body in &case.bodies {
         let Shape::Mesh(mesh) = &body.shape else { continue };

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{ExitState, RunDirectory, RunError, RunPart, RunRecord, keep_mesh_files};
 use crate::output::write_atomically;
-use slipstick_case::case::Resolved;
+use slipstick_case::case::{ReadFile, Resolved};
 
 /// A run in progress: its directory, locked against other processes, and its record.
 #[derive(Debug)]
@@ -15,8 +15,8 @@ pub struct Run {
 
 impl Run {
     /// Starts a run of a case in its own directory, with copies of the case and of its mesh files;
-    /// `case_file` is the file that the case was read from. With `force`, the files of an earlier
-    /// run are removed.
+    /// `case_file` is the file that the case was read from, and `files` reads the files that it
+    /// names. With `force`, the files of an earlier run are removed.
     ///
     /// # Errors
     /// As [`RunDirectory::create`]; [`RunError::Read`] and [`RunError::Output`] if files cannot be
@@ -25,6 +25,7 @@ impl Run {
         path: &Path,
         resolved: &Resolved,
         case_file: &Path,
+        files: ReadFile<'_>,
         part: RunPart,
         force: bool,
     ) -> Result<Self, RunError> {
@@ -35,7 +36,7 @@ impl Run {
         // killed before it has written the others.
         record.write(&directory)?;
         write_atomically(&directory.file("case.toml"), |writer| writer.write_all(text.as_bytes()))?;
-        record.inputs = keep_mesh_files(&directory, &resolved.case, case_file)?;
+        record.inputs = keep_mesh_files(&directory, &resolved.case, case_file, files)?;
         record.write(&directory)?;
         Ok(Self { directory, record })
     }

@@ -1,0 +1,192 @@
+"""`evaluate`, parameters with other values, and studies."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import slipstick as ss
+from numpy.typing import NDArray
+
+
+def test_evaluate_is_solve_of_the_case_with_this_friction(
+    case: ss.Case, problem: ss.Problem, density: NDArray[np.float64]
+) -> None:
+    before = problem.solve(density)
+    found = problem.evaluate(density, friction=[0.0, 0.15])
+    for one, friction in zip(found, (0.0, 0.15), strict=True):
+        other = case.replace({"contact[0].friction": friction}).build().solve(density)
+        assert one.friction == friction and one.error is None and one.path is not None
+        assert one.objective == other.objective
+        for name, values in other.quantities.items():
+            np.testing.assert_array_equal(one.path.quantities[name], values)
+    # the problem keeps its own friction
+    after = problem.solve(density)
+    assert after.objective == before.objective
+    assert problem.evaluate(density)[0].objective == before.objective
+
+
+def test_evaluate_agrees_with_the_program(case: ss.Case, tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    case.save(tmp_path / "case.toml")
+    program = [sys.executable, "-m", "slipstick"]
+    for line in (
+        "optimize case.toml --iterations 1 --out start",
+        "evaluate case.toml --design start --friction 0.1,0.3 --out table",
+    ):
+        subprocess.run([*program, *line.split()], cwd=tmp_path, check=True, capture_output=True)
+    table = pandas.read_csv(tmp_path / "table" / "evaluate.csv")
+    density = ss.open_run(tmp_path / "start").density
+    ours = case.build().evaluate(density, friction=[0.1, 0.3]).to_dataframe()
+    assert list(ours.columns) == list(table.columns)
+    for name in table.columns:
+        np.testing.assert_allclose(ours[name], table[name], rtol=1e-14, err_msg=name)
+
+
+def test_a_path_that_fails_does_not_stop_the_others(case: ss.Case) -> None:
+    brittle = case.replace({"dirichlet[1].motion": [{"t": 1.0, "u": [0.0, -3.0, 0.0]}]}).build()
+    with pytest.warns(ss.SlipstickWarning, match="with friction"):
+        found = brittle.evaluate(friction=[0.1, 0.2])
+    assert len(found) == 2
+    assert all(one.path is None and isinstance(one.error, ss.AnalysisError) for one in found)
+    assert found[0].objective is None
+
+
+def test_wrong_coefficients_are_refused(problem: ss.Problem) -> None:
+    with pytest.raises(ValueError, match=r"friction has -0\.1: coefficients are 0 or more"):
+        problem.evaluate(friction=[0.1, -0.1])
+    with pytest.raises(TypeError, match="friction has dtype"):
+        problem.evaluate(friction="high")  # type: ignore[arg-type]
+
+
+STUDY = """title = "Two frictions"
+[[run]]
+name = "rough"
+command = "optimize"
+case = "case.toml"
+options = ["--iterations", "1"]
+[[run]]
+name = "table"
+command = "evaluate"
+case = "case.toml"
+design = "rough"
+options = ["--friction", "0.1,0.3"]
+"""
+
+
+def test_a_study(case: ss.Case, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("pandas")
+    case.save(tmp_path / "case.toml")
+    (tmp_path / "pair.toml").write_text(STUDY)
+    study = ss.run_study(tmp_path / "pair.toml", only=["rough"], quiet=True)
+    assert capfd.readouterr() == ("", "")
+    assert list(study.runs) == ["rough"]
+    result = study.runs["rough"].open()
+    assert result.objective == study.runs["rough"].numbers["objective"]
+    study = ss.run_study(tmp_path / "pair.toml", quiet=True)
+    assert list(study.runs) == ["rough", "table"]
+    expected = case.build().evaluate(result.density, friction=[0.1, 0.3])
+    for one in expected:
+        assert study.runs["table"].numbers[f"objective at {one.friction}"] == one.objective
+    assert study.to_dataframe().loc["table", "objective at 0.1"] == expected[0].objective
+    assert study.directory == tmp_path / "pair"
+
+
+def test_errors_of_studies(case: ss.Case, tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="no study file"):
+        ss.run_study(tmp_path / "none.toml")
+    (tmp_path / "wrong.toml").write_text("[[run]]\nname = 'a'\n")
+    with pytest.raises(ss.InputError, match="command"):
+        ss.run_study(tmp_path / "wrong.toml", quiet=True)
+    bad = case.replace({"dirichlet[1].motion": [{"t": 1.0, "u": [0.0, -3.0, 0.0]}]})
+    bad.save(tmp_path / "bad.toml")
+    case.save(tmp_path / "case.toml")
+    (tmp_path / "half.toml").write_text(
+        "[[run]]\nname = 'good'\ncommand = 'solve'\ncase = 'case.toml'\n"
+        "[[run]]\nname = 'bad'\ncommand = 'solve'\ncase = 'bad.toml'\n"
+    )
+    with pytest.raises(ss.StudyError, match="1 run failed") as caught:
+        ss.run_study(tmp_path / "half.toml", quiet=True)
+    assert list(caught.value.study.runs) == ["good"] and caught.value.failed == ["bad"]
+
+
+def test_parameters_are_those_of_a_case_with_these_values(
+    case: ss.Case, problem: ss.Problem, density: NDArray[np.float64]
+) -> None:
+    names = {parameter.name: value for parameter, value in problem.parameters.items()}
+    assert names == {
+        "contact[0].friction": 0.3,
+        "slab.youngs_modulus": 1000.0,
+        "block.youngs_modulus": 1000.0,
+        "dirichlet[0].motion": 1.0,
+        "dirichlet[1].motion": 1.0,
+    }
+    changed = problem.with_parameters(
+        {"contact[0].friction": 0.2, "block.youngs_modulus": 800.0, "dirichlet[1].motion": 0.5}
+    )
+    same = case.replace(
+        {
+            "contact[0].friction": 0.2,
+            "body[1].material.neo_hooke.youngs_modulus": 800.0,
+            "dirichlet[1].motion": [
+                {"t": 0.5, "u": [0.0, -0.04, 0.0]},
+                {"t": 1.0, "u": [0.075, -0.04, 0.02]},
+            ],
+        }
+    ).build()
+    ours, theirs = changed.solve(density), same.solve(density)
+    for name, values in theirs.quantities.items():
+        np.testing.assert_array_equal(ours.quantities[name], values)
+    # amplitudes are factors on the motion of the case, whatever was set before
+    again = changed.with_parameters({"dirichlet[1].motion": 1.0, "contact[0].friction": 0.3})
+    again = again.with_parameters({"block.youngs_modulus": 1000.0})
+    assert again.solve(density).objective == problem.solve(density).objective
+
+
+PARAMETERS = {"contact[0].friction": 0.25, "slab.youngs_modulus": 900.0, "dirichlet[1].motion": 0.9}
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_derivatives_at_other_values(
+    name: str, problem: ss.Problem, density: NDArray[np.float64]
+) -> None:
+    """Central differences of second order."""
+    start = problem.with_parameters(PARAMETERS)
+    _, pullback = start.vjp(density, ["drag"])
+    weights = {"drag": [0.3, -0.2, 0.5, 1.0]}
+    _, found = pullback.with_parameters(weights)
+    derivative = next(value for parameter, value in found.items() if parameter.name == name)
+    _, _, of_objective = start.value_and_gradient(density, parameters=True)
+
+    def value(factor: float) -> tuple[float, float]:
+        changed = start.with_parameters({name: PARAMETERS[name] * factor})
+        path = changed.solve(density)
+        assert path.objective is not None
+        return float(np.dot(weights["drag"], path.quantities["drag"])), path.objective
+
+    objective = next(value for parameter, value in of_objective.items() if parameter.name == name)
+    for index, adjoint in enumerate((derivative, objective)):
+        errors = []
+        for step in (4e-4, 2e-4):
+            difference = (value(1 + step)[index] - value(1 - step)[index]) / (2 * step)
+            errors.append(abs(difference / PARAMETERS[name] - adjoint) / abs(adjoint))
+        assert errors[1] < 1e-6, (index, adjoint, errors)
+
+
+def test_wrong_parameters_are_refused(problem: ss.Problem) -> None:
+    for values, message in (
+        ({"contact[1].friction": 0.1}, r"values has 'contact\[1\]\.friction', which is no"),
+        ({"contact[0].friction": -0.1}, "a coefficient of friction is 0 or more"),
+        ({"slab.youngs_modulus": 0.0}, "a modulus is greater than 0"),
+        ({"dirichlet[1].motion": 0.0}, "an amplitude is a factor other than 0"),
+        ({"slab.youngs_modulus": float("nan")}, "numbers must be finite"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            problem.with_parameters(values)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="give a dict such as"):
+        problem.with_parameters([0.1])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="Case.replace"):
+        problem.with_parameters({"contact[0].friction": 0.1}).optimize()
