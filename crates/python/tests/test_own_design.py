@@ -30,6 +30,7 @@ class Stretch(ss.Quantity):
 
 
 def test_an_objective_of_quantities_is_that_of_a_case(case: ss.Case) -> None:
+    pytest.importorskip("pandas", reason="pandas is not installed")
     sum_ = [{"quantity": "grip"}, {"quantity": "drag", "weight": 0.5}]
     bounds = [{"quantity": "drag", "min": -60.0, "steps": "all"}]
     tables = {**DRAGGED, "objective": {"maximise": {"sum": sum_, "steps": "all"}}}
@@ -63,6 +64,7 @@ def test_a_quantity_of_ones_own_is_minimised(problem: ss.Problem) -> None:
 
 
 def test_constraints_of_ones_own(problem: ss.Problem) -> None:
+    pytest.importorskip("pandas", reason="pandas is not installed")
     problem.add(Stretch())
     start = problem.vjp(names=["Stretch", "grip"])[0]
     bounds = [
