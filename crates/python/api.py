@@ -93,6 +93,7 @@ def described(name: str, thing: Any) -> list[str]:
         return [heading(name, thing), markdown(inspect.getdoc(thing) or "")]
     parts = [heading(name, thing) if name in MADE else f"### `{name}`\n"]
     parts.append(markdown(inspect.getdoc(thing) or ""))
+    short = name.split(".")[-1]
     for key, member in vars(thing).items():
         if key.startswith("_") and key != "__call__":
             continue
@@ -100,11 +101,11 @@ def described(name: str, thing: Any) -> list[str]:
         if isinstance(member, property) or type(member).__name__ == "cached_property":
             doc = inspect.getdoc(member)
             if doc and f"\n{key} : " not in (inspect.getdoc(thing) or ""):
-                parts += [f"#### `{name}.{key}`\n", markdown(doc)]
+                parts += [f"#### `{variable(short)}.{key}`\n", markdown(doc)]
         elif inspect.isfunction(plain):
-            owner = name if isinstance(member, (classmethod, staticmethod)) else name.split(".")[-1]
-            label = owner if owner == name else variable(owner)
-            call = label if key == "__call__" else f"{label}.{key}"
+            of_class = isinstance(member, (classmethod, staticmethod))
+            owner = name if of_class else variable(short)
+            call = owner if key == "__call__" else f"{owner}.{key}"
             parts += [heading(call, plain, "####"), markdown(inspect.getdoc(plain) or "")]
     return parts
 
