@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +114,35 @@ def test_errors_of_studies(case: ss.Case, tmp_path: Path) -> None:
     with pytest.raises(ss.StudyError, match="1 run failed") as caught:
         ss.run_study(tmp_path / "half.toml", quiet=True)
     assert list(caught.value.study.runs) == ["good"] and caught.value.failed == ["bad"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="processes cannot send Ctrl-C there")
+def test_control_c_stops_a_study(case: ss.Case, tmp_path: Path) -> None:
+    """Ctrl-C that only this process receives, as in a notebook, also stops the run."""
+    case.replace({"optimizer.iterations": 100_000}).save(tmp_path / "case.toml")
+    (tmp_path / "long.toml").write_text(
+        "[[run]]\nname = 'one'\ncommand = 'optimize'\ncase = 'case.toml'\n"
+    )
+    code = (
+        "import signal, slipstick as ss\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "try:\n    ss.run_study('long.toml', quiet=True)\n"
+        "except KeyboardInterrupt as error:\n    print(error)\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], cwd=tmp_path, stdout=subprocess.PIPE, text=True
+    )
+    checkpoint = tmp_path / "long" / "one" / "checkpoint.json"
+    deadline = time.monotonic() + 60.0
+    while not checkpoint.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    shown, _ = process.communicate(timeout=60)
+    assert shown == "finished runs are kept; the same call continues\n"
+    # the run has ended, too, and can be continued
+    assert json.loads((checkpoint.parent / "run.json").read_text())["exit"] == "interrupted"
+    done = len(ss.open_run(checkpoint.parent).iterations)
+    assert len(ss.resume(checkpoint.parent, iterations=done).iterations) == done + 1
 
 
 def test_parameters_are_those_of_a_case_with_these_values(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 import importlib
 import importlib.metadata
+import importlib.util
 import inspect
 import pkgutil
 import re
@@ -96,7 +97,7 @@ def test_licences_are_those_of_the_repository() -> None:
 
 def test_import_is_quick_and_light() -> None:
     code = (
-        "import numpy, time, sys; start = time.perf_counter(); import slipstick; "
+        "import numpy, time, sys; start = time.perf_counter(); from slipstick import *; "
         "print(time.perf_counter() - start); "
         "print(*[m for m in ('pandas', 'jax', 'torch', 'pyvista') if m in sys.modules])"
     )
@@ -140,3 +141,59 @@ def test_stubs_are_those_of_the_extension() -> None:
         check=False,
     )
     assert checked.returncode == 0, checked.stdout + checked.stderr
+
+
+def test_the_reference_is_up_to_date() -> None:
+    for package in ("jax", "torch"):
+        pytest.importorskip(package, reason=f"{package} is not installed: docs are not checked")
+    script = HERE / "api.py"
+    if not (HERE.parent.parent / "docs").exists():
+        pytest.skip("the package is tested without its repository")
+    checked = subprocess.run(
+        [sys.executable, str(script), "--check"], capture_output=True, text=True, check=False
+    )
+    assert checked.returncode == 0, checked.stderr
+
+
+def test_the_code_of_the_chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = HERE.parent.parent / "docs" / "python.md"
+    if not page.exists():
+        pytest.skip("the package is tested without its repository")
+    pytest.importorskip("pandas", reason="pandas is not installed: the chapter is not run")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    blocks = re.findall(r"^```python ?(\w*)\n(.*?)^```", page.read_text("utf-8"), re.M | re.S)
+    ran = []
+    for needs, code in blocks:
+        if needs and not importlib.util.find_spec(needs):
+            continue
+        exec(compile(code, str(page), "exec"), names)
+        ran.append(needs)
+    assert ran.count("") >= 6
+    assert (tmp_path / "design.png").exists() and (tmp_path / "part.stl").exists()
+
+
+def test_the_program_starts_without_numpy() -> None:
+    """`slipstick --version`, as the entry point of the wheel calls it."""
+    code = (
+        "import time; start = time.perf_counter(); import sys; sys.argv[1:] = ['--version']; "
+        "from slipstick._program import main; main(); "
+        "print(time.perf_counter() - start, 'numpy' in sys.modules)"
+    )
+    shown = [
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout.split()
+        for _ in range(3)
+    ]
+    assert shown[0][:2] == ["slipstick", ss.__version__]
+    assert {lines[3] for lines in shown} == {"False"}
+    assert min(float(lines[2]) for lines in shown) < 0.1
+
+
+def test_names_are_found_where_they_are_used() -> None:
+    for name in ss.__all__:
+        assert getattr(ss, name) is not None
+    assert {*ss.__all__, "jax", "torch"} <= set(dir(ss))
+    with pytest.raises(AttributeError, match="no attribute 'Cas'"):
+        ss.Cas  # noqa: B018

@@ -7,7 +7,7 @@ use std::path::Path;
 use slipstick::build::{BuildError, Problem, build, build_mesh};
 use slipstick::case::{CaseCode, CaseErrors, Resolved, parse_case_with};
 use slipstick::check::{NoticeKind, inspect};
-use slipstick::run::mesh_files;
+use slipstick::run::{Run, RunPart, mesh_files};
 use slipstick_mesh::Mesh;
 
 /// A block on a slab, as in the files of `meshio/tests/data`; the shapes are inserted.
@@ -385,4 +385,26 @@ fn empty_selections_are_errors_at_their_place() {
         error("[[surface]]\nname = 's'\nbody = 'slab'\nwithin = 'slab_ymax'\nnormal = { direction = [0, -1, 0] }");
     assert_eq!(far.path, "surface[0]");
     assert!(far.message.contains("no facet of `slab` fits surface `s`"), "{far}");
+}
+
+/// A mesh that exists only in memory is kept in the directory of a run like a file.
+#[test]
+fn a_run_keeps_a_mesh_that_is_no_file() {
+    let bytes = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../meshio/tests/data/gmsh_41_ascii.msh"));
+    let bytes = bytes.expect("the file");
+    let in_memory = |name: &str| match name {
+        "memory.msh" => Ok(bytes.clone()),
+        _ => Err(std::io::Error::other("not in memory")),
+    };
+    let text = from_file("memory.msh");
+    let resolved = parse_case_with(&text, "case.toml", &in_memory).expect("the mesh is read");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run");
+    let part = RunPart::starting(vec!["test".into()], 1);
+    let run = Run::start(&path, &resolved, Path::new("nowhere/case.toml"), &in_memory, part, false);
+    drop(run.expect("started"));
+    assert_eq!(std::fs::read(path.join("mesh_0001.msh")).expect("a copy"), bytes);
+    // from now on, the run reads its copy
+    let again = parse_case_with(&text, "case.toml", &mesh_files(&path.join("case.toml"))).expect("read again");
+    assert_eq!(again.case, resolved.case);
 }

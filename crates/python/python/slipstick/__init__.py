@@ -24,7 +24,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import errors, gradient, jax, mesh, path, torch
+    from . import errors, gradient, mesh, path
+    from . import jax as jax
+    from . import torch as torch
     from ._slipstick import VERSION as __version__
     from ._slipstick import set_threads, threads
     from .case import Case, Inspection, templates
@@ -78,6 +80,7 @@ _HOMES = {
     "study": ("Study", "StudyRun", "run_study"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+# jax and torch are not in __all__: `from slipstick import *` must not need them
 _MODULES = ("errors", "gradient", "jax", "mesh", "path", "torch")
 
 __all__ = [
@@ -117,7 +120,6 @@ __all__ = [
     "__version__",
     "errors",
     "gradient",
-    "jax",
     "mesh",
     "open_run",
     "path",
@@ -126,7 +128,6 @@ __all__ = [
     "set_threads",
     "templates",
     "threads",
-    "torch",
 ]
 
 
@@ -144,4 +145,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(set(__all__) | set(globals()))
+    return sorted({*__all__, *_MODULES, *globals()})

@@ -165,7 +165,7 @@ class Problem:
         >>> problem = ss.Case.template("cube-on-cuboid").build()
         >>> other = problem.with_parameters({"contact[0].friction": 0.05})
         >>> [round(one.value_and_gradient()[0], 3) for one in (problem, other)]
-        [-8.308, -2.078]
+        [-8.308, -7.705]
         """
         wanted = self._parameters.checked(values, "values")
         changed = [
@@ -261,9 +261,9 @@ class Problem:
         >>> problem = ss.Case.template("cube-on-cuboid").build()
         >>> for one in problem.evaluate(friction=[0.0, 0.1, 0.2]):
         ...     print(one.friction, round(one.objective, 3))
-        0.0 0.0
-        0.1 -3.962
-        0.2 -7.322
+        0.0 -7.687
+        0.1 -7.743
+        0.2 -7.877
         """
         values = self._density(density)
         asked: list[float | None] = [None]
