@@ -10,7 +10,7 @@ names() { cargo tree --offline "$@" -e normal,build --prefix none --no-dedupe | 
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 direct=($(grep -h 'workspace = true' crates/*/Cargo.toml | sed -n 's/^\([a-z0-9_-]*\)\(\.workspace\| = {\).*/\1/p' |
-    grep -v -E '^(slipstick|version|edition|rust-version|license|lints)' | sort -u |
+    grep -v -E '^(slipstick|version|edition|rust-version|license|keywords|lints)' | sort -u |
     grep -v -E '^(cc|pkg-config|num-dual|proptest|tempfile)$'))
 for crate in "${direct[@]}"; do
     # if the tree has several versions, use the newest
@@ -69,6 +69,7 @@ TEXT
     row serde "case files, checkpoints, JSON"
     row serde_json "checkpoints, records of runs, \`--json\`"
     row sha2 "hashes of meshes and checkpoints"
+    row smallvec "columns of right-hand sides in substitution, without an allocation for a single one"
     row strsim "“did you mean”"
     row thiserror "error types"
     row toml "case files, with the position of every value"

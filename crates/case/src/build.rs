@@ -60,6 +60,11 @@ pub fn build(case: &Case) -> Result<Problem, BuildError> {
 /// # Errors
 /// [`BuildError`].
 pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
+    if case.output.vtkhdf && !cfg!(feature = "vtkhdf") {
+        let message = "this program was built without VTKHDF files";
+        let help = "omit the key (path.pvd lists the same fields), or build the program with `--features vtkhdf`";
+        return Err(BuildError::new("output.vtkhdf", message, help));
+    }
     let mesh = build_mesh(case)?;
     let coordinates: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
     let mut sets = Vec::with_capacity(case.dirichlet.len());

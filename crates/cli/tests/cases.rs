@@ -30,7 +30,7 @@ impl Numbers {
         let place: TempDir = tempfile::tempdir().expect("a temporary folder");
         for file in std::fs::read_dir(cases().join(case)).expect("the case").map(|entry| entry.expect("a file").path())
         {
-            if file.extension().is_some_and(|extension| extension == "toml" || extension == "json") {
+            if file.extension().is_some_and(|extension| ["toml", "json", "inp"].iter().any(|known| extension == *known)) {
                 std::fs::copy(&file, place.path().join(file.file_name().expect("a name"))).expect("copied");
             }
         }
@@ -100,6 +100,14 @@ fn clutch() {
     let found = Numbers::of("clutch", &["start", "start_by_multipliers", "short_gradient"]);
     let (multipliers, augmented) = (found.objective("start_by_multipliers"), found.objective("start"));
     assert!((augmented / multipliers - 1.0).abs() < 1e-6, "{augmented} {multipliers}");
+}
+
+/// Cases made of quantities: the values at their uniform initial designs.
+#[test]
+fn seal_gripper_and_detent() {
+    for case in ["seal", "gripper", "detent"] {
+        assert!(Numbers::of(case, &["start"]).objective("start").is_finite());
+    }
 }
 
 /// Cases of the paper's size have its numbers of load steps and, where published, of elements.

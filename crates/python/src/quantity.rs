@@ -38,7 +38,7 @@ pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool), 
 pub fn defined((adapter, name, (force, length), reads, accumulates): Definition) -> Defined {
     let (reaction, contact, energy, stress) = reads;
     let reads = Reads { reaction, contact, energy, stress };
-    Defined { name, dimension: Dimension { force, length }, reads, accumulates, adapter }
+    Defined { name, dimension: Dimension::of(force, length), reads, accumulates, adapter }
 }
 
 impl Defined {

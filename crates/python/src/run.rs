@@ -115,7 +115,7 @@ pub fn resume(
         checkpoint.reopen();
         optimization.state = checkpoint.state.clone();
         let part = RunPart::starting(command, rayon::current_num_threads());
-        let run = slipstick::run::Run::take_up(taken.in_pieces(resolved.case.output.pieces), record, part)?;
+        let run = slipstick::run::Run::take_up(taken.writing(&resolved.case.output), record, part)?;
         let mut watch = Watch::new(progress, callback);
         finish(run, &resolved, &mut optimization, checkpoint, &mut watch)?;
         Run::open_directory(&directory)

@@ -4,6 +4,8 @@
 //! All responses of a problem are swept together.
 
 mod common;
+#[path = "common/table.rs"]
+mod table;
 
 use common::quantities::every_quantity;
 use common::scene::{LAGRANGE, Scene, augmented, penalty};
@@ -89,6 +91,8 @@ fn check(name: &str, problem: &mut Problem, seed: u64, cases: &[f64]) -> Vec<(St
         println!("{name}: {quantity}: {error:.1e}");
         assert!(*error < BOUND, "{name}: {quantity} is off by {error:e}; statuses {statuses:?}");
     }
+    let rows: Vec<String> = errors.iter().map(|(quantity, error)| format!("| {quantity} | {error:.1e} |")).collect();
+    table::publish(&format!("quantity_{}", name.replace(' ', "_")), &(rows.join("\n") + "\n"));
     errors
 }
 
@@ -218,7 +222,7 @@ fn derivatives_by_parameters_match_differences() {
         let statuses = status_path(&mut problem, &base);
         let gradients = problem.analysis.response_gradients(&base, true).expect("differentiable");
         for (i, (parameter, unit)) in parameters.iter().zip(units).enumerate() {
-            let h = 1e-4;
+            let h = 5e-4;
             let at = |shift: f64| {
                 let mut factors = [1.0; 4];
                 factors[i] += shift;

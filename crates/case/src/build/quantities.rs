@@ -77,6 +77,10 @@ impl Context<'_> {
             |error: QuantityError| BuildError::new(format!("quantity[{number}].{key}"), error, "change the value");
         let constant =
             |message: String, help: &str| Err(BuildError::new(format!("quantity[{number}].{key}"), message, help));
+        let undesigned = |body: &str| {
+            let message = format!("`{body}` is not designed, so its volume does not change");
+            BuildError::new(format!("quantity[{number}].{key}"), message, "name a body of [design], or omit `body`")
+        };
         let count = self.mesh.nodes.len();
         let patch = |slave: &str, within: &Option<String>| self.patch(number, key, slave, within.as_deref());
         Ok(match kind {
@@ -182,19 +186,23 @@ impl Context<'_> {
                 }
                 Arc::new(Compliance::named(name))
             }
-            QuantityKind::Volume { body } => {
-                let elements = self.elements(body.as_deref());
-                let designed =
-                    |body: &String| self.case.design.as_ref().is_none_or(|design| design.bodies.contains(body));
-                if let Some(body) = body.as_ref().filter(|body| !designed(body)) {
-                    let message = format!("`{body}` is not designed, so its volume does not change");
-                    return constant(message, "name a body of [design], or omit `body`");
-                }
-                let volumes = self.mesh.element_volumes().into_iter().enumerate();
-                let of = |(e, volume): (usize, f64)| if elements.contains(&e) { volume } else { 0.0 };
-                Arc::new(Volume::new(name, volumes.map(of).collect()))
+            QuantityKind::Volume { body } => Arc::new(self.volume(name, body.as_ref()).map_err(undesigned)?),
+            QuantityKind::Mass { body, mass_density } => {
+                Arc::new(self.volume(name, body.as_ref()).map_err(undesigned)?.mass(*mass_density))
             }
         })
+    }
+
+    /// The volume of a body, or of all; the error is its name if it is not designed.
+    fn volume<'n>(&self, name: &str, body: Option<&'n String>) -> Result<Volume, &'n str> {
+        let designed = |body: &String| self.case.design.as_ref().is_none_or(|design| design.bodies.contains(body));
+        if let Some(body) = body.filter(|body| !designed(body)) {
+            return Err(body);
+        }
+        let elements = self.elements(body.map(String::as_str));
+        let volumes = self.mesh.element_volumes().into_iter().enumerate();
+        let of = |(e, volume): (usize, f64)| if elements.contains(&e) { volume } else { 0.0 };
+        Ok(Volume::new(name, volumes.map(of).collect()))
     }
 
     /// The slave nodes of a pair, or those of them in a set.

@@ -46,6 +46,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
         + bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64)
         + MATRICES * matrix
         + states(case, problem)
+        + responses(problem)
         + filter(case, problem);
     let peak = fixed + (1.0 + FRONTS) * factors + second;
     let all_kept = kept.saturating_sub(1) as f64 * factors;
@@ -87,7 +88,11 @@ impl RankMemory {
     pub(super) fn of(case: &Case, problem: &Problem, systems: &Systems, unknowns: usize) -> Self {
         let building = bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64);
         Self {
-            divided: building + MATRICES * systems.matrix + states(case, problem) + filter(case, problem),
+            divided: building
+                + MATRICES * systems.matrix
+                + states(case, problem)
+                + responses(problem)
+                + filter(case, problem),
             whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64,
             factors: 8.0 / entry_bytes(case) * systems.factors,
             keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
@@ -113,6 +118,17 @@ impl RankMemory {
         let fit = (self.keeps / factors).floor().min(self.steps as f64);
         (fit - 1.0).max(0.0) * factors
     }
+}
+
+/// Vectors of all unknowns that the sweep holds for each response: its adjoint, earlier solutions and
+/// the directions of its iteration. Measured by `slipstick bench --responses 20`.
+const RESPONSE_VECTORS: f64 = 22.0;
+
+/// Memory of the sweep for constraints besides the objective.
+fn responses(problem: &Problem) -> f64 {
+    let model = problem.analysis.model();
+    let unknowns = 3.0 * (problem.mesh.nodes.len() + model.slave_nodes().len()) as f64;
+    problem.analysis.constraints.len() as f64 * RESPONSE_VECTORS * 8.0 * unknowns
 }
 
 /// States of the path, and start values.

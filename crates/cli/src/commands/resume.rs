@@ -58,7 +58,7 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
     checkpoint.iterations = iterations;
     checkpoint.reopen();
     optimization.state = checkpoint.state.clone();
-    let directory = directory.in_pieces(setup.resolved.case.output.pieces);
+    let directory = directory.writing(&setup.resolved.case.output);
     let run = parallel.first(|| {
         let part = RunPart::starting(context.line.clone(), setup.threads);
         let run = Run::take_up(directory, record, part)?;

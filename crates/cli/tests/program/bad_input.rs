@@ -39,6 +39,14 @@ fn designs_that_cannot_be() {
     refused("bodies = [\"slab\"]", most, &["passive solid elements already fill 0.75", "infeasible_volume"]);
 }
 
+/// A file that this build cannot write is refused at its key, with the build that can.
+#[cfg(not(feature = "vtkhdf"))]
+#[test]
+fn vtkhdf_without_the_feature() {
+    let expected = ["case.toml:34:10: error: this program was built without VTKHDF files", "--features vtkhdf"];
+    refused("every = 2", "every = 2\nvtkhdf = true", &expected);
+}
+
 #[test]
 fn a_set_without_nodes() {
     let set = "[[set]]\nname = \"nowhere\"\nboxes = [{ min = [9, 9, 9], max = [10, 10, 10] }]\n[[contact]]";

@@ -351,7 +351,7 @@ fn two_runs_in_one_folder() {
     let mut child = place.command("optimize case.toml -q").stdout(Stdio::null()).spawn().expect("it runs");
     while !place.path("case/checkpoint.json").exists() {
         assert!(child.try_wait().expect("told").is_none(), "ended");
-        std::thread::sleep(std::time::Duration::from_millis(5));
+        std::thread::sleep(Duration::from_millis(5));
     }
     let mut messages = Messages::new();
     for line in ["optimize case.toml -q", "optimize case.toml -q --force", "resume case -q"] {

@@ -259,8 +259,11 @@ fn a_browser_shows_failures_and_results() {
 const FOLLOWED: &str = r##"<script>
 const control = name => [...document.querySelectorAll("#controls label")].find(label => label.textContent.includes(name)).querySelector("input, select");
 const up = document.querySelector("#quantities-controls select[aria-label=y]");
-if (kept.state) document.title = JSON.stringify({ colour: control("Colour").value, step: control("Load step").value, up: up.value });
-else [[control("Colour"), "pressure", "change"], [control("Load step"), 2, "input"], [up, "strain_energy", "change"]].forEach(([input, value, event]) => { input.value = value; input.dispatchEvent(new Event(event)); });
+if (kept.state) {
+  document.title = JSON.stringify({ colour: control("Colour").value, step: control("Load step").value, up: up.value });
+  // a pressed pointer keeps the page from loading again
+  dispatchEvent(new Event("pointerdown"));
+} else [[control("Colour"), "pressure", "change"], [control("Load step"), 2, "input"], [up, "strain_energy", "change"]].forEach(([input, value, event]) => { input.value = value; input.dispatchEvent(new Event(event)); });
 </script></body>"##;
 
 /// The open page of a run in progress loads itself again and keeps the reader's choices.

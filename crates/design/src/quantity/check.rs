@@ -362,6 +362,7 @@ mod tests {
         let sum = 81.0 + (4096.0 + 1296.0 + 6.0) / 16.0f64;
         check(&Stress::new("s", vec![1, 2], 4.0).unwrap(), sum.sqrt().sqrt());
         check(&Volume::new("v", vec![4.0, 0.0, 8.0]), 4.0);
+        check(&Volume::new("m", vec![4.0, 0.0, 8.0]).mass(2.5), 10.0);
         check(&Compliance::default(), 4.0 * -2e-3 + 5e-4 - 2.0 * 1e-3);
     }
 

@@ -2,12 +2,13 @@
 
 use super::{Dimension, Quantity, StateDerivative, StateView};
 
-/// Volume of the material in the reference configuration, Σ φ_e V_e. \[L³\]
+/// Volume of the material in the reference configuration, Σ φ_e V_e \[L³\], or its mass \[M\].
 ///
-/// With elements weighted by a mass density, it is the mass. Test: `resultants_and_means_by_hand`.
+/// Test: `resultants_and_means_by_hand`.
 #[derive(Clone, Debug)]
 pub struct Volume {
     name: String,
+    dimension: Dimension,
     /// Per unit of density, for every element.
     weights: Vec<f64>,
 }
@@ -15,7 +16,14 @@ pub struct Volume {
 impl Volume {
     /// With the volume of every element that counts, and 0 for the others. \[L³\]
     pub fn new(name: impl Into<String>, volumes: Vec<f64>) -> Self {
-        Self { name: name.into(), weights: volumes }
+        Self { name: name.into(), dimension: Dimension::VOLUME, weights: volumes }
+    }
+
+    /// The mass of that volume of a material of this mass density. \[M/L³\]
+    pub fn mass(mut self, mass_density: f64) -> Self {
+        self.dimension = Dimension::MASS;
+        self.weights.iter_mut().for_each(|weight| *weight *= mass_density);
+        self
     }
 }
 
@@ -25,7 +33,7 @@ impl Quantity for Volume {
     }
 
     fn dimension(&self) -> Dimension {
-        Dimension::VOLUME
+        self.dimension
     }
 
     fn depends_on_state(&self) -> bool {

@@ -15,19 +15,56 @@ use super::OutputError;
 ///
 /// [`OutputError::Io`]; the temporary file is then removed.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), OutputError> {
-    let temporary = temporary_name(path);
-    let result = write_and_sync(&temporary, write).and_then(|()| fs::rename(&temporary, path));
-    if result.is_err() {
-        // Report the first error; if the temporary file cannot be removed, that is a consequence.
-        let _ = fs::remove_file(&temporary);
-    }
-    result.map_err(OutputError::io("write", path))
+    let (target, file) = AtomicFile::create(path)?;
+    let mut writer = BufWriter::with_capacity(1 << 16, file);
+    let written = write(&mut writer).and_then(|()| writer.into_inner().map_err(io::IntoInnerError::into_error));
+    target.complete(&written.map_err(OutputError::io("write", path))?)
 }
 
-fn write_and_sync(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let mut writer = BufWriter::with_capacity(1 << 16, File::create(path)?);
-    write(&mut writer)?;
-    writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
+/// A file that is written over a longer time and appears under its name when it is complete
+/// ([`write_atomically`]). Dropped before, it leaves nothing behind.
+#[derive(Debug)]
+pub(super) struct AtomicFile {
+    path: PathBuf,
+    temporary: PathBuf,
+    complete: bool,
+}
+
+impl AtomicFile {
+    /// The temporary file, open for writing.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub(super) fn create(path: &Path) -> Result<(Self, File), OutputError> {
+        let target = Self { path: path.to_owned(), temporary: temporary_name(path), complete: false };
+        let file = File::create(&target.temporary).map_err(OutputError::io("write", path))?;
+        Ok((target, file))
+    }
+
+    /// The final name.
+    #[cfg(feature = "vtkhdf")]
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Waits until the file is on disk and gives it its name.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub(super) fn complete(mut self, file: &File) -> Result<(), OutputError> {
+        let renamed = file.sync_all().and_then(|()| fs::rename(&self.temporary, &self.path));
+        self.complete = renamed.is_ok();
+        renamed.map_err(OutputError::io("write", &self.path))
+    }
+}
+
+impl Drop for AtomicFile {
+    fn drop(&mut self) {
+        if !self.complete {
+            // Where this fails, an error of writing was reported before.
+            let _ = fs::remove_file(&self.temporary);
+        }
+    }
 }
 
 /// The final name of a temporary file, if this is one; a process that was killed leaves such files

@@ -76,6 +76,14 @@ pub enum OutputError {
         /// Values of the row.
         found: usize,
     },
+    /// A file of several steps that do not belong together, or of too few or too many.
+    #[error("{} {reason}", .path.display())]
+    Series {
+        /// The file.
+        path: PathBuf,
+        /// The difference.
+        reason: String,
+    },
     /// An existing table that cannot be continued.
     #[error("{} {reason}", .path.display())]
     OtherTable {

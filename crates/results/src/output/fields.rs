@@ -1,5 +1,6 @@
 //! Writes states of the load path as fields for ParaView.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use super::OutputError;
@@ -14,15 +15,13 @@ use slipstick_model::quantities::Slipped;
 /// A state of the load path.
 #[derive(Debug, Clone, Copy)]
 pub struct State<'a> {
-    /// Pseudo-time.
-    pub time: f64,
     /// Displacement, three components per node. \[L\]
     pub displacement: &'a [f64],
     /// Results of contact.
     pub contact: &'a ContactResults,
     /// Density of every element.
     pub density: &'a ElementValues,
-    /// Stress, energy and deformation of every element, and reactions.
+    /// Stress, energy and deformation of every element, and reactions; empty: 0.
     pub elements: &'a ElementFields,
     /// Slip of every slave node of all pairs; empty: unknown.
     pub slipped: &'a [Slipped],
@@ -30,28 +29,88 @@ pub struct State<'a> {
     pub no_gap: f64,
 }
 
-/// Writes a state: displacement, reaction and contact fields at the nodes; density, body,
-/// determinant, stress and energy in the elements ([`ElementFields`]).
+/// A field of a state, on the nodes or in the elements of its mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field<'a> {
+    /// Its name in files.
+    pub name: &'static str,
+    /// Where it is.
+    pub place: Place,
+    /// Values per node or element: 1, 3 or 6.
+    pub components: usize,
+    values: Stored<'a>,
+}
+
+/// Where a field has its values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// At the nodes.
+    Points,
+    /// In the elements.
+    Cells,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Stored<'a> {
+    F64(Cow<'a, [f64]>),
+    I64(Vec<i64>),
+}
+
+impl Field<'_> {
+    /// Its values, node by node or element by element.
+    pub fn values(&self) -> Values<'_> {
+        match &self.values {
+            Stored::F64(values) => Values::F64(values),
+            Stored::I64(values) => Values::I64(values),
+        }
+    }
+}
+
+impl Place {
+    /// `points` or `cells`, as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Points => "points",
+            Self::Cells => "cells",
+        }
+    }
+}
+
+impl<'a> From<&'a [f64]> for Stored<'a> {
+    fn from(values: &'a [f64]) -> Self {
+        Self::F64(values.into())
+    }
+}
+
+impl From<Vec<f64>> for Stored<'_> {
+    fn from(values: Vec<f64>) -> Self {
+        Self::F64(values.into())
+    }
+}
+
+impl From<Vec<i64>> for Stored<'_> {
+    fn from(values: Vec<i64>) -> Self {
+        Self::I64(values)
+    }
+}
+
+/// The fields of a state, in the order in which files list them: displacement, reaction and contact
+/// fields at the nodes; density, body, determinant, stress and energy in the elements
+/// ([`ElementFields`]).
 ///
 /// Point fields of contact are 0 away from contact surfaces. `contact_status` marks slave nodes: −1
 /// for other nodes, 0 open, 1 stick, 2 slip. `contact_force` acts on the nodes of both surfaces;
 /// `contact_traction` and `contact_pressure` act on the slave, per current area;
 /// `contact_multiplier` is z, only on the covered part of the slave ([`ContactResults`]). If no
-/// master facet lies opposite a slave node, its `contact_gap` is `no_gap`. If `pieces` gives the
-/// piece of every element, the same data are also written in pieces, next to the file
-/// ([`Vtu::save_pieces`]).
-///
-/// # Errors
-/// If the file cannot be written, or a value is not finite.
-pub fn write_state(path: &Path, mesh: &Mesh, state: &State<'_>, pieces: Option<&[u32]>) -> Result<(), OutputError> {
-    let &State { time, displacement, contact, density, elements, slipped, no_gap } = state;
+/// master facet lies opposite a slave node, its `contact_gap` is `no_gap`. The units of all fields:
+/// [`field_dimension`].
+pub fn of_state<'a>(mesh: &Mesh, state: &State<'a>) -> Vec<Field<'a>> {
+    let &State { displacement, contact, density, elements, slipped, no_gap } = state;
     let nodes = mesh.nodes.len();
-    let nodal = |values: &[f64], components: usize| match values.len() {
-        0 => vec![0.0; components * nodes],
-        _ => values.to_vec(),
+    let all = |values: &'a [f64], items: usize| match values.len() {
+        0 => Stored::from(vec![0.0; items]),
+        _ => Stored::from(values),
     };
-    let (force, traction) = (nodal(&contact.force, 3), nodal(&contact.traction, 3));
-    let pressure = nodal(&contact.pressure, 1);
     let (mut multiplier, mut gap, mut slip) = (vec![0.0; 3 * nodes], vec![0.0; nodes], vec![0.0; nodes]);
     let mut status = vec![-1i64; nodes];
     for at in &contact.nodes {
@@ -79,37 +138,57 @@ pub fn write_state(path: &Path, mesh: &Mesh, state: &State<'_>, pieces: Option<&
     }
     let distance: Vec<f64> = total.iter().map(|at| at.distance).collect();
     let work: Vec<f64> = total.iter().map(|at| if at.area > 0.0 { at.work / at.area } else { 0.0 }).collect();
-    let reaction = nodal(&elements.reaction, 3);
-    let of_elements = |values: &[f64], components: usize| match values.len() {
-        0 => vec![0.0; components * mesh.elements.len()],
-        _ => values.to_vec(),
-    };
-    let (stress, von_mises) = (of_elements(&elements.stress, 6), of_elements(&elements.von_mises, 1));
-    let energy = of_elements(&elements.energy_density, 1);
-    let body = body_numbers(mesh);
+    let (point, cell) = (
+        |name, components, values| Field { name, place: Place::Points, components, values },
+        |name, components, values| Field { name, place: Place::Cells, components, values },
+    );
+    let cells = mesh.elements.len();
+    vec![
+        point("displacement", 3, Stored::from(&displacement[..3 * nodes])),
+        point("contact_force", 3, all(&contact.force, 3 * nodes)),
+        point("contact_traction", 3, all(&contact.traction, 3 * nodes)),
+        point("contact_pressure", 1, all(&contact.pressure, nodes)),
+        point("contact_multiplier", 3, multiplier.into()),
+        point("contact_gap", 1, gap.into()),
+        point("slip_increment", 1, slip.into()),
+        point("accumulated_slip", 1, distance.into()),
+        point("friction_work", 1, work.into()),
+        point("contact_status", 1, status.into()),
+        point("reaction", 3, all(&elements.reaction, 3 * nodes)),
+        cell("density", 1, Stored::from(&density[..])),
+        cell("body", 1, body_numbers(mesh).into()),
+        cell("smallest_determinant", 1, Stored::from(&elements.determinants[..])),
+        cell("cauchy_stress", 6, all(&elements.stress, 6 * cells)),
+        cell("von_mises_stress", 1, all(&elements.von_mises, cells)),
+        cell("strain_energy_density", 1, all(&elements.energy_density, cells)),
+    ]
+}
+
+/// Writes a state at pseudo-time `time` with its fields ([`of_state`]). If `pieces` gives the piece
+/// of every element, the same data are also written in pieces, next to the file
+/// ([`Vtu::save_pieces`]).
+///
+/// # Errors
+/// If the file cannot be written, or a value is not finite.
+pub fn write_state(
+    path: &Path,
+    mesh: &Mesh,
+    time: f64,
+    fields: &[Field<'_>],
+    pieces: Option<&[u32]>,
+) -> Result<(), OutputError> {
     let mut file = Vtu::new(&mesh.nodes, &mesh.elements)?;
     file.time(time)?;
-    file.point_field("displacement", 3, Values::F64(&displacement[..3 * nodes]))?;
-    file.point_field("contact_force", 3, Values::F64(&force))?;
-    file.point_field("contact_traction", 3, Values::F64(&traction))?;
-    file.point_field("contact_pressure", 1, Values::F64(&pressure))?;
-    file.point_field("contact_multiplier", 3, Values::F64(&multiplier))?;
-    file.point_field("contact_gap", 1, Values::F64(&gap))?;
-    file.point_field("slip_increment", 1, Values::F64(&slip))?;
-    file.point_field("accumulated_slip", 1, Values::F64(&distance))?;
-    file.point_field("friction_work", 1, Values::F64(&work))?;
-    file.point_field("contact_status", 1, Values::I64(&status))?;
-    file.point_field("reaction", 3, Values::F64(&reaction))?;
-    file.cell_field("density", 1, Values::F64(density))?;
-    file.cell_field("body", 1, Values::I64(&body))?;
-    file.cell_field("smallest_determinant", 1, Values::F64(&elements.determinants))?;
-    file.cell_field("cauchy_stress", 6, Values::F64(&stress))?;
-    file.cell_field("von_mises_stress", 1, Values::F64(&von_mises))?;
-    file.cell_field("strain_energy_density", 1, Values::F64(&energy))?;
+    for field in fields {
+        match field.place {
+            Place::Points => file.point_field(field.name, field.components, field.values())?,
+            Place::Cells => file.cell_field(field.name, field.components, field.values())?,
+        };
+    }
     save(&file, path, pieces)
 }
 
-/// The dimension of a field of [`write_state`] or [`write_design`]; `None` for plain numbers, and
+/// The dimension of a field of [`of_state`] or [`write_design`]; `None` for plain numbers, and
 /// for derivatives, whose dimension depends on the objective.
 pub fn field_dimension(name: &str) -> Option<Dimension> {
     match name {
@@ -117,7 +196,7 @@ pub fn field_dimension(name: &str) -> Option<Dimension> {
         "contact_force" | "reaction" => Some(Dimension::FORCE),
         "contact_traction" | "contact_pressure" | "contact_multiplier" => Some(Dimension::STRESS),
         "cauchy_stress" | "von_mises_stress" | "strain_energy_density" => Some(Dimension::STRESS),
-        "friction_work" => Some(Dimension { force: 1, length: -1 }),
+        "friction_work" => Some(Dimension::of(1, -1)),
         _ => None,
     }
 }

@@ -1,4 +1,5 @@
-//! Result files: VTU meshes with fields, PVD collections of them over time, CSV tables.
+//! Result files: VTU meshes with fields, PVD collections of them over time, CSV tables; with the
+//! feature `vtkhdf` also whole load paths as one VTKHDF file (`VtkHdf`).
 //!
 //! Files appear complete or not at all: data are written to a temporary file next to the target,
 //! which is then renamed. CSV tables are instead written row by row, each row at once.
@@ -28,9 +29,13 @@ mod atomic;
 mod csv;
 mod error;
 pub mod fields;
+#[cfg(feature = "vtkhdf")]
+mod hdf5;
 mod pvd;
 mod pvtu;
 mod read;
+#[cfg(feature = "vtkhdf")]
+mod vtkhdf;
 mod vtu;
 
 pub(crate) use atomic::whole_name;
@@ -39,6 +44,8 @@ pub use csv::{Cell, Csv};
 pub use error::OutputError;
 pub use pvd::Pvd;
 pub use read::{StoredField, read_fields};
+#[cfg(feature = "vtkhdf")]
+pub use vtkhdf::VtkHdf;
 pub use vtu::{Values, Vtu};
 
 /// The text escaped for an XML attribute.

@@ -38,7 +38,7 @@ pub enum Values<'a> {
 }
 
 impl Values<'_> {
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         match self {
             Self::F64(values) => values.len(),
             Self::F32(values) => values.len(),
@@ -75,7 +75,8 @@ impl Values<'_> {
         }
     }
 
-    fn write(&self, writer: &mut dyn Write) -> io::Result<()> {
+    /// Writes the values' bytes, little-endian.
+    pub(super) fn write(&self, writer: &mut dyn Write) -> io::Result<()> {
         match self {
             Self::F64(values) => write_all(writer, values.iter().map(|value| value.to_le_bytes())),
             Self::F32(values) => write_all(writer, values.iter().map(|value| value.to_le_bytes())),
@@ -283,31 +284,46 @@ fn field<'a>(
     items: usize,
     others: &[Field<'_>],
 ) -> Result<Field<'a>, OutputError> {
-    let found = values.len();
+    check_field(name, components, values, what, items)?;
     let name = name.to_owned();
-    if components == 0 || components.checked_mul(items) != Some(found) {
-        return Err(OutputError::Length { name, components, what, items, found });
-    }
-    check_finite(&name, values)?;
     if others.iter().any(|other| other.name == name) {
         return Err(OutputError::DuplicateField { name, what });
     }
     Ok(Field { name, components, values })
 }
 
-/// The fields that viewers show by default: the first scalar and vector field of points or cells.
+/// Checks that a field has a value for every component of every item, and that they are finite.
+pub(super) fn check_field(
+    name: &str,
+    components: usize,
+    values: Values<'_>,
+    what: &'static str,
+    items: usize,
+) -> Result<(), OutputError> {
+    let found = values.len();
+    if components == 0 || components.checked_mul(items) != Some(found) {
+        return Err(OutputError::Length { name: name.to_owned(), components, what, items, found });
+    }
+    check_finite(name, values)
+}
+
+/// The roles of the fields that viewers show by default, and their numbers of components: a field
+/// has a role if it is the first of its kind, scalar or vector, on the points or on the cells.
+pub(super) const SHOWN_FIRST: [(&str, usize); 2] = [("Scalars", 1), ("Vectors", 3)];
+
+/// The attributes of a section that name the fields to show ([`SHOWN_FIRST`]).
 pub(super) fn shown_first(section: &str, fields: &[Field<'_>]) -> String {
-    let first = |attribute: &str, components: usize| {
+    let first = |(attribute, components)| {
         let field = fields.iter().find(|field| field.components == components);
         field.map_or(String::new(), |field| format!(" {attribute}=\"{}\"", xml(&field.name)))
     };
     match section {
-        "PointData" | "CellData" => first("Scalars", 1) + &first("Vectors", 3),
+        "PointData" | "CellData" => SHOWN_FIRST.map(first).concat(),
         _ => String::new(),
     }
 }
 
-fn check_finite(name: &str, values: Values<'_>) -> Result<(), OutputError> {
+pub(super) fn check_finite(name: &str, values: Values<'_>) -> Result<(), OutputError> {
     match values.not_finite() {
         Some((entry, value)) => Err(OutputError::NotFinite { name: name.to_owned(), entry, value }),
         None => Ok(()),

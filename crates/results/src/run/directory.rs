@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::RunError;
 use super::lock::{self, Lock};
 use crate::output::whole_name;
+use slipstick_case::case::Output;
 use slipstick_model::model::Share;
 
 /// The directory of one run, and the names of its files.
@@ -18,6 +19,8 @@ pub struct RunDirectory {
     lock: Option<Arc<Lock>>,
     /// Whether meshes are also written in pieces.
     in_pieces: bool,
+    /// Whether the load path is also written as one file.
+    vtkhdf: bool,
 }
 
 /// Files of a run with fixed names.
@@ -38,6 +41,7 @@ const FILES: &[&str] = &[
     "history.png",
     "newton.csv",
     "path.pvd",
+    "path.vtkhdf",
     "picture.png",
     "report.html",
     "verify.csv",
@@ -77,7 +81,7 @@ impl RunDirectory {
             Err(_) if path.is_dir() => {}
             made => made.map_err(refused)?,
         }
-        let mut run = Self { path: path.to_owned(), lock: None, in_pieces: false };
+        let mut run = Self { path: path.to_owned(), lock: None, in_pieces: false, vtkhdf: false };
         // A directory without a run is not touched, not even by a lock, if it contains other files
         // with the names of results.
         if !run.holds_run() && !run.file(lock::NAME).exists() {
@@ -106,7 +110,7 @@ impl RunDirectory {
     /// # Errors
     /// [`RunError::NoRun`] if it contains none.
     pub fn open(path: &Path) -> Result<Self, RunError> {
-        let run = Self { path: path.to_owned(), lock: None, in_pieces: false };
+        let run = Self { path: path.to_owned(), lock: None, in_pieces: false, vtkhdf: false };
         if run.holds_run() { Ok(run) } else { Err(RunError::NoRun { directory: path.to_owned(), file: MARK }) }
     }
 
@@ -147,10 +151,15 @@ impl RunDirectory {
         format!("{stem}_{number:04}.vtu")
     }
 
-    /// The same directory; `in_pieces` says whether meshes are also written in pieces, one per rank
-    /// (`[output]` `pieces`).
-    pub fn in_pieces(self, in_pieces: bool) -> Self {
-        Self { in_pieces, ..self }
+    /// The same directory, with the additional files that `[output]` requests: meshes in pieces, one
+    /// per rank (`pieces`), and the load path as one file (`vtkhdf`).
+    pub fn writing(self, output: &Output) -> Self {
+        Self { in_pieces: output.pieces, vtkhdf: output.vtkhdf, ..self }
+    }
+
+    /// Whether the load path is also written as one file, `path.vtkhdf`.
+    pub fn vtkhdf(&self) -> bool {
+        self.vtkhdf
     }
 
     /// The piece of every element, if meshes are also written in pieces.

@@ -1,20 +1,22 @@
 //! The load path of a design as files for ParaView.
 
 use slipstick_mesh::Mesh;
-use slipstick_path::{MarchFailure, Path, StepState};
+use slipstick_path::{MarchFailure, Path, PathState, StepState};
 
 use super::first::agree;
 use super::tables::{ContactTable, write_quantities};
 use super::{RunDirectory, RunError, on_first};
+#[cfg(feature = "vtkhdf")]
+use crate::output::VtkHdf;
 use crate::output::{OutputError, Pvd, fields};
 use slipstick_model::analysis::pair_results;
 use slipstick_model::model::{ContactResults, Design};
 use slipstick_model::problem::Problem;
 use slipstick_model::quantities::{Quantities, Slipped, quantities};
 
-/// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`,
-/// `contact.csv` ([`ContactTable`]) and `quantities.csv` ([`write_quantities`]); returns the
-/// quantities. All ranks call it; `run` is that of the first rank, if it keeps one.
+/// Writes `path_XXXX.vtu` for every completed load step, including step 0, `path.pvd`, on request
+/// `path.vtkhdf`, `contact.csv` ([`ContactTable`]) and `quantities.csv` ([`write_quantities`]);
+/// returns the quantities. All ranks call it; `run` is that of the first rank, if it keeps one.
 ///
 /// The slip increment of a step that was cut back is that of its last sub-step. If a state can no
 /// longer be evaluated (which is rare, because it converged), its contact fields are left out.
@@ -27,15 +29,12 @@ pub fn write_path(run: Option<&RunDirectory>, problem: &Problem, path: &Path) ->
     let quantities = quantities(problem, path);
     let written = path.with_states(&*ranks, |state| {
         let Some(run) = run else { return Ok(()) };
-        let files = Files::new(run, mesh, design);
+        let steps = path.states.iter().enumerate().filter(|(index, at)| step_of(*index, at).is_some()).count();
+        let mut files = Files::new(run, mesh, design).with_series(steps)?;
         let (mut collection, mut forces) = (Pvd::default(), ContactTable::new(mesh));
         let mut last = None;
         for (index, at) in path.states.iter().enumerate() {
-            let step = match at.completes {
-                Some(step) => step,
-                None if index == 0 => 0,
-                None => continue,
-            };
+            let Some(step) = step_of(index, at) else { continue };
             let now = state(index);
             // usually the one that was written last
             let before = last.take().filter(|(of, _)| of + 1 == index).map(|(_, state)| state);
@@ -57,10 +56,16 @@ pub fn write_path(run: Option<&RunDirectory>, problem: &Problem, path: &Path) ->
         }
         collection.save(&run.file("path.pvd"))?;
         forces.save(run)?;
-        Ok(write_quantities(run, &quantities)?)
+        write_quantities(run, &quantities)?;
+        Ok(files.finish()?)
     });
     agree(&*ranks, written)?;
     Ok(quantities)
+}
+
+/// The load step that a state of a path completes; its first state is step 0.
+fn step_of(index: usize, at: &PathState) -> Option<usize> {
+    at.completes.or((index == 0).then_some(0))
 }
 
 /// Writes the results of a failed march, also on several ranks: the completed load steps, as
@@ -96,7 +101,7 @@ fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchF
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
     let contact = design.contact_results(&last.state, &iterate).unwrap_or_default();
-    Files { run, mesh, design, pieces: None }.save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
+    Files::whole(run, mesh, design).save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
     Ok(true)
 }
 
@@ -107,17 +112,52 @@ struct Files<'a> {
     design: &'a Design,
     /// The piece of every element, if meshes are also written in pieces.
     pieces: Option<Vec<u32>>,
+    /// The file of the whole path, if it is wanted.
+    #[cfg(feature = "vtkhdf")]
+    series: Option<VtkHdf<'a>>,
 }
 
 impl<'a> Files<'a> {
     fn new(run: &'a RunDirectory, mesh: &'a Mesh, design: &'a Design) -> Self {
         let pieces = run.pieces(design.model().share(), mesh.elements.len());
-        Self { run, mesh, design, pieces }
+        Self { pieces, ..Self::whole(run, mesh, design) }
+    }
+
+    /// Files that are not written in pieces.
+    fn whole(run: &'a RunDirectory, mesh: &'a Mesh, design: &'a Design) -> Self {
+        Self {
+            run,
+            mesh,
+            design,
+            pieces: None,
+            #[cfg(feature = "vtkhdf")]
+            series: None,
+        }
+    }
+
+    /// The states that are saved next are the `steps` steps of the path.
+    #[cfg_attr(not(feature = "vtkhdf"), expect(unused_variables))]
+    fn with_series(self, steps: usize) -> Result<Self, OutputError> {
+        #[cfg(feature = "vtkhdf")]
+        if self.run.vtkhdf() {
+            let series = Some(VtkHdf::create(&self.run.file("path.vtkhdf"), self.mesh, steps)?);
+            return Ok(Self { series, ..self });
+        }
+        Ok(self)
+    }
+
+    /// Completes the file of the whole path.
+    fn finish(self) -> Result<(), OutputError> {
+        #[cfg(feature = "vtkhdf")]
+        if let Some(series) = self.series {
+            return series.finish();
+        }
+        Ok(())
     }
 
     /// Writes a state with its contact results and the slip of its slave nodes.
     fn save(
-        &self,
+        &mut self,
         name: &str,
         time: f64,
         state: &StepState,
@@ -131,7 +171,13 @@ impl<'a> Files<'a> {
         // If no facet is opposite, the gap is at least the search distance.
         let no_gap = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
         let (density, elements) = (self.design.density(), &elements);
-        let state = fields::State { time, displacement, contact, density, elements, slipped, no_gap };
-        fields::write_state(&self.run.file(name), self.mesh, &state, self.pieces.as_deref())
+        let state = fields::State { displacement, contact, density, elements, slipped, no_gap };
+        let fields = fields::of_state(self.mesh, &state);
+        fields::write_state(&self.run.file(name), self.mesh, time, &fields, self.pieces.as_deref())?;
+        #[cfg(feature = "vtkhdf")]
+        if let Some(series) = &mut self.series {
+            series.step(time, &fields)?;
+        }
+        Ok(())
     }
 }

@@ -29,7 +29,7 @@ impl Run {
         part: RunPart,
         force: bool,
     ) -> Result<Self, RunError> {
-        let directory = RunDirectory::create(path, force)?.in_pieces(resolved.case.output.pieces);
+        let directory = RunDirectory::create(path, force)?.writing(&resolved.case.output);
         let text = resolved.source_map.text();
         let mut record = RunRecord::starting(part, &resolved.case, &case_file.display().to_string(), text);
         // This file comes first: it marks the directory as that of a run, in case this process is

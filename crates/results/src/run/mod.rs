@@ -15,6 +15,7 @@
 //! | `quantities.csv` | reactions, contact forces and energies, by load step: [`write_quantities`] | at the end, also of a failed march |
 //! | `contact.csv` | resultant and peak pressure of each contact pair, by load step: [`ContactTable`] | at the end, also of a failed march |
 //! | `path_XXXX.pvtu`, `path_XXXX.N.vtu`, also for designs | the same in pieces, one per rank | with `[output]` `pieces` |
+//! | `path.vtkhdf` | the load steps of `path.pvd` in one file: `VtkHdf` | with `[output]` `vtkhdf`, in a build with the feature `vtkhdf` |
 //! | `failure.vtu` | the iterate at which a march finally failed | when this happens |
 //! | `gradient.csv`, `gradient.vtu` | dθ/dφ of every element, for runs that compute it | at the end |
 //! | `picture.png` | a result as a picture: `slipstick_views::picture` | on request |

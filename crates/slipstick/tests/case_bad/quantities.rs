@@ -36,6 +36,13 @@ fn one_mistake_is_one_error() {
             "no surface or set",
             "ball_flat",
         ),
+        (
+            "reaction = { set = \"ball_flat\", component = \"y\" }",
+            "mass = { mass_density = 0 }",
+            CaseCode::OutOfRange,
+            "`mass_density` must be positive",
+            "kg/mm³",
+        ),
         (", component = \"y\"", "", CaseCode::MissingKey, "`component`", "a direction [x, y, z]"),
         (
             "reaction = { set = \"ball_flat\", component = \"y\" }",
@@ -101,6 +108,11 @@ fn constant_quantities_are_refused() {
         (
             "reaction = { set = \"ball_flat\", component = \"y\" }",
             "volume = { body = \"ball\" }",
+            "`ball` is not designed, so its volume does not change",
+        ),
+        (
+            "reaction = { set = \"ball_flat\", component = \"y\" }",
+            "mass = { body = \"ball\", mass_density = 1.2e-6 }",
             "`ball` is not designed, so its volume does not change",
         ),
         (

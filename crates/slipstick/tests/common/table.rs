@@ -1,4 +1,5 @@
-//! Tables of `docs/robustness.md`, which `docs/robustness/measure.sh` inserts there.
+//! Tables of pages such as `docs/robustness.md`, which scripts such as `docs/robustness/measure.sh`
+//! insert there.
 
 use std::path::Path;
 

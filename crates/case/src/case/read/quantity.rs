@@ -136,6 +136,16 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
         }
         "compliance" => QuantityKind::Compliance {},
         "volume" => QuantityKind::Volume { body: body() },
+        "mass" => {
+            let mass_density = table.number("mass_density");
+            let positive = |&rho: &f64| rho > 0.0;
+            let mass_density =
+                mass_density.check(CaseCode::OutOfRange, positive, "must be positive", "such as 1.01e-6 [kg/mm³]");
+            QuantityKind::Mass {
+                body: body(),
+                mass_density: mass_density.required(1.0, "mass per volume of the solid material"),
+            }
+        }
         _ => return None,
     })
 }

@@ -19,7 +19,7 @@ fn unit(table: &Table<'_>, key: &'static str) -> Option<String> {
 }
 
 pub(super) fn output(root: &Table<'_>) -> Output {
-    let default = Output { directory: None, every: 10, pieces: false };
+    let default = Output { directory: None, every: 10, pieces: false, vtkhdf: false };
     root.table("output").map_or(default, |table| {
         let directory = table
             .string("directory")
@@ -27,8 +27,9 @@ pub(super) fn output(root: &Table<'_>) -> Output {
             .optional();
         let every = table.integer("every").count(CaseCode::OutOfRange, 1).or(10);
         let pieces = table.boolean("pieces").or(false);
+        let vtkhdf = table.boolean("vtkhdf").or(false);
         table.finish();
-        Output { directory, every, pieces }
+        Output { directory, every, pieces, vtkhdf }
     })
 }
 

@@ -129,6 +129,9 @@ pub struct Output {
     pub every: usize,
     /// Whether designs and load steps are also written in pieces, one for each MPI rank.
     pub pieces: bool,
+    /// Whether the load path is also written as one file, `path.vtkhdf`, in a build with the feature
+    /// `vtkhdf`.
+    pub vtkhdf: bool,
 }
 
 /// Linear solver and threads. Results do not depend on the number of threads.

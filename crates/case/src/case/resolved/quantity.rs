@@ -124,6 +124,14 @@ pub enum QuantityKind {
         #[serde(skip_serializing_if = "Option::is_none")]
         body: Option<String>,
     },
+    /// Mass of the material, ρ Σ φ_e V_e. \[M\]
+    Mass {
+        /// The body; `None`: all.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        body: Option<String>,
+        /// ρ of the solid material. \[M/L³\]
+        mass_density: f64,
+    },
 }
 
 impl QuantityKind {
@@ -141,6 +149,7 @@ impl QuantityKind {
         "stress",
         "compliance",
         "volume",
+        "mass",
     ];
 
     /// The key of the kind, one of [`Self::KEYS`].
@@ -158,6 +167,7 @@ impl QuantityKind {
             Self::Stress { .. } => "stress",
             Self::Compliance {} => "compliance",
             Self::Volume { .. } => "volume",
+            Self::Mass { .. } => "mass",
         }
     }
 
@@ -172,6 +182,7 @@ impl QuantityKind {
             Self::ContactPressure { .. } | Self::Stress { .. } => Dimension::STRESS,
             Self::Gap { .. } | Self::Displacement { .. } => Dimension::LENGTH,
             Self::Volume { .. } => Dimension::VOLUME,
+            Self::Mass { .. } => Dimension::MASS,
         }
     }
 }

@@ -24,7 +24,10 @@ impl Units {
 
     /// The unit of a quantity as written after its name, such as ` [N/mm²]`; empty if a unit has no
     /// name.
-    pub fn bracket(&self, Dimension { force, length }: Dimension) -> String {
+    pub fn bracket(&self, Dimension { force, length, mass }: Dimension) -> String {
+        if mass != 0 {
+            return String::new();
+        }
         let (mut above, mut below) = (String::new(), String::new());
         for (power, unit) in [(force, &self.force), (length, &self.length)].into_iter().filter(|(power, _)| *power != 0)
         {
@@ -60,7 +63,7 @@ mod tests {
         let found =
             [Dimension::LENGTH, Dimension::VOLUME, Dimension::FORCE, Dimension::STRESS].map(|d| both.bracket(d));
         assert_eq!(found, [" [mm]", " [mm³]", " [N]", " [N/mm²]"]);
-        assert_eq!(both.bracket(Dimension { force: 0, length: 0 }), "");
+        assert_eq!(both.bracket(Dimension::NONE), "");
         let length = Units { length: name("m"), force: None };
         assert_eq!([length.bracket(Dimension::LENGTH), length.bracket(Dimension::STRESS)], [" [m]", ""]);
     }

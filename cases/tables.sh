@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# Runs the studies of the seal, the gripper finger and the snap-fit, and puts their numbers between the marks of the
+# pages of these cases; half an hour on two idle cores. `cases/tables.sh NAME …` does it for single cases.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+source docs/tables.sh
+program=$programs/slipstick
+
+# history CASE COLUMN=HEADING …: rows of the history of the run `design`.
+history() {
+    local case=$1
+    shift
+    awk -F, -v names="$(printf '%s;' "$@")" '
+        NR == 1 {
+            for (i = 1; i <= NF; i++) at[$i] = i
+            n = split(names, pairs, ";") - 1
+            printf "| iteration |"
+            for (k = 1; k <= n; k++) { split(pairs[k], pair, "="); column[k] = at[pair[1]]; printf " %s |", pair[2] }
+            printf "\n|--:|"
+            for (k = 1; k <= n; k++) printf "--:|"
+            print ""
+            next
+        }
+        $1 ~ /^(0|10|20|40|60|80|100|120)$/ {
+            printf "| %d |", $1
+            for (k = 1; k <= n; k++) { value = $column[k]; printf " %.4g |", value < 0 && k == 1 ? -value : value }
+            print ""
+        }' "cases/$case/study/design/history.csv" > "$work/history.md"
+    put "cases/$case/README.md" history "$work/history.md"
+}
+
+# numbers CASE: all numbers of the study.
+numbers() {
+    awk -F, 'BEGIN { print "| run | quantity | value |\n|---|---|--:|" }
+        NR > 1 && $2 !~ /^(iteration|seconds|newton_iterations|halvings)$/ { printf "| %s | %s | %.4g |\n", $1, $2, $3 }' \
+        "cases/$1/study/numbers.csv" > "$work/numbers.md"
+    put "cases/$1/README.md" numbers "$work/numbers.md"
+}
+
+seal() { history seal objective=spread "least_pressure=least pressure [MPa], at least 0.22" "volume_fraction=volume fraction, at most 0.5"; }
+
+gripper() {
+    history gripper "objective=grip [N]" "input_force=input force [N], at most 60" "stress=stress [MPa], at most 30" \
+        "volume_fraction=volume fraction, at most 0.3"
+}
+
+detent() {
+    history detent "objective=distance from the curve" "volume_fraction=volume fraction, at most 0.35"
+    awk -F, '
+        BEGIN {
+            print "| pseudo-time | requested [N] | reached [N] |\n|--:|--:|--:|"
+            n = split("0.1 2.0 0.2 5.5 0.35 11.0 0.45 11.0 0.55 11.0 0.7 7.7 0.85 4.3 1.0 1.0", point, " ")
+        }
+        NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+        { for (k = 1; k < n; k += 2) if (sqrt(($3 - point[k]) ^ 2) < 1e-9) printf "| %s | %s | %.2f |\n", point[k], point[k + 1], $at["insertion_force"] }
+    ' cases/detent/study/design/quantities.csv > "$work/force.md"
+    put cases/detent/README.md force "$work/force.md"
+}
+
+for case in ${*:-seal gripper detent}; do
+    "$program" study "cases/$case/study.toml"
+    "$case"
+    numbers "$case"
+done
