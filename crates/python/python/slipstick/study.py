@@ -119,8 +119,14 @@ def run_study(
     command = [sys.executable, "-m", "slipstick", "study", os.fspath(file)]
     if only:
         command += ["--only", ",".join(only)]
+    # in a session of its own, so that Ctrl-C reaches the study and its runs once, from here
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        start_new_session=True,
     )
     said: list[str] = []
     reader = threading.Thread(target=_forward, args=(process.stdout, None if quiet else sys.stdout))
@@ -129,9 +135,11 @@ def run_study(
         _forward(process.stderr, None if quiet else sys.stderr, said)
         code = process.wait()
     except KeyboardInterrupt:
-        # on a terminal, the process has received the same Ctrl-C
         if process.poll() is None:
-            process.send_signal(signal.SIGTERM if os.name == "nt" else signal.SIGINT)
+            if sys.platform == "win32":
+                process.terminate()
+            else:
+                os.killpg(process.pid, signal.SIGINT)
         process.wait()
         raise KeyboardInterrupt("finished runs are kept; the same call continues") from None
     finally:
