@@ -30,7 +30,8 @@ impl Numbers {
         let place: TempDir = tempfile::tempdir().expect("a temporary folder");
         for file in std::fs::read_dir(cases().join(case)).expect("the case").map(|entry| entry.expect("a file").path())
         {
-            if file.extension().is_some_and(|extension| ["toml", "json", "inp"].iter().any(|known| extension == *known)) {
+            if file.extension().is_some_and(|extension| ["toml", "json", "inp"].iter().any(|known| extension == *known))
+            {
                 std::fs::copy(&file, place.path().join(file.file_name().expect("a name"))).expect("copied");
             }
         }
