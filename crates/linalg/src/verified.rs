@@ -200,7 +200,7 @@ fn solve_together(
             // Round-off in the stiffest rows hides the others, which must be solved as accurately.
             solve.weights = Some(a.row_weights(transpose));
             solve.assess();
-            solve.target = ROUNDING * solve.rounding();
+            solve.target = ROUNDING * solve.rounding(solve.x);
         }
     }
     let exact = |report: &SolveReport| report.backward_error <= ROUNDING;
@@ -344,11 +344,7 @@ impl<'a> Solve<'a> {
     }
 
     /// ‖W (|A| |x| + |b|)‖₂: the size of the terms in the residual.
-    fn rounding(&self) -> f64 {
-        self.rounding_of(self.x)
-    }
-
-    fn rounding_of(&self, x: &[f64]) -> f64 {
+    fn rounding(&self, x: &[f64]) -> f64 {
         let mut sizes = vec![0.0; x.len()];
         self.matrix.a.absolute_product(self.matrix.transpose, x, &mut sizes);
         sizes.iter_mut().zip(self.rhs).for_each(|(size, b)| *size += b.abs());
@@ -374,7 +370,7 @@ impl<'a> Solve<'a> {
             self.weigh(&mut residual);
             self.weigh(&mut rhs);
             let size = norm_on(&residual, a.ranks());
-            (size / norm_on(&rhs, a.ranks()), size / self.rounding_of(x))
+            (size / norm_on(&rhs, a.ranks()), size / self.rounding(x))
         } else {
             let [residual_size, x_size, rhs_size] = [&residual, x, self.rhs].map(|v| a.ranks().largest(largest(v)));
             let backward_error = residual_size / (norm * x_size + rhs_size);

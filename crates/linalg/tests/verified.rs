@@ -5,7 +5,8 @@ mod common;
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
     CsrMatrix, CsrPattern, LinearSolver, MultifrontalFactorization, MultifrontalSolver, Precision, RobustSolver,
-    SolveError, SolveOptions, SolverChoice, SupernodalSolver, Transposed, solve_from, solve_verified, solve_with,
+    SolveError, SolveOptions, SolverChoice, SupernodalSolver, Transposed, solve_from, solve_many_from, solve_verified,
+    solve_with,
 };
 use std::sync::Arc;
 
@@ -94,6 +95,41 @@ fn a_given_start_is_used_and_does_no_harm() {
     let mut y = vec![0.0; a.n()];
     let swapped = solve_with(&a, &Transposed(&Transposed(&factors)), false, &b, &mut y, &options).unwrap();
     assert!(swapped.relative_residual <= 1e-10 && swapped.iterations <= 8);
+}
+
+/// Solved together, right-hand sides have the solutions and reports that they have alone, bit for
+/// bit: cold and warm starts, one that is zero, one that is refused, and one that takes longer.
+#[test]
+fn several_right_hand_sides_are_solved_as_they_would_be_alone() {
+    let (a, _) = BRICK.reduced(5);
+    let mut nearby = a.clone();
+    let mut random = Random(6);
+    nearby.values.iter_mut().for_each(|v| *v *= 1.0 + 0.01 * random.next());
+    let options = SolveOptions::new(1e-10);
+    for precision in [Precision::F32, Precision::F64] {
+        let factors = MultifrontalFactorization::of(&a, precision).unwrap();
+        for transpose in [false, true] {
+            let mut rhs: Vec<Vec<f64>> = (0..5).map(|_| random.vector(a.n())).collect();
+            rhs[1].fill(0.0);
+            rhs[2][7] = f64::NAN;
+            rhs[3].iter_mut().for_each(|b| *b *= 1e9);
+            let cold = vec![vec![0.0; a.n()]; rhs.len()];
+            let warm: Vec<Vec<f64>> = rhs.iter().map(|_| random.vector(a.n())).collect();
+            for start in [cold, warm] {
+                let sides: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
+                let mut together = start.clone();
+                let reports = solve_many_from(&nearby, &factors, transpose, &sides, &mut together, &options);
+                for (k, mut alone) in start.into_iter().enumerate() {
+                    let report = solve_from(&nearby, &factors, transpose, &rhs[k], &mut alone, &options);
+                    assert_eq!(reports[k], report, "{k}");
+                    assert_eq!(together[k], alone, "{k}");
+                }
+                assert!(reports[0].as_ref().is_ok_and(|report| report.iterations > 1));
+                assert!(together[1].iter().all(|&x| x == 0.0));
+                assert_eq!(reports[2], Err(SolveError::NonFiniteRightHandSide { index: Some(7) }));
+            }
+        }
+    }
 }
 
 /// Factors of an unrelated matrix: no convergence, reported with the best iterate.

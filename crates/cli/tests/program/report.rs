@@ -277,6 +277,22 @@ fn a_browser_follows_a_run() {
     assert_eq!(shown, serde_json::json!({ "colour": "pressure", "step": "2", "up": "strain_energy" }));
 }
 
+/// Counts the lines of the curve, and the points on the axis of the energies.
+const LINES: &str = r##"<script>
+const [curve_of, energies] = document.querySelectorAll("#quantities-charts svg");
+document.title = JSON.stringify([curve_of.querySelector("path").getAttribute("d").match(/M/g).length, energies.querySelectorAll("circle").length]);
+</script></body>"##;
+
+/// Evaluations with two coefficients of friction are two lines; the energies are those of the last,
+/// at rest and at four steps.
+#[test]
+fn a_browser_shows_every_evaluation() {
+    let place = Place::new();
+    place.good("evaluate case.toml --friction 0,0.2 -q");
+    let Some(lines) = tried(&place, "case_evaluate", LINES, "a_browser_shows_every_evaluation") else { return };
+    assert_eq!(lines, serde_json::json!([2, 15]));
+}
+
 /// The value that a script at the end of a run's page stores in its title; `None` without a
 /// browser.
 fn tried(place: &Place, run: &str, script: &str, test: &str) -> Option<Value> {

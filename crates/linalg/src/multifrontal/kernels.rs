@@ -73,13 +73,7 @@ pub(super) fn solve_unit_lower<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
             #[inline(always)]
             || unit_lower(Triangle { lu, n, panel: panel.clone() }, &mut x),
         );
-        if panel.end < n {
-            let solved = copied(&x, panel.clone());
-            let mut rest: ColumnsMut<'_, T> = x.iter_mut().map(|x| &mut x[panel.end..]).collect();
-            let share = rest[0].len() * panel.len() >= WORTH_TILING / 2;
-            let lu = &lu[panel.start * n..panel.end * n];
-            subtract_tiles(lu, n, panel.end, &columns(&solved, panel.len()), &mut rest, share);
-        }
+        subtract_solved(lu, n, &panel, panel.end..n, &mut x);
     }
 }
 
@@ -91,13 +85,7 @@ pub(super) fn solve_upper<T: Scalar>(lu: &[T], n: usize, x: &mut [T]) {
             #[inline(always)]
             || upper(Triangle { lu, n, panel: panel.clone() }, &mut x),
         );
-        if panel.start > 0 {
-            let solved = copied(&x, panel.clone());
-            let mut rest: ColumnsMut<'_, T> = x.iter_mut().map(|x| &mut x[..panel.start]).collect();
-            let share = rest[0].len() * panel.len() >= WORTH_TILING / 2;
-            let lu = &lu[panel.start * n..panel.end * n];
-            subtract_tiles(lu, n, 0, &columns(&solved, panel.len()), &mut rest, share);
-        }
+        subtract_solved(lu, n, &panel, 0..panel.start, &mut x);
     }
 }
 
@@ -180,6 +168,18 @@ fn subtract_tiles<T: Scalar>(a: &[T], m: usize, first: usize, x: &Columns<'_, T>
     } else {
         tiles.into_iter().enumerate().for_each(tile);
     }
+}
+
+/// Subtracts the products of the panel's columns with the panel's rows of X from the `rest` of X.
+fn subtract_solved<T: Scalar>(lu: &[T], n: usize, panel: &Range<usize>, rest: Range<usize>, x: &mut [&mut [T]]) {
+    if rest.is_empty() {
+        return;
+    }
+    let solved = copied(x, panel.clone());
+    let mut unsolved: ColumnsMut<'_, T> = x.iter_mut().map(|x| &mut x[rest.clone()]).collect();
+    let share = panel.len() * rest.len() >= WORTH_TILING / 2;
+    let lu = &lu[panel.start * n..panel.end * n];
+    subtract_tiles(lu, n, rest.start, &columns(&solved, panel.len()), &mut unsolved, share);
 }
 
 /// Subtracts the products of the panel's columns with the `known` rows of X from the panel's rows.

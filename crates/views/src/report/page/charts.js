@@ -75,9 +75,9 @@ function chart(title, x, series, { bars = false, zero = false, xname = "iteratio
   svg.addEventListener("pointerleave", () => { at.textContent = ""; cursor.setAttribute("visibility", "hidden"); });
   return make("figure", {}, make("figcaption", {}, caption, at), svg);
 }
-// One quantity over another, which need not be ascending.
-function curve(title, x, y, xname) {
-  const points = x.map((v, i) => [v, y[i]]).filter(([a, b]) => a !== null && b !== null);
+// One quantity over another, which need not be ascending: a line for each run of equal `paths`.
+function curve(title, x, y, xname, paths) {
+  const points = x.map((v, i) => [v, y[i], paths[i]]).filter(([a, b]) => a !== null && b !== null);
   if (points.length < 2) return null;
   const [width, height, left, right, top, bottom] = [420, 210, 56, 14, 10, 30];
   const range = values => {
@@ -95,7 +95,7 @@ function curve(title, x, y, xname) {
   }
   for (const t of ticks(x0, x1, 5).filter(t => t >= x0 && t <= x1)) svg.append(make("text", { x: px(t), y: height - bottom + 15, "text-anchor": "middle" }, digits(t, 3)));
   svg.append(make("text", { x: width - right, y: height - 2, "text-anchor": "end" }, xname));
-  const d = points.map(([a, b], i) => `${i ? "L" : "M"}${px(a).toFixed(1)} ${py(b).toFixed(1)}`).join("");
+  const d = points.map(([a, b, path], i) => `${i && path === points[i - 1][2] ? "L" : "M"}${px(a).toFixed(1)} ${py(b).toFixed(1)}`).join("");
   svg.append(make("path", { d, fill: "none", stroke: "var(--c0)", "stroke-width": 1.8, "stroke-linejoin": "round" }));
   const at = make("span", { class: "at" });
   points.forEach(([a, b]) => {

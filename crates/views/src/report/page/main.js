@@ -69,8 +69,8 @@ function quantities() {
   const q = data.quantities;
   if (!q || q.rows.length < 2) return;
   show("quantities");
-  element("quantities-help").textContent = "At each load step of the newest design; units and meanings are those of quantities.csv. Choose what to draw over what.";
-  const names = q.columns.filter(name => name !== "load_case"), pick = (label, chosen) => {
+  element("quantities-help").textContent = "At each load step of the newest design, with a line for each load case and, after evaluate, each coefficient of friction; units and meanings are those of quantities.csv. Choose what to plot against what.";
+  const names = q.columns.filter(name => name !== "load_case" && name !== "friction"), pick = (label, chosen) => {
     const select = make("select", { "aria-label": label }, ...names.map(name => make("option", { value: name }, name.replaceAll("_", " "))));
     select.value = chosen;
     element("quantities-controls").append(make("label", {}, `${label} `, select), " ");
@@ -78,10 +78,13 @@ function quantities() {
   };
   const [x, y] = data.curve || ["time", names[names.length - 1]];
   const known = ([x, y]) => names.includes(x) && names.includes(y), chosen = kept.curve && known(kept.curve) ? kept.curve : [x, y];
-  const across = pick("x", chosen[0]), up = pick("y", chosen[1]), column = name => q.rows.map(row => row[q.columns.indexOf(name)]);
+  const across = pick("x", chosen[0]), up = pick("y", chosen[1]), at = (row, name) => row[q.columns.indexOf(name)];
+  const column = (name, rows = q.rows) => rows.map(row => at(row, name)), paths = q.rows.map(row => `${at(row, "friction")} ${at(row, "load_case")}`);
+  // evaluations with several coefficients of friction repeat the steps
+  const newest = q.rows.filter(row => at(row, "friction") === at(q.rows[q.rows.length - 1], "friction"));
   const draw = () => {
-    const figure = curve(up.value.replaceAll("_", " "), column(across.value), column(up.value), across.value.replaceAll("_", " "));
-    const others = q.columns.includes("external_work") ? chart("Energy:", column("step"), ["external_work", "strain_energy", "friction_work"].map(name => ({ name: name.replaceAll("_", " "), values: column(name) })), { zero: true, xname: "load step" }) : null;
+    const figure = curve(up.value.replaceAll("_", " "), column(across.value), column(up.value), across.value.replaceAll("_", " "), paths);
+    const others = q.columns.includes("external_work") ? chart("Energy:", column("step", newest), ["external_work", "strain_energy", "friction_work"].map(name => ({ name: name.replaceAll("_", " "), values: column(name, newest) })), { zero: true, xname: "load step" }) : null;
     element("quantities-charts").replaceChildren(...[figure, others].filter(f => f));
   };
   keeping.curve = () => [across.value, up.value];
