@@ -29,6 +29,7 @@ GROUPS = {
         "Quantity",
         "State",
         "ContactState",
+        "PreviousState",
         "DesignMap",
         "MappedProblem",
     ],

@@ -6,11 +6,13 @@ mod rounding;
 
 use crate::model::{ContactModel, Design, Parameter, Workspace};
 use chain::Adapter;
-pub(crate) use chain::{StateData, steps_of};
+pub(crate) use chain::{PreviousData, StateData, steps_of};
 pub use pairs::{PairResult, pair_results};
 pub use rounding::Rounding;
 use slipstick_design::ElementValues;
-use slipstick_design::quantity::{ContactNode, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives};
+use slipstick_design::quantity::{
+    ContactNode, PreviousView, Quantity, STRESS_POINTS, StateView, WrongDerivative, check_derivatives,
+};
 use slipstick_design::response::{Constraint, Response};
 use slipstick_path::{
     Guide, LinearSystem, LoadPath, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, Solver,
@@ -221,6 +223,8 @@ impl Analysis {
     pub fn check_quantity(&self, quantity: &dyn Quantity) -> Result<(), WrongDerivative> {
         let (displacement, internal_force) = self.some_state();
         let steps = self.times.len();
+        // of a load case
+        let each = (steps / (self.restarts.len() + 1)).max(1);
         let model = self.model();
         let n = displacement.len();
         let reads = quantity.reads();
@@ -233,12 +237,17 @@ impl Analysis {
         let points = STRESS_POINTS * if reads.stress { elements } else { 0 };
         let stress: Vec<f64> = (0..points).map(spread).collect();
         let energy: Vec<f64> = if reads.energy { (0..elements).map(spread).collect() } else { Vec::new() };
+        let before: Vec<f64> = displacement.iter().enumerate().map(|(i, d)| spread(3 * i) * d).collect();
+        let loads: Vec<f64> = (0..n).map(|i| spread(5 * i) - 1.0).collect();
+        let supports: Vec<f64> = reaction.iter().map(|force| 0.5 * force).collect();
+        let previous = PreviousView { displacement: &before, external_force: &loads, reaction: &supports };
+        let previous = if reads.previous { previous } else { PreviousView::default() };
         for (step, &time) in (1..=steps).zip(&self.times) {
             let mut external_force = vec![0.0; n];
             model.external_force(&displacement, time, &mut external_force);
             let state = StateView {
-                step,
-                steps,
+                step: (step - 1) % each + 1,
+                steps: each,
                 time,
                 displacement: &displacement,
                 internal_force: &internal_force,
@@ -248,6 +257,7 @@ impl Analysis {
                 density: self.design.density(),
                 energy: &energy,
                 stress: &stress,
+                previous,
             };
             check_derivatives(quantity, &state)?;
         }
@@ -391,6 +401,9 @@ impl Analysis {
         let (objective, steps) = (self.objective.as_ref().expect("an objective"), self.times.len());
         let complete = weights.len() == objective.terms().len() && weights.iter().all(|row| row.len() == steps);
         assert!(complete, "one weight for each term and step");
+        // every call gives the same bits, whatever was computed before
+        self.workspace.forget();
+        self.linear.forget();
         let gradient = self.sweep_back(forward, &[weights], parameters)?.swap_remove(0);
         Ok(self.named(gradient))
     }

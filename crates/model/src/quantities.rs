@@ -39,11 +39,11 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use slipstick_design::{Quantity, Reads};
+use slipstick_design::quantity::{ExternalWork, Quantity, Reads};
 use slipstick_mesh::Mesh;
-use slipstick_path::{Path, StateError, StepState};
+use slipstick_path::{Path, StepState};
 
-use crate::analysis::{StateData, pair_results, steps_of};
+use crate::analysis::{PreviousData, StateData, pair_results, steps_of};
 use crate::model::{ContactModel, ContactResults, Design, NodalContact};
 use crate::problem::Problem;
 
@@ -124,54 +124,83 @@ impl Quantities {
 /// same.
 pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     let (mesh, design) = (&problem.mesh, &problem.analysis.design);
-    let recorder = Recorder { mesh, design, supports: supports(design.model()), own: &problem.quantities };
+    let recorder = Recorder {
+        mesh,
+        design,
+        supports: supports(design.model()),
+        own: &problem.quantities,
+        external_work: ExternalWork::new("external_work"),
+    };
     let own_reads = problem.quantities.iter().fold(Reads::default(), |reads, quantity| reads.or(quantity.reads()));
-    let reads = own_reads.or(Reads { reaction: true, contact: true, energy: true, ..Reads::default() });
+    let reads = own_reads.or(recorder.external_work.reads()).or(Reads {
+        reaction: true,
+        contact: true,
+        energy: true,
+        ..Reads::default()
+    });
     let user_steps = steps_of(path);
     let steps = problem.analysis.times.len() / problem.load_cases.len().max(1);
     let ranks = design.model().share().ranks().clone();
     let mut result = Quantities { names: recorder.names(), rows: Vec::new() };
     let mut sums = Sums::default();
-    let mut last: Option<(Cow<'_, StepState>, Forces)> = None;
+    let mut last: Option<Last<'_>> = None;
     for (index, at) in path.states.iter().enumerate() {
         let now = path.state(index, &*ranks);
         let before = last.take().filter(|_| !at.rest);
-        let previous = before.as_ref().map_or(&now, |(state, _)| state);
-        let evaluated = recorder.evaluate(reads, at.time, previous, &now);
+        if before.is_none() {
+            sums = Sums { own: vec![0.0; recorder.own.len()], ..Sums::default() };
+        }
+        let previous = before.as_ref().map_or(&now, |last| &last.state);
+        let evaluated = StateData::of(design, reads, at.time, previous, &now);
         let step = at.completes.or((index == 0).then_some(0));
-        let Ok((forces, data, contact)) = evaluated else {
-            sums.broken = true;
-            result.rows.extend(step.map(|step| recorder.unknown(step, at.time, result.names.len())));
-            last = Some((now, Forces::default()));
-            continue;
+        let mut data = match evaluated {
+            Ok(data) if !sums.broken => data,
+            _ => {
+                sums.broken = true;
+                result.rows.extend(step.map(|step| recorder.unknown(step, at.time, result.names.len())));
+                last = Some(Last { state: now, contact: Vec::new(), seen: PreviousData::default() });
+                continue;
+            }
         };
+        let contact = data.results.take().unwrap_or_default();
+        let (state, old, seen) = match before {
+            Some(Last { state, contact, seen }) => (Some(state), contact, seen),
+            None => (None, Vec::new(), PreviousData::at_rest(design, at.time, &now)),
+        };
+        let data = data.after(seen);
         // the step of the load case in progress
         let place = (user_steps[index].saturating_sub(1) % steps.max(1) + 1, steps);
-        let own = recorder.own.iter().map(|quantity| quantity.value(&data.view(design, &now, place)));
-        let own: Vec<f64> = own.collect();
-        match &before {
-            Some((state, old)) if !sums.broken => {
-                sums.add(design.model(), (state, old), (&now, &forces), &contact);
-                sums.add_own(recorder.own, &own);
-            }
-            Some(_) => {}
-            None => sums = Sums { own: vec![0.0; own.len()], ..Sums::default() },
+        let value = |quantity: &dyn Quantity| quantity.value(&data.view(design, &now, place));
+        let own: Vec<f64> = recorder.own.iter().map(|quantity| value(&**quantity)).collect();
+        if let Some(state) = &state {
+            sums.external += value(&recorder.external_work);
+            sums.add(design.model(), (state, &old), &now, &contact);
+            sums.add_own(recorder.own, &own);
         }
         if let Some(step) = step {
-            let row = match sums.broken {
-                true => recorder.unknown(step, at.time, result.names.len()),
-                false => QuantityRow {
-                    step,
-                    time: at.time,
-                    values: recorder.values(&now, &forces, &contact, &sums, &own),
-                    slipped: sums.slipped.clone(),
-                },
-            };
-            result.rows.push(row);
+            result.rows.push(QuantityRow {
+                step,
+                time: at.time,
+                values: recorder.values(&now, &data, &contact, &sums, &own),
+                slipped: sums.slipped.clone(),
+            });
         }
-        last = Some((now, forces));
+        let seen = match at.rest {
+            true => PreviousData::at_rest(design, at.time, &now),
+            false => data.into_previous(&now),
+        };
+        last = Some(Last { state: now, contact: contact.force, seen });
     }
     result
+}
+
+/// The last state treated.
+struct Last<'a> {
+    state: Cow<'a, StepState>,
+    /// Nodal contact forces. \[F\]
+    contact: Vec<f64>,
+    /// What quantities at the next state see of it.
+    seen: PreviousData,
 }
 
 /// Displacement unknowns that a support prescribes, and its name.
@@ -213,17 +242,6 @@ impl Support {
     }
 }
 
-/// Forces on all displacement unknowns at a state, and the energy of each body.
-#[derive(Debug, Default)]
-struct Forces {
-    external: Vec<f64>,
-    /// Of the supports; zero at free unknowns. \[F\]
-    reaction: Vec<f64>,
-    contact: Vec<f64>,
-    /// \[F L\]
-    energy: Vec<f64>,
-}
-
 /// Work since the start of the load case. \[F L\]
 #[derive(Debug, Default)]
 struct Sums {
@@ -249,14 +267,12 @@ impl Sums {
     fn add(
         &mut self,
         model: &ContactModel,
-        (before, old): (&StepState, &Forces),
-        (now, new): (&StepState, &Forces),
+        (before, old): (&StepState, &[f64]),
+        now: &StepState,
         contact: &ContactResults,
     ) {
-        for i in 0..new.external.len() {
-            let moved = 0.5 * (now.unknowns[i] - before.unknowns[i]);
-            self.external += (old.external[i] + new.external[i] + old.reaction[i] + new.reaction[i]) * moved;
-            self.contact -= (old.contact[i] + new.contact[i]) * moved;
+        for (i, (old, new)) in old.iter().zip(&contact.force).enumerate() {
+            self.contact -= (old + new) * 0.5 * (now.unknowns[i] - before.unknowns[i]);
         }
         if self.slipped.is_empty() {
             self.slipped = model.slave_areas().map(|area| Slipped { area, ..Slipped::default() }).collect();
@@ -318,6 +334,7 @@ struct Recorder<'a> {
     design: &'a Design,
     supports: Vec<Support>,
     own: &'a [Arc<dyn Quantity>],
+    external_work: ExternalWork,
 }
 
 impl Recorder<'_> {
@@ -330,25 +347,6 @@ impl Recorder<'_> {
         names
     }
 
-    /// Forces and contact at a state.
-    fn evaluate(
-        &self,
-        reads: Reads,
-        time: f64,
-        previous: &StepState,
-        state: &StepState,
-    ) -> Result<(Forces, StateData, ContactResults), StateError> {
-        let mut data = StateData::of(self.design, reads, time, previous, state)?;
-        let mut results = data.results.take().unwrap_or_default();
-        let forces = Forces {
-            external: data.external.clone(),
-            reaction: data.reaction.clone(),
-            contact: std::mem::take(&mut results.force),
-            energy: self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum()).collect(),
-        };
-        Ok((forces, data, results))
-    }
-
     fn unknown(&self, step: usize, time: f64, count: usize) -> QuantityRow {
         QuantityRow { step, time, values: vec![f64::NAN; count], slipped: Vec::new() }
     }
@@ -356,7 +354,7 @@ impl Recorder<'_> {
     fn values(
         &self,
         state: &StepState,
-        forces: &Forces,
+        data: &StateData,
         contact: &ContactResults,
         sums: &Sums,
         own: &[f64],
@@ -372,7 +370,7 @@ impl Recorder<'_> {
             }
             for c in (0..3).filter(|&c| components[c]) {
                 let own = support.unknowns.iter().filter(|&&unknown| unknown as usize % 3 == c);
-                values.push(own.map(|&unknown| forces.reaction[unknown as usize]).sum());
+                values.push(own.map(|&unknown| data.reaction[unknown as usize]).sum());
             }
         }
         let model = self.design.model();
@@ -389,8 +387,10 @@ impl Recorder<'_> {
             values.extend([count(0), count(1), count(2)]);
             values.push(sums.friction.get(i).copied().unwrap_or(0.0));
         }
-        values.extend(&forces.energy);
-        let (stored, dissipated) = (forces.energy.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
+        let energies = self.mesh.bodies.iter().map(|body| data.energy[body.elements.clone()].iter().sum());
+        let energies: Vec<f64> = energies.collect();
+        values.extend(&energies);
+        let (stored, dissipated) = (energies.iter().sum::<f64>(), sums.friction.iter().sum::<f64>());
         values.extend([stored, dissipated, sums.external, sums.contact, sums.external - stored - dissipated]);
         let own = self.own.iter().zip(own).zip(&sums.own);
         values.extend(own.map(|((quantity, value), sum)| if quantity.accumulates() { *sum } else { *value }));

@@ -146,14 +146,14 @@ impl Problem {
     }
 
     /// Adds a quantity, once its derivatives are known to be right: its name, powers of force and
-    /// length, which of reaction, contact, energy and stress it reads, and whether it accumulates.
+    /// length, what it reads (see `Definition`), and whether it accumulates.
     fn add(
         &self,
         py: Python<'_>,
         adapter: Py<PyAny>,
         name: String,
         dimension: (i32, i32),
-        reads: (bool, bool, bool, bool),
+        reads: (bool, bool, bool, bool, bool),
         accumulates: bool,
     ) -> PyResult<()> {
         let quantity = defined((adapter, name, dimension, reads, accumulates));

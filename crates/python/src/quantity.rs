@@ -30,14 +30,14 @@ pub struct Defined {
     pub adapter: Py<PyAny>,
 }
 
-/// A quantity as Python hands it over: adapter, name, powers of force and length, which of reaction,
-/// contact, energy and stress it reads, and whether it accumulates.
-pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool), bool);
+/// A quantity as Python hands it over: adapter, name, powers of force and length, whether it reads
+/// reactions, contact, energies, stresses and the state before, and whether it accumulates.
+pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool, bool), bool);
 
 /// The quantity of a definition.
 pub fn defined((adapter, name, (force, length), reads, accumulates): Definition) -> Defined {
-    let (reaction, contact, energy, stress) = reads;
-    let reads = Reads { reaction, contact, energy, stress };
+    let (reaction, contact, energy, stress, previous) = reads;
+    let reads = Reads { reaction, contact, energy, stress, previous };
     Defined { name, dimension: Dimension::of(force, length), reads, accumulates, adapter }
 }
 
@@ -116,6 +116,15 @@ fn state<'py>(py: Python<'py>, view: &StateView) -> PyResult<Bound<'py, PyDict>>
     contact.set_item("area", all(|at| std::slice::from_ref(&at.area)).into_pyarray(py))?;
     contact.set_item("reference_area", all(|at| std::slice::from_ref(&at.reference_area)).into_pyarray(py))?;
     state.set_item("contact", contact)?;
+    let previous = PyDict::new(py);
+    for (name, entries) in [
+        ("displacement", view.previous.displacement),
+        ("external_force", view.previous.external_force),
+        ("reaction", view.previous.reaction),
+    ] {
+        previous.set_item(name, arrays::matrix(py, entries.to_vec(), 3))?;
+    }
+    state.set_item("previous", previous)?;
     Ok(state)
 }
 
@@ -129,6 +138,9 @@ fn add(field: &str, entries: &[f64], weight: f64, to: &mut StateDerivative) {
         "density" => &mut to.density,
         "energy" => &mut to.energy,
         "stress" => &mut to.stress,
+        "previous.displacement" => &mut to.previous.displacement,
+        "previous.external_force" => &mut to.previous.external_force,
+        "previous.reaction" => &mut to.previous.reaction,
         _ => {
             let of: fn(&mut ContactDerivative) -> &mut [f64] = match field {
                 "contact.multiplier" => |at| &mut at.multiplier,

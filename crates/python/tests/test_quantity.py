@@ -72,6 +72,51 @@ class Grip(ss.Quantity):
         return {"contact.multiplier": normal, "contact.area": state.contact.multiplier[:, 0]}
 
 
+class Work(ss.Quantity):
+    """External work, from the state before: the trapezoidal rule."""
+
+    unit = "F L"
+    reads = ("reaction", "previous")
+    accumulates = True
+
+    def value(self, state: ss.State) -> float:
+        return float((self._force(state) * self._moved(state)).sum())
+
+    def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+        force, moved = self._force(state), self._moved(state)
+        return {
+            "displacement": force,
+            "external_force": moved,
+            "reaction": moved,
+            "previous.displacement": -force,
+            "previous.external_force": moved,
+            "previous.reaction": moved,
+        }
+
+    def _force(self, state: ss.State) -> NDArray[np.float64]:
+        before = state.previous
+        both = state.external_force + state.reaction + before.external_force + before.reaction
+        return 0.5 * both
+
+    def _moved(self, state: ss.State) -> NDArray[np.float64]:
+        return state.displacement - state.previous.displacement
+
+
+def test_increments_see_the_state_before(
+    problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
+) -> None:
+    problem.add(Work())
+    values, pullback = problem.vjp(density, "Work")
+    table = problem.solve(density).quantities
+    np.testing.assert_allclose(values["Work"], table["external_work"][-4:], rtol=1e-12)
+    weights = np.array([0.3, -0.2, 1.0, 0.5])
+    slope = pullback({"Work": weights}) @ direction
+    found = orders(
+        lambda h: float(weights @ problem.vjp(density + h * direction, "Work")[0]["Work"]), slope
+    )
+    assert np.all(np.abs(found - 2.0) < 0.1), found
+
+
 def test_the_whole_gradient(
     problem: ss.Problem, density: NDArray[np.float64], direction: NDArray[np.float64]
 ) -> None:

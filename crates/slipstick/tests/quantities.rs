@@ -165,6 +165,28 @@ fn fields_of_a_bar() {
     near(fields.reaction.chunks_exact(3).map(|of| of[2]).sum(), 0.0);
 }
 
+/// A case's own external work is the column that every run has; the parts done on the drive, on the
+/// support and by the load are the whole.
+#[test]
+fn external_work_of_sets_adds_up() {
+    let sets = [
+        ("whole", ""),
+        ("drive", "set = 'block_ymax'"),
+        ("support", "set = 'slab_ymin'"),
+        ("load", "set = 'slab_xmax'"),
+    ];
+    let own = sets.map(|(name, set)| format!("[[quantity]]\nname = '{name}'\nexternal_work = {{ {set} }}\n"));
+    // the corner that support and load share moves with neither
+    let more = format!("[[load]]\nsurface = 'slab_xmax'\ntraction = [5.0, 4.0, -2.0]\n{}", own.concat());
+    let scene = Scene { motion: SLIDE.into(), more, ..Scene::default() };
+    let found = solve(&mut problem(&scene.text()), 3);
+    let [whole, drive, support, load] = sets.map(|(name, _)| last(&found, name));
+    assert_eq!(found.get("whole"), found.get("external_work"));
+    assert_eq!(support, 0.0, "a support that does not move does no work");
+    assert!(drive > 0.0 && load != 0.0, "{drive} {load}");
+    assert!((drive + load - whole).abs() < 1e-12 * whole, "{drive} + {load} instead of {whole}");
+}
+
 /// The work of friction at the nodes, times the areas around them, is that of the pair; sliding by
 /// the motion of the block is the distance that the nodes slip.
 #[test]

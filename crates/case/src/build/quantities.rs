@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slipstick_design::quantity::{
-    Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Displacement, ForcePart, FrictionWork,
-    Gap, GapMeasure, Moment, Patch, PressureMeasure, Quantity, QuantityError, Reaction, StrainEnergy, Stress,
-    VectorMeasure, Volume,
+    Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Displacement, ExternalWork, ForcePart,
+    FrictionWork, Gap, GapMeasure, Moment, Patch, PressureMeasure, Quantity, QuantityError, Reaction, StrainEnergy,
+    Stress, VectorMeasure, Volume,
 };
 use slipstick_design::response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
 use slipstick_mesh::Mesh;
@@ -149,6 +149,20 @@ impl Context<'_> {
                 Arc::new(Gap::new(name, patch(slave, within)?, measure).map_err(fail)?)
             }
             QuantityKind::FrictionWork { slave, within } => Arc::new(FrictionWork::new(name, patch(slave, within)?)),
+            QuantityKind::ExternalWork { set: None } => Arc::new(ExternalWork::new(name)),
+            QuantityKind::ExternalWork { set: Some(set) } => {
+                let nodes = self.mesh.set_nodes(set).unwrap_or_default();
+                let prescribed = self.prescribed(set);
+                if prescribed.is_empty() && !nodes.iter().any(|&node| self.is_loaded(node)) {
+                    let message =
+                        format!("no load and no prescribed motion acts on `{set}`, so their work is always 0");
+                    return constant(message, "name the set of a [[dirichlet]] or [[load]], or omit `set`");
+                }
+                let fixed = self.model.prescribed().fixed();
+                let free = nodes.iter().flat_map(|node| (0..3).map(move |c| 3 * node + c));
+                let free = free.filter(|&unknown| !fixed[unknown as usize]);
+                Arc::new(ExternalWork::new(name).on(prescribed.into_iter().chain(free).collect()))
+            }
             QuantityKind::Displacement { set, component, relative_to } => {
                 let component = measure(*component).map_err(fail)?;
                 if relative_to.as_ref() == Some(set) {
@@ -229,6 +243,12 @@ impl Context<'_> {
         let nodes = self.mesh.set_nodes(set).unwrap_or_default();
         let unknowns = nodes.iter().flat_map(|node| (0..3).map(move |c| 3 * node + c));
         unknowns.filter(|&unknown| prescribed.fixed()[unknown as usize]).collect()
+    }
+
+    /// Whether a load acts on the surface around a node.
+    fn is_loaded(&self, node: u32) -> bool {
+        let surfaces = self.case.loads.iter().filter_map(|load| self.mesh.set_nodes(&load.surface));
+        surfaces.into_iter().any(|nodes| nodes.contains(&node))
     }
 
     /// Whether the design cannot move a set along a direction, or in any direction for a norm.

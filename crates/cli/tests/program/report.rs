@@ -288,7 +288,8 @@ document.title = JSON.stringify([curve_of.querySelector("path").getAttribute("d"
 #[test]
 fn a_browser_shows_every_evaluation() {
     let place = Place::new();
-    place.good("evaluate case.toml --friction 0,0.2 -q");
+    place.good("solve case.toml -q");
+    place.good("evaluate case.toml --design case_solve --friction 0,0.2 -q");
     let Some(lines) = tried(&place, "case_evaluate", LINES, "a_browser_shows_every_evaluation") else { return };
     assert_eq!(lines, serde_json::json!([2, 15]));
 }

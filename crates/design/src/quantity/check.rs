@@ -1,6 +1,6 @@
 //! Compares a quantity's derivatives with finite differences of its values.
 
-use super::{ContactDerivative, ContactNode, Quantity, StateDerivative, StateView};
+use super::{ContactDerivative, ContactNode, PreviousView, Quantity, StateDerivative, StateView};
 
 /// Largest error of a directional derivative, relative to the size of the derivatives along the
 /// direction.
@@ -108,6 +108,9 @@ pub fn check_derivatives(quantity: &dyn Quantity, state: &StateView) -> Result<(
         (Field::Densities, state.density, &by.density),
         (Field::Energies, state.energy, &by.energy),
         (Field::Stresses, state.stress, &by.stress),
+        (Field::PreviousDisplacements, state.previous.displacement, &by.previous.displacement),
+        (Field::PreviousExternalForces, state.previous.external_force, &by.previous.external_force),
+        (Field::PreviousReactions, state.previous.reaction, &by.previous.reaction),
     ];
     for (field, at, slopes) in fields {
         if at.iter().any(|&value| value != 0.0) {
@@ -143,6 +146,9 @@ enum Field {
     Densities,
     Energies,
     Stresses,
+    PreviousDisplacements,
+    PreviousExternalForces,
+    PreviousReactions,
 }
 
 impl Field {
@@ -155,10 +161,14 @@ impl Field {
             Self::Densities => "densities",
             Self::Energies => "strain energies",
             Self::Stresses => "stresses",
+            Self::PreviousDisplacements => "displacements at the previous state",
+            Self::PreviousExternalForces => "forces of loads at the previous state",
+            Self::PreviousReactions => "reactions at the previous state",
         }
     }
 
     fn replaced<'a>(self, view: StateView<'a>, values: &'a [f64]) -> StateView<'a> {
+        let previous = view.previous;
         match self {
             Self::Displacements => StateView { displacement: values, ..view },
             Self::InternalForces => StateView { internal_force: values, ..view },
@@ -167,6 +177,13 @@ impl Field {
             Self::Densities => StateView { density: values, ..view },
             Self::Energies => StateView { energy: values, ..view },
             Self::Stresses => StateView { stress: values, ..view },
+            Self::PreviousDisplacements => {
+                StateView { previous: PreviousView { displacement: values, ..previous }, ..view }
+            }
+            Self::PreviousExternalForces => {
+                StateView { previous: PreviousView { external_force: values, ..previous }, ..view }
+            }
+            Self::PreviousReactions => StateView { previous: PreviousView { reaction: values, ..previous }, ..view },
         }
     }
 }
@@ -216,9 +233,9 @@ fn direction(length: usize, seed: u64) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::quantity::{
-        Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Dimension, Displacement, ForcePart,
-        FrictionWork, Gap, GapMeasure, Moment, Patch, PressureMeasure, Reaction, StrainEnergy, Stress, VectorMeasure,
-        Volume,
+        Compliance, ContactForce, ContactPressure, ContactResultant, ContactShare, Dimension, Displacement,
+        ExternalWork, ForcePart, FrictionWork, Gap, GapMeasure, Moment, Patch, PressureMeasure, Reaction, StrainEnergy,
+        Stress, VectorMeasure, Volume,
     };
 
     /// θ = ½ Σ (d·f)², with a factor by which its derivatives are wrong.
@@ -284,6 +301,11 @@ mod tests {
         density: &[0.5, 1.0, 0.25],
         energy: &[1.0, 2.0, 5.0],
         stress: &STRESS,
+        previous: PreviousView {
+            displacement: &[5e-4, -1e-3, 2e-3, 1e-3, 4e-3, 0.0],
+            external_force: &[1.0, 3.0, -2.0, 0.0, 6.0, -1.0],
+            reaction: &[0.0, 2.0, 1.0, -4.0, 3.0, 2.0],
+        },
     };
 
     fn pair(part: ForcePart) -> Box<dyn Quantity> {
@@ -364,6 +386,14 @@ mod tests {
         check(&Volume::new("v", vec![4.0, 0.0, 8.0]), 4.0);
         check(&Volume::new("m", vec![4.0, 0.0, 8.0]).mass(2.5), 10.0);
         check(&Compliance::default(), 4.0 * -2e-3 + 5e-4 - 2.0 * 1e-3);
+    }
+
+    /// Half of Σ (loads + reactions, now and before) times (1, −2, −3, −2, −6, −0.2) · 5e-4, by
+    /// hand; derivatives by differences.
+    #[test]
+    fn external_work_by_hand() {
+        check(&ExternalWork::new("w"), 0.5 * (1.0 * 0.5 - 14.0 + 3.0 * 1.5 + 2.0 + 3.0 - 2.0 * 0.1) * 1e-3);
+        check(&ExternalWork::new("w").on(vec![1, 4]), 0.5 * (-14.0 + 3.0) * 1e-3);
     }
 
     /// A wrong sign, a forgotten part, and a part in 10⁵.

@@ -50,11 +50,12 @@ impl ContactPressure {
     /// Value, and its derivatives with respect to pressures and areas, node by node of the patch.
     fn evaluate(&self, state: &StateView) -> (f64, Vec<f64>, Vec<f64>) {
         let (pressure, area): (Vec<f64>, Vec<f64>) =
-            self.patch.of(state.contact).map(|(_, at)| (at.multiplier[0], at.area)).unzip();
+            self.patch.of(state.contact).map(|(_, at)| (at.pressure(), at.area)).unzip();
         let none = vec![0.0; area.len()];
         let whole: f64 = area.iter().sum();
         let force: f64 = area.iter().zip(&pressure).map(|(a, p)| a * p).sum();
-        let mean = if whole > 0.0 { force / whole } else { 0.0 };
+        // no area, no pressure; areas that are not numbers stay so
+        let mean = if whole == 0.0 { 0.0 } else { force / whole };
         // ∂m/∂ζ_j = A_j/ΣA, ∂m/∂A_j = (ζ_j − m)/ΣA
         let by_area = || -> Vec<f64> { pressure.iter().map(|p| (p - mean) / whole).collect() };
         let by_pressure = || -> Vec<f64> { area.iter().map(|a| a / whole).collect() };
@@ -63,7 +64,7 @@ impl ContactPressure {
                 let (value, slopes) = p_norm(&pressure, p);
                 (value, slopes, none)
             }
-            PressureMeasure::Mean if whole > 0.0 => (mean, by_pressure(), by_area()),
+            PressureMeasure::Mean if whole != 0.0 => (mean, by_pressure(), by_area()),
             PressureMeasure::Spread if mean != 0.0 => {
                 let moment = |power| area.iter().zip(&pressure).map(|(a, p)| a * (p - mean).powi(power)).sum::<f64>();
                 let variance = moment(2) / whole;
@@ -125,8 +126,10 @@ impl Quantity for ContactPressure {
 
     fn pull_back(&self, state: &StateView, weight: f64, to: &mut StateDerivative) {
         let (_, by_pressure, by_area) = self.evaluate(state);
-        for ((j, _), (p, a)) in self.patch.of(state.contact).zip(by_pressure.iter().zip(by_area)) {
-            to.contact[j].multiplier[0] += weight * p;
+        for ((j, at), (p, a)) in self.patch.of(state.contact).zip(by_pressure.iter().zip(by_area)) {
+            if at.status != 0 {
+                to.contact[j].multiplier[0] += weight * p;
+            }
             to.contact[j].area += weight * a;
         }
     }

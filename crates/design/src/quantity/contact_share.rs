@@ -24,7 +24,7 @@ impl ContactShare {
     fn moments(&self, state: &StateView) -> [f64; 3] {
         let mut sums = [0.0; 3];
         for (_, at) in self.patch.of(state.contact) {
-            let pressure = at.multiplier[0];
+            let pressure = at.pressure();
             let terms = [at.area, at.area * pressure, at.area * pressure * pressure];
             sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
         }
@@ -59,12 +59,14 @@ impl Quantity for ContactShare {
         if square == 0.0 {
             return;
         }
-        let value = weight * force * force / (whole * square);
-        let by = [-value / whole, 2.0 * value / force, -value / square];
+        let (value, slope) = (force * force / (whole * square), 2.0 * force / (whole * square));
+        let by = [-value / whole, slope, -value / square].map(|by| weight * by);
         for (j, at) in self.patch.of(state.contact) {
-            let pressure = at.multiplier[0];
+            let pressure = at.pressure();
             to.contact[j].area += by[0] + by[1] * pressure + by[2] * pressure * pressure;
-            to.contact[j].multiplier[0] += at.area * (by[1] + 2.0 * by[2] * pressure);
+            if at.status != 0 {
+                to.contact[j].multiplier[0] += at.area * (by[1] + 2.0 * by[2] * pressure);
+            }
         }
     }
 }

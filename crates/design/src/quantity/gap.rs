@@ -43,7 +43,10 @@ impl Gap {
     }
 
     fn facing<'a>(&self, state: &StateView<'a>) -> impl Iterator<Item = (usize, &'a ContactNode)> {
-        self.patch.of(state.contact).filter(|(_, at)| at.area > FACING * at.reference_area || at.gap.is_nan())
+        self.patch.of(state.contact).filter(|(_, at)| {
+            // what is not a number stays so
+            at.area > FACING * at.reference_area || at.gap.is_nan() || at.area.is_nan()
+        })
     }
 
     /// Smooth minimum and its derivatives with respect to the gaps of the facing nodes.

@@ -17,6 +17,7 @@
 //! | [`StrainEnergy`] | elements | F L | `strain_energy.rs` |
 //! | [`Stress`] | elements: largest von Mises stress | F/L² | `stress.rs` |
 //! | [`Compliance`] | loads | F L | `compliance.rs` |
+//! | [`ExternalWork`] | loads and supports | F L | `external_work.rs` |
 //! | [`Volume`] | elements | L³ | `volume.rs` |
 //!
 //! A [`Response`](crate::Response) turns quantities into an objective or a constraint: at which
@@ -30,6 +31,7 @@ mod contact_resultant;
 mod contact_share;
 mod dimension;
 mod displacement;
+mod external_work;
 mod friction_work;
 mod gap;
 mod patch;
@@ -48,13 +50,14 @@ pub use contact_resultant::{ContactResultant, ForcePart};
 pub use contact_share::ContactShare;
 pub use dimension::Dimension;
 pub use displacement::Displacement;
+pub use external_work::ExternalWork;
 pub use friction_work::FrictionWork;
 pub use gap::{Gap, GapMeasure};
 pub use patch::Patch;
 pub use reaction::{Moment, Reaction};
 pub use strain_energy::StrainEnergy;
 pub use stress::{STRESS_POINTS, Stress};
-pub use view::{ContactDerivative, ContactNode, StateDerivative, StateView};
+pub use view::{ContactDerivative, ContactNode, PreviousDerivative, PreviousView, StateDerivative, StateView};
 pub use volume::Volume;
 
 use thiserror::Error;
@@ -176,6 +179,8 @@ pub struct Reads {
     pub energy: bool,
     /// [`StateView::stress`].
     pub stress: bool,
+    /// [`StateView::previous`].
+    pub previous: bool,
 }
 
 impl Reads {
@@ -186,6 +191,7 @@ impl Reads {
             contact: self.contact || other.contact,
             energy: self.energy || other.energy,
             stress: self.stress || other.stress,
+            previous: self.previous || other.previous,
         }
     }
 }

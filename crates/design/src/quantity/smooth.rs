@@ -17,14 +17,16 @@ pub fn p_norm(values: &[f64], p: f64) -> (f64, Vec<f64>) {
 
 /// −ln(Σ w exp(−k x))/k, and its derivatives with respect to x and w (Kreisselmeier and
 /// Steinhauser, 1979). Not above the smallest x for weights ≥ 1; between the smallest x and the mean
-/// Σ w x for weights that add up to 1.
+/// Σ w x for weights that add up to 1. Values of weight 0 do not count and have no derivatives.
 pub fn soft_minimum(values: &[f64], weights: &[f64], k: f64) -> (f64, Vec<f64>, Vec<f64>) {
+    let counted = values.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
     let smallest =
-        values.iter().fold(f64::INFINITY, |smallest, x| if x.is_nan() { f64::NAN } else { smallest.min(*x) });
+        counted.fold(f64::INFINITY, |smallest: f64, (x, _)| if x.is_nan() { f64::NAN } else { smallest.min(*x) });
     if !smallest.is_finite() {
         return (smallest, vec![0.0; values.len()], vec![0.0; values.len()]);
     }
-    let terms: Vec<f64> = values.iter().map(|x| (-k * (x - smallest)).exp()).collect();
+    let term = |(x, weight): (&f64, &f64)| if *weight == 0.0 { 0.0 } else { (-k * (x - smallest)).exp() };
+    let terms: Vec<f64> = values.iter().zip(weights).map(term).collect();
     let sum: f64 = terms.iter().zip(weights).map(|(term, weight)| term * weight).sum();
     let by_value = terms.iter().zip(weights).map(|(term, weight)| term * weight / sum).collect();
     (smallest - sum.ln() / k, by_value, terms.iter().map(|term| -term / (k * sum)).collect())
@@ -40,6 +42,8 @@ mod tests {
         assert_eq!(p_norm(&[3.0, -7.0, 4.0], 2.0).0, 5.0);
         assert!((soft_minimum(&[1.0, 1.0], &[1.0; 2], 10.0).0 - (1.0 - 2.0f64.ln() / 10.0)).abs() < 1e-15);
         assert_eq!(soft_minimum(&[1.0, 1.0], &[0.25, 0.75], 10.0).0, 1.0);
+        // a value of weight 0 far below the others
+        assert_eq!(soft_minimum(&[0.0, 1.0], &[0.0, 1.0], 1e4), (1.0, vec![0.0, 1.0], vec![0.0, -1e-4]));
         assert_eq!((p_norm(&[0.0; 2], 8.0).0, p_norm(&[1e200, 0.0], 30.0).0), (0.0, 1e200));
         assert!(p_norm(&[1.0, f64::NAN], 8.0).0.is_nan() && soft_minimum(&[f64::NAN, 1.0], &[1.0; 2], 8.0).0.is_nan());
         let at = [0.7, 1.1, 0.2, 0.9];

@@ -29,6 +29,21 @@ pub struct StateView<'a> {
     /// [`STRESS_POINTS`](super::STRESS_POINTS) entries per element; 0 for entries without a point.
     /// Empty unless the quantity [reads](super::Reads) it. \[F/L²\]
     pub stress: &'a [f64],
+    /// The state before, at the start of the (sub-)step. Empty unless the quantity
+    /// [reads](super::Reads) it.
+    pub previous: PreviousView<'a>,
+}
+
+/// The state at the start of a (sub-)step, as [increments](super::Quantity::accumulates) see it.
+/// The fields are those of [`StateView`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PreviousView<'a> {
+    /// Nodal displacements. \[L\]
+    pub displacement: &'a [f64],
+    /// Nodal forces of the loads. \[F\]
+    pub external_force: &'a [f64],
+    /// Forces of supports and prescribed motions. \[F\]
+    pub reaction: &'a [f64],
 }
 
 /// The contact of a slave node at a state.
@@ -52,6 +67,13 @@ pub struct ContactNode {
     pub area: f64,
     /// Area of the slave surface around the node in the reference configuration. \[L²\]
     pub reference_area: f64,
+}
+
+impl ContactNode {
+    /// Contact pressure ζ_n; 0 at open nodes, where the multiplier is only round-off. \[F/L²\]
+    pub fn pressure(&self) -> f64 {
+        if self.status == 0 { 0.0 } else { self.multiplier[0] }
+    }
 }
 
 /// Derivatives with respect to the fields of a [`ContactNode`].
@@ -96,6 +118,19 @@ pub struct StateDerivative {
     pub energy: Vec<f64>,
     /// By the stresses; empty if the view has none.
     pub stress: Vec<f64>,
+    /// By the state before; empty if the view has none.
+    pub previous: PreviousDerivative,
+}
+
+/// Partial derivatives with respect to the fields of a [`PreviousView`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PreviousDerivative {
+    /// By the displacements.
+    pub displacement: Vec<f64>,
+    /// By the forces of the loads.
+    pub external_force: Vec<f64>,
+    /// By the reactions.
+    pub reaction: Vec<f64>,
 }
 
 impl StateDerivative {
@@ -110,6 +145,24 @@ impl StateDerivative {
             density: vec![0.0; view.density.len()],
             energy: vec![0.0; view.energy.len()],
             stress: vec![0.0; view.stress.len()],
+            previous: PreviousDerivative {
+                displacement: vec![0.0; view.previous.displacement.len()],
+                external_force: vec![0.0; view.previous.external_force.len()],
+                reaction: vec![0.0; view.previous.reaction.len()],
+            },
         }
     }
+
+    /// Adds what the next state's increment depends on here.
+    pub fn add_later(&mut self, later: &PreviousDerivative) {
+        add(&mut self.displacement, &later.displacement);
+        add(&mut self.external_force, &later.external_force);
+        add(&mut self.reaction, &later.reaction);
+    }
+}
+
+/// Adds to a list that is empty if nothing else was added.
+fn add(to: &mut Vec<f64>, from: &[f64]) {
+    to.resize(to.len().max(from.len()), 0.0);
+    to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
 }

@@ -3,12 +3,13 @@
 
 use std::sync::Arc;
 
-use slipstick_design::quantity::{ContactNode, Reads, StateDerivative, StateView};
+use slipstick_design::quantity::{ContactNode, PreviousDerivative, PreviousView, Reads, StateDerivative, StateView};
 use slipstick_design::response::Response;
+use slipstick_linalg::Ranks;
 use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepState};
 
 use super::AnalysisError;
-use crate::model::{ContactResults, Design};
+use crate::model::{ContactModel, ContactResults, Design};
 
 /// What quantities can see of a state.
 pub(crate) struct StateData {
@@ -26,6 +27,42 @@ pub(crate) struct StateData {
     pub(crate) energy: Vec<f64>,
     /// Von Mises, at the Gauss points. Empty unless read. \[F/L²\]
     stress: Vec<f64>,
+    /// The state before. Empty unless read.
+    previous: PreviousData,
+}
+
+/// What quantities can see of the state at the start of a (sub-)step.
+#[derive(Default)]
+pub(crate) struct PreviousData {
+    time: f64,
+    /// Whether nothing has happened there: no deformation, no contact.
+    rest: bool,
+    displacement: Vec<f64>,
+    external: Vec<f64>,
+    reaction: Vec<f64>,
+}
+
+impl PreviousData {
+    /// At the state of a path with this index. All ranks call it and receive the same.
+    fn of(design: &Design, path: &Path, index: usize, ranks: &dyn Ranks) -> Result<Self, StateError> {
+        let (at, state) = (&path.states[index], path.state(index, ranks));
+        if at.rest {
+            return Ok(Self::at_rest(design, at.time, &state));
+        }
+        let reads = Reads { reaction: true, ..Reads::default() };
+        Ok(StateData::of(design, reads, at.time, &path.state(index - 1, ranks), &state)?.into_previous(&state))
+    }
+
+    /// At a state of rest, where the reactions balance the loads on prescribed unknowns.
+    pub(crate) fn at_rest(design: &Design, time: f64, state: &StepState) -> Self {
+        let model = design.model();
+        let none = vec![0.0; model.prescribed().fixed().len()];
+        let displacement = state.unknowns[..none.len()].to_vec();
+        let mut external = none.clone();
+        model.external_force(&displacement, time, &mut external);
+        let reaction = model.reactions(&none, &external, &none);
+        Self { time, rest: true, displacement, external, reaction }
+    }
 }
 
 impl StateData {
@@ -52,6 +89,7 @@ impl StateData {
             results: None,
             energy: Vec::new(),
             stress: Vec::new(),
+            previous: PreviousData::default(),
         };
         if reads.reaction || reads.contact {
             let results = design.contact_results(previous, state)?;
@@ -73,6 +111,18 @@ impl StateData {
         Ok(data)
     }
 
+    /// With what quantities see of the state before.
+    pub(crate) fn after(self, previous: PreviousData) -> Self {
+        Self { previous, ..self }
+    }
+
+    /// What quantities at the next state see of this one.
+    pub(crate) fn into_previous(self, state: &StepState) -> PreviousData {
+        let displacement = state.unknowns[..self.internal.len()].to_vec();
+        let Self { time, external, reaction, .. } = self;
+        PreviousData { time, rest: false, displacement, external, reaction }
+    }
+
     /// The view of a state; `step` and `steps` are those of its load case.
     pub(crate) fn view<'a>(
         &'a self,
@@ -92,6 +142,11 @@ impl StateData {
             density: design.density(),
             energy: &self.energy,
             stress: &self.stress,
+            previous: PreviousView {
+                displacement: &self.previous.displacement,
+                external_force: &self.previous.external,
+                reaction: &self.previous.reaction,
+            },
         }
     }
 }
@@ -127,6 +182,8 @@ pub(super) fn values(
     // of the increments since the start of the load case
     let mut sums: Vec<Vec<f64>> = responses.iter().map(|response| vec![0.0; response.terms().len()]).collect();
     let user_steps = steps_of(path);
+    // what quantities see of the state before, with its index
+    let mut last: Option<(usize, PreviousData)> = None;
     for (index, at) in path.states.iter().enumerate().skip(1) {
         if at.rest {
             sums.iter_mut().flatten().for_each(|sum| *sum = 0.0);
@@ -145,9 +202,19 @@ pub(super) fn values(
             continue;
         }
         let quantity = |(r, t): (usize, usize)| &responses[r].terms()[t].quantity;
-        let reads = terms.iter().fold(Reads::default(), |reads, &term| reads.or(quantity(term).reads()));
+        let mut reads = terms.iter().fold(Reads::default(), |reads, &term| reads.or(quantity(term).reads()));
+        // the next step may see them
+        reads.reaction |= reads.previous;
         let (previous, state) = (path.state(index - 1, &*ranks), path.state(index, &*ranks));
-        let data = StateData::of(design, reads, at.time, &previous, &state)?;
+        let mut data = StateData::of(design, reads, at.time, &previous, &state)?;
+        if reads.previous {
+            let known = last.take().filter(|(known, _)| known + 1 == index);
+            let before = match known {
+                Some((_, before)) => before,
+                None => PreviousData::of(design, path, index - 1, &*ranks)?,
+            };
+            data = data.after(before);
+        }
         for (r, t) in terms {
             let (_, local, each) = responses[r].place(step, steps);
             let value = quantity((r, t)).value(&data.view(design, &state, (local, each)));
@@ -163,6 +230,9 @@ pub(super) fn values(
             if quantity((r, t)).accumulates() && at.completes.is_some() {
                 values[r][t][step - 1] = sums[r][t];
             }
+        }
+        if reads.previous {
+            last = Some((index, data.into_previous(&state)));
         }
     }
     Ok(values)
@@ -180,6 +250,7 @@ pub(super) fn add_density_derivative(design: &Design, response: &Response, slope
 
 /// The responses of a path as the sweep uses them.
 pub(super) struct Adapter<'a> {
+    path: &'a Path,
     responses: &'a [&'a Response],
     /// User steps of the path.
     steps: usize,
@@ -191,12 +262,15 @@ pub(super) struct Adapter<'a> {
     parameters: bool,
     /// What the quantities of all responses see of a state, with its index.
     seen: Option<(usize, Arc<StateData>)>,
+    /// Derivatives of every response with respect to the state before the last one treated, from
+    /// increments.
+    later: Vec<Option<PreviousDerivative>>,
 }
 
 impl<'a> Adapter<'a> {
     /// `slopes`: derivatives of every response with respect to its terms at the user's steps.
     pub(super) fn new(
-        path: &Path,
+        path: &'a Path,
         responses: &'a [&'a Response],
         slopes: &[Vec<Vec<f64>>],
         steps: usize,
@@ -220,7 +294,8 @@ impl<'a> Adapter<'a> {
             slopes.iter().enumerate().map(|(term, slopes)| of_term(response, term, slopes)).collect()
         };
         let weights = responses.iter().zip(slopes).map(of_response).collect();
-        Self { responses, steps, user_steps: steps_of(path), weights, parameters, seen: None }
+        let later = vec![None; responses.len()];
+        Self { path, responses, steps, user_steps: steps_of(path), weights, parameters, seen: None, later }
     }
 
     /// What all responses see of a state; computed once for all of them.
@@ -232,9 +307,38 @@ impl<'a> Adapter<'a> {
             let terms = self.terms(response, at.index);
             terms.fold(reads, |reads, (term, _)| reads.or(self.responses[response].terms()[term].quantity.reads()))
         });
-        let data = Arc::new(StateData::of(design, reads, at.time, at.previous, at.state)?);
+        let mut data = StateData::of(design, reads, at.time, at.previous, at.state)?;
+        if reads.previous {
+            let ranks = design.model().share().ranks();
+            data = data.after(PreviousData::of(design, self.path, at.index - 1, &**ranks)?);
+        }
+        let data = Arc::new(data);
         self.seen = Some((at.index, data.clone()));
         Ok(data)
+    }
+
+    /// Keeps derivatives with respect to the state before until the sweep arrives there. At rest,
+    /// only the loads depend on anything, namely on their amplitudes.
+    fn keep_for_previous(
+        &mut self,
+        response: usize,
+        model: &ContactModel,
+        before: &PreviousData,
+        mut by: PreviousDerivative,
+        to: &mut Explicit<'_>,
+    ) {
+        if !before.rest {
+            self.later[response] = Some(by);
+        } else if self.parameters {
+            let by_reaction = by.reaction.iter().zip(model.prescribed().fixed());
+            // the reactions are minus the loads on prescribed unknowns
+            by.external_force
+                .iter_mut()
+                .zip(by_reaction)
+                .filter(|(_, (_, fixed))| **fixed)
+                .for_each(|(load, (reaction, _))| *load -= reaction);
+            model.pull_back_loads(&before.displacement, before.time, &by.external_force, &mut to.gradient.parameters);
+        }
     }
 
     /// Terms of a response with their weights at a state, if these are not zero.
@@ -250,7 +354,7 @@ impl PathResponses<Design> for Adapter<'_> {
     }
 
     fn observes(&self, response: usize, index: usize) -> bool {
-        self.terms(response, index).next().is_some()
+        self.later[response].is_some() || self.terms(response, index).next().is_some()
     }
 
     /// ∂θ/∂d += (∂f/∂d)ᵀ ∂θ/∂f and ∂θ/∂φ += (∂f/∂φ)ᵀ ∂θ/∂f, and likewise for contact and energies.
@@ -271,6 +375,12 @@ impl PathResponses<Design> for Adapter<'_> {
         let view = data.view(design, at.state, (step, steps));
         let mut by = StateDerivative::zero(&view);
         quantities().for_each(|(quantity, weight)| quantity.pull_back(&view, weight, &mut by));
+        if let Some(later) = self.later[response].take() {
+            by.add_later(&later);
+        }
+        if reads.previous {
+            self.keep_for_previous(response, model, &data.previous, std::mem::take(&mut by.previous), to);
+        }
         let d = view.displacement;
         let by_internal = by.internal_force.iter().any(|&weight| weight != 0.0);
         if by_internal {

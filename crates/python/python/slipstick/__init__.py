@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from .mesh import Body, Mesh
     from .path import Contact, Path, Step
     from .problem import Problem
-    from .quantity import ContactState, Quantity, State
+    from .quantity import ContactState, PreviousState, Quantity, State
     from .response import Bound, Term
     from .result import Iteration, Result, open_run, resume
     from .study import Study, StudyRun, run_study
@@ -74,7 +74,7 @@ _HOMES = {
     "mesh": ("Body", "Mesh"),
     "path": ("Contact", "Path", "Step"),
     "problem": ("Problem",),
-    "quantity": ("ContactState", "Quantity", "State"),
+    "quantity": ("ContactState", "PreviousState", "Quantity", "State"),
     "response": ("Bound", "Term"),
     "result": ("Iteration", "Result", "open_run", "resume"),
     "study": ("Study", "StudyRun", "run_study"),
@@ -105,6 +105,7 @@ __all__ = [
     "Mesh",
     "Parameter",
     "Path",
+    "PreviousState",
     "Problem",
     "PullBack",
     "Quantity",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
 
-__all__ = ["ContactState", "Quantity", "State"]
+__all__ = ["ContactState", "PreviousState", "Quantity", "State"]
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,25 @@ class ContactState:
 
 
 @dataclass(frozen=True)
+class PreviousState:
+    """The state at the start of a (sub-)step, as increments see it. Empty unless read.
+
+    Attributes
+    ----------
+    displacement : ndarray, shape (nodes, 3)
+        Displacements. [L]
+    external_force : ndarray, shape (nodes, 3)
+        Forces of the loads. [F]
+    reaction : ndarray, shape (nodes, 3)
+        Forces of the supports. [F]
+    """
+
+    displacement: NDArray[np.float64]
+    external_force: NDArray[np.float64]
+    reaction: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class State:
     """What a quantity sees of the state at the end of a load step.
 
@@ -77,6 +97,8 @@ class State:
         empty unless the quantity reads it. [F/L²]
     contact : ContactState
         Contact of all slave nodes.
+    previous : PreviousState
+        The state at the start of the (sub-)step.
     """
 
     step: int
@@ -90,6 +112,7 @@ class State:
     energy: NDArray[np.float64]
     stress: NDArray[np.float64]
     contact: ContactState
+    previous: PreviousState
 
 
 _UNITS = {
@@ -102,7 +125,7 @@ _UNITS = {
     "F/L²": (1, -2),
 }
 
-_READS = ("reaction", "contact", "energy", "stress")
+_READS = ("reaction", "contact", "energy", "stress", "previous")
 
 _DERIVATIVES = (
     *(
@@ -115,6 +138,7 @@ _DERIVATIVES = (
         "stress",
     ),
     *(f"contact.{name}" for name in ("multiplier", "vector", "gap", "slip", "area")),
+    *(f"previous.{name}" for name in ("displacement", "external_force", "reaction")),
 )
 
 
@@ -132,7 +156,8 @@ class Quantity:
     unit : str
         Unit in force F and length L: "", "L", "L²", "L³", "F", "F L" or "F/L²".
     reads : tuple of str
-        What the state must contain: any of "reaction", "contact", "energy", "stress".
+        What the state must contain: any of "reaction", "contact", "energy", "stress",
+        "previous".
     accumulates : bool
         Whether the value is an increment; the quantity at a load step is then the sum over all
         (sub-)steps since the start of the load case.
@@ -185,8 +210,8 @@ class Quantity:
         -------
         mapping of str to array
             For each field of the state that the value depends on, an array of the field's shape:
-            the derivatives with the other fields fixed. Fields of the contact are named
-            ``"contact.gap"``, and so on.
+            the derivatives with the other fields fixed. Fields of the contact and of the state
+            before are named ``"contact.gap"``, ``"previous.displacement"``, and so on.
         """
         raise NotImplementedError(f"{type(self).__name__} has no method `derivative`")
 
@@ -219,14 +244,13 @@ class Adapter:
                 raise ValueError(
                     f"{self._name}.derivative returned the key {key!r}: the fields are {known}"
                 )
-            inner = key.removeprefix("contact.")
-            expected: NDArray[np.float64] = getattr(state.contact if inner != key else state, inner)
+            expected: NDArray[np.float64] = attrgetter(key)(state)
             place = f"{self._name}.derivative()[{key!r}]"
             checked[key] = _arrays.real(entries, place, expected.shape, f"as state.{key}")
         return checked
 
 
-Definition = tuple[Any, str, tuple[int, int], tuple[bool, bool, bool, bool], bool]
+Definition = tuple[Any, str, tuple[int, int], tuple[bool, bool, bool, bool, bool], bool]
 
 
 def definition(quantity: Quantity) -> Definition:
@@ -245,8 +269,8 @@ def definition(quantity: Quantity) -> Definition:
         raise ValueError(
             f"{name}.reads is {quantity.reads!r}: give a tuple of any of {', '.join(_READS)}"
         )
-    reaction, contact, energy, stress = (read in quantity.reads for read in _READS)
-    reads = (reaction, contact, energy, stress)
+    reaction, contact, energy, stress, previous = (read in quantity.reads for read in _READS)
+    reads = (reaction, contact, energy, stress, previous)
     adapter = Adapter(quantity, name)
     return adapter, name, _UNITS[quantity.unit], reads, bool(quantity.accumulates)
 
@@ -257,12 +281,12 @@ def name_of(quantity: Quantity) -> str:
 
 
 def _state(data: dict[str, Any]) -> State:
-    contact = ContactState(**data["contact"])
-    for part in (data, data["contact"]):
+    for part in (data, data["contact"], data["previous"]):
         for array in part.values():
             if isinstance(array, np.ndarray):
                 array.setflags(write=False)
-    return State(
-        **{field.name: data[field.name] for field in fields(State) if field.name != "contact"},
-        contact=contact,
-    )
+    parts = {
+        "contact": ContactState(**data["contact"]),
+        "previous": PreviousState(**data["previous"]),
+    }
+    return State(**{field.name: parts.get(field.name, data[field.name]) for field in fields(State)})

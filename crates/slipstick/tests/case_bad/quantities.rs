@@ -102,6 +102,11 @@ fn constant_quantities_are_refused() {
         ),
         (
             "reaction = { set = \"ball_flat\", component = \"y\" }",
+            "external_work = { set = \"plate_xmax\" }",
+            "no load and no prescribed motion acts on `plate_xmax`, so their work is always 0",
+        ),
+        (
+            "reaction = { set = \"ball_flat\", component = \"y\" }",
             "displacement = { set = \"plate_xmax\", component = \"x\", relative_to = \"plate_xmax\" }",
             "does not move relative to itself",
         ),

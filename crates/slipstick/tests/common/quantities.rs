@@ -56,6 +56,8 @@ pub fn every_quantity(problem: &Problem) -> Vec<Arc<dyn Quantity>> {
         gap("mean gap", GapMeasure::Mean),
         gap("least gap", GapMeasure::Minimum { k: 20.0 }),
         Arc::new(FrictionWork::new("friction work", whole())),
+        Arc::new(ExternalWork::new("external work")),
+        Arc::new(ExternalWork::new("external work of the drive").on(unknowns("block_ymax"))),
         Arc::new(moved(along([0.0, 1.0, 0.3]))),
         Arc::new(relative),
         Arc::new(StrainEnergy::new("strain energy of the slab", elements.clone())),

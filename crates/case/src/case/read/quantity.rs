@@ -125,6 +125,7 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
             }
         }
         "friction_work" => QuantityKind::FrictionWork { slave: slave(), within: optional_set("within") },
+        "external_work" => QuantityKind::ExternalWork { set: optional_set("set") },
         "displacement" => QuantityKind::Displacement {
             set: set(),
             component: vector_component(table),

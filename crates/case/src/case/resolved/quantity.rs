@@ -88,6 +88,12 @@ pub enum QuantityKind {
         #[serde(skip_serializing_if = "Option::is_none")]
         within: Option<String>,
     },
+    /// Work that loads, supports and prescribed motions do on the bodies. \[F L\]
+    ExternalWork {
+        /// Surface or node set; only the work at its nodes counts. `None`: all.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        set: Option<String>,
+    },
     /// Mean displacement of a set: over the reference area of a surface, over the nodes of a set.
     /// \[L\]
     Displacement {
@@ -144,6 +150,7 @@ impl QuantityKind {
         "contact_share",
         "gap",
         "friction_work",
+        "external_work",
         "displacement",
         "strain_energy",
         "stress",
@@ -162,6 +169,7 @@ impl QuantityKind {
             Self::ContactShare { .. } => "contact_share",
             Self::Gap { .. } => "gap",
             Self::FrictionWork { .. } => "friction_work",
+            Self::ExternalWork { .. } => "external_work",
             Self::Displacement { .. } => "displacement",
             Self::StrainEnergy { .. } => "strain_energy",
             Self::Stress { .. } => "stress",
@@ -175,9 +183,11 @@ impl QuantityKind {
     pub fn dimension(&self) -> Dimension {
         match self {
             Self::Reaction { .. } | Self::ContactForce { .. } => Dimension::FORCE,
-            Self::Moment { .. } | Self::FrictionWork { .. } | Self::StrainEnergy { .. } | Self::Compliance {} => {
-                Dimension::WORK
-            }
+            Self::Moment { .. }
+            | Self::FrictionWork { .. }
+            | Self::ExternalWork { .. }
+            | Self::StrainEnergy { .. }
+            | Self::Compliance {} => Dimension::WORK,
             Self::ContactPressure { measure: PressureWord::Spread, .. } | Self::ContactShare { .. } => Dimension::NONE,
             Self::ContactPressure { .. } | Self::Stress { .. } => Dimension::STRESS,
             Self::Gap { .. } | Self::Displacement { .. } => Dimension::LENGTH,
