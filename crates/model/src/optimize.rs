@@ -85,7 +85,7 @@ pub struct OptimizationState {
     /// The optimizer's memory, under the name of its method.
     #[serde(flatten)]
     pub optimizer: Optimizer,
-    /// Scales of objective and constraint from the first iteration.
+    /// Scales of objective and constraints, each from the first gradient that is not zero.
     pub scaling: Option<Scaling>,
     /// Names of the constraints: the bound on the volume, if any, then those of the analysis.
     pub constraints: Vec<String>,
@@ -103,7 +103,7 @@ pub struct OptimizationOptions {
     pub filter: Option<FilterOptions>,
     /// Number of updates.
     pub iterations: usize,
-    /// The optimization stops early if no density changes by more than this.
+    /// The optimization stops early if an update changes no density by more than this.
     pub tolerance: Option<f64>,
     /// MMA or GCMMA.
     pub method: Method,
@@ -303,14 +303,14 @@ impl Optimization {
     /// evaluated.
     pub fn finished(&self) -> bool {
         let evaluated = self.state.history.len() > self.state.iteration;
-        evaluated && self.done()
+        evaluated && self.done(&self.state.x)
     }
 
-    /// Whether no further update is needed.
-    fn done(&self) -> bool {
-        let settled = self.state.history.iter().rev().find_map(|r| r.change);
+    /// Whether no further update is needed after the one that ended at `x`.
+    fn done(&self, x: &VariableValues) -> bool {
+        let change = self.state.x_before.as_ref().map(|before| largest_change(x, before));
         self.state.iteration >= self.iterations
-            || matches!((self.tolerance, settled), (Some(bound), Some(change)) if change <= bound)
+            || matches!((self.tolerance, change), (Some(bound), Some(change)) if change <= bound)
     }
 
     /// Evaluates the current design and, unless all updates are made, updates it. Returns the
@@ -340,9 +340,10 @@ impl Optimization {
         record.halvings = halvings;
         record.inner_iterations = optimizer.inner_iterations();
         record.failed_iterations += lost;
+        let done = self.done(&x);
         let mut next = OptimizationState { x, optimizer, ..self.state.clone() };
         let mut derivative = None;
-        if !self.done() {
+        if !done {
             let gradients = self.problem.analysis.response_gradients(&forward, false);
             forward.path.forget_factors();
             // also if the sweep was interrupted
@@ -387,10 +388,10 @@ impl Optimization {
             };
             let forward = &marched.forward;
             let functions = self.constraint_functions(&self.variables.on_domain(&marched.density), forward);
-            let scaled = functions.iter().zip(&scaling.constraints).map(|(f, factor)| factor * f.violation.0);
-            let (objective, constraints) = (scaling.objective * forward.value, scaled.collect::<Vec<f64>>());
+            let scaled = functions.iter().zip(scaling.constraints()).map(|(f, factor)| factor * f.violation.0);
+            let (objective, constraints) = (scaling.objective() * forward.value, scaled.collect::<Vec<f64>>());
             let ranks = self.problem.analysis.linear.ranks();
-            match optimizer.judge_on(&marched.x, bounds.both(), objective, &constraints, ranks)? {
+            match optimizer.judge(&marched.x, bounds.both(), objective, &constraints, ranks)? {
                 Judgement::Conservative | Judgement::Exhausted => return Ok(marched),
                 Judgement::Rejected(next) => x = next.x.into(),
             }
@@ -476,23 +477,27 @@ impl Optimization {
             .map(|(gradient, slope): (Vec<f64>, f64)| gradient.into_iter().map(|g| slope * g).collect())
             .collect();
         let violations: Vec<f64> = functions.iter().map(|function| function.violation.0).collect();
-        let scaling =
-            next.scaling.get_or_insert_with(|| Scaling::from_first(&objective_gradient, &constraint_gradients)).clone();
+        let scaling = next.scaling.get_or_insert_with(|| Scaling::new(violations.len()));
+        scaling.learn(&objective_gradient, &constraint_gradients);
         let (f, df) = scaling.scale_objective(forward.value, &objective_gradient);
         let (g, dg) = scaling.scale_constraints(&violations, &constraint_gradients);
         let bounds = Bounds::of_densities(next.x.len());
         let functions = Functions::new(f, &df, &g, &dg);
-        let step = next.optimizer.update_on(&next.x, bounds.both(), &functions, analysis.linear.ranks())?;
-        record.change = Some(step.x.iter().zip(&next.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
+        let step = next.optimizer.update(&next.x, bounds.both(), &functions, analysis.linear.ranks())?;
+        record.change = Some(largest_change(&step.x, &next.x));
         record.optimality = Some(step.kkt_residual.norm);
-        for ((constraint, lambda), factor) in record.constraints.iter_mut().zip(&step.lambda).zip(&scaling.constraints)
+        for ((constraint, lambda), factor) in record.constraints.iter_mut().zip(&step.lambda).zip(scaling.constraints())
         {
-            constraint.multiplier = Some(lambda * factor / scaling.objective);
+            constraint.multiplier = Some(lambda * factor / scaling.objective());
         }
         next.x_before = Some(std::mem::replace(&mut next.x, step.x.into()));
         next.iteration += 1;
         Ok(())
     }
+}
+
+fn largest_change(x: &[f64], before: &[f64]) -> f64 {
+    x.iter().zip(before).map(|(x, before)| (x - before).abs()).fold(0.0, f64::max)
 }
 
 /// A constraint at a design: the bounded value, g ≤ 0, and ∂g/∂value.
@@ -511,7 +516,7 @@ fn record(iteration: usize, forward: &Forward, volume_fraction: f64) -> Iteratio
         newton_iterations: forward.path.newton_iterations(),
         failed_iterations: forward.path.failed_iterations(),
         uzawa_iterations: states.iter().map(|s| s.report.uzawa).sum(),
-        increments: states.len() - 1,
+        increments: forward.path.increments(),
         status: last.map_or([0; 3], |r| r.status),
         ..IterationRecord::default()
     }

@@ -3,7 +3,7 @@
 //!
 //! | name | of | unit | meaning |
 //! |---|---|---|---|
-//! | `displacement_SET_x` … | a support | L | mean displacement of its nodes |
+//! | `displacement_SET_x` … | a support | L | mean displacement of the nodes of which it prescribes a component that no earlier table does |
 //! | `reaction_SET_x` … | a support | F | force that it exerts on the body, for each prescribed component |
 //! | `symmetry_reaction_x` … | a symmetry plane | F | force that it exerts on the bodies, along its normal |
 //! | `SLAVE_force_x` … | a contact pair | F | resultant of the contact forces on the slave, friction included |

@@ -73,6 +73,11 @@ pub struct Path {
 }
 
 impl Path {
+    /// Number of accepted (sub-)steps.
+    pub fn increments(&self) -> usize {
+        self.states.iter().filter(|state| !state.rest).count()
+    }
+
     /// Returns a state. If it is distributed over the ranks it is gathered, so all ranks must call
     /// this. The last two states of a path, from which steps start, are complete on every rank. In
     /// a run on one rank, all are complete.

@@ -195,7 +195,7 @@ fn minimiser(variable: &Variable, p: f64, q: f64, epsilon: f64, start: f64) -> f
         let inside = below < newton && newton < above && (newton - x).abs() <= 0.5 * last;
         let next = if inside { newton } else { 0.5 * (below + above) };
         last = (next - x).abs();
-        if slope == 0.0 || next == x || next <= below && inside || !(variable.alpha < next && next < variable.beta) {
+        if slope == 0.0 || next == x || !(variable.alpha < next && next < variable.beta) {
             break;
         }
         x = next;

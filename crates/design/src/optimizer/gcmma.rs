@@ -1,7 +1,7 @@
 //! Conservative approximations: MMA with monotone progress.
 
 use serde::{Deserialize, Serialize};
-use slipstick_ranks::{Alone, Ranks};
+use slipstick_ranks::Ranks;
 
 use super::error::{check_functions, check_point, check_vector};
 use super::{Functions, Mma, MmaError, MmaParameters, MmaStep};
@@ -147,22 +147,13 @@ impl Gcmma {
     }
 
     /// Begins an iteration: approximates the functions at the design `x`, between the `bounds`,
-    /// lower and upper, and returns the first candidate.
+    /// lower and upper, and returns the first candidate. The subproblem is distributed over the
+    /// ranks, which all call this with the same arguments and get the same result.
     ///
     /// # Errors
     ///
     /// Those of [`Mma::update`]. The history is then unchanged.
-    pub fn update(&mut self, x: &[f64], bounds: [&[f64]; 2], functions: &Functions<'_>) -> Result<MmaStep, MmaError> {
-        self.update_on(x, bounds, functions, &Alone)
-    }
-
-    /// Like [`update`](Self::update), with the subproblem distributed over ranks, which all call it
-    /// with the same arguments and get the same result.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`update`](Self::update), on all ranks.
-    pub fn update_on(
+    pub fn update(
         &mut self,
         x: &[f64],
         bounds: [&[f64]; 2],
@@ -185,7 +176,7 @@ impl Gcmma {
     }
 
     /// Accepts or rejects a candidate with these values of objective and constraints; `bounds` are
-    /// those of [`update`](Self::update).
+    /// those of [`update`](Self::update), which all ranks call alike, too.
     ///
     /// `x` is the result of a step, or a design between it and that of the iteration, if the
     /// functions could not be evaluated at the former. Before the first iteration, every design is
@@ -196,22 +187,6 @@ impl Gcmma {
     /// If lengths are wrong, a value is not finite, `x` is outside its bounds or the asymptotes, or
     /// the subproblem cannot be solved. The history is then unchanged.
     pub fn judge(
-        &mut self,
-        x: &[f64],
-        bounds: [&[f64]; 2],
-        objective: f64,
-        constraints: &[f64],
-    ) -> Result<Judgement, MmaError> {
-        self.judge_on(x, bounds, objective, constraints, &Alone)
-    }
-
-    /// Like [`judge`](Self::judge), with the subproblem distributed over ranks, which all call it
-    /// with the same arguments and get the same result.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`judge`](Self::judge), on all ranks.
-    pub fn judge_on(
         &mut self,
         x: &[f64],
         bounds: [&[f64]; 2],
@@ -262,7 +237,7 @@ impl Gcmma {
         check_vector("the objective", &[objective], 1)?;
         check_vector("the list of constraint values", constraints, found)?;
         match (0..x.len()).find(|&j| bounds[0][j] < bounds[1][j] && !(low[j] < x[j] && x[j] < upp[j])) {
-            Some(index) => Err(MmaError::Bounds { index, value: x[index], lower: low[index], upper: upp[index] }),
+            Some(index) => Err(MmaError::Asymptotes { index, value: x[index], lower: low[index], upper: upp[index] }),
             None => Ok(()),
         }
     }
