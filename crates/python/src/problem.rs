@@ -572,7 +572,7 @@ fn name_of(case: &Case, parameter: Parameter) -> (&'static str, String) {
     }
 }
 
-/// Starts this many threads for all computations of the process.
+/// Sets the number of threads for all computations of the process, and starts them.
 #[pyfunction]
 pub fn set_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
     detached(py, || {
@@ -586,7 +586,7 @@ pub fn set_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
     })
 }
 
-/// Number of threads that compute; starts them.
+/// Number of compute threads; starts them if necessary.
 #[pyfunction]
 pub fn threads() -> usize {
     rayon::current_num_threads()
