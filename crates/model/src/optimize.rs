@@ -8,9 +8,9 @@
 //! then marched instead. The approximations by which candidates are judged are part of the state,
 //! so each march is made once, and an interrupted iteration is repeated from its first candidate.
 //!
-//! [`Optimization`] only advances; the caller handles time, files and screens. All that the next
-//! iteration depends on is in [`OptimizationState`] and the path of the last design. Both can be
-//! stored and restored bit for bit.
+//! [`Optimization`] only advances; the caller handles time, files and terminals. Everything that
+//! the next iteration depends on is in [`OptimizationState`] and the path of the last design. Both
+//! can be stored and restored bit for bit.
 
 use crate::analysis::{AnalysisError, Forward};
 use crate::problem::Problem;
@@ -56,7 +56,8 @@ pub struct IterationRecord {
     pub discreteness: f64,
     /// Slave nodes open, sticking, slipping at the end of the path.
     pub status: [usize; 3],
-    /// How often the update was halved because the path could not be marched with the full one.
+    /// How many times the update was halved because the path could not be marched with the full
+    /// one.
     pub halvings: usize,
     /// Inner iterations of GCMMA: candidates that were marched and rejected before this design.
     #[serde(default)]
@@ -215,7 +216,7 @@ impl Bounds {
 /// Name of the bound on the volume.
 const VOLUME: &str = "volume_fraction";
 
-/// How often an update is halved when the path of the new design cannot be marched.
+/// How many times an update is halved when the path of the new design cannot be marched.
 const MAX_HALVINGS: usize = 3;
 
 impl Optimization {
@@ -365,10 +366,10 @@ impl Optimization {
         Ok(forward)
     }
 
-    /// Marches with the variables of the state and, as long as the optimizer rejects what it finds,
+    /// Marches with the variables of the state and, as long as the optimizer rejects the result,
     /// with its next candidate.
     ///
-    /// A halved update is judged like a whole one. It keeps the objective from rising too: the
+    /// A halved update is judged like a full one. It does not raise the objective either: the
     /// approximations are convex, so where both ends are no worse than the last design, nor is the
     /// middle.
     fn march_accepted(

@@ -84,8 +84,8 @@ pub struct QuantityRow {
     pub step: usize,
     /// Pseudo-time, counted through all load cases.
     pub time: f64,
-    /// One number per name; NaN from a state on that can no longer be evaluated, which is rare
-    /// because it converged.
+    /// One number per name; NaN from the first state on that cannot be evaluated, which is rare
+    /// because states have converged.
     pub values: Vec<f64>,
     /// For every slave node of all pairs. Empty at the start of a load case.
     pub slipped: Vec<Slipped>,

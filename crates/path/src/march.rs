@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub struct MarchOptions {
     /// Newton's method.
     pub newton: NewtonOptions,
-    /// How often the increment of a failing step may be halved.
+    /// How many times the increment of a failing step may be halved.
     pub max_cutbacks: u32,
     /// How to choose the initial guess of a step that has no guide.
     pub start: StartValues,

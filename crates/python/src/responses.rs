@@ -8,14 +8,14 @@ use crate::errors::Error;
 use crate::problem::{add_quantity, find};
 use crate::quantity::{Definition, defined};
 
-/// The file of a run that has the objective and the constraints that Python gave.
+/// The file in a run's directory that records the objective and constraints given from Python.
 pub const RESPONSES: &str = "responses.json";
 
 /// Load steps at which a quantity counts: `None` for the last one; an empty list for all.
 type Steps = Option<Vec<usize>>;
 
 /// Definitions of quantities; name, steps and weight of the terms of an objective; name, steps,
-/// smallest and largest value of bounded quantities; and the record of all that.
+/// smallest and largest value of bounded quantities; and the record of all of these.
 pub type Own = (Vec<Definition>, Vec<(String, Steps, f64)>, Vec<(String, Steps, Option<f64>, Option<f64>)>, String);
 
 /// An objective and constraints other than those of the case.
@@ -99,8 +99,8 @@ fn observed(steps: &Steps) -> ObservedSteps {
     }
 }
 
-/// What the hash in the checkpoint of a run with its own responses is taken of: only Python, which
-/// has the quantities, can resume it.
+/// The text whose hash is in the checkpoint of a run with custom responses: only Python, which has
+/// the quantities, can resume it.
 pub fn hashed(case: &str, record: &str) -> String {
     format!("{case}\n{record}")
 }

@@ -19,7 +19,7 @@ const SMALLEST_RHO: f64 = 1e-6;
 ///
 /// The solution x̂ is a *candidate*. It is accepted if the approximations are *conservative* there,
 /// `f̃_i(x̂) ≥ f_i(x̂)` for objective and constraints. Otherwise, an inner iteration raises the
-/// curvature of each function that is not,
+/// curvature of each function whose approximation is not conservative,
 ///
 /// `ρ_i ← min(1.1 (ρ_i + δ_i), 10 ρ_i)`, where `δ_i = (f_i(x̂) − f̃_i(x̂))/d(x̂)`,
 ///
@@ -62,14 +62,14 @@ const SMALLEST_RHO: f64 = 1e-6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gcmma {
     mma: Mma,
-    /// Most inner iterations of an iteration.
+    /// Maximum number of inner iterations per iteration.
     most_inner_iterations: usize,
     /// The approximations of the last iteration; `None` before the first.
     approximations: Option<Approximations>,
 }
 
-/// What defines the approximations of an iteration, besides the design and the asymptotes, which
-/// are those of the last step of [`Mma`].
+/// The data that define the approximations of an iteration, apart from the design and the
+/// asymptotes, which are those of the last step of [`Mma`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Approximations {
     objective: f64,
@@ -88,7 +88,7 @@ impl Approximations {
     }
 }
 
-/// What becomes of a candidate.
+/// The verdict on a candidate.
 #[derive(Clone, Debug)]
 pub enum Judgement {
     /// It is accepted: all approximations are conservative there.
@@ -178,9 +178,8 @@ impl Gcmma {
     /// Accepts or rejects a candidate with these values of objective and constraints; `bounds` are
     /// those of [`update`](Self::update), which all ranks call alike, too.
     ///
-    /// `x` is the result of a step, or a design between it and that of the iteration, if the
-    /// functions could not be evaluated at the former. Before the first iteration, every design is
-    /// accepted.
+    /// `x` is the result of a step or, if the functions could not be evaluated there, a design
+    /// between it and that of the iteration. Before the first iteration, every design is accepted.
     ///
     /// # Errors
     ///

@@ -13,14 +13,14 @@ pub enum Method {
     Mma,
     /// [`Gcmma`]: further evaluations until the approximations are conservative.
     Gcmma {
-        /// Most inner iterations of an iteration.
+        /// Maximum number of inner iterations per iteration.
         inner_iterations: usize,
     },
 }
 
 impl Method {
-    /// Most inner iterations of [`Method::Gcmma`], unless others are chosen. Each raises ρ at most
-    /// tenfold, so a ρ that starts at a tenth of the mean slope ends, if need be, far above it.
+    /// Default maximum number of inner iterations of [`Method::Gcmma`]. Each raises ρ at most
+    /// tenfold, so ρ, which starts at a tenth of the mean slope, can end far above it.
     pub const INNER_ITERATIONS: usize = 10;
 }
 

@@ -1,5 +1,5 @@
-//! What quantities see of contact and supports at a state, and how their derivatives with respect
-//! to it are pulled back to unknowns, previous state and parameters.
+//! The contact and support data that quantities read at a state, and the pull-back of derivatives
+//! with respect to these data to unknowns, previous state and parameters.
 
 use super::law::{LawWeights, NodeLaw};
 use super::{ContactModel, ContactResults, Design, Step, node};
@@ -10,7 +10,7 @@ use slipstick_solid::ElementScaling;
 use slipstick_solid::stress::{STRESS_POINTS, von_mises};
 
 impl ContactModel {
-    /// The slave nodes as quantities see them.
+    /// The data of the slave nodes that quantities read.
     pub(crate) fn contact_nodes(&self, results: &ContactResults) -> Vec<ContactNode> {
         let of = |(at, slave): (&super::NodalContact, &super::SlaveData)| ContactNode {
             node: at.node,

@@ -1,4 +1,4 @@
-"""Checks of array arguments: the exception names the argument and the cure."""
+"""Checks of array arguments: the exception names the argument and the remedy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 def real(
     entries: ArrayLike, name: str, shape: tuple[int, ...], meaning: str
 ) -> NDArray[np.float64]:
-    """Finite real numbers of this shape, contiguous; `meaning` says what the shape means."""
+    """Finite real numbers of this shape, contiguous; `meaning` describes the shape."""
     try:
         array: NDArray[Any] = np.asarray(entries)
     except ValueError as error:
@@ -70,7 +70,7 @@ def whole(
     *,
     filler: bool = False,
 ) -> NDArray[np.int64]:
-    """A table of numbers of nodes; with `filler`, the last column may have -1."""
+    """A table of node numbers; with `filler`, the last column may contain -1."""
     try:
         array: NDArray[Any] = (
             np.zeros((0, columns), int) if entries is None else np.asarray(entries)

@@ -1,4 +1,5 @@
-//! Mistakes in quantities, objectives and constraints: one error each, with the place and the cure.
+//! Mistakes in quantities, objectives and constraints: one error each, with the place and the
+//! remedy.
 
 use super::{GOOD, errors};
 use slipstick::build::{build, optimization};

@@ -17,7 +17,8 @@ struct Problem {
     lower: Vec<f64>,
     upper: Vec<f64>,
     starts: Vec<Vec<f64>>,
-    /// Published optimum, and half a unit of its last digit; `None` if only the problem is.
+    /// Published optimum, and half a unit of its last digit; `None` if only the problem was
+    /// published.
     published: Option<(f64, f64)>,
     /// Iterations to the optimum.
     steps: usize,
