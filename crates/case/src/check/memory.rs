@@ -1,7 +1,7 @@
 //! Predicts the peak memory of a run.
 
 use crate::build::Problem;
-use crate::case::{Case, Contact, Enforcement, StartValues};
+use crate::case::{Case, Contact, Enforcement, StartValues, Symmetry};
 
 use serde::Serialize;
 
@@ -131,6 +131,20 @@ fn responses(problem: &Problem) -> f64 {
     problem.analysis.constraints.len() as f64 * RESPONSE_VECTORS * 8.0 * unknowns
 }
 
+/// A point and its mirror images across symmetry planes.
+fn images(point: &[f64; 3], planes: &[Symmetry]) -> Vec<[f64; 3]> {
+    planes.iter().fold(vec![*point], |mut images, plane| {
+        let mirrored = |image: &[f64; 3]| {
+            let mut mirrored = *image;
+            mirrored[plane.normal.index()] = 2.0 * plane.at - image[plane.normal.index()];
+            mirrored
+        };
+        let of_all: Vec<[f64; 3]> = images.iter().map(mirrored).collect();
+        images.extend(of_all);
+        images
+    })
+}
+
 /// States of the path, and start values.
 fn states(case: &Case, problem: &Problem) -> f64 {
     let steps = case.steps();
@@ -148,7 +162,8 @@ fn states(case: &Case, problem: &Problem) -> f64 {
 /// Number of sample elements from which the number of neighbours is estimated.
 const SAMPLES: usize = 100;
 
-/// Lists of the sensitivity filter: a number and a weight for each pair within the radius.
+/// Lists of the sensitivity filter: a number and a weight for each pair within the radius, mirror
+/// images across symmetry planes included.
 fn filter(case: &Case, problem: &Problem) -> f64 {
     let radius = case.design.as_ref().and_then(|design| design.sensitivity_filter).map(|filter| filter.radius);
     let (Some(radius), Some(variables)) = (radius.filter(|_| case.optimizer.is_some()), &problem.variables) else {
@@ -160,7 +175,10 @@ fn filter(case: &Case, problem: &Problem) -> f64 {
     let near = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < radius * radius;
     let samples = centroids.iter().skip(stride / 2).step_by(stride);
     let (pairs, sampled) = samples.fold((0, 0), |(pairs, sampled), centre| {
-        (pairs + centroids.iter().filter(|other| near(centre, other)).count(), sampled + 1)
+        // an image of the other element is as near as the other element is to an image of this one
+        let images = images(centre, &case.symmetries);
+        let count = |image: &[f64; 3]| centroids.iter().filter(|other| near(image, other)).count();
+        (pairs + images.iter().map(count).sum::<usize>(), sampled + 1)
     });
     12.0 * pairs as f64 / f64::from(sampled.max(1)) * centroids.len() as f64
 }
