@@ -46,7 +46,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
         + bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64)
         + MATRICES * matrix
         + states(case, problem)
-        + responses(problem)
+        + (RESPONSE_WHOLE + RESPONSE_DIVIDED) * responses(problem)
         + filter(case, problem);
     let peak = fixed + (1.0 + FRONTS) * factors + second;
     let all_kept = kept.saturating_sub(1) as f64 * factors;
@@ -91,9 +91,9 @@ impl RankMemory {
             divided: building
                 + MATRICES * systems.matrix
                 + states(case, problem)
-                + responses(problem)
+                + RESPONSE_DIVIDED * responses(problem)
                 + filter(case, problem),
-            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64,
+            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + RESPONSE_WHOLE * responses(problem),
             factors: 8.0 / entry_bytes(case) * systems.factors,
             keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
             steps: case.steps(),
@@ -120,15 +120,21 @@ impl RankMemory {
     }
 }
 
-/// Vectors of all unknowns that the sweep holds for each response: its adjoint, earlier solutions and
-/// the directions of its iteration. Measured by `slipstick bench --responses 20`.
-const RESPONSE_VECTORS: f64 = 22.0;
+/// Vectors of all unknowns that the sweep holds in full for each response, by counting: its adjoint,
+/// four earlier solutions, and right-hand side, residual, pull-backs and solution of a step.
+const RESPONSE_WHOLE: f64 = 10.0;
 
-/// Memory of the sweep for constraints besides the objective.
+/// Further vectors that ranks share: the directions of the iteration, by counting ten iterations, and
+/// what they produce. In `slipstick bench --sizes 9400 --steps 4 --responses 20`, each response adds
+/// 7 vectors to the peak, because the march needs more memory than the sweep of one response.
+const RESPONSE_DIVIDED: f64 = 12.0;
+
+/// Memory of one vector of all unknowns for each constraint, which the sweep treats besides the
+/// objective.
 fn responses(problem: &Problem) -> f64 {
     let model = problem.analysis.model();
     let unknowns = 3.0 * (problem.mesh.nodes.len() + model.slave_nodes().len()) as f64;
-    problem.analysis.constraints.len() as f64 * RESPONSE_VECTORS * 8.0 * unknowns
+    problem.analysis.constraints.len() as f64 * 8.0 * unknowns
 }
 
 /// A point and its mirror images across symmetry planes.
