@@ -90,14 +90,14 @@ fn densities_are_read_back_bit_for_bit() {
     let (_, problem) = small();
     let density: ElementValues = (0..problem.mesh.elements.len()).map(|e| 1.0 / (e as f64 + 3.0)).collect();
     let table = run.file("design.csv");
-    write_densities(&table, &problem.mesh, &density, Some(&density)).unwrap();
+    write_densities(&table, &problem.mesh, &density, Some(&density), None).unwrap();
     assert_eq!(load_density(run.path(), &problem.mesh).unwrap(), density);
     assert_eq!(read_density(&table, &problem.mesh).unwrap(), density);
     let text = fs::read_to_string(&table).unwrap();
     assert_eq!(text.lines().nth(1), Some("0,slab,0.3333333333333333,0.3333333333333333"));
     let mut bad = density.clone();
     bad[1] = f64::NAN;
-    let error = write_densities(&table, &problem.mesh, &density, Some(&bad)).unwrap_err();
+    let error = write_densities(&table, &problem.mesh, &density, Some(&bad), None).unwrap_err();
     assert!(error.to_string().contains("`derivative` is NaN at entry 1"), "{error}");
     assert_eq!(fs::read_to_string(&table).unwrap(), text, "the old table is unchanged");
 }

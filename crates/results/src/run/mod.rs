@@ -51,7 +51,7 @@ mod symmetry;
 mod tables;
 
 pub use checkpoint::Checkpoint;
-pub use densities::{design_density, load_density, read_density, write_densities};
+pub use densities::{design_density, load_density, load_variables, read_density, write_densities};
 pub use directory::RunDirectory;
 pub use error::RunError;
 pub use failure::FailureReport;
