@@ -104,7 +104,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         None => vec![false; mesh.elements.len()],
     };
     let interpolation = interpolation(case.design.as_ref());
-    let map = maps::build_map(case, &mesh, variables.as_ref(), share.ranks())?;
+    let map = maps::build_map(case, &mesh, variables.as_ref(), &mirrored, share.ranks())?;
     let (initial_variables, initial_density) = match (&map, &case.design) {
         (Some(map), Some(design)) => {
             let x = map

@@ -97,7 +97,7 @@ impl DensityMap {
     }
 
     /// Equal variables that give designed elements the density `density`, except within the
-    /// filter's radius of passive elements.
+    /// filter's radius of passive elements and of faces in void.
     ///
     /// # Errors
     ///

@@ -37,7 +37,7 @@ pub mod variables;
 pub mod volume;
 
 pub use density_map::DensityMap;
-pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter};
+pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter, Triangle};
 pub use map::{Chain, DesignMap, Identity, OnElements};
 pub use optimizer::{
     Functions, Gcmma, Judgement, KktResidual, Method, Mma, MmaError, MmaParameters, MmaStep, Optimizer, Scaling,

@@ -114,7 +114,7 @@ fn the_optimizer_gets_the_derivatives_with_respect_to_the_variables() {
 /// `verify gradient` compares derivatives with respect to the variables.
 #[test]
 fn verification_varies_the_variables() {
-    for maps in [MAPS, "density_filter = { radius = 0.9 }", "projection = { sharpness = 6 }"] {
+    for maps in [MAPS, "density_filter = { radius = 0.9, boundary = 'void' }", "projection = { sharpness = 6 }"] {
         let mut problem = problem(&text(maps, "iterations = 1"));
         let map = problem.map.clone().unwrap();
         let x = uneven(map.variables().count());
@@ -229,4 +229,27 @@ fn criteria_apply_after_the_schedule() {
     // met from the start on: the design after the update of iteration 3 is the last
     assert_eq!([ends("tolerance = 1.0"), ends("optimality = 1e9"), ends("discreteness = 0.999")], [5; 3]);
     assert_eq!([ends("tolerance = 1.0\noptimality = 1e-9"), ends("tolerance = 1.0\ndiscreteness = 1e-4")], [7; 2]);
+}
+
+/// Void weakens elements at free faces, but not those at the support below and the contact above.
+#[test]
+fn void_lies_beyond_free_faces_only() {
+    let text = text("density_filter = { radius = 0.45, boundary = 'void' }", "iterations = 1")
+        .replace("elements = [6, 2, 2]", "elements = [8, 3, 5]")
+        .replace("bodies = ['cuboid', 'cube']", "bodies = ['cuboid']");
+    let text: Vec<&str> = text.lines().filter(|line| !line.starts_with("passive")).collect();
+    let mut problem = problem(&text.join("\n"));
+    let count = problem.map.as_ref().unwrap().variables().count();
+    problem.start_from_variables(vec![1.0; count].into());
+    let centroids = problem.mesh.centroids();
+    let mut full = [0, 0];
+    for element in problem.mesh.bodies[0].elements.clone() {
+        let [x, y, z] = centroids[element];
+        let density = problem.initial_density[element];
+        let depth = x.min(4.0 - x).min(z).min(1.0 - z);
+        assert!(if depth > 0.45 { density == 1.0 } else { density < 0.99 }, "{x} {y} {z}: {density}");
+        full[0] += usize::from(density == 1.0 && y < 0.3);
+        full[1] += usize::from(density == 1.0 && y > 0.7);
+    }
+    assert_eq!(full, [6, 6]);
 }

@@ -3,6 +3,7 @@
 use slipstick_ranks::{Alone, Ranks, own_range};
 use std::sync::Arc;
 
+use super::extension::{Triangle, weights_beyond};
 use super::{FilterError, Neighbours, check_volumes};
 use crate::map::DesignMap;
 
@@ -10,7 +11,8 @@ use crate::map::DesignMap;
 ///
 /// It is a volume-weighted mean, so constants are preserved and local mesh refinement causes no
 /// bias. At the edges of the domain, the mean is over the part of the ball that lies inside
-/// (*truncated*). Its [`pull_back`](DesignMap::pull_back) is the exact transpose.
+/// (*truncated*); beyond faces that are [surrounded by void](Self::in_void), it includes the void.
+/// Its [`pull_back`](DesignMap::pull_back) is the exact transpose.
 ///
 /// Source: Bruns, Tortorelli, Comput. Methods Appl. Mech. Eng. 190 (2001) 3443–3459, with element
 /// volumes as in Sigmund, Struct. Multidiscip. Optim. 33 (2007) 401–424.
@@ -19,7 +21,7 @@ pub struct DensityFilter {
     ranks: Arc<dyn Ranks>,
     /// Neighbours of this rank's elements.
     neighbours: Neighbours,
-    /// `Σ_i w_ei v_i` of all elements. \[L⁴\]
+    /// `Σ_i w_ei v_i` of all elements, and of the void beyond faces. \[L⁴\]
     weight_sums: Vec<f64>,
     volumes: Vec<f64>,
 }
@@ -56,6 +58,20 @@ impl DensityFilter {
         Ok(Self { ranks, neighbours, weight_sums, volumes: volumes.to_vec() })
     }
 
+    /// The same filter of a domain that void surrounds beyond these faces: the weight of the ball's
+    /// part there is added to the denominator, with density 0. Constants are then preserved only at
+    /// elements from which no such face is within the radius. `centroids`, `radius` and `planes` are
+    /// those of [`on_ranks`](Self::on_ranks); `faces` must not lie in a plane. All ranks call it.
+    ///
+    /// Source: Clausen, Andreassen, Struct. Multidiscip. Optim. 56 (2017) 1147–1155, whose domain
+    /// extension has elements beyond the faces.
+    pub fn in_void(mut self, centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)], faces: &[Triangle]) -> Self {
+        let own = own_range(centroids.len(), &*self.ranks);
+        let beyond = self.ranks.join(&weights_beyond(&centroids[own], radius, planes, faces));
+        self.weight_sums.iter_mut().zip(beyond).for_each(|(sum, beyond)| *sum += beyond);
+        self
+    }
+
     /// The neighbours of this rank's elements and their weights.
     pub fn neighbours(&self) -> &Neighbours {
         &self.neighbours
@@ -88,6 +104,7 @@ impl DesignMap for DensityFilter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::extension::tests::surface;
     use crate::filter::tests::{box_grid, graded_row, pseudo_random};
     use crate::map::Chain;
     use slipstick_ranks::threads::on_ranks;
@@ -141,6 +158,51 @@ mod tests {
         let d = pseudo_random(centroids.len(), 4);
         let (left, right) = (dot(&part.apply(&x), &d), dot(&x, &part.pull_back(&x, &d)));
         assert!((left / right - 1.0).abs() < 1e-14);
+    }
+
+    /// In void, elements in the interior are filtered as before, those at a flat face have half of
+    /// their weight in the void if the radius is large, and symmetry planes have no effect.
+    #[test]
+    fn void_beyond_the_faces() {
+        let (centroids, volumes) = box_grid([12, 10, 8], 0.25);
+        let faces = surface([3.0, 2.5, 2.0], &[]);
+        let radius = 0.7;
+        let truncated = DensityFilter::new(&centroids, &volumes, radius).unwrap();
+        let filter = truncated.clone().in_void(&centroids, radius, &[], &faces);
+        let x = pseudo_random(centroids.len(), 5);
+        let (before, after) = (truncated.apply(&x), filter.apply(&x));
+        let full = filter.apply(&vec![1.0; centroids.len()]);
+        for (element, at) in centroids.iter().enumerate() {
+            let depth = (0..3).map(|k| at[k].min([3.0, 2.5, 2.0][k] - at[k])).fold(f64::INFINITY, f64::min);
+            if depth > radius {
+                assert_eq!(after[element], before[element]);
+            } else {
+                assert!(after[element] < before[element] && full[element] < 1.0);
+            }
+        }
+        // inside, at a face: 0.68 of the ball's weight; at a corner: about the third power
+        let (face, corner) = (full[5 * 8 + 4], full[0]);
+        assert!((face - 0.68).abs() < 0.01 && (corner - 0.68_f64.powi(3)).abs() < 0.01, "{face} {corner}");
+        let d = pseudo_random(centroids.len(), 6);
+        let (left, right) = (dot(&filter.apply(&x), &d), dot(&x, &filter.pull_back(&x, &d)));
+        assert!((left / right - 1.0).abs() < 1e-14);
+
+        // a half in x and y with planes there
+        let inside = |at: &[f64; 3]| at[0] < 1.5 && at[1] < 1.25;
+        let part: Vec<usize> = (0..centroids.len()).filter(|&e| inside(&centroids[e])).collect();
+        let mirrored: Vec<[f64; 3]> =
+            part.iter().map(|&e| [1.5 - centroids[e][0], 1.25 - centroids[e][1], centroids[e][2]]).collect();
+        let planes = [(0, 0.0), (1, 0.0)];
+        let quarter = on_ranks(2, |rank| {
+            DensityFilter::on_ranks(&mirrored, &volumes[..part.len()], radius, &planes, Arc::new(rank))
+                .unwrap()
+                .in_void(&mirrored, radius, &planes, &surface([1.5, 1.25, 2.0], &[0, 1]))
+                .apply(&vec![1.0; part.len()])
+        });
+        for (value, &element) in quarter[0].iter().zip(&part) {
+            assert!((value - full[element]).abs() < 1e-4, "{value} {}", full[element]);
+        }
+        assert_eq!(quarter[0], quarter[1]);
     }
 
     #[test]

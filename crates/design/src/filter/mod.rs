@@ -1,11 +1,13 @@
 //! Filters: the neighbours of each element, and averages over them.
 
 mod density;
+mod extension;
 mod neighbours;
 mod projection;
 mod sensitivity;
 
 pub use density::DensityFilter;
+pub use extension::Triangle;
 pub use neighbours::Neighbours;
 pub use projection::Projection;
 pub use sensitivity::SensitivityFilter;

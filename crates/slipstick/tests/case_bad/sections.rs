@@ -197,8 +197,9 @@ fn filters_and_projection() {
     );
     one(32, "{ radius = 0.5 }", "{ radius = 0.5 }\nprojection = {}", Unsupported, "{}");
     one(32, line, "density_filter = { radius = 0 }", OutOfRange, "0 }");
+    one(32, line, "density_filter = { radius = 1, boundary = \"solid\" }", UnknownWord, "\"solid");
     one(32, line, "density_filter = {}", MissingKey, "{}");
-    one(32, line, "density_filter = { radius = 1, boundary = 1 }", UnknownKey, "boundary");
+    one(32, line, "density_filter = { radius = 1, edge = 1 }", UnknownKey, "edge");
     one(32, line, &density("projection = { sharpness = 0 }"), OutOfRange, "0 }\n[obj");
     one(32, line, &density("projection = { sharpness = -2 }"), OutOfRange, "-2");
     one(32, line, &density("projection = { threshold = 1.1 }"), OutOfRange, "1.1");

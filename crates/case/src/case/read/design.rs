@@ -3,8 +3,8 @@
 use super::super::names::Names;
 use super::super::reader::Reader;
 use super::super::resolved::{
-    Body, DensityFilter, Design, EnergyInterpolation, MmaParameters, Optimizer, OptimizerMethod, Projection,
-    SensitivityFilter, Shape, Simp,
+    Body, DensityFilter, Design, EnergyInterpolation, FilterBoundary, MmaParameters, Optimizer, OptimizerMethod,
+    Projection, SensitivityFilter, Shape, Simp,
 };
 use super::super::typed::Table;
 use super::schedule::schedule;
@@ -24,16 +24,12 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         "[design] needs `initial`, the density at the start, or `volume_fraction`, which it then equals",
     );
     let initial = fraction("initial").or(volume_fraction.unwrap_or(1.0));
-    let radius = |key| {
-        table.table(key).map(|filter| {
-            let help = "in the unit of length, for instance 1.5 element sizes";
-            let radius = filter.number("radius").positive(CaseCode::OutOfRange).required(1.0, help);
-            filter.finish();
-            radius
-        })
-    };
-    let sensitivity_filter = radius("sensitivity_filter").map(|radius| SensitivityFilter { radius });
-    let density_filter = radius("density_filter").map(|radius| DensityFilter { radius });
+    let sensitivity_filter = table.table("sensitivity_filter").map(|filter| {
+        let radius = radius(&filter);
+        filter.finish();
+        SensitivityFilter { radius }
+    });
+    let density_filter = table.table("density_filter").map(density_filter);
     let projection = table.table("projection").map(projection);
     check_filters(&table);
     let design = Design {
@@ -61,6 +57,19 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
     warn_initial(table.reader, &design);
     table.finish();
     Some(design)
+}
+
+fn radius(filter: &Table<'_>) -> f64 {
+    let help = "in the unit of length, for instance 1.5 element sizes";
+    filter.number("radius").positive(CaseCode::OutOfRange).required(1.0, help)
+}
+
+fn density_filter(table: Table<'_>) -> DensityFilter {
+    let radius = radius(&table);
+    let words = [("truncated", FilterBoundary::Truncated), ("void", FilterBoundary::Void)];
+    let boundary = table.word("boundary", &words).or(FilterBoundary::Truncated);
+    table.finish();
+    DensityFilter { radius, boundary }
 }
 
 fn projection(table: Table<'_>) -> Projection {

@@ -53,6 +53,19 @@ pub struct SensitivityFilter {
 pub struct DensityFilter {
     /// Radius, > 0. \[L\]
     pub radius: f64,
+    /// What the filter sees beyond the faces of the design bodies.
+    pub boundary: FilterBoundary,
+}
+
+/// What a density filter sees beyond the faces of the design bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FilterBoundary {
+    /// Nothing: the mean is over the elements that exist.
+    Truncated,
+    /// Void beyond free faces: those without contact, support, prescribed motion, load or symmetry
+    /// plane.
+    Void,
 }
 
 /// Smooth threshold that pushes densities to 0 or 1.
