@@ -1,5 +1,6 @@
 //! From a resolved case to a problem that can be analysed.
 
+mod maps;
 mod mesh;
 mod optimization;
 mod quantities;
@@ -103,15 +104,19 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         None => vec![false; mesh.elements.len()],
     };
     let interpolation = interpolation(case.design.as_ref());
-    let initial_density = match (&variables, &case.design) {
-        (Some(v), Some(design)) => {
-            let x = v
+    let map = maps::build_map(case, &mesh, variables.as_ref(), &mirrored, share.ranks())?;
+    let (initial_variables, initial_density) = match (&map, &case.design) {
+        (Some(map), Some(design)) => {
+            let x = map
                 .uniform(design.initial)
                 .map_err(|e| BuildError::new("design.initial", e, "choose a density between 0 and 1"))?;
-            v.densities(&x)
+            let density = map.densities(&x);
+            (Some(x), density)
         }
-        _ => vec![1.0; mesh.elements.len()].into(),
+        _ => (None, vec![1.0; mesh.elements.len()].into()),
     };
+    // without maps, a start is set by its densities
+    let initial_variables = initial_variables.filter(|_| map.as_ref().is_some_and(|map| !map.is_identity()));
     let largest = prescribed.largest(&times);
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads };
@@ -129,7 +134,8 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         linear,
         guide: None,
     };
-    Ok(Problem { mesh, analysis, variables, initial_density, load_cases: case.load_case_names(), quantities })
+    let load_cases = case.load_case_names();
+    Ok(Problem { mesh, analysis, variables, map, initial_density, initial_variables, load_cases, quantities })
 }
 
 /// Material and element formulation of body `b`.

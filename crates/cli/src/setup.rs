@@ -7,7 +7,7 @@ use slipstick::build::{Problem, build_on};
 use slipstick::case::{Body, Case, CaseCode, CaseDiagnostic, LinearSolverChoice, Resolved, Severity};
 use slipstick::check::{Inspection, Notice, NoticeKind, bytes_to_build, inspect, start_volume};
 use slipstick::design::{DesignVariables, ElementValues, Role};
-use slipstick::run::load_density;
+use slipstick::run::{load_density, load_variables};
 use slipstick::words::{counted, quantity};
 
 use crate::args::{CaseFile, DesignFrom, Out};
@@ -260,6 +260,32 @@ impl Setup {
             context.console.warning(&format!("{}: {message}", results.display()));
         }
         Ok(kept)
+    }
+
+    /// Starts from the design of an earlier run or of a table, if one is given: from its variables,
+    /// if it lists them, otherwise from its densities as variables.
+    ///
+    /// # Errors
+    /// As [`Setup::density`].
+    pub fn start_from(&self, context: &Context, problem: &mut Problem, from: &DesignFrom) -> Outcome {
+        let Some(results) = &from.design else { return Ok(()) };
+        let density = self.density_of(context, problem, results)?;
+        let mapped = problem.map.as_ref().filter(|map| !map.is_identity());
+        let Some(map) = mapped else {
+            problem.start_from_densities(&density);
+            return Ok(());
+        };
+        if let Some(variables) = load_variables(results, &problem.mesh)? {
+            problem.start_from_variables(map.variables().restrict(&variables));
+            return Ok(());
+        }
+        context.console.warning(&format!(
+            "{}: there is no column `design_variable`; the densities are the variables at the start, which the case \
+             filters or projects",
+            results.display()
+        ));
+        problem.start_from_densities(&density);
+        Ok(())
     }
 
     /// Warns about an initial design that exceeds the volume bound; `known` says whether the case

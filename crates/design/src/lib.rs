@@ -7,11 +7,13 @@
 //! |---|---|
 //! | [`values`] | densities and derivatives over elements, design domain and variables, as different types |
 //! | [`variables`] | which elements are designed, passive solid or passive void; the initial design |
-//! | [`map`] | the chain from design variables to densities and its exact transpose |
+//! | [`map`] | maps of densities, chains of them, and their exact transposes |
+//! | [`density_map`] | the chain from the design variables to the densities of all elements |
 //! | [`filter`] | density filter and projection (design maps), Sigmund's sensitivity filter (not a design map) |
 //! | [`quantity`] | numbers computed from a state, with exact partial derivatives |
 //! | [`response`] | sums, maxima and curves of quantities over the load path: objectives and constraints |
 //! | [`volume`] | the volume constraint |
+//! | [`schedule`] | parameters that change over the iterations |
 //! | [`optimizer`] | the method of moving asymptotes (MMA, GCMMA), scaling, optimality residual |
 //!
 //! A design map changes the function that is optimized, so its gradient is pulled back exactly. The
@@ -19,20 +21,23 @@
 //! gradient that is compared with finite differences.
 //!
 //! All results are the same, bit for bit, for any number of threads. On several ranks, the largest
-//! data of this crate, the lists of the sensitivity filter and the subproblem of the optimizer, are
+//! data of this crate, the lists of the filters and the subproblem of the optimizer, are
 //! distributed ([`own_range`](slipstick_ranks::own_range)); inputs and outputs are replicated on
 //! each rank.
 
+pub mod density_map;
 pub mod filter;
 pub mod map;
 pub mod optimizer;
 pub mod quantity;
 pub mod response;
+pub mod schedule;
 pub mod values;
 pub mod variables;
 pub mod volume;
 
-pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter};
+pub use density_map::DensityMap;
+pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter, Triangle};
 pub use map::{Chain, DesignMap, Identity, OnElements};
 pub use optimizer::{
     Functions, Gcmma, Judgement, KktResidual, Method, Mma, MmaError, MmaParameters, MmaStep, Optimizer, Scaling,
@@ -40,6 +45,7 @@ pub use optimizer::{
 };
 pub use quantity::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure};
 pub use response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
+pub use schedule::{Schedule, Steps};
 pub use values::{DomainValues, ElementValues, VariableValues};
 pub use variables::{DesignError, DesignVariables, Passives, Role};
 pub use volume::{VolumeConstraint, VolumeError};

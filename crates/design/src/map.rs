@@ -1,5 +1,7 @@
 //! Maps from design variables to densities, and their transposes for gradients.
 
+use std::sync::Arc;
+
 /// A differentiable map from design variables `x` to densities `φ`, with its exact transpose.
 ///
 /// `x` and `φ` may have different lengths, which each implementation documents. Both are
@@ -31,15 +33,15 @@ impl DesignMap for Identity {
     }
 }
 
-/// Several maps, the first applied first. An empty chain is the identity.
-#[derive(Default)]
+/// Several maps, the first applied first. An empty chain is the identity. Copies share the maps.
+#[derive(Clone, Default)]
 pub struct Chain {
-    maps: Vec<Box<dyn DesignMap>>,
+    maps: Vec<Arc<dyn DesignMap>>,
 }
 
 impl Chain {
     /// The composition `maps[last] ∘ … ∘ maps[0]`.
-    pub fn new(maps: Vec<Box<dyn DesignMap>>) -> Self {
+    pub fn new(maps: Vec<Arc<dyn DesignMap>>) -> Self {
         Self { maps }
     }
 }

@@ -133,6 +133,26 @@ impl DesignVariables {
         self.designed.iter().map(|&element| all[element as usize]).collect()
     }
 
+    /// These entries at the designed elements, 0 elsewhere: the transpose of
+    /// [`restrict`](Self::restrict).
+    ///
+    /// # Panics
+    ///
+    /// If there is not one entry per designed element.
+    pub fn spread(&self, values: &VariableValues) -> ElementValues {
+        spread(&self.designed, values, self.roles.len())
+    }
+
+    /// These entries at the elements of the design domain, 0 elsewhere: the transpose of
+    /// [`on_domain`](Self::on_domain).
+    ///
+    /// # Panics
+    ///
+    /// If there is not one entry per element of the domain.
+    pub fn spread_domain(&self, values: &DomainValues) -> ElementValues {
+        spread(&self.domain, values, self.roles.len())
+    }
+
     /// The entries of the design domain.
     ///
     /// # Panics
@@ -233,6 +253,15 @@ impl DesignVariables {
     }
 }
 
+fn spread(elements: &[u32], values: &[f64], count: usize) -> ElementValues {
+    assert_eq!(values.len(), elements.len(), "one entry per element of the list");
+    let mut all = vec![0.0; count];
+    for (&element, &value) in elements.iter().zip(values) {
+        all[element as usize] = value;
+    }
+    all.into()
+}
+
 /// [`densities`](DesignVariables::densities) and [`restrict`](DesignVariables::restrict) as a link
 /// of a [`Chain`](crate::Chain).
 impl DesignMap for DesignVariables {
@@ -287,6 +316,8 @@ mod tests {
         assert_eq!(variables.restrict(&densities), x);
         assert_eq!(variables.on_domain(&densities)[..], [0.1, 1.0, 0.3, 0.0, 0.5]);
         assert_eq!(variables.restrict_domain(&variables.on_domain(&densities)), x);
+        assert_eq!(variables.spread(&x)[..], [0.0, 0.1, 0.0, 0.3, 0.0, 0.5, 0.0]);
+        assert_eq!(variables.spread_domain(&[1.0, 2.0, 3.0, 4.0, 5.0].into())[..], [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 0.0]);
         let blurred = [0.7; 7];
         assert_eq!(variables.passives().apply(&blurred), [1.0, 0.7, 1.0, 0.7, 0.0, 0.7, 1.0]);
         assert_eq!(variables.passives().pull_back(&blurred, &[2.0; 7]), [0.0, 2.0, 0.0, 2.0, 0.0, 2.0, 0.0]);

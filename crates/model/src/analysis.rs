@@ -156,6 +156,11 @@ impl Analysis {
         self.design.of_changed_model(|model| model.set_friction(friction));
     }
 
+    /// Sets the exponent by which densities are penalized, from the next analysis on.
+    pub(crate) fn set_penalization(&mut self, penalization: f64) {
+        self.design.of_changed_model(|model| model.set_penalization(penalization));
+    }
+
     /// Sets when Uzawa's iteration stops; does nothing if no contact pair uses it.
     pub(crate) fn set_uzawa(&mut self, uzawa: Option<crate::model::Uzawa>) {
         self.design.of_changed_model(|model| model.set_uzawa(uzawa));

@@ -1,8 +1,11 @@
 //! The optimization loop: analyse, differentiate, filter, update.
 //!
 //! ```text
-//! x ──design variables──▶ φ ──march──▶ θ ──sweep──▶ dθ/dφ ──sensitivity filter──▶ MMA ──▶ x
+//! x ──design map──▶ φ ──march──▶ θ ──sweep──▶ dθ/dφ ──pull back──▶ dθ/dx ──▶ MMA ──▶ x
 //! ```
+//!
+//! Without a density filter and a projection, x are the densities of the designed elements; a
+//! sensitivity filter then replaces the pull-back.
 //!
 //! With GCMMA, a design may be rejected after its march and before its sweep; the next candidate is
 //! then marched instead. The approximations by which candidates are judged are part of the state,
@@ -12,12 +15,19 @@
 //! the next iteration depends on is in [`OptimizationState`] and the path of the last design. Both
 //! can be stored and restored bit for bit.
 
+mod maps;
+mod stop;
+
+pub use stop::StopCriteria;
+
+use maps::Maps;
+
 use crate::analysis::{AnalysisError, Forward};
 use crate::problem::Problem;
 use serde::{Deserialize, Serialize};
 use slipstick_design::{
-    DesignVariables, DomainValues, ElementValues, FilterError, Functions, Judgement, Method, MmaError, MmaParameters,
-    Optimizer, Scaling, SensitivityFilter, VariableValues, VolumeConstraint, VolumeError,
+    DensityMap, DomainValues, ElementValues, FilterError, Functions, Judgement, Method, MmaError, MmaParameters,
+    Optimizer, Scaling, Schedule, SensitivityFilter, VariableValues, VolumeConstraint, VolumeError,
 };
 use slipstick_path::{Guide, MarchFailure, MarchObserver};
 
@@ -30,7 +40,7 @@ pub struct IterationRecord {
     pub objective: f64,
     /// Filled fraction of the design domain.
     pub volume_fraction: f64,
-    /// Largest change of a density in the update that followed, before halvings and inner
+    /// Largest change of a variable in the update that followed, before halvings and inner
     /// iterations shortened it; `None` after the last evaluation.
     pub change: Option<f64>,
     /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as the
@@ -100,12 +110,14 @@ pub struct OptimizationOptions {
     /// Bound on the fraction of the design domain's volume that is filled, in (0, 1]; `None`: no
     /// bound.
     pub volume_fraction: Option<f64>,
-    /// Filter of the sensitivities; `None` for none.
+    /// Filter of the sensitivities; `None` for none. It requires a design map that is the identity.
     pub filter: Option<FilterOptions>,
     /// Number of updates.
     pub iterations: usize,
-    /// The optimization stops early if an update changes no density by more than this.
-    pub tolerance: Option<f64>,
+    /// When the optimization stops earlier.
+    pub stop: StopCriteria,
+    /// Parameters that change over the iterations.
+    pub schedule: Schedule,
     /// MMA or GCMMA.
     pub method: Method,
     /// Parameters of either method.
@@ -133,9 +145,15 @@ pub enum PrepareError {
     /// It has no design.
     #[error("an optimization needs a design")]
     NoDesign,
-    /// The filter is impossible.
+    /// The sensitivity filter is impossible.
     #[error(transparent)]
     Filter(FilterError),
+    /// The sensitivity filter would falsify gradients that are exact with respect to the variables.
+    #[error("a sensitivity filter cannot be combined with a density filter or a projection")]
+    TwoFilters,
+    /// The schedule of the sharpness is impossible.
+    #[error(transparent)]
+    Sharpness(FilterError),
     /// The bound on the volume is impossible.
     #[error(transparent)]
     Volume(VolumeError),
@@ -163,6 +181,8 @@ pub enum OptimizeError {
 /// The last analysed design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluated {
+    /// Design variables.
+    pub x: VariableValues,
     /// Densities of all elements.
     pub density: ElementValues,
     /// dθ/dφ of all elements, unfiltered; `None` for the last evaluation, which needs no gradient.
@@ -173,13 +193,14 @@ pub struct Evaluated {
 pub struct Optimization {
     /// The problem being designed.
     pub problem: Problem,
-    variables: DesignVariables,
+    maps: Maps,
     filter: Option<SensitivityFilter>,
     volume: VolumeConstraint,
     /// Whether the volume is bounded.
     bounded: bool,
     iterations: usize,
-    tolerance: Option<f64>,
+    stop: StopCriteria,
+    schedule: Schedule,
     /// Whether a march follows the path of the previous design, in `problem.analysis.guide`.
     follow: bool,
     evaluated: Option<Evaluated>,
@@ -204,7 +225,7 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn of_densities(n: usize) -> Self {
+    fn of_variables(n: usize) -> Self {
         Self { lower: vec![0.0; n], upper: vec![1.0; n] }
     }
 
@@ -229,10 +250,13 @@ impl Optimization {
         if problem.analysis.objective.is_none() {
             return Err(PrepareError::NoObjective);
         }
-        let variables = problem.variables.clone().ok_or(PrepareError::NoDesign)?;
+        let map = problem.map.clone().ok_or(PrepareError::NoDesign)?;
+        if options.filter.is_some() && !map.is_identity() {
+            return Err(PrepareError::TwoFilters);
+        }
+        let variables = map.variables();
         let volumes = variables.on_domain(&problem.mesh.element_volumes().into());
-        let OptimizationOptions { volume_fraction, filter, iterations, tolerance, method, mma, follow_previous_design } =
-            options;
+        let OptimizationOptions { volume_fraction, filter, iterations, stop, schedule, method, mma, .. } = options;
         let filter = filter.map(|FilterOptions { radius, planes }| {
             let centroids = problem.mesh.centroids();
             let centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
@@ -244,7 +268,11 @@ impl Optimization {
         let of_analysis = problem.analysis.constraints.iter().map(|constraint| constraint.response.name().to_owned());
         let constraints: Vec<String> =
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
-        let x = variables.restrict(&problem.initial_density);
+        let x = match &problem.initial_variables {
+            Some(x) => x.clone(),
+            None => variables.restrict(&problem.initial_density),
+        };
+        let maps = Maps::new(map, &schedule.sharpness).map_err(PrepareError::Sharpness)?;
         let state = OptimizationState {
             iteration: 0,
             optimizer: Optimizer::new(method, x.len(), constraints.len(), mma),
@@ -256,13 +284,14 @@ impl Optimization {
         };
         Ok(Self {
             problem,
-            variables,
+            maps,
             filter,
             volume,
             bounded: volume_fraction.is_some(),
             iterations,
-            tolerance,
-            follow: follow_previous_design,
+            stop,
+            schedule,
+            follow: options.follow_previous_design,
             evaluated: None,
             state,
         })
@@ -270,7 +299,12 @@ impl Optimization {
 
     /// Densities of all elements at the current variables.
     pub fn density(&self) -> ElementValues {
-        self.variables.densities(&self.state.x)
+        self.map().densities(&self.state.x)
+    }
+
+    /// The map from variables to densities at the current iteration.
+    pub fn map(&self) -> &DensityMap {
+        self.maps.at(self.state.iteration)
     }
 
     /// The design of the last [`advance`](Self::advance); `None` before the first.
@@ -300,7 +334,7 @@ impl Optimization {
         self.iterations = iterations;
     }
 
-    /// Whether all updates are made (or the change fell below the tolerance) and the last design is
+    /// Whether all updates are made (or the criteria for stopping were met) and the last design is
     /// evaluated.
     pub fn finished(&self) -> bool {
         let evaluated = self.state.history.len() > self.state.iteration;
@@ -310,8 +344,10 @@ impl Optimization {
     /// Whether no further update is needed after the one that ended at `x`.
     fn done(&self, x: &VariableValues) -> bool {
         let change = self.state.x_before.as_ref().map(|before| largest_change(x, before));
-        self.state.iteration >= self.iterations
-            || matches!((self.tolerance, change), (Some(bound), Some(change)) if change <= bound)
+        let updated = self.state.history.iter().rev().find(|record| record.change.is_some());
+        let ended = |record: &IterationRecord| record.iteration >= self.schedule.end();
+        let settled = |record: &IterationRecord| ended(record) && self.stop.met(record, change);
+        self.state.iteration >= self.iterations || updated.is_some_and(settled)
     }
 
     /// Evaluates the current design and, unless all updates are made, updates it. Returns the
@@ -327,12 +363,15 @@ impl Optimization {
     /// See [`OptimizeError`]; the state is then that of the last finished iteration.
     pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
         let mut optimizer = self.state.optimizer.clone();
+        if let Some(p) = self.schedule.p.at(self.state.iteration) {
+            self.problem.analysis.set_penalization(p);
+        }
         let Marched { x, density, mut forward, halvings, lost } = self.march_accepted(&mut optimizer, observer)?;
         if forward.rounding.is_some() {
             forward.path.forget_factors();
             return Err(OptimizeError::Rounding(Box::new(forward)));
         }
-        let domain = self.variables.on_domain(&density);
+        let domain = self.maps.variables().on_domain(&density);
         let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
         record.discreteness = self.volume.discreteness(&domain);
         let functions = self.constraint_functions(&domain, &forward);
@@ -342,6 +381,7 @@ impl Optimization {
         record.inner_iterations = optimizer.inner_iterations();
         record.failed_iterations += lost;
         let done = self.done(&x);
+        let evaluated = Evaluated { x: x.clone(), density, gradient: None };
         let mut next = OptimizationState { x, optimizer, ..self.state.clone() };
         let mut derivative = None;
         if !done {
@@ -362,14 +402,15 @@ impl Optimization {
         }
         next.history.push(record);
         self.state = next;
-        self.evaluated = Some(Evaluated { density, gradient: derivative });
+        self.evaluated = Some(Evaluated { gradient: derivative, ..evaluated });
         Ok(forward)
     }
 
     /// Marches with the variables of the state and, as long as the optimizer rejects the result,
     /// with its next candidate.
     ///
-    /// A halved update is judged like a full one. It does not raise the objective either: the
+    /// Where the schedule changes the functions, there is nothing to compare a design with, and it is
+    /// accepted. A halved update is judged like a full one. It does not raise the objective either: the
     /// approximations are convex, so where both ends are no worse than the last design, nor is the
     /// middle.
     fn march_accepted(
@@ -377,18 +418,21 @@ impl Optimization {
         optimizer: &mut Optimizer,
         observer: &mut dyn MarchObserver,
     ) -> Result<Marched, OptimizeError> {
-        let bounds = Bounds::of_densities(self.state.x.len());
+        let bounds = Bounds::of_variables(self.state.x.len());
+        let comparable = !self.schedule.changes_functions_at(self.state.iteration);
         let (mut x, mut halvings, mut lost) = (self.state.x.clone(), 0, 0);
         loop {
             let mut marched = self.march_or_step_back(x, observer)?;
             marched.halvings += halvings;
             marched.lost += lost;
+            let judged = comparable && marched.forward.rounding.is_none();
             // without scales, nothing has been approximated yet
-            let Some(scaling) = self.state.scaling.as_ref().filter(|_| marched.forward.rounding.is_none()) else {
+            let Some(scaling) = self.state.scaling.as_ref().filter(|_| judged) else {
                 return Ok(marched);
             };
             let forward = &marched.forward;
-            let functions = self.constraint_functions(&self.variables.on_domain(&marched.density), forward);
+            let domain = self.maps.variables().on_domain(&marched.density);
+            let functions = self.constraint_functions(&domain, forward);
             let scaled = functions.iter().zip(scaling.constraints()).map(|(f, factor)| factor * f.violation.0);
             let (objective, constraints) = (scaling.objective() * forward.value, scaled.collect::<Vec<f64>>());
             let ranks = self.problem.analysis.linear.ranks();
@@ -412,7 +456,7 @@ impl Optimization {
     ) -> Result<Marched, OptimizeError> {
         let (mut halvings, mut lost) = (0, 0);
         loop {
-            let density = self.variables.densities(&x);
+            let density = self.map().densities(&x);
             let failure = match self.problem.analysis.forward(&density, observer) {
                 Ok(forward) if forward.path.steps < self.problem.analysis.times.len() => {
                     return Err(OptimizeError::Interrupted);
@@ -444,7 +488,8 @@ impl Optimization {
         volume.into_iter().chain(others).collect()
     }
 
-    /// Filters the gradients, scales, and lets the optimizer choose the next variables. `gradients`
+    /// Pulls the gradients back to the variables or filters them, scales, and lets the optimizer
+    /// choose the next variables. `gradients`
     /// are those of the objective and of the constraints of the analysis.
     fn update(
         &self,
@@ -454,13 +499,14 @@ impl Optimization {
         forward: &Forward,
         (functions, gradients): (&[ConstraintFunction], &[ElementValues]),
     ) -> Result<(), OptimizeError> {
+        let (map, variables, x) = (self.maps.at(next.iteration), self.maps.variables(), next.x.clone());
         let on_variables = |gradient: &ElementValues, depends_on_state: bool| -> Vec<f64> {
-            let on_domain = self.variables.on_domain(gradient);
-            let filtered = match &self.filter {
-                Some(filter) if depends_on_state => filter.apply(domain, &on_domain),
-                _ => on_domain,
-            };
-            self.variables.restrict_domain(&filtered).into()
+            match &self.filter {
+                Some(filter) if depends_on_state => {
+                    variables.restrict_domain(&filter.apply(domain, &variables.on_domain(gradient))).into()
+                }
+                _ => map.pull_back(&x, gradient).into(),
+            }
         };
         let analysis = &self.problem.analysis;
         let responses = analysis.objective.iter().chain(analysis.constraints.iter().map(|of| &of.response));
@@ -469,7 +515,7 @@ impl Optimization {
         let mut of_responses =
             responses.zip(gradients).map(|(response, gradient)| on_variables(gradient, response.depends_on_state()));
         let objective_gradient = of_responses.next().unwrap_or_default();
-        let volume = self.bounded.then(|| self.variables.restrict_domain(&self.volume.gradient()).into());
+        let volume = self.bounded.then(|| on_variables(&variables.spread_domain(&self.volume.gradient()), false));
         let bounds = functions.iter().map(|function| function.violation.1);
         let constraint_gradients: Vec<Vec<f64>> = volume
             .into_iter()
@@ -477,12 +523,18 @@ impl Optimization {
             .zip(bounds)
             .map(|(gradient, slope): (Vec<f64>, f64)| gradient.into_iter().map(|g| slope * g).collect())
             .collect();
+        if self.schedule.changes_functions_at(next.iteration) {
+            next.optimizer.restart();
+        }
+        if let Some(move_limit) = self.schedule.move_limit.at(next.iteration) {
+            next.optimizer.set_move_limit(move_limit);
+        }
         let violations: Vec<f64> = functions.iter().map(|function| function.violation.0).collect();
         let scaling = next.scaling.get_or_insert_with(|| Scaling::new(violations.len()));
         scaling.learn(&objective_gradient, &constraint_gradients);
         let (f, df) = scaling.scale_objective(forward.value, &objective_gradient);
         let (g, dg) = scaling.scale_constraints(&violations, &constraint_gradients);
-        let bounds = Bounds::of_densities(next.x.len());
+        let bounds = Bounds::of_variables(next.x.len());
         let functions = Functions::new(f, &df, &g, &dg);
         let step = next.optimizer.update(&next.x, bounds.both(), &functions, analysis.linear.ranks())?;
         record.change = Some(largest_change(&step.x, &next.x));

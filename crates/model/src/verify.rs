@@ -19,7 +19,7 @@ mod verdict;
 
 use crate::analysis::{Analysis, AnalysisError, Forward, ForwardNotice, Rounding};
 use serde::Serialize;
-use slipstick_design::ElementValues;
+use slipstick_design::{DensityMap, ElementValues, VariableValues};
 use slipstick_path::{Guide, MarchObserver, Tolerance, Tolerances};
 use stencil::{Stencil, inwards};
 use verdict::verdict;
@@ -134,11 +134,64 @@ pub fn verify_gradient(
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<GradientCheck, VerifyError> {
+    verify(&mut Function { analysis, map: None }, density, designed, options, observer)
+}
+
+/// Like [`verify_gradient`], for the gradient with respect to design variables: compares the
+/// derivatives that `map` pulls back with differences of θ(φ(x)).
+///
+/// # Errors
+/// [`VerifyError`].
+pub fn verify_variables(
+    analysis: &mut Analysis,
+    map: &DensityMap,
+    x: &VariableValues,
+    options: &VerifyOptions,
+    observer: &mut dyn MarchObserver,
+) -> Result<GradientCheck, VerifyError> {
+    let variables = map.variables();
+    let (at, varied) = (variables.densities(x), variables.designed());
+    verify(&mut Function { analysis, map: Some(map) }, &at, varied, options, observer)
+}
+
+/// θ as a function of one number per element: its density or, with a map, its variable.
+struct Function<'a> {
+    analysis: &'a mut Analysis,
+    map: Option<&'a DensityMap>,
+}
+
+impl Function<'_> {
+    /// Computes the whole path at these numbers.
+    fn forward(&mut self, at: &ElementValues, observer: &mut dyn MarchObserver) -> Result<Forward, VerifyError> {
+        let mapped = self.map.map(|map| map.densities(&map.variables().restrict(at)));
+        let forward = self.analysis.forward(mapped.as_ref().unwrap_or(at), observer)?;
+        if forward.path.steps < self.analysis.times.len() { Err(VerifyError::Interrupted) } else { Ok(forward) }
+    }
+
+    /// The gradient with respect to these numbers.
+    fn gradient(&mut self, forward: &Forward, at: &ElementValues) -> Result<ElementValues, VerifyError> {
+        let gradient = self.analysis.gradient(forward)?;
+        Ok(match self.map {
+            Some(map) => map.variables().spread(&map.pull_back(&map.variables().restrict(at), &gradient)),
+            None => gradient,
+        })
+    }
+}
+
+fn verify(
+    function: &mut Function<'_>,
+    density: &ElementValues,
+    designed: &[u32],
+    options: &VerifyOptions,
+    observer: &mut dyn MarchObserver,
+) -> Result<GradientCheck, VerifyError> {
+    let analysis = &mut *function.analysis;
     let saved = (analysis.march.newton, analysis.model().uzawa(), analysis.guide.take());
     analysis.march.newton.max_iterations += 5;
     analysis.march.newton.linear_tolerance = saved.0.linear_tolerance.min(1e-12);
     set_tolerance(analysis, options.forward_tolerance);
-    let result = compare(analysis, density, designed, options, observer);
+    let result = compare(function, density, designed, options, observer);
+    let analysis = &mut *function.analysis;
     analysis.march.newton = saved.0;
     analysis.set_uzawa(saved.1);
     analysis.guide = saved.2;
@@ -152,38 +205,28 @@ fn set_tolerance(analysis: &mut Analysis, tolerance: f64) {
     analysis.set_uzawa_tolerance(tolerance);
 }
 
-/// Computes the whole path at these densities.
-fn forward(
-    analysis: &mut Analysis,
-    density: &ElementValues,
-    observer: &mut dyn MarchObserver,
-) -> Result<Forward, VerifyError> {
-    let forward = analysis.forward(density, observer)?;
-    if forward.path.steps < analysis.times.len() { Err(VerifyError::Interrupted) } else { Ok(forward) }
-}
-
 fn compare(
-    analysis: &mut Analysis,
+    function: &mut Function<'_>,
     density: &ElementValues,
     designed: &[u32],
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<GradientCheck, VerifyError> {
-    let base = forward(analysis, density, observer)?;
+    let base = function.forward(density, observer)?;
     if let Some(rounding) = base.rounding {
         return Err(VerifyError::Rounding(rounding));
     }
-    let gradient = analysis.gradient(&base)?;
+    let gradient = function.gradient(&base, density)?;
     let varied = Varied::of(designed, density, options.step);
     let free: Vec<u32> = varied.all();
     let of = |elements: &[u32]| elements.iter().map(|&e| gradient[e as usize].powi(2)).sum::<f64>().sqrt();
     let (norm, gradient_norm) = (of(&free), of(designed));
-    analysis.guide = Some(Guide::steps_of(&base.path));
-    let round_off = round_off(analysis, density, &free, &base, options, observer)?;
+    function.analysis.guide = Some(Guide::steps_of(&base.path));
+    let round_off = round_off(function, density, &free, &base, options, observer)?;
     let at = Base { density, forward: &base, gradient: &gradient, norm, round_off };
     let mut directions = Vec::new();
     for (name, direction, stencil) in varied.directions(density, options) {
-        directions.push(along(analysis, &at, name, &direction, stencil, options, observer)?);
+        directions.push(along(function, &at, name, &direction, stencil, options, observer)?);
     }
     let tells = |d: &&DirectionCheck| matches!(d.verdict, Verdict::Right | Verdict::Off);
     let worst = directions.iter().filter(tells).filter_map(|d| d.best).reduce(f64::max);
@@ -196,26 +239,26 @@ fn compare(
 /// coordinates that are large compared to the body, cost many digits. The error is therefore
 /// measured.
 fn round_off(
-    analysis: &mut Analysis,
+    function: &mut Function<'_>,
     density: &ElementValues,
     free: &[u32],
     base: &Forward,
     options: &VerifyOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<f64, VerifyError> {
-    set_tolerance(analysis, 10.0 * options.forward_tolerance);
-    let loose = forward(analysis, density, observer);
-    set_tolerance(analysis, options.forward_tolerance);
+    set_tolerance(function.analysis, 10.0 * options.forward_tolerance);
+    let loose = function.forward(density, observer);
+    set_tolerance(function.analysis, options.forward_tolerance);
     let loose = loose?;
     // A path with different steps is a different function and gives no information.
     let by_tolerance = if same_steps(base, &loose) { (loose.value - base.value).abs() } else { 0.0 };
     // from here on, the path at φ provides the initial guesses
-    analysis.guide = Some(Guide::of(&base.path, analysis.linear.ranks()).holding_steps());
+    function.analysis.guide = Some(Guide::of(&base.path, function.analysis.linear.ranks()).holding_steps());
     let spacing = (options.step * 0.5f64.powi(options.halvings as i32)).min(LARGEST_SPACING);
-    let (mut by_digits, smooth) = noise(analysis, density, free, base, spacing, observer)?;
+    let (mut by_digits, smooth) = noise(function, density, free, base, spacing, observer)?;
     if !smooth {
         // The contribution of a kink decreases with the spacing, that of round-off does not.
-        by_digits = by_digits.min(noise(analysis, density, free, base, 0.01 * spacing, observer)?.0);
+        by_digits = by_digits.min(noise(function, density, free, base, 0.01 * spacing, observer)?.0);
     }
     let by_digits = if by_digits.is_finite() { by_digits } else { 0.0 };
     let least = f64::EPSILON * base.step_values.iter().map(|value| value.abs()).sum::<f64>();
@@ -229,7 +272,7 @@ fn round_off(
 /// J. J. Moré, S. M. Wild: Estimating computational noise. SIAM J. Sci. Comput. 33 (2011)
 /// 1292–1314, (3.4).
 fn noise(
-    analysis: &mut Analysis,
+    function: &mut Function<'_>,
     density: &ElementValues,
     free: &[u32],
     base: &Forward,
@@ -255,9 +298,9 @@ fn noise(
         for (&e, along) in free.iter().zip(&along) {
             moved[e as usize] = (moved[e as usize] + f64::from(place) * along).clamp(0.0, 1.0);
         }
-        let at = forward(analysis, &moved, observer)?;
+        let at = function.forward(&moved, observer)?;
         same &= same_steps(base, &at);
-        smooth &= same && changes(base, [&at, &at], analysis).is_empty();
+        smooth &= same && changes(base, [&at, &at], function.analysis).is_empty();
         *value = at.value;
     }
     if !same {
@@ -355,7 +398,7 @@ struct Base<'a> {
 }
 
 fn along(
-    analysis: &mut Analysis,
+    function: &mut Function<'_>,
     base: &Base<'_>,
     name: String,
     direction: &[f64],
@@ -378,7 +421,7 @@ fn along(
         let h = options.step * 0.5f64.powi(k as i32);
         let mut at = |steps: f64| {
             let moved: ElementValues = base.density.iter().zip(direction).map(|(d, v)| d + steps * h * v).collect();
-            forward(analysis, &moved, observer)
+            function.forward(&moved, observer)
         };
         let [near, far] = stencil.places();
         let near_at = at(near)?;
@@ -410,14 +453,18 @@ fn along(
         // smooth. But if one side agrees to second order, as it does only with the derivative of
         // its own branch, the other side is another branch.
         let relative_error = (difference - adjoint).abs() / scale;
-        let sides = others.map(|other| changes(base.forward, [other, other], analysis));
+        let sides = others.map(|other| changes(base.forward, [other, other], function.analysis));
         let second_order = |side: usize| sides[side].is_empty() && remainders[side] < last_remainders[side] / 3.0;
         let other_branch = (0..2).any(|side| second_order(side) && !sides[1 - side].is_empty());
         // with a one-sided difference, another status means that the branch may be another one
         let other_status = stencil == Stencil::OneSided && sides.iter().any(|side| !side.is_empty());
         let spans_kink = (other_branch || other_status) && relative_error > options.tolerance;
         last_remainders = remainders;
-        let kink = if cut_back || smooth && !spans_kink { Vec::new() } else { changes(base.forward, others, analysis) };
+        let kink = if cut_back || smooth && !spans_kink {
+            Vec::new()
+        } else {
+            changes(base.forward, others, function.analysis)
+        };
         quotients.push(Quotient {
             step: h,
             difference,

@@ -130,9 +130,9 @@ fn prepare(resolved: &Resolved, density: Option<ElementValues>, responses: Respo
     let map = &resolved.source_map;
     let mut problem: Problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
     responses.apply(&mut problem)?;
-    if let (Some(density), Some(variables)) = (density, &problem.variables) {
+    if let Some(density) = density {
         // the case sets the densities of passive elements and of those outside the design
-        problem.initial_density = variables.densities(&variables.restrict(&density));
+        problem.start_from_densities(&density);
     }
     optimization(&resolved.case, problem).map_err(|error| Error::build(&error, map))
 }

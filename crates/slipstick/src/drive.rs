@@ -25,7 +25,10 @@ use slipstick_path::{MarchEvent, MarchObserver, Silent};
 
 use crate::analysis::{AnalysisError, Forward, ForwardNotice, Rounding};
 use crate::optimize::{IterationRecord, Optimization, OptimizeError};
-use crate::output::{Pvd, fields::write_design};
+use crate::output::{
+    Pvd,
+    fields::{DesignFields, write_design},
+};
 use crate::quantities::Quantities;
 use crate::run::{
     Checkpoint, FailureReport, History, Kept, NewtonTable, RunDirectory, RunError, StartValuesFile, keep_failure,
@@ -166,14 +169,21 @@ impl Files {
         self.history.record(record, seconds)?;
         let Some(design) = optimization.evaluated() else { return Ok(()) };
         let (run, number) = (&self.directory, record.iteration);
-        let (mesh, gradient) = (&optimization.problem.mesh, design.gradient.as_ref());
-        write_densities(&run.file("design.csv"), mesh, &design.density, gradient)?;
+        let (mesh, map) = (&optimization.problem.mesh, optimization.map());
+        let variables = (!map.is_identity()).then(|| map.variables().densities(&design.x));
+        let fields = DesignFields {
+            iteration: number,
+            density: &design.density,
+            derivative: design.gradient.as_ref(),
+            variables: variables.as_ref(),
+        };
+        write_densities(&run.file("design.csv"), mesh, fields.density, fields.derivative, fields.variables)?;
         if !number.is_multiple_of(every) && !optimization.finished() {
             return Ok(());
         }
         let name = RunDirectory::numbered("design", number);
         let pieces = run.pieces(optimization.problem.analysis.model().share(), mesh.elements.len());
-        write_design(&run.file(&name), mesh, number, &design.density, gradient, pieces.as_deref())?;
+        write_design(&run.file(&name), mesh, &fields, pieces.as_deref())?;
         let mut collection = Pvd::default();
         for number in 0..=number {
             let name = RunDirectory::numbered("design", number);
@@ -282,7 +292,7 @@ fn without_direction(optimization: &Optimization, forward: &Forward, recorder: O
     let path = write_path(run, problem, &forward.path);
     let table = on_first(problem.analysis.linear.ranks(), || match run.map(|run| run.file("design.csv")) {
         // the table of an earlier iteration is kept: it cannot be replaced
-        Some(table) if !table.exists() => Ok(write_densities(&table, &problem.mesh, &forward.density, None)?),
+        Some(table) if !table.exists() => Ok(write_densities(&table, &problem.mesh, &forward.density, None, None)?),
         _ => Ok(()),
     });
     let kept = path.and(table).map_or_else(Kept::Lost, |_| Kept::States);

@@ -11,7 +11,7 @@ use slipstick::case::parse_case;
 use slipstick::design::ElementValues;
 use slipstick::run::{
     Checkpoint, ExitState, FailureReport, History, NewtonTable, RunDirectory, RunError, RunPart, RunRecord,
-    load_density, read_density, sha256, write_densities, write_failure, write_path,
+    load_density, load_variables, read_density, sha256, write_densities, write_failure, write_path,
 };
 use slipstick_path::{MarchEvent, MarchFailure, MarchObserver, Path, Silent, StateError, StepFailureKind};
 use tempfile::TempDir;
@@ -90,14 +90,24 @@ fn densities_are_read_back_bit_for_bit() {
     let (_, problem) = small();
     let density: ElementValues = (0..problem.mesh.elements.len()).map(|e| 1.0 / (e as f64 + 3.0)).collect();
     let table = run.file("design.csv");
-    write_densities(&table, &problem.mesh, &density, Some(&density)).unwrap();
+    write_densities(&table, &problem.mesh, &density, Some(&density), None).unwrap();
     assert_eq!(load_density(run.path(), &problem.mesh).unwrap(), density);
     assert_eq!(read_density(&table, &problem.mesh).unwrap(), density);
     let text = fs::read_to_string(&table).unwrap();
     assert_eq!(text.lines().nth(1), Some("0,slab,0.3333333333333333,0.3333333333333333"));
+    assert!(load_variables(run.path(), &problem.mesh).unwrap().is_none());
+    let variables: ElementValues = density.iter().map(|phi| phi / 7.0).collect();
+    let other = run.file("mapped.csv");
+    write_densities(&other, &problem.mesh, &density, None, Some(&variables)).unwrap();
+    assert_eq!(load_variables(&other, &problem.mesh).unwrap(), Some(variables));
+    assert_eq!(load_density(&other, &problem.mesh).unwrap(), density);
+    let changed = fs::read_to_string(&other).unwrap().replacen(",0.047619", ",1.047619", 1);
+    fs::write(&other, changed).unwrap();
+    let error = load_variables(&other, &problem.mesh).unwrap_err().to_string();
+    assert!(error.contains("is not a design_variable in [0, 1]"), "{error}");
     let mut bad = density.clone();
     bad[1] = f64::NAN;
-    let error = write_densities(&table, &problem.mesh, &density, Some(&bad)).unwrap_err();
+    let error = write_densities(&table, &problem.mesh, &density, Some(&bad), None).unwrap_err();
     assert!(error.to_string().contains("`derivative` is NaN at entry 1"), "{error}");
     assert_eq!(fs::read_to_string(&table).unwrap(), text, "the old table is unchanged");
 }

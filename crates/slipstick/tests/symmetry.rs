@@ -200,32 +200,39 @@ fn gradients_of_a_part_match_finite_differences() {
     }
 }
 
-/// Two steps of the optimizer agree between part and whole: objective, volume and filter are
+/// Two steps of the optimizer agree between part and whole: objective, volume and filters are
 /// consistent.
 #[test]
 fn designs_of_a_part_are_those_of_the_whole() {
     let cut = Cut { axes: [false, true], slides: true, shape: "standard", wedges: false };
-    let designs = [cut, Cut { axes: [false; 2], ..cut }].map(|cut| {
-        let read = |name: &str| {
-            let mesh = cut.meshes().into_iter().find(|mesh| mesh.0 == name).unwrap().1;
-            Ok(abaqus::abaqus(&mesh).into_bytes())
-        };
-        let case = slipstick::case::parse_case_with(&cut.text(LAGRANGE), "symmetry.toml", &read).unwrap().case;
-        let mut optimization = optimization(&case, cut.problem(LAGRANGE)).unwrap();
-        while !optimization.finished() {
-            optimization.advance(&mut Silent).unwrap();
+    let filters = ["sensitivity_filter = {", "projection = { sharpness = 2 }\ndensity_filter = {"];
+    for filter in filters {
+        let designs = [cut, Cut { axes: [false; 2], ..cut }].map(|cut| design(cut, filter));
+        let [part, whole] = designs;
+        assert_eq!(2 * part.len(), whole.len());
+        let (low, high) = whole.values().fold((1.0, 0.0), |(low, high), v| (f64::min(low, *v), f64::max(high, *v)));
+        assert!(high - low > 0.1, "the design hardly moved: {low} to {high}");
+        for (place, density) in part {
+            assert!((density - whole[&place]).abs() < 1e-3, "{place:?}: {density} and {}", whole[&place]);
         }
-        let design = optimization.density();
-        let places = optimization.problem.mesh.centroids();
-        places.into_iter().map(key).zip(design.to_vec()).collect::<BTreeMap<_, _>>()
-    });
-    let [part, whole] = designs;
-    assert_eq!(2 * part.len(), whole.len());
-    let (low, high) = whole.values().fold((1.0, 0.0), |(low, high), v| (f64::min(low, *v), f64::max(high, *v)));
-    assert!(high - low > 0.1, "the design hardly moved: {low} to {high}");
-    for (place, density) in part {
-        assert!((density - whole[&place]).abs() < 1e-3, "{place:?}: {density} and {}", whole[&place]);
     }
+}
+
+/// The optimized density at each centroid.
+fn design(cut: Cut, filter: &str) -> BTreeMap<[i64; 3], f64> {
+    let read = |name: &str| {
+        let mesh = cut.meshes().into_iter().find(|mesh| mesh.0 == name).unwrap().1;
+        Ok(abaqus::abaqus(&mesh).into_bytes())
+    };
+    let text = cut.text(LAGRANGE).replace("sensitivity_filter = {", filter);
+    let case = slipstick::case::parse_case_with(&text, "symmetry.toml", &read).unwrap().case;
+    let mut optimization = optimization(&case, problem_with(&text, &cut.meshes())).unwrap();
+    while !optimization.finished() {
+        optimization.advance(&mut Silent).unwrap();
+    }
+    let design = optimization.density();
+    let places = optimization.problem.mesh.centroids();
+    places.into_iter().map(key).zip(design.to_vec()).collect()
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! From a resolved case and its problem to an optimization at its start.
 
 use slipstick_design::Method;
-use slipstick_model::optimize::{FilterOptions, Optimization, OptimizationOptions, PrepareError};
+use slipstick_model::optimize::{FilterOptions, Optimization, OptimizationOptions, PrepareError, StopCriteria};
 use slipstick_model::problem::Problem;
 
 use super::BuildError;
+use super::maps::planes;
 use crate::case::{Case, OptimizerMethod, StartValues};
 
 /// Prepares the optimization of a built case.
@@ -23,12 +24,14 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
     let optimizer = case.optimizer.as_ref().ok_or_else(|| missing("optimizer", "add an [optimizer] table"))?;
     let options = OptimizationOptions {
         volume_fraction,
-        filter: design.sensitivity_filter.map(|filter| FilterOptions {
-            radius: filter.radius,
-            planes: case.symmetries.iter().map(|s| (s.normal.index(), s.at)).collect(),
-        }),
+        filter: design.sensitivity_filter.map(|filter| FilterOptions { radius: filter.radius, planes: planes(case) }),
         iterations: optimizer.iterations,
-        tolerance: optimizer.tolerance,
+        stop: StopCriteria {
+            change: optimizer.tolerance,
+            optimality: optimizer.optimality,
+            discreteness: optimizer.discreteness,
+        },
+        schedule: optimizer.schedule.clone(),
         method: match optimizer.method {
             OptimizerMethod::Mma => Method::Mma,
             OptimizerMethod::Gcmma => {
@@ -42,6 +45,8 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
         PrepareError::NoObjective => missing("objective", "add an [objective] table"),
         PrepareError::NoDesign => no_design(),
         PrepareError::Filter(error) => BuildError::new("design.sensitivity_filter.radius", error, "change the value"),
+        PrepareError::TwoFilters => BuildError::new("design.sensitivity_filter", error, "omit one of them"),
+        PrepareError::Sharpness(error) => BuildError::new("optimizer.schedule.sharpness", error, "change the value"),
         PrepareError::Volume(error) => BuildError::new("design.volume_fraction", error, "change the value"),
     })
 }

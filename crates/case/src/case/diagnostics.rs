@@ -107,6 +107,8 @@ case_codes! {
     IdleFilter => "idle_filter",
     /// An optimizer that relies on exact gradients gets filtered ones (warning).
     FilteredGradients => "filtered_gradients",
+    /// An entry of a schedule that no update follows (warning).
+    LateSchedule => "late_schedule",
     /// Supports and prescribed motions leave a body free to move (warning).
     UnsupportedBody => "unsupported_body",
     /// A waypoint of a motion lies between two load steps and is skipped (warning).

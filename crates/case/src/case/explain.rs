@@ -98,8 +98,12 @@ impl CaseCode {
                 "GCMMA shortens an update until its approximations, which are built from the gradients, lie above the \
                  functions. With exact gradients this succeeds after a few marches, and the objective never rises. \
                  Filtered sensitivities are not the gradient of any function: an update may use up all its \
-                 `inner_iterations` and then be accepted as it is. Omit `sensitivity_filter`, or use \
-                 `method = \"mma\"`."
+                 `inner_iterations` and then be accepted as it is. Use `density_filter` instead of \
+                 `sensitivity_filter`, or `method = \"mma\"`."
+            }
+            LateSchedule => {
+                "Iterations count from 0, the start design; the last update follows iteration `iterations - 1`. Raise \
+                 `optimizer.iterations`, or omit entries beyond it."
             }
             IdleFilter => {
                 "The filter averages over elements whose centroids are closer than the radius. Use a radius of 1.5 to \

@@ -24,13 +24,14 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
             help: "enlarge or move the box; it refers to coordinates after `place`".into(),
         })
         .collect();
-    let radius = design.sensitivity_filter.map(|filter| filter.radius);
-    if let (Some(radius), Some(nearest)) = (radius, nearest_centroids(problem, &centroids))
+    let sensitivities = design.sensitivity_filter.map(|filter| ("sensitivity_filter", filter.radius));
+    let filter = design.density_filter.map(|filter| ("density_filter", filter.radius)).or(sensitivities);
+    if let (Some((key, radius)), Some(nearest)) = (filter, nearest_centroids(problem, &centroids))
         && radius <= nearest
     {
         notices.push(Notice {
             kind: NoticeKind::IdleFilter,
-            path: "design.sensitivity_filter.radius".into(),
+            path: format!("design.{key}.radius"),
             message: format!(
                 "the filter has no effect: the closest centroids of neighbouring elements are {} apart",
                 quantity(nearest)

@@ -168,11 +168,14 @@ fn states(case: &Case, problem: &Problem) -> f64 {
 /// Number of sample elements from which the number of neighbours is estimated.
 const SAMPLES: usize = 100;
 
-/// Lists of the sensitivity filter: a number and a weight for each pair within the radius, mirror
-/// images across symmetry planes included.
+/// Lists of a filter: a number and a weight for each pair within the radius, mirror images across
+/// symmetry planes included.
 fn filter(case: &Case, problem: &Problem) -> f64 {
-    let radius = case.design.as_ref().and_then(|design| design.sensitivity_filter).map(|filter| filter.radius);
-    let (Some(radius), Some(variables)) = (radius.filter(|_| case.optimizer.is_some()), &problem.variables) else {
+    let design = case.design.as_ref();
+    let sensitivities = design.and_then(|design| design.sensitivity_filter).filter(|_| case.optimizer.is_some());
+    let densities = design.and_then(|design| design.density_filter).map(|filter| filter.radius);
+    let radius = densities.or(sensitivities.map(|filter| filter.radius));
+    let (Some(radius), Some(variables)) = (radius, &problem.variables) else {
         return 0.0;
     };
     let centroids = problem.mesh.centroids();

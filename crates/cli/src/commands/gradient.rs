@@ -6,7 +6,7 @@ use slipstick::build::Problem;
 use slipstick::case::Case;
 use slipstick::design::ElementValues;
 use slipstick::model::Parameter;
-use slipstick::output::fields::write_design;
+use slipstick::output::fields::{DesignFields, write_design};
 use slipstick::run::{Run, RunDirectory, write_densities};
 
 use super::{digits, phases, tell_phases, whole};
@@ -54,9 +54,10 @@ fn gradient(
     };
     let spent = problem.analysis.timings() - marched;
     let (mesh, gradient) = (&problem.mesh, &gradients.density);
+    let fields = DesignFields { iteration: 0, density, derivative: Some(gradient), variables: None };
     let write = |run: &RunDirectory| {
-        write_densities(&run.file("gradient.csv"), mesh, density, Some(gradient))?;
-        write_design(&run.file("gradient.vtu"), mesh, 0, density, Some(gradient), None)
+        write_densities(&run.file("gradient.csv"), mesh, density, Some(gradient), None)?;
+        write_design(&run.file("gradient.vtu"), mesh, &fields, None)
     };
     first(problem, || Ok(run.map(Run::directory).map_or(Ok(()), write)?))?;
     let Some(path) = run.map(|run| run.directory().path()) else { return Ok(()) };

@@ -24,7 +24,7 @@ pub const SECTIONS: &[&str] = &["dirichlet", "design", "objective", "optimizer"]
 /// As [`Failure`] lists them.
 pub fn run(context: &Context, args: &Optimize) -> Outcome {
     let (setup, mut problem) = prepare(context, &args.case, SECTIONS)?;
-    problem.initial_density = setup.density(context, &problem, &args.design)?;
+    setup.start_from(context, &mut problem, &args.design)?;
     setup.warn_of_volume(context, &problem, args.design.design.is_none() && setup.starts_above_bound());
     let mut optimization = optimization(&setup, problem)?;
     if let Some(iterations) = args.iterations {

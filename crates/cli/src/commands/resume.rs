@@ -49,7 +49,7 @@ pub fn run(context: &Context, args: &Resume) -> Outcome {
         context.console.text(&format!(
             "the run is complete after {}: {}",
             counted(made, "iteration"),
-            if made < iterations { "`optimizer.tolerance` is met" } else { "give --iterations for more" }
+            if made < iterations { "the criteria for stopping are met" } else { "give --iterations for more" }
         ));
         let told = serde_json::json!({ "command": "resume", "directory": directory.path(), "iterations": made });
         context.console.event("result", told);

@@ -54,7 +54,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
     };
     first(problem, || {
         watch.check()?;
-        let write = |run: &RunDirectory| write_densities(&run.file("design.csv"), &problem.mesh, density, None);
+        let write = |run: &RunDirectory| write_densities(&run.file("design.csv"), &problem.mesh, density, None, None);
         Ok(directory.map_or(Ok(()), write)?)
     })?;
     let quantities = write_path(directory, problem, &forward.path)?;

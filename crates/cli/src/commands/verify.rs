@@ -5,11 +5,11 @@ use std::sync::Arc;
 use serde_json::json;
 use slipstick::analysis::Rounding;
 use slipstick::build::Problem;
-use slipstick::design::{ElementValues, ObservedSteps, Quantity, Response};
+use slipstick::design::{ObservedSteps, Quantity, Response};
 use slipstick::output::{Cell, Csv, write_atomically};
 use slipstick::run::{Run, RunError};
 use slipstick::verify::{
-    DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient,
+    DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient, verify_variables,
 };
 
 use super::digits;
@@ -49,15 +49,27 @@ pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
         return Err(Failure::input("there is nothing to compare", cure));
     }
     let (setup, mut problem) = prepare(context, &args.case, &["dirichlet", "design"])?;
-    let density = setup.density(context, &problem, &args.design)?;
+    setup.start_from(context, &mut problem, &args.design)?;
     let run = start(context, &setup, &args.out, "verify")?;
-    let outcome = verify(context, &mut problem, run.as_ref(), &density, args);
+    let outcome = verify(context, &mut problem, run.as_ref(), args);
     end(run, outcome)
 }
 
-/// The elements whose densities may vary.
-fn designed(problem: &Problem) -> Vec<u32> {
-    problem.variables.as_ref().map_or(Vec::new(), |variables| variables.designed().to_vec())
+/// Compares the gradient with respect to the design variables or, if these are the densities, to the
+/// densities.
+fn compare(
+    problem: &mut Problem,
+    options: &VerifyOptions,
+    watch: &mut Watch<'_>,
+) -> Result<GradientCheck, VerifyError> {
+    let (analysis, density) = (&mut problem.analysis, &problem.initial_density);
+    match (&problem.map, &problem.initial_variables) {
+        (Some(map), Some(x)) if !map.is_identity() => verify_variables(analysis, map, x, options, watch),
+        (map, _) => {
+            let designed = map.as_ref().map_or(&[][..], |map| map.variables().designed());
+            verify_gradient(analysis, density, designed, options, watch)
+        }
+    }
 }
 
 fn options(args: &VerifyGradient) -> VerifyOptions {
@@ -103,23 +115,16 @@ fn chosen(problem: &Problem, names: &[String]) -> Result<Vec<(String, Response)>
 /// A comparison of one quantity: its name, and the outcome, or why there is none.
 type Checked = (String, Result<GradientCheck, Rounding>);
 
-fn verify(
-    context: &Context,
-    problem: &mut Problem,
-    run: Option<&Run>,
-    density: &ElementValues,
-    args: &VerifyGradient,
-) -> Outcome {
-    let (designed, options) = (designed(problem), options(args));
+fn verify(context: &Context, problem: &mut Problem, run: Option<&Run>, args: &VerifyGradient) -> Outcome {
+    let options = options(args);
     let chosen = chosen(problem, &args.quantities)?;
     let several = chosen.len() > 1;
     problem.analysis.constraints.clear();
     let mut checked: Vec<Checked> = Vec::new();
     for (name, response) in chosen {
         let mut watch = Watch::new(context, problem);
-        let analysis = &mut problem.analysis;
-        analysis.objective = Some(response);
-        let check = match verify_gradient(analysis, density, &designed, &options, &mut watch) {
+        problem.analysis.objective = Some(response);
+        let check = match compare(problem, &options, &mut watch) {
             Ok(check) => Ok(check),
             Err(VerifyError::Rounding(rounding)) => Err(rounding),
             Err(VerifyError::Analysis(error)) => return Err(failed(problem, &error, run)),

@@ -1,19 +1,27 @@
 //! The linear density filter.
 
+use slipstick_ranks::{Alone, Ranks, own_range};
+use std::sync::Arc;
+
+use super::extension::{Triangle, weights_beyond};
 use super::{FilterError, Neighbours, check_volumes};
 use crate::map::DesignMap;
 
 /// Density filter: `φ_e = Σ_i w_ei v_i x_i / Σ_i w_ei v_i`, `w_ei = max(0, r − ‖X_e − X_i‖)`.
 ///
 /// It is a volume-weighted mean, so constants are preserved and local mesh refinement causes no
-/// bias. Its [`pull_back`](DesignMap::pull_back) is the exact transpose.
+/// bias. At the edges of the domain, the mean is over the part of the ball that lies inside
+/// (*truncated*); beyond faces that are [surrounded by void](Self::in_void), it includes the void.
+/// Its [`pull_back`](DesignMap::pull_back) is the exact transpose.
 ///
 /// Source: Bruns, Tortorelli, Comput. Methods Appl. Mech. Eng. 190 (2001) 3443–3459, with element
 /// volumes as in Sigmund, Struct. Multidiscip. Optim. 33 (2007) 401–424.
 #[derive(Clone, Debug)]
 pub struct DensityFilter {
+    ranks: Arc<dyn Ranks>,
+    /// Neighbours of this rank's elements.
     neighbours: Neighbours,
-    /// `Σ_i w_ei v_i` \[L⁴\]
+    /// `Σ_i w_ei v_i` of all elements, and of the void beyond faces. \[L⁴\]
     weight_sums: Vec<f64>,
     volumes: Vec<f64>,
 }
@@ -27,15 +35,51 @@ impl DensityFilter {
     /// A radius or volume that is not positive and finite, a centroid that is not finite, lists of
     /// different length.
     pub fn new(centroids: &[[f64; 3]], volumes: &[f64], radius: f64) -> Result<Self, FilterError> {
-        check_volumes(centroids.len(), volumes)?;
-        let neighbours = Neighbours::new(centroids, radius)?;
-        let weight_sums = neighbours.weighted_sums(volumes);
-        Ok(Self { neighbours, weight_sums, volumes: volumes.to_vec() })
+        Self::on_ranks(centroids, volumes, radius, &[], Arc::new(Alone))
     }
 
-    /// The neighbours of every element and their weights.
+    /// The same for elements on one side of symmetry planes, as in [`Neighbours::mirrored`], with
+    /// the lists distributed over ranks, which build and apply the filter collectively.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), on all ranks.
+    pub fn on_ranks(
+        centroids: &[[f64; 3]],
+        volumes: &[f64],
+        radius: f64,
+        planes: &[(usize, f64)],
+        ranks: Arc<dyn Ranks>,
+    ) -> Result<Self, FilterError> {
+        check_volumes(centroids.len(), volumes)?;
+        let own = own_range(centroids.len(), &*ranks);
+        let neighbours = Neighbours::of_some(centroids, radius, planes, own)?;
+        let weight_sums = ranks.join(&neighbours.weighted_sums(volumes));
+        Ok(Self { ranks, neighbours, weight_sums, volumes: volumes.to_vec() })
+    }
+
+    /// The same filter of a domain that void surrounds beyond these faces: the weight of the ball's
+    /// part there is added to the denominator, with density 0. Constants are then preserved only at
+    /// elements from which no such face is within the radius. `centroids`, `radius` and `planes` are
+    /// those of [`on_ranks`](Self::on_ranks); `faces` must not lie in a plane. All ranks call it.
+    ///
+    /// Source: Clausen, Andreassen, Struct. Multidiscip. Optim. 56 (2017) 1147–1155, whose domain
+    /// extension has elements beyond the faces.
+    pub fn in_void(mut self, centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)], faces: &[Triangle]) -> Self {
+        let own = own_range(centroids.len(), &*self.ranks);
+        let beyond = self.ranks.join(&weights_beyond(&centroids[own], radius, planes, faces));
+        self.weight_sums.iter_mut().zip(beyond).for_each(|(sum, beyond)| *sum += beyond);
+        self
+    }
+
+    /// The neighbours of this rank's elements and their weights.
     pub fn neighbours(&self) -> &Neighbours {
         &self.neighbours
+    }
+
+    /// `Σ_i w_ei a_i` for all elements.
+    fn weighted_sums(&self, a: &[f64]) -> Vec<f64> {
+        self.ranks.join(&self.neighbours.weighted_sums(a))
     }
 }
 
@@ -43,7 +87,7 @@ impl DesignMap for DensityFilter {
     fn apply(&self, x: &[f64]) -> Vec<f64> {
         assert_eq!(x.len(), self.volumes.len(), "one density per element");
         let weighted: Vec<f64> = x.iter().zip(&self.volumes).map(|(x, volume)| x * volume).collect();
-        let sums = self.neighbours.weighted_sums(&weighted);
+        let sums = self.weighted_sums(&weighted);
         sums.iter().zip(&self.weight_sums).map(|(sum, weights)| sum / weights).collect()
     }
 
@@ -52,7 +96,7 @@ impl DesignMap for DensityFilter {
     fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
         assert_eq!(d_phi.len(), self.volumes.len(), "one derivative per element");
         let scaled: Vec<f64> = d_phi.iter().zip(&self.weight_sums).map(|(d, weights)| d / weights).collect();
-        let sums = self.neighbours.weighted_sums(&scaled);
+        let sums = self.weighted_sums(&scaled);
         sums.iter().zip(&self.volumes).map(|(sum, volume)| sum * volume).collect()
     }
 }
@@ -60,9 +104,10 @@ impl DesignMap for DensityFilter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::extension::tests::surface;
     use crate::filter::tests::{box_grid, graded_row, pseudo_random};
-    use crate::map::{Chain, Identity, OnElements};
-    use crate::{DesignVariables, Projection};
+    use crate::map::Chain;
+    use slipstick_ranks::threads::on_ranks;
 
     fn dot(a: &[f64], b: &[f64]) -> f64 {
         a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -91,38 +136,88 @@ mod tests {
         assert!((left / right - 1.0).abs() < 1e-14);
     }
 
-    /// Variables → domain filter → projection → passives, compared with central differences of Σ
-    /// φ⁴.
+    /// With planes, a quarter is filtered as the whole is, and the pull-back is the transpose.
     #[test]
-    fn chain_agrees_with_central_differences() {
-        let (centroids, volumes) = box_grid([4, 4, 3], 1.0);
-        let variables = DesignVariables::new(48, &(6..48).collect::<Vec<_>>(), &[6, 7, 20], &[40, 47]).unwrap();
-        let gather = |all: &[f64]| -> Vec<f64> { variables.domain().iter().map(|&e| all[e as usize]).collect() };
-        let domain_centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
-        let filter = DensityFilter::new(&domain_centroids, &gather(&volumes), 1.8).unwrap();
-        let projection = Projection::new(4.0, 0.45).unwrap();
-        let chain = Chain::new(vec![
-            Box::new(variables.clone()),
-            Box::new(OnElements::new(variables.domain().to_vec(), filter)),
-            Box::new(OnElements::new(variables.domain().to_vec(), projection)),
-            Box::new(variables.passives()),
-            Box::new(Identity),
-        ]);
-        let x = pseudo_random(variables.count(), 9);
-        let value = |x: &[f64]| chain.apply(x).iter().map(|phi| phi.powi(4)).sum::<f64>();
-        let densities = chain.apply(&x);
-        assert!(densities[..8].iter().all(|&phi| phi == 1.0));
-        let d_phi: Vec<f64> = densities.iter().map(|phi| 4.0 * phi.powi(3)).collect();
-        let gradient = chain.pull_back(&x, &d_phi);
-        assert_eq!(gradient.len(), 37);
-        for entry in 0..x.len() {
-            let step = 1e-5;
-            let (mut forward, mut backward) = (x.clone(), x.clone());
-            forward[entry] += step;
-            backward[entry] -= step;
-            let difference = (value(&forward) - value(&backward)) / (2.0 * step);
-            assert!((difference - gradient[entry]).abs() < 2e-9 * gradient[entry].abs().max(1.0), "entry {entry}");
+    fn images_act_as_the_whole_does() {
+        let (whole, volumes) = box_grid([6, 4, 3], 0.5);
+        let inside = |x: &[f64; 3]| x[0] > 1.5 && x[1] > 1.0;
+        let quarter: Vec<usize> = (0..whole.len()).filter(|&e| inside(&whole[e])).collect();
+        let centroids: Vec<[f64; 3]> = quarter.iter().map(|&e| whole[e]).collect();
+        let image = |x: &[f64; 3]| [1.5 + (x[0] - 1.5).abs(), 1.0 + (x[1] - 1.0).abs(), x[2]];
+        let distance = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
+        let owner = |x: &[f64; 3]| centroids.iter().position(|c| distance(c, &image(x)) < 1e-9).unwrap();
+        let planes = [(0, 1.5), (1, 1.0)];
+        let volumes_of_part = vec![volumes[0]; centroids.len()];
+        let part = DensityFilter::on_ranks(&centroids, &volumes_of_part, 1.3, &planes, Arc::new(Alone)).unwrap();
+        let x = pseudo_random(centroids.len(), 3);
+        let mirrored: Vec<f64> = whole.iter().map(|at| x[owner(at)]).collect();
+        let all = DensityFilter::new(&whole, &volumes, 1.3).unwrap().apply(&mirrored);
+        for (value, &element) in part.apply(&x).iter().zip(&quarter) {
+            assert!((value - all[element]).abs() < 1e-14);
         }
+        let d = pseudo_random(centroids.len(), 4);
+        let (left, right) = (dot(&part.apply(&x), &d), dot(&x, &part.pull_back(&x, &d)));
+        assert!((left / right - 1.0).abs() < 1e-14);
+    }
+
+    /// In void, elements in the interior are filtered as before, those at a flat face have half of
+    /// their weight in the void if the radius is large, and symmetry planes have no effect.
+    #[test]
+    fn void_beyond_the_faces() {
+        let (centroids, volumes) = box_grid([12, 10, 8], 0.25);
+        let faces = surface([3.0, 2.5, 2.0], &[]);
+        let radius = 0.7;
+        let truncated = DensityFilter::new(&centroids, &volumes, radius).unwrap();
+        let filter = truncated.clone().in_void(&centroids, radius, &[], &faces);
+        let x = pseudo_random(centroids.len(), 5);
+        let (before, after) = (truncated.apply(&x), filter.apply(&x));
+        let full = filter.apply(&vec![1.0; centroids.len()]);
+        for (element, at) in centroids.iter().enumerate() {
+            let depth = (0..3).map(|k| at[k].min([3.0, 2.5, 2.0][k] - at[k])).fold(f64::INFINITY, f64::min);
+            if depth > radius {
+                assert_eq!(after[element], before[element]);
+            } else {
+                assert!(after[element] < before[element] && full[element] < 1.0);
+            }
+        }
+        // inside, at a face: 0.68 of the ball's weight; at a corner: about the third power
+        let (face, corner) = (full[5 * 8 + 4], full[0]);
+        assert!((face - 0.68).abs() < 0.01 && (corner - 0.68_f64.powi(3)).abs() < 0.01, "{face} {corner}");
+        let d = pseudo_random(centroids.len(), 6);
+        let (left, right) = (dot(&filter.apply(&x), &d), dot(&x, &filter.pull_back(&x, &d)));
+        assert!((left / right - 1.0).abs() < 1e-14);
+
+        // a half in x and y with planes there
+        let inside = |at: &[f64; 3]| at[0] < 1.5 && at[1] < 1.25;
+        let part: Vec<usize> = (0..centroids.len()).filter(|&e| inside(&centroids[e])).collect();
+        let mirrored: Vec<[f64; 3]> =
+            part.iter().map(|&e| [1.5 - centroids[e][0], 1.25 - centroids[e][1], centroids[e][2]]).collect();
+        let planes = [(0, 0.0), (1, 0.0)];
+        let quarter = on_ranks(2, |rank| {
+            DensityFilter::on_ranks(&mirrored, &volumes[..part.len()], radius, &planes, Arc::new(rank))
+                .unwrap()
+                .in_void(&mirrored, radius, &planes, &surface([1.5, 1.25, 2.0], &[0, 1]))
+                .apply(&vec![1.0; part.len()])
+        });
+        for (value, &element) in quarter[0].iter().zip(&part) {
+            assert!((value - full[element]).abs() < 1e-4, "{value} {}", full[element]);
+        }
+        assert_eq!(quarter[0], quarter[1]);
+    }
+
+    #[test]
+    fn ranks_filter_as_one_does() {
+        let (centroids, volumes) = box_grid([5, 4, 3], 0.3);
+        let (x, d) = (pseudo_random(60, 7), pseudo_random(60, 8));
+        let on = |ranks| DensityFilter::on_ranks(&centroids, &volumes, 0.8, &[(0, 0.0)], ranks).unwrap();
+        let alone = on(Arc::new(Alone));
+        let expected = (alone.apply(&x), alone.pull_back(&x, &d));
+        let all = on_ranks(3, |rank| {
+            let filter = on(Arc::new(rank));
+            assert_eq!(filter.neighbours().len(), 20);
+            (filter.apply(&x), filter.pull_back(&x, &d))
+        });
+        assert!(all.iter().all(|found| *found == expected));
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! Filters: the neighbours of each element, and averages over them.
 
 mod density;
+mod extension;
 mod neighbours;
 mod projection;
 mod sensitivity;
 
 pub use density::DensityFilter;
+pub use extension::Triangle;
 pub use neighbours::Neighbours;
 pub use projection::Projection;
 pub use sensitivity::SensitivityFilter;
@@ -72,11 +74,11 @@ fn check_volumes(centroids: usize, volumes: &[f64]) -> Result<(), FilterError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use crate::values::DomainValues;
 
     /// Centroids and volumes of a box of cubes of side `size`; the last index runs fastest.
-    pub(super) fn box_grid(cells: [usize; 3], size: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
+    pub(crate) fn box_grid(cells: [usize; 3], size: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
         let mut centroids = Vec::new();
         for i in 0..cells[0] {
             for j in 0..cells[1] {
@@ -91,7 +93,7 @@ mod tests {
 
     /// A row of elements of unit cross-section, each `ratio` times as long as the previous one; the
     /// first has length 0.1.
-    pub(super) fn graded_row(count: usize, ratio: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
+    pub(crate) fn graded_row(count: usize, ratio: f64) -> (Vec<[f64; 3]>, Vec<f64>) {
         let volumes: Vec<f64> = (0..count).map(|i| 0.1 * ratio.powi(i as i32)).collect();
         let mut start = 0.0;
         let mut centroids = Vec::new();
@@ -103,7 +105,7 @@ mod tests {
     }
 
     /// Numbers in [0.05, 1), the same in each run (a linear congruential generator).
-    pub(super) fn pseudo_random(count: usize, seed: u64) -> DomainValues {
+    pub(crate) fn pseudo_random(count: usize, seed: u64) -> DomainValues {
         let mut state = seed;
         let mut next = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

@@ -126,7 +126,7 @@ impl Neighbours {
 
 /// Centroids, followed by those mirror images that may be within the radius of a centroid; and the
 /// element of each, if there are images.
-fn with_images(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> (Vec<[f64; 3]>, Vec<u32>) {
+pub(super) fn with_images(centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)]) -> (Vec<[f64; 3]>, Vec<u32>) {
     let mut places = centroids.to_vec();
     if planes.is_empty() {
         return (places, Vec::new());
@@ -156,8 +156,8 @@ fn split<'a, T>(mut list: &'a mut [T], starts: &[usize]) -> Vec<&'a mut [T]> {
     rows.collect()
 }
 
-/// Elements sorted by cubic cells.
-struct CellGrid {
+/// Points sorted by cubic cells.
+pub(super) struct CellGrid {
     origin: [f64; 3],
     size: f64,
     cells: [usize; 3],
@@ -166,7 +166,7 @@ struct CellGrid {
 }
 
 impl CellGrid {
-    fn new(centroids: &[[f64; 3]], radius: f64) -> Self {
+    pub(super) fn new(centroids: &[[f64; 3]], radius: f64) -> Self {
         let bound = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
             centroids.iter().fold([start; 3], |bound, x| std::array::from_fn(|k| pick(bound[k], x[k])))
         };
@@ -213,7 +213,7 @@ impl CellGrid {
         (i * self.cells[1] + j) * self.cells[2] + k
     }
 
-    fn within(&self, centroids: &[[f64; 3]], x: &[f64; 3], radius: f64) -> Vec<(u32, f64)> {
+    pub(super) fn within(&self, centroids: &[[f64; 3]], x: &[f64; 3], radius: f64) -> Vec<(u32, f64)> {
         let centre = self.cell(x);
         let range = |k: usize| centre[k].saturating_sub(1)..=(centre[k] + 1).min(self.cells[k] - 1);
         let mut found = Vec::new();

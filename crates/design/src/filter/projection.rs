@@ -11,7 +11,7 @@ use crate::map::DesignMap;
 /// `η` as `β → ∞`.
 ///
 /// Source: Wang, Lazarov, Sigmund, Struct. Multidiscip. Optim. 43 (2011) 767–784.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     sharpness: f64,
     threshold: f64,
@@ -31,6 +31,26 @@ impl Projection {
             return Err(FilterError::Projection { name: "threshold", value: threshold, range: "[0, 1]" });
         }
         Ok(Self { sharpness, threshold })
+    }
+
+    /// Sharpness β.
+    pub fn sharpness(&self) -> f64 {
+        self.sharpness
+    }
+
+    /// Threshold η.
+    pub fn threshold(&self) -> f64 {
+        self.threshold
+    }
+
+    /// The x in \[0, 1\] that is projected to `density`, for a density in \[0, 1\].
+    pub fn inverse(&self, density: f64) -> f64 {
+        if density <= 0.0 || density >= 1.0 {
+            return density.clamp(0.0, 1.0);
+        }
+        let Self { sharpness, threshold } = *self;
+        let tanh = (density * self.range() - (sharpness * threshold).tanh()).clamp(-1.0, 1.0);
+        (threshold + tanh.atanh() / sharpness).clamp(0.0, 1.0)
     }
 
     fn range(&self) -> f64 {
@@ -87,6 +107,20 @@ mod tests {
         }
         // Far from a sharp threshold the slope is zero, not NaN.
         assert_eq!(Projection::new(1e4, 0.5).unwrap().pull_back(&[0.9], &[1.0]), [0.0]);
+    }
+
+    #[test]
+    fn inverse_undoes_the_projection() {
+        for sharpness in [1e-3, 1.0, 8.0, 64.0] {
+            for threshold in [0.0, 0.3, 0.5, 1.0] {
+                let projection = Projection::new(sharpness, threshold).unwrap();
+                for density in [0.0, 0.1, 0.4, 0.95, 1.0] {
+                    let x = projection.inverse(density);
+                    assert!((0.0..=1.0).contains(&x));
+                    assert!((projection.apply(&[x])[0] - density).abs() < 1e-12, "{sharpness} {threshold} {density}");
+                }
+            }
+        }
     }
 
     #[test]

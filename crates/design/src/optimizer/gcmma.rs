@@ -112,6 +112,11 @@ impl Gcmma {
         &self.mma
     }
 
+    /// The same, to change its parameters or forget its history between iterations.
+    pub(super) fn memory_mut(&mut self) -> &mut Mma {
+        &mut self.mma
+    }
+
     /// Inner iterations since the last [`update`](Self::update): candidates rejected.
     pub fn inner_iterations(&self) -> usize {
         self.approximations.as_ref().map_or(0, |of| of.inner_iterations)

@@ -59,6 +59,24 @@ impl Optimizer {
         }
     }
 
+    fn memory_mut(&mut self) -> &mut Mma {
+        match self {
+            Self::Mma(mma) => mma,
+            Self::Gcmma(gcmma) => gcmma.memory_mut(),
+        }
+    }
+
+    /// Forgets earlier designs and asymptotes: see [`Mma::restart`]. Call it only before
+    /// [`update`](Self::update).
+    pub fn restart(&mut self) {
+        self.memory_mut().restart();
+    }
+
+    /// Sets the largest change of a variable from the next step on: see [`Mma::set_move_limit`].
+    pub fn set_move_limit(&mut self, move_limit: f64) {
+        self.memory_mut().set_move_limit(move_limit);
+    }
+
     /// Inner iterations since the last [`update`](Self::update); 0 for MMA.
     pub fn inner_iterations(&self) -> usize {
         match self {

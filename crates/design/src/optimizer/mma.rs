@@ -42,12 +42,19 @@ pub struct Mma {
     parameters: MmaParameters,
     /// Number of steps made.
     iteration: usize,
+    /// How many of them were made before the last [`restart`](Self::restart).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    before_restart: usize,
     /// `x` of one and of two steps ago; empty if there was no such step.
     x1: Vec<f64>,
     x2: Vec<f64>,
     /// Asymptotes of the last step; empty before the first.
     low: Vec<f64>,
     upp: Vec<f64>,
+}
+
+fn is_zero(number: &usize) -> bool {
+    *number == 0
 }
 
 /// Result of one step: the next design, and the solution of the subproblem with its multipliers.
@@ -87,7 +94,27 @@ impl Mma {
     /// [`Self::update`] checks the parameters; call [`MmaParameters::check`] to check them earlier.
     pub fn new(n: usize, m: usize, parameters: MmaParameters) -> Self {
         let none = Vec::new;
-        Self { n, m, parameters, iteration: 0, x1: none(), x2: none(), low: none(), upp: none() }
+        let (iteration, before_restart) = (0, 0);
+        Self { n, m, parameters, iteration, before_restart, x1: none(), x2: none(), low: none(), upp: none() }
+    }
+
+    /// Forgets earlier designs and asymptotes, because the functions have changed: the next step
+    /// starts with asymptotes as the first one did.
+    pub fn restart(&mut self) {
+        self.before_restart = self.iteration;
+        for memory in [&mut self.x1, &mut self.x2, &mut self.low, &mut self.upp] {
+            memory.clear();
+        }
+    }
+
+    /// Steps that the memory knows of.
+    fn remembered(&self) -> usize {
+        self.iteration.saturating_sub(self.before_restart)
+    }
+
+    /// Sets the largest change of a variable, relative to its range, from the next step on.
+    pub fn set_move_limit(&mut self, move_limit: f64) {
+        self.parameters.move_limit = move_limit;
     }
 
     /// Number of steps made.
@@ -124,7 +151,7 @@ impl Mma {
 
     /// Checks the lengths and entries of the history.
     fn check_memory(&self) -> Result<(), MmaError> {
-        let after = |steps: usize| if self.iteration < steps { 0 } else { self.n };
+        let after = |steps: usize| if self.remembered() < steps { 0 } else { self.n };
         check_vector("the design one step ago", &self.x1, after(1))?;
         check_vector("the design two steps ago", &self.x2, after(2))?;
         check_vector("the list of lower asymptotes", &self.low, after(1))?;
@@ -269,7 +296,7 @@ impl Mma {
         let (p, [lower, upper]) = (&self.parameters, bounds);
         let distances = |j: usize| -> (f64, f64) {
             let range = upper[j] - lower[j];
-            if self.iteration < 2 {
+            if self.remembered() < 2 {
                 return (p.asyinit * range, p.asyinit * range);
             }
             let turn = (x[j] - self.x1[j]) * (self.x1[j] - self.x2[j]);

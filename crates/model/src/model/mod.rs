@@ -307,6 +307,11 @@ impl ContactModel {
         self.interfaces.iter_mut().for_each(|i| i.friction = friction);
     }
 
+    /// Sets the exponent by which densities are penalized; it takes effect with the next [`Design`].
+    pub(crate) fn set_penalization(&mut self, penalization: f64) {
+        self.interpolation.simp.penalization = penalization;
+    }
+
     /// Prescribed motion.
     pub fn prescribed(&self) -> &Prescribed {
         &self.prescribed

@@ -185,6 +185,8 @@ class Problem:
     def with_map(self, map: DesignMap, start: ArrayLike) -> MappedProblem:
         """The problem as a function of variables other than the densities.
 
+        The map replaces the density filter and the projection of the case.
+
         Parameters
         ----------
         map : DesignMap
@@ -452,6 +454,9 @@ class Problem:
     ) -> GradientCheck:
         """Compare a gradient with finite differences, as ``slipstick verify gradient`` does.
 
+        The gradient is that with respect to the densities, also if the case filters or projects
+        variables.
+
         Parameters
         ----------
         density : array_like, shape (elements,), optional
@@ -530,7 +535,8 @@ class Problem:
         ----------
         density : array_like, shape (elements,), optional
             Densities to start from; by default those of the case. Passive elements keep the
-            densities that the case prescribes.
+            densities that the case prescribes. If the case filters or projects its variables, these
+            are the initial variables.
         objective : str, Term or sequence of Term, optional
             The objective to minimise instead of that of the case: quantities of the case, or those
             added with :meth:`add`. Pages of :meth:`Result.report` describe the objective of the

@@ -201,25 +201,37 @@ pub fn field_dimension(name: &str) -> Option<Dimension> {
     }
 }
 
-/// Writes a design: density (and a derivative, if given) in the elements of the undeformed mesh;
-/// `pieces` as in [`write_state`].
+/// A design in an iteration.
+#[derive(Debug, Clone, Copy)]
+pub struct DesignFields<'a> {
+    /// The iteration.
+    pub iteration: usize,
+    /// Density of every element.
+    pub density: &'a ElementValues,
+    /// dθ/dφ of every element.
+    pub derivative: Option<&'a ElementValues>,
+    /// Design variable of every element; `None`: the densities are the variables.
+    pub variables: Option<&'a ElementValues>,
+}
+
+/// Writes a design in the elements of the undeformed mesh; `pieces` as in [`write_state`].
 ///
 /// # Errors
 /// If the file cannot be written, or a value is not finite.
 pub fn write_design(
     path: &Path,
     mesh: &Mesh,
-    iteration: usize,
-    density: &ElementValues,
-    derivative: Option<&ElementValues>,
+    design: &DesignFields<'_>,
     pieces: Option<&[u32]>,
 ) -> Result<(), OutputError> {
     let body = body_numbers(mesh);
     let mut file = Vtu::new(&mesh.nodes, &mesh.elements)?;
-    file.time(iteration as f64)?;
-    file.cell_field("density", 1, Values::F64(density))?;
-    if let Some(derivative) = derivative {
-        file.cell_field("objective_derivative", 1, Values::F64(derivative))?;
+    file.time(design.iteration as f64)?;
+    file.cell_field("density", 1, Values::F64(design.density))?;
+    for (name, values) in [("objective_derivative", design.derivative), ("design_variable", design.variables)] {
+        if let Some(values) = values {
+            file.cell_field(name, 1, Values::F64(values))?;
+        }
     }
     file.cell_field("body", 1, Values::I64(&body))?;
     save(&file, path, pieces)

@@ -1,7 +1,7 @@
 //! Densities of elements as tables.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use slipstick_design::ElementValues;
 use slipstick_mesh::Mesh;
@@ -11,36 +11,45 @@ use crate::output::{OutputError, read_fields, write_atomically};
 use slipstick_case::case::utf8;
 use slipstick_model::words::list;
 
+/// Column of the design variables, and name of their field.
+pub const DESIGN_VARIABLE: &str = "design_variable";
+
 /// Writes a table with a row per element: `element` (from 0, over all bodies), `body`, `density`
-/// and, if known, `derivative` (dθ/dφ). The table is written completely or not at all.
+/// and, where given, `derivative` (dθ/dφ) and `design_variable`. The table is written completely or
+/// not at all.
 ///
 /// # Errors
 /// [`OutputError`]; [`OutputError::NotFinite`] before anything is written.
 ///
 /// # Panics
-/// If there is not one density, or not one derivative, per element.
+/// If there is not one value per element.
 pub fn write_densities(
     path: &Path,
     mesh: &Mesh,
     density: &ElementValues,
     derivative: Option<&ElementValues>,
+    variables: Option<&ElementValues>,
 ) -> Result<(), OutputError> {
-    assert_eq!(density.len(), mesh.elements.len(), "one density per element");
-    for (name, values) in [("density", Some(density)), ("derivative", derivative)] {
-        let position = values.and_then(|values| values.iter().position(|value| !value.is_finite()));
-        if let (Some(entry), Some(values)) = (position, values) {
-            return Err(OutputError::NotFinite { name: name.into(), entry, value: values[entry] });
+    let others = [("derivative", derivative), (DESIGN_VARIABLE, variables)];
+    let others: Vec<(&str, &ElementValues)> =
+        others.into_iter().filter_map(|(name, values)| Some((name, values?))).collect();
+    for (name, values) in [("density", density)].iter().chain(&others) {
+        assert_eq!(values.len(), mesh.elements.len(), "one value per element");
+        let position = values.iter().position(|value| !value.is_finite());
+        if let Some(entry) = position {
+            return Err(OutputError::NotFinite { name: (*name).into(), entry, value: values[entry] });
         }
     }
     write_atomically(path, |writer| {
-        writeln!(writer, "element,body,density{}", if derivative.is_some() { ",derivative" } else { "" })?;
+        let names: String = others.iter().map(|(name, _)| format!(",{name}")).collect();
+        writeln!(writer, "element,body,density{names}")?;
         for body in &mesh.bodies {
             for element in body.elements.clone() {
                 write!(writer, "{element},{},{:?}", body.name, density[element])?;
-                match derivative {
-                    Some(derivative) => writeln!(writer, ",{:?}", derivative[element])?,
-                    None => writeln!(writer)?,
+                for (_, values) in &others {
+                    write!(writer, ",{:?}", values[element])?;
                 }
+                writeln!(writer)?;
             }
         }
         Ok(())
@@ -52,14 +61,27 @@ pub fn write_densities(
 /// # Errors
 /// As [`read_density`]; [`RunError::NoRun`] for a directory without `design.csv`.
 pub fn load_density(results: &Path, mesh: &Mesh) -> Result<ElementValues, RunError> {
+    read_density(&table_of(results)?, mesh)
+}
+
+/// The design variables of a design, at all elements; `None` if the table lists none, because they
+/// are the densities. `results` is the directory of a run, or a table itself.
+///
+/// # Errors
+/// As [`load_density`].
+pub fn load_variables(results: &Path, mesh: &Mesh) -> Result<Option<ElementValues>, RunError> {
+    read_column(&table_of(results)?, mesh, DESIGN_VARIABLE)
+}
+
+fn table_of(results: &Path) -> Result<PathBuf, RunError> {
     if !results.is_dir() {
-        return read_density(results, mesh);
+        return Ok(results.to_owned());
     }
     let table = results.join("design.csv");
     if !table.is_file() {
         return Err(RunError::NoRun { directory: results.to_owned(), file: "design.csv" });
     }
-    read_density(&table, mesh)
+    Ok(table)
 }
 
 /// The densities of a design of a run: the newest one, or that of an iteration whose fields were
@@ -98,6 +120,20 @@ pub fn design_density(run: &RunDirectory, mesh: &Mesh, iteration: Option<usize>)
 /// [`RunError::Read`]; [`RunError::Densities`] if a column or an element is missing, an element
 /// appears twice or is not in the mesh, or a density is not a number in \[0, 1\].
 pub fn read_density(path: &Path, mesh: &Mesh) -> Result<ElementValues, RunError> {
+    read_column(path, mesh, "density")?.ok_or_else(|| wrong(path, Some(1), "there is no column `density`".into()))
+}
+
+fn wrong(path: &Path, line: Option<usize>, reason: String) -> RunError {
+    RunError::Densities {
+        path: path.to_owned(),
+        line,
+        reason,
+        cure: "use a table written by a run of a case with the same bodies and meshes".into(),
+    }
+}
+
+/// The column of this name; `None` if there is no such column.
+fn read_column(path: &Path, mesh: &Mesh, name: &str) -> Result<Option<ElementValues>, RunError> {
     let bytes = fs::read(path).map_err(RunError::read(path))?;
     let text = utf8(bytes).map_err(|error| RunError::Densities {
         path: path.to_owned(),
@@ -105,17 +141,13 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<ElementValues, RunError>
         reason: error.to_string(),
         cure: "save the table as UTF-8".into(),
     })?;
-    let wrong = |line: Option<usize>, reason: String| RunError::Densities {
-        path: path.to_owned(),
-        line,
-        reason,
-        cure: "use a table written by a run of a case with the same bodies and meshes".into(),
-    };
+    let wrong = |line: Option<usize>, reason: String| wrong(path, line, reason);
     let mut lines = text.lines().enumerate();
     let header: Vec<&str> = cells(lines.next().map_or("", |line| line.1));
     let column = |name: &str| header.iter().position(|&found| found == name);
     let needed = |name: &str| column(name).ok_or_else(|| wrong(Some(1), format!("there is no column `{name}`")));
-    let (element_at, density_at, body_at) = (needed("element")?, needed("density")?, column("body"));
+    let (element_at, body_at) = (needed("element")?, column("body"));
+    let Some(density_at) = column(name) else { return Ok(None) };
     let count = mesh.elements.len();
     let mut density = vec![f64::NAN; count];
     for (number, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
@@ -128,7 +160,7 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<ElementValues, RunError>
             wrong(at, format!("`{}` is not an element: the mesh has elements 0 to {last}", cell(element_at)))
         })?;
         let value = cell(density_at).parse().ok().filter(|value: &f64| (0.0..=1.0).contains(value));
-        let value = value.ok_or_else(|| wrong(at, format!("`{}` is not a density in [0, 1]", cell(density_at))))?;
+        let value = value.ok_or_else(|| wrong(at, format!("`{}` is not a {name} in [0, 1]", cell(density_at))))?;
         let body = mesh.body_of_element(element).map(|body| mesh.bodies[body].name.as_str());
         if let Some(column) = body_at.filter(|&column| body != Some(cell(column))) {
             let (found, body) = (cell(column), body.unwrap_or("none"));
@@ -142,7 +174,7 @@ pub fn read_density(path: &Path, mesh: &Mesh) -> Result<ElementValues, RunError>
     }
     match density.iter().position(|value| value.is_nan()) {
         Some(element) => Err(wrong(None, format!("element {element} of {count} is missing"))),
-        None => Ok(density.into()),
+        None => Ok(Some(density.into())),
     }
 }
 

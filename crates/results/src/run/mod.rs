@@ -8,7 +8,7 @@
 //! | `history.csv` | one row per evaluated design: [`History`] | row by row |
 //! | `newton.csv` | one row per Newton iteration: [`NewtonTable`] | row by row |
 //! | `checkpoint.json` | everything that the next iteration depends on: [`Checkpoint`] | after every iteration |
-//! | `design.csv` | density of every element of the last evaluated design; its derivative if an update followed | after every iteration |
+//! | `design.csv` | density of every element of the last evaluated design; its derivative if an update followed; its design variable, if this is not the density | after every iteration |
 //! | `start_values_X.bin` | path of the last design, which the next march follows: [`StartValuesFile`] | after every iteration |
 //! | `design_XXXX.vtu`, `design.pvd` | designs as fields, by iteration | every few iterations, as set by `[output]` `every` |
 //! | `path_XXXX.vtu`, `path.pvd` | load path of the last evaluated design, by load step | at the end, also of a failed march |
@@ -51,7 +51,7 @@ mod symmetry;
 mod tables;
 
 pub use checkpoint::Checkpoint;
-pub use densities::{design_density, load_density, read_density, write_densities};
+pub use densities::{design_density, load_density, load_variables, read_density, write_densities};
 pub use directory::RunDirectory;
 pub use error::RunError;
 pub use failure::FailureReport;

@@ -182,6 +182,58 @@ fn design_and_optimizer() {
 }
 
 #[test]
+fn filters_and_projection() {
+    use CaseCode::*;
+    let line = "sensitivity_filter = { radius = 0.5 }";
+    let density = |keys: &str| format!("density_filter = {{ radius = 0.5 }}\n{keys}");
+    parse_case(&GOOD.replace(line, &density("projection = {}")), "case.toml")
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    one(
+        32,
+        "{ radius = 0.5 }",
+        "{ radius = 0.5 }\ndensity_filter = { radius = 0.5 }",
+        Unsupported,
+        "{ radius = 0.5 }\n[obj",
+    );
+    one(32, "{ radius = 0.5 }", "{ radius = 0.5 }\nprojection = {}", Unsupported, "{}");
+    one(32, line, "density_filter = { radius = 0 }", OutOfRange, "0 }");
+    one(32, line, "density_filter = { radius = 1, boundary = \"solid\" }", UnknownWord, "\"solid");
+    one(32, line, "density_filter = {}", MissingKey, "{}");
+    one(32, line, "density_filter = { radius = 1, edge = 1 }", UnknownKey, "edge");
+    one(32, line, &density("projection = { sharpness = 0 }"), OutOfRange, "0 }\n[obj");
+    one(32, line, &density("projection = { sharpness = -2 }"), OutOfRange, "-2");
+    one(32, line, &density("projection = { threshold = 1.1 }"), OutOfRange, "1.1");
+    one(32, line, &density("projection = { threshold = -0.1 }"), OutOfRange, "-0.1");
+    one(32, line, &density("projection = { beta = 8 }"), UnknownKey, "beta");
+}
+
+#[test]
+fn schedules_and_criteria() {
+    use CaseCode::*;
+    let good = GOOD.replace("sensitivity_filter", "projection = {}\ndensity_filter");
+    let parsed =
+        |key: &str| parse_case(&good.replace("iterations = 30", &format!("iterations = 30\n{key}")), "case.toml");
+    let resolved =
+        parsed("schedule = { sharpness = [[0, 1], [20, 4]], move_limit = [[5, 0.05]] }\noptimality = 1e-3").unwrap();
+    assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
+    let warned = |key: &str| parsed(key).unwrap().warnings.iter().map(|w| (w.code(), w.line())).collect::<Vec<_>>();
+    assert_eq!(warned("schedule = { p = [[0, 1], [20, 2]] }"), [(Simp, 39)]);
+    assert_eq!(warned("schedule = { p = [[0, 1], [30, 3]] }"), [(LateSchedule, 39)]);
+    let with = |key: &str| format!("30\n{key}");
+    one(37, "30", &with("optimality = -7"), OutOfRange, "-7");
+    one(37, "30", &with("discreteness = 1.25"), OutOfRange, "1.25");
+    one(37, "30", &with("schedule = { sharpness = [[0, 1]] }"), Unsupported, "[[0");
+    one(37, "30", &with("schedule = { p = [] }"), Empty, "[]");
+    one(37, "30", &with("schedule = { p = [[0, 0.5], [9, 3]] }"), OutOfRange, "[0, 0.5]");
+    one(37, "30", &with("schedule = { p = [[5, 2], [5, 3]] }"), OutOfRange, "[5, 3]");
+    one(37, "30", &with("schedule = { p = [[-1, 3]] }"), OutOfRange, "[-1");
+    one(37, "30", &with("schedule = { p = [3] }"), WrongType, "3]");
+    one(37, "30", &with("schedule = { p = [[0.5, 3]] }"), WrongType, "0.5");
+    one(37, "30", &with("schedule = { move_limit = [[0, 1.5]] }"), OutOfRange, "[0, 1.5]");
+    one(37, "30", &with("schedule = { radius = [[0, 1.5]] }"), UnknownKey, "radius");
+}
+
+#[test]
 fn passive_elements() {
     use CaseCode::*;
     let row = "{ min = [0, 0, 0], max = [4, 1, 1] }";

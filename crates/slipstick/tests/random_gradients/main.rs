@@ -14,11 +14,11 @@ use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::time::Instant;
 
-use problem::{FIRST_OF_QUANTITIES, RandomProblem, random_problem};
+use problem::{FIRST_OF_QUANTITIES, RandomProblem, random_map, random_problem};
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
 use slipstick::verify::{
-    DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient,
+    DirectionCheck, GradientCheck, Quotient, Verdict, VerifyError, VerifyOptions, verify_gradient, verify_variables,
 };
 use slipstick_path::Silent;
 
@@ -53,11 +53,25 @@ struct Row {
     seconds: f64,
 }
 
-fn check(seed: u64) -> Row {
+/// What a derivative is taken with respect to.
+#[derive(Clone, Copy)]
+enum With {
+    Densities,
+    /// The variables of a density filter and a projection.
+    Variables,
+}
+
+fn check(seed: u64, with: With) -> Row {
     let clock = Instant::now();
     let RandomProblem { text, method, objective, density, designed, mut problem } = random_problem(seed);
-    let analysis = &mut problem.analysis;
-    let run = std::panic::AssertUnwindSafe(|| verify_gradient(analysis, &density, &designed, &OPTIONS, &mut Silent));
+    let run = std::panic::AssertUnwindSafe(|| match with {
+        With::Densities => verify_gradient(&mut problem.analysis, &density, &designed, &OPTIONS, &mut Silent),
+        With::Variables => {
+            let map = random_map(seed, &problem);
+            let x = map.variables().restrict(&density);
+            verify_variables(&mut problem.analysis, &map, &x, &OPTIONS, &mut Silent)
+        }
+    });
     let outcome = match catch_unwind(run) {
         Ok(Ok(check)) => Outcome::Checked(check),
         Ok(Err(VerifyError::Analysis(AnalysisError::March(failure)))) => {
@@ -151,8 +165,8 @@ const HEADER: &str = "| | problems | not marched | directions | right | kink | o
 
 /// Checks the problems of these seeds, prints the results, and asserts that no derivative is wrong;
 /// returns the table.
-fn suite(seeds: std::ops::Range<u64>) -> String {
-    let rows: Vec<Row> = seeds.into_par_iter().map(check).collect();
+fn suite(seeds: std::ops::Range<u64>, with: With) -> String {
+    let rows: Vec<Row> = seeds.into_par_iter().map(|seed| check(seed, with)).collect();
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
     let mut reasons: BTreeMap<String, Vec<u64>> = BTreeMap::new();
     let mut wrong = Vec::new();
@@ -196,8 +210,15 @@ fn suite(seeds: std::ops::Range<u64>) -> String {
 
 #[test]
 fn gradients_of_the_first_random_problems() {
-    suite(0..30);
-    suite(FIRST_OF_QUANTITIES..FIRST_OF_QUANTITIES + 30);
+    suite(0..30, With::Densities);
+    suite(FIRST_OF_QUANTITIES..FIRST_OF_QUANTITIES + 30, With::Densities);
+}
+
+/// The same through density filters and projections.
+#[test]
+fn gradients_with_respect_to_variables_of_the_first_random_problems() {
+    suite(0..30, With::Variables);
+    suite(FIRST_OF_QUANTITIES..FIRST_OF_QUANTITIES + 30, With::Variables);
 }
 
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:
@@ -206,7 +227,9 @@ fn gradients_of_the_first_random_problems() {
 #[test]
 fn kinks_next_to_the_design_are_no_errors() {
     for seed in [163, 182, 750] {
-        let Outcome::Checked(check) = check(seed).outcome else { panic!("seed {seed} cannot be marched") };
+        let Outcome::Checked(check) = check(seed, With::Densities).outcome else {
+            panic!("seed {seed} cannot be marched")
+        };
         assert!(check.count(Verdict::Kink) >= 1, "seed {seed}: {check:#?}");
         assert_eq!(check.count(Verdict::Off), 0, "seed {seed}: {check:#?}");
     }
@@ -220,6 +243,6 @@ fn gradients_of_two_thousand_random_problems() {
     if seeds.end - seeds.start == 1 {
         println!("{}", random_problem(seeds.start).text);
     }
-    let table = suite(seeds);
+    let table = suite(seeds, With::Densities);
     table::publish("random_gradients", &table);
 }

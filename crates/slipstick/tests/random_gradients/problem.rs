@@ -9,7 +9,9 @@ use slipstick::design::ElementValues;
 use std::sync::Arc;
 
 use slipstick_design::quantity::Reaction;
-use slipstick_design::{ObservedSteps, Reduction, Response, Term, VectorMeasure};
+use slipstick_design::{
+    DensityFilter, DensityMap, ObservedSteps, Projection, Reduction, Response, Term, VectorMeasure,
+};
 
 use crate::common::quantities::every_quantity;
 use crate::common::{Random, designed, problem};
@@ -144,6 +146,18 @@ fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
     let reduction = if worst { Reduction::Largest } else { Reduction::Sum };
     problem.analysis.objective = Some(Response::new(name.clone(), terms, reduction));
     name
+}
+
+/// A density filter and a projection for the problem of a seed.
+pub fn random_map(seed: u64, problem: &Problem) -> DensityMap {
+    let mut random = Random::new(!seed);
+    let variables = problem.variables.clone().expect("a design");
+    let centroids = problem.mesh.centroids();
+    let centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
+    let volumes = variables.domain_volumes(&problem.mesh.element_volumes()).expect("volumes");
+    let filter = DensityFilter::new(&centroids, &volumes, random.within(0.3, 1.5)).expect("a filter");
+    let projection = Projection::new(random.within(0.5, 6.0), random.within(0.2, 0.8)).expect("a projection");
+    DensityMap::new(variables, Some(filter), Some(projection))
 }
 
 /// The problem of a seed.

@@ -3,11 +3,13 @@
 use super::super::names::Names;
 use super::super::reader::Reader;
 use super::super::resolved::{
-    Body, Design, EnergyInterpolation, MmaParameters, Optimizer, OptimizerMethod, SensitivityFilter, Shape, Simp,
+    Body, DensityFilter, Design, EnergyInterpolation, FilterBoundary, MmaParameters, Optimizer, OptimizerMethod,
+    Projection, SensitivityFilter, Shape, Simp,
 };
 use super::super::typed::Table;
+use super::schedule::schedule;
 use super::{CaseCode, boxes};
-use slipstick_design::Method;
+use slipstick_design::{Method, Schedule};
 
 pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option<Design> {
     let table = root.table("design")?;
@@ -23,11 +25,13 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
     );
     let initial = fraction("initial").or(volume_fraction.unwrap_or(1.0));
     let sensitivity_filter = table.table("sensitivity_filter").map(|filter| {
-        let help = "in the unit of length, for instance 1.5 element sizes";
-        let radius = filter.number("radius").positive(CaseCode::OutOfRange).required(1.0, help);
+        let radius = radius(&filter);
         filter.finish();
         SensitivityFilter { radius }
     });
+    let density_filter = table.table("density_filter").map(density_filter);
+    let projection = table.table("projection").map(projection);
+    check_filters(&table);
     let design = Design {
         bodies: design_bodies,
         initial,
@@ -35,6 +39,8 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         simp: simp(&table),
         energy_interpolation: table.table("energy_interpolation").map(energy_interpolation),
         sensitivity_filter,
+        density_filter,
+        projection,
         passive_solid: boxes(&table, "passive_solid"),
         passive_void: boxes(&table, "passive_void"),
     };
@@ -51,6 +57,46 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
     warn_initial(table.reader, &design);
     table.finish();
     Some(design)
+}
+
+fn radius(filter: &Table<'_>) -> f64 {
+    let help = "in the unit of length, for instance 1.5 element sizes";
+    filter.number("radius").positive(CaseCode::OutOfRange).required(1.0, help)
+}
+
+fn density_filter(table: Table<'_>) -> DensityFilter {
+    let radius = radius(&table);
+    let words = [("truncated", FilterBoundary::Truncated), ("void", FilterBoundary::Void)];
+    let boundary = table.word("boundary", &words).or(FilterBoundary::Truncated);
+    table.finish();
+    DensityFilter { radius, boundary }
+}
+
+fn projection(table: Table<'_>) -> Projection {
+    let Projection { sharpness, threshold } = Projection::DEFAULT;
+    let sharpness = table.number("sharpness").positive(CaseCode::OutOfRange).or(sharpness);
+    let in_range = |threshold: &f64| (0.0..=1.0).contains(threshold);
+    let help = "usually 0.5";
+    let threshold =
+        table.number("threshold").check(CaseCode::OutOfRange, in_range, "must lie in [0, 1]", help).or(threshold);
+    table.finish();
+    Projection { sharpness, threshold }
+}
+
+/// A sensitivity filter replaces the gradient with respect to the densities; that with respect to
+/// filtered or projected variables is exact.
+fn check_filters(table: &Table<'_>) {
+    if !table.has("sensitivity_filter") {
+        return;
+    }
+    let cures = [
+        ("density_filter", "keep one of the two; `density_filter` gives exact gradients, which `gcmma` needs"),
+        ("projection", "replace `sensitivity_filter` by `density_filter`, or omit `projection`"),
+    ];
+    if let Some((key, cure)) = cures.into_iter().find(|(key, _)| table.has(key)) {
+        let message = format!("`{key}` cannot be combined with `sensitivity_filter`");
+        table.reader.error(&table.path_of(key), CaseCode::Unsupported, message, cure);
+    }
 }
 
 fn design_bodies(table: &Table<'_>, names: &Names) -> Vec<String> {
@@ -209,7 +255,7 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
             "optimizer.method",
             CaseCode::FilteredGradients,
             "the sensitivity filter changes the gradients, so GCMMA cannot keep the objective from rising",
-            "omit the filter for monotone progress, or use `method = \"mma\"`, which needs fewer marches",
+            "use `density_filter` for monotone progress, or `method = \"mma\"`, which needs fewer marches",
         );
     }
     let mma = table.table("mma").map_or(MmaParameters::for_densities(), mma);
@@ -217,9 +263,16 @@ pub(super) fn optimizer(root: &Table<'_>, design: Option<&Design>) -> Option<Opt
         .integer("iterations")
         .count(CaseCode::OutOfRange, 1)
         .required(1, "the number of design iterations, for instance 100");
-    let tolerance = table.number("tolerance").positive(CaseCode::OutOfRange).optional();
+    let criterion = |key| table.number(key).positive(CaseCode::OutOfRange).optional();
+    let (tolerance, optimality) = (criterion("tolerance"), criterion("optimality"));
+    let share = |&value: &f64| value > 0.0 && value < 1.0;
+    let discreteness = table
+        .number("discreteness")
+        .check(CaseCode::OutOfRange, share, "must lie between 0 and 1, bounds excluded", "for instance 0.05")
+        .optional();
+    let schedule = table.table("schedule").map_or(Schedule::default(), |table| schedule(table, design, iterations));
     table.finish();
-    Some(Optimizer { method, inner_iterations, mma, iterations, tolerance })
+    Some(Optimizer { method, inner_iterations, mma, iterations, tolerance, optimality, discreteness, schedule })
 }
 
 fn mma(table: Table<'_>) -> MmaParameters {

@@ -9,6 +9,7 @@ mod mesh_file;
 mod motion;
 mod quantity;
 mod run;
+mod schedule;
 mod sets;
 mod symmetry;
 

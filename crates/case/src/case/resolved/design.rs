@@ -4,10 +4,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{BoxRegion, Combination, CurveToFollow, ObservedSteps, QuantityTerm};
-pub use slipstick_design::MmaParameters;
+pub use slipstick_design::{MmaParameters, Schedule, Steps};
 pub use slipstick_solid::{EnergyInterpolation, Simp};
 
 /// The design: one density in \[0, 1\] per element of the design bodies. Paper: section 4.
+///
+/// Without a density filter and a projection, the densities are themselves the variables of the
+/// optimizer.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Design {
     /// The bodies to be designed; at least one.
@@ -26,6 +29,12 @@ pub struct Design {
     /// Filter of the gradient; `None`: no filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensitivity_filter: Option<SensitivityFilter>,
+    /// Densities as weighted means of the variables around an element; `None`: no filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density_filter: Option<DensityFilter>,
+    /// Projection of the variables, after the density filter; `None`: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub projection: Option<Projection>,
     /// Elements whose centroid lies in one of these boxes keep density 1.
     pub passive_solid: Vec<BoxRegion>,
     /// Elements whose centroid lies in one of these boxes keep density 0.
@@ -37,6 +46,40 @@ pub struct Design {
 pub struct SensitivityFilter {
     /// Radius, > 0. \[L\]
     pub radius: f64,
+}
+
+/// Density filter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct DensityFilter {
+    /// Radius, > 0. \[L\]
+    pub radius: f64,
+    /// What the filter sees beyond the faces of the design bodies.
+    pub boundary: FilterBoundary,
+}
+
+/// What a density filter sees beyond the faces of the design bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FilterBoundary {
+    /// Nothing: the mean is over the elements that exist.
+    Truncated,
+    /// Void beyond free faces: those without contact, support, prescribed motion, load or symmetry
+    /// plane.
+    Void,
+}
+
+/// Smooth threshold that pushes densities to 0 or 1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Projection {
+    /// Sharpness β > 0.
+    pub sharpness: f64,
+    /// Threshold η in \[0, 1\].
+    pub threshold: f64,
+}
+
+impl Projection {
+    /// β = 8 and η = 0.5.
+    pub const DEFAULT: Self = Self { sharpness: 8.0, threshold: 0.5 };
 }
 
 /// What is minimised.
@@ -111,7 +154,7 @@ pub enum OptimizerMethod {
 }
 
 /// The optimizer and when it stops.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Optimizer {
     /// Which method chooses the next design.
     pub method: OptimizerMethod,
@@ -122,8 +165,20 @@ pub struct Optimizer {
     pub mma: MmaParameters,
     /// Maximum number of iterations.
     pub iterations: usize,
-    /// The optimizer stops when no density changes by more than this in an iteration; `None`: it
-    /// runs all iterations.
+    /// The optimizer stops when no variable changes by more than this in an iteration and the other
+    /// criteria are met; without any criterion, it runs all iterations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// The optimizer stops when the optimality residual is at most this and the other criteria are
+    /// met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub optimality: Option<f64>,
+    /// The optimizer stops when the share of intermediate densities is at most this and the other
+    /// criteria are met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub discreteness: Option<f64>,
+    /// Parameters that change over the iterations; the criteria for stopping apply after the last
+    /// change.
+    #[serde(skip_serializing_if = "Schedule::is_empty")]
+    pub schedule: Schedule,
 }

@@ -1,0 +1,86 @@
+//! Parameters that change over the iterations (`[optimizer.schedule]`).
+
+use super::super::CaseCode;
+use super::super::resolved::{Design, Schedule, Steps};
+use super::super::typed::Table;
+
+/// A test of a value, and the range that it stands for.
+type InRange = (fn(f64) -> bool, &'static str);
+
+pub(super) fn schedule(table: Table<'_>, design: Option<&Design>, iterations: usize) -> Schedule {
+    let sharpness = steps(&table, "sharpness", (|value| value > 0.0, "greater than zero"));
+    let p = steps(&table, "p", (|value| value >= 1.0, "at least 1"));
+    let move_limit = steps(&table, "move_limit", (|value| value > 0.0 && value <= 1.0, "in (0, 1]"));
+    if table.has("sharpness") && !table.reader.contains("design.projection") {
+        table.reader.error(
+            &table.path_of("sharpness"),
+            CaseCode::Unsupported,
+            "`sharpness` requires `projection` in [design]",
+            "add `projection = {}`, or omit the schedule of its sharpness",
+        );
+    }
+    if let (Some(design), Some(&(_, last))) = (design, p.entries().last())
+        && last != design.simp.penalization
+    {
+        let given = design.simp.penalization;
+        table.reader.warning(
+            &table.path_of("p"),
+            CaseCode::Simp,
+            format!("the schedule ends with p = {last}, but all other commands use `design.simp.p`, which is {given}"),
+            "give both the same value",
+        );
+    }
+    for (key, steps) in [("sharpness", &sharpness), ("p", &p), ("move_limit", &move_limit)] {
+        // after the last update, one more design is evaluated
+        if let Some(&(last, _)) = steps.entries().last()
+            && last >= iterations
+        {
+            table.reader.warning(
+                &table.path_of(key),
+                CaseCode::LateSchedule,
+                format!("no update follows the entry for iteration {last}: there are {iterations} iterations"),
+                "raise `optimizer.iterations`, or omit the entry",
+            );
+        }
+    }
+    table.finish();
+    Schedule { sharpness, p, move_limit }
+}
+
+/// A list of pairs `[iteration, value]`.
+fn steps(table: &Table<'_>, key: &'static str, (in_range, range): InRange) -> Steps {
+    let reader = table.reader;
+    let entry = |value: &toml::Spanned<toml::de::DeValue<'_>>, path: String| -> Option<(i64, f64)> {
+        match value.get_ref().as_array() {
+            Some(pair) if pair.len() == 2 => Some((
+                reader.integer(&pair[0], &format!("`{path}[0]`"))?,
+                reader.number(&pair[1], &format!("`{path}[1]`"))?,
+            )),
+            _ => {
+                reader.wrong_type(value, &format!("`{path}`"), "a pair [iteration, value]");
+                None
+            }
+        }
+    };
+    let help = "pairs [[iteration, value], …]; a value holds from its iteration on";
+    let entries = table
+        .list(key, entry)
+        .check(CaseCode::Empty, |list| !list.is_empty(), "is empty: nothing changes", help)
+        .or(Vec::new());
+    let mut before = -1;
+    for (i, &(iteration, value)) in entries.iter().enumerate() {
+        let path = format!("{}[{i}]", table.path_of(key));
+        if iteration <= before {
+            let message = format!("iteration {iteration} is not above {before}");
+            reader.error(&path, CaseCode::OutOfRange, message, "list the iterations in ascending order, from 0");
+            break;
+        }
+        if !in_range(value) {
+            let message = format!("`{key}` must be {range}, but is {value}");
+            reader.error(&path, CaseCode::OutOfRange, message, "");
+        }
+        before = iteration;
+    }
+    let entries = entries.into_iter().filter_map(|(iteration, value)| Some((usize::try_from(iteration).ok()?, value)));
+    Steps::new(entries.collect()).unwrap_or_default()
+}

@@ -1,0 +1,101 @@
+//! Parameters of an optimization that change from iteration to iteration.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Values of a parameter over the iterations: each entry is an iteration and the value from this
+/// iteration on. Before the first entry, the parameter keeps its own value.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Steps(Vec<(usize, f64)>);
+
+impl Steps {
+    /// Entries with ascending iterations; `None` if they are not.
+    pub fn new(entries: Vec<(usize, f64)>) -> Option<Self> {
+        entries.is_sorted_by(|a, b| a.0 < b.0).then_some(Self(entries))
+    }
+
+    /// The entries.
+    pub fn entries(&self) -> &[(usize, f64)] {
+        &self.0
+    }
+
+    /// Whether the parameter keeps its own value.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The value at an iteration; `None` before the first entry.
+    pub fn at(&self, iteration: usize) -> Option<f64> {
+        self.0.iter().rev().find(|entry| entry.0 <= iteration).map(|entry| entry.1)
+    }
+
+    /// Whether the value may differ from that of the iteration before.
+    fn changes_at(&self, iteration: usize) -> bool {
+        iteration > 0 && self.0.iter().any(|entry| entry.0 == iteration)
+    }
+
+    /// The iteration of the last entry; 0 without entries.
+    fn end(&self) -> usize {
+        self.0.last().map_or(0, |entry| entry.0)
+    }
+}
+
+/// Which parameters change over the iterations, and how. Iteration 0 is the start design.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Schedule {
+    /// Sharpness of the projection.
+    #[serde(skip_serializing_if = "Steps::is_empty")]
+    pub sharpness: Steps,
+    /// Penalization exponent.
+    #[serde(skip_serializing_if = "Steps::is_empty")]
+    pub p: Steps,
+    /// Largest change of a variable in an update.
+    #[serde(skip_serializing_if = "Steps::is_empty")]
+    pub move_limit: Steps,
+}
+
+impl Schedule {
+    /// Whether objective and constraints are other functions of the variables at this iteration
+    /// than at the one before, so that their values cannot be compared.
+    pub fn changes_functions_at(&self, iteration: usize) -> bool {
+        self.sharpness.changes_at(iteration) || self.p.changes_at(iteration)
+    }
+
+    /// The iteration from which on nothing changes.
+    pub fn end(&self) -> usize {
+        self.sharpness.end().max(self.p.end()).max(self.move_limit.end())
+    }
+
+    /// Whether nothing changes.
+    pub fn is_empty(&self) -> bool {
+        self.sharpness.is_empty() && self.p.is_empty() && self.move_limit.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_hold_until_the_next_entry() {
+        let steps = Steps::new(vec![(2, 1.0), (5, 4.0)]).unwrap();
+        let found: Vec<Option<f64>> = [0, 1, 2, 4, 5, 90].iter().map(|&iteration| steps.at(iteration)).collect();
+        assert_eq!(found, [None, None, Some(1.0), Some(1.0), Some(4.0), Some(4.0)]);
+        assert_eq!(Steps::default().at(3), None);
+        assert!(Steps::new(vec![(2, 1.0), (2, 4.0)]).is_none());
+    }
+
+    #[test]
+    fn move_limits_change_no_function() {
+        let steps = |entries: &[(usize, f64)]| Steps::new(entries.to_vec()).unwrap();
+        let schedule = Schedule {
+            sharpness: steps(&[(0, 1.0), (4, 2.0)]),
+            p: steps(&[(6, 3.0)]),
+            move_limit: steps(&[(8, 0.05)]),
+        };
+        let changes: Vec<usize> = (0..10).filter(|&k| schedule.changes_functions_at(k)).collect();
+        assert_eq!((changes, schedule.end()), (vec![4, 6], 8));
+        assert!(Schedule::default().is_empty() && Schedule::default().end() == 0);
+    }
+}

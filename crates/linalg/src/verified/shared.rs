@@ -1,0 +1,153 @@
+//! Iterations of several right-hand sides in one space of directions.
+
+use super::{Found, HOPE, LEAST_SEEN, Solve, SolveOptions};
+use crate::csr::norm_on;
+use slipstick_ranks::Ranks;
+
+/// A direction counts as new if this much of its product is outside the span of the others.
+const NEW: f64 = 1e-6;
+
+/// Generalised conjugate residuals for several right-hand sides: each iteration adds the
+/// preconditioned residual of each of them to one space, in which all residuals are minimised.
+///
+/// With factors of a nearby matrix, residuals soon lie in the few directions in which the factors are
+/// wrong, which are the same for all right-hand sides: together, they find them in fewer iterations.
+/// For one right-hand side, the iterates are those of GMRES.
+///
+/// References: Eisenstat, Elman and Schultz, SIAM J. Numer. Anal. 20 (1983), for one right-hand side;
+/// O'Leary, Linear Algebra Appl. 29 (1980), for blocks of them. Test:
+/// `right_hand_sides_share_directions`.
+pub(super) struct SharedCycle {
+    /// Orthonormal products A z of the directions.
+    products: Vec<Vec<f64>>,
+    directions: Vec<Vec<f64>>,
+    members: Vec<Member>,
+}
+
+/// The iteration of one right-hand side.
+struct Member {
+    x: Vec<f64>,
+    residual: Vec<f64>,
+    norm: f64,
+    /// Norm of the residual at the start.
+    beta: f64,
+    taken: usize,
+    /// Maximum number of iterations, now and in later cycles.
+    steps: usize,
+    left: usize,
+    ended: bool,
+    given_up: bool,
+    finite: bool,
+}
+
+impl SharedCycle {
+    pub(super) fn new(solves: &[&Solve<'_>], options: &SolveOptions) -> Self {
+        let member = |solve: &&Solve<'_>| {
+            let beta = solve.matrix.norm_of(&solve.residual);
+            let left = options.max_iterations.saturating_sub(solve.report.iterations);
+            Member {
+                x: solve.x.to_vec(),
+                residual: solve.residual.clone(),
+                norm: beta,
+                beta,
+                taken: 0,
+                steps: left.min(options.restart.max(1)),
+                left,
+                ended: false,
+                given_up: false,
+                finite: true,
+            }
+        };
+        Self { products: Vec::new(), directions: Vec::new(), members: solves.iter().map(member).collect() }
+    }
+
+    /// The directions to be preconditioned next; none at the end.
+    pub(super) fn next(&self) -> Vec<Vec<f64>> {
+        let open = self.members.iter().filter(|member| !member.ended);
+        open.map(|member| member.residual.iter().map(|r| r / member.norm).collect()).collect()
+    }
+
+    /// Adds preconditioned directions and their products with the matrix.
+    pub(super) fn extend(
+        &mut self,
+        solves: &[&Solve<'_>],
+        found: impl Iterator<Item = (Vec<f64>, Vec<f64>)>,
+        options: &SolveOptions,
+    ) {
+        let ranks = solves[0].matrix.a.ranks();
+        let known = self.products.len();
+        for (z, w) in found {
+            self.add(z, w, ranks);
+        }
+        let added = self.products[known..].iter().zip(&self.directions[known..]);
+        let added: Vec<(&Vec<f64>, &Vec<f64>)> = added.collect();
+        for (member, solve) in self.members.iter_mut().zip(solves).filter(|(member, _)| !member.ended) {
+            member.minimise(&added, ranks);
+            member.judge(0.5 * solve.target, added.is_empty(), options);
+        }
+    }
+
+    /// Orthonormalises a product, and combines the directions in the same way.
+    fn add(&mut self, mut z: Vec<f64>, mut w: Vec<f64>, ranks: &dyn Ranks) {
+        let size = norm_on(&w, ranks);
+        for _ in 0..2 {
+            let mut components: Vec<f64> = self.products.iter().map(|q| dot(&w, q)).collect();
+            ranks.sum(&mut components);
+            for ((q, direction), component) in self.products.iter().zip(&self.directions).zip(components) {
+                subtract(&mut w, component, q);
+                subtract(&mut z, component, direction);
+            }
+        }
+        let left = norm_on(&w, ranks);
+        // also if it is not a number: the member whose residual it was then ends for lack of progress
+        if !(left > NEW * size) {
+            return;
+        }
+        w.iter_mut().for_each(|w| *w /= left);
+        z.iter_mut().for_each(|z| *z /= left);
+        self.products.push(w);
+        self.directions.push(z);
+    }
+
+    /// What each right-hand side has found.
+    pub(super) fn end(self) -> Vec<Found> {
+        let found = |Member { x, taken, given_up, finite, .. }: Member| Found { x, taken, given_up, finite };
+        self.members.into_iter().map(found).collect()
+    }
+}
+
+impl Member {
+    /// Minimises the residual over new directions, whose products are orthonormal and orthogonal to
+    /// earlier ones.
+    fn minimise(&mut self, added: &[(&Vec<f64>, &Vec<f64>)], ranks: &dyn Ranks) {
+        let mut components: Vec<f64> = added.iter().map(|(product, _)| dot(&self.residual, product)).collect();
+        ranks.sum(&mut components);
+        for ((product, direction), component) in added.iter().zip(components) {
+            subtract(&mut self.residual, component, product);
+            subtract(&mut self.x, -component, direction);
+        }
+        self.norm = norm_on(&self.residual, ranks);
+        self.taken += 1;
+    }
+
+    fn judge(&mut self, wanted: f64, exhausted: bool, options: &SolveOptions) {
+        self.finite = self.norm.is_finite();
+        if !self.finite || self.norm <= wanted || exhausted || self.taken == self.steps {
+            self.ended = true;
+            return;
+        }
+        let (wanted, fallen) = ((wanted / self.beta).ln(), (self.norm / self.beta).ln());
+        let slow = HOPE * fallen * self.left as f64 > wanted * self.taken as f64;
+        if options.give_up_early && self.taken >= LEAST_SEEN && slow {
+            (self.ended, self.given_up) = (true, true);
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn subtract(from: &mut [f64], factor: f64, what: &[f64]) {
+    from.iter_mut().zip(what).for_each(|(from, what)| *from -= factor * what);
+}

@@ -1,0 +1,255 @@
+//! Density filter, projection and schedules in the optimization loop.
+
+mod common;
+
+use common::problem;
+use slipstick::build::optimization;
+use slipstick::case::{parse_case, template};
+use slipstick::design::{ElementValues, VariableValues};
+use slipstick::optimize::{IterationRecord, Optimization, OptimizationState};
+use slipstick::verify::{Verdict, VerifyOptions, verify_variables};
+use slipstick_path::Silent;
+
+/// Filter and projection of most tests.
+const MAPS: &str = "density_filter = { radius = 1.3 }\nprojection = { sharpness = 4.0, threshold = 0.45 }";
+
+/// The cube on a finer cuboid, with passive elements, a bound on a force and one on the volume.
+fn text(maps: &str, optimizer: &str) -> String {
+    let text = template("cube-on-cuboid").expect("a template").text;
+    let (before, _) = text.split_once("[design]").expect("a design");
+    let before = before.replace("elements = [4, 1, 1]", "elements = [6, 2, 2]").replace("steps = 10", "steps = 4");
+    format!(
+        "{before}
+[design]
+bodies = ['cuboid', 'cube']
+volume_fraction = 0.6
+{maps}
+passive_solid = [{{ min = [0.6, 0.5, 0], max = [1.4, 1, 0.5] }}]
+passive_void = [{{ min = [3.4, 0, 0], max = [4, 0.5, 0.5] }}]
+[[quantity]]
+name = 'push'
+reaction = {{ set = 'cuboid_ymin', component = 'y' }}
+[objective]
+contact_force = {{ steps = 'all' }}
+[[constraint]]
+quantity = 'push'
+max = 30.0
+[optimizer]
+{optimizer}
+"
+    )
+}
+
+fn prepared(maps: &str, optimizer: &str) -> Optimization {
+    let text = text(maps, optimizer);
+    let case = parse_case(&text, "case.toml").unwrap_or_else(|e| panic!("{e}")).case;
+    optimization(&case, problem(&text)).unwrap()
+}
+
+fn finish(optimization: &mut Optimization) -> Vec<IterationRecord> {
+    while !optimization.finished() {
+        optimization.advance(&mut Silent).unwrap();
+    }
+    optimization.state.history.clone()
+}
+
+/// Variables that differ from element to element.
+fn uneven(count: usize) -> VariableValues {
+    (0..count).map(|k| 0.3 + 0.5 * (0.618_033_988_749_894_9 * (k + 1) as f64).fract()).collect()
+}
+
+/// The optimizer receives the derivatives of objective, volume and constraint with respect to the
+/// variables: they agree with differences over the whole chain, analysis included.
+#[test]
+fn the_optimizer_gets_the_derivatives_with_respect_to_the_variables() {
+    let mut optimization = prepared(MAPS, "iterations = 1\nmethod = 'gcmma'");
+    optimization.state.x = uneven(optimization.state.x.len());
+    let x = optimization.state.x.clone();
+    optimization.advance(&mut Silent).unwrap();
+    let state = serde_json::to_value(&optimization.state).unwrap();
+    let numbers = |value: &serde_json::Value| serde_json::from_value::<Vec<f64>>(value.clone()).unwrap();
+    let approximations = &state["gcmma"]["approximations"];
+    let scaling = optimization.state.scaling.clone().unwrap();
+    let unscaled = |gradient: Vec<f64>, factor: f64| gradient.into_iter().map(|g| g / factor).collect::<Vec<f64>>();
+    let mut gradients = vec![unscaled(numbers(&approximations["objective_gradient"]), scaling.objective())];
+    for (gradient, factor) in
+        approximations["constraint_gradients"].as_array().unwrap().iter().zip(scaling.constraints())
+    {
+        gradients.push(unscaled(numbers(gradient), factor));
+    }
+    let map = optimization.map().clone();
+    let volumes = map.variables().domain_volumes(&optimization.problem.mesh.element_volumes()).unwrap();
+    let design_volume: f64 = volumes.iter().sum();
+    let mut values = |x: &VariableValues| -> [f64; 3] {
+        let density: ElementValues = map.densities(x);
+        let forward = optimization.problem.analysis.forward(&density, &mut Silent).unwrap();
+        let domain = map.variables().on_domain(&density);
+        let volume: f64 = domain.iter().zip(&volumes).map(|(density, volume)| density * volume).sum();
+        [forward.value, volume / design_volume / 0.6 - 1.0, forward.constraints[0] / 30.0 - 1.0]
+    };
+    let (mut worst, mut entries) = ([0.0_f64; 3], 0);
+    for entry in (0..x.len()).step_by(4) {
+        let mut differences = [[0.0; 3]; 2];
+        for (step, differences) in [2e-3, 1e-3].into_iter().zip(&mut differences) {
+            let mut at = |sign: f64| {
+                let mut moved = x.clone();
+                moved[entry] += sign * step;
+                values(&moved)
+            };
+            let (ahead, behind) = (at(1.0), at(-1.0));
+            *differences = std::array::from_fn(|of| (ahead[of] - behind[of]) / (2.0 * step));
+        }
+        for of in 0..3 {
+            // extrapolated to order 4
+            let difference = (4.0 * differences[1][of] - differences[0][of]) / 3.0;
+            let size = gradients[of].iter().fold(0.0_f64, |size, g| size.max(g.abs()));
+            worst[of] = worst[of].max((difference - gradients[of][entry]).abs() / size);
+        }
+        entries += 1;
+    }
+    println!("{entries} entries, largest errors {worst:?}");
+    assert!(entries > 5 && worst.iter().all(|error| *error < 1e-7), "{worst:?}");
+}
+
+/// `verify gradient` compares derivatives with respect to the variables.
+#[test]
+fn verification_varies_the_variables() {
+    for maps in [MAPS, "density_filter = { radius = 0.9, boundary = 'void' }", "projection = { sharpness = 6 }"] {
+        let mut problem = problem(&text(maps, "iterations = 1"));
+        let map = problem.map.clone().unwrap();
+        let x = uneven(map.variables().count());
+        let options = VerifyOptions { directions: 1, elements: 2, ..VerifyOptions::default() };
+        let check = verify_variables(&mut problem.analysis, &map, &x, &options, &mut Silent).unwrap();
+        assert_eq!(check.count(Verdict::Right), 3, "{check:#?}");
+        let wrong_point = slipstick::verify::verify_gradient(
+            &mut problem.analysis,
+            &map.densities(&x),
+            map.variables().designed(),
+            &options,
+            &mut Silent,
+        );
+        assert!((wrong_point.unwrap().gradient_norm / check.gradient_norm - 1.0).abs() > 0.05);
+    }
+}
+
+/// With exact gradients, GCMMA's approximations are conservative after a few attempts.
+#[test]
+fn gcmma_descends_with_filter_and_projection() {
+    let history = finish(&mut prepared(MAPS, "iterations = 6\nmethod = 'gcmma'\nmma = { move_limit = 0.3 }"));
+    let inner = history.iter().map(|record| record.inner_iterations).max();
+    assert!(inner < Some(10), "{history:?}");
+    for pair in history.windows(2) {
+        let allowed = pair[0].objective + 1e-6 * pair[0].objective.abs();
+        assert!(pair[0].violation > 1e-6 || pair[1].objective <= allowed, "{history:?}");
+    }
+    assert!(history.last().unwrap().objective < history[0].objective);
+}
+
+#[test]
+fn the_start_has_the_initial_density_and_passive_elements_keep_theirs() {
+    let optimization =
+        prepared("density_filter = { radius = 0.3 }\nprojection = { threshold = 0.4 }", "iterations = 1");
+    // no element has a neighbour
+    let density = optimization.density();
+    let variables = optimization.map().variables();
+    assert!(variables.designed().iter().all(|&e| (density[e as usize] - 0.6).abs() < 1e-12));
+    assert!(optimization.state.x.iter().all(|x| (x - 0.6).abs() > 0.05));
+    let blurred = prepared(MAPS, "iterations = 1").density();
+    let fixed = |value: f64| blurred.iter().filter(|density| **density == value).count();
+    assert_eq!([fixed(1.0), fixed(0.0)], [1, 1]);
+}
+
+const SCHEDULE: &str = "mma = { move_limit = 0.2 }
+schedule = { sharpness = [[0, 1], [2, 4], [5, 8]], p = [[0, 2], [3, 3]], move_limit = [[4, 0.05]] }";
+
+/// After every iteration, a scheduled optimization continues bit for bit from its written state.
+#[test]
+fn a_schedule_continues_bit_for_bit() {
+    for method in ["mma", "gcmma"] {
+        let optimizer = format!("iterations = 7\nmethod = '{method}'\n{SCHEDULE}");
+        let mut all = prepared(MAPS, &optimizer);
+        let whole = finish(&mut all);
+        assert_eq!(whole.len(), 8);
+        let (mut state, mut guide) = (None::<String>, None);
+        for _ in 0..whole.len() {
+            let mut part = prepared(MAPS, &optimizer);
+            if let Some(text) = &state {
+                part.state = serde_json::from_str::<OptimizationState>(text).unwrap();
+            }
+            part.problem.analysis.guide = guide;
+            part.advance(&mut Silent).unwrap();
+            guide = part.problem.analysis.guide.take();
+            state = Some(serde_json::to_string(&part.state).unwrap());
+        }
+        let last: OptimizationState = serde_json::from_str(&state.unwrap()).unwrap();
+        assert_eq!(last.history, whole);
+        assert_eq!((last.x, last.optimizer), (all.state.x.clone(), all.state.optimizer.clone()));
+    }
+}
+
+/// A change of sharpness or exponent restarts the asymptotes, and the design after it is not
+/// compared with the one before; a change of the move limit only shortens the steps.
+#[test]
+fn changes_of_the_functions_restart_the_optimizer() {
+    // whether all asymptotes are half a range away on both sides, after each update
+    let advance = |optimization: &mut Optimization| -> Vec<bool> {
+        let mut fresh = Vec::new();
+        while !optimization.finished() {
+            optimization.advance(&mut Silent).unwrap();
+            let (low, upp) = optimization.state.optimizer.memory().asymptotes();
+            fresh.push(low.iter().zip(upp).all(|(low, upp)| (upp - low - 1.0).abs() < 1e-12));
+        }
+        fresh
+    };
+    let mut optimization = prepared(MAPS, &format!("iterations = 7\nmethod = 'gcmma'\n{SCHEDULE}"));
+    // for two updates from the start, and from each of the restarts at 2, 3 and 5
+    assert_eq!(advance(&mut optimization)[..7], [true; 7]);
+    let mut unscheduled = prepared(MAPS, "iterations = 7\nmethod = 'gcmma'\nmma = { move_limit = 0.2 }");
+    assert_eq!(advance(&mut unscheduled)[..7], [true, true, false, false, false, false, false]);
+    let history = &optimization.state.history;
+    for restarted in [2, 3, 5] {
+        assert_eq!(history[restarted].inner_iterations, 0, "{history:?}");
+    }
+    assert!(history[4..7].iter().all(|record| record.change.unwrap() <= 0.05 + 1e-12));
+    assert!(history[..4].iter().any(|record| record.change.unwrap() > 0.1));
+    let without = finish(&mut prepared(MAPS, "iterations = 3\nmma = { move_limit = 0.2 }"));
+    assert!(
+        (without[0].objective / history[0].objective - 1.0).abs() > 1e-3,
+        "the exponent is scheduled from the start"
+    );
+}
+
+#[test]
+fn criteria_apply_after_the_schedule() {
+    let ends = |criteria: &str| {
+        let schedule = "schedule = { sharpness = [[0, 1], [3, 2]] }";
+        finish(&mut prepared(MAPS, &format!("iterations = 6\n{schedule}\n{criteria}"))).len()
+    };
+    assert_eq!(ends(""), 7);
+    // met from the start on: the design after the update of iteration 3 is the last
+    assert_eq!([ends("tolerance = 1.0"), ends("optimality = 1e9"), ends("discreteness = 0.999")], [5; 3]);
+    assert_eq!([ends("tolerance = 1.0\noptimality = 1e-9"), ends("tolerance = 1.0\ndiscreteness = 1e-4")], [7; 2]);
+}
+
+/// Void weakens elements at free faces, but not those at the support below and the contact above.
+#[test]
+fn void_lies_beyond_free_faces_only() {
+    let text = text("density_filter = { radius = 0.45, boundary = 'void' }", "iterations = 1")
+        .replace("elements = [6, 2, 2]", "elements = [8, 3, 5]")
+        .replace("bodies = ['cuboid', 'cube']", "bodies = ['cuboid']");
+    let text: Vec<&str> = text.lines().filter(|line| !line.starts_with("passive")).collect();
+    let mut problem = problem(&text.join("\n"));
+    let count = problem.map.as_ref().unwrap().variables().count();
+    problem.start_from_variables(vec![1.0; count].into());
+    let centroids = problem.mesh.centroids();
+    let mut full = [0, 0];
+    for element in problem.mesh.bodies[0].elements.clone() {
+        let [x, y, z] = centroids[element];
+        let density = problem.initial_density[element];
+        let depth = x.min(4.0 - x).min(z).min(1.0 - z);
+        assert!(if depth > 0.45 { density == 1.0 } else { density < 0.99 }, "{x} {y} {z}: {density}");
+        full[0] += usize::from(density == 1.0 && y < 0.3);
+        full[1] += usize::from(density == 1.0 && y > 0.7);
+    }
+    assert_eq!(full, [6, 6]);
+}
