@@ -46,8 +46,8 @@ TEXT
     show "gmsh -3 bracket.geo -o bracket.msh" "nodes|Writing"
     cat <<'TEXT'
 
-`slipstick new my-mesh --mesh bracket.msh` writes a case with these names as a starting point. The
-result of editing it is [case.toml](../cases/bracket/case.toml):
+`slipstick new my-mesh --mesh bracket.msh` writes a case with these names as a starting point.
+Edited, it becomes [case.toml](../cases/bracket/case.toml):
 
 TEXT
     printf '```toml\n'

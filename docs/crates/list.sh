@@ -44,7 +44,7 @@ lean=$(names -p slipstick-cli --no-default-features | wc -l)
 The program is built from $all crates, $own of which are its own. With \`--no-default-features\`, which
 omits METIS and therefore needs no C compiler, it is built from $lean. This page is written by
 \`docs/crates/list.sh\`. The column "below" counts the crates that \`cargo tree\` shows below a crate;
-"only" counts those of them that no other crate in the table needs.
+"only" counts how many of these no other crate in the table needs.
 
 | crate | used by | below | only | for |
 |---|---|--:|--:|---|
@@ -77,13 +77,13 @@ TEXT
     row zip "3MF files"
     cat <<'TEXT'
 
-Only tests and benchmarks use `proptest` (random inputs), `num-dual` (reference derivatives by dual
-numbers) and `tempfile`.
+`proptest` (random inputs), `num-dual` (reference derivatives by dual numbers) and `tempfile` are
+used only in tests and benchmarks.
 
-About 700 lines in `views/src/render` and `picture.rs` draw charts and the text in pictures. We tried
-libraries and kept our own code: `plotters`, `kuva` and `charts-rs` need `ttf-parser`, which is no
-longer maintained (RUSTSEC-2026-0192); `skrifa` with `ab_glyph_rasterizer` would replace only the
-glyphs and add about half a minute to the first build.
+About 700 lines in `views/src/render` and `picture.rs` draw charts and the text in pictures. We
+tried libraries and kept our own code: `plotters`, `kuva` and `charts-rs` depend on `ttf-parser`,
+which is no longer maintained (RUSTSEC-2026-0192); `skrifa` with `ab_glyph_rasterizer` would replace
+only the code that draws glyphs, and would add about half a minute to the first build.
 TEXT
     printf '\nLicences: %s.\n' "$(cargo tree --offline -p slipstick-cli -e normal,build --prefix none --no-dedupe -f '{p}|{l}' |
         sed 's/.*|//' | sort -u | sed '/^$/d' | paste -sd';' | sed 's/;/; /g')"

@@ -21,12 +21,20 @@ CASE = {
     "body": [
         {
             "name": "slab",
-            "box": {"min": [0.0, 0.0, 0.0], "max": [3.0, 1.0, 3.0], "elements": [30, 10, 30]},
+            "box": {
+                "min": [0.0, 0.0, 0.0],
+                "max": [3.0, 1.0, 3.0],
+                "elements": [30, 10, 30],
+            },
             "material": MATERIAL,
         },
         {
             "name": "block",
-            "box": {"min": [1.03, 1.0, 1.03], "max": [1.93, 1.6, 1.93], "elements": [6, 4, 6]},
+            "box": {
+                "min": [1.03, 1.0, 1.03],
+                "max": [1.93, 1.6, 1.93],
+                "elements": [6, 4, 6],
+            },
             "material": MATERIAL,
         },
     ],

@@ -172,7 +172,7 @@ fn next_update(state: &mut OptimizationState) {
     let level = [state.x.iter().sum::<f64>() / n as f64 - 0.5];
     let (lower, upper) = (vec![0.0; n], vec![1.0; n]);
     let functions = Functions::new(1.0, &slope, &level, &volume);
-    let step = state.optimizer.update_on(&state.x, [&lower, &upper], &functions, &Alone);
+    let step = state.optimizer.update(&state.x, [&lower, &upper], &functions, &Alone);
     if let Ok(step) = step {
         assert!(step.x.iter().all(|value| (0.0..=1.0).contains(value)), "{:?}", step.x);
     }

@@ -9,7 +9,7 @@
 //! | [`variables`] | which elements are designed, passive solid or passive void; the initial design |
 //! | [`map`] | the chain from design variables to densities and its exact transpose |
 //! | [`filter`] | density filter and projection (design maps), Sigmund's sensitivity filter (not a design map) |
-//! | [`quantity`] | numbers that a state has, with exact partial derivatives |
+//! | [`quantity`] | numbers computed from a state, with exact partial derivatives |
 //! | [`response`] | sums, maxima and curves of quantities over the load path: objectives and constraints |
 //! | [`volume`] | the volume constraint |
 //! | [`optimizer`] | the method of moving asymptotes (MMA, GCMMA), scaling, optimality residual |

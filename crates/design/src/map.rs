@@ -7,8 +7,8 @@
 ///
 /// # Panics
 ///
-/// Implementations panic if a slice does not have the length for which the map was built: that is
-/// an error of the calling program, never of its input.
+/// Implementations panic if a slice does not have the length for which the map was built: this is
+/// an error in the calling program, never in its input.
 pub trait DesignMap: Send + Sync {
     /// Densities `φ(x)`.
     fn apply(&self, x: &[f64]) -> Vec<f64>;
@@ -66,8 +66,8 @@ impl DesignMap for Chain {
 /// Applies a map of the listed elements' densities to these entries of a longer vector; the others
 /// are unchanged.
 ///
-/// Keeps a filter inside the design domain, so that densities do not leak from or to bodies that
-/// are not designed.
+/// Restricts a filter to the design domain, so that densities do not leak into or out of bodies
+/// that are not designed.
 pub struct OnElements<M> {
     elements: Vec<u32>,
     map: M,

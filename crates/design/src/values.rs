@@ -1,4 +1,4 @@
-//! Lists of numbers that know what they are listed over.
+//! Lists of numbers whose type says which index space they cover.
 //!
 //! A design has three index spaces: all elements of the mesh, the elements of the design domain,
 //! and the design variables. A density or derivative over one of them is a different type from one

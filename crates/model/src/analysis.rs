@@ -382,10 +382,10 @@ impl Analysis {
     /// Derivatives of Σ w_kn q_kn, where q_kn is the value of the objective's term k at the user's
     /// step n, `forward.quantities[0][k][n − 1]`, and `weights[k][n − 1]` is w_kn: the product of
     /// the weights with the Jacobian of all these values. The weights of steps that a term does not
-    /// observe must be 0. The reduction, weights and load cases of the objective do not count, so an
-    /// objective of several terms at all steps gives any derivative of its quantities with one
-    /// adjoint per call. Derivatives with respect to parameters other than densities are zero unless
-    /// `parameters`. Test: `weighted_values_are_pulled_back`.
+    /// observe must be 0. The objective's own reduction, weights and load cases have no effect, so
+    /// with an objective that has several terms at all steps, each call gives any derivative of its
+    /// quantities at the cost of one adjoint. Derivatives with respect to parameters other than
+    /// densities are zero unless `parameters`. Test: `weighted_values_are_pulled_back`.
     ///
     /// # Errors
     /// As [`gradients`](Self::gradients).
@@ -453,7 +453,7 @@ impl Analysis {
     }
 }
 
-/// Slave nodes with made-up data of any size, for the check of a quantity's derivatives.
+/// Slave nodes with invented data of arbitrary size, for the check of a quantity's derivatives.
 fn some_contact(model: &ContactModel, spread: impl Fn(usize) -> f64) -> Vec<ContactNode> {
     let pairs = model.interfaces().iter().enumerate();
     let nodes =

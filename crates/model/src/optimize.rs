@@ -8,9 +8,9 @@
 //! then marched instead. The approximations by which candidates are judged are part of the state,
 //! so each march is made once, and an interrupted iteration is repeated from its first candidate.
 //!
-//! [`Optimization`] only advances; the caller handles time, files and screens. All that the next
-//! iteration depends on is in [`OptimizationState`] and the path of the last design. Both can be
-//! stored and restored bit for bit.
+//! [`Optimization`] only advances; the caller handles time, files and terminals. Everything that
+//! the next iteration depends on is in [`OptimizationState`] and the path of the last design. Both
+//! can be stored and restored bit for bit.
 
 use crate::analysis::{AnalysisError, Forward};
 use crate::problem::Problem;
@@ -56,7 +56,8 @@ pub struct IterationRecord {
     pub discreteness: f64,
     /// Slave nodes open, sticking, slipping at the end of the path.
     pub status: [usize; 3],
-    /// How often the update was halved because the path could not be marched with the full one.
+    /// How many times the update was halved because the path could not be marched with the full
+    /// one.
     pub halvings: usize,
     /// Inner iterations of GCMMA: candidates that were marched and rejected before this design.
     #[serde(default)]
@@ -85,7 +86,7 @@ pub struct OptimizationState {
     /// The optimizer's memory, under the name of its method.
     #[serde(flatten)]
     pub optimizer: Optimizer,
-    /// Scales of objective and constraint from the first iteration.
+    /// Scales of objective and constraints, each from the first gradient that is not zero.
     pub scaling: Option<Scaling>,
     /// Names of the constraints: the bound on the volume, if any, then those of the analysis.
     pub constraints: Vec<String>,
@@ -103,7 +104,7 @@ pub struct OptimizationOptions {
     pub filter: Option<FilterOptions>,
     /// Number of updates.
     pub iterations: usize,
-    /// The optimization stops early if no density changes by more than this.
+    /// The optimization stops early if an update changes no density by more than this.
     pub tolerance: Option<f64>,
     /// MMA or GCMMA.
     pub method: Method,
@@ -215,7 +216,7 @@ impl Bounds {
 /// Name of the bound on the volume.
 const VOLUME: &str = "volume_fraction";
 
-/// How often an update is halved when the path of the new design cannot be marched.
+/// How many times an update is halved when the path of the new design cannot be marched.
 const MAX_HALVINGS: usize = 3;
 
 impl Optimization {
@@ -303,14 +304,14 @@ impl Optimization {
     /// evaluated.
     pub fn finished(&self) -> bool {
         let evaluated = self.state.history.len() > self.state.iteration;
-        evaluated && self.done()
+        evaluated && self.done(&self.state.x)
     }
 
-    /// Whether no further update is needed.
-    fn done(&self) -> bool {
-        let settled = self.state.history.iter().rev().find_map(|r| r.change);
+    /// Whether no further update is needed after the one that ended at `x`.
+    fn done(&self, x: &VariableValues) -> bool {
+        let change = self.state.x_before.as_ref().map(|before| largest_change(x, before));
         self.state.iteration >= self.iterations
-            || matches!((self.tolerance, settled), (Some(bound), Some(change)) if change <= bound)
+            || matches!((self.tolerance, change), (Some(bound), Some(change)) if change <= bound)
     }
 
     /// Evaluates the current design and, unless all updates are made, updates it. Returns the
@@ -340,9 +341,10 @@ impl Optimization {
         record.halvings = halvings;
         record.inner_iterations = optimizer.inner_iterations();
         record.failed_iterations += lost;
+        let done = self.done(&x);
         let mut next = OptimizationState { x, optimizer, ..self.state.clone() };
         let mut derivative = None;
-        if !self.done() {
+        if !done {
             let gradients = self.problem.analysis.response_gradients(&forward, false);
             forward.path.forget_factors();
             // also if the sweep was interrupted
@@ -364,10 +366,10 @@ impl Optimization {
         Ok(forward)
     }
 
-    /// Marches with the variables of the state and, as long as the optimizer rejects what it finds,
+    /// Marches with the variables of the state and, as long as the optimizer rejects the result,
     /// with its next candidate.
     ///
-    /// A halved update is judged like a whole one. It keeps the objective from rising too: the
+    /// A halved update is judged like a full one. It does not raise the objective either: the
     /// approximations are convex, so where both ends are no worse than the last design, nor is the
     /// middle.
     fn march_accepted(
@@ -387,10 +389,10 @@ impl Optimization {
             };
             let forward = &marched.forward;
             let functions = self.constraint_functions(&self.variables.on_domain(&marched.density), forward);
-            let scaled = functions.iter().zip(&scaling.constraints).map(|(f, factor)| factor * f.violation.0);
-            let (objective, constraints) = (scaling.objective * forward.value, scaled.collect::<Vec<f64>>());
+            let scaled = functions.iter().zip(scaling.constraints()).map(|(f, factor)| factor * f.violation.0);
+            let (objective, constraints) = (scaling.objective() * forward.value, scaled.collect::<Vec<f64>>());
             let ranks = self.problem.analysis.linear.ranks();
-            match optimizer.judge_on(&marched.x, bounds.both(), objective, &constraints, ranks)? {
+            match optimizer.judge(&marched.x, bounds.both(), objective, &constraints, ranks)? {
                 Judgement::Conservative | Judgement::Exhausted => return Ok(marched),
                 Judgement::Rejected(next) => x = next.x.into(),
             }
@@ -476,23 +478,27 @@ impl Optimization {
             .map(|(gradient, slope): (Vec<f64>, f64)| gradient.into_iter().map(|g| slope * g).collect())
             .collect();
         let violations: Vec<f64> = functions.iter().map(|function| function.violation.0).collect();
-        let scaling =
-            next.scaling.get_or_insert_with(|| Scaling::from_first(&objective_gradient, &constraint_gradients)).clone();
+        let scaling = next.scaling.get_or_insert_with(|| Scaling::new(violations.len()));
+        scaling.learn(&objective_gradient, &constraint_gradients);
         let (f, df) = scaling.scale_objective(forward.value, &objective_gradient);
         let (g, dg) = scaling.scale_constraints(&violations, &constraint_gradients);
         let bounds = Bounds::of_densities(next.x.len());
         let functions = Functions::new(f, &df, &g, &dg);
-        let step = next.optimizer.update_on(&next.x, bounds.both(), &functions, analysis.linear.ranks())?;
-        record.change = Some(step.x.iter().zip(&next.x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
+        let step = next.optimizer.update(&next.x, bounds.both(), &functions, analysis.linear.ranks())?;
+        record.change = Some(largest_change(&step.x, &next.x));
         record.optimality = Some(step.kkt_residual.norm);
-        for ((constraint, lambda), factor) in record.constraints.iter_mut().zip(&step.lambda).zip(&scaling.constraints)
+        for ((constraint, lambda), factor) in record.constraints.iter_mut().zip(&step.lambda).zip(scaling.constraints())
         {
-            constraint.multiplier = Some(lambda * factor / scaling.objective);
+            constraint.multiplier = Some(lambda * factor / scaling.objective());
         }
         next.x_before = Some(std::mem::replace(&mut next.x, step.x.into()));
         next.iteration += 1;
         Ok(())
     }
+}
+
+fn largest_change(x: &[f64], before: &[f64]) -> f64 {
+    x.iter().zip(before).map(|(x, before)| (x - before).abs()).fold(0.0, f64::max)
 }
 
 /// A constraint at a design: the bounded value, g ≤ 0, and ∂g/∂value.
@@ -511,7 +517,7 @@ fn record(iteration: usize, forward: &Forward, volume_fraction: f64) -> Iteratio
         newton_iterations: forward.path.newton_iterations(),
         failed_iterations: forward.path.failed_iterations(),
         uzawa_iterations: states.iter().map(|s| s.report.uzawa).sum(),
-        increments: states.len() - 1,
+        increments: forward.path.increments(),
         status: last.map_or([0; 3], |r| r.status),
         ..IterationRecord::default()
     }

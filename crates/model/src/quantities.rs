@@ -3,7 +3,7 @@
 //!
 //! | name | of | unit | meaning |
 //! |---|---|---|---|
-//! | `displacement_SET_x` … | a support | L | mean displacement of its nodes |
+//! | `displacement_SET_x` … | a support | L | mean displacement of the nodes of which it prescribes a component that no earlier table does |
 //! | `reaction_SET_x` … | a support | F | force that it exerts on the body, for each prescribed component |
 //! | `symmetry_reaction_x` … | a symmetry plane | F | force that it exerts on the bodies, along its normal |
 //! | `SLAVE_force_x` … | a contact pair | F | resultant of the contact forces on the slave, friction included |
@@ -84,8 +84,8 @@ pub struct QuantityRow {
     pub step: usize,
     /// Pseudo-time, counted through all load cases.
     pub time: f64,
-    /// One number per name; NaN from a state on that can no longer be evaluated, which is rare
-    /// because it converged.
+    /// One number per name; NaN from the first state on that cannot be evaluated, which is rare
+    /// because states have converged.
     pub values: Vec<f64>,
     /// For every slave node of all pairs. Empty at the start of a load case.
     pub slipped: Vec<Slipped>,

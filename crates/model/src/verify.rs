@@ -26,8 +26,8 @@ use verdict::verdict;
 
 pub use verdict::{Quotient, Verdict};
 
-/// How far apart, in units of round-off, one-sided differences must be to count as a kink without a
-/// change of status.
+/// Distance between one-sided differences, in units of round-off, above which they count as a kink
+/// even without a change of status.
 const FAR_APART: f64 = 10.0;
 
 /// One-sided quotients that differ by less than this, relative to the derivative, count as equal.
@@ -48,7 +48,7 @@ pub struct VerifyOptions {
     pub elements: usize,
     /// Largest step in density; smaller ones are obtained by halving it.
     pub step: f64,
-    /// How often the step is halved.
+    /// How many times the step is halved.
     pub halvings: u32,
     /// Relative tolerance of the forward analyses.
     pub forward_tolerance: f64,

@@ -1,4 +1,5 @@
-//! Lists of which each rank holds a part, for tasks of the first rank only, such as writing files.
+//! Lists that are distributed over the ranks, for tasks that only the first rank performs, such as
+//! writing files.
 //!
 //! Joining a list requires all ranks to send their parts. While the first rank works, the others
 //! therefore wait for the number of the next list that it requests, until it reports that it is

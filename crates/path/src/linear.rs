@@ -331,8 +331,8 @@ impl LinearSystem {
         Ok(system.prolong(&x, self.ranks()))
     }
 
-    /// Solves with a reduced system for several right-hand sides together, by the factors `at_hand`
-    /// of a nearby tangent, where this costs less than with new ones: `None` where it does not. Each
+    /// Solves a reduced system for several right-hand sides together, with the factors `at_hand` of
+    /// a nearby tangent, if this costs less than with new factors; `None` if it does not. Each
     /// iteration starts in the span of `similar` solutions; all vectors have one entry per unknown.
     pub(crate) fn solve_similar<'a, S: IntoIterator<Item = &'a Vec<f64>>>(
         &mut self,
@@ -422,8 +422,8 @@ impl LinearSystem {
         results.map(|_| x).map_err(failure)
     }
 
-    /// The solutions with factors of a nearby tangent, where they lead from `x` to them at a lower
-    /// cost than new ones.
+    /// The solutions found from `x` with factors of a nearby tangent, if this costs less than with
+    /// new ones.
     fn solve_nearby(
         &mut self,
         system: &Reduced,

@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub struct MarchOptions {
     /// Newton's method.
     pub newton: NewtonOptions,
-    /// How often the increment of a failing step may be halved.
+    /// How many times the increment of a failing step may be halved.
     pub max_cutbacks: u32,
     /// How to choose the initial guess of a step that has no guide.
     pub start: StartValues,
@@ -73,6 +73,11 @@ pub struct Path {
 }
 
 impl Path {
+    /// Number of accepted (sub-)steps.
+    pub fn increments(&self) -> usize {
+        self.states.iter().filter(|state| !state.rest).count()
+    }
+
     /// Returns a state. If it is distributed over the ranks it is gathered, so all ranks must call
     /// this. The last two states of a path, from which steps start, are complete on every rank. In
     /// a run on one rank, all are complete.

@@ -100,7 +100,7 @@ pub fn still_falls(iterations: &[IterationRecord]) -> bool {
 pub struct StepReport {
     /// All Newton iterations, concatenated over all Uzawa iterations.
     pub iterations: Vec<IterationRecord>,
-    /// Newton iterations of the attempts that failed between the state before and this one.
+    /// Newton iterations of the attempts that failed between the previous state and this one.
     pub failed_iterations: usize,
     /// Uzawa iterations (0 for methods without them).
     pub uzawa: usize,

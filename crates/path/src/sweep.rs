@@ -16,7 +16,7 @@ pub trait PathResponses<P: StepProblem> {
     fn count(&self) -> usize;
 
     /// Whether a response depends explicitly on the state with this index in the path, or on the
-    /// increment that leads to it. The state at rest, index 0, is never asked for.
+    /// increment that leads to it. The state at rest, index 0, is never requested.
     fn observes(&self, response: usize, index: usize) -> bool;
 
     /// Adds the partial derivatives of an observed response at a state.

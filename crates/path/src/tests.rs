@@ -310,7 +310,7 @@ fn interrupted_between_newton_iterations() {
     let part = follow(&spring, &mut stopped, &load_path, &options(), &mut Silent).unwrap();
     assert_eq!((part.steps, part.states.len(), asked.load(Ordering::Relaxed)), (2, 3, solves));
     assert_eq!(part.states[2].state.unknowns, whole.states[2].state.unknowns);
-    // the answer is only asked for, and changes nothing
+    // asking does not change any result
     let mut linear = interrupting(solves);
     let path = follow(&spring, &mut linear, &load_path, &options(), &mut Silent).unwrap();
     assert_eq!(path.states[3].state.unknowns, whole.states[3].state.unknowns);

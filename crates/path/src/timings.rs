@@ -76,7 +76,7 @@ impl Timings {
         self.seconds[phase as usize]
     }
 
-    /// How often the phase was entered.
+    /// How many times the phase was entered.
     pub fn calls(&self, phase: Phase) -> usize {
         self.calls[phase as usize]
     }

@@ -22,7 +22,8 @@ use crate::problem::Problem;
 #[pyclass(frozen, module = "slipstick._slipstick")]
 pub struct Case {
     pub(crate) resolved: Arc<Resolved>,
-    /// The file that the case was read from, or that it stands for: mesh files are beside it.
+    /// The file from which the case was read, or which it represents: paths of mesh files are
+    /// relative to it.
     pub(crate) file: PathBuf,
     /// Mesh files that exist only in memory, by the names that the case gives them.
     files: Arc<Files>,
@@ -89,7 +90,7 @@ impl Case {
         self.resolved.source_map.file()
     }
 
-    /// The file that the case was read from, or that it stands for.
+    /// The file from which the case was read, or which it represents.
     #[getter]
     fn file(&self) -> PathBuf {
         self.file.clone()
@@ -118,7 +119,7 @@ impl Case {
         })
     }
 
-    /// What is known before anything is solved, and the warnings, both as JSON.
+    /// Facts known before anything is solved, and the warnings, both as JSON.
     fn check(&self, py: Python<'_>) -> PyResult<(String, String)> {
         detached(py, || {
             let (problem, inspection, mut warnings) = self.inspected()?;
@@ -136,7 +137,7 @@ impl Case {
     }
 }
 
-/// Reads files in memory, and those beside a case file.
+/// Reads files in memory, and those next to a case file.
 fn reader<'a>(files: &'a Files, case_file: &'a Path) -> impl Fn(&str) -> io::Result<Vec<u8>> + use<'a> {
     let on_disk = mesh_files(case_file);
     move |name| files.get(name).map_or_else(|| on_disk(name), |bytes| Ok(bytes.clone()))
@@ -156,7 +157,7 @@ impl Case {
         reader(&self.files, &self.file)
     }
 
-    /// The problem, what is known of it, and warnings. Refuses what the program refuses.
+    /// The problem, facts about it, and warnings. Rejects what the program rejects.
     fn inspected(&self) -> Result<(slipstick::build::Problem, Inspection, Vec<CaseDiagnostic>), Error> {
         let resolved = &*self.resolved;
         setup::refuse_too_large(resolved)?;

@@ -21,15 +21,15 @@ use slipstick_cli::failure::Failure;
 pub enum Error {
     /// Errors in the case.
     Case(Vec<CaseDiagnostic>),
-    /// Other wrong input: what is wrong, and the remedy.
+    /// Other invalid input: the problem and the remedy.
     Input { message: String, cure: String },
-    /// A file that the operating system refuses, and what was tried.
+    /// A file error from the operating system, and what was attempted.
     Os { what: &'static str, path: PathBuf, error: std::io::Error },
     /// The analysis failed.
     Analysis(Box<FailureReport>),
     /// An exception of a callback, or of the user's signal handler.
     Python(PyErr),
-    /// Ctrl-C, with what is kept.
+    /// Ctrl-C, with a note on what is kept.
     Interrupted(String),
     /// A defect of slipstick.
     Internal(String),

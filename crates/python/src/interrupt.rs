@@ -9,8 +9,8 @@ use slipstick::path::{Interrupt, MarchEvent, MarchObserver};
 
 use crate::errors::Error;
 
-/// How often the interpreter is asked for signals. Asking costs up to its switch interval of 5 ms
-/// where other Python threads compute.
+/// Interval at which the interpreter is asked for signals. Each request takes up to its switch
+/// interval of 5 ms if other Python threads are computing.
 pub const PAUSE: Duration = Duration::from_millis(50);
 
 /// The observer of all analyses of a call.

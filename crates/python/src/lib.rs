@@ -1,8 +1,8 @@
 //! The extension module of the Python package `slipstick`.
 //!
 //! The classes that users see are written in Python, in `python/slipstick`, with their
-//! documentation. This module is what they stand on: it converts arguments and results, releases
-//! the interpreter while Rust computes, and turns every failure into an exception. It never prints.
+//! documentation. They build on this module: it converts arguments and results, releases the
+//! interpreter while Rust computes, and turns every failure into an exception. It never prints.
 //!
 //! The crate is empty without its feature `python`, which needs a Python interpreter to link
 //! against; maturin sets it.

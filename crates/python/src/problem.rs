@@ -26,7 +26,7 @@ use crate::interrupt::{PAUSE, Watch};
 use crate::path::Path;
 use crate::quantity::{Defined, defined, take_raised};
 
-/// A built problem, which one thread at a time computes with.
+/// A built problem; only one thread at a time computes with it.
 #[pyclass(frozen, module = "slipstick._slipstick")]
 pub struct Problem {
     pub(crate) built: Arc<Built>,
@@ -38,7 +38,7 @@ pub struct Problem {
     roles: Vec<Role>,
 }
 
-/// The part of a problem that computing changes. No result depends on earlier calls.
+/// The part of a problem that computations modify. No result depends on earlier calls.
 pub(crate) struct Built {
     problem: Mutex<slipstick::build::Problem>,
     /// The thread that computes.
@@ -212,7 +212,7 @@ impl Problem {
         if self.has_objective() { Ok(()) } else { Err(no_objective().raise(py)) }
     }
 
-    /// Marches the load path, if asked for with another coefficient of friction in all pairs.
+    /// Marches the load path, optionally with another coefficient of friction in all pairs.
     #[pyo3(signature = (density, progress=None, friction=None))]
     fn solve(
         &self,
@@ -243,7 +243,7 @@ impl Problem {
         })
     }
 
-    /// θ and its derivatives with respect to densities and, if asked for, parameters.
+    /// θ and its derivatives with respect to densities and, if requested, parameters.
     #[pyo3(signature = (density, parameters=false, progress=None))]
     fn value_and_gradient<'py>(
         &self,
@@ -261,7 +261,7 @@ impl Problem {
             watched(&mut problem, progress, |problem, watch| {
                 let forward = forward(problem, &density, watch)?;
                 let analysis = &mut problem.analysis;
-                // as `optimize` does, without the derivatives that nobody asked for
+                // as `optimize` does, without derivatives that were not requested
                 let gradients = match parameters {
                     true => analysis.gradients(&forward),
                     false => analysis.gradient(&forward).map(|density| Gradients { density, parameters: Vec::new() }),
@@ -439,7 +439,7 @@ pub(crate) fn watched<T>(
     let result = work(problem, &mut watch);
     problem.analysis.linear.set_interrupt(None);
     let raised = raised();
-    // what is wrong with an interrupted result is the interruption
+    // an interrupted computation reports the interruption, not its incomplete result
     watch.check()?;
     raised?;
     result
@@ -528,7 +528,7 @@ pub(crate) fn find(problem: &slipstick::build::Problem, name: &str) -> Result<Ar
     found.cloned().ok_or_else(|| Error::input(format!("there is no quantity called `{name}`"), known(problem)))
 }
 
-/// Which quantities there are, for messages.
+/// The available quantities, for messages.
 fn known(problem: &slipstick::build::Problem) -> String {
     let known: Vec<&str> = problem.quantities.iter().map(|quantity| quantity.name()).collect();
     match known.is_empty() {
@@ -556,7 +556,7 @@ fn no_objective() -> Error {
     Error::input("the case has no objective", "add an [objective], or differentiate quantities with `vjp`")
 }
 
-/// What the user should know about the value of a path.
+/// Notices about the value of a path.
 fn notice(forward: &Forward) -> Option<String> {
     let rounding = forward.rounding.map(|rounding| format!("{rounding}; so are its derivatives"));
     rounding.or_else(|| forward.notice.as_ref().map(ForwardNotice::to_string))
@@ -581,7 +581,7 @@ fn name_of(case: &Case, parameter: Parameter) -> (&'static str, String) {
     }
 }
 
-/// Starts this many threads for all computations of the process.
+/// Sets the number of threads for all computations of the process, and starts them.
 #[pyfunction]
 pub fn set_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
     detached(py, || {
@@ -595,7 +595,7 @@ pub fn set_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
     })
 }
 
-/// Number of threads that compute; starts them.
+/// Number of compute threads; starts them if necessary.
 #[pyfunction]
 pub fn threads() -> usize {
     rayon::current_num_threads()

@@ -30,7 +30,7 @@ pub struct Defined {
     pub adapter: Py<PyAny>,
 }
 
-/// A quantity as Python hands it over: adapter, name, powers of force and length, whether it reads
+/// A quantity as passed from Python: adapter, name, powers of force and length, whether it reads
 /// reactions, contact, energies, stresses and the state before, and whether it accumulates.
 pub type Definition = (Py<PyAny>, String, (i32, i32), (bool, bool, bool, bool, bool), bool);
 
@@ -87,7 +87,7 @@ impl Quantity for Defined {
     }
 }
 
-/// What a quantity sees of a state, as arrays.
+/// The data of a state that a quantity reads, as arrays.
 fn state<'py>(py: Python<'py>, view: &StateView) -> PyResult<Bound<'py, PyDict>> {
     let state = PyDict::new(py);
     state.set_item("step", view.step)?;
@@ -147,7 +147,7 @@ fn add(field: &str, entries: &[f64], weight: f64, to: &mut StateDerivative) {
                 "contact.vector" => |at| &mut at.vector,
                 "contact.gap" => |at| std::slice::from_mut(&mut at.gap),
                 "contact.slip" => |at| &mut at.slip,
-                // the adapter knows no other fields
+                // the adapter passes no other field
                 _ => |at| std::slice::from_mut(&mut at.area),
             };
             let all = to.contact.iter_mut().flat_map(of);

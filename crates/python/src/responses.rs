@@ -14,7 +14,7 @@ use crate::quantity::{Definition, defined};
 type Steps = Option<Vec<usize>>;
 
 /// Definitions of quantities; name, steps and weight of the terms of an objective; name, steps,
-/// smallest and largest value of bounded quantities; and the record of all that.
+/// smallest and largest value of bounded quantities; and the record of all of these.
 pub type Own = (Vec<Definition>, Vec<(String, Steps, f64)>, Vec<(String, Steps, Option<f64>, Option<f64>)>, String);
 
 /// An objective and constraints other than those of the case.
@@ -143,8 +143,8 @@ fn unit(case: &Case, terms: &[Term]) -> String {
     }
 }
 
-/// What the hash in the checkpoint of a run with its own responses is taken of: only Python, which
-/// has the quantities, can resume it.
+/// The text whose hash is in the checkpoint of a run with custom responses: only Python, which has
+/// the quantities, can resume it.
 pub fn hashed(case: &str, record: &str) -> String {
     format!("{case}\n{record}")
 }

@@ -1,4 +1,4 @@
-//! Optimizations in a directory, and what is made of their results.
+//! Optimizations in a directory, and pictures, pages and surfaces of their results.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -38,7 +38,7 @@ pub struct Run {
     mesh: Mesh,
 }
 
-/// Optimizes the design of a case in a directory of its own.
+/// Optimizes the design of a case in its own directory.
 #[pyfunction]
 #[pyo3(signature = (case, density, iterations, directory, force, command, own, callback=None, progress=None))]
 pub fn optimize(

@@ -239,7 +239,7 @@ def test_wrong_parameters_are_refused(problem: ss.Problem) -> None:
 
 
 def test_a_problem_with_other_parameters_has_their_case(case: ss.Case) -> None:
-    pressed = {"surface": "block_ymax", "traction": [0.0, -2.0, 0.0]}
+    pressed = {"surface": "slab_xmax", "traction": [0.0, -2.0, 0.0]}
     case = case.replace({"load": [pressed]})
     problem = case.build()
     assert problem.case is case

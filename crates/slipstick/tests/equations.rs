@@ -143,7 +143,7 @@ fn names_in_the_notation_exist() {
     assert!(checked > 100, "only {checked} names were found in the tables");
 }
 
-/// Names that follow `Test: ` or `Tests: ` in a comment, which may go on in the next line; up to
+/// Names that follow `Test: ` or `Tests: ` in a comment, which may continue on the next line, up to
 /// the end of the sentence.
 fn cited(text: &str) -> Vec<&str> {
     let mut found = Vec::new();
@@ -197,8 +197,8 @@ fn cited_files_exist() {
     }
 }
 
-/// `docs/case_file.md` against the reader of case files: every key and word that it asks for is
-/// explained, and what the tables name is a word of the reader.
+/// `docs/case_file.md` against the reader of case files: every key and word that the reader
+/// requests is explained, and every key in the tables is known to the reader.
 #[test]
 fn every_key_of_a_case_file_is_documented() {
     let sources = sources();
@@ -257,7 +257,7 @@ const DOCUMENTS: &[&str] = &[
     "cases/detent/README.md",
 ];
 
-/// `docs/crates.md` says of every direct dependency of the default build why it is there.
+/// `docs/crates.md` explains every direct dependency of the default build.
 #[test]
 fn every_crate_of_the_build_is_explained() {
     let text = document("docs/crates.md");

@@ -136,8 +136,8 @@ impl Quantity for Wrong {
     }
 }
 
-/// A wrong derivative, and an objective without steps, are refused with the cure; debug builds
-/// check without being asked.
+/// A wrong derivative, and an objective without steps, are rejected with a remedy; debug builds
+/// check automatically.
 #[test]
 fn wrong_objectives_are_refused() {
     let mut problem = own_objective::problem().expect("builds");

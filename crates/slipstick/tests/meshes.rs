@@ -260,7 +260,7 @@ fn errors_in_mesh_files_point_at_the_case() {
         assert_eq!((first.code(), &text[first.span()]), (code, at), "{errors}");
         assert!(first.help().contains(help), "{errors}");
     }
-    // second order: both bodies, how many elements of which type, and the cure
+    // second order: both bodies, the number of elements of each type, and the remedy
     let text = from_file("gmsh_41_second_order.msh");
     let errors = read(&text).expect_err("hex27");
     let expected = [

@@ -36,7 +36,7 @@ pub(super) fn requested(case: &Case, mesh: &Mesh, model: &ContactModel) -> Resul
     let of = |(number, quantity): (usize, &case::Quantity)| context.quantity(number, quantity);
     let quantities = case.quantities.iter().enumerate().map(of).collect::<Result<Vec<_>, _>>()?;
     let objective = context.objective(&quantities)?;
-    let constraints = context.constraints(&quantities);
+    let constraints = context.constraints(&quantities)?;
     Ok(Requested { quantities, objective, constraints })
 }
 
@@ -153,7 +153,8 @@ impl Context<'_> {
             QuantityKind::ExternalWork { set: Some(set) } => {
                 let nodes = self.mesh.set_nodes(set).unwrap_or_default();
                 let prescribed = self.prescribed(set);
-                if prescribed.is_empty() && !nodes.iter().any(|&node| self.is_loaded(node)) {
+                let loaded = self.loaded();
+                if prescribed.is_empty() && !nodes.iter().any(|node| loaded.contains(node)) {
                     let message =
                         format!("no load and no prescribed motion acts on `{set}`, so their work is always 0");
                     return constant(message, "name the set of a [[dirichlet]] or [[load]], or omit `set`");
@@ -245,10 +246,10 @@ impl Context<'_> {
         unknowns.filter(|&unknown| prescribed.fixed()[unknown as usize]).collect()
     }
 
-    /// Whether a load acts on the surface around a node.
-    fn is_loaded(&self, node: u32) -> bool {
+    /// The nodes of all surfaces on which loads act.
+    fn loaded(&self) -> BTreeSet<u32> {
         let surfaces = self.case.loads.iter().filter_map(|load| self.mesh.set_nodes(&load.surface));
-        surfaces.into_iter().any(|nodes| nodes.contains(&node))
+        surfaces.flat_map(|nodes| nodes.to_vec()).collect()
     }
 
     /// Whether the design cannot move a set along a direction, or in any direction for a norm.
@@ -355,29 +356,37 @@ impl Context<'_> {
     }
 
     /// A constraint for every bound, every load step at which it holds, and every load case.
-    fn constraints(&self, quantities: &[Arc<dyn Quantity>]) -> Vec<Constraint> {
+    fn constraints(&self, quantities: &[Arc<dyn Quantity>]) -> Result<Vec<Constraint>, BuildError> {
         let steps = self.case.load_path.steps;
         let cases = self.case.load_case_names();
-        let mut constraints = Vec::new();
-        for constraint in &self.case.constraints {
+        let mut constraints: Vec<Constraint> = Vec::new();
+        for (number, constraint) in self.case.constraints.iter().enumerate() {
             let bounds = [constraint.max.map(Bound::AtMost), constraint.min.map(Bound::AtLeast)];
             let quantity = find(quantities, &constraint.quantity);
             let observed: Vec<usize> = match quantity.depends_on_state() {
                 true => (1..=steps).filter(|&step| constraint.steps.contains(step, steps)).collect(),
                 false => vec![steps],
             };
+            // a quantity that several tables bound needs names that tell its bounds apart
+            let others = self.case.constraints.iter().filter(|other| other.quantity == constraint.quantity);
+            let several = others.count() > 1;
             for bound in bounds.into_iter().flatten() {
                 for case in 0..cases.len().max(1) {
                     for &step in &observed {
                         let mut name = constraint.quantity.clone();
-                        if constraint.max.is_some() && constraint.min.is_some() {
+                        if several || constraint.max.is_some() && constraint.min.is_some() {
                             name += if matches!(bound, Bound::AtMost(_)) { "_max" } else { "_min" };
                         }
-                        if observed.len() > 1 {
+                        if (several || observed.len() > 1) && quantity.depends_on_state() {
                             name += &format!("_{step}");
                         }
-                        if cases.len() > 1 {
+                        if cases.len() > 1 && quantity.depends_on_state() {
                             name += &format!("_{}", cases[case]);
+                        }
+                        if constraints.iter().any(|known| known.response.name() == name) {
+                            let message = format!("two bounds have the name `{name}` in `history.csv`");
+                            let help = "join bounds on the same steps, or rename the quantity";
+                            return Err(BuildError::new(format!("constraint[{number}]"), message, help));
                         }
                         let only = ObservedSteps::Only(vec![step]);
                         let term = Term { quantity: quantity.clone(), steps: only, weight: 1.0 };
@@ -392,7 +401,7 @@ impl Context<'_> {
                 }
             }
         }
-        constraints
+        Ok(constraints)
     }
 }
 

@@ -84,7 +84,7 @@ fn evaluate(context: &Context, problem: &mut Problem, run: &Run, density: &Eleme
         paths.push((shown, quantities(problem, &forward.path)));
         write_evaluations(directory, &paths)?;
         let [open, stick, slip] = final_status(&forward);
-        let (newton, increments) = (forward.path.newton_iterations(), forward.path.states.len() - 1);
+        let (newton, increments) = (forward.path.newton_iterations(), forward.path.increments());
         csv.row(&[
             shown.into(),
             forward.value.into(),

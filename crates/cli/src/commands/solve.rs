@@ -70,7 +70,7 @@ fn solve(context: &Context, problem: &mut Problem, run: Option<&Run>, density: &
             "command": "solve", "directory": path, "objective": objective, "step_values": observed(&problem.analysis, &forward),
             "volume_fraction": volume_fraction(problem, density), "newton_iterations": newton,
             "failed_iterations": forward.path.failed_iterations(),
-            "increments": forward.path.states.len() - 1, "open": open, "stick": stick, "slip": slip,
+            "increments": forward.path.increments(), "open": open, "stick": stick, "slip": slip,
             "quantities": last_values(&quantities), "phases": phases(&problem.analysis.timings()),
         }),
     );

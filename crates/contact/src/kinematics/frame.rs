@@ -44,7 +44,7 @@ pub struct NodalFrame {
     pub basis: Matrix3<f64>,
     /// ∂basis/∂x: row `3 b + c` holds the derivative of component c of basis vector b with respect
     /// to the coordinates of the leading nodes of the row's support: of the ring, or of all at a
-    /// sharp edge. \[1/L\]. Empty if no gradient was asked for.
+    /// sharp edge. \[1/L\]. Empty if no gradient was requested.
     pub gradient: Vec<f64>,
     /// The tangents that are normal to a symmetry plane: there is no slip and no traction along
     /// them.

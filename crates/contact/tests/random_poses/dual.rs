@@ -1,5 +1,5 @@
-//! Mortar integrals of a pair of facets in dual numbers, for their derivatives without differences.
-//! Nothing is taken from the crate but the points of the rule on triangles.
+//! Mortar integrals of a pair of facets in dual numbers, which give their derivatives without
+//! differences. Only the points of the triangle rule are taken from the crate.
 
 use nalgebra::{SMatrix, Vector3};
 use num_dual::{Dual64, DualNum};
@@ -56,7 +56,7 @@ fn shapes(corners: usize, [xi, eta]: Point) -> (Vec<Number>, Vec<Point>) {
 }
 
 /// Plane through the mean of the slave's corners with its normal at the parent's centre: origin,
-/// axes, normal. The axes spin with the facet's first edge, which the integrals do not see.
+/// axes, normal. The axes rotate with the facet's first edge, which does not affect the integrals.
 fn plane(slave: &[Position]) -> (Position, [Position; 2], Position) {
     let centre = if slave.len() == 3 { [number(1.0 / 3.0); 2] } else { [number(0.0); 2] };
     let (values, slopes) = shapes(slave.len(), centre);
@@ -127,7 +127,7 @@ fn back(corners: &[Point], at: &Point) -> Vec<Number> {
     shapes(corners.len(), parent).0
 }
 
-/// What the crate must find for a pair.
+/// The expected results for a pair.
 pub struct Pair {
     /// b_js of the slave's corners j over the slave's corners, then the master's. Empty where
     /// nothing overlaps. \[L²\]

@@ -78,8 +78,8 @@ fn couple_pair(scene: &Scene, (s, m): (usize, usize), shape: MultiplierShape) ->
     couple(&scene.positions((s, m)), s, &[facet(s..s + m)], shape)
 }
 
-/// b_js and all ∂b_js/∂x_t of one pair against dual numbers; how far the worst is off, over the
-/// largest entry.
+/// Compares b_js and all ∂b_js/∂x_t of one pair with dual numbers; returns the largest deviation,
+/// relative to the largest entry.
 fn deviation(scene: &Scene, (s, m): (usize, usize), shape: MultiplierShape) -> Option<[f64; 2]> {
     let coupling = couple_pair(scene, (s, m), shape)?;
     let x = scene.positions((s, m));
@@ -169,8 +169,8 @@ fn partition_of_unity(scene: &Scene) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Points of both facets that integrals bring together lie on one line along n₀: so does w_j = Σ_s
-/// b_js x_s.
+/// The integrals pair points of both facets that lie on one line along n₀, so w_j = Σ_s b_js x_s is
+/// parallel to n₀.
 fn projection(scene: &Scene) -> Result<(), TestCaseError> {
     for kind @ (s, m) in KINDS {
         let x = scene.positions(kind);
@@ -192,8 +192,8 @@ fn projection(scene: &Scene) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// A common motion of both facets changes nothing, a scale of lengths its square, another first
-/// corner only the order.
+/// A common motion of both facets changes nothing, scaling all lengths scales the results with the
+/// square, and another first corner changes only the order.
 fn invariance(scene: &Scene, motion: &Rotation3<f64>, size: f64) -> Result<(), TestCaseError> {
     for kind @ (s, m) in KINDS {
         let Some(base) = couple_pair(scene, kind, MultiplierShape::Standard) else { continue };
@@ -232,9 +232,9 @@ fn tiling(jitter: &[f64]) -> Vec<Vector3<f64>> {
     (0..16).map(|node| Vector3::new(moved(node, 0), moved(node, 1), 0.0)).collect()
 }
 
-/// Masters that tile a plane cover a slave facet before it: Σ_k D_jk = ∫ N_j over all of its
-/// projection, integrated here by Gauss' rule of 2 × 2 points on the parent square, exact for
-/// bilinear shapes. Dual shapes are biorthogonal there.
+/// Masters that tile a plane cover a slave facet in front of it: Σ_k D_jk = ∫ N_j over its whole
+/// projection, integrated here by Gauss' rule with 2 × 2 points on the parent square, which is
+/// exact for bilinear shapes. Dual shapes are biorthogonal there.
 fn coverage(scene: &Scene, tiling: &[Vector3<f64>], kinds: u32) -> Result<(), TestCaseError> {
     let origin = scene.slave.iter().sum::<Vector3<f64>>() / 4.0;
     for s in [4, 3] {

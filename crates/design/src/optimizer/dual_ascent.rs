@@ -1,4 +1,5 @@
-//! Solution of the subproblem by its dual, for subproblems that stop the primal-dual iteration.
+//! Solution of the subproblem via its dual, for subproblems on which the primal-dual iteration
+//! stops.
 //!
 //! For given multipliers λ > 0 of the constraints, each unknown of the barrier problem
 //!
@@ -16,13 +17,13 @@ use super::dense::solve_dense;
 use super::interior_point::{Point, Residual};
 use super::subproblem::{Subproblem, Variable};
 
-/// Most Newton steps for one ε.
+/// Maximum number of Newton steps for one ε.
 const MOST_STEPS: usize = 200;
-/// Most halvings of a Newton step.
+/// Maximum number of halvings of a Newton step.
 const MOST_HALVINGS: usize = 60;
-/// Most steps to the minimiser in one variable.
+/// Maximum number of steps to the minimiser in one variable.
 const MOST_IN_ONE: usize = 200;
-/// Part of the distance to a bound of the multipliers that a step may cover.
+/// Fraction of the distance to a bound of the multipliers that a step may cover.
 const TO_BOUNDARY: f64 = 0.99;
 
 /// The dual at some multipliers.
@@ -77,7 +78,7 @@ impl Subproblem<'_> {
                 next.lambda.iter_mut().zip(&direction).for_each(|(lambda, change)| *lambda += length * change);
                 length *= 0.5;
                 let next = self.dual(next, epsilon);
-                // The slope along a line falls: if it is not far below zero, neither is the step
+                // The slope decreases along a line: if it is not far below zero, the step is not
                 // far beyond the maximum.
                 (dot(&next.gradient).abs() <= 0.9 * slope || dot(&next.gradient) > 0.0).then_some(next)
             });
@@ -175,7 +176,7 @@ impl Subproblem<'_> {
 }
 
 /// Minimiser of `p/(u − x) + q/(x − l) − ε log(x − α)(β − x)` between α and β: Newton steps from
-/// `start`, and halves of the interval where they leave it or do not halve the step before.
+/// `start`, with bisection where they leave the interval or do not halve the previous step.
 fn minimiser(variable: &Variable, p: f64, q: f64, epsilon: f64, start: f64) -> f64 {
     let (mut below, mut above) = (variable.alpha, variable.beta);
     let mut x = if below < start && start < above { start } else { 0.5 * (below + above) };
@@ -195,7 +196,7 @@ fn minimiser(variable: &Variable, p: f64, q: f64, epsilon: f64, start: f64) -> f
         let inside = below < newton && newton < above && (newton - x).abs() <= 0.5 * last;
         let next = if inside { newton } else { 0.5 * (below + above) };
         last = (next - x).abs();
-        if slope == 0.0 || next == x || next <= below && inside || !(variable.alpha < next && next < variable.beta) {
+        if slope == 0.0 || next == x || !(variable.alpha < next && next < variable.beta) {
             break;
         }
         x = next;

@@ -50,6 +50,21 @@ pub enum MmaError {
         /// Its upper bound.
         upper: f64,
     },
+    /// A design is not between the asymptotes of the approximations by which it is judged.
+    #[error(
+        "variable {index} = {value} is not between the asymptotes {lower} and {upper}; judge a result of the last step, \
+         or a design between it and the one before"
+    )]
+    Asymptotes {
+        /// Variable, from 0.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// Its lower asymptote.
+        lower: f64,
+        /// Its upper asymptote.
+        upper: f64,
+    },
     /// The subproblem was not solved, which only happens for functions of extremely different
     /// scales.
     #[error(

@@ -1,7 +1,7 @@
 //! Conservative approximations: MMA with monotone progress.
 
 use serde::{Deserialize, Serialize};
-use slipstick_ranks::{Alone, Ranks};
+use slipstick_ranks::Ranks;
 
 use super::error::{check_functions, check_point, check_vector};
 use super::{Functions, Mma, MmaError, MmaParameters, MmaStep};
@@ -19,7 +19,7 @@ const SMALLEST_RHO: f64 = 1e-6;
 ///
 /// The solution x̂ is a *candidate*. It is accepted if the approximations are *conservative* there,
 /// `f̃_i(x̂) ≥ f_i(x̂)` for objective and constraints. Otherwise, an inner iteration raises the
-/// curvature of each function that is not,
+/// curvature of each function whose approximation is not conservative,
 ///
 /// `ρ_i ← min(1.1 (ρ_i + δ_i), 10 ρ_i)`, where `δ_i = (f_i(x̂) − f̃_i(x̂))/d(x̂)`,
 ///
@@ -62,14 +62,14 @@ const SMALLEST_RHO: f64 = 1e-6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gcmma {
     mma: Mma,
-    /// Most inner iterations of an iteration.
+    /// Maximum number of inner iterations per iteration.
     most_inner_iterations: usize,
     /// The approximations of the last iteration; `None` before the first.
     approximations: Option<Approximations>,
 }
 
-/// What defines the approximations of an iteration, besides the design and the asymptotes, which
-/// are those of the last step of [`Mma`].
+/// The data that define the approximations of an iteration, apart from the design and the
+/// asymptotes, which are those of the last step of [`Mma`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Approximations {
     objective: f64,
@@ -88,7 +88,7 @@ impl Approximations {
     }
 }
 
-/// What becomes of a candidate.
+/// The verdict on a candidate.
 #[derive(Clone, Debug)]
 pub enum Judgement {
     /// It is accepted: all approximations are conservative there.
@@ -147,22 +147,13 @@ impl Gcmma {
     }
 
     /// Begins an iteration: approximates the functions at the design `x`, between the `bounds`,
-    /// lower and upper, and returns the first candidate.
+    /// lower and upper, and returns the first candidate. The subproblem is distributed over the
+    /// ranks, which all call this with the same arguments and get the same result.
     ///
     /// # Errors
     ///
     /// Those of [`Mma::update`]. The history is then unchanged.
-    pub fn update(&mut self, x: &[f64], bounds: [&[f64]; 2], functions: &Functions<'_>) -> Result<MmaStep, MmaError> {
-        self.update_on(x, bounds, functions, &Alone)
-    }
-
-    /// Like [`update`](Self::update), with the subproblem distributed over ranks, which all call it
-    /// with the same arguments and get the same result.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`update`](Self::update), on all ranks.
-    pub fn update_on(
+    pub fn update(
         &mut self,
         x: &[f64],
         bounds: [&[f64]; 2],
@@ -185,33 +176,16 @@ impl Gcmma {
     }
 
     /// Accepts or rejects a candidate with these values of objective and constraints; `bounds` are
-    /// those of [`update`](Self::update).
+    /// those of [`update`](Self::update), which all ranks call alike, too.
     ///
-    /// `x` is the result of a step, or a design between it and that of the iteration, if the
-    /// functions could not be evaluated at the former. Before the first iteration, every design is
-    /// accepted.
+    /// `x` is the result of a step or, if the functions could not be evaluated there, a design
+    /// between it and that of the iteration. Before the first iteration, every design is accepted.
     ///
     /// # Errors
     ///
     /// If lengths are wrong, a value is not finite, `x` is outside its bounds or the asymptotes, or
     /// the subproblem cannot be solved. The history is then unchanged.
     pub fn judge(
-        &mut self,
-        x: &[f64],
-        bounds: [&[f64]; 2],
-        objective: f64,
-        constraints: &[f64],
-    ) -> Result<Judgement, MmaError> {
-        self.judge_on(x, bounds, objective, constraints, &Alone)
-    }
-
-    /// Like [`judge`](Self::judge), with the subproblem distributed over ranks, which all call it
-    /// with the same arguments and get the same result.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`judge`](Self::judge), on all ranks.
-    pub fn judge_on(
         &mut self,
         x: &[f64],
         bounds: [&[f64]; 2],
@@ -262,7 +236,7 @@ impl Gcmma {
         check_vector("the objective", &[objective], 1)?;
         check_vector("the list of constraint values", constraints, found)?;
         match (0..x.len()).find(|&j| bounds[0][j] < bounds[1][j] && !(low[j] < x[j] && x[j] < upp[j])) {
-            Some(index) => Err(MmaError::Bounds { index, value: x[index], lower: low[index], upper: upp[index] }),
+            Some(index) => Err(MmaError::Asymptotes { index, value: x[index], lower: low[index], upper: upp[index] }),
             None => Ok(()),
         }
     }

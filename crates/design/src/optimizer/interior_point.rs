@@ -347,11 +347,22 @@ mod tests {
             let mut at = Point { z: 0.5, y: vec![0.25], lambda: vec![lambda], slack: vec![1.0], ..subproblem.start() };
             let found = subproblem.residual_with_free_slack(&mut at, 1e-3);
             assert_eq!((at.slack[0], at.x[0]), (slack, 0.0));
-            // the rest of the slack violates the constraint and is part of the residual
-            let mut without = Residual { squares: 0.0, max: 0.0 };
-            without.add(if slack == 2.5 { 0.0 } else { 1.5 });
-            without.add(lambda * slack - 1e-3);
-            assert!(found.squares >= without.squares && found.max >= without.max);
+            // two bounds of the variable, y, the constraint, whose violation is what the slack leaves,
+            // μ y, λ s, z and ζ z; ε is 1e-3
+            let of_y = parameters.c + parameters.d * 0.25 - at.mu[0] - lambda;
+            let of_z = parameters.a0 - at.zeta - parameters.a * lambda;
+            let all = [
+                at.xi[0] * 0.4 - 1e-3,
+                at.eta[0] * 0.4 - 1e-3,
+                of_y,
+                2.5 - slack,
+                0.25 * at.mu[0] - 1e-3,
+                lambda * slack - 1e-3,
+                of_z,
+                0.5 * at.zeta - 1e-3,
+            ];
+            let squares: f64 = all.iter().map(|r| r * r).sum();
+            assert!((found.squares / squares - 1.0).abs() < 1e-12, "{} {squares}", found.squares);
         }
     }
 }

@@ -48,7 +48,9 @@ pub fn kkt_residual(
     let (n, m) = (step.x.len(), step.lambda.len());
     check_point(n, &step.x, bounds)?;
     check_functions(n, m, functions)?;
-    for (what, vector, length) in [("xi", &step.xi, n), ("eta", &step.eta, n), ("y", &step.y, m), ("mu", &step.mu, m)] {
+    let on_variables = [("xi", &step.xi, n), ("eta", &step.eta, n)];
+    let on_constraints = [("y", &step.y, m), ("mu", &step.mu, m), ("slack", &step.slack, m)];
+    for (what, vector, length) in on_variables.into_iter().chain(on_constraints) {
         check_vector(what, vector, length)?;
     }
     let bound_multipliers = |j: usize, _: f64| (step.xi[j], step.eta[j]);

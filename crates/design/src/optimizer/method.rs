@@ -13,14 +13,14 @@ pub enum Method {
     Mma,
     /// [`Gcmma`]: further evaluations until the approximations are conservative.
     Gcmma {
-        /// Most inner iterations of an iteration.
+        /// Maximum number of inner iterations per iteration.
         inner_iterations: usize,
     },
 }
 
 impl Method {
-    /// Most inner iterations of [`Method::Gcmma`], unless others are chosen. Each raises ρ at most
-    /// tenfold, so a ρ that starts at a tenth of the mean slope ends, if need be, far above it.
+    /// Default maximum number of inner iterations of [`Method::Gcmma`]. Each raises ρ at most
+    /// tenfold, so ρ, which starts at a tenth of the mean slope, can end far above it.
     pub const INNER_ITERATIONS: usize = 10;
 }
 
@@ -59,7 +59,7 @@ impl Optimizer {
         }
     }
 
-    /// Inner iterations since the last [`update_on`](Self::update_on); 0 for MMA.
+    /// Inner iterations since the last [`update`](Self::update); 0 for MMA.
     pub fn inner_iterations(&self) -> usize {
         match self {
             Self::Mma(_) => 0,
@@ -80,12 +80,12 @@ impl Optimizer {
         }
     }
 
-    /// Computes the next design: see [`Mma::update_on`] and [`Gcmma::update_on`].
+    /// Computes the next design: see [`Mma::update_on`] and [`Gcmma::update`].
     ///
     /// # Errors
     ///
     /// Those of [`Mma::update`].
-    pub fn update_on(
+    pub fn update(
         &mut self,
         x: &[f64],
         bounds: [&[f64]; 2],
@@ -94,17 +94,17 @@ impl Optimizer {
     ) -> Result<MmaStep, MmaError> {
         match self {
             Self::Mma(mma) => mma.update_on(x, bounds, functions, ranks),
-            Self::Gcmma(gcmma) => gcmma.update_on(x, bounds, functions, ranks),
+            Self::Gcmma(gcmma) => gcmma.update(x, bounds, functions, ranks),
         }
     }
 
     /// Accepts the design `x` with these values of objective and constraints, or returns another
-    /// one: see [`Gcmma::judge_on`]. MMA accepts every design.
+    /// one: see [`Gcmma::judge`]. MMA accepts every design.
     ///
     /// # Errors
     ///
     /// Those of [`Gcmma::judge`].
-    pub fn judge_on(
+    pub fn judge(
         &mut self,
         x: &[f64],
         bounds: [&[f64]; 2],
@@ -114,7 +114,7 @@ impl Optimizer {
     ) -> Result<Judgement, MmaError> {
         match self {
             Self::Mma(_) => Ok(Judgement::Conservative),
-            Self::Gcmma(gcmma) => gcmma.judge_on(x, bounds, objective, constraints, ranks),
+            Self::Gcmma(gcmma) => gcmma.judge(x, bounds, objective, constraints, ranks),
         }
     }
 }

@@ -9,8 +9,8 @@ pub enum GapMeasure {
     /// Mean over the area that faces the master, Σ g̃_j / Σ A_j.
     Mean,
     /// Smooth minimum −(h/k) ln Σ_j exp(−k g_j/h) of g_j = g̃_j/A_j, with the size h of a facet:
-    /// not above the smallest gap, and closer to it the larger k is. Nodes of which less than a
-    /// tenth faces the master do not count.
+    /// not above the smallest gap, and closer to it the larger k is. A node counts only if at least
+    /// a tenth of its area faces the master.
     Minimum {
         /// k > 0.
         k: f64,

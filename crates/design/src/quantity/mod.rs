@@ -1,8 +1,8 @@
-//! Quantities: numbers that a state of the load path has, with exact derivatives.
+//! Quantities: numbers computed from a state of the load path, with exact derivatives.
 //!
-//! Whatever can be printed, plotted, minimised or bounded is a [`Quantity`]. It has a value at
-//! every state, and a pull-back: its partial derivatives with respect to what it can
-//! [see](StateView) of the state. The caller applies the chain rule, (92)–(98) of the paper, so a
+//! Everything that can be printed, plotted, minimised or bounded is a [`Quantity`]. It has a value
+//! at every state, and a pull-back: its partial derivatives with respect to the [data](StateView)
+//! of the state that it can read. The caller applies the chain rule, (92)–(98) of the paper, so a
 //! quantity knows neither equations nor meshes nor solvers.
 //!
 //! | quantity | of | dimension | file |
@@ -130,7 +130,7 @@ pub enum QuantityError {
     NoSteps,
 }
 
-/// A number that a state of the load path has.
+/// A number computed from a state of the load path.
 ///
 /// A state that is not finite gives a value that is not finite, never a finite number.
 pub trait Quantity: Send + Sync {

@@ -1,4 +1,4 @@
-//! What a quantity can see of a state, and its derivatives with respect to that.
+//! The data of a state that a quantity can read, and its derivatives with respect to them.
 
 /// A state of the load path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,15 +79,15 @@ impl ContactNode {
 /// Derivatives with respect to the fields of a [`ContactNode`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactDerivative {
-    /// By ζ.
+    /// With respect to ζ.
     pub multiplier: [f64; 3],
-    /// By z.
+    /// With respect to z.
     pub vector: [f64; 3],
-    /// By g̃.
+    /// With respect to g̃.
     pub gap: f64,
-    /// By ũ_τ.
+    /// With respect to ũ_τ.
     pub slip: [f64; 2],
-    /// By A_j.
+    /// With respect to A_j.
     pub area: f64,
 }
 
@@ -102,21 +102,21 @@ impl ContactDerivative {
 /// others; quantities add to the existing values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StateDerivative {
-    /// By the displacements.
+    /// With respect to the displacements.
     pub displacement: Vec<f64>,
-    /// By the internal forces.
+    /// With respect to the internal forces.
     pub internal_force: Vec<f64>,
-    /// By the forces of the loads.
+    /// With respect to the forces of the loads.
     pub external_force: Vec<f64>,
-    /// By the reactions; empty if the view has none.
+    /// With respect to the reactions; empty if the view has none.
     pub reaction: Vec<f64>,
-    /// By the data of the slave nodes; empty if the view has none.
+    /// With respect to the data of the slave nodes; empty if the view has none.
     pub contact: Vec<ContactDerivative>,
-    /// By the densities of the elements.
+    /// With respect to the densities of the elements.
     pub density: Vec<f64>,
-    /// By the strain energies of the elements; empty if the view has none.
+    /// With respect to the strain energies of the elements; empty if the view has none.
     pub energy: Vec<f64>,
-    /// By the stresses; empty if the view has none.
+    /// With respect to the stresses; empty if the view has none.
     pub stress: Vec<f64>,
     /// By the state before; empty if the view has none.
     pub previous: PreviousDerivative,

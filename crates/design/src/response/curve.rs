@@ -8,7 +8,7 @@ pub struct Curve {
     size: f64,
 }
 
-/// Why points are not a curve.
+/// Why points do not form a curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CurveError {
     /// There is no point.

@@ -11,7 +11,7 @@ mod steps;
 pub use curve::{Curve, CurveError};
 pub use steps::ObservedSteps;
 
-use crate::quantity::{Dimension, Quantity, Reads};
+use crate::quantity::{Dimension, Quantity};
 use std::fmt;
 use std::sync::Arc;
 
@@ -104,11 +104,6 @@ impl Response {
     /// Whether any value at a step counts.
     pub fn observes(&self, step: usize, steps: usize) -> bool {
         (0..self.terms.len()).any(|term| self.term_observes(term, step, steps))
-    }
-
-    /// The data that its quantities read.
-    pub fn reads(&self) -> Reads {
-        self.terms.iter().fold(Reads::default(), |reads, term| reads.or(term.quantity.reads()))
     }
 
     /// Whether its value depends on the states, and not only on the densities.

@@ -11,7 +11,7 @@ use slipstick_path::{Explicit, Observed, Path, PathResponses, StateError, StepSt
 use super::AnalysisError;
 use crate::model::{ContactModel, ContactResults, Design};
 
-/// What quantities can see of a state.
+/// The data of a state that quantities can read.
 pub(crate) struct StateData {
     time: f64,
     /// f_int. \[F\]
@@ -260,7 +260,7 @@ pub(super) struct Adapter<'a> {
     weights: Vec<Vec<Vec<f64>>>,
     /// Whether derivatives with respect to moduli and loads are requested.
     parameters: bool,
-    /// What the quantities of all responses see of a state, with its index.
+    /// The data of a state that the quantities of all responses read, with its index.
     seen: Option<(usize, Arc<StateData>)>,
     /// Derivatives of every response with respect to the state before the last one treated, from
     /// increments.
@@ -298,7 +298,7 @@ impl<'a> Adapter<'a> {
         Self { path, responses, steps, user_steps: steps_of(path), weights, parameters, seen: None, later }
     }
 
-    /// What all responses see of a state; computed once for all of them.
+    /// The data of a state that the responses read; computed once for all of them.
     fn seen(&mut self, design: &Design, at: &Observed<'_, Design>) -> Result<Arc<StateData>, StateError> {
         if let Some((_, data)) = self.seen.as_ref().filter(|(index, _)| *index == at.index) {
             return Ok(data.clone());

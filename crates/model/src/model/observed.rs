@@ -1,5 +1,5 @@
-//! What quantities see of contact and supports at a state, and how their derivatives with respect
-//! to it are pulled back to unknowns, previous state and parameters.
+//! The contact and support data that quantities read at a state, and the pull-back of derivatives
+//! with respect to these data to unknowns, previous state and parameters.
 
 use super::law::{LawWeights, NodeLaw};
 use super::{ContactModel, ContactResults, Design, Step, node};
@@ -10,7 +10,7 @@ use slipstick_solid::ElementScaling;
 use slipstick_solid::stress::{STRESS_POINTS, von_mises};
 
 impl ContactModel {
-    /// The slave nodes as quantities see them.
+    /// The data of the slave nodes that quantities read.
     pub(crate) fn contact_nodes(&self, results: &ContactResults) -> Vec<ContactNode> {
         let of = |(at, slave): (&super::NodalContact, &super::SlaveData)| ContactNode {
             node: at.node,
@@ -130,9 +130,13 @@ impl Design {
         by_displacement.iter_mut().zip(force).for_each(|(to, force)| *to += force);
         let interpolated = self.scaling_slopes().iter().any(|slope| slope.gamma != 0.0);
         let by_gamma = if interpolated { self.energies_by_gamma(d)? } else { Vec::new() };
+        // a void without stiffness has energy as soon as its density rises
+        let none = self.scalings.iter().any(|scaling| scaling.factor == 0.0);
+        let of_solid = if none { self.energies_of_solid(d)? } else { Vec::new() };
         for (e, (scaling, slope)) in self.scalings.iter().zip(self.scaling_slopes()).enumerate() {
             if slope.factor != 0.0 {
-                to.design[e] += weights[e] * view.energy[e] * slope.factor / scaling.factor;
+                let energy = if none { of_solid[e] } else { view.energy[e] / scaling.factor };
+                to.design[e] += weights[e] * energy * slope.factor;
             }
             if slope.gamma != 0.0 {
                 to.design[e] += weights[e] * by_gamma[e] * slope.gamma;
@@ -146,6 +150,17 @@ impl Design {
             }
         }
         Ok(())
+    }
+
+    /// Energies with factor 1, complete on every rank. \[F L\]
+    fn energies_of_solid(&self, d: &[f64]) -> Result<Vec<f64>, StateError> {
+        let model = &*self.model;
+        let scalings: Vec<ElementScaling> =
+            self.scalings.iter().map(|scaling| ElementScaling { factor: 1.0, ..*scaling }).collect();
+        let energies = model.solid.energies(d, &scalings).map_err(super::inverted);
+        let mut energies = model.share.agree(energies)?;
+        model.share.sum(&mut [&mut energies]);
+        Ok(energies)
     }
 
     /// Von Mises stress of the solid material at the Gauss points of all elements, complete on

@@ -3,9 +3,9 @@
 use slipstick_mesh::{FacetTree, Mesh, Surface};
 use std::collections::BTreeMap;
 
-/// Work on a slave facet, relative to that on an element. By the times of `slipstick bench` it is
-/// between about 30, if most facets are open, and 70, if all are closed. But elements also take
-/// memory, and a rank with few elements leaves more of them to others.
+/// Work on a slave facet, relative to that on an element. According to the times of
+/// `slipstick bench` it is between about 30, if most facets are open, and 70, if all are closed.
+/// But elements also take memory: if one rank has few elements, the others have more.
 const CONTACT_WORK: i32 = 12;
 
 /// Weight of the graph's edge between elements that face each other in contact; the weight between

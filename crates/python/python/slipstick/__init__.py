@@ -1,9 +1,9 @@
 """Topology optimization of bodies in finite-deformation frictional contact.
 
-A :class:`Case` says what is solved. It is built into a :class:`Problem`, which solves load paths,
-differentiates any quantity with respect to the densities of the elements, and optimizes them.
-Names are those of the case file, load steps are counted from 1, and any consistent system of units
-may be used.
+A :class:`Case` describes the problem. Its `build` makes a :class:`Problem`, which solves load
+paths, differentiates any quantity with respect to the densities of the elements, and optimizes
+them. Names are those of the case file, load steps are counted from 1, and any consistent system of
+units may be used.
 
 Examples
 --------

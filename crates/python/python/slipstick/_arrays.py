@@ -1,4 +1,4 @@
-"""Checks of array arguments: the exception names the argument and the cure."""
+"""Checks of array arguments: the exception names the argument and the remedy."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def whole(
     *,
     filler: bool = False,
 ) -> NDArray[np.int64]:
-    """A table of numbers of nodes; with `filler`, the last column may have -1."""
+    """A table of node numbers; with `filler`, the last column may contain -1."""
     array = rectangular([] if entries is None else entries, name)
     if array.size == 0:
         return np.zeros((0, columns), dtype=np.int64)

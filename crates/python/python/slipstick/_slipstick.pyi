@@ -45,10 +45,10 @@ VERSION: str
 
 def templates() -> list[tuple[str, str, str]]: ...
 def set_threads(threads: int) -> None:
-    """Set the number of threads that compute. To be called before anything is computed."""
+    """Set the number of compute threads. Call this before any computation."""
 
 def threads() -> int:
-    """Number of threads that compute; it starts them."""
+    """Number of compute threads; starts them if necessary."""
 
 def main(line: list[str], launcher: list[str]) -> int: ...
 def volumes(nodes: _Floats, corners: _Numbers) -> _Floats: ...

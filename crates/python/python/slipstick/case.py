@@ -1,4 +1,4 @@
-"""Cases: what is solved, as text, as a dict or as a file."""
+"""Cases: descriptions of problems, as text, as a dict or as a file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Case", "Inspection", "templates"]
 
 
 def templates() -> dict[str, str]:
-    """The templates by name, each with a line that describes it.
+    """The templates by name, each with a one-line description.
 
     Examples
     --------
@@ -33,7 +33,7 @@ def templates() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What is known of a case before anything is solved.
+    """Facts about a case that are known before anything is solved.
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class Inspection:
     peak_bytes : float
         Predicted peak memory of a run.
     warnings : list of Diagnostic
-        What is probably a mistake.
+        Probable mistakes.
     data : dict
-        All figures, as ``slipstick check --json`` prints them.
+        All facts, as printed by ``slipstick check --json``.
     """
 
     bodies: list[dict[str, Any]]
@@ -69,10 +69,10 @@ class Inspection:
 
 
 class Case:
-    """A case: bodies, contact, motions, loads, design and objective, read and checked.
+    """A checked case: bodies, contact, motions, loads, design and objective.
 
-    Make one with :meth:`load`, :meth:`from_dict`, :meth:`from_text` or :meth:`template`. A case
-    does not change; :meth:`replace` returns another one.
+    Make one with :meth:`load`, :meth:`from_dict`, :meth:`from_text` or :meth:`template`. A case is
+    immutable; :meth:`replace` returns a modified copy.
 
     Examples
     --------
@@ -100,7 +100,7 @@ class Case:
         Parameters
         ----------
         path : path-like
-            A case file (TOML). Paths of mesh files in it refer to its folder.
+            A case file (TOML). Paths of mesh files in it are relative to its folder.
 
         Raises
         ------
@@ -122,9 +122,9 @@ class Case:
         text : str
             A case in TOML.
         name : str
-            The name that messages use.
+            The name used in messages.
         folder : path-like
-            The folder that paths of mesh files refer to.
+            The folder to which paths of mesh files are relative.
 
         Raises
         ------
@@ -153,12 +153,12 @@ class Case:
         Parameters
         ----------
         case : mapping
-            Values may be strings, paths, numbers, booleans, lists, numpy arrays and mappings. A
-            :class:`Mesh` may stand for the ``mesh`` of a body, or for its ``file``.
+            Values may be strings, paths, numbers, booleans, lists, numpy arrays and mappings. The
+            ``mesh`` of a body, or its ``file``, may be a :class:`Mesh`.
         name : str
-            The name that messages use. Lines in messages are those of :attr:`text`.
+            The name used in messages. Line numbers in messages refer to :attr:`text`.
         folder : path-like
-            The folder that paths of mesh files refer to.
+            The folder to which paths of mesh files are relative.
 
         Raises
         ------
@@ -194,7 +194,7 @@ class Case:
 
     @classmethod
     def template(cls, name: str) -> Case:
-        """A commented case that works without changes; :func:`templates` lists them.
+        """A commented case that runs without changes; :func:`templates` lists all templates.
 
         Parameters
         ----------
@@ -204,7 +204,7 @@ class Case:
         Raises
         ------
         InputError
-            If there is no template of this name.
+            If there is no template with this name.
         """
         wanted = name.replace("_", "-")
         for known, _, text in _slipstick.templates():
@@ -229,7 +229,7 @@ class Case:
         Raises
         ------
         InputError
-            If a path has no place in the case.
+            If a path cannot be resolved in the case.
         CaseError
             If a value is wrong.
 
@@ -256,7 +256,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """The name that messages use."""
+        """The name used in messages."""
         return self._case.name
 
     @property
@@ -271,8 +271,8 @@ class Case:
         Parameters
         ----------
         path : path-like
-            The file, which must not exist. Meshes that are no files are written beside it; mesh
-            files are not copied.
+            The file, which must not exist yet. Meshes that exist only in memory are written next to
+            it; mesh files are not copied.
 
         Raises
         ------
@@ -300,7 +300,7 @@ class Case:
         Warns
         -----
         CaseWarning
-            For what is probably a mistake.
+            For probable mistakes.
         """
         from .problem import Problem
 

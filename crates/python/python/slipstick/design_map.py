@@ -1,4 +1,4 @@
-"""Design maps: from variables of your own to densities."""
+"""Design maps: from custom variables to densities."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["DesignMap", "MappedProblem"]
 class DesignMap:
     """A map from variables to densities: derive a class and define `apply` and `pull_back`.
 
-    :meth:`slipstick.Problem.with_map` compares the two with each other.
+    :meth:`slipstick.Problem.with_map` checks that the two are consistent.
 
     Examples
     --------
@@ -50,7 +50,7 @@ class DesignMap:
     """
 
     def apply(self, x: NDArray[np.float64]) -> ArrayLike:
-        """The densities at some variables.
+        """The densities at given variables.
 
         Parameters
         ----------
@@ -77,7 +77,7 @@ class DesignMap:
         Returns
         -------
         array, shape (variables,)
-            The same derivatives with respect to the variables.
+            The derivatives with respect to the variables.
         """
         raise NotImplementedError(f"{type(self).__name__} has no method `pull_back`")
 
@@ -105,8 +105,8 @@ class MappedPullBack:
 class MappedProblem:
     """A problem as a function of the variables of a map; made by :meth:`Problem.with_map`.
 
-    Its methods `solve`, `evaluate`, `value_and_gradient`, `vjp` and `volume_fraction` are those of
-    a :class:`Problem`, with variables in place of densities. ``slipstick.jax`` and
+    It has the methods `solve`, `evaluate`, `value_and_gradient`, `vjp` and `volume_fraction` of a
+    :class:`Problem`; here they take variables instead of densities. ``slipstick.jax`` and
     ``slipstick.torch`` accept it, too.
 
     Attributes
@@ -135,12 +135,12 @@ class MappedProblem:
         return _arrays.frozen(_arrays.real(x, "x", self.start.shape, meaning).copy())
 
     def density(self, x: ArrayLike | None = None) -> NDArray[np.float64]:
-        """The densities at some variables.
+        """The densities at given variables.
 
         Parameters
         ----------
         x : array_like, shape (variables,), optional
-            The variables; by default those at the start.
+            The variables; by default the initial ones.
 
         Returns
         -------
@@ -190,7 +190,7 @@ class MappedProblem:
 
     @property
     def quantities(self) -> list[str]:
-        """Names of the quantities that :meth:`vjp` knows."""
+        """Names of the quantities available to :meth:`vjp`."""
         return self.problem.quantities
 
     @property
@@ -204,7 +204,7 @@ class MappedProblem:
         return self.problem.parameters
 
     def with_parameters(self, values: Mapping[Parameter | str, float]) -> MappedProblem:
-        """The same with other values of some parameters; see :meth:`Problem.with_parameters`.
+        """The same problem with other parameter values; see :meth:`Problem.with_parameters`.
 
         Parameters
         ----------
@@ -218,12 +218,12 @@ class MappedProblem:
         return MappedProblem(self.problem.with_parameters(values), self.map, self.start)
 
     def volume_fraction(self, x: ArrayLike | None = None) -> float | None:
-        """Filled fraction of the volume of the design domain; ``None`` without a design.
+        """Fraction of the volume of the design domain that is filled; ``None`` without a design.
 
         Parameters
         ----------
         x : array_like, shape (variables,), optional
-            The variables; by default those at the start.
+            The variables; by default the initial ones.
 
         Returns
         -------
@@ -237,7 +237,7 @@ class MappedProblem:
         Parameters
         ----------
         x : array_like, shape (variables,), optional
-            The variables; by default those at the start.
+            The variables; by default the initial ones.
         progress : bool
             Whether to show a progress bar.
 
@@ -254,12 +254,12 @@ class MappedProblem:
         friction: float | Sequence[float] | None = None,
         progress: bool = False,
     ) -> Evaluations:
-        """Analyse a design under other coefficients of friction; see :meth:`Problem.evaluate`.
+        """Analyse a design with other coefficients of friction; see :meth:`Problem.evaluate`.
 
         Parameters
         ----------
         x : array_like, shape (variables,), optional
-            The variables; by default those at the start.
+            The variables; by default the initial ones.
         friction : float or sequence of float, optional
             Coefficients of friction.
         progress : bool
@@ -292,9 +292,9 @@ class MappedProblem:
         Parameters
         ----------
         x : array_like, shape (variables,), optional
-            The variables; by default those at the start.
+            The variables; by default the initial ones.
         parameters : bool
-            Whether to differentiate with respect to friction, moduli and amplitudes, too.
+            Whether to differentiate also with respect to friction, moduli and amplitudes.
         progress : bool
             Whether to show a progress bar.
 
@@ -305,7 +305,7 @@ class MappedProblem:
         gradient : ndarray, shape (variables,)
             Its derivatives with respect to the variables.
         parameters : dict of Parameter to float
-            Only if asked for.
+            Only if requested.
         """
         at = self._x(x)
         value, gradient, found = self.problem._differentiated(
@@ -321,12 +321,12 @@ class MappedProblem:
         *,
         progress: bool = False,
     ) -> tuple[dict[str, NDArray[np.float64]], MappedPullBack]:
-        """Quantities at every load step, and the function that pulls weights back.
+        """Quantities at every load step, and a function that maps weights to a gradient.
 
         Parameters
         ----------
         x : array_like, shape (variables,), optional
-            The variables; by default those at the start.
+            The variables; by default the initial ones.
         names : str or sequence of str, optional
             Quantities; by default all of them.
         progress : bool
@@ -337,7 +337,7 @@ class MappedProblem:
         values : dict of str to ndarray, shape (steps,)
             The quantities at the ends of the load steps.
         pullback : callable
-            ``pullback(weights)`` is a gradient with respect to the variables; see
+            ``pullback(weights)`` returns a gradient with respect to the variables; see
             :class:`PullBack`.
         """
         at = self._x(x)

@@ -1,4 +1,4 @@
-"""Exceptions and warnings, with the program's text and the data behind it."""
+"""Exceptions and warnings, with the program's messages and the data behind them."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Diagnostic:
     severity : str
         ``"error"`` or ``"warning"``.
     code : str
-        A stable code, which ``slipstick explain CODE`` explains.
+        A stable code; see ``slipstick explain CODE``.
     file : str
         Name of the case.
     line, column : int
-        Place in the text of the case, both from 1.
+        Position in the text of the case, both from 1.
     message : str
         What is wrong.
     help : str
@@ -67,7 +67,7 @@ class SlipstickError(Exception):
 
 
 class CaseError(SlipstickError, ValueError):
-    """A case has errors. ``str()`` is the program's message, with all of them.
+    """A case has errors. ``str()`` returns the program's message, which lists all of them.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class CaseError(SlipstickError, ValueError):
 
 
 class InputError(SlipstickError, ValueError):
-    """Input other than a case is wrong: an argument, a file, a directory.
+    """An input other than the case is wrong: an argument, a file, a directory.
 
     Attributes
     ----------
@@ -147,14 +147,14 @@ class AnalysisError(SlipstickError, RuntimeError):
 
 
 class StudyError(SlipstickError, RuntimeError):
-    """Runs of a study failed, or numbers are not as the study expects.
+    """Runs of a study failed, or numbers differ from what the study expects.
 
     Attributes
     ----------
     study : slipstick.Study
         The finished runs.
     failed : sequence of str
-        Names of the runs that were started and did not finish.
+        Names of the runs that were started but did not finish.
     """
 
     study: Study
@@ -177,11 +177,11 @@ class InternalError(SlipstickError, RuntimeError):
 
 
 class SlipstickWarning(UserWarning):
-    """A result that is probably not what was wanted."""
+    """A result that is probably not what you wanted."""
 
 
 class CaseWarning(SlipstickWarning):
-    """Something in a case is allowed but probably a mistake. ``str()`` is the program's message.
+    """Something in a case is probably a mistake. ``str()`` returns the program's message.
 
     Attributes
     ----------

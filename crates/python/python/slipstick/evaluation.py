@@ -44,7 +44,7 @@ class Evaluation:
 
 @dataclass(frozen=True, repr=False)
 class Evaluations(Sequence[Evaluation]):
-    """The evaluations of a design, in the order in which they were asked for."""
+    """The evaluations of a design, in the order in which they were requested."""
 
     _all: tuple[Evaluation, ...] = field(repr=False)
 
@@ -66,7 +66,7 @@ class Evaluations(Sequence[Evaluation]):
     def to_dataframe(self) -> pandas.DataFrame:
         """A row for each evaluation, with the columns of ``slipstick evaluate`` (needs pandas).
 
-        Numbers of evaluations without a path are missing.
+        Evaluations without a path have missing values.
         """
         import pandas
 

@@ -28,7 +28,7 @@ class Parameter:
     kind : str
         ``"friction"``, ``"youngs_modulus"`` or ``"amplitude"`` (a factor on a motion or a load).
     of : str
-        Its place in the case, or for a modulus, the name of the body.
+        Its place in the case or, for a modulus, the name of the body.
     """
 
     kind: str
@@ -36,7 +36,7 @@ class Parameter:
 
     @property
     def name(self) -> str:
-        """Its name where strings are needed.
+        """Its name as a string.
 
         Examples are ``"contact[0].friction"``, ``"plate.youngs_modulus"``,
         ``"dirichlet[1].motion"`` and ``"load[0]"``.
@@ -145,10 +145,10 @@ class Variants:
 
 
 class PullBack:
-    """The transposed derivative of quantities at all load steps: from weights to a gradient.
+    """The transposed derivative of quantities at all load steps: maps weights to a gradient.
 
-    It keeps the load path, and the factors that speed up the sweep, as long as it lives. Each call
-    sweeps once along the path, whatever the number of quantities and steps.
+    It holds the load path, and the factors that speed up the sweep, in memory as long as it exists.
+    Each call sweeps once along the path, whatever the number of quantities and steps.
 
     Attributes
     ----------
@@ -193,8 +193,8 @@ class PullBack:
         Parameters
         ----------
         weights : mapping of str to array, or array of shape (quantities, steps)
-            A weight for each load step of each quantity; quantities that a mapping leaves out have
-            the weight 0.
+            A weight for each load step of each quantity; quantities missing from a mapping have the
+            weight 0.
 
         Returns
         -------
@@ -207,7 +207,7 @@ class PullBack:
     def with_parameters(
         self, weights: Mapping[str, ArrayLike] | ArrayLike
     ) -> tuple[NDArray[np.float64], dict[Parameter, float]]:
-        """The same, and the derivatives with respect to friction, moduli and amplitudes.
+        """The same gradient, and the derivatives with respect to friction, moduli and amplitudes.
 
         Parameters
         ----------
@@ -218,7 +218,7 @@ class PullBack:
         -------
         gradient : ndarray, shape (elements,)
         parameters : dict of Parameter to float
-            Coefficients of friction that are 0 are left out, because the values have a kink there.
+            Coefficients of friction that are 0 are omitted, because the values have a kink there.
         """
         gradient, parameters = self._linearization.pull_back(self._weights(weights), True)
         return gradient, self._parameters.derivatives(parameters)
@@ -278,11 +278,11 @@ class GradientCheck:
         Largest error of the conclusive directions, relative to the gradient; ``None`` if there is
         none.
     tolerance : float
-        The error up to which a direction is right.
+        The largest error at which a direction counts as right.
     quotients : list of Quotient
         All difference quotients, direction by direction.
     data : dict
-        The comparison as the program writes it to ``verify.json``.
+        The comparison, as the program writes it to ``verify.json``.
     """
 
     value: float
@@ -317,7 +317,7 @@ class GradientCheck:
 
     @property
     def passed(self) -> bool:
-        """Whether at least one direction is conclusive, and none shows an error."""
+        """Whether at least one direction is conclusive and none shows an error."""
         verdicts = [direction["verdict"] for direction in self.data["directions"]]
         return "right" in verdicts and "off" not in verdicts
 

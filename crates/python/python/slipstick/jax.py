@@ -1,9 +1,8 @@
 """Differentiable functions of a problem for JAX (extra ``slipstick[jax]``).
 
-The functions are ``jax.custom_vjp`` over callbacks, so that ``jax.grad``, ``jax.vjp`` and
-``jax.jit`` work, with respect to the densities and to friction, moduli and amplitudes; under
-``jax.vmap``, densities are analysed one after the other. There are no second derivatives and no
-forward mode.
+The functions are ``jax.custom_vjp`` over callbacks, so ``jax.grad``, ``jax.vjp`` and ``jax.jit``
+work, with respect to the densities and to friction, moduli and amplitudes; under ``jax.vmap``,
+densities are analysed one after the other. There are no second derivatives and no forward mode.
 
 Analyses always compute with 64-bit floats; unless they are enabled in JAX, densities and results
 are rounded to 32 bits. ``jax.config.update("jax_enable_x64", True)`` enables them.
@@ -90,16 +89,16 @@ def quantities(
     names : str or sequence of str, optional
         Quantities of the case; by default all of them.
     keep : int
-        Number of load paths that are kept for reverse passes. A reverse pass whose path is gone
-        computes it again.
+        Number of load paths kept for reverse passes. If the path of a reverse pass is no longer
+        available, it is computed again.
 
     Returns
     -------
     callable
-        From densities, shape (elements,), and, if given, a dict of parameters, to a dict with an
-        array of shape (steps,) for each name. Keys of the parameters are their names, such as
-        ``"contact[0].friction"``; :attr:`slipstick.Problem.parameters` lists them. New values of
-        parameters build the problem again.
+        Takes densities, shape (elements,), and optionally a dict of parameters; returns a dict with
+        an array of shape (steps,) for each name. Keys of the parameters are their names, such as
+        ``"contact[0].friction"``; :attr:`slipstick.Problem.parameters` lists them. New parameter
+        values rebuild the problem.
 
     Examples
     --------
@@ -193,13 +192,13 @@ def objective(problem: Problem | MappedProblem, *, keep: int = 1) -> Differentia
     problem : Problem or MappedProblem
         A problem with an objective.
     keep : int
-        Number of gradients that are kept for reverse passes.
+        Number of gradients kept for reverse passes.
 
     Returns
     -------
     callable
-        From densities, shape (elements,), and, if given, a dict of parameters as for
-        :func:`quantities`, to the objective.
+        Takes densities, shape (elements,), and optionally a dict of parameters as for
+        :func:`quantities`; returns the objective.
 
     Raises
     ------

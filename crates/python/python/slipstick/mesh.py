@@ -29,8 +29,8 @@ class Body:
     Attributes
     ----------
     elements, nodes : slice or ndarray of int
-        For arrays over elements, such as densities, and over nodes; slices where the numbers are
-        consecutive, as they are in ``problem.mesh``.
+        Indices into arrays over elements, such as densities, and over nodes; slices if the numbers
+        are consecutive, as they are in ``problem.mesh``.
     """
 
     elements: slice | NDArray[np.int64]
@@ -72,9 +72,9 @@ class Mesh:
     Nodes and elements are numbered from 0. Elements of the three types share one numbering, that of
     densities: hexahedra first, then wedges, then tetrahedra, unless their numbers are given.
 
-    ``problem.mesh`` is one. A mesh that you make can be a body of a case: give it as ``mesh`` of
-    the body, or ``{"file": mesh, "part": NAME, "scale": FACTOR}``, where `part` is one of its
-    bodies.
+    ``problem.mesh`` is an example. A mesh that you make can be a body of a case: pass it as the
+    ``mesh`` of the body, or as ``{"file": mesh, "part": NAME, "scale": FACTOR}``, where `part` is
+    one of its bodies.
 
     Parameters
     ----------
@@ -82,13 +82,14 @@ class Mesh:
         Coordinates. [L]
     hexahedra, wedges, tetrahedra : array_like of int, shapes (k, 8), (k, 6), (k, 4)
         Nodes of the elements. Hexahedra and tetrahedra are numbered as in VTK, wedges as in Gmsh.
-        Elements that are numbered inside out are turned when a case uses them, with a warning.
+        Elements whose nodes are numbered in inverted order are corrected when a case uses them,
+        with a warning.
     bodies : mapping of str to array_like of int, slice or Body
-        Numbers of the elements of each body; by default, all elements are one.
+        Numbers of the elements of each body; by default, all elements form one body.
     sets : mapping of str to array_like of int
         Node sets. In a case, a set is called ``{body}_{set}``.
     surfaces : mapping of str to array_like of int, shape (facets, 3) or (facets, 4)
-        Corners of facets on the boundary of the bodies, in any sense of rotation; the fourth
+        Corners of facets on the boundary of the bodies, clockwise or counter-clockwise; the fourth
         corner of a triangle is -1. In a case, a surface is called ``{body}_{surface}``.
     hexahedron_numbers, wedge_numbers, tetrahedron_numbers : array_like of int, shape (k,)
         Numbers of the elements.
@@ -252,24 +253,24 @@ class Mesh:
         Returns
         -------
         Mesh
-            Named sets of solid elements are its bodies, those of facets its surfaces, and those of
-            lines, points and nodes its node sets.
+            Its bodies are the named sets of solid elements, its surfaces those of facets, and its
+            node sets those of lines, points and nodes.
 
         Raises
         ------
         OSError
             If the file cannot be read.
         InputError
-            If it is no mesh file that is supported.
+            If it is not a supported mesh file.
         ValueError
-            If it has elements that are not supported.
+            If it contains unsupported elements.
         """
         points, blocks, cell_sets, node_sets, faces, _ = _slipstick.read_mesh(FilePath(path))
         return _assembled(points, blocks, cell_sets, node_sets, faces, first_order, os.fspath(path))
 
     @classmethod
     def from_meshio(cls, mesh: meshio.Mesh, *, first_order: bool = False) -> Mesh:
-        """Make a mesh from one of meshio.
+        """Make a mesh from a meshio mesh.
 
         Parameters
         ----------
@@ -287,7 +288,7 @@ class Mesh:
         Raises
         ------
         ValueError
-            If there are elements that are not supported.
+            If it contains unsupported elements.
         """
         blocks = []
         first = 0
@@ -323,16 +324,16 @@ class Mesh:
         sets: Mapping[str, ArrayLike] | None = None,
         first_order: bool = False,
     ) -> Mesh:
-        """Make a mesh from an unstructured grid of PyVista.
+        """Make a mesh from an unstructured PyVista grid.
 
         Parameters
         ----------
         grid : pyvista.UnstructuredGrid
-            Hexahedra, voxels, wedges and tetrahedra; other cells are left out, unless they are
-            solids that are not supported. Other grids have ``cast_to_unstructured_grid``.
+            Hexahedra, voxels, wedges and tetrahedra. Other cells are ignored, but unsupported solid
+            cells are an error. Convert other kinds of grids with ``cast_to_unstructured_grid``.
         bodies : str, optional
-            Name of a cell array: cells with equal values are a body, which is called by the
-            value. By default, all cells are one body.
+            Name of a cell array: cells with equal values form a body, named after the value. By
+            default, all cells form one body.
         surfaces : mapping of str to array_like of int, shape (facets, 3) or (facets, 4), optional
             As for :class:`Mesh`.
         sets : mapping of str to array_like of int, optional
@@ -437,14 +438,14 @@ class Mesh:
         point_data: Mapping[str, Any] | None = None,
         displacement: NDArray[np.float64] | None = None,
     ) -> pyvista.UnstructuredGrid:
-        """The mesh for PyVista, with the elements in the order of their numbers.
+        """The mesh as a PyVista grid, with the elements in the order of their numbers.
 
         Parameters
         ----------
         cell_data, point_data : mapping of str to array, optional
             Arrays over elements, such as densities, and over nodes.
         displacement : ndarray, shape (nodes, 3), optional
-            Displacements that are added to the coordinates.
+            Displacements to add to the coordinates.
 
         Returns
         -------
@@ -473,7 +474,7 @@ class Mesh:
         return grid
 
     def to_meshio(self, cell_data: Mapping[str, Any] | None = None) -> meshio.Mesh:
-        """The mesh for meshio, with the node sets and a block for each type of element.
+        """The mesh as a meshio mesh, with the node sets and a block for each element type.
 
         Parameters
         ----------

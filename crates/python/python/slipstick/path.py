@@ -47,12 +47,12 @@ class Contact(SlaveNodes):
     force : ndarray, shape (k, 3)
         Force that contact exerts on the node. [F]
     gap : ndarray, shape (k,)
-        Weighted gap over tributary area, at least 0 where open; nan where no part of the master
-        surface lies opposite. [L]
+        Weighted gap divided by tributary area, at least 0 where open; nan where no part of the
+        master surface lies opposite. [L]
     slip : ndarray, shape (k, 2)
         Slip increment of the last (sub-)step in the node's tangent basis. [L]
     area : ndarray, shape (k,)
-        Area of the overlap over which the node's multiplier acts. [L²]
+        Area of the overlap on which the node's multiplier acts. [L²]
     """
 
     pressure: NDArray[np.float64]
@@ -143,15 +143,16 @@ class Path:
     def quantities(self) -> Mapping[str, NDArray[np.float64]]:
         """All quantities by name, shape (steps,) each, at the ends of the load steps.
 
-        Reactions and displacements of supports, forces of contact pairs, energies, and the
-        quantities that the case names: the columns of the program's ``quantities.csv``.
+        These are the reactions and displacements of supports, the forces of contact pairs,
+        energies, and the quantities defined in the case: the columns of the program's
+        ``quantities.csv``.
         """
         names, _, values = self._table
         return {name: values[:, column] for column, name in enumerate(names)}
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Units of the quantities in force F and length L; empty for numbers."""
+        """Units of the quantities in force F and length L; empty for dimensionless numbers."""
         names, units, _ = self._table
         return dict(zip(names, units, strict=True))
 

@@ -31,15 +31,15 @@ __all__ = ["Problem"]
 
 
 class Problem:
-    """A case that is built: mesh, model, load path, design and objective.
+    """A built case: mesh, model, load path, design and objective.
 
     Densities are arrays over the elements of the mesh, in [0, 1]. Those outside the design have no
     effect on the states and should stay at 1; :attr:`designed` lists the elements that an
     optimization changes.
 
-    Computations release the interpreter and use all threads. A problem computes in one Python
-    thread at a time, and other threads wait; several problems compute side by side. Results depend
-    neither on earlier calls nor on the number of threads, bit for bit. Ctrl-C raises
+    Computations release the interpreter lock and use all threads. A problem runs in one Python
+    thread at a time, and other threads wait; several problems can run in parallel. Results do not
+    depend on earlier calls or on the number of threads, bit for bit. Ctrl-C raises
     ``KeyboardInterrupt``.
 
     Examples
@@ -86,7 +86,7 @@ class Problem:
 
     @property
     def initial_density(self) -> NDArray[np.float64]:
-        """Densities at the start, shape (elements,): 1 outside the design."""
+        """Initial densities, shape (elements,): 1 outside the design."""
         return self._problem.initial_density()
 
     @cached_property
@@ -106,21 +106,21 @@ class Problem:
 
     @property
     def load_cases(self) -> list[str]:
-        """Names of the load cases; empty if there is only one without a name."""
+        """Names of the load cases; empty if there is only one, without a name."""
         return self._problem.load_cases()
 
     @property
     def quantities(self) -> list[str]:
-        """Names of the quantities that :meth:`vjp` knows: those of the case, and added ones."""
+        """Names of the quantities available to :meth:`vjp`: those of the case, and added ones."""
         return self._problem.quantities()
 
     def add(self, quantity: Quantity) -> None:
-        """Register a quantity of your own, once its derivative is known to be right.
+        """Register a custom quantity after checking its derivative.
 
         Parameters
         ----------
         quantity : Quantity
-            The quantity. From now on, it is one of :attr:`quantities`.
+            The quantity. It becomes one of :attr:`quantities`.
 
         Raises
         ------
@@ -134,8 +134,8 @@ class Problem:
     def parameters(self) -> dict[Parameter, float]:
         """The parameters other than the densities, with their values.
 
-        Coefficients of friction, Young's moduli in units of the case, and amplitudes: factors on
-        the motions and the loads of the case, which are 1 at first.
+        These are coefficients of friction, Young's moduli in units of the case, and amplitudes:
+        factors on the motions and loads of the case, initially 1.
         """
         return dict(self._parameters)
 
@@ -153,13 +153,13 @@ class Problem:
         -------
         Problem
             A problem with the same mesh, the same added quantities, and these values, which its
-            :attr:`case` has, too.
+            :attr:`case` contains, too.
 
         Raises
         ------
         ValueError
-            If a key is no parameter, or a value is out of its range: friction must be at least 0,
-            moduli greater than 0, amplitudes other than 0.
+            If a key is not a parameter, or a value is out of range: friction must be at least 0,
+            moduli must be positive, amplitudes must not be 0.
 
         Examples
         --------
@@ -182,12 +182,12 @@ class Problem:
         return new
 
     def with_map(self, map: DesignMap, start: ArrayLike) -> MappedProblem:
-        """The problem as a function of other variables than the densities.
+        """The problem as a function of variables other than the densities.
 
         Parameters
         ----------
         map : DesignMap
-            From variables to the densities of all elements.
+            Maps variables to the densities of all elements.
         start : array_like, shape (variables,)
             Variables to start from, at which the map is compared with its transpose.
 
@@ -210,12 +210,12 @@ class Problem:
         return mapped
 
     def volume_fraction(self, density: ArrayLike | None = None) -> float | None:
-        """Filled fraction of the volume of the design domain.
+        """Fraction of the volume of the design domain that is filled.
 
         Parameters
         ----------
         density : array_like, shape (elements,), optional
-            Densities in [0, 1]; by default those at the start.
+            Densities in [0, 1]; by default the initial ones.
 
         Returns
         -------
@@ -231,12 +231,12 @@ class Problem:
         friction: float | Sequence[float] | None = None,
         progress: bool = False,
     ) -> Evaluations:
-        """Analyse a design under other coefficients of friction, as ``slipstick evaluate`` does.
+        """Analyse a design with other coefficients of friction, as ``slipstick evaluate`` does.
 
         Parameters
         ----------
         density : array_like, shape (elements,), optional
-            Densities in [0, 1]; by default those at the start.
+            Densities in [0, 1]; by default the initial ones.
         friction : float or sequence of float, optional
             Coefficients of friction, each for all contact pairs; by default those of the problem.
         progress : bool
@@ -297,7 +297,7 @@ class Problem:
         Parameters
         ----------
         density : array_like, shape (elements,), optional
-            Densities in [0, 1]; by default those at the start.
+            Densities in [0, 1]; by default the initial ones.
         progress : bool
             Whether to show a progress bar.
 
@@ -349,9 +349,9 @@ class Problem:
         Parameters
         ----------
         density : array_like, shape (elements,), optional
-            Densities in [0, 1]; by default those at the start.
+            Densities in [0, 1]; by default the initial ones.
         parameters : bool
-            Whether to differentiate with respect to friction, moduli and amplitudes, too.
+            Whether to differentiate also with respect to friction, moduli and amplitudes.
         progress : bool
             Whether to show a progress bar.
 
@@ -363,7 +363,7 @@ class Problem:
             Derivatives with respect to all densities, 0 outside the design. They are exact for the
             current status of the contact nodes; the sensitivity filter is not applied.
         parameters : dict of Parameter to float
-            Only if asked for.
+            Only if requested.
 
         Raises
         ------
@@ -396,12 +396,12 @@ class Problem:
         *,
         progress: bool = False,
     ) -> tuple[dict[str, NDArray[np.float64]], PullBack]:
-        """Quantities at every load step, and the function that pulls weights back to a gradient.
+        """Quantities at every load step, and a function that maps weights to a gradient.
 
         Parameters
         ----------
         density : array_like, shape (elements,), optional
-            Densities in [0, 1]; by default those at the start.
+            Densities in [0, 1]; by default the initial ones.
         names : str or sequence of str, optional
             Quantities of the case; by default all of them.
         progress : bool
@@ -412,13 +412,13 @@ class Problem:
         values : dict of str to ndarray, shape (steps,)
             The quantities at the ends of the load steps.
         pullback : PullBack
-            ``pullback(weights)`` is the gradient of the sum of all values times their weights. It
-            keeps the load path as long as it lives.
+            ``pullback(weights)`` returns the gradient of the sum of all values times their weights.
+            It holds the load path in memory as long as it exists.
 
         Raises
         ------
         InputError
-            If the case has no quantity of a name.
+            If the case has no quantity with one of the names.
         AnalysisError
             If a load step does not converge.
 
@@ -461,7 +461,7 @@ class Problem:
         Parameters
         ----------
         density : array_like, shape (elements,), optional
-            Densities in [0, 1]; by default those at the start.
+            Densities in [0, 1]; by default the initial ones.
         quantity : str, optional
             The quantity whose value at the last load step, summed over the load cases, is
             differentiated; by default the objective.
@@ -472,9 +472,9 @@ class Problem:
         step : float
             Largest step in density; smaller ones are obtained by halving it.
         halvings : int
-            How often the step is halved.
+            How many times the step is halved.
         tolerance : float
-            Relative error up to which a direction is right.
+            Largest relative error at which a direction counts as right.
         progress : bool
             Whether to show a progress bar.
 
@@ -535,18 +535,18 @@ class Problem:
         Parameters
         ----------
         density : array_like, shape (elements,), optional
-            Densities to start from; by default those of the case. The case sets those of passive
-            elements.
+            Densities to start from; by default those of the case. Passive elements keep the
+            densities that the case prescribes.
         objective : str, Term or sequence of Term, optional
-            What is minimised in place of the objective of the case: quantities of the case, or
-            those that were added with :meth:`add`.
+            The objective to minimise instead of that of the case: quantities of the case, or those
+            added with :meth:`add`.
         constraints : sequence of Bound
             Bounds on quantities, in addition to those of the case.
         iterations : int, optional
             Number of updates; by default that of the case.
         directory : path-like, optional
             Directory for the files of the run, from which :func:`resume` continues; by default a
-            temporary one, which lives as long as the result.
+            temporary one, which exists as long as the result.
         overwrite : bool
             Whether to replace the files of another run in the directory.
         callback : callable, optional
@@ -564,9 +564,9 @@ class Problem:
         CaseError
             If the case lacks a design, an objective or an optimizer.
         AnalysisError
-            If a design cannot be analysed; finished iterations stay in the directory.
+            If a design cannot be analysed; finished iterations remain in the directory.
         KeyboardInterrupt
-            After Ctrl-C; finished iterations stay in the directory.
+            After Ctrl-C; finished iterations remain in the directory.
 
         Examples
         --------

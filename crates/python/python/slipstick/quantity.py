@@ -18,7 +18,7 @@ __all__ = ["ContactState", "PreviousState", "Quantity", "State"]
 
 @dataclass(frozen=True, eq=False)
 class ContactState(SlaveNodes):
-    """Contact of all slave nodes, as a quantity sees it. Empty unless the quantity reads it.
+    """Contact data of all slave nodes for a quantity. Empty unless the quantity reads them.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class ContactState(SlaveNodes):
         Multiplier in the node's frame (normal and two tangents), normal at least 0 in compression.
         [F/L²]
     vector : ndarray, shape (k, 3)
-        The same as a vector z; -area · z is the contact force on the slave. [F/L²]
+        The multiplier as a vector z; -area · z is the contact force on the slave. [F/L²]
     gap : ndarray, shape (k,)
         Weighted gap, at least 0 where open. [L³]
     slip : ndarray, shape (k, 2)
@@ -72,12 +72,12 @@ class PreviousState:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What a quantity sees of the state at the end of a load step.
+    """The data of a state at the end of a load step that a quantity can read.
 
     Attributes
     ----------
     step, steps : int
-        The load step, from 1, and their number, both within the load case.
+        The load step, from 1, and the number of load steps, both within the load case.
     time : float
         Pseudo-time; load case k starts at 2 k.
     displacement : ndarray, shape (nodes, 3)
@@ -94,7 +94,7 @@ class State:
         Von Mises stresses of the solid material at the Gauss points, 0 for entries without a point;
         empty unless the quantity reads it. [F/L²]
     contact : ContactState
-        Contact of all slave nodes.
+        Contact data of all slave nodes.
     previous : PreviousState
         The state at the start of the (sub-)step.
     """
@@ -141,11 +141,11 @@ _DERIVATIVES = (
 
 
 class Quantity:
-    """A quantity of your own: derive a class, define `value` and `derivative`, and register it.
+    """A custom quantity: derive a class, define `value` and `derivative`, and register it.
 
     :meth:`slipstick.Problem.add` compares the derivative with differences of the value. From then
     on, ``vjp``, ``check_gradient`` and the tables of paths know the quantity by its name. The
-    methods are called while the problem computes, so they must not use the problem.
+    methods are called while the problem is computing, so they must not use the problem.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ class Quantity:
     unit : str
         Unit in force F and length L: "", "L", "L²", "L³", "F", "F L" or "F/L²".
     reads : tuple of str
-        What the state must contain: any of "reaction", "contact", "energy", "stress",
+        The data that the state must contain: any of "reaction", "contact", "energy", "stress",
         "previous".
     accumulates : bool
         Whether the value is an increment; the quantity at a load step is then the sum over all

@@ -23,10 +23,10 @@ class Term:
     quantity : str
         Name of a quantity of the case, or of one that was added to the problem.
     weight : float
-        Its factor; the sum of all terms is minimised, so a negative one maximises.
+        Its factor; the sum of all terms is minimised, so a negative weight maximises the quantity.
     steps : str or sequence of int
-        The load steps that count, in every load case: ``"last"``, ``"all"``, or their numbers,
-        from 1.
+        The load steps that count in every load case: ``"last"``, ``"all"``, or their numbers, from
+        1.
     """
 
     quantity: str
@@ -36,14 +36,14 @@ class Term:
 
 @dataclass(frozen=True)
 class Bound:
-    """A bound on a quantity, at each of some load steps and in each load case.
+    """A bound on a quantity, at chosen load steps of each load case.
 
     Attributes
     ----------
     quantity : str
         Name of a quantity of the case, or of one that was added to the problem.
     min, max : float or None
-        Smallest and largest allowed value; at least one of them is needed.
+        Smallest and largest allowed value; give at least one of them.
     steps : str or sequence of int
         ``"last"``, ``"all"``, or numbers of load steps, from 1.
     """

@@ -35,7 +35,7 @@ class Iteration:
     Attributes
     ----------
     iteration : int
-        0 is the start design.
+        0 is the initial design.
     objective : float
         The objective θ.
     volume_fraction : float
@@ -49,9 +49,9 @@ class Iteration:
     constraints : list of dict
         Value and multiplier of each constraint, the bound on the volume first.
     discreteness : float
-        Share of intermediate densities: 0 for a design of solid and void.
+        Fraction of intermediate densities: 0 for a design of solid and void.
     newton_iterations, failed_iterations, uzawa_iterations, increments, halvings : int
-        Work of the analysis, and how often the update was halved.
+        Effort of the analysis, and how many times the update was halved.
     status : list of int
         Slave nodes open, sticking, slipping at the end of the path.
     seconds : float or None
@@ -82,7 +82,7 @@ class Iteration:
 
 
 class Result:
-    """An optimization that has ended, in its directory.
+    """A finished optimization, in its directory.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class Result:
         Parameters
         ----------
         iteration : int
-            Its number; designs are kept as often as ``output.every`` of the case says.
+            Its number; ``output.every`` in the case sets how often designs are kept.
 
         Returns
         -------
@@ -127,9 +127,9 @@ class Result:
 
     @property
     def history(self) -> pandas.DataFrame | list[dict[str, Any]]:
-        """All evaluated designs as a table, indexed by iteration; a list of dicts without pandas.
+        """All evaluated designs as a table, indexed by iteration; without pandas, a list of dicts.
 
-        The values of the constraints have columns of their own, under the constraints' names.
+        Each constraint has a column with its values, under its name.
         """
         names = self._run.constraints()
         rows = []
@@ -169,8 +169,8 @@ class Result:
         file : path-like
             The picture to write, ``*.png``.
         field : str, optional
-            Name of a field, or a word that occurs only in its name, such as ``"pressure"``; by
-            default the densities.
+            Name of a field, or a word that identifies it, such as ``"pressure"``; by default the
+            densities.
         step, iteration : int, optional
             The state at the end of a load step, or the undeformed design of an iteration; by
             default the newest design.
@@ -179,7 +179,7 @@ class Result:
         deformed : float, optional
             Factor on displacements.
         threshold : float, optional
-            Elements whose density does not exceed it are left out.
+            Elements with this density or less are hidden.
         smooth : bool
             Whether to draw the smooth surface that :meth:`export` writes.
         bodies : sequence of str, optional
@@ -187,7 +187,7 @@ class Result:
         size : tuple of int
             Width and height in pixels.
         overwrite : bool
-            Whether to replace a file.
+            Whether to replace an existing file.
 
         Returns
         -------
@@ -202,14 +202,14 @@ class Result:
         return path
 
     def report(self, file: str | os.PathLike[str], *, overwrite: bool = False) -> FilePath:
-        """Write the run as one web page, as ``slipstick report`` does.
+        """Write the run as a single web page, as ``slipstick report`` does.
 
         Parameters
         ----------
         file : path-like
             The page to write, ``*.html``.
         overwrite : bool
-            Whether to replace a file.
+            Whether to replace an existing file.
 
         Returns
         -------
@@ -240,7 +240,8 @@ class Result:
         iteration : int, optional
             Number of a design; by default the newest.
         threshold : float, optional
-            Density above which there is material; by default the one that keeps the volume.
+            Density above which elements count as material; by default the one that preserves the
+            volume.
         smooth : int
             Number of smoothing passes.
         keep_surfaces : bool
@@ -248,7 +249,7 @@ class Result:
         bodies : sequence of str
             The bodies to export; by default the designed ones.
         overwrite : bool
-            Whether to replace a file.
+            Whether to replace an existing file.
 
         Returns
         -------
@@ -287,7 +288,7 @@ def run(
     callback: Callable[[Iteration], object] | None,
     bar: Bar,
 ) -> Result:
-    """Runs an optimization; what is finished survives every exception."""
+    """Runs an optimization; finished iterations survive every exception."""
     temporary = directory is None
     path = (
         FilePath(tempfile.mkdtemp(prefix="slipstick-"))
@@ -334,11 +335,11 @@ def resume(
     Parameters
     ----------
     directory : path-like
-        The directory of an optimization that was stopped, by this package or by the program.
+        The directory of a stopped optimization, started by this package or by the program.
     iterations : int, optional
-        Number of updates in total; by default the number that it was started with.
+        Total number of updates; by default the number with which the run was started.
     quantities : sequence of Quantity
-        The quantities of your own that its objective or its constraints use.
+        The custom quantities that its objective or its constraints use.
     callback : callable, optional
         Called with an :class:`Iteration` after each evaluated design.
     progress : bool
@@ -351,9 +352,9 @@ def resume(
     Raises
     ------
     InputError
-        If the directory has no optimization, or its files were changed.
+        If the directory contains no optimization, or its files were changed.
     ValueError
-        If `quantities` lacks one.
+        If one of them is missing from `quantities`.
     """
     record_file = FilePath(directory) / "responses.json"
     responses = None
@@ -374,7 +375,7 @@ def resume(
 
 
 def open_run(directory: str | os.PathLike[str]) -> Result:
-    """The result of an optimization that was run earlier, by this package or by the program.
+    """The result of an earlier optimization, run by this package or by the program.
 
     Parameters
     ----------

@@ -85,23 +85,23 @@ def run_study(
 ) -> Study:
     """Execute the runs of a study that have not finished yet, as ``slipstick study`` does.
 
-    Every run is a process of its own. A run that has finished is repeated only if its inputs have
-    changed; an optimization that was interrupted continues.
+    Every run is a separate process. A finished run is repeated only if its inputs have changed; an
+    interrupted optimization is resumed.
 
     Parameters
     ----------
     path : path-like
-        A study file (TOML). The results are in a directory beside it, with the name of the file
-        without ``.toml``.
+        A study file (TOML). The results are in a directory next to it, which has the name of the
+        file without ``.toml``.
     only : sequence of str
         Names of the runs to execute; by default all of them.
     quiet : bool
-        Whether to show no messages.
+        Whether to suppress messages.
 
     Returns
     -------
     Study
-        All finished runs of the study, also those of earlier calls.
+        All finished runs of the study, including those of earlier calls.
 
     Raises
     ------
@@ -110,8 +110,8 @@ def run_study(
     InputError
         If the study file has errors.
     StudyError
-        If runs failed, or numbers are not as the study expects; its ``study`` has the finished
-        runs.
+        If runs failed, or numbers differ from what the study expects; its ``study`` contains the
+        finished runs.
     KeyboardInterrupt
         After Ctrl-C; finished runs are kept, and the next call continues with the rest.
     """
@@ -172,7 +172,7 @@ def _forward(source: IO[str] | None, to: TextIO | None, keep: list[str] | None =
 
 
 def _names(file: FilePath) -> list[str]:
-    """The runs of which there is a record."""
+    """The runs that have a record."""
     return [entry.stem for entry in sorted((file.parent / file.stem).glob("*.json"))]
 
 

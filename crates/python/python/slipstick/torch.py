@@ -1,8 +1,8 @@
 """Differentiable functions of a problem for PyTorch (extra ``slipstick[torch]``).
 
 The functions are ``torch.autograd.Function``: ``backward`` and ``torch.autograd.gradcheck`` work.
-There are no second derivatives. Analyses compute with 64-bit floats on the CPU; results have the
-type and the device of the densities.
+There are no second derivatives. Analyses use 64-bit floats on the CPU; results have the type and
+the device of the densities.
 
 Examples
 --------
@@ -147,10 +147,10 @@ def quantities(
     Returns
     -------
     callable
-        From densities, shape (elements,), and, if given, a dict of parameters, to a dict with a
-        tensor of shape (steps,) for each name. Keys of the parameters are their names, such as
+        Takes densities, shape (elements,), and optionally a dict of parameters; returns a dict with
+        a tensor of shape (steps,) for each name. Keys of the parameters are their names, such as
         ``"contact[0].friction"``; :attr:`slipstick.Problem.parameters` lists them. Their values are
-        numbers or tensors without dimensions. New values of parameters build the problem again.
+        numbers or tensors without dimensions. New parameter values rebuild the problem.
 
     Examples
     --------
@@ -190,8 +190,8 @@ def objective(problem: Problem | MappedProblem) -> Differentiable[torch.Tensor]:
     Returns
     -------
     callable
-        From densities, shape (elements,), and, if given, a dict of parameters as for
-        :func:`quantities`, to the objective, a tensor without dimensions.
+        Takes densities, shape (elements,), and optionally a dict of parameters as for
+        :func:`quantities`; returns the objective, a tensor without dimensions.
 
     Raises
     ------

@@ -69,8 +69,9 @@ impl Csv {
     /// Continues a table after its first `rows` rows; later rows, and an incomplete last line, are
     /// dropped.
     ///
-    /// A run that continues from an earlier state thus replaces the rows written after it. If there
-    /// is no file and `rows` = 0, this is [`Csv::create`].
+    /// A run that continues from an earlier state thus replaces the rows that were written after
+    /// that state. If the file does not exist and `rows` is 0, it is created, as by
+    /// [`Csv::create`].
     ///
     /// # Errors
     ///

@@ -3,7 +3,6 @@
 use std::fs;
 
 use serde::{Deserialize, Serialize};
-use slipstick_design::Scaling;
 
 use super::{RunDirectory, RunError, StartValuesFile, seal};
 use crate::output::write_atomically;
@@ -131,11 +130,8 @@ impl Checkpoint {
         if optimizer.memory().iteration() != updates || parts.contains(&(updates == 0)) {
             return Err(format!("the optimizer's memory does not match {updates} updates"));
         }
-        if let Some(Scaling { objective, constraints }) = scaling {
-            let right = |factor: &f64| factor.is_finite() && *factor > 0.0;
-            if !right(objective) || constraints.len() != names.len() || !constraints.iter().all(right) {
-                return Err("`scaling` must have a positive factor for the objective and for each constraint".into());
-            }
+        if scaling.as_ref().is_some_and(|scaling| !scaling.is_valid(names.len())) {
+            return Err("`scaling` must have a positive factor for the objective and for each constraint".into());
         }
         for (number, record) in history.iter().enumerate() {
             let of_constraints = record.constraints.iter().flat_map(|of| [Some(of.value), of.multiplier]);

@@ -1,11 +1,11 @@
-//! File operations, which the first of several ranks does for all of them.
+//! File operations that only the first rank performs, on behalf of all ranks.
 
 use slipstick_linalg::Ranks;
 
 use super::RunError;
 
-/// Does `work` on the first rank. All ranks call it, and succeed or fail together; `None` on the
-/// other ranks.
+/// Runs `work` on the first rank. All ranks must call this function; they succeed or fail together.
+/// Returns `None` on the other ranks.
 ///
 /// # Errors
 /// That of `work` on the first rank; [`RunError::FirstRank`] on the others.

@@ -1,4 +1,5 @@
-//! Mistakes in quantities, objectives and constraints: one error each, with the place and the cure.
+//! Mistakes in quantities, objectives and constraints: one error each, with the place and the
+//! remedy.
 
 use super::{GOOD, errors};
 use slipstick::build::{build, optimization};
@@ -149,4 +150,26 @@ fn resolved_quantities_can_be_read_again() {
     let bounded = with("volume_fraction = 0.3\n", "");
     let case = parse_case(&bounded, "case.toml").expect("bounded by a constraint").case;
     optimization(&case, build(&case).expect("builds")).expect("needs no bound on the volume");
+}
+
+/// Bounds of several tables on one quantity have different names, and the same bound twice is
+/// refused.
+#[test]
+fn bounds_have_names_of_their_own() {
+    let table = |bound: &str| format!("[[constraint]]\nquantity = \"push\"\nmax = 5.0\n{bound}");
+    let replaced = |bounds: &str| {
+        let text = with("[[constraint]]\nquantity = \"push\"\nmax = 5.0\n", &table(bounds));
+        build(&parse_case(&text, "case.toml").expect("read").case)
+    };
+    let problem =
+        replaced("[[constraint]]\nquantity = \"push\"\nmin = 1.0\n").unwrap_or_else(|error| panic!("{error}"));
+    let names: Vec<&str> = problem.analysis.constraints.iter().map(|of| of.response.name()).collect();
+    let last = problem.analysis.times.len();
+    assert!(
+        names.contains(&&*format!("push_max_{last}")) && names.contains(&&*format!("push_min_{last}")),
+        "{names:?}"
+    );
+    let error = replaced("[[constraint]]\nquantity = \"push\"\nmax = 4.0\n").err().expect("refused");
+    let message = format!("two bounds have the name `push_max_{last}`");
+    assert!(error.path.starts_with("constraint[") && error.message.contains(&message), "{error}");
 }

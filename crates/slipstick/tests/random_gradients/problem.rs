@@ -118,7 +118,7 @@ fn motion(random: &mut Random, turn: &Rotation3<f64>, gap: f64) -> String {
 pub const FIRST_OF_QUANTITIES: u64 = 1050;
 
 /// Sets an objective of one to three quantities with weights, summed over steps or the largest of
-/// them; returns what it is made of.
+/// them; returns its description.
 fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
     // without loads, the compliance is 0
     let mut all = every_quantity(problem);

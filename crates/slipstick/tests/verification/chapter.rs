@@ -84,19 +84,20 @@ pub fn write(records: &Records) {
 const HEAD: &str = "\
 # Verification
 
-Results of slipstick compared with analytic solutions, published numbers and other programs. The
-suite `crates/slipstick/tests/verification` computes all numbers on this page and writes it; do not
-edit it by hand. Gradients are verified elsewhere, against finite differences ([theory](theory.md),
-`slipstick verify gradient`).
+This page compares results of slipstick with analytic solutions, published numbers and other
+programs. The suite `crates/slipstick/tests/verification` computes all its numbers and writes the
+page; do not edit it by hand. Gradients are verified elsewhere, against finite differences
+([theory](theory.md), `slipstick verify gradient`).
 
     cargo test --release -p slipstick --test verification -- --ignored       all problems; writes results and this page
     SLIPSTICK_VERIFY=ring,hertz cargo test …                                 some of them
 
-The column *expected* contains the value of the source with the relative bound that the suite
-asserts, a band, or *at most* for quantities that should be zero. *compared with* means that there
-is no bound and the deviation itself is the result, as in the steps of a convergence study. Numbers
-without an expectation explain others. *seconds* are wall time. The bounds are not fitted to the
-results: numbers outside are marked as such, and the text explains why.
+The column *expected* contains one of three things: the value from the source with the relative
+bound that the suite asserts; a band; or *at most*, for quantities that should be zero. *compared
+with* means that there is no bound and the deviation itself is the result, as in the steps of a
+convergence study. Numbers without an expectation help to explain others. *seconds* are wall time.
+The bounds are not fitted to the results: numbers outside are marked as such, and the text explains
+why they are outside.
 ";
 
 /// The page of these results.

@@ -12,7 +12,7 @@ pub fn chapter() -> Chapter {
         key: "objectivity",
         title: "Objectivity",
         about: "
-A block is pressed onto a slab (neo-Hooke, μ = 2, everything sticks) and sheared, then the supports
+A block is pressed onto a slab (neo-Hooke, μ = 2, everything sticks) and sheared; then the supports
 of both rotate rigidly by 360° in 24 steps about an axis in the direction (1, 2, 3). Stresses and
 tractions must rotate with the bodies: tractions in the nodal frames do not change, and after the
 full rotation displacements and tractions return to their values. Deviations are relative to the

@@ -10,18 +10,18 @@ pub fn chapters() -> [Chapter; 2] {
             key: "cube",
             title: "Cube on cuboid, against other programs",
             about: "
-A cube of one element (0.8³) on a slab of four (4 × 1 × 1, E = 500, ν = 0.3) is pressed by 0.1, then
-drawn by (1, 0, 0.03), in 10 steps. The reactions on the driven face at the end are compared with
-the band of GetFEM 5.4.2 (augmented Lagrangian with ray tracing, the same law), Kratos 10.4.4 (dual
-mortar) and CalculiX 2.20 (mortar; its neo-Hookean law differs, which changes F_n by 0.8 %). Each of
-them discretises contact in a different way; the bands span the values of the three, to the digits
-that are known.",
+A cube of one element (0.8³) on a slab of four (4 × 1 × 1, E = 500, ν = 0.3) is pressed down by 0.1,
+then dragged by (1, 0, 0.03), in 10 steps. The reactions on the driven face at the end are compared
+with the band of GetFEM 5.4.2 (augmented Lagrangian with ray tracing, the same law), Kratos 10.4.4
+(dual mortar) and CalculiX 2.20 (mortar; its neo-Hookean law differs, which changes F_n by 0.8 %).
+Each of them discretises contact in a different way; the bands span their three values, to the
+digits that are known.",
             remarks: "
 With one element, the three programs differ by up to 4 % in F_n and 19 % in F_t, mostly because of
-the discretisation: four elements per edge change F_n by 12 to 16 %. The F_n of slipstick is 0.6 %
-above the stiffest of the others. At μ = 0.5, the rear nodes of the cube open with standard shapes
-but stay closed with dual shapes. Standard shapes give 1.4 % more normal and 1.6 % less tangential
-force than the band, which contains the result with dual shapes.",
+the discretisation: four elements per edge change F_n by 12 to 16 %. slipstick's F_n is 0.6 % above
+the stiffest of the others. At μ = 0.5, the rear nodes of the cube open with standard shapes but
+stay closed with dual shapes. With standard shapes, the normal force lies 1.4 % above the band and
+the tangential force 1.6 % below it; with dual shapes, both lie inside.",
             quick: true,
             run: || Some(cube()),
         },
@@ -34,10 +34,10 @@ A half-ring (R = 0.6 … 1, width 3, 16 × 3 × 6 elements, E = 1000) is pressed
 driven faces at the end are compared with the band of GetFEM 5.4.2, Kratos 10.4.4 (without friction;
 with friction it failed at t = 0.6) and CalculiX 2.20 with its mortar contact.",
             remarks: "
-The forces oscillate along the slide with the period of the block's facets (0.3), F_t by ± 2 %, and
-the end of the path lies in a trough for standard shapes. The oscillation does not depend on the
-number of steps. With dual shapes, which the mortar contacts of Kratos and CalculiX also use, or
-with a finer die, both forces at the end are inside the bands, but there the end lies on a crest. On
+The forces oscillate along the slide with the period of the block's facets (0.3), F_t by ± 2 %; for
+standard shapes, the end of the path lies in a trough of the oscillation, which does not depend on
+the number of steps. With dual shapes, which the mortar contacts of Kratos and CalculiX also use, or
+with a finer die, both forces at the end are inside the bands, but then the end lies on a crest. On
 this mesh, forces at a single step are only accurate to a few percent; the other programs' forces
 along the slide are not known.",
             quick: false,

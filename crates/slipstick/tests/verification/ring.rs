@@ -14,12 +14,12 @@ pub fn chapter() -> Chapter {
 A ring (R = 3 … 4, height 1, E = 1000, ν = 0, μ = 0.3) is pressed onto a fixed one by 0.01 and
 rotated by 2° until its whole face slips. Under uniform pressure p the moment is M = (2/3) π μ p
 (R_o³ − R_i³), or with the normal force F_n = π p (R_o² − R_i²): M = (2/3) μ F_n (R_o³ − R_i³)/(R_o²
-− R_i²). F_n and M are reactions. The facets' chords approach the circle with second order in their
-number around the ring, and so must the moment; the meshes of the two faces do not match (2 and 3
-elements radially, N and 1.25 N around).",
+− R_i²). F_n and M are reactions. The facets' chords converge to the circle with second order in
+their number around the ring, so the moment must converge with second order, too. The meshes of the
+two faces do not match (2 and 3 elements radially, N and 1.25 N around).",
         remarks: "
-The ratio of moment to normal force approaches the analytic value with second order, as the chords
-approach the circle.",
+The ratio of moment to normal force converges to the analytic value with second order, as the chords
+do to the circle.",
         quick: true,
         run: || Some(run()),
     }

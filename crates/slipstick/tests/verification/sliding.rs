@@ -13,9 +13,9 @@ pub fn chapters() -> [Chapter; 2] {
             about: "
 A block (1.6 × 0.5 × 0.8, E = 1000, ν = 0.3, μ = 0.3) is pressed onto a fixed slab by 0.02 and
 pulled along it. Once its whole face slips, Coulomb's law for the whole block is F_t = μ F_n,
-exactly. In the second problem the top of the block moves back and forth by ±0.1: after each
-reversal the face sticks, then slips, and at the end of each stroke F_t = ±μ F_n; the second cycle
-must repeat the first one.",
+exactly. In the second problem the top of the block moves back and forth by ±0.1. After each
+reversal the face sticks, then slips; at the end of each stroke F_t = ±μ F_n; the second cycle must
+repeat the first one.",
             remarks: "",
             quick: true,
             run: || Some(block()),
@@ -26,16 +26,16 @@ must repeat the first one.",
             about: "
 Plane strain: a half-ring (R = 0.6 … 1, E = 1000, driven at its ends) is pressed by 0.3 into a block
 (9 × 3, E = 100, ν = 0.3) and slides by 2, from 1 left of the middle to 1 right of it, over N = 7 or
-14 facets. By symmetry, no work is done in between without friction: the mean of the tangential
-force is zero. The tangential force that is due to the ends of the block and to the facets must stay
-below 0.01 F_n at every step of the slide, for any size of the load steps. A formulation with
+14 facets. Without friction, no net work is done along this slide, by symmetry: the mean of the
+tangential force is zero. The ends of the block and the facets cause a tangential force, which must
+stay below 0.01 F_n at every step of the slide, for any size of the load steps. A formulation with
 normals frozen per load step gives 0.2 at 0.2 slide per step. With friction (μ = 0.2), normal and
-tangential force should be constant along the slide: their span (largest − smallest) over the mean,
-from slide 0.5 on, must stay below 0.05.",
+tangential force should be constant along the slide: their span (largest − smallest) divided by the
+mean, from slide 0.5 on, must stay below 0.05.",
             remarks: "
-There is no drag: the force oscillates with the period of the facets, and the size of the steps only
-determines where on the oscillation it is sampled. With friction, the oscillation is at least halved
-when the facets are halved. The oscillation of the tangential force exceeds the bound on the coarser
+There is no drag: the force oscillates with the period of the facets, and the step size only
+determines where the oscillation is sampled. With friction, the oscillation is at least halved when
+the facets are halved. The oscillation of the tangential force exceeds the bound on the coarser
 mesh, which has about five facets in contact, and is larger with dual shapes than with standard
 ones.",
             quick: false,

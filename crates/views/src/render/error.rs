@@ -128,7 +128,7 @@ pub(super) fn check_finite(name: &str, values: impl IntoIterator<Item = f64>) ->
     }
 }
 
-/// Checks that there are as many values as expected, and that all are finite.
+/// Checks that the number of values is as expected and that all of them are finite.
 pub(super) fn check_field(name: &str, values: &[f64], expected: usize) -> Result<(), RenderError> {
     if values.len() != expected {
         return Err(RenderError::Length { name: name.into(), expected, found: values.len() });

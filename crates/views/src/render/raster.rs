@@ -248,7 +248,7 @@ fn fill(face: &Face, sheet: &Sheet, window: &Window, layer: &mut Layer) {
             for x in window.span_x(left, right) {
                 let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
                 let w = [cross(b, c, px, py) / area, cross(c, a, px, py) / area, cross(a, b, px, py) / area];
-                // The tolerance leaves no gap between neighbours.
+                // The tolerance avoids gaps between neighbouring triangles.
                 if w.iter().any(|w| *w < -1e-9) {
                     continue;
                 }

@@ -56,7 +56,7 @@ pub fn measure(context: &Context, args: &Bench) -> Outcome<Value> {
         "rank": ranks.rank(), "elements_here": elements_here, "slave_nodes_here": slave_nodes_here,
         "factor_bytes": counts.factor_bytes, "operations": counts.operations,
         "elements": problem.mesh.elements.len(), "unknowns": setup.inspection.unknowns, "threads": setup.threads, "clock": if args.cpu { "processor" } else { "wall" },
-        "steps": forward.path.steps, "increments": forward.path.states.len() - 1,
+        "steps": forward.path.steps, "increments": forward.path.increments(),
         "newton_iterations": forward.path.newton_iterations(),
         "forward": marched, "gradient": gradient, "gradient_without_kept_factors": recomputed,
         "states_with_kept_factors": kept_states, "kept_bytes": kept_bytes, "peak_bytes": memory::peak(),

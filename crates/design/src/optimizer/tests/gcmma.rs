@@ -12,9 +12,9 @@ fn bounds() -> [&'static [f64]; 2] {
 /// iteration. Returns the next design to evaluate.
 fn evaluate(gcmma: &mut Gcmma, x: &[f64], ranks: &dyn Ranks) -> Vec<f64> {
     let (f, df, g, dg) = cantilever(x);
-    match gcmma.judge_on(x, bounds(), f, &g, ranks).unwrap() {
+    match gcmma.judge(x, bounds(), f, &g, ranks).unwrap() {
         Judgement::Rejected(step) => step.x,
-        _ => gcmma.update_on(x, bounds(), &Functions::new(f, &df, &g, &dg), ranks).unwrap().x,
+        _ => gcmma.update(x, bounds(), &Functions::new(f, &df, &g, &dg), ranks).unwrap().x,
     }
 }
 
@@ -62,14 +62,14 @@ fn distance_is_the_slope_in_rho() {
     let (x, (f, df, g, dg)) = ([5.0; 5], cantilever(&[5.0; 5]));
     let functions = Functions::new(f, &df, &g, &dg);
     let mut gcmma = Gcmma::new(5, 1, tight(), 10);
-    let candidate = gcmma.update(&x, bounds(), &functions).unwrap().x;
+    let candidate = gcmma.update(&x, bounds(), &functions, &Alone).unwrap().x;
     let (before, rho) = (gcmma.clone(), gcmma.curvatures().to_vec());
     // 0.1/5 · Σ |∂f/∂x| · 9
     assert!((rho[0] - 0.02 * 5.0 * 0.0624 * 9.0).abs() < 1e-15);
     let changes = |rho: &[f64]| before.memory().approximated_changes(&candidate, bounds(), &functions, rho, &Alone).0;
     let excess = 0.001;
     let found = [f + changes(&rho)[0] - 1.0, g[0] + changes(&rho)[1] + excess];
-    let judged = gcmma.judge(&candidate, bounds(), found[0], &found[1..]).unwrap();
+    let judged = gcmma.judge(&candidate, bounds(), found[0], &found[1..], &Alone).unwrap();
     assert!(matches!(judged, Judgement::Rejected(_)));
     let raised = gcmma.curvatures();
     assert_eq!(raised[0], rho[0], "the objective was conservative");
@@ -77,7 +77,7 @@ fn distance_is_the_slope_in_rho() {
     let slope = (changes(raised)[1] - changes(&rho)[1]) / (raised[1] - rho[1]);
     assert!((raised[1] / (1.1 * (rho[1] + excess / slope)) - 1.0).abs() < 1e-9);
     // values far above the approximation raise ρ tenfold
-    gcmma.judge(&candidate, bounds(), 1e9, &[1e9]).unwrap();
+    gcmma.judge(&candidate, bounds(), 1e9, &[1e9], &Alone).unwrap();
     let [first, second] = [before.curvatures(), gcmma.curvatures()];
     assert!((second[0] / first[0] - 10.0).abs() < 1e-12);
 }
@@ -87,13 +87,13 @@ fn distance_is_the_slope_in_rho() {
 #[test]
 fn inner_iterations_are_limited() {
     let mut gcmma = Gcmma::new(1, 0, MmaParameters::default(), 4);
-    let mut x = gcmma.update(&[0.5], [&[0.0], &[1.0]], &Functions::new(0.5, &[-1.0], &[], &[])).unwrap().x;
+    let mut x = gcmma.update(&[0.5], [&[0.0], &[1.0]], &Functions::new(0.5, &[-1.0], &[], &[]), &Alone).unwrap().x;
     for _ in 0..4 {
-        let Judgement::Rejected(next) = gcmma.judge(&x, [&[0.0], &[1.0]], x[0], &[]).unwrap() else { panic!() };
+        let Judgement::Rejected(next) = gcmma.judge(&x, [&[0.0], &[1.0]], x[0], &[], &Alone).unwrap() else { panic!() };
         assert!(next.x[0] < x[0] && next.x[0] > 0.5);
         x = next.x;
     }
-    assert!(matches!(gcmma.judge(&x, [&[0.0], &[1.0]], x[0], &[]).unwrap(), Judgement::Exhausted));
+    assert!(matches!(gcmma.judge(&x, [&[0.0], &[1.0]], x[0], &[], &Alone).unwrap(), Judgement::Exhausted));
     assert_eq!(gcmma.inner_iterations(), 4);
 }
 
@@ -101,17 +101,17 @@ fn inner_iterations_are_limited() {
 fn bad_candidates_are_named_and_leave_the_history() {
     let (f, df, g, dg) = cantilever(&[5.0; 5]);
     let mut gcmma = Gcmma::new(5, 1, MmaParameters::default(), 10);
-    assert!(matches!(gcmma.judge(&[5.0; 5], bounds(), f, &g), Ok(Judgement::Conservative)), "no iteration yet");
-    let x = gcmma.update(&[5.0; 5], bounds(), &Functions::new(f, &df, &g, &dg)).unwrap().x;
+    assert!(matches!(gcmma.judge(&[5.0; 5], bounds(), f, &g, &Alone), Ok(Judgement::Conservative)), "no iteration yet");
+    let x = gcmma.update(&[5.0; 5], bounds(), &Functions::new(f, &df, &g, &dg), &Alone).unwrap().x;
     let before = gcmma.clone();
     let errors = [
-        gcmma.judge(&x, bounds(), f64::NAN, &g).unwrap_err(),
-        gcmma.judge(&x, bounds(), f, &[]).unwrap_err(),
-        gcmma.judge(&x[1..], bounds(), f, &g).unwrap_err(),
-        gcmma.judge(&[0.0; 5], bounds(), f, &g).unwrap_err(),
-        gcmma.judge(&[9.9; 5], bounds(), f, &g).unwrap_err(),
+        gcmma.judge(&x, bounds(), f64::NAN, &g, &Alone).unwrap_err(),
+        gcmma.judge(&x, bounds(), f, &[], &Alone).unwrap_err(),
+        gcmma.judge(&x[1..], bounds(), f, &g, &Alone).unwrap_err(),
+        gcmma.judge(&[0.0; 5], bounds(), f, &g, &Alone).unwrap_err(),
+        gcmma.judge(&[9.9; 5], bounds(), f, &g, &Alone).unwrap_err(),
     ];
-    let expected = ["objective is NaN", "constraint values has 0", "design has 4", "[1, 10]", "[0.5, 9.5]"];
+    let expected = ["objective is NaN", "constraint values has 0", "design has 4", "[1, 10]", "asymptotes 0.5 and 9.5"];
     for (error, expected) in errors.iter().zip(expected) {
         assert!(error.to_string().contains(expected), "{error}");
     }

@@ -30,7 +30,8 @@ fn large_problem() {
     let mut x = vec![0.3; n];
     let (_, gradient, _, constraint_gradients) = functions(&x);
     assert!(constraint_gradients[0][0] < 4e-5);
-    let scaling = Scaling::from_first(&gradient, &constraint_gradients);
+    let mut scaling = Scaling::new(constraint_gradients.len());
+    scaling.learn(&gradient, &constraint_gradients);
     for _ in 0..6 {
         let (value, gradient, constraints, constraint_gradients) = functions(&x);
         let (value, gradient) = scaling.scale_objective(value, &gradient);

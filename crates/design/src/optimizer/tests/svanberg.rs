@@ -17,7 +17,8 @@ struct Problem {
     lower: Vec<f64>,
     upper: Vec<f64>,
     starts: Vec<Vec<f64>>,
-    /// Published optimum, and half a unit of its last digit; `None` if only the problem is.
+    /// Published optimum, and half a unit of its last digit; `None` if only the problem was
+    /// published.
     published: Option<(f64, f64)>,
     /// Iterations to the optimum.
     steps: usize,
@@ -186,7 +187,7 @@ fn iterates(problem: &Problem, start: &[f64], method: Method, parameters: MmaPar
     for _ in 0..=steps {
         let (f, df, g, dg) = loop {
             let values = (problem.functions)(&x);
-            match optimizer.judge_on(&x, bounds, values.0, &values.2, &Alone).unwrap() {
+            match optimizer.judge(&x, bounds, values.0, &values.2, &Alone).unwrap() {
                 Judgement::Rejected(next) => x = next.x,
                 Judgement::Conservative => break values,
                 Judgement::Exhausted => panic!("{}: no curvature suffices", problem.name),
@@ -194,7 +195,7 @@ fn iterates(problem: &Problem, start: &[f64], method: Method, parameters: MmaPar
         };
         let inner_iterations = optimizer.inner_iterations();
         let violation = g.iter().fold(0.0, |worst: f64, g| worst.max(*g));
-        let step = optimizer.update_on(&x, bounds, &Functions::new(f, &df, &g, &dg), &Alone).unwrap();
+        let step = optimizer.update(&x, bounds, &Functions::new(f, &df, &g, &dg), &Alone).unwrap();
         found.push(Iterate { x, objective: f, violation, inner_iterations, kkt: step.kkt_residual.norm });
         x = step.x;
     }
