@@ -267,9 +267,11 @@ def test_an_exception_belongs_to_one_call(
 
     class Failing(Grip):
         fails = False
+        failed = False
 
         def value(self, state: ss.State) -> float:
             if self.fails:
+                self.failed = True
                 raise ZeroDivisionError("of the quantity")
             return super().value(state)
 
@@ -288,5 +290,6 @@ def test_an_exception_belongs_to_one_call(
     with monkeypatch.context() as patched, pytest.raises(RuntimeError, match="of the bar"):
         patched.setattr("slipstick.problem.Bar", Broken)
         problem.vjp(names="own")
+    assert quantity.failed
     quantity.fails = False
     assert problem.vjp(names="own")[0]["own"].shape == (4,)

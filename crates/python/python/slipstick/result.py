@@ -316,9 +316,10 @@ def run(
 
 def _has_iterations(directory: FilePath) -> bool:
     """Whether a run has finished an iteration, from which it can continue."""
-    if not (directory / "checkpoint.json").exists():
+    history = directory / "history.csv"
+    if not history.is_file() or not (directory / "checkpoint.json").is_file():
         return False
-    with (directory / "history.csv").open(encoding="utf-8") as rows:
+    with history.open(encoding="utf-8") as rows:
         return sum(1 for _ in rows) > 1
 
 
