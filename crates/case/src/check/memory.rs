@@ -1,7 +1,7 @@
 //! Predicts the peak memory of a run.
 
 use crate::build::Problem;
-use crate::case::{Case, Contact, Enforcement, StartValues};
+use crate::case::{Case, Contact, Enforcement, StartValues, Symmetry};
 
 use serde::Serialize;
 
@@ -46,7 +46,7 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
         + bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64)
         + MATRICES * matrix
         + states(case, problem)
-        + responses(problem)
+        + (RESPONSE_WHOLE + RESPONSE_DIVIDED) * responses(problem)
         + filter(case, problem);
     let peak = fixed + (1.0 + FRONTS) * factors + second;
     let all_kept = kept.saturating_sub(1) as f64 * factors;
@@ -91,9 +91,9 @@ impl RankMemory {
             divided: building
                 + MATRICES * systems.matrix
                 + states(case, problem)
-                + responses(problem)
+                + RESPONSE_DIVIDED * responses(problem)
                 + filter(case, problem),
-            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64,
+            whole: PROGRAM + LIBRARIES + VECTORS * 8.0 * unknowns as f64 + RESPONSE_WHOLE * responses(problem),
             factors: 8.0 / entry_bytes(case) * systems.factors,
             keeps: if problem.analysis.objective.is_some() { problem.analysis.march.factor_memory as f64 } else { 0.0 },
             steps: case.steps(),
@@ -120,15 +120,35 @@ impl RankMemory {
     }
 }
 
-/// Vectors of all unknowns that the sweep holds for each response: its adjoint, earlier solutions and
-/// the directions of its iteration. Measured by `slipstick bench --responses 20`.
-const RESPONSE_VECTORS: f64 = 22.0;
+/// Vectors of all unknowns that the sweep holds in full for each response, by counting: its adjoint,
+/// four earlier solutions, and right-hand side, residual, pull-backs and solution of a step.
+const RESPONSE_WHOLE: f64 = 10.0;
 
-/// Memory of the sweep for constraints besides the objective.
+/// Further vectors that ranks share: the directions of the iteration, by counting ten iterations, and
+/// what they produce. In `slipstick bench --sizes 9400 --steps 4 --responses 20`, each response adds
+/// 7 vectors to the peak, because the march needs more memory than the sweep of one response.
+const RESPONSE_DIVIDED: f64 = 12.0;
+
+/// Memory of one vector of all unknowns for each constraint, which the sweep treats besides the
+/// objective.
 fn responses(problem: &Problem) -> f64 {
     let model = problem.analysis.model();
     let unknowns = 3.0 * (problem.mesh.nodes.len() + model.slave_nodes().len()) as f64;
-    problem.analysis.constraints.len() as f64 * RESPONSE_VECTORS * 8.0 * unknowns
+    problem.analysis.constraints.len() as f64 * 8.0 * unknowns
+}
+
+/// A point and its mirror images across symmetry planes.
+fn images(point: &[f64; 3], planes: &[Symmetry]) -> Vec<[f64; 3]> {
+    planes.iter().fold(vec![*point], |mut images, plane| {
+        let mirrored = |image: &[f64; 3]| {
+            let mut mirrored = *image;
+            mirrored[plane.normal.index()] = 2.0 * plane.at - image[plane.normal.index()];
+            mirrored
+        };
+        let of_all: Vec<[f64; 3]> = images.iter().map(mirrored).collect();
+        images.extend(of_all);
+        images
+    })
 }
 
 /// States of the path, and start values.
@@ -148,7 +168,8 @@ fn states(case: &Case, problem: &Problem) -> f64 {
 /// Number of sample elements from which the number of neighbours is estimated.
 const SAMPLES: usize = 100;
 
-/// Lists of the sensitivity filter: a number and a weight for each pair within the radius.
+/// Lists of the sensitivity filter: a number and a weight for each pair within the radius, mirror
+/// images across symmetry planes included.
 fn filter(case: &Case, problem: &Problem) -> f64 {
     let radius = case.design.as_ref().and_then(|design| design.sensitivity_filter).map(|filter| filter.radius);
     let (Some(radius), Some(variables)) = (radius.filter(|_| case.optimizer.is_some()), &problem.variables) else {
@@ -160,7 +181,10 @@ fn filter(case: &Case, problem: &Problem) -> f64 {
     let near = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < radius * radius;
     let samples = centroids.iter().skip(stride / 2).step_by(stride);
     let (pairs, sampled) = samples.fold((0, 0), |(pairs, sampled), centre| {
-        (pairs + centroids.iter().filter(|other| near(centre, other)).count(), sampled + 1)
+        // an image of the other element is as near as the other element is to an image of this one
+        let images = images(centre, &case.symmetries);
+        let count = |image: &[f64; 3]| centroids.iter().filter(|other| near(image, other)).count();
+        (pairs + images.iter().map(count).sum::<usize>(), sampled + 1)
     });
     12.0 * pairs as f64 / f64::from(sampled.max(1)) * centroids.len() as f64
 }

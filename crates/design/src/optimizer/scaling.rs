@@ -11,16 +11,56 @@ use serde::{Deserialize, Serialize};
 /// iteration, keep them (also in checkpoints), and multiply values **and** gradients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scaling {
-    /// Factor of the objective and its gradient; `None` as long as its derivatives are all zero.
-    objective: Option<f64>,
-    /// Factor of each constraint and its gradient, likewise.
-    constraints: Vec<Option<f64>>,
+    /// Of the objective and its gradient.
+    objective: Factor,
+    /// Of each constraint and its gradient.
+    constraints: Vec<Factor>,
+}
+
+/// A factor of a function; in files a number, or `"unknown"`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+enum Factor {
+    Known(f64),
+    /// As long as the function's derivatives are all zero.
+    Unknown(Unknown),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Unknown {
+    Unknown,
+}
+
+impl Factor {
+    const UNKNOWN: Self = Self::Unknown(Unknown::Unknown);
+
+    /// `1/max |∂f/∂x|`, if it is a number.
+    fn of(gradient: &[f64]) -> Self {
+        let largest = gradient.iter().fold(0.0, |largest: f64, derivative| largest.max(derivative.abs()));
+        let factor = 1.0 / largest;
+        if factor.is_finite() && factor > 0.0 { Self::Known(factor) } else { Self::UNKNOWN }
+    }
+
+    fn learn(&mut self, gradient: &[f64]) {
+        if *self == Self::UNKNOWN {
+            *self = Self::of(gradient);
+        }
+    }
+
+    /// 1 if it is not known.
+    fn value(self) -> f64 {
+        match self {
+            Self::Known(factor) => factor,
+            Self::Unknown(_) => 1.0,
+        }
+    }
 }
 
 impl Scaling {
     /// No factors yet, for `m` constraints.
     pub fn new(m: usize) -> Self {
-        Self { objective: None, constraints: vec![None; m] }
+        Self { objective: Factor::UNKNOWN, constraints: vec![Factor::UNKNOWN; m] }
     }
 
     /// Sets factors that are not known yet to `1/max_j |∂f/∂x_j|`, for variables with ranges of order
@@ -32,26 +72,24 @@ impl Scaling {
     /// If there are not as many gradients as constraints.
     pub fn learn(&mut self, objective_gradient: &[f64], constraint_gradients: &[Vec<f64>]) {
         assert_eq!(constraint_gradients.len(), self.constraints.len(), "one gradient per constraint");
-        self.objective = self.objective.or_else(|| factor(objective_gradient));
-        for (known, gradient) in self.constraints.iter_mut().zip(constraint_gradients) {
-            *known = known.or_else(|| factor(gradient));
-        }
+        self.objective.learn(objective_gradient);
+        self.constraints.iter_mut().zip(constraint_gradients).for_each(|(factor, gradient)| factor.learn(gradient));
     }
 
     /// Whether factors that were read back belong to `m` constraints and are positive.
     pub fn is_valid(&self, m: usize) -> bool {
-        let mut known = self.constraints.iter().chain([&self.objective]).flatten();
-        self.constraints.len() == m && known.all(|factor| factor.is_finite() && *factor > 0.0)
+        let mut factors = self.constraints.iter().chain([&self.objective]).map(|factor| factor.value());
+        self.constraints.len() == m && factors.all(|factor| factor.is_finite() && factor > 0.0)
     }
 
     /// Factor of the objective; 1 if it is not known.
     pub fn objective(&self) -> f64 {
-        self.objective.unwrap_or(1.0)
+        self.objective.value()
     }
 
     /// Factor of each constraint; 1 for those that are not known.
     pub fn constraints(&self) -> impl Iterator<Item = f64> {
-        self.constraints.iter().map(|factor| factor.unwrap_or(1.0))
+        self.constraints.iter().map(|factor| factor.value())
     }
 
     /// Scaled objective and its gradient.
@@ -76,12 +114,6 @@ impl Scaling {
     }
 }
 
-/// `1/max |∂f/∂x|`, if it is a number.
-fn factor(gradient: &[f64]) -> Option<f64> {
-    let largest = gradient.iter().fold(0.0, |largest: f64, derivative| largest.max(derivative.abs()));
-    Some(1.0 / largest).filter(|factor| factor.is_finite() && *factor > 0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,5 +133,9 @@ mod tests {
         scaling.learn(&[1.0, 0.0], &[vec![0.0, 9.0], vec![4.0, 0.0], vec![0.0; 2]]);
         assert!((scaling.objective() / 250.0 - 1.0).abs() < 1e-15);
         assert_eq!(scaling.constraints().collect::<Vec<f64>>(), [2.0, 0.25, 1.0]);
+        let text = serde_json::to_string(&scaling).unwrap();
+        assert!(text.ends_with("[2.0,0.25,\"unknown\"]}"), "{text}");
+        assert_eq!(serde_json::from_str::<Scaling>(&text).unwrap(), scaling);
+        assert!(serde_json::from_str::<Scaling>(&text.replace("0.25", "null")).is_err());
     }
 }
