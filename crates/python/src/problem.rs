@@ -31,6 +31,8 @@ use crate::quantity::{Defined, defined, take_raised};
 pub struct Problem {
     pub(crate) built: Arc<Built>,
     resolved: Arc<Resolved>,
+    /// The case before other values of parameters.
+    read: Arc<Resolved>,
     mesh: Arc<Mesh>,
     initial_density: ElementValues,
     roles: Vec<Role>,
@@ -72,11 +74,6 @@ impl Problem {
         let numbered = self.mesh.elements.iter().enumerate().filter(|(_, element)| of(element));
         let numbers = arrays::numbers(py, numbered.map(|(number, _)| number as u32));
         (arrays::matrix(py, entries, corners).into_any(), numbers.into_any())
-    }
-
-    /// Volumes of all elements.
-    fn volumes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.mesh.element_volumes().into_pyarray(py)
     }
 
     /// Name, elements and nodes of every body, as ranges.
@@ -182,11 +179,11 @@ impl Problem {
         Ok(names.into_iter().map(of).collect())
     }
 
-    /// The problem of the same case with other values of these parameters, as
+    /// The problem of the case that was read, with other values of these parameters, as
     /// [`parameters`](Self::parameters) names them, and with the same added quantities.
     fn with_parameters(&self, py: Python<'_>, values: Vec<(String, String, f64)>) -> PyResult<Self> {
         detached(py, || {
-            let mut resolved = (*self.resolved).clone();
+            let mut resolved = (*self.read).clone();
             let names = self.built.lock()?.analysis.model().parameter_names();
             for (kind, place, value) in values {
                 let of = |parameter: &&Parameter| name_of(&self.resolved.case, **parameter) == (&kind, place.clone());
@@ -198,7 +195,7 @@ impl Problem {
             let mut problem = build(&resolved.case).map_err(|error| Error::build(&error, map))?;
             let added = self.built.added.lock().unwrap_or_else(PoisonError::into_inner).clone();
             problem.quantities.extend(added.iter().cloned());
-            let new = Self::new(Arc::new(resolved), problem);
+            let new = Self { read: self.read.clone(), ..Self::new(Arc::new(resolved), problem) };
             *new.built.added.lock().unwrap_or_else(PoisonError::into_inner) = added;
             Ok(new)
         })
@@ -210,10 +207,9 @@ impl Problem {
         detached(py, || Ok(setup::volume_fraction(&*self.built.lock()?, &density)))
     }
 
-    /// Whether the case has an objective.
-    #[getter]
-    fn has_objective(&self) -> bool {
-        self.resolved.source_map.contains("objective")
+    /// Refuses a case without an objective.
+    fn require_objective(&self, py: Python<'_>) -> PyResult<()> {
+        if self.has_objective() { Ok(()) } else { Err(no_objective().raise(py)) }
     }
 
     /// Marches the load path, optionally with another coefficient of friction in all pairs.
@@ -346,6 +342,11 @@ impl Problem {
 }
 
 impl Problem {
+    /// Whether the case has an objective.
+    fn has_objective(&self) -> bool {
+        self.resolved.source_map.contains("objective")
+    }
+
     pub(crate) fn new(resolved: Arc<Resolved>, problem: slipstick::build::Problem) -> Self {
         let roles = problem.variables.as_ref().map_or(Vec::new(), |variables| variables.roles().to_vec());
         Self {
@@ -358,6 +359,7 @@ impl Problem {
                 added: Mutex::default(),
                 case: resolved.clone(),
             }),
+            read: resolved.clone(),
             resolved,
         }
     }
@@ -368,15 +370,19 @@ impl Built {
     /// the interpreter, which the computing one needs.
     ///
     /// # Errors
-    /// If this thread computes with it already, in a callback; [`Error::Python`] for Ctrl-C.
+    /// If this thread computes with it already, in a callback, or if an earlier call has panicked;
+    /// [`Error::Python`] for Ctrl-C.
     pub(crate) fn lock(&self) -> Result<Held<'_>, Error> {
         let this = std::thread::current().id();
         let mut asked = Instant::now();
         loop {
             let problem = match self.problem.try_lock() {
                 Ok(problem) => problem,
-                // what a panic leaves behind is overwritten by the next analysis
-                Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+                // a panic may leave settings of the failed call behind
+                Err(TryLockError::Poisoned(_)) => {
+                    let cure = "build the problem again from its case";
+                    return Err(Error::input("an earlier call has failed inside slipstick", cure));
+                }
                 Err(TryLockError::WouldBlock) if *owner(&self.owner) == Some(this) => {
                     let cure = "build another problem from the case, and use that one";
                     return Err(Error::input("the problem is computing, and its callbacks cannot use it", cure));
@@ -426,13 +432,16 @@ pub(crate) fn watched<T>(
     progress: Option<Py<PyAny>>,
     work: impl FnOnce(&mut slipstick::build::Problem, &mut Watch) -> Result<T, Error>,
 ) -> Result<T, Error> {
+    // of an earlier call
+    drop(take_raised());
     let mut watch = Watch::new(progress, None);
     problem.analysis.linear.set_interrupt(Some(watch.interrupt()));
     let result = work(problem, &mut watch);
     problem.analysis.linear.set_interrupt(None);
+    let raised = raised();
     // an interrupted computation reports the interruption, not its incomplete result
     watch.check()?;
-    raised()?;
+    raised?;
     result
 }
 

@@ -16,7 +16,9 @@ use slipstick::output::write_atomically;
 use slipstick::picture::{PictureRequest, Shown, picture};
 use slipstick::render::{Canvas, RenderError};
 use slipstick::report::{PageOptions, page};
-use slipstick::run::{Checkpoint, ExitState, RunDirectory, RunError, RunPart, RunRecord, design_density, mesh_files};
+use slipstick::run::{
+    Checkpoint, ExitState, RESPONSES, RunDirectory, RunError, RunPart, RunRecord, design_density, mesh_files,
+};
 use slipstick_cli::commands::optimize::SECTIONS;
 use slipstick_cli::failure::Failure;
 
@@ -25,7 +27,8 @@ use crate::case::Case;
 use crate::errors::{Error, detached};
 use crate::interrupt::Watch;
 use crate::problem::raised;
-use crate::responses::{Own, RESPONSES, Responses, hashed};
+use crate::quantity::take_raised;
+use crate::responses::{Own, Responses, described, hashed};
 
 /// The directory of a run, with its case.
 #[pyclass(frozen, module = "slipstick._slipstick")]
@@ -53,8 +56,14 @@ pub fn optimize(
     let density = density.as_ref().map(arrays::densities);
     detached(py, || {
         let resolved = &case.resolved;
-        let (responses, record) = Responses::of(own);
+        let (responses, mut record) = Responses::of(own);
+        let of_python = responses.have_objective();
         let mut optimization = prepare(resolved, density, responses)?;
+        if let (Some(record), Some(objective), true) =
+            (&mut record, &optimization.problem.analysis.objective, of_python)
+        {
+            *record = described(record, &resolved.case, objective)?;
+        }
         if let Some(iterations) = iterations {
             optimization.set_iterations(iterations);
         }
@@ -166,6 +175,8 @@ fn advance(
     checkpoint: Checkpoint,
     watch: &mut Watch,
 ) -> Result<(), Error> {
+    // of an earlier call
+    drop(take_raised());
     let ranks = optimization.problem.analysis.linear.ranks();
     let recorder = Recorder::new(Some(run.directory()), checkpoint, resolved.case.output.every, ranks)?;
     optimization.problem.analysis.linear.set_interrupt(Some(watch.interrupt()));

@@ -86,6 +86,28 @@ def test_wrong_quantities_and_weights(problem: ss.Problem) -> None:
         pullback(np.where(np.arange(8).reshape(2, 4) == 6, np.nan, 1.0))
 
 
+def test_a_name_is_given_once(problem: ss.Problem) -> None:
+    with pytest.raises(ValueError, match="names has 'grip' twice: give it once"):
+        problem.vjp(names=["grip", "drag", "grip"])
+    friction = next(iter(problem.parameters))
+    with pytest.raises(ValueError, match=r"values has 'contact\[0\].friction' twice"):
+        problem.with_parameters({friction: 0.1, friction.name: 0.2})
+
+
+def test_arrays_that_are_kept_cannot_be_changed(problem: ss.Problem) -> None:
+    path, mesh = problem.solve(), problem.mesh
+    contact = path.steps[-1].contact
+    kept = [path.density, path.quantities["grip"], path.steps[-1].displacement]
+    kept += [problem.times, problem.designed, mesh.volumes, mesh.nodes, mesh.hexahedra]
+    kept += [mesh.hexahedron_numbers, *mesh.sets.values(), *mesh.surfaces.values()]
+    kept += list(vars(contact).values())
+    for array in kept:
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+    # states are what they are, whatever their numbers
+    assert contact == contact and contact != path.steps[0].contact and hash(contact)
+
+
 def test_wrong_numbers(problem: ss.Problem) -> None:
     with pytest.raises(ValueError, match="directions is -1"):
         problem.check_gradient(directions=-1)

@@ -53,7 +53,9 @@ def test_a_path_that_fails_does_not_stop_the_others(case: ss.Case) -> None:
     brittle = case.replace({"dirichlet[1].motion": [{"t": 1.0, "u": [0.0, -3.0, 0.0]}]}).build()
     with pytest.warns(ss.SlipstickWarning, match="with friction"):
         found = brittle.evaluate(friction=[0.1, 0.2])
-    assert len(found) == 2
+    assert len(found) == 2 and repr(found) == "<Evaluations with friction 0.1, friction 0.2>"
+    with pytest.warns(ss.SlipstickWarning, match="with the friction of the case"):
+        assert repr(brittle.evaluate()) == "<Evaluations with the friction of the case>"
     assert all(one.path is None and isinstance(one.error, ss.AnalysisError) for one in found)
     assert found[0].objective is None
 
@@ -145,6 +147,20 @@ def test_control_c_stops_a_study(case: ss.Case, tmp_path: Path) -> None:
     assert len(ss.resume(checkpoint.parent, iterations=done).iterations) == done + 1
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="the stand-in is a shell script")
+def test_a_study_that_is_interrupted_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The program ends with 4 when it is interrupted, whoever interrupts it."""
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\nexit 4\n")
+    program.chmod(0o755)
+    (tmp_path / "pair.toml").write_text(STUDY)
+    monkeypatch.setattr("slipstick.study.sys.executable", str(program))
+    with pytest.raises(KeyboardInterrupt, match="finished runs are kept"):
+        ss.run_study(tmp_path / "pair.toml", quiet=True)
+
+
 def test_parameters_are_those_of_a_case_with_these_values(
     case: ss.Case, problem: ss.Problem, density: NDArray[np.float64]
 ) -> None:
@@ -220,5 +236,34 @@ def test_wrong_parameters_are_refused(problem: ss.Problem) -> None:
             problem.with_parameters(values)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="give a dict such as"):
         problem.with_parameters([0.1])  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="Case.replace"):
-        problem.with_parameters({"contact[0].friction": 0.1}).optimize()
+
+
+def test_a_problem_with_other_parameters_has_their_case(case: ss.Case) -> None:
+    pressed = {"surface": "slab_xmax", "traction": [0.0, -2.0, 0.0]}
+    case = case.replace({"load": [pressed]})
+    problem = case.build()
+    assert problem.case is case
+    values = {
+        "contact[0].friction": 0.2,
+        "slab.youngs_modulus": 900.0,
+        "dirichlet[1].motion": 0.7,
+        "load[0]": 1.3,
+    }
+    changed = problem.with_parameters({"dirichlet[1].motion": 0.3}).with_parameters(values)  # type: ignore[arg-type]
+    motion = [
+        {"t": 0.5, "u": [0.7 * 0.0, 0.7 * -0.08, 0.7 * 0.0]},
+        {"t": 1.0, "u": [0.7 * 0.15, 0.7 * -0.08, 0.7 * 0.04]},
+    ]
+    same = case.replace(
+        {
+            "contact[0].friction": 0.2,
+            "body[0].material.neo_hooke.youngs_modulus": 900.0,
+            "dirichlet[1].motion": motion,
+            "load[0].amplitude": [{"t": 1.0, "factor": 1.3}],
+        }
+    )
+    assert changed.case.resolved == same.resolved
+    ours, theirs = changed.optimize(iterations=1), same.build().optimize(iterations=1)
+    assert ours.iterations == theirs.iterations
+    np.testing.assert_array_equal(ours.density, theirs.density)
+    assert problem.solve().objective == case.build().solve().objective

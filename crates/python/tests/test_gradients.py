@@ -72,6 +72,20 @@ def test_weights_are_linear(problem: ss.Problem, density: NDArray[np.float64]) -
     assert not pullback({}).any()
 
 
+def test_a_pull_back_does_not_depend_on_others(
+    problem: ss.Problem, density: NDArray[np.float64]
+) -> None:
+    weights = np.random.default_rng(3).normal(size=(4, 4))
+    _, pullback = problem.vjp(density)
+    first = pullback(weights)
+    _, of_parameters = pullback.with_parameters(weights)
+    pullback(2.0 * weights[::-1])
+    problem.value_and_gradient(problem.initial_density)
+    problem.solve(density)
+    assert np.array_equal(pullback(weights), first)
+    assert pullback.with_parameters(weights)[1] == of_parameters
+
+
 def test_values_are_those_of_the_path(problem: ss.Problem, density: NDArray[np.float64]) -> None:
     values, _ = problem.vjp(density)
     quantities = problem.solve(density).quantities

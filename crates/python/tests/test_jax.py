@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 jax = pytest.importorskip("jax", reason="JAX is not installed: slipstick.jax is not tested")
 jax.config.update("jax_enable_x64", True)
 
+import jax.experimental  # noqa: E402
 from jax.test_util import check_grads  # noqa: E402
 
 
@@ -87,6 +88,32 @@ def test_parameters_that_cannot_be(problem: ss.Problem, density: NDArray[np.floa
     assert f(density, {"contact[0].friction": 0.0})["drag"].shape == (4,)
     with pytest.raises(Exception, match="where the values have a kink"):
         jax.grad(lambda mu: f(density, {"contact[0].friction": mu})["drag"][-1])(0.0)
+
+
+def test_an_objective_is_needed(case: ss.Case, problem: ss.Problem) -> None:
+    text = case.text.replace('[objective]\ncontact_force = { steps = "all" }\n', "")
+    without = ss.Case.from_text(text).build()
+    with pytest.raises(ss.InputError, match="the case has no objective"):
+        ss.jax.objective(without)
+    with pytest.raises(ValueError, match="names has 'grip' twice"):
+        ss.jax.quantities(problem, ["grip", "grip"])
+
+
+def test_floats_are_those_of_the_trace(problem: ss.Problem, density: NDArray[np.float64]) -> None:
+    """Callbacks run in threads of JAX, where other floats may be enabled."""
+    value, gradient = problem.value_and_gradient(density)
+    f, g = ss.jax.objective(problem), ss.jax.quantities(problem, "drag")
+    # the name of jax 0.8
+    floats = jax.enable_x64 if hasattr(jax, "enable_x64") else jax.experimental.enable_x64
+    with floats(False):
+        single = jax.numpy.asarray(density)
+        found, slope = jax.jit(jax.value_and_grad(f))(single)
+        drag = jax.jit(g)(single)["drag"]
+        assert found.dtype == slope.dtype == drag.dtype == np.float32
+        assert float(found) == pytest.approx(value, rel=1e-4)
+    found, slope = jax.jit(jax.value_and_grad(f))(density)
+    assert found.dtype == slope.dtype == np.float64
+    assert float(found) == value and np.array_equal(slope, gradient)
 
 
 def test_objective(problem: ss.Problem, density: NDArray[np.float64]) -> None:

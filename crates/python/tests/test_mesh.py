@@ -291,3 +291,23 @@ def test_xarray(problem: ss.Problem) -> None:
     )
     np.testing.assert_array_equal(data["drag"], path.quantities["drag"])
     np.testing.assert_array_equal(data.time, problem.times)
+
+
+def test_coordinates_of_other_libraries() -> None:
+    pandas = pytest.importorskip("pandas")
+    mesh = ss.Mesh(pandas.DataFrame(CUBE, columns=["x", "y", "z"]), HEXAHEDRON)
+    np.testing.assert_array_equal(mesh.nodes, CUBE)
+    with pytest.raises(ValueError, match=r"nodes has shape \(\): give \(n, 3\), three coordinates"):
+        ss.Mesh(np.array(1.0), HEXAHEDRON)
+    with pytest.raises(ValueError, match=r"hexahedra has shape \(\): give \(n, 8\)"):
+        ss.Mesh(CUBE, np.array(1))
+
+
+def test_empty_sets(tmp_path: Path) -> None:
+    for empty in (slice(0, 0), []):
+        with pytest.raises(ValueError, match=r"bodies\['none'\] is empty: give the numbers"):
+            ss.Mesh(CUBE, HEXAHEDRON, bodies={"none": empty})
+    text = ss.Mesh(CUBE, HEXAHEDRON, bodies={"cube": [0]})._as_file()[1].decode()
+    (tmp_path / "mesh.inp").write_text(f"{text}*ELSET, ELSET=nothing\n")
+    mesh = ss.Mesh.read(tmp_path / "mesh.inp")
+    assert list(mesh.bodies) == ["cube"] and mesh.sets == {}

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import slipstick as ss
+from numpy.typing import ArrayLike
 from test_behaviour import ControlC
 from test_solve import program
 
@@ -64,6 +65,53 @@ def test_control_c_keeps_finished_iterations(tmp_path: Path) -> None:
     assert control.late < 5.0
     assert ss.open_run(tmp_path / "run").iterations
     assert json.loads((tmp_path / "run" / "run.json").read_text())["exit"] == "interrupted"
+
+
+def test_an_optimization_that_ends_before_its_first_design_leaves_nothing(
+    problem: ss.Problem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Interrupted(ss.Quantity):
+        armed = False
+
+        def value(self, state: ss.State) -> float:
+            if self.armed:
+                raise KeyboardInterrupt
+            return 0.0
+
+        def derivative(self, state: ss.State) -> dict[str, ArrayLike]:
+            return {}
+
+    class Armed(Interrupted):
+        """Raises after its derivatives have been compared."""
+
+        calls = 0
+
+        def value(self, state: ss.State) -> float:
+            self.calls += 1
+            self.armed = self.calls > self.compared
+            return super().value(state)
+
+        compared = 10**9
+
+    quantity = Armed()
+    problem.add(quantity)
+    # an optimization compares as often as `add`
+    quantity.compared = 2 * quantity.calls
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(KeyboardInterrupt, match="no iteration has finished"):
+        problem.optimize(objective="Armed")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_is_recorded(
+    problem: ss.Problem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["design.py", "--fast"])
+    problem.optimize(iterations=1, directory=tmp_path / "run")
+    ss.resume(tmp_path / "run", iterations=2)
+    record = json.loads((tmp_path / "run" / "run.json").read_text())
+    for part in (record, *record["earlier"]):
+        assert part["command"] == ["python", "design.py", "--fast"]
 
 
 def test_history_is_a_table(problem: ss.Problem) -> None:

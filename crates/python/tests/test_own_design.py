@@ -127,7 +127,14 @@ def test_exceptions_of_a_quantity_stop_an_optimization(problem: ss.Problem) -> N
 def test_wrong_objectives_and_constraints_are_named(problem: ss.Problem) -> None:
     for keywords, error, message in (
         ({"objective": "gripp"}, ss.InputError, "there is no quantity called `gripp`"),
-        ({"objective": ss.Term("grip", steps=[9])}, ss.InputError, "observes none of the 4"),
+        ({"objective": ss.Term("grip", steps=[1, 9])}, ss.InputError, "`grip`: .* at step 9, but"),
+        (
+            {"constraints": [ss.Bound("drag", 1.0, steps=[9])]},
+            ss.InputError,
+            "`drag`: .* steps 1 to",
+        ),
+        ({"objective": ss.Term("grip", steps=[1.5])}, ValueError, "objective.0..steps is .1.5."),
+        ({"objective": []}, ValueError, "objective is empty"),
         ({"objective": ss.Term("grip", steps="first")}, ValueError, "objective.0..steps is"),
         ({"objective": ss.Term("grip", weight=np.inf)}, ValueError, "objective.0..weight is inf"),
         ({"objective": [Stretch()]}, TypeError, "objective.0. is of type Stretch"),
@@ -137,6 +144,54 @@ def test_wrong_objectives_and_constraints_are_named(problem: ss.Problem) -> None
     ):
         with pytest.raises(error, match=message):
             problem.optimize(**keywords)  # type: ignore[arg-type]
+
+
+def test_steps_are_those_of_the_load_path(problem: ss.Problem) -> None:
+    with pytest.raises(ss.InputError) as caught:
+        problem.optimize(constraints=[ss.Bound("grip", min=1.0, steps=[9])])
+    assert caught.value.help == "the load path has steps 1 to 4"
+
+
+def test_pages_describe_the_objective_that_was_minimised(
+    case: ss.Case, problem: ss.Problem, tmp_path: Path
+) -> None:
+    problem.add(Stretch())
+    directory = tmp_path / "run"
+    terms = [ss.Term("Stretch", 2.0, [1, 2]), ss.Term("Stretch")]
+    result = problem.optimize(objective=terms, iterations=1, directory=directory)
+    record = json.loads((directory / "responses.json").read_text())
+    assert record["about"] == "2 × `Stretch` at load steps 1, 2 + `Stretch` at the last load step"
+    assert record["unit"] == "L²"
+    page = result.report(tmp_path / "own.html").read_text(encoding="utf-8")
+    assert record["about"] in page and "nodal contact forces" not in page
+    # it continues, and is described by the same words
+    resumed = ss.resume(directory, iterations=2, quantities=[Stretch()])
+    assert json.loads((directory / "responses.json").read_text()) == record
+    assert len(resumed.iterations) == 3
+    # constraints alone leave the objective of the case, and units have the names of the case
+    named = case.replace({"units": {"length": "mm", "force": "N"}}).build()
+    bounds = [ss.Bound("grip", min=0.0)]
+    named.optimize(constraints=bounds, iterations=1, directory=directory, overwrite=True)
+    page = ss.open_run(directory).report(tmp_path / "case.html").read_text(encoding="utf-8")
+    assert "nodal contact forces" in page
+    named.optimize(objective="energy", iterations=1, directory=directory, overwrite=True)
+    record = json.loads((directory / "responses.json").read_text())
+    assert (record["about"], record["unit"]) == ("`energy`, at the last load step", "N mm")
+
+
+def test_quantities_that_nothing_uses_are_not_needed_again(
+    problem: ss.Problem, tmp_path: Path
+) -> None:
+    class Unused(Stretch):
+        pass
+
+    problem.add(Stretch())
+    problem.add(Unused())
+    bounds = [ss.Bound("Stretch", max=1.0)]
+    problem.optimize(constraints=bounds, iterations=1, directory=tmp_path / "run")
+    record = json.loads((tmp_path / "run" / "responses.json").read_text())
+    assert record["quantities"] == ["Stretch"]
+    assert len(ss.resume(tmp_path / "run", iterations=2, quantities=[Stretch()]).iterations) == 3
 
 
 class Smooth(ss.DesignMap):
@@ -188,6 +243,49 @@ def test_a_map_has_gradients_of_second_order(problem: ss.Problem) -> None:
     other = mapped.with_parameters({"contact[0].friction": 0.2})
     assert other.solve().objective == mapped.evaluate(friction=0.2)[0].objective
     assert {parameter.kind for parameter in of_parameters} >= {"friction", "amplitude"}
+
+
+def test_a_pull_back_of_a_map_keeps_its_variables(problem: ss.Problem) -> None:
+    mapped = problem.with_map(Smooth(problem, 3), START)
+    weights = {"drag": np.ones(4)}
+    expected = mapped.vjp(START, "drag")[1](weights)
+    x = START.copy()
+    _, pullback = mapped.vjp(x, "drag")
+    x[:] = 0.0
+    np.testing.assert_array_equal(pullback(weights), expected)
+
+    class Careless(Smooth):
+        def apply(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+            x += 1.0
+            return super().apply(x)
+
+    with pytest.raises(ValueError, match="read-only"):
+        problem.with_map(Careless(problem, 3), START)
+
+
+@pytest.mark.parametrize("unit", [1e-7, 1e7])
+def test_maps_are_checked_in_any_unit(problem: ss.Problem, unit: float) -> None:
+    smooth = Smooth(problem, 3)
+
+    class Scaled(ss.DesignMap):
+        """The same map of variables in another unit."""
+
+        def __init__(self, factor: float) -> None:
+            self.factor = factor
+
+        def apply(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+            return smooth.apply(x / unit)
+
+        def pull_back(
+            self, x: NDArray[np.float64], gradient: NDArray[np.float64]
+        ) -> NDArray[np.float64]:
+            return self.factor * smooth.pull_back(x / unit, gradient) / unit
+
+    mapped = problem.with_map(Scaled(1.0), unit * START)
+    expected = problem.with_map(smooth, START).density()
+    np.testing.assert_allclose(mapped.density(), expected, rtol=1e-12)
+    with pytest.raises(ss.InputError, match="Scaled.pull_back gives"):
+        problem.with_map(Scaled(1.01), unit * START)
 
 
 def test_maps_go_into_torch_and_jax(problem: ss.Problem) -> None:

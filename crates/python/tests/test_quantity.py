@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import slipstick as ss
 from numpy.typing import ArrayLike, NDArray
+from slipstick._progress import Bar
 from test_gradients import orders
 
 
@@ -83,14 +84,14 @@ class Work(ss.Quantity):
         return float((self._force(state) * self._moved(state)).sum())
 
     def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
-        force, moved = self._force(state), self._moved(state)
+        force, half = self._force(state), 0.5 * self._moved(state)
         return {
             "displacement": force,
-            "external_force": moved,
-            "reaction": moved,
+            "external_force": half,
+            "reaction": half,
             "previous.displacement": -force,
-            "previous.external_force": moved,
-            "previous.reaction": moved,
+            "previous.external_force": half,
+            "previous.reaction": half,
         }
 
     def _force(self, state: ss.State) -> NDArray[np.float64]:
@@ -131,6 +132,28 @@ def test_the_whole_gradient(
         slope,
     )
     assert np.all(np.abs(found - 2.0) < 0.1), found
+
+
+def test_steps_are_counted_within_a_load_case() -> None:
+    text = ss.Case.template("cube-on-cuboid").text
+    text += '\n[[load_case]]\nname = "one"\n[[load_case]]\nname = "two"\n'
+    problem = ss.Case.from_text(text).build()
+    seen = []
+
+    class Steps(ss.Quantity):
+        def value(self, state: ss.State) -> float:
+            seen.append((state.step, state.steps))
+            return 0.0
+
+        def derivative(self, state: ss.State) -> Mapping[str, ArrayLike]:
+            return {}
+
+    expected = [(step, 10) for step in range(1, 11)]
+    problem.add(Steps())
+    assert sorted(set(seen)) == expected
+    seen.clear()
+    problem.vjp(names="Steps")
+    assert sorted(seen) == sorted(2 * expected)
 
 
 def test_it_is_one_of_the_quantities(problem: ss.Problem, density: NDArray[np.float64]) -> None:
@@ -233,5 +256,40 @@ def test_exceptions_come_through(problem: ss.Problem) -> None:
         problem.vjp(names="own")
     with pytest.raises(ZeroDivisionError, match="in the middle"):
         dict(problem.solve().quantities)
+    quantity.fails = False
+    assert problem.vjp(names="own")[0]["own"].shape == (4,)
+
+
+def test_an_exception_belongs_to_one_call(
+    problem: ss.Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even if another one has stopped that call."""
+
+    class Failing(Grip):
+        fails = False
+        failed = False
+
+        def value(self, state: ss.State) -> float:
+            if self.fails:
+                self.failed = True
+                raise ZeroDivisionError("of the quantity")
+            return super().value(state)
+
+    class Broken(Bar):
+        def __init__(self, shown: bool, steps: int, what: str) -> None:
+            super().__init__(False, steps, what)
+            self.report = self.fail
+
+        def fail(self, step: int, iterations: int, status: list[int]) -> None:
+            if step == problem.steps:
+                raise RuntimeError("of the bar")
+
+    quantity = Failing()
+    problem.add(quantity)
+    quantity.fails = True
+    with monkeypatch.context() as patched, pytest.raises(RuntimeError, match="of the bar"):
+        patched.setattr("slipstick.problem.Bar", Broken)
+        problem.vjp(names="own")
+    assert quantity.failed
     quantity.fails = False
     assert problem.vjp(names="own")[0]["own"].shape == (4,)

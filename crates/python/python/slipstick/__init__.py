@@ -23,6 +23,18 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from .errors import (
+    AnalysisError,
+    CaseError,
+    CaseWarning,
+    Diagnostic,
+    InputError,
+    InternalError,
+    SlipstickError,
+    SlipstickWarning,
+    StudyError,
+)
+
 if TYPE_CHECKING:
     from . import errors, gradient, mesh, path
     from . import jax as jax
@@ -31,17 +43,6 @@ if TYPE_CHECKING:
     from ._slipstick import set_threads, threads
     from .case import Case, Inspection, templates
     from .design_map import DesignMap, MappedProblem
-    from .errors import (
-        AnalysisError,
-        CaseError,
-        CaseWarning,
-        Diagnostic,
-        InputError,
-        InternalError,
-        SlipstickError,
-        SlipstickWarning,
-        StudyError,
-    )
     from .evaluation import Evaluation, Evaluations
     from .gradient import GradientCheck, Parameter, PullBack
     from .mesh import Body, Mesh
@@ -52,23 +53,12 @@ if TYPE_CHECKING:
     from .result import Iteration, Result, open_run, resume
     from .study import Study, StudyRun, run_study
 
-# Where the names are defined. They are imported when they are first used, so that the program
+# Where the other names are defined. They are imported when they are first used, so that the program
 # starts without numpy.
 _HOMES = {
     "_slipstick": ("set_threads", "threads"),
     "case": ("Case", "Inspection", "templates"),
     "design_map": ("DesignMap", "MappedProblem"),
-    "errors": (
-        "AnalysisError",
-        "CaseError",
-        "CaseWarning",
-        "Diagnostic",
-        "InputError",
-        "InternalError",
-        "SlipstickError",
-        "SlipstickWarning",
-        "StudyError",
-    ),
     "evaluation": ("Evaluation", "Evaluations"),
     "gradient": ("GradientCheck", "Parameter", "PullBack"),
     "mesh": ("Body", "Mesh"),

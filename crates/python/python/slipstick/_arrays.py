@@ -2,29 +2,47 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+T = TypeVar("T", bound=np.generic)
 
-def real(
-    entries: ArrayLike, name: str, shape: tuple[int, ...], meaning: str
-) -> NDArray[np.float64]:
-    """Finite real numbers of this shape, contiguous; `meaning` describes the shape."""
+
+def frozen(array: NDArray[T]) -> NDArray[T]:
+    """The same array, which can then only be read."""
+    array.setflags(write=False)
+    return array
+
+
+def rectangular(entries: ArrayLike, name: str) -> NDArray[Any]:
+    """An array of anything."""
     try:
         array: NDArray[Any] = np.asarray(entries)
     except ValueError as error:
         raise ValueError(f"{name} is not a rectangular array: {error}") from None
+    return array
+
+
+def real(
+    entries: ArrayLike, name: str, shape: tuple[int | None, ...], meaning: str
+) -> NDArray[np.float64]:
+    """Finite real numbers, contiguous. In `shape`, None stands for any number; `meaning` says what
+    the shape means."""
+    array = rectangular(entries, name)
     if array.dtype.kind not in "biuf":
         raise TypeError(
             f"{name} has dtype {array.dtype}: give real numbers, for instance as "
             f"np.asarray({name}, dtype=float)"
         )
+    if array.ndim == len(shape):
+        pairs = zip(shape, array.shape, strict=True)
+        shape = tuple(found if wanted is None else wanted for wanted, found in pairs)
     if array.shape != shape:
-        raise ValueError(f"{name} has shape {array.shape}: give {shape}, {meaning}")
+        raise ValueError(f"{name} has shape {array.shape}: give {_written(shape)}, {meaning}")
     # which would make a single number an array of one
-    result = np.ascontiguousarray(array, dtype=np.float64).reshape(shape)
+    result = np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
     finite = np.isfinite(result)
     if not finite.all():
         place = tuple(int(i) for i in np.argwhere(~finite)[0])
@@ -49,7 +67,7 @@ def density(entries: ArrayLike, elements: int, name: str = "density") -> NDArray
 
 def members(entries: ArrayLike, name: str, count: int, what: str) -> NDArray[np.int64]:
     """Numbers of nodes or elements, each below `count`."""
-    array: NDArray[Any] = np.asarray(entries)
+    array = rectangular(entries, name)
     if array.size == 0:
         return np.zeros(0, dtype=np.int64)
     if array.dtype.kind not in "iu":
@@ -71,23 +89,25 @@ def whole(
     filler: bool = False,
 ) -> NDArray[np.int64]:
     """A table of node numbers; with `filler`, the last column may contain -1."""
-    try:
-        array: NDArray[Any] = (
-            np.zeros((0, columns), int) if entries is None else np.asarray(entries)
-        )
-    except ValueError as error:
-        raise ValueError(f"{name} is not a rectangular array: {error}") from None
+    array = rectangular([] if entries is None else entries, name)
     if array.size == 0:
         return np.zeros((0, columns), dtype=np.int64)
     if array.dtype.kind not in "iu":
         raise TypeError(f"{name} has dtype {array.dtype}: give whole numbers of {what}")
     if array.ndim != 2 or array.shape[1] != columns:
-        raise ValueError(f"{name} has shape {array.shape}: give ({len(array)}, {columns})")
+        shape = (array.shape[0] if array.ndim else None, columns)
+        raise ValueError(f"{name} has shape {array.shape}: give {_written(shape)}")
     checked = array
     if filler:
         checked = np.where(np.arange(columns) < columns - 1, array, np.maximum(array, 0))
     _in_range(checked, name, count, what)
     return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def _written(shape: tuple[int | None, ...]) -> str:
+    """A shape in a message, n for any number."""
+    numbers = ["n" if number is None else str(number) for number in shape]
+    return f"({numbers[0]},)" if len(numbers) == 1 else f"({', '.join(numbers)})"
 
 
 def _in_range(array: NDArray[Any], name: str, count: int, what: str) -> None:

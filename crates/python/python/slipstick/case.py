@@ -211,10 +211,7 @@ class Case:
             if known == wanted:
                 return cls.from_text(text, name=f"{known.replace('-', '_')}.toml")
         names = ", ".join(templates())
-        raise InputError._of(
-            f"there is no template called `{name}`\n    help: templates: {names}",
-            f"templates: {names}",
-        )
+        raise InputError._because(f"there is no template called `{name}`", f"templates: {names}")
 
     def replace(self, values: Mapping[str, Any]) -> Case:
         """The same case with other values.

@@ -105,8 +105,9 @@ class MappedPullBack:
 class MappedProblem:
     """A problem as a function of the variables of a map; made by :meth:`Problem.with_map`.
 
-    It has those methods of a :class:`Problem` that take densities; here they take variables
-    instead. ``slipstick.jax`` and ``slipstick.torch`` accept it, too.
+    It has the methods `solve`, `evaluate`, `value_and_gradient`, `vjp` and `volume_fraction` of a
+    :class:`Problem`; here they take variables instead of densities. ``slipstick.jax`` and
+    ``slipstick.torch`` accept it, too.
 
     Attributes
     ----------
@@ -121,12 +122,17 @@ class MappedProblem:
     def __init__(self, problem: Problem, map: DesignMap, start: NDArray[np.float64]) -> None:
         self.problem = problem
         self.map = map
-        self.start = start
+        self.start = _arrays.frozen(start)
+
+    def _require_objective(self) -> None:
+        self.problem._require_objective()
 
     def _x(self, x: ArrayLike | None) -> NDArray[np.float64]:
+        """The variables as an array that nobody changes."""
         if x is None:
             return self.start
-        return _arrays.real(x, "x", self.start.shape, "one number for each variable of the map")
+        meaning = "one number for each variable of the map"
+        return _arrays.frozen(_arrays.real(x, "x", self.start.shape, meaning).copy())
 
     def density(self, x: ArrayLike | None = None) -> NDArray[np.float64]:
         """The densities at given variables.
@@ -154,12 +160,13 @@ class MappedProblem:
     def _check(self) -> None:
         """Compares the map with its transpose at the start."""
         x = self.start
+        size_of_x = float(np.abs(x).max(initial=0.0)) or 1.0
         density = self.density(x)
         random = np.random.default_rng(0)
         weights = random.uniform(-1.0, 1.0, len(density))
         gradient = self._pull_back(x, weights)
         for _ in range(2):
-            direction = random.uniform(-1.0, 1.0, x.shape)
+            direction = size_of_x * random.uniform(-1.0, 1.0, x.shape)
             adjoint = float(gradient @ direction)
             size = float(np.abs(gradient) @ np.abs(direction))
             errors = []
@@ -174,11 +181,10 @@ class MappedProblem:
                 errors.append((max(abs(difference - adjoint) - noise, 0.0) / scale, difference))
             best, difference = min(errors)
             if best > 1e-5:
-                raise InputError._of(
-                    f"{type(self.map).__name__}.pull_back gives {adjoint:.6e} along a direction "
-                    f"in which differences of {type(self.map).__name__}.apply give "
-                    f"{difference:.6e}\n    help: return the transposed derivative of `apply` at "
-                    "x times the gradient",
+                name = type(self.map).__name__
+                raise InputError._because(
+                    f"{name}.pull_back gives {adjoint:.6e} along a direction in which differences "
+                    f"of {name}.apply give {difference:.6e}",
                     "return the transposed derivative of `apply` at x times the gradient",
                 )
 
@@ -302,14 +308,11 @@ class MappedProblem:
             Only if requested.
         """
         at = self._x(x)
-        density = self.density(at)
-        if not parameters:
-            value, gradient = self.problem.value_and_gradient(density, progress=progress)
-            return value, self._pull_back(at, gradient)
-        value, gradient, found = self.problem.value_and_gradient(
-            density, parameters=True, progress=progress
+        value, gradient, found = self.problem._differentiated(
+            self.density(at), parameters, progress
         )
-        return value, self._pull_back(at, gradient), found
+        mapped = value, self._pull_back(at, gradient)
+        return (*mapped, found) if parameters else mapped
 
     def vjp(
         self,

@@ -110,6 +110,11 @@ class InputError(SlipstickError, ValueError):
         error.help = help
         return error
 
+    @classmethod
+    def _because(cls, message: str, help: str) -> InputError:
+        """The error with the text that the extension gives its own."""
+        return cls._of(f"{message}\n    help: {help}", help)
+
 
 class AnalysisError(SlipstickError, RuntimeError):
     """An analysis failed. ``str()`` says where and why, what was tried, and what may help.

@@ -61,7 +61,7 @@ class Evaluations(Sequence[Evaluation]):
         return len(self._all)
 
     def __repr__(self) -> str:
-        return f"<Evaluations with friction {', '.join(str(one.friction) for one in self)}>"
+        return f"<Evaluations with {', '.join(in_words(one.friction) for one in self)}>"
 
     def to_dataframe(self) -> pandas.DataFrame:
         """A row for each evaluation, with the columns of ``slipstick evaluate`` (needs pandas).
@@ -71,6 +71,11 @@ class Evaluations(Sequence[Evaluation]):
         import pandas
 
         return pandas.DataFrame([_row(one) for one in self])
+
+
+def in_words(friction: float | None) -> str:
+    """A coefficient in messages."""
+    return "the friction of the case" if friction is None else f"friction {friction}"
 
 
 def _row(one: Evaluation) -> dict[str, object]:

@@ -77,6 +77,7 @@ class Values(dict[Parameter, float]):
                     "remove the motion or the load from the case"
                 )
             found[parameter] = number
+        _once([self.find(key, argument).name for key in values], argument)
         return found
 
     def derivatives(self, entries: list[tuple[str, str, float]]) -> dict[Parameter, float]:
@@ -86,6 +87,21 @@ class Values(dict[Parameter, float]):
             parameter: derivative / self[parameter] if parameter.kind == "amplitude" else derivative
             for parameter, derivative in found.items()
         }
+
+
+def chosen(names: str | Sequence[str] | None, known: Sequence[str]) -> list[str]:
+    """The quantities of these names; without any, all that are known."""
+    if names is None:
+        return list(known)
+    wanted = [names] if isinstance(names, str) else list(names)
+    _once(wanted, "names")
+    return wanted
+
+
+def _once(names: Sequence[str], argument: str) -> None:
+    for position, name in enumerate(names):
+        if name in names[:position]:
+            raise ValueError(f"{argument} has {name!r} twice: give it once")
 
 
 def vector(
@@ -107,31 +123,32 @@ class Variants:
     def __init__(self, problem: Any) -> None:
         self._problem = problem
         self._values = Values(problem.parameters)
-        self._latest: tuple[tuple[float, ...], Any] | None = None
-        self._of: tuple[Parameter, ...] = ()
+        self._latest: tuple[tuple[Parameter, ...], tuple[float, ...], Any] | None = None
 
     def find(self, names: Sequence[Any]) -> tuple[Parameter, ...]:
         """The parameters of these names."""
-        return tuple(self._values.find(name, "parameters") for name in names)
+        found = tuple(self._values.find(name, "parameters") for name in names)
+        _once([parameter.name for parameter in found], "parameters")
+        return found
 
     def at(self, wanted: tuple[Parameter, ...], values: NDArray[np.float64]) -> Any:
         """The problem with these values."""
         if not wanted:
             return self._problem
         key = tuple(float(value) for value in values)
-        if self._latest is None or self._latest[0] != key or self._of != wanted:
-            self._values.checked(dict(zip(wanted, key, strict=True)), "parameters")
-            changed = self._problem.with_parameters(dict(zip(wanted, key, strict=True)))
-            self._latest, self._of = (key, changed), wanted
-        return self._latest[1]
+        # other threads may replace it meanwhile
+        latest = self._latest
+        if latest is None or latest[:2] != (wanted, key):
+            checked = self._values.checked(dict(zip(wanted, key, strict=True)), "parameters")
+            self._latest = latest = (wanted, key, self._problem.with_parameters(checked))
+        return latest[2]
 
 
 class PullBack:
     """The transposed derivative of quantities at all load steps: maps weights to a gradient.
 
     It holds the load path, and the factors that speed up the sweep, in memory as long as it exists.
-    Each call sweeps once along the path, whatever the number of quantities and steps. Later calls
-    may differ from the first one by round-off, because the first may use factors left by the march.
+    Each call sweeps once along the path, whatever the number of quantities and steps.
 
     Attributes
     ----------

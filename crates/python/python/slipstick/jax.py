@@ -4,8 +4,8 @@ The functions are ``jax.custom_vjp`` over callbacks, so ``jax.grad``, ``jax.vjp`
 work, with respect to the densities and to friction, moduli and amplitudes; under ``jax.vmap``,
 densities are analysed one after the other. There are no second derivatives and no forward mode.
 
-Analyses use 64-bit floats. Enable them in JAX, too, unless 7 digits are enough:
-``jax.config.update("jax_enable_x64", True)``.
+Analyses always compute with 64-bit floats; unless they are enabled in JAX, densities and results
+are rounded to 32 bits. ``jax.config.update("jax_enable_x64", True)`` enables them.
 
 Examples
 --------
@@ -24,6 +24,7 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
 import jax
@@ -32,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .design_map import MappedProblem
-from .gradient import Parameter, PullBack, Variants, vector
+from .gradient import Parameter, PullBack, Variants, chosen, vector
 from .problem import Problem
 
 __all__ = ["objective", "quantities"]
@@ -114,9 +115,7 @@ def quantities(
     >>> bool(g(0.1) > 0)
     True
     """
-    wanted = (
-        problem.quantities if names is None else [names] if isinstance(names, str) else list(names)
-    )
+    wanted = chosen(names, problem.quantities)
     shape = (len(wanted), problem.steps)
     _check_keep(keep)
     variants = Variants(problem)
@@ -130,8 +129,8 @@ def quantities(
 
         recent = _Recent(linearize, keep)
 
-        def values_on_host(density: Any, values: Any) -> NDArray[Any]:
-            return recent(_host(density), _host(values))[0].astype(_float())
+        def values_on_host(dtype: Any, density: Any, values: Any) -> NDArray[Any]:
+            return recent(_host(density), _host(values))[0].astype(dtype)
 
         def pull_back_on_host(
             density: Any, values: Any, weights: Any
@@ -150,9 +149,14 @@ def quantities(
 
         @jax.custom_vjp
         def table(density: jax.Array, values: jax.Array) -> jax.Array:
+            # floats may be others when the callback runs
             result = jax.ShapeDtypeStruct(shape, _float())
             return jax.pure_callback(
-                values_on_host, result, density, values, vmap_method="sequential"
+                partial(values_on_host, result.dtype),
+                result,
+                density,
+                values,
+                vmap_method="sequential",
             )
 
         def forward(
@@ -195,8 +199,14 @@ def objective(problem: Problem | MappedProblem, *, keep: int = 1) -> Differentia
     callable
         Takes densities, shape (elements,), and optionally a dict of parameters as for
         :func:`quantities`; returns the objective.
+
+    Raises
+    ------
+    InputError
+        If the case has no objective.
     """
     _check_keep(keep)
+    problem._require_objective()
     variants = Variants(problem)
 
     def make(parameters: tuple[Parameter, ...]) -> Callable[[jax.Array, jax.Array], jax.Array]:
@@ -211,16 +221,16 @@ def objective(problem: Problem | MappedProblem, *, keep: int = 1) -> Differentia
 
         recent = _Recent(differentiate, keep)
 
-        def value_on_host(density: Any, values: Any) -> NDArray[Any]:
+        def value_on_host(dtype: Any, density: Any, values: Any) -> NDArray[Any]:
             at = variants.at(parameters, _host(values))
-            return np.asarray(at.solve(_host(density)).objective, dtype=_float())
+            return np.asarray(at.solve(_host(density)).objective, dtype=dtype)
 
         def all_on_host(
-            density: Any, values: Any
+            dtype: Any, density: Any, values: Any
         ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
             value, gradient, of_parameters = recent(_host(density), _host(values))
             return (
-                np.asarray(value, dtype=_float()),
+                np.asarray(value, dtype=dtype),
                 gradient.astype(np.asarray(density).dtype),
                 of_parameters.astype(np.asarray(values).dtype),
             )
@@ -229,7 +239,11 @@ def objective(problem: Problem | MappedProblem, *, keep: int = 1) -> Differentia
         def function(density: jax.Array, values: jax.Array) -> jax.Array:
             result = jax.ShapeDtypeStruct((), _float())
             return jax.pure_callback(
-                value_on_host, result, density, values, vmap_method="sequential"
+                partial(value_on_host, result.dtype),
+                result,
+                density,
+                values,
+                vmap_method="sequential",
             )
 
         def forward(
@@ -241,7 +255,11 @@ def objective(problem: Problem | MappedProblem, *, keep: int = 1) -> Differentia
                 jax.ShapeDtypeStruct(values.shape, values.dtype),
             )
             value, *gradients = jax.pure_callback(
-                all_on_host, result, density, values, vmap_method="sequential"
+                partial(all_on_host, result[0].dtype),
+                result,
+                density,
+                values,
+                vmap_method="sequential",
             )
             return value, tuple(gradients)
 

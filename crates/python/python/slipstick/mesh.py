@@ -155,10 +155,10 @@ class Mesh:
         wedge_numbers: ArrayLike | None = None,
         tetrahedron_numbers: ArrayLike | None = None,
     ) -> None:
-        count = len(nodes) if isinstance(nodes, (np.ndarray, Sequence)) else 0
         self.nodes: NDArray[np.float64] = _arrays.real(
-            nodes, "nodes", (count, 3), "three coordinates for each node"
+            nodes, "nodes", (None, 3), "three coordinates for each node"
         )
+        count = len(self.nodes)
         corners = []
         for (name, columns, _), given in zip(_KINDS, (hexahedra, wedges, tetrahedra), strict=True):
             found = _arrays.whole(given, name, columns, count, "nodes")
@@ -202,18 +202,15 @@ class Mesh:
 
     @classmethod
     def _of(cls, problem: _slipstick.Problem) -> Mesh:
-        hexahedra, hexahedron_numbers = problem.elements(8)
-        wedges, wedge_numbers = problem.elements(6)
-        tetrahedra, tetrahedron_numbers = problem.elements(4)
         self = cls.__new__(cls)
-        self.nodes = problem.nodes()
-        self.hexahedra, self.hexahedron_numbers = hexahedra, hexahedron_numbers
-        self.wedges, self.wedge_numbers = wedges, wedge_numbers
-        self.tetrahedra, self.tetrahedron_numbers = tetrahedra, tetrahedron_numbers
+        self.nodes = _arrays.frozen(problem.nodes())
+        self.hexahedra, self.hexahedron_numbers = map(_arrays.frozen, problem.elements(8))
+        self.wedges, self.wedge_numbers = map(_arrays.frozen, problem.elements(6))
+        self.tetrahedra, self.tetrahedron_numbers = map(_arrays.frozen, problem.elements(4))
         self.elements = problem.element_count
         self._of_bodies = {name: np.arange(*elements) for name, elements, _ in problem.bodies()}
-        self.sets = problem.sets()
-        self.surfaces = problem.surfaces()
+        self.sets = {name: _arrays.frozen(nodes) for name, nodes in problem.sets().items()}
+        self.surfaces = {name: _arrays.frozen(of) for name, of in problem.surfaces().items()}
         return self
 
     @cached_property
@@ -222,7 +219,7 @@ class Mesh:
         volumes = np.empty(self.elements)
         for corners, numbers in self._blocks():
             volumes[numbers] = _slipstick.volumes(self.nodes, corners)
-        return volumes
+        return _arrays.frozen(volumes)
 
     @cached_property
     def bodies(self) -> Mapping[str, Body]:
@@ -351,7 +348,7 @@ class Mesh:
         Raises
         ------
         ValueError
-            If it contains unsupported elements.
+            As for :meth:`from_meshio`.
         """
         if not hasattr(grid, "cells_dict"):
             raise TypeError(
@@ -600,7 +597,7 @@ def _assembled(
         elif name not in sets:
             # points and lines
             nodes = [of[np.isin(positions, cells)].ravel() for of, positions in small]
-            sets[name] = np.unique(np.concatenate(nodes))
+            sets[name] = np.unique(np.concatenate([np.zeros(0, np.int64), *nodes]))
     # keep only nodes that elements use: mid-side nodes and points of geometry belong to none
     used = np.zeros(len(points), dtype=bool)
     for cells in arrays.values():
@@ -625,7 +622,7 @@ def _elements(given: ArrayLike | slice | Body, name: str, count: int) -> NDArray
     if isinstance(given, Body):
         given = given.elements
     if isinstance(given, slice):
-        return np.arange(*given.indices(count))
+        given = np.arange(*given.indices(count))
     found = np.unique(_arrays.members(given, f"bodies[{name!r}]", count, "elements"))
     if len(found) == 0:
         raise ValueError(f"bodies[{name!r}] is empty: give the numbers of its elements")
@@ -634,7 +631,7 @@ def _elements(given: ArrayLike | slice | Body, name: str, count: int) -> NDArray
 
 def _facets(given: ArrayLike, name: str, count: int) -> NDArray[np.int64]:
     place = f"surfaces[{name!r}]"
-    array = np.asarray(given)
+    array = _arrays.rectangular(given, place)
     columns = array.shape[1] if array.ndim == 2 and array.shape[1] in (3, 4) else 4
     found = _arrays.whole(given, place, columns, count, "nodes", filler=columns == 4)
     if columns == 4:

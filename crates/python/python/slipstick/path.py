@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _slipstick
+from . import _arrays, _slipstick
 
 if TYPE_CHECKING:
     import pandas
@@ -19,8 +19,17 @@ if TYPE_CHECKING:
 __all__ = ["Contact", "Path", "Step"]
 
 
-@dataclass(frozen=True)
-class Contact:
+@dataclass(frozen=True, eq=False)
+class SlaveNodes:
+    """The slave nodes of all contact pairs, and their status."""
+
+    node: NDArray[np.int64]
+    pair: NDArray[np.int64]
+    status: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Contact(SlaveNodes):
     """Contact at all slave nodes at the end of a load step, as a struct of arrays.
 
     Attributes
@@ -46,9 +55,6 @@ class Contact:
         Area of the overlap on which the node's multiplier acts. [L²]
     """
 
-    node: NDArray[np.int64]
-    pair: NDArray[np.int64]
-    status: NDArray[np.uint8]
     pressure: NDArray[np.float64]
     traction: NDArray[np.float64]
     force: NDArray[np.float64]
@@ -85,12 +91,13 @@ class Step:
     @cached_property
     def displacement(self) -> NDArray[np.float64]:
         """Displacements of all nodes, shape (nodes, 3). [L]"""
-        return self._path.displacement(self.number)
+        return _arrays.frozen(self._path.displacement(self.number))
 
     @cached_property
     def contact(self) -> Contact:
         """Contact at all slave nodes."""
-        return Contact(**self._path.contact(self.number))
+        found = self._path.contact(self.number)
+        return Contact(**{name: _arrays.frozen(array) for name, array in found.items()})
 
 
 class Path:
@@ -120,7 +127,7 @@ class Path:
         self.steps: Sequence[Step] = tuple(
             Step(number, *step, path) for number, step in enumerate(path.steps(), start=1)
         )
-        self.density: NDArray[np.float64] = path.density()
+        self.density: NDArray[np.float64] = _arrays.frozen(path.density())
 
     @property
     def objective(self) -> float | None:
@@ -129,7 +136,8 @@ class Path:
 
     @cached_property
     def _table(self) -> tuple[list[str], list[str], NDArray[np.float64]]:
-        return self._path.quantities()
+        names, units, values = self._path.quantities()
+        return names, units, _arrays.frozen(values)
 
     @cached_property
     def quantities(self) -> Mapping[str, NDArray[np.float64]]:

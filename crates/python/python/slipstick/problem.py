@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,8 +16,8 @@ from . import _arrays, _slipstick
 from ._progress import Bar
 from .design_map import DesignMap, MappedProblem
 from .errors import AnalysisError, SlipstickWarning
-from .evaluation import Evaluation, Evaluations
-from .gradient import GradientCheck, Parameter, PullBack, Values
+from .evaluation import Evaluation, Evaluations, in_words
+from .gradient import GradientCheck, Parameter, PullBack, Values, chosen
 from .mesh import Mesh
 from .path import Path
 from .quantity import Quantity, definition, name_of
@@ -54,8 +54,8 @@ class Problem:
     _problem: _slipstick.Problem
     _case: Case
     _parameters: Values
+    _changed: dict[Parameter, float]
     _added: dict[str, Quantity]
-    _changed: bool = False
 
     def __init__(self) -> None:
         raise TypeError("use Case.build")
@@ -68,13 +68,16 @@ class Problem:
         self._parameters = values or Values(
             {Parameter(kind, of): value for kind, of, value in problem.parameters()}
         )
+        self._changed = {}
         self._added = {}
         return self
 
-    @property
+    @cached_property
     def case(self) -> Case:
-        """The case that was built."""
-        return self._case
+        """The case that was built, with the values of :meth:`with_parameters`."""
+        if not self._changed:
+            return self._case
+        return self._case.replace(_entries(self._case, self._changed))
 
     @cached_property
     def mesh(self) -> Mesh:
@@ -89,7 +92,7 @@ class Problem:
     @cached_property
     def designed(self) -> NDArray[np.int64]:
         """Numbers of the elements whose density is a design variable, ascending."""
-        return self._problem.designed()
+        return _arrays.frozen(self._problem.designed())
 
     @property
     def steps(self) -> int:
@@ -99,7 +102,7 @@ class Problem:
     @cached_property
     def times(self) -> NDArray[np.float64]:
         """Ends of the load steps in pseudo-time, shape (steps,); load case k starts at 2 k."""
-        return np.asarray(self._problem.times())
+        return _arrays.frozen(np.asarray(self._problem.times()))
 
     @property
     def load_cases(self) -> list[str]:
@@ -149,9 +152,8 @@ class Problem:
         Returns
         -------
         Problem
-            A problem with the same mesh, the same added quantities, and these values. Its
-            :meth:`optimize` raises an error, because the files of a run contain a case: set the
-            values in the case with :meth:`Case.replace` instead.
+            A problem with the same mesh, the same added quantities, and these values, which its
+            :attr:`case` contains, too.
 
         Raises
         ------
@@ -168,18 +170,15 @@ class Problem:
         [-8.308, -7.705]
         """
         wanted = self._parameters.checked(values, "values")
-        changed = [
-            # amplitudes are relative
-            (p.kind, p.of, value / self._parameters[p] if p.kind == "amplitude" else value)
-            for p, value in wanted.items()
-        ]
+        # all that differ from the case, so that amplitudes are factors on its own motions and loads
+        changed = {**self._changed, **wanted}
         new = Problem._of(
             self._case,
-            self._problem.with_parameters(changed),
+            self._problem.with_parameters([(p.kind, p.of, v) for p, v in changed.items()]),
             Values({**self._parameters, **wanted}),
         )
         new._added = dict(self._added)
-        new._changed = True
+        new._changed = changed
         return new
 
     def with_map(self, map: DesignMap, start: ArrayLike) -> MappedProblem:
@@ -207,8 +206,7 @@ class Problem:
             raise TypeError(
                 f"map is of type {type(map).__name__}: derive its class from slipstick.DesignMap"
             )
-        variables = np.asarray(start)
-        checked = _arrays.real(variables, "start", (variables.size,), "one number for a variable")
+        checked = _arrays.real(start, "start", (None,), "one number for each variable")
         mapped = MappedProblem(self, map, checked.copy())
         mapped._check()
         return mapped
@@ -279,12 +277,13 @@ class Problem:
         found = []
         for coefficient in asked:
             path, error = None, None
-            with Bar(progress, self.steps, f"friction {coefficient}") as bar:
+            words = in_words(coefficient)
+            with Bar(progress, self.steps, words) as bar:
                 try:
                     marched, notice = self._problem.solve(values, bar.report, coefficient)
                     path = Path(marched)
                 except AnalysisError as failure:
-                    error, notice = failure, f"with friction {coefficient}: {failure}"
+                    error, notice = failure, f"with {words}: {failure}"
             _warn(notice)
             found.append(Evaluation(coefficient, path, error, fraction))
         return Evaluations(tuple(found))
@@ -375,16 +374,22 @@ class Problem:
         AnalysisError
             If a load step does not converge.
         """
+        value, gradient, found = self._differentiated(self._density(density), parameters, progress)
+        return (value, gradient, found) if parameters else (value, gradient)
+
+    def _differentiated(
+        self, density: NDArray[np.float64], parameters: bool, progress: bool
+    ) -> tuple[float, NDArray[np.float64], dict[Parameter, float]]:
         with Bar(progress, self.steps, "solve") as bar:
             value, gradient, named, notice = self._problem.value_and_gradient(
-                self._density(density), parameters, bar.report
+                density, parameters, bar.report
             )
-        _warn(notice)
-        return (
-            (value, gradient, self._parameters.derivatives(named))
-            if parameters
-            else (value, gradient)
-        )
+        _warn(notice, 1)
+        return value, gradient, self._parameters.derivatives(named)
+
+    def _require_objective(self) -> None:
+        """Raises the InputError of a case without an objective."""
+        self._problem.require_objective()
 
     def vjp(
         self,
@@ -432,9 +437,7 @@ class Problem:
         >>> pullback({"grip": np.full(10, 0.1)}).shape    # of the mean over the load steps
         (5,)
         """
-        wanted = (
-            self.quantities if names is None else [names] if isinstance(names, str) else list(names)
-        )
+        wanted = chosen(names, self.quantities)
         with Bar(progress, self.steps, "solve") as bar:
             linearization = self._problem.linearize(self._density(density), wanted, bar.report)
         values = dict(zip(wanted, linearization.values(), strict=True))
@@ -452,7 +455,10 @@ class Problem:
         tolerance: float = 1e-5,
         progress: bool = False,
     ) -> GradientCheck:
-        """Compare a gradient with finite differences, as ``slipstick verify gradient`` does.
+        """Compare a gradient with finite differences.
+
+        ``slipstick verify gradient`` compares in the same way, with other directions and steps
+        unless they are given.
 
         The gradient is that with respect to the densities, also if the case filters or projects
         variables.
@@ -462,8 +468,8 @@ class Problem:
         density : array_like, shape (elements,), optional
             Densities in [0, 1]; by default the initial ones.
         quantity : str, optional
-            The quantity whose value at the last load step is differentiated; by default the
-            objective.
+            The quantity whose value at the last load step, summed over the load cases, is
+            differentiated; by default the objective.
         directions : int
             Number of random directions over all designed elements.
         elements : int
@@ -539,8 +545,7 @@ class Problem:
             are the initial variables.
         objective : str, Term or sequence of Term, optional
             The objective to minimise instead of that of the case: quantities of the case, or those
-            added with :meth:`add`. Pages of :meth:`Result.report` describe the objective of the
-            case.
+            added with :meth:`add`.
         constraints : sequence of Bound
             Bounds on quantities, in addition to those of the case.
         iterations : int, optional
@@ -582,23 +587,18 @@ class Problem:
         1 -13.147
         2 -20.248
         """
-        if self._changed:
-            raise ValueError(
-                "the problem has other parameters than its case, which a run keeps: "
-                "give the case these values with Case.replace, and build that one"
-            )
         responses = own(objective, constraints, list(self._added.values()))
         if iterations is not None and iterations < 1:
             raise ValueError(f"iterations is {iterations}: give 1 or more")
         start = None if density is None else self._density(density)
         return run(
             lambda path, record, report: _slipstick.optimize(
-                self._case._case,
+                self.case._case,
                 start,
                 iterations,
                 path,
                 overwrite,
-                _command(),
+                ["python", *sys.argv],
                 responses,
                 record,
                 report,
@@ -613,11 +613,37 @@ class Problem:
         return f"<Problem of {self._case.name}: {elements} elements, {self.steps} load steps>"
 
 
-def _command() -> list[str]:
-    """The command in the record of a run."""
-    return ["python", "-m", "slipstick", *sys.argv[:1]]
+def _entries(case: Case, values: Mapping[Parameter, float]) -> dict[str, Any]:
+    """Parameters as entries of their case, whose motions and loads amplitudes multiply."""
+    tables = case.resolved
+    entries: dict[str, Any] = {}
+    for parameter, value in values.items():
+        if parameter.kind == "friction":
+            entries[parameter.of] = value
+        elif parameter.kind == "youngs_modulus":
+            names = [body["name"] for body in tables["body"]]
+            body = names.index(parameter.of)
+            law = next(iter(tables["body"][body]["material"]))
+            entries[f"body[{body}].material.{law}.youngs_modulus"] = value
+        else:
+            # dirichlet[1].motion or load[0]
+            section, _, number = parameter.of.removesuffix(".motion").rstrip("]").partition("[")
+            key = "motion" if section == "dirichlet" else "amplitude"
+            points = tables[section][int(number)][key]
+            entries[f"{section}[{number}].{key}"] = [_multiplied(point, value) for point in points]
+    return entries
 
 
-def _warn(notice: str | None) -> None:
+def _multiplied(point: Mapping[str, Any], factor: float) -> dict[str, Any]:
+    """A waypoint of a motion or of a load, with the amplitude multiplied."""
+    changed = dict(point)
+    if "u" in point:
+        changed["u"] = [factor * entry for entry in point["u"]]
+    for name in {"angle", "factor"} & point.keys():
+        changed[name] = factor * point[name]
+    return changed
+
+
+def _warn(notice: str | None, deeper: int = 0) -> None:
     if notice is not None:
-        warnings.warn(SlipstickWarning(notice), stacklevel=3)
+        warnings.warn(SlipstickWarning(notice), stacklevel=3 + deeper)

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
+from .path import SlaveNodes
 
 __all__ = ["ContactState", "PreviousState", "Quantity", "State"]
 
 
-@dataclass(frozen=True)
-class ContactState:
+@dataclass(frozen=True, eq=False)
+class ContactState(SlaveNodes):
     """Contact data of all slave nodes for a quantity. Empty unless the quantity reads them.
 
     Attributes
@@ -42,9 +43,6 @@ class ContactState:
         Area of the surface around the node in the reference configuration. [L²]
     """
 
-    node: NDArray[np.int64]
-    pair: NDArray[np.int64]
-    status: NDArray[np.uint8]
     multiplier: NDArray[np.float64]
     vector: NDArray[np.float64]
     gap: NDArray[np.float64]
@@ -53,7 +51,7 @@ class ContactState:
     reference_area: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PreviousState:
     """The state at the start of a (sub-)step, as increments see it. Empty unless read.
 
@@ -72,7 +70,7 @@ class PreviousState:
     reaction: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
     """The data of a state at the end of a load step that a quantity can read.
 
@@ -284,8 +282,8 @@ def _state(data: dict[str, Any]) -> State:
     for part in (data, data["contact"], data["previous"]):
         for array in part.values():
             if isinstance(array, np.ndarray):
-                array.setflags(write=False)
-    parts = {
+                _arrays.frozen(array)
+    parts: dict[str, Any] = {
         "contact": ContactState(**data["contact"]),
         "previous": PreviousState(**data["previous"]),
     }

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import index
 from typing import Any
 
 from .quantity import Definition, Quantity, definition, name_of
@@ -72,6 +73,8 @@ def own(
     if isinstance(objective, str):
         objective = Term(objective)
     terms = [] if objective is None else [objective] if isinstance(objective, Term) else objective
+    if objective is not None and not terms:
+        raise ValueError("objective is empty: give a term, or None for the objective of the case")
     for number, term in enumerate(terms):
         if not isinstance(term, Term):
             raise TypeError(
@@ -89,6 +92,7 @@ def own(
         for name, value in (("min", bound.min), ("max", bound.max)):
             if value is not None:
                 _finite(value, f"constraints[{number}].{name}")
+    used = {term.quantity for term in terms} | {bound.quantity for bound in constraints}
     record: dict[str, Any] = {
         "objective": [
             [term.quantity, _steps(term.steps, f"objective[{number}]"), float(term.weight)]
@@ -103,7 +107,7 @@ def own(
             ]
             for number, bound in enumerate(constraints)
         ],
-        "quantities": sorted(name_of(quantity) for quantity in quantities),
+        "quantities": sorted(used & {name_of(quantity) for quantity in quantities}),
     }
     return recorded(json.dumps(record), quantities)
 
@@ -134,7 +138,10 @@ def _steps(steps: str | Sequence[int], place: str) -> list[int] | None:
                 f"{place}.steps is {steps!r}: give 'last', 'all', or numbers of load steps"
             )
         return None if steps == "last" else []
-    numbers = sorted({int(step) for step in steps})
+    try:
+        numbers = sorted({index(step) for step in steps})
+    except TypeError:
+        numbers = []
     if not numbers or numbers[0] < 1:
         raise ValueError(f"{place}.steps is {steps!r}: give numbers of load steps, from 1")
     return numbers

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import shutil
+import sys
 import tempfile
 import weakref
 from collections.abc import Callable, Sequence
@@ -302,14 +303,24 @@ def run(
     try:
         with bar:
             return Result(start(path, record if callback else None, bar.report), temporary)
-    except KeyboardInterrupt:
-        resumable = (path / "checkpoint.json").exists()
-        how = f": slipstick.resume({os.fspath(path)!r}) continues" if resumable else ""
-        raise KeyboardInterrupt(f"finished iterations are kept{how}") from None
-    except BaseException:
-        if temporary and not (path / "checkpoint.json").exists():
+    except BaseException as error:
+        kept = _has_iterations(path)
+        if temporary and not kept:
             shutil.rmtree(path, ignore_errors=True)
-        raise
+        if not isinstance(error, KeyboardInterrupt):
+            raise
+        continues = f"slipstick.resume({os.fspath(path)!r}) continues"
+        said = f"finished iterations are kept: {continues}" if kept else "no iteration has finished"
+        raise KeyboardInterrupt(said) from None
+
+
+def _has_iterations(directory: FilePath) -> bool:
+    """Whether a run has finished an iteration, from which it can continue."""
+    history = directory / "history.csv"
+    if not history.is_file() or not (directory / "checkpoint.json").is_file():
+        return False
+    with history.open(encoding="utf-8") as rows:
+        return sum(1 for _ in rows) > 1
 
 
 def resume(
@@ -352,12 +363,11 @@ def resume(
         responses = recorded(record_file.read_text(encoding="utf-8"), quantities)
     if iterations is not None and iterations < 1:
         raise ValueError(f"iterations is {iterations}: give 1 or more")
-    command = ["python", "-m", "slipstick"]
     # the number of load steps is not known before the case is read
     bar = Bar(progress, 0, "resume")
     return run(
         lambda path, record, report: _slipstick.resume(
-            path, iterations, command, responses, record, report
+            path, iterations, ["python", *sys.argv], responses, record, report
         ),
         directory,
         callback,

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Study", "StudyRun", "run_study"]
 
+# exit codes of the program
+_BAD_INPUT = 2
+_INTERRUPTED = 4
+
 
 @dataclass(frozen=True)
 class StudyRun:
@@ -148,12 +152,13 @@ def run_study(
         return _finished(file)
     message = "".join(said).strip().removeprefix("error: ")
     message = message or f"the study ended with exit code {code}"
-    if code == 130:
+    if code == _INTERRUPTED:
         raise KeyboardInterrupt("finished runs are kept; the same call continues")
-    failed = [name for name in _names(file) if name not in _finished(file).runs]
-    if code == 2:
+    if code == _BAD_INPUT:
         raise InputError._of(message, message.rpartition("help: ")[2])
-    raise StudyError._of(message, _finished(file), failed)
+    study = _finished(file)
+    failed = [name for name in _names(file) if name not in study.runs]
+    raise StudyError._of(message, study, failed)
 
 
 def _forward(source: IO[str] | None, to: TextIO | None, keep: list[str] | None = None) -> None:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from torch.autograd.function import once_differentiable
 
 from .design_map import MappedProblem
-from .gradient import Parameter, Variants, vector
+from .gradient import Parameter, Variants, chosen, vector
 from .problem import Problem
 
 __all__ = ["objective", "quantities"]
@@ -88,15 +88,16 @@ class _Objective(torch.autograd.Function):
         parameters: tuple[Parameter, ...],
     ) -> torch.Tensor:
         problem = at(parameters, _host(values))
-        if values.requires_grad:
+        of_density, of_values, *_ = ctx.needs_input_grad
+        if of_values:
             value, gradient, found = problem.value_and_gradient(_host(density), parameters=True)
             of_parameters = _like(vector(found, parameters), values)
             ctx.save_for_backward(_like(gradient, density), of_parameters)
-        elif density.requires_grad:
+        elif of_density:
             value, gradient = problem.value_and_gradient(_host(density))
             ctx.save_for_backward(_like(gradient, density))
         else:
-            value = problem.solve(_host(density)).objective or 0.0
+            value = problem.solve(_host(density)).objective
         return torch.tensor(value, device=density.device, dtype=density.dtype)
 
     @staticmethod
@@ -165,16 +166,14 @@ def quantities(
     >>> density.grad.shape, bool(friction.grad > 0)
     (torch.Size([5]), True)
     """
-    wanted = (
-        problem.quantities if names is None else [names] if isinstance(names, str) else list(names)
-    )
+    wanted = chosen(names, problem.quantities)
     variants = Variants(problem)
 
     def function(
         density: torch.Tensor, parameters: Mapping[str, Any] | None = None
     ) -> dict[str, torch.Tensor]:
-        chosen, values = _values(variants, parameters)
-        table = _Quantities.apply(_check(density), values, variants.at, wanted, chosen)
+        given, values = _values(variants, parameters)
+        table = _Quantities.apply(_check(density), values, variants.at, wanted, given)
         return dict(zip(wanted, table.unbind(0), strict=True))
 
     return function
@@ -193,14 +192,20 @@ def objective(problem: Problem | MappedProblem) -> Differentiable[torch.Tensor]:
     callable
         Takes densities, shape (elements,), and optionally a dict of parameters as for
         :func:`quantities`; returns the objective, a tensor without dimensions.
+
+    Raises
+    ------
+    InputError
+        If the case has no objective.
     """
+    problem._require_objective()
     variants = Variants(problem)
 
     def function(
         density: torch.Tensor, parameters: Mapping[str, Any] | None = None
     ) -> torch.Tensor:
-        chosen, values = _values(variants, parameters)
-        result: torch.Tensor = _Objective.apply(_check(density), values, variants.at, chosen)
+        given, values = _values(variants, parameters)
+        result: torch.Tensor = _Objective.apply(_check(density), values, variants.at, given)
         return result
 
     return function

@@ -7,7 +7,7 @@ use slipstick_mesh::Mesh;
 use super::tables::{self, Table};
 use slipstick_case::case::{Case, Dimension};
 use slipstick_model::words::{quantity, vector};
-use slipstick_results::run::{RunDirectory, RunError, load_density};
+use slipstick_results::run::{RESPONSES, RunDirectory, RunError, load_density};
 
 /// The numbers at the top of the page.
 #[derive(Debug, Default, Serialize)]
@@ -35,13 +35,14 @@ struct Transfer {
 
 impl Summary {
     pub(super) fn of(run: &RunDirectory, case: &Case, mesh: &Mesh, history: Option<&Table>) -> Result<Self, RunError> {
-        let mut summary = Self {
-            objective: case.objective_in_words().unwrap_or_default(),
-            unit: case
-                .objective_dimension()
-                .map_or(String::new(), |dimension| in_unit(case, dimension, dimension.symbol())),
-            ..Self::default()
+        let (objective, unit) = match own_objective(run)? {
+            Some(own) => own,
+            None => {
+                let unit = case.objective_dimension().map(|dimension| in_unit(case, dimension, dimension.symbol()));
+                (case.objective_in_words().unwrap_or_default(), unit.unwrap_or_default())
+            }
         };
+        let mut summary = Self { objective, unit, ..Self::default() };
         let last = history.and_then(|history| history.rows.last());
         if let Some(value) = last.and_then(|row| row.get(1)).and_then(Value::as_f64) {
             summary.rows.push([format!("objective θ{}", summary.unit), quantity(value)]);
@@ -61,6 +62,24 @@ impl Summary {
     pub(super) fn is_empty(&self) -> bool {
         self.rows.is_empty() && self.contact.is_none()
     }
+}
+
+/// Description and unit of an objective that is not that of the case, which the run records.
+fn own_objective(run: &RunDirectory) -> Result<Option<(String, String)>, RunError> {
+    let path = run.file(RESPONSES);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let text = std::fs::read_to_string(&path).map_err(RunError::read(&path))?;
+    let found: Value = serde_json::from_str(&text).map_err(|error| RunError::Damaged {
+        path: path.clone(),
+        reason: format!("is not a record of objective and constraints: {error}"),
+        cure: "start a new run".into(),
+    })?;
+    // a run with constraints of its own alone has the objective of its case
+    let Some(about) = found["about"].as_str() else { return Ok(None) };
+    let unit = found["unit"].as_str().filter(|unit| !unit.is_empty());
+    Ok(Some((about.to_owned(), unit.map_or(String::new(), |unit| format!(" [{unit}]")))))
 }
 
 /// The name of a unit in the case, otherwise the dimension.
