@@ -1,8 +1,11 @@
 //! Solves verified by their true residual.
 
+mod shared;
+
 use crate::csr::{largest, norm_on};
 use crate::operator::Operator;
 use crate::solver::Factorization;
+use shared::SharedCycle;
 use slipstick_ranks::Ranks;
 use thiserror::Error;
 
@@ -15,6 +18,10 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// which the factors are wrong.
 const LEAST_SEEN: usize = 3;
 const HOPE: f64 = 2.0;
+
+/// Maximum number of right-hand sides that share directions: each direction must be orthogonal to all
+/// others, so the cost grows with the square of the number.
+const SHARING: usize = 4;
 
 /// Outcome of a verified solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,9 +157,9 @@ pub fn solve_from(
 }
 
 /// As [`solve_from`] for several right-hand sides, with an initial guess for each. The solves with
-/// the factors are done together, so that the factors are read once for all. Each solution is the
-/// one that [`solve_from`] finds, bit for bit if [`Factorization::solve_many`] solves each
-/// right-hand side as it would alone.
+/// the factors are done together, so that the factors are read once for all, and groups of
+/// right-hand sides share their directions, which takes fewer iterations. Each solution meets the
+/// tolerance, but its digits beyond depend on the others.
 ///
 /// # Panics
 /// If the numbers of right-hand sides and guesses differ.
@@ -384,27 +391,36 @@ impl<'a> Solve<'a> {
     }
 
     /// Takes over what a cycle has found, if it is better.
-    fn take(&mut self, cycle: Cycle) -> Result<(), SolveError> {
-        let mut candidate = self.x.to_vec();
-        let (taken, given_up) = (cycle.directions.len(), cycle.given_up);
-        if !given_up {
-            cycle.correct(&mut candidate);
+    fn take(&mut self, found: Found) -> Result<(), SolveError> {
+        if !found.finite {
+            return Err(SolveError::NonFinite);
         }
-        let (improved, residual) = self.assessed(&candidate, self.report.iterations + taken)?;
+        let (improved, residual) = self.assessed(&found.x, self.report.iterations + found.taken)?;
         let stalled = improved.relative_residual > 0.5 * self.report.relative_residual;
         if improved.relative_residual < self.report.relative_residual {
-            self.x.copy_from_slice(&candidate);
+            self.x.copy_from_slice(&found.x);
             (self.report, self.residual) = (improved, residual);
         } else {
             self.report.iterations = improved.iterations;
         }
-        self.stopped = stalled || given_up;
+        self.stopped = stalled || found.given_up;
         Ok(())
     }
 }
 
-/// Cycles of GMRES for all solves together, each until `enough`, until it stalls, or until no
-/// iteration is left.
+/// What a cycle has found for one right-hand side.
+struct Found {
+    x: Vec<f64>,
+    /// Iterations.
+    taken: usize,
+    /// Ended because the residual falls too slowly.
+    given_up: bool,
+    /// Whether all numbers are finite.
+    finite: bool,
+}
+
+/// Cycles for all solves together, each until `enough`, until it stalls, or until no iteration is
+/// left.
 fn iterate(
     matrix: &Matrix<'_>,
     solves: &mut [Solve<'_>],
@@ -421,21 +437,73 @@ fn iterate(
         if running.is_empty() {
             return;
         }
-        let mut cycles: Vec<Cycle> = running.iter().map(|solve| Cycle::new(solve, options)).collect();
-        while cycles.iter().any(|cycle| !cycle.ended) {
-            let mut open: Vec<(&mut Cycle, &Solve<'_>)> =
-                cycles.iter_mut().zip(running.iter().map(|solve| &**solve)).filter(|(cycle, _)| !cycle.ended).collect();
-            let mut directions: Vec<Vec<f64>> = open.iter().map(|(cycle, solve)| cycle.next(solve)).collect();
-            matrix.precondition(&mut directions);
-            let products = matrix.products(&directions);
-            let found = directions.into_iter().zip(products);
-            open.iter_mut().zip(found).for_each(|((cycle, solve), (z, w))| cycle.extend(solve, z, w, options));
-        }
-        for (solve, cycle) in running.iter_mut().zip(cycles) {
-            let taken = if cycle.finite { solve.take(cycle) } else { Err(SolveError::NonFinite) };
-            if let Err(error) = taken {
+        let found: Vec<Found> = {
+            let all: Vec<&Solve<'_>> = running.iter().map(|solve| &**solve).collect();
+            // weights differ from one right-hand side to the next, and with them the equations
+            let size = if all.iter().any(|solve| solve.weights.is_some()) { 1 } else { SHARING };
+            let mut groups: Vec<Group<'_>> = all.chunks(size).map(|group| Group::new(group, options)).collect();
+            loop {
+                let next: Vec<Vec<Vec<f64>>> = groups.iter().map(Group::next).collect();
+                let counts: Vec<usize> = next.iter().map(Vec::len).collect();
+                let mut directions = next.concat();
+                if directions.is_empty() {
+                    break;
+                }
+                matrix.precondition(&mut directions);
+                let products = matrix.products(&directions);
+                let mut found = directions.into_iter().zip(products);
+                for (group, count) in groups.iter_mut().zip(counts).filter(|(_, count)| *count > 0) {
+                    group.extend(found.by_ref().take(count), options);
+                }
+            }
+            groups.into_iter().flat_map(Group::end).collect()
+        };
+        for (solve, found) in running.iter_mut().zip(found) {
+            if let Err(error) = solve.take(found) {
                 solve.outcome = Some(Err(error));
             }
+        }
+    }
+}
+
+/// Solves that share their directions.
+enum Group<'s> {
+    Alone(Cycle, &'s Solve<'s>),
+    Shared(SharedCycle, &'s [&'s Solve<'s>]),
+}
+
+impl<'s> Group<'s> {
+    fn new(solves: &'s [&'s Solve<'s>], options: &SolveOptions) -> Self {
+        match solves {
+            [alone] => Self::Alone(Cycle::new(alone, options), alone),
+            several => Self::Shared(SharedCycle::new(several, options), several),
+        }
+    }
+
+    /// The directions to be preconditioned next; none at the end.
+    fn next(&self) -> Vec<Vec<f64>> {
+        match self {
+            Self::Alone(cycle, _) if cycle.ended => Vec::new(),
+            Self::Alone(cycle, solve) => vec![cycle.next(solve)],
+            Self::Shared(cycle, _) => cycle.next(),
+        }
+    }
+
+    /// Adds preconditioned directions and their products with the matrix.
+    fn extend(&mut self, mut found: impl Iterator<Item = (Vec<f64>, Vec<f64>)>, options: &SolveOptions) {
+        match self {
+            Self::Alone(cycle, solve) => {
+                let (z, w) = found.next().expect("a direction");
+                cycle.extend(solve, z, w, options);
+            }
+            Self::Shared(cycle, solves) => cycle.extend(solves, found, options),
+        }
+    }
+
+    fn end(self) -> Vec<Found> {
+        match self {
+            Self::Alone(cycle, solve) => vec![cycle.end(solve.x)],
+            Self::Shared(cycle, _) => cycle.end(),
         }
     }
 }
@@ -509,11 +577,15 @@ impl Cycle {
         self.ended = taken == self.steps;
     }
 
-    /// Adds the correction that leaves the least residual.
-    fn correct(&self, x: &mut [f64]) {
-        for (coefficient, z) in self.hessenberg.solution().iter().zip(&self.directions) {
-            x.iter_mut().zip(z).for_each(|(x, z)| *x += coefficient * z);
+    /// Adds the correction that leaves the least residual to the start `x`.
+    fn end(self, x: &[f64]) -> Found {
+        let mut x = x.to_vec();
+        if !self.given_up && self.finite {
+            for (coefficient, z) in self.hessenberg.solution().iter().zip(&self.directions) {
+                x.iter_mut().zip(z).for_each(|(x, z)| *x += coefficient * z);
+            }
         }
+        Found { x, taken: self.directions.len(), given_up: self.given_up, finite: self.finite }
     }
 }
 

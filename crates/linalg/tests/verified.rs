@@ -97,35 +97,46 @@ fn a_given_start_is_used_and_does_no_harm() {
     assert!(swapped.relative_residual <= 1e-10 && swapped.iterations <= 8);
 }
 
-/// Solved together, right-hand sides have the solutions and reports that they have alone, bit for
-/// bit: cold and warm starts, one that is zero, one that is refused, and one that takes longer.
+/// Solved together, right-hand sides have the solutions that they have alone, up to the tolerance, in
+/// fewer iterations: cold and warm starts, one that is zero, one that is refused, one that repeats
+/// another, and one of another size.
 #[test]
-fn several_right_hand_sides_are_solved_as_they_would_be_alone() {
+fn right_hand_sides_share_directions() {
     let (a, _) = BRICK.reduced(5);
     let mut nearby = a.clone();
     let mut random = Random(6);
-    nearby.values.iter_mut().for_each(|v| *v *= 1.0 + 0.01 * random.next());
+    // factors that are wrong in a few directions, as after a change of contact
+    for row in (0..12).map(|row| row * a.n() / 12) {
+        let entries = nearby.pattern.row_range(row);
+        nearby.values[entries].iter_mut().for_each(|v| *v *= 1.0 + 0.3 * random.next());
+    }
     let options = SolveOptions::new(1e-10);
     for precision in [Precision::F32, Precision::F64] {
         let factors = MultifrontalFactorization::of(&a, precision).unwrap();
         for transpose in [false, true] {
-            let mut rhs: Vec<Vec<f64>> = (0..5).map(|_| random.vector(a.n())).collect();
+            let mut rhs: Vec<Vec<f64>> = (0..6).map(|_| random.vector(a.n())).collect();
             rhs[1].fill(0.0);
             rhs[2][7] = f64::NAN;
             rhs[3].iter_mut().for_each(|b| *b *= 1e9);
+            rhs[4] = rhs[0].clone();
             let cold = vec![vec![0.0; a.n()]; rhs.len()];
             let warm: Vec<Vec<f64>> = rhs.iter().map(|_| random.vector(a.n())).collect();
             for start in [cold, warm] {
                 let sides: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
                 let mut together = start.clone();
                 let reports = solve_many_from(&nearby, &factors, transpose, &sides, &mut together, &options);
-                for (k, mut alone) in start.into_iter().enumerate() {
-                    let report = solve_from(&nearby, &factors, transpose, &rhs[k], &mut alone, &options);
-                    assert_eq!(reports[k], report, "{k}");
-                    assert_eq!(together[k], alone, "{k}");
+                for k in [0, 3, 4, 5] {
+                    let mut alone = start[k].clone();
+                    let report = solve_from(&nearby, &factors, transpose, &rhs[k], &mut alone, &options).unwrap();
+                    let shared = reports[k].as_ref().unwrap();
+                    let measured = relative_residual(&nearby, transpose, &together[k], &rhs[k]);
+                    assert!(measured <= 1e-10 && (measured - shared.relative_residual).abs() < 1e-14);
+                    assert!(difference(&together[k], &alone) < 1e-7, "{k}: {:e}", difference(&together[k], &alone));
+                    assert!(2 * shared.iterations <= report.iterations + 2, "{k}: {shared:?} {report:?}");
                 }
-                assert!(reports[0].as_ref().is_ok_and(|report| report.iterations > 1));
-                assert!(together[1].iter().all(|&x| x == 0.0));
+                assert!(
+                    together[1].iter().all(|&x| x == 0.0) && reports[1].as_ref().is_ok_and(|of| of.iterations == 0)
+                );
                 assert_eq!(reports[2], Err(SolveError::NonFiniteRightHandSide { index: Some(7) }));
             }
         }

@@ -124,7 +124,10 @@ pub(crate) struct Reduced {
 /// contact conditions repeat each other or a prescribed displacement.
 const REGULARISATION: f64 = 1e-7;
 
-/// Fraction of the break-even number of iterations that is allowed with earlier factors.
+/// Fraction of the break-even number of iterations that is allowed with earlier factors for one
+/// right-hand side. Several need fewer iterations, because they share directions, and all of the
+/// break-even number is allowed: with half of it, three right-hand sides gave up just before they
+/// converged (`slipstick bench --responses 3`).
 const PATIENCE: f64 = 0.5;
 
 /// Cost of an iteration for one more right-hand side, relative to that for one alone: the factors
@@ -471,7 +474,8 @@ fn budget(matrix: &dyn Operator, factors: &dyn Factorization, count: usize) -> u
     let Some(cost) = factors.cost() else { return 0 };
     let alone = cost.substitution + matrix.product_cost();
     let iteration = alone * (1.0 + TOGETHER * (count.max(1) - 1) as f64);
-    (PATIENCE * cost.factorization / iteration).min(MOST_BUDGET) as usize
+    let patience = if count > 1 { 1.0 } else { PATIENCE };
+    (patience * cost.factorization / iteration).min(MOST_BUDGET) as usize
 }
 
 impl Reduced {

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import importlib.metadata
+
 import numpy as np
 import pytest
 import slipstick as ss
 from numpy.typing import NDArray
+
+# for tests of what a wheel installs besides the package
+needs_wheel = pytest.mark.skipif(
+    "slipstick" not in importlib.metadata.packages_distributions(),
+    reason="the package is not installed from a wheel",
+)
 
 MATERIAL = {"neo_hooke": {"youngs_modulus": 1000.0, "poisson_ratio": 0.3}}
 

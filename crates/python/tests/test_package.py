@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 import slipstick as ss
+from conftest import needs_wheel
 
 PACKAGE = Path(ss.__file__).parent
 HERE = Path(__file__).parent.parent
@@ -79,6 +80,7 @@ def check_parameters(name: str, function: object) -> None:
     assert described == parameters, f"{name}: {described} instead of {parameters}"
 
 
+@needs_wheel
 def test_version_comes_from_the_workspace() -> None:
     assert importlib.metadata.version("slipstick") == ss.__version__
     workspace = HERE.parent.parent / "Cargo.toml"

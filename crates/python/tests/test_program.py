@@ -11,6 +11,9 @@ from pathlib import Path
 
 import pytest
 import slipstick as ss
+from conftest import needs_wheel
+
+pytestmark = needs_wheel
 
 PROGRAM = Path(sysconfig.get_path("scripts")) / "slipstick"
 

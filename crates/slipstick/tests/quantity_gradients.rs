@@ -248,7 +248,8 @@ fn derivatives_by_parameters_match_differences() {
     }
 }
 
-/// Swept alone, a response has the derivatives that it has among others.
+/// Swept alone, a response has the derivatives that it has among others, up to the tolerance of the
+/// linear solves.
 #[test]
 fn responses_do_not_affect_each_other() {
     let mut problem = problem(&scene().text());
@@ -263,6 +264,8 @@ fn responses_do_not_affect_each_other() {
         let base = problem.analysis.forward(&density, &mut Silent).expect("converges");
         let alone = problem.analysis.gradient(&base).expect("differentiable");
         let apart: Vec<f64> = alone.iter().zip(&*together[r].density).map(|(a, b)| a - b).collect();
-        assert!(norm(&apart) <= 1e-8 * norm(&alone), "{r}: {:e} of {:e}", norm(&apart), norm(&alone));
+        // that of a closed gap is only round-off
+        let size = norm(&alone).max(1e-5);
+        assert!(norm(&apart) <= 1e-8 * size, "{r}: {:e} of {:e}", norm(&apart), norm(&alone));
     }
 }

@@ -42,6 +42,7 @@ const SMALLEST_RHO: f64 = 1e-6;
 ///
 /// ```
 /// use slipstick_design::{Functions, Gcmma, Judgement, MmaParameters};
+/// use slipstick_ranks::Alone;
 ///
 /// // min x² − cos 4x without constraints, from x = 1.5
 /// let value = |x: f64| x * x - (4.0 * x).cos();
@@ -50,8 +51,8 @@ const SMALLEST_RHO: f64 = 1e-6;
 /// let mut x = 1.5;
 /// for _ in 0..30 {
 ///     let (before, gradient) = (value(x), [slope(x)]);
-///     x = gcmma.update(&[x], [&[-2.0], &[2.0]], &Functions::new(before, &gradient, &[], &[]))?.x[0];
-///     while let Judgement::Rejected(next) = gcmma.judge(&[x], [&[-2.0], &[2.0]], value(x), &[])? {
+///     x = gcmma.update(&[x], [&[-2.0], &[2.0]], &Functions::new(before, &gradient, &[], &[]), &Alone)?.x[0];
+///     while let Judgement::Rejected(next) = gcmma.judge(&[x], [&[-2.0], &[2.0]], value(x), &[], &Alone)? {
 ///         x = next.x[0];
 ///     }
 ///     assert!(value(x) <= before + 1e-6);
