@@ -136,7 +136,10 @@ def test_control_c_stops_a_study(case: ss.Case, tmp_path: Path) -> None:
     )
     checkpoint = tmp_path / "long" / "one" / "checkpoint.json"
     deadline = time.monotonic() + 60.0
-    while not checkpoint.exists() and time.monotonic() < deadline:
+    history = checkpoint.with_name("history.csv")
+    # the heading, and an evaluated design
+    while not history.exists() or len(history.read_text().splitlines()) < 2:
+        assert time.monotonic() < deadline
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
     shown, _ = process.communicate(timeout=60)
