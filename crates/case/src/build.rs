@@ -105,18 +105,16 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     };
     let interpolation = interpolation(case.design.as_ref());
     let map = maps::build_map(case, &mesh, variables.as_ref(), &mirrored, share.ranks())?;
-    let (initial_variables, initial_density) = match (&map, &case.design) {
+    let (start, initial_density) = match (map, &case.design) {
         (Some(map), Some(design)) => {
             let x = map
                 .uniform(design.initial)
                 .map_err(|e| BuildError::new("design.initial", e, "choose a density between 0 and 1"))?;
             let density = map.densities(&x);
-            (Some(x), density)
+            (Some((map, x)), density)
         }
         _ => (None, vec![1.0; mesh.elements.len()].into()),
     };
-    // without maps, a start is set by its densities
-    let initial_variables = initial_variables.filter(|_| map.as_ref().is_some_and(|map| !map.is_identity()));
     let largest = prescribed.largest(&times);
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads };
@@ -135,7 +133,9 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         guide: None,
     };
     let load_cases = case.load_case_names();
-    Ok(Problem { mesh, analysis, variables, map, initial_density, initial_variables, load_cases, quantities })
+    let mut problem = Problem::new(mesh, analysis, start);
+    (problem.load_cases, problem.quantities) = (load_cases, quantities);
+    Ok(problem)
 }
 
 /// Material and element formulation of body `b`.

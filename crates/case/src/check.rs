@@ -234,7 +234,7 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         contacts,
         sets,
         unknowns,
-        designed: problem.variables.as_ref().map_or(0, slipstick_design::DesignVariables::count),
+        designed: problem.variables().map_or(0, slipstick_design::DesignVariables::count),
         steps: case.steps(),
         factor_bytes,
         steps_with_factors,

@@ -240,7 +240,7 @@ impl Setup {
     pub fn density(&self, context: &Context, problem: &Problem, from: &DesignFrom) -> Outcome<ElementValues> {
         match &from.design {
             Some(results) => self.density_of(context, problem, results),
-            None => Ok(problem.initial_density.clone()),
+            None => Ok(problem.initial_density().clone()),
         }
     }
 
@@ -253,7 +253,7 @@ impl Setup {
         self.resolved.require(&["design"])?;
         let found = load_density(results, &problem.mesh)?;
         let _ = self.design_of.set(results.to_owned());
-        let Some(variables) = &problem.variables else { return Ok(found) };
+        let Some(variables) = problem.variables() else { return Ok(found) };
         // The case sets the densities of passive elements and of those outside the design.
         let kept = variables.densities(&variables.restrict(&found));
         if let Some(message) = replaced(variables, &found, &kept) {
@@ -270,28 +270,23 @@ impl Setup {
     pub fn start_from(&self, context: &Context, problem: &mut Problem, from: &DesignFrom) -> Outcome {
         let Some(results) = &from.design else { return Ok(()) };
         let density = self.density_of(context, problem, results)?;
-        let mapped = problem.map.as_ref().filter(|map| !map.is_identity());
-        let Some(map) = mapped else {
-            problem.start_from_densities(&density);
-            return Ok(());
-        };
-        if let Some(variables) = load_variables(results, &problem.mesh)? {
-            problem.start_from_variables(map.variables().restrict(&variables));
-            return Ok(());
+        let mapped = problem.map().is_some_and(|map| !map.is_identity());
+        let listed = if mapped { load_variables(results, &problem.mesh)? } else { None };
+        if mapped && listed.is_none() {
+            context.console.warning(&format!(
+                "{}: there is no column `design_variable`; the densities are the variables at the start, which the \
+                 case filters or projects",
+                results.display()
+            ));
         }
-        context.console.warning(&format!(
-            "{}: there is no column `design_variable`; the densities are the variables at the start, which the case \
-             filters or projects",
-            results.display()
-        ));
-        problem.start_from_densities(&density);
+        problem.start_from(&listed.unwrap_or(density));
         Ok(())
     }
 
     /// Warns about an initial design that exceeds the volume bound; `known` says whether the case
     /// reader has done so.
     pub fn warn_of_volume(&self, context: &Context, problem: &Problem, known: bool) -> usize {
-        let notice = start_volume(&self.resolved.case, problem, &problem.initial_density).filter(|_| !known);
+        let notice = start_volume(&self.resolved.case, problem, problem.initial_density()).filter(|_| !known);
         let told = |notice: Notice| {
             let map = &self.resolved.source_map;
             map.diagnostic(Severity::Warning, &notice.path, CaseCode::InitialVolume, notice.message, notice.help)
@@ -361,7 +356,7 @@ fn replaced(variables: &DesignVariables, found: &[f64], kept: &[f64]) -> Option<
 
 /// Filled fraction of the design domain; `None` without a design.
 pub fn volume_fraction(problem: &Problem, density: &ElementValues) -> Option<f64> {
-    let variables = problem.variables.as_ref()?;
+    let variables = problem.variables()?;
     let volumes = variables.on_domain(&problem.mesh.element_volumes().into());
     let filled: f64 = variables.on_domain(density).iter().zip(&volumes).map(|(density, volume)| density * volume).sum();
     Some(filled / volumes.iter().sum::<f64>())

@@ -4,9 +4,9 @@ mod common;
 
 use common::{Brick, Random, difference, relative_residual};
 use slipstick_linalg::{
-    CsrMatrix, CsrPattern, LinearSolver, MultifrontalFactorization, MultifrontalSolver, Precision, RobustSolver,
-    SolveError, SolveOptions, SolverChoice, SupernodalSolver, Transposed, solve_from, solve_many_from, solve_verified,
-    solve_with,
+    CsrMatrix, CsrPattern, Factorization, LinearSolver, MultifrontalFactorization, MultifrontalSolver, Precision,
+    RobustSolver, SolveError, SolveOptions, SolverChoice, SupernodalSolver, Transposed, solve_from, solve_many_from,
+    solve_verified, solve_with,
 };
 use std::sync::Arc;
 
@@ -204,6 +204,45 @@ fn a_matrix_with_nan_does_not_pass() {
     let mut x = vec![0.0; a.n()];
     let error = solve_verified(&broken, factors.as_ref(), false, &b, &mut x, 1e-10);
     assert_eq!(error, Err(SolveError::NonFinite));
+}
+
+/// Factors that have overflowed.
+struct Overflowing(usize);
+
+impl Factorization for Overflowing {
+    fn solve(&self, rhs: &mut [f64]) {
+        rhs.fill(f64::NAN);
+    }
+
+    fn solve_transpose(&self, rhs: &mut [f64]) {
+        self.solve(rhs);
+    }
+
+    fn n(&self) -> usize {
+        self.0
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::F64
+    }
+}
+
+/// Neither alone nor together, from a start that is not the solution.
+#[test]
+fn factors_that_give_nan_do_not_pass() {
+    let (a, _) = Brick { nodes: [3, 3, 3], ..BRICK }.reduced(12);
+    let (mut random, options) = (Random(13), SolveOptions::new(1e-10));
+    for count in [1, 2, 6] {
+        let rhs: Vec<Vec<f64>> = (0..count).map(|_| random.vector(a.n())).collect();
+        let mut x: Vec<Vec<f64>> = (0..count).map(|_| random.vector(a.n())).collect();
+        let sides: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
+        let reports = solve_many_from(&a, &Overflowing(a.n()), false, &sides, &mut x, &options);
+        assert!(reports.iter().all(|report| *report == Err(SolveError::NonFinite)), "{reports:?}");
+    }
 }
 
 /// A body beside one of 10¹² times its stiffness, in other units: its part of the solution, found

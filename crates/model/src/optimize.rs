@@ -250,7 +250,8 @@ impl Optimization {
         if problem.analysis.objective.is_none() {
             return Err(PrepareError::NoObjective);
         }
-        let map = problem.map.clone().ok_or(PrepareError::NoDesign)?;
+        let (map, x) = problem.map().zip(problem.initial_variables()).ok_or(PrepareError::NoDesign)?;
+        let (map, x) = (map.clone(), x.clone());
         if options.filter.is_some() && !map.is_identity() {
             return Err(PrepareError::TwoFilters);
         }
@@ -268,10 +269,6 @@ impl Optimization {
         let of_analysis = problem.analysis.constraints.iter().map(|constraint| constraint.response.name().to_owned());
         let constraints: Vec<String> =
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
-        let x = match &problem.initial_variables {
-            Some(x) => x.clone(),
-            None => variables.restrict(&problem.initial_density),
-        };
         let maps = Maps::new(map, &schedule.sharpness).map_err(PrepareError::Sharpness)?;
         let state = OptimizationState {
             iteration: 0,
@@ -409,10 +406,10 @@ impl Optimization {
     /// Marches with the variables of the state and, as long as the optimizer rejects the result,
     /// with its next candidate.
     ///
-    /// Where the schedule changes the functions, there is nothing to compare a design with, and it is
-    /// accepted. A halved update is judged like a full one. It does not raise the objective either: the
-    /// approximations are convex, so where both ends are no worse than the last design, nor is the
-    /// middle.
+    /// Where the schedule changes the functions, there is nothing to compare a design with, and it
+    /// is accepted. A halved update is judged like a full one. It does not raise the objective
+    /// either: the approximations are convex, so where both ends are no worse than the last design,
+    /// nor is the middle.
     fn march_accepted(
         &mut self,
         optimizer: &mut Optimizer,
@@ -489,8 +486,8 @@ impl Optimization {
     }
 
     /// Pulls the gradients back to the variables or filters them, scales, and lets the optimizer
-    /// choose the next variables. `gradients`
-    /// are those of the objective and of the constraints of the analysis.
+    /// choose the next variables. `gradients` are those of the objective and of the constraints of
+    /// the analysis.
     fn update(
         &self,
         next: &mut OptimizationState,

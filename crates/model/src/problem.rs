@@ -11,32 +11,60 @@ pub struct Problem {
     pub mesh: Mesh,
     /// Its analysis.
     pub analysis: Analysis,
-    /// Which elements are designed, passive or not part of the design; `None` without a `[design]`.
-    pub variables: Option<DesignVariables>,
-    /// From their values to densities; `None` without a `[design]`.
-    pub map: Option<DensityMap>,
-    /// Densities of all elements at the start (1 outside the design).
-    pub initial_density: ElementValues,
-    /// The variables whose densities these are; `None`: the densities of the designed elements.
-    pub initial_variables: Option<VariableValues>,
+    /// `None` without a `[design]`.
+    start: Option<Start>,
+    /// Of all elements at the start.
+    initial_density: ElementValues,
     /// Names of the load cases; empty if there is only one load path without a name.
     pub load_cases: Vec<String>,
     /// Quantities that every analysis reports, in addition to those of supports, pairs and bodies.
     pub quantities: Vec<Arc<dyn Quantity>>,
 }
 
+/// How design variables become densities, and where they start.
+struct Start {
+    map: DensityMap,
+    variables: VariableValues,
+}
+
 impl Problem {
-    /// Starts from these variables; does nothing without a design.
-    pub fn start_from_variables(&mut self, x: VariableValues) {
-        let Some(map) = &self.map else { return };
-        self.initial_density = map.densities(&x);
-        self.initial_variables = Some(x);
+    /// A problem without further quantities and names of load cases. `design` maps variables to
+    /// densities, and lists the variables at the start; without it, all densities are 1.
+    pub fn new(mesh: Mesh, analysis: Analysis, design: Option<(DensityMap, VariableValues)>) -> Self {
+        let initial_density = match &design {
+            Some((map, variables)) => map.densities(variables),
+            None => vec![1.0; mesh.elements.len()].into(),
+        };
+        let start = design.map(|(map, variables)| Start { map, variables });
+        Self { mesh, analysis, start, initial_density, load_cases: Vec::new(), quantities: Vec::new() }
     }
 
-    /// Starts from the variables whose values are these densities: a filter blurs them, a
-    /// projection sharpens them. The densities of elements that are not designed have no effect.
-    pub fn start_from_densities(&mut self, density: &ElementValues) {
-        let Some(map) = &self.map else { return };
-        self.start_from_variables(map.variables().restrict(density));
+    /// From design variables to densities; `None` without a `[design]`.
+    pub fn map(&self) -> Option<&DensityMap> {
+        self.start.as_ref().map(|start| &start.map)
+    }
+
+    /// Which elements are designed, passive or not part of the design; `None` without a `[design]`.
+    pub fn variables(&self) -> Option<&DesignVariables> {
+        self.map().map(DensityMap::variables)
+    }
+
+    /// The design variables at the start; `None` without a `[design]`.
+    pub fn initial_variables(&self) -> Option<&VariableValues> {
+        self.start.as_ref().map(|start| &start.variables)
+    }
+
+    /// Densities of all elements at the start (1 outside the design).
+    pub fn initial_density(&self) -> &ElementValues {
+        &self.initial_density
+    }
+
+    /// Starts from variables with these values at the designed elements; the other values have no
+    /// effect. Densities may serve as variables: a filter then blurs them, and a projection sharpens
+    /// them. Does nothing without a design.
+    pub fn start_from(&mut self, values: &ElementValues) {
+        let Some(start) = &mut self.start else { return };
+        start.variables = start.map.variables().restrict(values);
+        self.initial_density = start.map.densities(&start.variables);
     }
 }

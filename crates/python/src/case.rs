@@ -124,7 +124,7 @@ impl Case {
         detached(py, || {
             let (problem, inspection, mut warnings) = self.inspected()?;
             let known = warnings.iter().any(|warning| warning.code() == CaseCode::InitialVolume);
-            if let Some(notice) = start_volume(&self.resolved.case, &problem, &problem.initial_density)
+            if let Some(notice) = start_volume(&self.resolved.case, &problem, problem.initial_density())
                 && !known
             {
                 let map = &self.resolved.source_map;

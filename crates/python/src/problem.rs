@@ -348,10 +348,10 @@ impl Problem {
     }
 
     pub(crate) fn new(resolved: Arc<Resolved>, problem: slipstick::build::Problem) -> Self {
-        let roles = problem.variables.as_ref().map_or(Vec::new(), |variables| variables.roles().to_vec());
+        let roles = problem.variables().map_or(Vec::new(), |variables| variables.roles().to_vec());
         Self {
             mesh: Arc::new(problem.mesh.clone()),
-            initial_density: problem.initial_density.clone(),
+            initial_density: problem.initial_density().clone(),
             roles,
             built: Arc::new(Built {
                 problem: Mutex::new(problem),

@@ -141,7 +141,7 @@ fn prepare(resolved: &Resolved, density: Option<ElementValues>, responses: Respo
     responses.apply(&mut problem)?;
     if let Some(density) = density {
         // the case sets the densities of passive elements and of those outside the design
-        problem.start_from_densities(&density);
+        problem.start_from(&density);
     }
     optimization(&resolved.case, problem).map_err(|error| Error::build(&error, map))
 }

@@ -69,7 +69,7 @@ fn analyse(friction: f64, method: String, enforcement: &str) -> Result<Result51,
         .replace("\nenforcement = { lagrange = {} }", &format!("\nenforcement = {enforcement}"));
     let case = parse_case(&text, "case.toml")?.case;
     let mut problem = build(&case)?;
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent)?;
     let gradient = problem.analysis.gradient(&forward)?;
     Ok(Result51 { friction, method, value: forward.value, gradient })

@@ -92,7 +92,7 @@ pub fn problem() -> Result<Problem, Box<dyn Error>> {
 /// Prints θ and the elements whose densities affect it most.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let mut problem = problem()?;
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent)?;
     let gradient = problem.analysis.gradient(&forward)?;
     println!("settlement {:.6e}", forward.value);

@@ -80,7 +80,7 @@ impl MarchObserver for Watch {
 /// Prints θ and its derivatives.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let mut problem = build(&case(NUMBERS)?)?;
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let mut watch = Watch::default();
     let forward = problem.analysis.forward(&density, &mut watch)?;
     let gradients = problem.analysis.gradients(&forward)?;

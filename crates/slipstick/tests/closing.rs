@@ -39,7 +39,7 @@ fn foreseen(text: &str, steps: usize) -> Vec<String> {
 /// Whether contact closes on the path that is marched.
 fn closes(text: &str, steps: usize) -> bool {
     let mut problem = common::problem(&format!("{text}\n[load_path]\nsteps = {steps}\n"));
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{e}"));
     forward.notice != Some(ForwardNotice::ContactNeverCloses)
 }

@@ -3,19 +3,16 @@
 
 mod common;
 
-use common::problem;
-use slipstick::build::optimization;
-use slipstick::case::parse_case;
+use common::optimization::{finish, finish_in_pieces, prepared};
 use slipstick::case::template;
-use slipstick::optimize::{IterationRecord, Optimization, OptimizationState};
-use slipstick_path::Silent;
+use slipstick::optimize::IterationRecord;
 
 /// The cube on the cuboid, whose force follows two points of a curve: an objective of large
 /// curvature at long steps.
-fn prepared(method: &str) -> Optimization {
+fn text(method: &str) -> String {
     let text = template("cube-on-cuboid").expect("a template").text;
     let (before, _) = text.split_once("[design]").expect("a design");
-    let text = format!(
+    format!(
         "{before}
 [design]
 bodies = ['cuboid', 'cube']
@@ -30,16 +27,7 @@ iterations = 8
 method = '{method}'
 mma = {{ move_limit = 0.5 }}
 "
-    );
-    let case = parse_case(&text, "case.toml").unwrap_or_else(|e| panic!("{e}")).case;
-    optimization(&case, problem(&text)).unwrap()
-}
-
-fn finish(optimization: &mut Optimization) -> Vec<IterationRecord> {
-    while !optimization.finished() {
-        optimization.advance(&mut Silent).unwrap();
-    }
-    optimization.state.history.clone()
+    )
 }
 
 /// Whether no feasible design is followed by an infeasible one or by one with a larger objective,
@@ -55,7 +43,7 @@ fn is_monotone(history: &[IterationRecord]) -> bool {
 /// MMA rises and falls on this problem; GCMMA only falls, by inner iterations.
 #[test]
 fn gcmma_is_monotone_where_mma_is_not() {
-    let [mma, gcmma] = ["mma", "gcmma"].map(|method| finish(&mut prepared(method)));
+    let [mma, gcmma] = ["mma", "gcmma"].map(|method| finish(&mut prepared(&text(method))));
     assert!(!is_monotone(&mma) && mma.iter().all(|record| record.inner_iterations == 0));
     assert!(is_monotone(&gcmma), "{gcmma:?}");
     let inner: usize = gcmma.iter().map(|record| record.inner_iterations).sum();
@@ -70,19 +58,8 @@ fn gcmma_is_monotone_where_mma_is_not() {
 /// of the last design, also if the next design is found by inner iterations.
 #[test]
 fn gcmma_continues_from_its_state() {
-    let whole = finish(&mut prepared("gcmma"));
-    let mut state: Option<String> = None;
-    let mut guide = None;
-    for _ in 0..whole.len() {
-        let mut part = prepared("gcmma");
-        if let Some(text) = &state {
-            part.state = serde_json::from_str::<OptimizationState>(text).unwrap();
-        }
-        part.problem.analysis.guide = guide;
-        part.advance(&mut Silent).unwrap();
-        guide = part.problem.analysis.guide.take();
-        state = Some(serde_json::to_string(&part.state).unwrap());
-    }
-    let last: OptimizationState = serde_json::from_str(&state.unwrap()).unwrap();
+    let text = text("gcmma");
+    let whole = finish(&mut prepared(&text));
+    let last = finish_in_pieces(&text, whole.len());
     assert_eq!(last.history, whole);
 }

@@ -126,7 +126,7 @@ fn forces(problem: &mut Problem, run: &Forward) -> Forces {
 /// both bodies balance each other.
 fn solve(text: &str) -> Forces {
     let mut problem = problem(text);
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let run = forward(&mut problem, &density);
     let statuses = status_path(&mut problem, &run);
     let forces = forces(&mut problem, &run);
@@ -414,7 +414,7 @@ fn penalty_over_the_reference_area() {
             if excess(middle) < 0.0 { low = middle } else { high = middle }
         }
         let mut problem = problem(&text);
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         let run = forward(&mut problem, &density);
         let nodes = contact_path(&mut problem, &run).pop().expect("a state");
         let force: f64 = nodes.iter().map(|at| at.multiplier[0] * at.covered_area).sum();

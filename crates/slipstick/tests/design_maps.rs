@@ -2,11 +2,11 @@
 
 mod common;
 
+use common::optimization::{finish, finish_in_pieces};
 use common::problem;
-use slipstick::build::optimization;
-use slipstick::case::{parse_case, template};
+use slipstick::case::template;
 use slipstick::design::{ElementValues, VariableValues};
-use slipstick::optimize::{IterationRecord, Optimization, OptimizationState};
+use slipstick::optimize::Optimization;
 use slipstick::verify::{Verdict, VerifyOptions, verify_variables};
 use slipstick_path::Silent;
 
@@ -41,16 +41,7 @@ max = 30.0
 }
 
 fn prepared(maps: &str, optimizer: &str) -> Optimization {
-    let text = text(maps, optimizer);
-    let case = parse_case(&text, "case.toml").unwrap_or_else(|e| panic!("{e}")).case;
-    optimization(&case, problem(&text)).unwrap()
-}
-
-fn finish(optimization: &mut Optimization) -> Vec<IterationRecord> {
-    while !optimization.finished() {
-        optimization.advance(&mut Silent).unwrap();
-    }
-    optimization.state.history.clone()
+    common::optimization::prepared(&text(maps, optimizer))
 }
 
 /// Variables that differ from element to element.
@@ -116,7 +107,7 @@ fn the_optimizer_gets_the_derivatives_with_respect_to_the_variables() {
 fn verification_varies_the_variables() {
     for maps in [MAPS, "density_filter = { radius = 0.9, boundary = 'void' }", "projection = { sharpness = 6 }"] {
         let mut problem = problem(&text(maps, "iterations = 1"));
-        let map = problem.map.clone().unwrap();
+        let map = problem.map().unwrap().clone();
         let x = uneven(map.variables().count());
         let options = VerifyOptions { directions: 1, elements: 2, ..VerifyOptions::default() };
         let check = verify_variables(&mut problem.analysis, &map, &x, &options, &mut Silent).unwrap();
@@ -170,18 +161,7 @@ fn a_schedule_continues_bit_for_bit() {
         let mut all = prepared(MAPS, &optimizer);
         let whole = finish(&mut all);
         assert_eq!(whole.len(), 8);
-        let (mut state, mut guide) = (None::<String>, None);
-        for _ in 0..whole.len() {
-            let mut part = prepared(MAPS, &optimizer);
-            if let Some(text) = &state {
-                part.state = serde_json::from_str::<OptimizationState>(text).unwrap();
-            }
-            part.problem.analysis.guide = guide;
-            part.advance(&mut Silent).unwrap();
-            guide = part.problem.analysis.guide.take();
-            state = Some(serde_json::to_string(&part.state).unwrap());
-        }
-        let last: OptimizationState = serde_json::from_str(&state.unwrap()).unwrap();
+        let last = finish_in_pieces(&text(MAPS, &optimizer), whole.len());
         assert_eq!(last.history, whole);
         assert_eq!((last.x, last.optimizer), (all.state.x.clone(), all.state.optimizer.clone()));
     }
@@ -239,13 +219,12 @@ fn void_lies_beyond_free_faces_only() {
         .replace("bodies = ['cuboid', 'cube']", "bodies = ['cuboid']");
     let text: Vec<&str> = text.lines().filter(|line| !line.starts_with("passive")).collect();
     let mut problem = problem(&text.join("\n"));
-    let count = problem.map.as_ref().unwrap().variables().count();
-    problem.start_from_variables(vec![1.0; count].into());
+    problem.start_from(&vec![1.0; problem.mesh.elements.len()].into());
     let centroids = problem.mesh.centroids();
     let mut full = [0, 0];
     for element in problem.mesh.bodies[0].elements.clone() {
         let [x, y, z] = centroids[element];
-        let density = problem.initial_density[element];
+        let density = problem.initial_density()[element];
         let depth = x.min(4.0 - x).min(z).min(1.0 - z);
         assert!(if depth > 0.45 { density == 1.0 } else { density < 0.99 }, "{x} {y} {z}: {density}");
         full[0] += usize::from(density == 1.0 && y < 0.3);

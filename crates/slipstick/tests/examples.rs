@@ -63,7 +63,7 @@ fn difference(h: f64, mut value: impl FnMut(f64) -> f64) -> f64 {
 fn an_objective_of_ones_own_has_an_exact_gradient() {
     let mut problem = own_objective::problem().expect("builds");
     tighten(&mut problem.analysis);
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent).expect("converges");
     let gradient = problem.analysis.gradient(&forward).expect("differentiable");
     let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -83,12 +83,12 @@ fn derivatives_by_numbers_of_the_model_match_finite_differences() {
     let value = |numbers: Numbers| {
         let mut problem = build(&sensitivities::case(numbers).expect("right")).expect("builds");
         tighten(&mut problem.analysis);
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         problem.analysis.forward(&density, &mut Watch::default()).expect("converges").value
     };
     let mut problem = build(&sensitivities::case(NUMBERS).expect("right")).expect("builds");
     tighten(&mut problem.analysis);
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent).expect("converges");
     let gradients = problem.analysis.gradients(&forward).expect("differentiable");
     let found = |wanted: Parameter| gradients.parameters.iter().find(|(p, _)| *p == wanted).expect("there").1;

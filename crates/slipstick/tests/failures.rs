@@ -48,7 +48,7 @@ const PRESSURE: &str = "[[load]]\nsurface = \"block_ymax\"\npressure = 1\n";
 /// unknowns by number.
 fn explained(text: &str, parts: &[&str]) -> (FailureReport, StepFailureKind) {
     let mut problem = problem(text);
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let error = problem.analysis.forward(&density, &mut Silent).map(drop).expect_err("it fails");
     let report = FailureReport::new(&error, &problem.mesh, &problem.analysis.design);
     let AnalysisError::March(failure) = &error else { panic!("{error}") };
@@ -185,7 +185,7 @@ fn prescribed_penetration() {
     }
     let text = block_and_slab(0.0, &format!("{}{driven}", pair(0.0, "{ penalty = { stiffness = 40 } }")));
     let mut problem = problem(&text);
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let run = forward(&mut problem, &density);
     let nodes = contact_path(&mut problem, &run).pop().expect("a state");
     let force: f64 = nodes.iter().map(|at| at.multiplier[0] * at.covered_area).sum();
@@ -199,7 +199,7 @@ fn prescribed_touch() {
     let driven = "[[dirichlet]]\nset = \"block_ymin\"\nmotion = [{ t = 1, u = [0.01, 0, 0] }]\n[[dirichlet]]\nset = \"block_ymax\"\n[[dirichlet]]\nset = \"slab_ymax\"\ncomponents = [\"y\"]\n";
     for enforcement in [LAGRANGE, "{ augmented = {} }"] {
         let mut problem = problem(&block_and_slab(0.0, &format!("{}{driven}", pair(0.3, enforcement))));
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         let run = forward(&mut problem, &density);
         assert!(status_path(&mut problem, &run).iter().all(|statuses| statuses == "ooooooooo"));
     }

@@ -54,7 +54,7 @@ tolerance = {{ relative = 1e-12 }}
 /// Runs to the end; tangential and normal reaction on the block's top, and θ. Every touching node
 /// must slip.
 fn slide(problem: &mut Problem) -> (f64, f64, f64) {
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let run = forward(problem, &density);
     let contact = contact_path(problem, &run).pop().unwrap();
     assert!(contact.iter().filter(|c| c.status == Status::Slip).count() >= 4);

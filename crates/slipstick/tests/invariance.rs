@@ -215,7 +215,7 @@ fn pairs_of_other_bodies_and_methods_change_nothing() {
     let together = format!("{}{}{}[load_path]{rest}", own(0), own(1), own(2));
     let tractions = |text: &str| -> Vec<f64> {
         let mut problem = problem(text);
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         let run = forward(&mut problem, &density);
         contact_path(&mut problem, &run).iter().flatten().flat_map(|node| node.global_multiplier).collect()
     };

@@ -48,7 +48,7 @@ fn a_load_arrives_at_the_contact() {
     {
         for shape in ["standard", "dual"] {
             let mut problem = stack(&load, shape);
-            let density = problem.initial_density.clone();
+            let density = problem.initial_density().clone();
             let forward = forward(&mut problem, &density);
             for contact in contact_path(&mut problem, &forward).pop().unwrap() {
                 assert!(

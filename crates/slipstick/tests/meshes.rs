@@ -69,7 +69,7 @@ fn tetrahedra_from_gmsh_are_solved() {
     assert!((problem.mesh.surface_area(&problem.mesh.surfaces["slab_top"]) - 8.0).abs() < 1e-10);
     assert_eq!(problem.mesh.boundary(0).nodes().len(), problem.mesh.boundary(0).facets.len() / 2 + 2, "Euler");
     let run = |problem: &mut Problem| {
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         common::forward(problem, &density).value
     };
     let (found, hexahedra) = (run(&mut problem), run(&mut built(&from_file("gmsh_41_ascii.msh"))));
@@ -95,7 +95,7 @@ fn wedges_from_gmsh_are_solved() {
     let volume = |body: usize| volumes[problem.mesh.bodies[body].elements.clone()].iter().sum::<f64>();
     assert!((volume(0) - 8.0).abs() < 1e-10 && (volume(1) - 1.4 * 0.7 * 1.3).abs() < 1e-10, "{volumes:?}");
     let force = |problem: &mut Problem| {
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         common::forward(problem, &density).value
     };
     let wedges = force(&mut problem);
@@ -147,7 +147,7 @@ fn wedges_from_gmsh_are_strained_uniformly() {
         walls.concat()
     );
     let mut problem = built(&text);
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let run = common::forward(&mut problem, &density);
     let last = &run.path.states.last().expect("a state").state;
     let mut worst = 0.0_f64;
@@ -168,7 +168,7 @@ fn second_order_is_read_by_its_corners() {
         let resolved = parsed(text);
         assert!(resolved.warnings.is_empty(), "{:?}", resolved.warnings);
         let mut problem = build(&resolved.case).expect("a problem");
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         (common::forward(&mut problem, &density).value, problem.mesh.nodes.len())
     };
     let ((found, nodes), (expected, first)) =
@@ -192,7 +192,7 @@ fn a_meshed_pair_is_the_generated_one() {
     let generated = pair(SLAB, BLOCK, [&slab[0], &slab[1]], [&block[0], &block[1]]);
     let run = |text: &str| {
         let mut problem = built(text);
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         let forward = common::forward(&mut problem, &density);
         let gradient = problem.analysis.gradient(&forward).expect("a gradient");
         (forward.value, by_place(&problem.mesh, &gradient))

@@ -351,7 +351,7 @@ fn a_contact_that_jumps_is_followed() {
     let run = |enforcement: &str| {
         let mut problem = problem(&dragged([5, 5, 5], 50, 0.2, enforcement));
         problem.analysis.times.truncate(18);
-        let density = vec![1.0; problem.initial_density.len()].into();
+        let density = vec![1.0; problem.initial_density().len()].into();
         let mut watch = Watch::default();
         let run = problem.analysis.forward(&density, &mut watch).expect("the jump is followed");
         (run, watch, problem)
@@ -372,7 +372,7 @@ fn a_contact_that_jumps_is_followed() {
     let (lagrange_end, augmented_end) = (*forces(&lagrange).last().unwrap(), *forces(&augmented).last().unwrap());
     assert!((lagrange_end - augmented_end).abs() < 1e-7 * augmented_end.abs(), "{lagrange_end}, {augmented_end}");
     // The gradient is that of the states found: central differences of order 4 take the same jump.
-    let density = ElementValues::from(vec![0.9; problem.initial_density.len()]);
+    let density = ElementValues::from(vec![0.9; problem.initial_density().len()]);
     let designed = designed(&problem);
     let direction = Random::new(5).vector(designed.len(), 1.0);
     let base = problem.analysis.forward(&density, &mut Silent).expect("converges");
@@ -407,7 +407,7 @@ fn table_of_jumps() {
             for steps in [41, 50, 70] {
                 for friction in [0.15, 0.2, 0.3] {
                     let mut problem = problem(&dragged(elements, steps, friction, enforcement));
-                    let density = ElementValues::from(vec![0.9; problem.initial_density.len()]);
+                    let density = ElementValues::from(vec![0.9; problem.initial_density().len()]);
                     let Ok(run) = problem.analysis.forward(&density, &mut Silent) else { continue };
                     ended += 1;
                     rescued += usize::from(run.path.states.iter().any(|state| state.report.rescued));
@@ -450,7 +450,7 @@ fn table_of_the_onset_of_sliding() {
         ("c_n = c_t = 10000 N/cm³", "stiffness = 10000"),
     ] {
         let mut problem = problem(&text(c));
-        let density = vec![1.0; problem.initial_density.len()].into();
+        let density = vec![1.0; problem.initial_density().len()].into();
         let path = problem.analysis.forward(&density, &mut Silent).expect("converges").path;
         let steps: Vec<String> = (1..=10)
             .map(|step| {

@@ -172,7 +172,7 @@ fn check_uniform(mesh: &Mesh, d: &[f64], lateral: [f64; 2], axial: [f64; 2]) -> 
 }
 
 fn check(name: &str, problem: &mut Problem, lateral: [f64; 2], axial: [f64; 2], pressure: f64) {
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let run = forward(problem, &density);
     assert_eq!(run.path.states.len(), 4, "{name}: no sub-steps");
     let last = run.path.states.last().unwrap().state.clone();
@@ -352,7 +352,7 @@ fn an_inclined_sticking_interface_passes_shear_too() {
         for slave_above in [true, false] {
             let stack = Stack { moduli, shape, slave_above, friction: 2.0, clamped: true, ..Stack::default() };
             let mut problem = inclined(&stack);
-            let density = problem.initial_density.clone();
+            let density = problem.initial_density().clone();
             let run = forward(&mut problem, &density);
             let last = run.path.states.last().unwrap().state.clone();
             let strain = check_uniform(&problem.mesh, &last.unknowns, [1.0; 2], [axial; 2]);

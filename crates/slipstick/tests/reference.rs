@@ -50,7 +50,7 @@ fn reference() -> Value {
 fn run(friction: f64, enforcement: &str) -> (Problem, f64, Vec<f64>, slipstick::analysis::Forward) {
     let resolved = parse_case(&case_text(friction, enforcement), "cube.toml").unwrap();
     let mut problem = build(&resolved.case).unwrap();
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent).unwrap();
     let gradient = problem.analysis.gradient(&forward).unwrap();
     (problem, forward.value, gradient.into(), forward)

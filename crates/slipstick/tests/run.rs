@@ -161,7 +161,7 @@ impl MarchObserver for Table {
 fn tables_and_fields_of_a_path() {
     let (_folder, run) = directory();
     let (_, mut problem) = small();
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let mut table = Table(NewtonTable::open(&run, 0).unwrap());
     let forward = problem.analysis.forward(&density, &mut table).unwrap();
     table.0.check().unwrap();
@@ -208,7 +208,7 @@ fn failure(problem: &Problem, path: Path, kinds: Vec<StepFailureKind>) -> MarchF
 fn failures_name_places_attempts_and_cures() {
     let (_folder, run) = directory();
     let (_, mut problem) = small();
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let mut path = problem.analysis.forward(&density, &mut Silent).unwrap().path;
     path.states.truncate(3);
     path.steps = 2;

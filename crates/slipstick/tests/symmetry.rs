@@ -272,7 +272,7 @@ fn planes_alone_hold_an_eighth_of_a_cube() {
     let notices: Vec<&str> = told.notices.iter().map(|notice| notice.path.as_str()).collect();
     assert_eq!(notices, ["load[1].surface"]);
     assert_eq!(told.bodies[0].free_motions, 0);
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = forward(&mut problem, &density);
     let d = &forward.path.states.last().unwrap().state.unknowns;
     let corner = problem.mesh.nodes.iter().position(|x| *x == [1.0; 3]).unwrap();

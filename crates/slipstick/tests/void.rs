@@ -52,7 +52,7 @@ fn bridge(depth: f64, side: f64, energy: &str) -> (Problem, ElementValues) {
         ..Scene::default()
     };
     let problem = problem(&scene.text().replace("min = 1e-3", "min = 1e-9"));
-    let density: ElementValues = problem.initial_density.iter().map(|&x| if x > 0.0 { 1.0 } else { 0.0 }).collect();
+    let density: ElementValues = problem.initial_density().iter().map(|&x| if x > 0.0 { 1.0 } else { 0.0 }).collect();
     assert_eq!(density.iter().filter(|&&x| x == 0.0).count(), 50, "10 × 5 elements are void");
     (problem, density)
 }

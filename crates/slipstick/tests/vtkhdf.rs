@@ -94,7 +94,7 @@ fn directory(folder: &tempfile::TempDir) -> RunDirectory {
 #[test]
 fn the_file_has_the_fields_of_the_series() {
     let mut problem = small();
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent).expect("converges");
     let folder = tempfile::tempdir().expect("a folder");
     let run = directory(&folder);

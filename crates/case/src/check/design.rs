@@ -8,7 +8,7 @@ use slipstick_model::words::quantity;
 /// Notices for boxes of passive regions that contain no element, and for a filter that reaches no
 /// neighbour.
 pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
-    let (Some(design), Some(variables)) = (&case.design, &problem.variables) else {
+    let (Some(design), Some(variables)) = (&case.design, problem.variables()) else {
         return Vec::new();
     };
     let centroids = problem.mesh.centroids();
@@ -45,7 +45,7 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
 /// Smallest distance between the centroids of two elements of the design that share a node; `None`
 /// for a single element. \[L\]
 fn nearest_centroids(problem: &Problem, centroids: &[[f64; 3]]) -> Option<f64> {
-    let variables = problem.variables.as_ref()?;
+    let variables = problem.variables()?;
     let around = problem.mesh.node_elements();
     let squared = |a: u32, b: u32| -> f64 {
         let (a, b) = (centroids[a as usize], centroids[b as usize]);

@@ -175,7 +175,7 @@ fn filter(case: &Case, problem: &Problem) -> f64 {
     let sensitivities = design.and_then(|design| design.sensitivity_filter).filter(|_| case.optimizer.is_some());
     let densities = design.and_then(|design| design.density_filter).map(|filter| filter.radius);
     let radius = densities.or(sensitivities.map(|filter| filter.radius));
-    let (Some(radius), Some(variables)) = (radius, &problem.variables) else {
+    let (Some(radius), Some(variables)) = (radius, problem.variables()) else {
         return 0.0;
     };
     let centroids = problem.mesh.centroids();

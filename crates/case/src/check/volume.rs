@@ -21,7 +21,7 @@ fn share(variables: &DesignVariables, volumes: &[f64], density: &ElementValues, 
 /// A notice if an initial design with these densities exceeds the bound; it mentions the share of
 /// passive regions.
 pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> Option<Notice> {
-    let (variables, design) = (problem.variables.as_ref()?, case.design.as_ref()?);
+    let (variables, design) = (problem.variables()?, case.design.as_ref()?);
     let limit = design.volume_fraction?;
     let volumes = problem.mesh.element_volumes();
     let [filled, _] = share(variables, &volumes, density, |_| true);

@@ -55,23 +55,6 @@ pub fn run(context: &Context, args: &VerifyGradient) -> Outcome {
     end(run, outcome)
 }
 
-/// Compares the gradient with respect to the design variables or, if these are the densities, to the
-/// densities.
-fn compare(
-    problem: &mut Problem,
-    options: &VerifyOptions,
-    watch: &mut Watch<'_>,
-) -> Result<GradientCheck, VerifyError> {
-    let (analysis, density) = (&mut problem.analysis, &problem.initial_density);
-    match (&problem.map, &problem.initial_variables) {
-        (Some(map), Some(x)) if !map.is_identity() => verify_variables(analysis, map, x, options, watch),
-        (map, _) => {
-            let designed = map.as_ref().map_or(&[][..], |map| map.variables().designed());
-            verify_gradient(analysis, density, designed, options, watch)
-        }
-    }
-}
-
 fn options(args: &VerifyGradient) -> VerifyOptions {
     VerifyOptions {
         directions: args.directions,
@@ -110,6 +93,24 @@ fn chosen(problem: &Problem, names: &[String]) -> Result<Vec<(String, Response)>
         return Err(Failure::input("the case has neither an objective nor a quantity to differentiate", cure));
     }
     Ok(chosen)
+}
+
+/// Compares the gradient with respect to the densities or, if these are mapped, to the variables.
+fn compare(
+    problem: &mut Problem,
+    options: &VerifyOptions,
+    watch: &mut Watch<'_>,
+) -> Result<GradientCheck, VerifyError> {
+    let (map, x) = (problem.map().cloned(), problem.initial_variables().cloned());
+    let density = problem.initial_density().clone();
+    let analysis = &mut problem.analysis;
+    match map.zip(x) {
+        Some((map, x)) if !map.is_identity() => verify_variables(analysis, &map, &x, options, watch),
+        design => {
+            let designed = design.as_ref().map_or(&[][..], |(map, _)| map.variables().designed());
+            verify_gradient(analysis, &density, designed, options, watch)
+        }
+    }
 }
 
 /// A comparison of one quantity: its name, and the outcome, or why there is none.

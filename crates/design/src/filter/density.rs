@@ -61,7 +61,7 @@ impl DensityFilter {
     /// The same filter of a domain that void surrounds beyond these faces: the weight of the ball's
     /// part there is added to the denominator, with density 0. Constants are then preserved only at
     /// elements from which no such face is within the radius. `centroids`, `radius` and `planes` are
-    /// those of [`on_ranks`](Self::on_ranks); `faces` must not lie in a plane. All ranks call it.
+    /// those of [`on_ranks`](Self::on_ranks); none of the `faces` lies in one of the planes. All ranks call it.
     ///
     /// Source: Clausen, Andreassen, Struct. Multidiscip. Optim. 56 (2017) 1147–1155, whose domain
     /// extension has elements beyond the faces.

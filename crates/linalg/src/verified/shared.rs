@@ -76,8 +76,9 @@ impl SharedCycle {
     ) {
         let ranks = solves[0].matrix.a.ranks();
         let known = self.products.len();
-        for (z, w) in found {
-            self.add(z, w, ranks);
+        if !found.fold(true, |usable, (z, w)| self.add(z, w, ranks) && usable) {
+            // the factors or the matrix, which all share, are unusable
+            self.members.iter_mut().for_each(|member| (member.ended, member.finite) = (true, false));
         }
         let added = self.products[known..].iter().zip(&self.directions[known..]);
         let added: Vec<(&Vec<f64>, &Vec<f64>)> = added.collect();
@@ -87,8 +88,9 @@ impl SharedCycle {
         }
     }
 
-    /// Orthonormalises a product, and combines the directions in the same way.
-    fn add(&mut self, mut z: Vec<f64>, mut w: Vec<f64>, ranks: &dyn Ranks) {
+    /// Orthonormalises a product, and combines the directions in the same way. Drops it if it is in
+    /// the span of the others; `false` if it is not finite.
+    fn add(&mut self, mut z: Vec<f64>, mut w: Vec<f64>, ranks: &dyn Ranks) -> bool {
         let size = norm_on(&w, ranks);
         for _ in 0..2 {
             let mut components: Vec<f64> = self.products.iter().map(|q| dot(&w, q)).collect();
@@ -99,14 +101,13 @@ impl SharedCycle {
             }
         }
         let left = norm_on(&w, ranks);
-        // also if it is not a number: the member whose residual it was then ends for lack of progress
-        if !(left > NEW * size) {
-            return;
+        if left > NEW * size {
+            w.iter_mut().for_each(|w| *w /= left);
+            z.iter_mut().for_each(|z| *z /= left);
+            self.products.push(w);
+            self.directions.push(z);
         }
-        w.iter_mut().for_each(|w| *w /= left);
-        z.iter_mut().for_each(|z| *z /= left);
-        self.products.push(w);
-        self.directions.push(z);
+        left.is_finite()
     }
 
     /// What each right-hand side has found.

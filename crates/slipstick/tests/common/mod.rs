@@ -13,6 +13,7 @@ use slipstick_mesh::Mesh;
 use slipstick_path::Silent;
 
 pub mod abaqus;
+pub mod optimization;
 pub mod quantities;
 pub mod scene;
 
@@ -62,14 +63,14 @@ impl Random {
 pub fn random_density(problem: &Problem, seed: u64) -> ElementValues {
     let mut random = Random::new(seed);
     let designed = designed(problem);
-    (0..problem.initial_density.len())
+    (0..problem.initial_density().len())
         .map(|e| if designed.contains(&e) { random.within(0.4, 0.9) } else { 1.0 })
         .collect()
 }
 
 /// The elements of the design.
 pub fn designed(problem: &Problem) -> Vec<usize> {
-    match &problem.variables {
+    match problem.variables() {
         None => Vec::new(),
         Some(v) => {
             let inside = |r: &slipstick_design::Role| *r != slipstick_design::Role::Outside;

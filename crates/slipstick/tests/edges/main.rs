@@ -45,7 +45,7 @@ fn even(from: f64, to: f64, count: usize) -> Vec<f64> {
 /// Solves a case with meshes given by name.
 fn solve(text: &str, meshes: &[(&str, Mesh)]) -> Solved {
     let mut problem = problem_with(text, meshes);
-    let density = problem.initial_density.clone();
+    let density = problem.initial_density().clone();
     let forward = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{e}\n{text}"));
     Solved { problem, forward }
 }

@@ -151,7 +151,7 @@ fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
 /// A density filter and a projection for the problem of a seed.
 pub fn random_map(seed: u64, problem: &Problem) -> DensityMap {
     let mut random = Random::new(!seed);
-    let variables = problem.variables.clone().expect("a design");
+    let variables = problem.variables().cloned().expect("a design");
     let centroids = problem.mesh.centroids();
     let centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
     let volumes = variables.domain_volumes(&problem.mesh.element_volumes()).expect("volumes");
@@ -206,7 +206,7 @@ pub fn random_problem(seed: u64) -> RandomProblem {
     let mut problem = problem(&text);
     let elements = designed(&problem);
     let lowest = one_of(r, &[0.1, 0.4]);
-    let mut density = ElementValues::from(vec![1.0; problem.initial_density.len()]);
+    let mut density = ElementValues::from(vec![1.0; problem.initial_density().len()]);
     elements.iter().for_each(|&e| density[e] = r.within(lowest, 0.95));
     let mut objective = if chance(r, 0.7) { "contact force" } else { "reaction force" }.to_owned();
     if seed >= FIRST_OF_QUANTITIES {

@@ -25,7 +25,7 @@ is the nodal pressure next to the middle. The statuses of nodes determine c up t
 facet, which is the bound there.",
         remarks: "
 At P = 10, p₀/E* is 0.085, and strains of a few percent are beyond the range of the theory: p₀
-converges to a value 2.4 % above it. At P/16, where all lengths and strains of the contact are a
+converges to a value about 2.5 % above it. At P/16, where all lengths and strains of the contact are a
 quarter, the deviations fall below 2 % and still decrease as the mesh is refined.
 
 With standard shapes, nodal multipliers oscillate about the pressure, from the edges of the contact

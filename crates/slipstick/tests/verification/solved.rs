@@ -43,7 +43,7 @@ impl Scene {
         };
         let resolved = parse_case_with(&self.text, "case.toml", &read).unwrap_or_else(|e| panic!("{e}\n{}", self.text));
         let mut problem = build(&resolved.case).unwrap_or_else(|e| panic!("{e}\n{}", self.text));
-        let density = problem.initial_density.clone();
+        let density = problem.initial_density().clone();
         let forward = problem.analysis.forward(&density, &mut Silent).unwrap_or_else(|e| panic!("{e}\n{}", self.text));
         Solved { problem, forward }
     }
