@@ -148,8 +148,8 @@ pub fn density(data: &[u8]) {
 /// The text of `checkpoint.json`: what is taken up is a state that the optimizer goes on with.
 pub fn checkpoint(data: &[u8]) {
     let Ok(found) = serde_json::from_slice::<Checkpoint>(data) else { return };
-    // Its file of start values is the other target's.
-    if found.start_values.is_some() {
+    // Its files of start values are the other target's.
+    if !found.start_values.is_empty() {
         return;
     }
     thread_local!(static AT_START: std::cell::RefCell<Optimization> = optimization().into());

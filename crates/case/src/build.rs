@@ -5,6 +5,7 @@ mod mesh;
 mod optimization;
 mod quantities;
 mod symmetry;
+mod variation;
 
 pub use mesh::build_mesh;
 pub use optimization::optimization;
@@ -18,7 +19,7 @@ use slipstick_contact::kinematics::CellRule;
 use slipstick_contact::{ContactInterface, InterfaceOptions};
 use slipstick_design::DesignVariables;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
-use slipstick_model::analysis::Analysis;
+use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::course;
 use slipstick_model::model::prescribed::Prescribed;
 use slipstick_model::model::{
@@ -95,7 +96,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
         .map_err(|e| BuildError::new("body", e, "the mesh is folded in its reference configuration"))?;
     // two driven sets may move towards each other
     let driven = case.dirichlet.iter().filter(|d| !d.motion.is_empty()).count();
-    let approach = prescribed.largest_step(&times) * driven.min(2) as f64;
+    let approach = prescribed.largest_step(&times) * driven.min(2) as f64 * variation::largest_motion_factor(case);
     let interfaces = build_interfaces(case, &mesh, &coordinates, &mirrored, approach)?;
     let uzawa = build_uzawa(case)?;
     let variables = build_variables(case, &mesh)?;
@@ -119,12 +120,18 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let loads = build_loads(case, &mesh, &coordinates, &load_cases)?;
     let parts = ModelParts { share, solid, designed, interpolation, interfaces, uzawa, prescribed, loads };
     let model = ContactModel::new(&mesh, parts, &initial_density, largest);
+    let variations = variation::variations(case, &mesh, &model, &mirrored)?;
     let Requested { quantities, objective, constraints } = quantities::requested(case, &mesh, &model)?;
+    let design = Design::new(Arc::new(model), &initial_density);
+    let cases = LoadCases::new(&design, variations).map_err(|(number, error)| {
+        let path = format!("load_case[{number}].modulus_factor");
+        BuildError::new(path, error, "choose factors that keep the moduli positive")
+    })?;
     let analysis = Analysis {
-        design: Design::new(Arc::new(model), &initial_density),
+        design,
         workspace: Workspace::default(),
         times,
-        restarts: (1..load_cases.len()).map(course::start).collect(),
+        cases,
         objective,
         constraints,
         march: march_options(case),

@@ -44,7 +44,7 @@ pub use optimizer::{
     kkt_residual,
 };
 pub use quantity::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure};
-pub use response::{Bound, Constraint, Curve, ObservedSteps, Reduction, Response, Term};
+pub use response::{Bound, Constraint, Curve, ObservedSteps, OverLoadCases, Reduction, Response, Term};
 pub use schedule::{Schedule, Steps};
 pub use values::{DomainValues, ElementValues, VariableValues};
 pub use variables::{DesignError, DesignVariables, Passives, Role};

@@ -1,12 +1,13 @@
 //! Forward analysis and gradient of a built problem.
 
 mod chain;
+mod load_cases;
 mod pairs;
 mod rounding;
 
 use crate::model::{ContactModel, Design, Parameter, Workspace};
-use chain::Adapter;
 pub(crate) use chain::{PreviousData, StateData, steps_of};
+pub use load_cases::LoadCases;
 pub use pairs::{PairResult, pair_results};
 pub use rounding::Rounding;
 use slipstick_design::ElementValues;
@@ -15,8 +16,8 @@ use slipstick_design::quantity::{
 };
 use slipstick_design::response::{Constraint, Response};
 use slipstick_path::{
-    Guide, LinearSystem, LoadPath, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, Solver,
-    StateError, SweepError, SweepOptions, Timings, march, sweep,
+    Guide, LinearSystem, MarchFailure, MarchObserver, MarchOptions, Path, PathGradient, PathState, StateError,
+    SweepError, SweepOptions, Timings,
 };
 
 /// A forward analysis with the objective's value.
@@ -31,10 +32,13 @@ pub struct Forward {
     pub step_values: Vec<f64>,
     /// θ.
     pub value: f64,
+    /// The values of the objective's [parts](Response::parts), of which θ is the largest; only θ if
+    /// it has no parts; empty without an objective.
+    pub parts: Vec<f64>,
     /// The values of the constraints' responses.
     pub constraints: Vec<f64>,
-    /// The values of the quantities of the objective, then of the constraints: for each response, a
-    /// row for each term, with a column for each user's step.
+    /// The values of the quantities of the objective's parts, then of the constraints: for each
+    /// response, a row for each term, with a column for each user's step.
     pub quantities: Vec<Vec<Vec<f64>>>,
     /// A likely mistake in the case.
     pub notice: Option<ForwardNotice>,
@@ -117,14 +121,15 @@ pub enum ResponseRefused {
 
 /// A model with load steps, objective and solver: everything that a density determines.
 pub struct Analysis {
-    /// The discrete problem with the densities of the last analysis.
+    /// The discrete problem with the densities of the last analysis, without what
+    /// [`cases`](Self::cases) changes.
     pub design: Design,
     /// Buffers of its evaluations.
     pub workspace: Workspace,
     /// Ends of the user's steps in pseudo-time, ascending.
     pub times: Vec<f64>,
-    /// Pseudo-times, between two of the steps, at which another load case begins at rest.
-    pub restarts: Vec<f64>,
+    /// The load cases, which follow each other on the [axis](crate::model::course) of pseudo-time.
+    pub cases: LoadCases,
     /// The objective to be minimised, if any; [`set_objective`](Self::set_objective) sets your own.
     pub objective: Option<Response>,
     /// Bounds on other responses; [`set_constraints`](Self::set_constraints) sets your own.
@@ -148,27 +153,52 @@ impl Analysis {
     /// Sets the density of every element, 1 outside the design.
     pub fn set_density(&mut self, density: &ElementValues) {
         self.design = Design::new(self.design.model().clone(), density);
+        self.cases.set_density(density);
         self.workspace.forget();
     }
 
-    /// Sets the coefficient of friction of all contact pairs.
+    /// Changes the model, for all load cases.
+    fn change_model(&mut self, change: impl FnOnce(&mut ContactModel)) {
+        self.design.of_changed_model(change);
+        self.cases.follow(&self.design);
+    }
+
+    /// Sets the coefficient of friction of all contact pairs, except in load cases that set their
+    /// own.
     pub fn set_friction(&mut self, friction: f64) {
-        self.design.of_changed_model(|model| model.set_friction(friction));
+        self.change_model(|model| model.set_friction(friction));
     }
 
     /// Sets the exponent by which densities are penalized, from the next analysis on.
     pub(crate) fn set_penalization(&mut self, penalization: f64) {
-        self.design.of_changed_model(|model| model.set_penalization(penalization));
+        self.change_model(|model| model.set_penalization(penalization));
     }
 
     /// Sets when Uzawa's iteration stops; does nothing if no contact pair uses it.
     pub(crate) fn set_uzawa(&mut self, uzawa: Option<crate::model::Uzawa>) {
-        self.design.of_changed_model(|model| model.set_uzawa(uzawa));
+        self.change_model(|model| model.set_uzawa(uzawa));
     }
 
     /// Sets the relative tolerance of Uzawa's iteration; does nothing if no contact pair uses it.
     pub(crate) fn set_uzawa_tolerance(&mut self, tolerance: f64) {
-        self.design.of_changed_model(|model| model.set_uzawa_tolerance(tolerance));
+        self.change_model(|model| model.set_uzawa_tolerance(tolerance));
+    }
+
+    /// Another analysis of the same problem, with a solver and buffers of its own, and without a
+    /// guide.
+    pub(crate) fn another(&self) -> Self {
+        Self {
+            design: self.design.clone(),
+            workspace: self.workspace.another(),
+            times: self.times.clone(),
+            cases: self.cases.clone(),
+            objective: self.objective.clone(),
+            constraints: self.constraints.clone(),
+            march: self.march,
+            sweep: self.sweep,
+            linear: self.linear.another(),
+            guide: None,
+        }
     }
 
     /// From now on, measures with `clock` (seconds from any origin) how the time is spent.
@@ -214,9 +244,10 @@ impl Analysis {
         Ok(())
     }
 
-    /// The objective, if any, and the responses of the constraints.
-    fn responses(&self) -> Vec<&Response> {
-        self.objective.iter().chain(self.constraints.iter().map(|constraint| &constraint.response)).collect()
+    /// The parts of the objective, if any, and the responses of the constraints.
+    fn responses(&self) -> Vec<Response> {
+        let constraints = self.constraints.iter().map(|constraint| constraint.response.clone());
+        self.objective.iter().flat_map(Response::parts).chain(constraints).collect()
     }
 
     /// Compares a quantity's derivatives with differences of its values, at every load step: at
@@ -229,7 +260,7 @@ impl Analysis {
         let (displacement, internal_force) = self.some_state();
         let steps = self.times.len();
         // of a load case
-        let each = (steps / (self.restarts.len() + 1)).max(1);
+        let each = (steps / self.cases.count()).max(1);
         let model = self.model();
         let n = displacement.len();
         let reads = quantity.reads();
@@ -301,23 +332,23 @@ impl Analysis {
         // without an objective there is no gradient to keep factors for
         let factor_memory = if self.objective.is_some() { self.march.factor_memory } else { 0 };
         let options = MarchOptions { factor_memory, ..self.march };
-        let (start, guide) = (self.design.model().rest(), self.guide.as_ref());
-        let load_path = LoadPath { start, times: &self.times, restarts: &self.restarts, guide };
-        let Self { design, linear, workspace, .. } = self;
-        let path = march(&mut Solver { problem: &*design, linear, workspace }, &load_path, &options, observer)?;
+        let path = self.march_all(&options, observer)?;
         let steps = self.times.len();
         let responses = self.responses();
-        let quantities = chain::values(&self.design, &path, steps, &responses)?;
+        let responses: Vec<&Response> = responses.iter().collect();
+        let quantities = chain::values(&|time| self.design_at(time), &path, steps, &responses)?;
         let step_values = match &self.objective {
             Some(objective) => objective.step_values(&quantities[0]),
             None => vec![0.0; steps],
         };
-        let mut values = responses.iter().zip(&quantities).map(|(response, of)| response.reduce(of, &self.times).0);
-        let value = if self.objective.is_some() { values.next().unwrap_or(0.0) } else { 0.0 };
-        let constraints = values.collect();
+        let values = responses.iter().zip(&quantities).map(|(response, of)| response.reduce(of, &self.times).0);
+        let mut parts: Vec<f64> = values.collect();
+        let constraints = parts.split_off(parts.len() - self.constraints.len());
+        let value = parts.get(largest(&parts)).copied().unwrap_or(0.0);
         let notice = self.notice(&path);
         let rounding = if path.steps == steps { self.rounding(value, notice) } else { None };
-        Ok(Forward { density: density.clone(), path, step_values, value, constraints, quantities, notice, rounding })
+        let density = density.clone();
+        Ok(Forward { density, path, step_values, value, parts, constraints, quantities, notice, rounding })
     }
 
     /// A notice if contact never closes, or is open at all steps that the objective observes;
@@ -372,15 +403,17 @@ impl Analysis {
         Gradients { density: design.into(), parameters }
     }
 
-    /// Derivatives of the objective, if any, and of the responses of all constraints. They share
-    /// tangents and factors. Derivatives with respect to parameters other than densities are zero
+    /// Derivatives of the objective's [parts](Response::parts), if any, and of the responses of all
+    /// constraints. They share tangents and factors. Derivatives with respect to parameters other than densities are zero
     /// unless `parameters`.
     ///
     /// # Errors
     /// As [`gradients`](Self::gradients).
     pub fn response_gradients(&mut self, forward: &Forward, parameters: bool) -> Result<Vec<Gradients>, AnalysisError> {
-        let slopes = self.slopes(forward, usize::MAX);
-        let gradients = self.sweep_back(forward, &slopes, parameters)?;
+        let responses = self.responses();
+        let each = responses.iter().zip(&forward.quantities);
+        let slopes: Vec<_> = each.map(|(response, of)| response.reduce(of, &self.times).1).collect();
+        let gradients = self.sweep_back(forward, &responses, &slopes, parameters)?;
         Ok(gradients.into_iter().map(|gradient| self.named(gradient)).collect())
     }
 
@@ -409,28 +442,25 @@ impl Analysis {
         // every call gives the same bits, whatever was computed before
         self.workspace.forget();
         self.linear.forget();
-        let gradient = self.sweep_back(forward, &[weights], parameters)?.swap_remove(0);
+        let gradient = self.sweep_back(forward, &self.responses()[..1], &[weights], parameters)?.swap_remove(0);
         Ok(self.named(gradient))
     }
 
     fn gradient_of_objective(&mut self, forward: &Forward, parameters: bool) -> Result<PathGradient, AnalysisError> {
         assert!(self.objective.is_some(), "a gradient needs an objective");
-        let slopes = self.slopes(forward, 1);
-        self.sweep_back(forward, &slopes, parameters).map(|mut gradients| gradients.swap_remove(0))
+        // the part that is the objective
+        let part = largest(&forward.parts);
+        let responses = &self.responses()[part..=part];
+        let slopes = [responses[0].reduce(&forward.quantities[part], &self.times).1];
+        self.sweep_back(forward, responses, &slopes, parameters).map(|mut gradients| gradients.swap_remove(0))
     }
 
-    /// Derivatives of the first `count` responses with respect to the values of their terms at the
-    /// user's steps.
-    fn slopes(&self, forward: &Forward, count: usize) -> Vec<Vec<Vec<f64>>> {
-        let responses = self.responses().into_iter().take(count).zip(&forward.quantities);
-        responses.map(|(response, quantities)| response.reduce(quantities, &self.times).1).collect()
-    }
-
-    /// Derivatives of the first responses, one for each of `slopes`, the derivatives of a response
-    /// with respect to the values of its terms at the user's steps.
+    /// Derivatives of responses; `slopes` are those of each with respect to the values of its terms
+    /// at the user's steps.
     fn sweep_back(
         &mut self,
         forward: &Forward,
+        responses: &[Response],
         slopes: &[Vec<Vec<f64>>],
         parameters: bool,
     ) -> Result<Vec<PathGradient>, AnalysisError> {
@@ -442,20 +472,14 @@ impl Analysis {
             self.set_density(&forward.density);
         }
         let options = SweepOptions { parameters, ..self.sweep };
-        let Self { design, linear, workspace, objective, constraints, .. } = self;
-        let responses: Vec<&Response> = objective
-            .iter()
-            .chain(constraints.iter().map(|constraint| &constraint.response))
-            .take(slopes.len())
-            .collect();
-        let mut adapter = Adapter::new(&forward.path, &responses, slopes, all, parameters);
-        let mut solver = Solver { problem: &*design, linear, workspace };
-        let mut gradients = sweep(&mut solver, &forward.path, &mut adapter, &options)?;
-        for ((response, slopes), gradient) in responses.iter().zip(slopes).zip(&mut gradients) {
-            chain::add_density_derivative(design, response, slopes, &mut gradient.design);
-        }
-        Ok(gradients)
+        let responses: Vec<&Response> = responses.iter().collect();
+        Ok(self.sweep_all(&forward.path, &responses, slopes, &options)?)
     }
+}
+
+/// Index of the largest value; 0 without values.
+fn largest(values: &[f64]) -> usize {
+    (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0)
 }
 
 /// Slave nodes with invented data of arbitrary size, for the check of a quantity's derivatives.

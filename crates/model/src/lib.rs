@@ -11,5 +11,6 @@ pub mod model;
 pub mod optimize;
 pub mod problem;
 pub mod quantities;
+mod side_by_side;
 pub mod verify;
 pub mod words;

@@ -15,168 +15,27 @@
 //! the next iteration depends on is in [`OptimizationState`] and the path of the last design. Both
 //! can be stored and restored bit for bit.
 
+mod functions;
 mod maps;
+mod realisations;
+mod state;
 mod stop;
 
+pub use state::{
+    FilterOptions, FunctionRecord, IterationRecord, OptimizationOptions, OptimizationState, OptimizeError, PrepareError,
+};
 pub use stop::StopCriteria;
 
-use maps::Maps;
+use functions::{Counts, Designs, Gradients, Values};
+use realisations::Realisations;
 
 use crate::analysis::{AnalysisError, Forward};
 use crate::problem::Problem;
-use serde::{Deserialize, Serialize};
 use slipstick_design::{
-    DensityMap, DomainValues, ElementValues, FilterError, Functions, Judgement, Method, MmaError, MmaParameters,
-    Optimizer, Scaling, Schedule, SensitivityFilter, VariableValues, VolumeConstraint, VolumeError,
+    DensityMap, ElementValues, Functions, Judgement, Optimizer, Scaling, Schedule, SensitivityFilter, VariableValues,
+    VolumeConstraint,
 };
-use slipstick_path::{Guide, MarchFailure, MarchObserver};
-
-/// One evaluated design.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct IterationRecord {
-    /// 0 is the start design.
-    pub iteration: usize,
-    /// θ.
-    pub objective: f64,
-    /// Filled fraction of the design domain.
-    pub volume_fraction: f64,
-    /// Largest change of a variable in the update that followed, before halvings and inner
-    /// iterations shortened it; `None` after the last evaluation.
-    pub change: Option<f64>,
-    /// Norm of the optimality residual of the (filtered, scaled) problem at this design, as the
-    /// optimizer sees it.
-    pub optimality: Option<f64>,
-    /// Newton iterations of the whole path.
-    pub newton_iterations: usize,
-    /// Newton iterations of failed attempts, including the paths that failed before the update was
-    /// halved, and of the paths of rejected candidates.
-    #[serde(default)]
-    pub failed_iterations: usize,
-    /// Uzawa iterations of the whole path.
-    pub uzawa_iterations: usize,
-    /// Accepted (sub-)steps.
-    pub increments: usize,
-    /// Constraints, in the order of [`OptimizationState::constraints`].
-    pub constraints: Vec<ConstraintRecord>,
-    /// Largest violation of a constraint, relative to its bound; 0 if all are met.
-    pub violation: f64,
-    /// Share of intermediate densities, 4 Σ V φ (1 − φ) / Σ V over the design domain: 0 for a
-    /// design of solid and void, 1 if all densities are 0.5. Source: Sigmund, Struct. Multidiscip.
-    /// Optim. 33 (2007) 401–424.
-    pub discreteness: f64,
-    /// Slave nodes open, sticking, slipping at the end of the path.
-    pub status: [usize; 3],
-    /// How many times the update was halved because the path could not be marched with the full
-    /// one.
-    pub halvings: usize,
-    /// Inner iterations of GCMMA: candidates that were marched and rejected before this design.
-    #[serde(default)]
-    pub inner_iterations: usize,
-}
-
-/// A constraint at a design.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct ConstraintRecord {
-    /// The value that is bounded.
-    pub value: f64,
-    /// Multiplier: how much θ would fall if the bound were relaxed by its own magnitude (by 1 if
-    /// the bound is 0), to first order. `None` after the last evaluation.
-    pub multiplier: Option<f64>,
-}
-
-/// Everything that the next iteration depends on.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct OptimizationState {
-    /// Number of updates made.
-    pub iteration: usize,
-    /// Design variables.
-    pub x: VariableValues,
-    /// The variables before the last update, for halving it.
-    pub x_before: Option<VariableValues>,
-    /// The optimizer's memory, under the name of its method.
-    #[serde(flatten)]
-    pub optimizer: Optimizer,
-    /// Scales of objective and constraints, each from the first gradient that is not zero.
-    pub scaling: Option<Scaling>,
-    /// Names of the constraints: the bound on the volume, if any, then those of the analysis.
-    pub constraints: Vec<String>,
-    /// All evaluated designs.
-    pub history: Vec<IterationRecord>,
-}
-
-/// How a problem is optimized.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OptimizationOptions {
-    /// Bound on the fraction of the design domain's volume that is filled, in (0, 1]; `None`: no
-    /// bound.
-    pub volume_fraction: Option<f64>,
-    /// Filter of the sensitivities; `None` for none. It requires a design map that is the identity.
-    pub filter: Option<FilterOptions>,
-    /// Number of updates.
-    pub iterations: usize,
-    /// When the optimization stops earlier.
-    pub stop: StopCriteria,
-    /// Parameters that change over the iterations.
-    pub schedule: Schedule,
-    /// MMA or GCMMA.
-    pub method: Method,
-    /// Parameters of either method.
-    pub mma: MmaParameters,
-    /// Whether each march takes its start values from the path of the previous design.
-    pub follow_previous_design: bool,
-}
-
-/// A filter of sensitivities.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FilterOptions {
-    /// Radius. \[L\]
-    pub radius: f64,
-    /// Symmetry planes, across which elements have mirror images: axis (0, 1 or 2) and coordinate.
-    /// \[L\]
-    pub planes: Vec<(usize, f64)>,
-}
-
-/// Why a problem cannot be optimized.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum PrepareError {
-    /// It has no objective.
-    #[error("an optimization needs an objective")]
-    NoObjective,
-    /// It has no design.
-    #[error("an optimization needs a design")]
-    NoDesign,
-    /// The sensitivity filter is impossible.
-    #[error(transparent)]
-    Filter(FilterError),
-    /// The sensitivity filter would falsify gradients that are exact with respect to the variables.
-    #[error("a sensitivity filter cannot be combined with a density filter or a projection")]
-    TwoFilters,
-    /// The schedule of the sharpness is impossible.
-    #[error(transparent)]
-    Sharpness(FilterError),
-    /// The bound on the volume is impossible.
-    #[error(transparent)]
-    Volume(VolumeError),
-}
-
-/// Why an optimization stopped short.
-#[derive(Debug, thiserror::Error)]
-pub enum OptimizeError {
-    /// The analysis failed.
-    #[error(transparent)]
-    Analysis(#[from] AnalysisError),
-    /// The optimizer failed.
-    #[error("optimizer: {0}")]
-    Mma(#[from] MmaError),
-    /// The objective of a design is only round-off, so it permits no update; the state is that of
-    /// the last finished iteration.
-    #[error("{}", .0.rounding.map_or(String::new(), |rounding| rounding.to_string()))]
-    Rounding(Box<Forward>),
-    /// Stopped from outside, in the middle of an iteration; the state is that of the last finished
-    /// one.
-    #[error("interrupted")]
-    Interrupted,
-}
+use slipstick_path::{Guide, MarchObserver};
 
 /// The last analysed design.
 #[derive(Debug, Clone, PartialEq)]
@@ -185,7 +44,9 @@ pub struct Evaluated {
     pub x: VariableValues,
     /// Densities of all elements.
     pub density: ElementValues,
-    /// dθ/dφ of all elements, unfiltered; `None` for the last evaluation, which needs no gradient.
+    /// dθ/dφ of all elements, unfiltered; `None` for the last evaluation, which needs no gradient,
+    /// and if θ also depends on an eroded and a dilated design. Of several load cases whose worst
+    /// counts, the sum with their multipliers.
     pub gradient: Option<ElementValues>,
 }
 
@@ -193,7 +54,7 @@ pub struct Evaluated {
 pub struct Optimization {
     /// The problem being designed.
     pub problem: Problem,
-    maps: Maps,
+    realisations: Realisations,
     filter: Option<SensitivityFilter>,
     volume: VolumeConstraint,
     /// Whether the volume is bounded.
@@ -201,7 +62,7 @@ pub struct Optimization {
     iterations: usize,
     stop: StopCriteria,
     schedule: Schedule,
-    /// Whether a march follows the path of the previous design, in `problem.analysis.guide`.
+    /// Whether a march follows the path of the previous design.
     follow: bool,
     evaluated: Option<Evaluated>,
     /// All data that the next iteration depends on.
@@ -211,8 +72,7 @@ pub struct Optimization {
 /// A design whose path could be marched.
 struct Marched {
     x: VariableValues,
-    density: ElementValues,
-    forward: Forward,
+    designs: Designs,
     halvings: usize,
     /// Newton iterations of the paths that failed earlier, and of rejected candidates.
     lost: usize,
@@ -246,7 +106,7 @@ impl Optimization {
     /// # Errors
     /// [`PrepareError`] if the problem has no design or no objective, or an option is out of its
     /// range.
-    pub fn new(problem: Problem, options: OptimizationOptions) -> Result<Self, PrepareError> {
+    pub fn new(mut problem: Problem, options: OptimizationOptions) -> Result<Self, PrepareError> {
         if problem.analysis.objective.is_none() {
             return Err(PrepareError::NoObjective);
         }
@@ -257,7 +117,8 @@ impl Optimization {
         }
         let variables = map.variables();
         let volumes = variables.on_domain(&problem.mesh.element_volumes().into());
-        let OptimizationOptions { volume_fraction, filter, iterations, stop, schedule, method, mma, .. } = options;
+        let OptimizationOptions { volume_fraction, filter, iterations, stop, schedule, method, mma, margin, .. } =
+            options;
         let filter = filter.map(|FilterOptions { radius, planes }| {
             let centroids = problem.mesh.centroids();
             let centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
@@ -269,19 +130,24 @@ impl Optimization {
         let of_analysis = problem.analysis.constraints.iter().map(|constraint| constraint.response.name().to_owned());
         let constraints: Vec<String> =
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
-        let maps = Maps::new(map, &schedule.sharpness).map_err(PrepareError::Sharpness)?;
+        let n = x.len();
+        let realisations = Realisations::new(&mut problem, map, &schedule.sharpness, margin)?;
+        let parts = realisations.part_names(&problem);
+        let counts = Counts::new(&parts, volume_fraction.is_some(), &problem, realisations.count());
         let state = OptimizationState {
             iteration: 0,
-            optimizer: Optimizer::new(method, x.len(), constraints.len(), mma),
+            optimizer: Optimizer::new(method, n, counts.of_optimizer(), mma),
             x,
             x_before: None,
             scaling: None,
+            parts,
             constraints,
+            dilated_limit: None,
             history: Vec::new(),
         };
         Ok(Self {
             problem,
-            maps,
+            realisations,
             filter,
             volume,
             bounded: volume_fraction.is_some(),
@@ -301,7 +167,7 @@ impl Optimization {
 
     /// The map from variables to densities at the current iteration.
     pub fn map(&self) -> &DensityMap {
-        self.maps.at(self.state.iteration)
+        self.realisations.map(self.state.iteration)
     }
 
     /// The design of the last [`advance`](Self::advance); `None` before the first.
@@ -315,10 +181,33 @@ impl Optimization {
     }
 
     /// Whether each march takes its start values from the path of the previous design. The next
-    /// iteration then depends not only on the state, but also on that path, in
-    /// `problem.analysis.guide`.
+    /// iteration then depends not only on the state, but also on [`guides`](Self::guides).
     pub fn follows_previous_design(&self) -> bool {
         self.follow
+    }
+
+    /// Number of realisations of a design: 1, or 3 with an eroded and a dilated one.
+    pub fn realisations(&self) -> usize {
+        self.realisations.count()
+    }
+
+    /// The paths of the previous design that the next march follows, one for each realisation; empty
+    /// before the first update, and if it follows none.
+    pub fn guides(&self) -> Vec<&Guide> {
+        self.problem.analysis.guide.iter().chain(self.realisations.guides()).collect()
+    }
+
+    /// Sets the paths that the next march follows.
+    pub fn set_guides(&mut self, guides: Vec<Guide>) {
+        let mut guides = guides.into_iter();
+        self.problem.analysis.guide = guides.next();
+        self.realisations.set_guides(guides.collect());
+    }
+
+    /// Numbers of constraints in the memory of the optimizer and in the scaling.
+    pub fn function_counts(&self) -> [usize; 2] {
+        let counts = Counts::new(&self.state.parts, self.bounded, &self.problem, self.realisations());
+        [counts.of_optimizer(), counts.constraints]
     }
 
     /// Number of updates requested.
@@ -361,46 +250,43 @@ impl Optimization {
     pub fn advance(&mut self, observer: &mut dyn MarchObserver) -> Result<Forward, OptimizeError> {
         let mut optimizer = self.state.optimizer.clone();
         if let Some(p) = self.schedule.p.at(self.state.iteration) {
-            self.problem.analysis.set_penalization(p);
+            self.realisations.set_penalization(&mut self.problem.analysis, p);
         }
-        let Marched { x, density, mut forward, halvings, lost } = self.march_accepted(&mut optimizer, observer)?;
-        if forward.rounding.is_some() {
-            forward.path.forget_factors();
-            return Err(OptimizeError::Rounding(Box::new(forward)));
+        let Marched { x, mut designs, halvings, lost } = self.march_accepted(&mut optimizer, observer)?;
+        if designs.first().rounding.is_some() {
+            designs.forget_factors();
+            return Err(OptimizeError::Rounding(Box::new(designs.into_first())));
         }
-        let domain = self.maps.variables().on_domain(&density);
-        let mut record = record(self.state.iteration, &forward, self.volume.fraction(&domain));
-        record.discreteness = self.volume.discreteness(&domain);
-        let functions = self.constraint_functions(&domain, &forward);
-        record.constraints = functions.iter().map(|f| ConstraintRecord { value: f.value, multiplier: None }).collect();
-        record.violation = functions.iter().fold(0.0, |worst: f64, f| worst.max(f.violation.0));
+        let dilated_limit = self.dilated_limit(&designs);
+        let values = self.values(&designs, dilated_limit);
+        let mut record = self.record(&designs, &values);
         record.halvings = halvings;
         record.inner_iterations = optimizer.inner_iterations();
         record.failed_iterations += lost;
         let done = self.done(&x);
-        let evaluated = Evaluated { x: x.clone(), density, gradient: None };
-        let mut next = OptimizationState { x, optimizer, ..self.state.clone() };
+        let evaluated = Evaluated { x: x.clone(), density: designs.nominal().clone(), gradient: None };
+        let mut next = OptimizationState { x, optimizer, dilated_limit, ..self.state.clone() };
         let mut derivative = None;
         if !done {
-            let gradients = self.problem.analysis.response_gradients(&forward, false);
-            forward.path.forget_factors();
+            let gradients = self.realisations.gradients(&mut self.problem.analysis, &designs);
+            designs.forget_factors();
             // also if the sweep was interrupted
             if observer.cancelled() {
                 return Err(OptimizeError::Interrupted);
             }
             let gradients = gradients?;
-            let gradients: Vec<ElementValues> = gradients.into_iter().map(|gradient| gradient.density).collect();
-            self.update(&mut next, &mut record, &domain, &forward, (&functions, &gradients))?;
-            derivative = gradients.into_iter().next();
+            self.update(&mut next, &mut record, &values, &designs, &gradients)?;
+            derivative = self.realisations.derivative(gradients, &record.parts);
         }
         if self.follow && next.iteration > self.state.iteration {
             let analysis = &mut self.problem.analysis;
-            analysis.guide = Some(Guide::of(&forward.path, analysis.linear.ranks()));
+            analysis.guide = Some(Guide::of(&designs.first().path, analysis.linear.ranks()));
+            self.realisations.follow(&designs);
         }
         next.history.push(record);
         self.state = next;
         self.evaluated = Some(Evaluated { gradient: derivative, ..evaluated });
-        Ok(forward)
+        Ok(designs.into_first())
     }
 
     /// Marches with the variables of the state and, as long as the optimizer rejects the result,
@@ -422,23 +308,20 @@ impl Optimization {
             let mut marched = self.march_or_step_back(x, observer)?;
             marched.halvings += halvings;
             marched.lost += lost;
-            let judged = comparable && marched.forward.rounding.is_none();
+            let judged = comparable && marched.designs.first().rounding.is_none();
             // without scales, nothing has been approximated yet
             let Some(scaling) = self.state.scaling.as_ref().filter(|_| judged) else {
                 return Ok(marched);
             };
-            let forward = &marched.forward;
-            let domain = self.maps.variables().on_domain(&marched.density);
-            let functions = self.constraint_functions(&domain, forward);
-            let scaled = functions.iter().zip(scaling.constraints()).map(|(f, factor)| factor * f.violation.0);
-            let (objective, constraints) = (scaling.objective() * forward.value, scaled.collect::<Vec<f64>>());
+            let values = self.values(&marched.designs, self.state.dilated_limit);
+            let scaled = values.scaled(scaling);
             let ranks = self.problem.analysis.linear.ranks();
-            match optimizer.judge(&marched.x, bounds.both(), objective, &constraints, ranks)? {
+            match optimizer.judge(&marched.x, bounds.both(), scaled.objective, &scaled.constraints, ranks)? {
                 Judgement::Conservative | Judgement::Exhausted => return Ok(marched),
                 Judgement::Rejected(next) => x = next.x.into(),
             }
             halvings = marched.halvings;
-            lost = marched.lost + forward.path.newton_iterations() + forward.path.failed_iterations();
+            lost = marched.lost + marched.designs.newton_iterations() + marched.designs.failed_iterations();
             if observer.cancelled() {
                 return Err(OptimizeError::Interrupted);
             }
@@ -453,12 +336,12 @@ impl Optimization {
     ) -> Result<Marched, OptimizeError> {
         let (mut halvings, mut lost) = (0, 0);
         loop {
-            let density = self.map().densities(&x);
-            let failure = match self.problem.analysis.forward(&density, observer) {
-                Ok(forward) if forward.path.steps < self.problem.analysis.times.len() => {
+            let densities = self.realisations.densities(self.state.iteration, &x);
+            let failure = match self.realisations.march(&mut self.problem.analysis, densities, observer) {
+                Ok(designs) if !designs.finished(self.problem.analysis.times.len()) => {
                     return Err(OptimizeError::Interrupted);
                 }
-                Ok(forward) => return Ok(Marched { x, density, forward, halvings, lost }),
+                Ok(designs) => return Ok(Marched { x, designs, halvings, lost }),
                 Err(failure) => failure,
             };
             let back = match (&failure, &self.state.x_before) {
@@ -473,73 +356,37 @@ impl Optimization {
         }
     }
 
-    /// Values and violations of all constraints.
-    fn constraint_functions(&self, domain: &DomainValues, forward: &Forward) -> Vec<ConstraintFunction> {
-        let volume = self.bounded.then(|| ConstraintFunction {
-            value: self.volume.fraction(domain),
-            violation: (self.volume.value(domain), 1.0),
-        });
-        let bounds = self.problem.analysis.constraints.iter().map(|constraint| constraint.bound);
-        let others = bounds.zip(&forward.constraints);
-        let others = others.map(|(bound, &value)| ConstraintFunction { value, violation: bound.violation(value) });
-        volume.into_iter().chain(others).collect()
-    }
-
     /// Pulls the gradients back to the variables or filters them, scales, and lets the optimizer
-    /// choose the next variables. `gradients` are those of the objective and of the constraints of
-    /// the analysis.
+    /// choose the next variables. `gradients` are, for each realisation, those of the parts of the
+    /// objective and of the constraints of the analysis.
     fn update(
         &self,
         next: &mut OptimizationState,
         record: &mut IterationRecord,
-        domain: &DomainValues,
-        forward: &Forward,
-        (functions, gradients): (&[ConstraintFunction], &[ElementValues]),
+        values: &Values,
+        designs: &Designs,
+        gradients: &[Vec<ElementValues>],
     ) -> Result<(), OptimizeError> {
-        let (map, variables, x) = (self.maps.at(next.iteration), self.maps.variables(), next.x.clone());
-        let on_variables = |gradient: &ElementValues, depends_on_state: bool| -> Vec<f64> {
-            match &self.filter {
-                Some(filter) if depends_on_state => {
-                    variables.restrict_domain(&filter.apply(domain, &variables.on_domain(gradient))).into()
-                }
-                _ => map.pull_back(&x, gradient).into(),
-            }
-        };
+        let x = next.x.clone();
         let analysis = &self.problem.analysis;
-        let responses = analysis.objective.iter().chain(analysis.constraints.iter().map(|of| &of.response));
-        // all that depend on the state are filtered alike: a gain that one gradient shows and
-        // another hides would mislead the optimizer
-        let mut of_responses =
-            responses.zip(gradients).map(|(response, gradient)| on_variables(gradient, response.depends_on_state()));
-        let objective_gradient = of_responses.next().unwrap_or_default();
-        let volume = self.bounded.then(|| on_variables(&variables.spread_domain(&self.volume.gradient()), false));
-        let bounds = functions.iter().map(|function| function.violation.1);
-        let constraint_gradients: Vec<Vec<f64>> = volume
-            .into_iter()
-            .chain(of_responses)
-            .zip(bounds)
-            .map(|(gradient, slope): (Vec<f64>, f64)| gradient.into_iter().map(|g| slope * g).collect())
-            .collect();
+        let Gradients { parts, constraints } = self.gradients_of(&x, values, designs, gradients);
         if self.schedule.changes_functions_at(next.iteration) {
             next.optimizer.restart();
         }
         if let Some(move_limit) = self.schedule.move_limit.at(next.iteration) {
             next.optimizer.set_move_limit(move_limit);
         }
-        let violations: Vec<f64> = functions.iter().map(|function| function.violation.0).collect();
-        let scaling = next.scaling.get_or_insert_with(|| Scaling::new(violations.len()));
-        scaling.learn(&objective_gradient, &constraint_gradients);
-        let (f, df) = scaling.scale_objective(forward.value, &objective_gradient);
-        let (g, dg) = scaling.scale_constraints(&violations, &constraint_gradients);
-        let bounds = Bounds::of_variables(next.x.len());
-        let functions = Functions::new(f, &df, &g, &dg);
-        let step = next.optimizer.update(&next.x, bounds.both(), &functions, analysis.linear.ranks())?;
-        record.change = Some(largest_change(&step.x, &next.x));
+        let scaling = next.scaling.get_or_insert_with(|| Scaling::new(constraints.len()));
+        scaling.learn(&parts.concat(), &constraints);
+        let scaled = values.scaled(scaling);
+        let slopes = functions::scaled_gradients(scaling, parts, constraints);
+        let functions = Functions::new(scaled.objective, &slopes.objective, &scaled.constraints, &slopes.constraints)
+            .minimising_the_largest_of(scaled.largest_of);
+        let bounds = Bounds::of_variables(x.len());
+        let step = next.optimizer.update(&x, bounds.both(), &functions, analysis.linear.ranks())?;
+        record.change = Some(largest_change(&step.x, &x));
         record.optimality = Some(step.kkt_residual.norm);
-        for ((constraint, lambda), factor) in record.constraints.iter_mut().zip(&step.lambda).zip(scaling.constraints())
-        {
-            constraint.multiplier = Some(lambda * factor / scaling.objective());
-        }
+        functions::set_multipliers(record, &step.lambda, scaling, self.bounded);
         next.x_before = Some(std::mem::replace(&mut next.x, step.x.into()));
         next.iteration += 1;
         Ok(())
@@ -548,36 +395,4 @@ impl Optimization {
 
 fn largest_change(x: &[f64], before: &[f64]) -> f64 {
     x.iter().zip(before).map(|(x, before)| (x - before).abs()).fold(0.0, f64::max)
-}
-
-/// A constraint at a design: the bounded value, g ≤ 0, and ∂g/∂value.
-struct ConstraintFunction {
-    value: f64,
-    violation: (f64, f64),
-}
-
-fn record(iteration: usize, forward: &Forward, volume_fraction: f64) -> IterationRecord {
-    let states = &forward.path.states;
-    let last = states.last().and_then(|s| s.report.iterations.last());
-    IterationRecord {
-        iteration,
-        objective: forward.value,
-        volume_fraction,
-        newton_iterations: forward.path.newton_iterations(),
-        failed_iterations: forward.path.failed_iterations(),
-        uzawa_iterations: states.iter().map(|s| s.report.uzawa).sum(),
-        increments: forward.path.increments(),
-        status: last.map_or([0; 3], |r| r.status),
-        ..IterationRecord::default()
-    }
-}
-
-impl OptimizeError {
-    /// The failed march, if a march failed.
-    pub fn march_failure(&self) -> Option<&MarchFailure> {
-        match self {
-            Self::Analysis(AnalysisError::March(failure)) => Some(failure),
-            _ => None,
-        }
-    }
 }

@@ -44,7 +44,7 @@ use slipstick_mesh::Mesh;
 use slipstick_path::{Path, StepState};
 
 use crate::analysis::{PreviousData, StateData, pair_results, steps_of};
-use crate::model::{ContactModel, ContactResults, Design, NodalContact};
+use crate::model::{ContactModel, ContactResults, NodalContact};
 use crate::problem::Problem;
 
 /// What a quantity belongs to.
@@ -123,11 +123,12 @@ impl Quantities {
 /// Computes the quantities of all completed load steps of a path. All ranks call it and receive the
 /// same.
 pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
-    let (mesh, design) = (&problem.mesh, &problem.analysis.design);
+    let (mesh, analysis) = (&problem.mesh, &problem.analysis);
+    let model = analysis.model();
     let recorder = Recorder {
         mesh,
-        design,
-        supports: supports(design.model()),
+        model,
+        supports: supports(model),
         own: &problem.quantities,
         external_work: ExternalWork::new("external_work"),
     };
@@ -140,12 +141,12 @@ pub fn quantities(problem: &Problem, path: &Path) -> Quantities {
     });
     let user_steps = steps_of(path);
     let steps = problem.analysis.times.len() / problem.load_cases.len().max(1);
-    let ranks = design.model().share().ranks().clone();
+    let ranks = model.share().ranks().clone();
     let mut result = Quantities { names: recorder.names(), rows: Vec::new() };
     let mut sums = Sums::default();
     let mut last: Option<Last<'_>> = None;
     for (index, at) in path.states.iter().enumerate() {
-        let now = path.state(index, &*ranks);
+        let (now, design) = (path.state(index, &*ranks), analysis.design_at(at.time));
         let before = last.take().filter(|_| !at.rest);
         if before.is_none() {
             sums = Sums { own: vec![0.0; recorder.own.len()], ..Sums::default() };
@@ -331,7 +332,7 @@ fn built_in(mesh: &Mesh, model: &ContactModel, supports: &[Support]) -> Vec<Quan
 
 struct Recorder<'a> {
     mesh: &'a Mesh,
-    design: &'a Design,
+    model: &'a ContactModel,
     supports: Vec<Support>,
     own: &'a [Arc<dyn Quantity>],
     external_work: ExternalWork,
@@ -339,7 +340,7 @@ struct Recorder<'a> {
 
 impl Recorder<'_> {
     fn names(&self) -> Vec<QuantityName> {
-        let mut names = built_in(self.mesh, self.design.model(), &self.supports);
+        let mut names = built_in(self.mesh, self.model, &self.supports);
         for quantity in self.own {
             let (name, unit) = (quantity.name().to_owned(), quantity.dimension().symbol());
             names.push(QuantityName { name: name.clone(), subject: Subject::Case, what: name, unit });
@@ -373,9 +374,8 @@ impl Recorder<'_> {
                 values.push(own.map(|&unknown| data.reaction[unknown as usize]).sum());
             }
         }
-        let model = self.design.model();
-        let results = pair_results(model, contact);
-        for (i, (nodes, result)) in model.by_pair(&contact.nodes).zip(&results).enumerate() {
+        let results = pair_results(self.model, contact);
+        for (i, (nodes, result)) in self.model.by_pair(&contact.nodes).zip(&results).enumerate() {
             let in_contact = || nodes.iter().filter(|at| at.status as u8 != 0);
             let count = |status: u8| nodes.iter().filter(|at| at.status as u8 == status).count() as f64;
             let friction = |at: &NodalContact| at.covered_area * at.multiplier[1].hypot(at.multiplier[2]);

@@ -51,5 +51,5 @@ pub use problem::{
 };
 pub use solver::Solver;
 pub use start::{Guide, GuideError, StartValues};
-pub use sweep::{Explicit, Observed, PathGradient, PathResponses, SweepError, SweepOptions, sweep};
+pub use sweep::{Explicit, Observed, PathGradient, PathResponses, SweepError, SweepOptions, sweep, sweep_states};
 pub use timings::{Phase, Timings};

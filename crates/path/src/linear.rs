@@ -153,12 +153,40 @@ impl LinearSystem {
         Self { backend, now, other, budget: None, counts, timings, interrupt: None }
     }
 
+    /// A system with the same solvers and settings, for another thread; nothing is counted or
+    /// measured yet.
+    pub fn another(&self) -> Self {
+        let backend = self.backend.clone();
+        let (now, other) = (Slot::new(&*backend), Slot::new(&*backend));
+        let (counts, timings) = (SolveCounts::default(), self.timings.restarted());
+        Self { backend, now, other, budget: self.budget, counts, timings, interrupt: self.interrupt.clone() }
+    }
+
+    /// Adds what another system has counted and measured, which then starts from zero.
+    pub fn absorb(&mut self, other: &mut Self) {
+        let SolveCounts { factorizations, lagged, lagged_iterations, given_up, factor_bytes, operations } =
+            std::mem::take(&mut other.counts);
+        self.counts.factorizations += factorizations;
+        self.counts.lagged += lagged;
+        self.counts.lagged_iterations += lagged_iterations;
+        self.counts.given_up += given_up;
+        self.counts.factor_bytes = self.counts.factor_bytes.max(factor_bytes);
+        self.counts.operations += operations;
+        self.timings = self.timings + other.timings;
+        other.timings = other.timings.restarted();
+    }
+
     /// From now on, asks `interrupt` before each solve of Newton's method and of the sweep whether
     /// to stop: `true` ends a march as [`MarchObserver::cancelled`](crate::MarchObserver) does, but
     /// within an attempt, and a sweep with [`StepFailureKind::Interrupted`]. It must give the same
     /// answer on all ranks, and keep it. Test: `interrupted_between_newton_iterations`.
     pub fn set_interrupt(&mut self, interrupt: Option<Interrupt>) {
         self.interrupt = interrupt;
+    }
+
+    /// From now on, asks what `other` asks.
+    pub fn interrupt_with(&mut self, other: &Self) {
+        self.interrupt.clone_from(&other.interrupt);
     }
 
     /// [`StepFailureKind::Interrupted`] if the caller wants to stop.

@@ -10,6 +10,7 @@ use crate::start::{self, Guide, StartValues};
 use crate::uzawa;
 use slipstick_linalg::{Ranks, own_range};
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Settings of the march.
@@ -60,8 +61,8 @@ impl std::fmt::Debug for PathState {
     }
 }
 
-/// All accepted states; the first is the start at time 0. A path with several load cases returns to
-/// the start between them.
+/// All accepted states; the first is the start. A path with several load cases starts again at rest
+/// for each of them.
 #[derive(Debug, Clone, Default)]
 pub struct Path {
     /// In chronological order.
@@ -73,6 +74,20 @@ pub struct Path {
 }
 
 impl Path {
+    /// Appends the path of the next load case.
+    pub fn append(&mut self, next: Self) {
+        self.states.extend(next.states);
+        self.steps = next.steps;
+        self.factor_bytes += next.factor_bytes;
+    }
+
+    /// The states of each load case, in order.
+    pub fn load_cases(&self) -> Vec<Range<usize>> {
+        let starts: Vec<usize> = (0..self.states.len()).filter(|&index| self.states[index].rest).collect();
+        let ends = starts.iter().skip(1).copied().chain([self.states.len()]);
+        starts.iter().copied().zip(ends).map(|(start, end)| start..end).collect()
+    }
+
     /// Number of accepted (sub-)steps.
     pub fn increments(&self) -> usize {
         self.states.iter().filter(|state| !state.rest).count()
@@ -208,21 +223,23 @@ impl MarchObserver for Silent {}
 /// The load path to follow.
 #[derive(Debug, Clone)]
 pub struct LoadPath<'a> {
-    /// The state at time 0.
+    /// Pseudo-time of the start.
+    pub begin: f64,
+    /// The state there, at rest.
     pub start: StepState,
-    /// Ends of the user's steps, ascending, > 0.
+    /// Ends of the user's steps, ascending, > `begin`.
     pub times: &'a [f64],
-    /// Times, ascending and each between two of `times`, at which another load case begins from the
-    /// start state.
-    pub restarts: &'a [f64],
+    /// The user's steps of earlier load cases: the first step here has the next number.
+    pub steps_before: usize,
     /// A path that provides initial guesses.
     pub guide: Option<&'a Guide>,
 }
 
 impl<'a> LoadPath<'a> {
-    /// A path from `start` to each of the `times`, with one load case and without a guide.
+    /// A path from `start` at time 0 to each of the `times`, without earlier load cases and without
+    /// a guide.
     pub fn new(start: StepState, times: &'a [f64]) -> Self {
-        Self { start, times, restarts: &[], guide: None }
+        Self { begin: 0.0, start, times, steps_before: 0, guide: None }
     }
 }
 
@@ -243,9 +260,9 @@ pub fn march<P: StepProblem>(
     options: &MarchOptions,
     observer: &mut dyn MarchObserver,
 ) -> Result<Path, Box<MarchFailure>> {
-    let &LoadPath { ref start, times, restarts, guide } = load_path;
-    let rest = |time: f64| PathState {
-        time,
+    let &LoadPath { begin, ref start, times, steps_before, guide } = load_path;
+    let rest = PathState {
+        time: begin,
         state: start.clone(),
         completes: None,
         report: StepReport::default(),
@@ -254,17 +271,12 @@ pub fn march<P: StepProblem>(
         divided: false,
         factors: None,
     };
-    let mut path = Path { states: vec![rest(0.0)], steps: 0, factor_bytes: 0 };
+    let mut path = Path { states: vec![rest], steps: steps_before, factor_bytes: 0 };
     solver.linear.forget();
     // geometry of the last state
     let mut geometry: Option<P::Geometry> = None;
     for (index, &end) in times.iter().enumerate() {
-        let step = index + 1;
-        let before = path.states.last().expect("holds the start").time;
-        for &time in restarts.iter().filter(|&&time| before < time && time < end) {
-            path.states.push(rest(time));
-            geometry = None;
-        }
+        let step = steps_before + index + 1;
         let begin = path.states.last().expect("holds the start").time;
         let whole = end - begin;
         let smallest = whole * 0.5f64.powi(options.max_cutbacks as i32) * 0.999;
@@ -429,7 +441,7 @@ impl Increment<'_> {
         last: Attempt,
         failure: &StepFailure,
         own: &StepFailure,
-        rescues: &mut std::ops::Range<usize>,
+        rescues: &mut Range<usize>,
     ) -> Option<Attempt> {
         if let Attempt::Setting(setting) = last {
             // an inverted element does not depend on the iteration's settings

@@ -7,6 +7,7 @@ use crate::problem::{Adjoint, Evaluated, Held, Iteration, PreviousPullBack, Step
 use crate::solver::Solver;
 use crate::timings::Phase;
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Responses of a path, as the sweep uses them: functions of its states, with explicit partial
@@ -115,20 +116,29 @@ pub fn sweep<P: StepProblem>(
     responses: &mut dyn PathResponses<P>,
     options: &SweepOptions,
 ) -> Result<Vec<PathGradient>, SweepError> {
+    sweep_states(solver, path, 0..path.states.len(), responses, options)
+}
+
+/// As [`sweep()`], through the states of one load case, of which the first is at rest: the
+/// contribution of this load case to the derivatives.
+///
+/// # Errors
+/// As [`sweep()`].
+pub fn sweep_states<P: StepProblem>(
+    solver: &mut Solver<'_, P>,
+    path: &Path,
+    states: Range<usize>,
+    responses: &mut dyn PathResponses<P>,
+    options: &SweepOptions,
+) -> Result<Vec<PathGradient>, SweepError> {
     // so the gradient does not depend on earlier solves
     solver.linear.forget_factors();
     let one = ResponseAdjoint::at_rest(solver.problem.unknowns());
     let adjoints = vec![one; responses.count()];
     let mut run = Run { solver, path, responses, options, adjoints, geometry: None, factors: None };
     let mut fetched = None;
-    for index in (1..path.states.len()).rev() {
+    for index in (states.start + 1..states.end).rev() {
         let here = &path.states[index];
-        if here.rest {
-            // later states do not depend on anything before this one
-            run.adjoints.iter_mut().for_each(|response| response.carry.clear());
-            (run.geometry, fetched) = (None, None);
-            continue;
-        }
         let state = fetched.take().unwrap_or_else(|| path.state(index, run.solver.linear.ranks()));
         let previous = path.state(index - 1, run.solver.linear.ranks());
         run.step_back(index, &previous, &state).map_err(|kind| SweepError { time: here.time, kind })?;
@@ -175,11 +185,6 @@ impl ResponseAdjoint {
 impl PreviousPullBack {
     fn is_zero(&self) -> bool {
         self.unknowns.iter().chain(&self.history).all(|&value| value == 0.0)
-    }
-
-    fn clear(&mut self) {
-        self.unknowns.fill(0.0);
-        self.history.fill(0.0);
     }
 
     fn add(&mut self, other: &Self) {

@@ -151,8 +151,12 @@ fn the_gradient_of_a_spring_matches_differences() {
 #[test]
 fn a_linear_spring_follows() {
     let spring = Spring::linear();
-    let load_path = LoadPath { restarts: &[1.0], ..LoadPath::new(Spring::rest(), &[0.5, 2.0]) };
-    let path = follow(&spring, &mut linear(), &load_path, &options(), &mut Silent).unwrap();
+    let first = LoadPath::new(Spring::rest(), &[0.5]);
+    let second = LoadPath { begin: 1.0, steps_before: 1, ..LoadPath::new(Spring::rest(), &[2.0]) };
+    let follow = |load_path| follow(&spring, &mut linear(), load_path, &options(), &mut Silent).unwrap();
+    let mut path = follow(&first);
+    path.append(follow(&second));
+    assert_eq!((path.steps, path.load_cases()), (2, vec![0..2, 2..4]));
     let states: Vec<_> = path.states.iter().map(|s| (s.time, s.completes, s.rest)).collect();
     assert_eq!(states, [(0.0, None, true), (0.5, Some(1), false), (1.0, None, true), (2.0, Some(2), false)]);
     for at in &path.states {

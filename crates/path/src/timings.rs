@@ -58,6 +58,11 @@ impl Timings {
         Self { clock: Some(clock), ..Self::default() }
     }
 
+    /// With the same clock, from zero.
+    pub fn restarted(&self) -> Self {
+        Self { clock: self.clock, ..Self::default() }
+    }
+
     /// Reads the clock, if there is one.
     pub fn begin(&self) -> Option<f64> {
         self.clock.map(|now| now())

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use slipstick::analysis::LoadCases;
 use slipstick::model::{ContactResults, Design, course};
 use slipstick::path::PathState;
 use slipstick::quantities::{Quantities, quantities};
@@ -20,6 +21,8 @@ pub struct Path {
     built: Arc<Built>,
     /// The model at the densities of the path.
     design: Design,
+    /// The models of its load cases.
+    cases: LoadCases,
     path: slipstick::path::Path,
     value: Option<f64>,
 }
@@ -64,7 +67,8 @@ impl Path {
         let results = detached(py, || {
             let (index, state) = self.state(step)?;
             let previous = &self.path.states[if state.rest { index } else { index - 1 }];
-            let results = self.design.contact_results(&previous.state, &state.state);
+            let design = self.cases.design_at(&self.design, state.time);
+            let results = design.contact_results(&previous.state, &state.state);
             results.map_err(|error| Error::Internal(format!("a converged state cannot be evaluated: {error}")))
         })?;
         self.arrays(py, &results)
@@ -74,9 +78,11 @@ impl Path {
     fn quantities<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let found: Quantities = detached(py, || {
             let mut problem = self.built.lock()?;
-            let design = std::mem::replace(&mut problem.analysis.design, self.design.clone());
+            let analysis = &mut problem.analysis;
+            let own = (analysis.design.clone(), analysis.cases.clone());
+            (analysis.design, analysis.cases) = (self.design.clone(), self.cases.clone());
             let found = quantities(&problem, &self.path);
-            problem.analysis.design = design;
+            (problem.analysis.design, problem.analysis.cases) = own;
             take_raised().map_or(Ok(found), |error| Err(Error::Python(error)))
         })?;
         let names = found.names.iter().map(|name| name.name.clone()).collect();
@@ -92,8 +98,13 @@ impl Path {
 }
 
 impl Path {
-    pub(crate) fn new(built: Arc<Built>, design: Design, path: slipstick::path::Path, value: Option<f64>) -> Self {
-        Self { built, design, path, value }
+    pub(crate) fn new(
+        built: Arc<Built>,
+        (design, cases): (Design, LoadCases),
+        path: slipstick::path::Path,
+        value: Option<f64>,
+    ) -> Self {
+        Self { built, design, cases, path, value }
     }
 
     /// The state that completes a step, with its index.

@@ -226,20 +226,22 @@ impl Problem {
             let mut problem = self.built.lock()?;
             // no gradient follows
             let kept = std::mem::take(&mut problem.analysis.march.factor_memory);
-            let own = problem.analysis.design.clone();
+            let models =
+                |problem: &slipstick::build::Problem| (problem.analysis.design.clone(), problem.analysis.cases.clone());
+            let own = models(&problem);
             if let Some(friction) = friction {
                 problem.analysis.set_friction(friction);
             }
             let forward = watched(&mut problem, progress, |problem, watch| forward(problem, &density, watch));
             problem.analysis.march.factor_memory = kept;
-            let design = match friction {
-                Some(_) => std::mem::replace(&mut problem.analysis.design, own),
-                None => problem.analysis.design.clone(),
-            };
+            let used = models(&problem);
+            if friction.is_some() {
+                (problem.analysis.design, problem.analysis.cases) = own;
+            }
             let forward = forward?;
             let value = self.has_objective().then_some(forward.value);
             let notice = forward.notice.map(|notice| notice.to_string());
-            Ok((Path::new(self.built.clone(), design, forward.path, value), notice))
+            Ok((Path::new(self.built.clone(), used, forward.path, value), notice))
         })
     }
 

@@ -31,8 +31,8 @@ use crate::output::{
 };
 use crate::quantities::Quantities;
 use crate::run::{
-    Checkpoint, FailureReport, History, Kept, NewtonTable, RunDirectory, RunError, StartValuesFile, keep_failure,
-    on_first, write_densities, write_path,
+    Checkpoint, FailureReport, FunctionNames, History, Kept, NewtonTable, RunDirectory, RunError, StartValuesFile,
+    keep_failure, on_first, write_densities, write_path,
 };
 use slipstick_design::MmaError;
 
@@ -115,7 +115,7 @@ impl Recorder {
     ) -> Result<Self, RunError> {
         let open = || {
             let Some(directory) = run else { return Ok(None) };
-            let history = History::open(directory, &checkpoint.state.constraints, &checkpoint.state.history)?;
+            let history = History::open(directory, FunctionNames::of(&checkpoint.state), &checkpoint.state.history)?;
             let newton = NewtonTable::open(directory, checkpoint.newton_rows.last().copied().unwrap_or(0))?;
             // From here on a run that is stopped or killed can be resumed.
             checkpoint.write(directory)?;
@@ -145,9 +145,11 @@ impl Recorder {
             None => Ok(()),
         })?;
         let updated = state.iteration > record.iteration;
-        let mut start_values = None;
-        if let Some(guide) = analysis.guide.as_ref().filter(|_| updated) {
-            start_values = StartValuesFile::write(self.directory(), state.iteration, guide, ranks)?;
+        let mut start_values = Vec::new();
+        let guides = if updated { optimization.guides() } else { Vec::new() };
+        for (realisation, guide) in guides.into_iter().enumerate() {
+            let place = (state.iteration, realisation);
+            start_values.extend(StartValuesFile::write(self.directory(), place, guide, ranks)?);
         }
         on_first(ranks, || match &mut self.files {
             Some(files) => files.store(optimization, start_values),
@@ -195,9 +197,11 @@ impl Files {
     }
 
     /// Writes the checkpoint; without new start values, the previous ones are kept.
-    fn store(&mut self, optimization: &Optimization, start_values: Option<StartValuesFile>) -> Result<(), RunError> {
+    fn store(&mut self, optimization: &Optimization, start_values: Vec<StartValuesFile>) -> Result<(), RunError> {
         self.checkpoint.newton_rows.push(self.newton.rows());
-        self.checkpoint.start_values = start_values.or_else(|| self.checkpoint.start_values.take());
+        if !start_values.is_empty() {
+            self.checkpoint.start_values = start_values;
+        }
         self.checkpoint.state = optimization.state.clone();
         self.checkpoint.write(&self.directory)
     }

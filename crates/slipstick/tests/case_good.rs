@@ -51,7 +51,8 @@ fn values_and_defaults_are_as_documented() {
     assert!(case.dirichlet[0].motion.is_empty());
     assert_eq!((case.load_path.max_newton_iterations, case.load_path.max_cutbacks), (25, 8));
     assert_eq!(case.load_path.tolerance.relative, 1e-9);
-    assert_eq!(case.objective, Some(Objective::ContactForce { steps: ObservedSteps::Last }));
+    let kind = ObjectiveKind::ContactForce { steps: ObservedSteps::Last };
+    assert_eq!(case.objective, Some(Objective { kind, load_cases: OverLoadCases::Sum }));
     let Optimizer { mma, method, inner_iterations, .. } = case.optimizer.expect("given");
     assert_eq!((method, inner_iterations), (OptimizerMethod::Mma, None));
     assert_eq!((mma.move_limit, mma.asyinit, mma.asydecr, mma.c), (0.1, 0.8, 0.65, 1000.0));
@@ -166,7 +167,7 @@ fn a_resolved_case_is_a_case_file() {
         let cylinder = Some(Cylinder { start: [0.0; 3], end: [1.0, 0.0, 0.0], radius: 2.0 });
         let (name, within, nearest) = ("one".into(), Some("up".into()), Some([1.0, 2.0, 3.0]));
         case.sets.push(NodeSet { name, within, boxes: vec![], plane, cylinder, nearest });
-        if let Some(Objective::ContactForce { steps }) = &mut case.objective {
+        if let Some(Objective { kind: ObjectiveKind::ContactForce { steps }, .. }) = &mut case.objective {
             *steps = ObservedSteps::Only(vec![1, 4]);
         }
         case.dirichlet[1].rotation = Some(RotationAxis { point: [0.1, 0.2, 0.3], direction: [0.0, 1.0, 0.0] });

@@ -232,3 +232,66 @@ fn void_lies_beyond_free_faces_only() {
     }
     assert_eq!(full, [6, 6]);
 }
+
+/// Eroded and dilated designs with the nominal one: the objective is the worst of them, the shares
+/// add up to 1, the nominal design keeps its volume, and the run continues bit for bit from its
+/// written state, on one thread and on three.
+#[test]
+fn three_realisations() {
+    let maps = "minimum_thickness = 1.1\nprojection = { sharpness = 6.0 }";
+    for method in ["mma", "gcmma"] {
+        let text = text(maps, &format!("iterations = 10\nmethod = '{method}'\nmma = {{ move_limit = 0.1 }}"));
+        // its bound would have to hold for the dilated design too
+        let text = text.replace("[[constraint]]\nquantity = 'push'\nmax = 30.0\n", "");
+        let mut all = common::optimization::prepared(&text);
+        assert_eq!(
+            (all.realisations(), &all.state.parts[..]),
+            (3, &["nominal", "eroded", "dilated"].map(str::to_owned)[..])
+        );
+        let whole = finish(&mut all);
+        for record in &whole {
+            let values: Vec<f64> = record.parts.iter().map(|part| part.value).collect();
+            assert_eq!(record.objective, values.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+            // less material carries less
+            assert!(values[1] > values[0] && values[0] > values[2], "{values:?}");
+        }
+        let shares: Vec<f64> = whole[3].parts.iter().filter_map(|part| part.multiplier).collect();
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-5 && shares[1] > 0.99, "{shares:?}");
+        assert!(whole.last().unwrap().objective < whole[0].objective);
+        assert!(whole.last().unwrap().violation < 0.01, "{whole:?}");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(if method == "mma" { 1 } else { 3 }).build().unwrap();
+        let last = pool.install(|| finish_in_pieces(&text, whole.len()));
+        assert_eq!(last.history, whole);
+        assert_eq!((last.x, last.dilated_limit), (all.state.x.clone(), all.state.dilated_limit));
+    }
+}
+
+/// A pair of mirrored load cases, of which the worst counts: both have the same value, and half of
+/// the multiplier, as long as the design is symmetric.
+#[test]
+fn the_worst_of_mirrored_load_cases() {
+    let scene = common::scene::Scene {
+        corner: [1.6, 1.0, 0.1],
+        motion: "[{ t = 0.5, u = [0, -0.1, 0] }, { t = 1.0, u = [0.1, -0.1, 0] }]".into(),
+        drive: "load_case = 'right'".into(),
+        design: "volume_fraction = 0.5\ndensity_filter = { radius = 1.3 }\nprojection = {}".into(),
+        more: "[[dirichlet]]\nset = 'block_ymax'\nload_case = 'left'\n\
+               motion = [{ t = 0.5, u = [0, -0.1, 0] }, { t = 1.0, u = [-0.1, -0.1, 0] }]\n\
+               [[load_case]]\nname = 'right'\n[[load_case]]\nname = 'left'\n[optimizer]\niterations = 5\n"
+            .into(),
+        ..common::scene::Scene::default()
+    };
+    let text = scene.text().replace("steps = \"last\" }", "steps = \"last\" }\nload_cases = 'worst'");
+    let mut optimization = common::optimization::prepared(&text);
+    assert_eq!(optimization.state.parts, ["right", "left"]);
+    let history = finish(&mut optimization);
+    for record in &history[..5] {
+        let [right, left] = record.parts[..] else { panic!("{record:?}") };
+        assert!((right.value / left.value - 1.0).abs() < 1e-6, "{record:?}");
+        let shares = [right, left].map(|part| part.multiplier.unwrap());
+        assert!(shares.iter().all(|share| (share - 0.5).abs() < 1e-3), "{shares:?}");
+    }
+    assert!(history[5].objective < history[0].objective);
+    let gradient = optimization.evaluated().unwrap().gradient.clone();
+    assert!(gradient.is_none(), "the last design needs none");
+}

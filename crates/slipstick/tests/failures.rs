@@ -50,7 +50,7 @@ fn explained(text: &str, parts: &[&str]) -> (FailureReport, StepFailureKind) {
     let mut problem = problem(text);
     let density = problem.initial_density().clone();
     let error = problem.analysis.forward(&density, &mut Silent).map(drop).expect_err("it fails");
-    let report = FailureReport::new(&error, &problem.mesh, &problem.analysis.design);
+    let report = FailureReport::new(&error, &problem);
     let AnalysisError::March(failure) = &error else { panic!("{error}") };
     let kind = failure.attempts.last().expect("an attempt").1.clone();
     let told = report.to_string();

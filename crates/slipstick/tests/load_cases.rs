@@ -133,7 +133,7 @@ fn failures_name_the_load_case() {
     let mut problem = problem(&text);
     let density = random_density(&problem, 4);
     let error = problem.analysis.forward(&density, &mut Silent).expect_err("too far");
-    let report = slipstick::run::FailureReport::new(&error, &problem.mesh, &problem.analysis.design);
+    let report = slipstick::run::FailureReport::new(&error, &problem);
     assert_eq!(report.load_case, Some(2));
     assert!(report.to_string().contains(", in load case 2, failed"), "{report}");
 }

@@ -10,8 +10,8 @@ use slipstick::build::{Problem, optimization};
 use slipstick::case::parse_case;
 use slipstick::design::ElementValues;
 use slipstick::run::{
-    Checkpoint, ExitState, FailureReport, History, NewtonTable, RunDirectory, RunError, RunPart, RunRecord,
-    load_density, load_variables, read_density, sha256, write_densities, write_failure, write_path,
+    Checkpoint, ExitState, FailureReport, FunctionNames, History, NewtonTable, RunDirectory, RunError, RunPart,
+    RunRecord, load_density, load_variables, read_density, sha256, write_densities, write_failure, write_path,
 };
 use slipstick_path::{MarchEvent, MarchFailure, MarchObserver, Path, Silent, StateError, StepFailureKind};
 use tempfile::TempDir;
@@ -174,13 +174,13 @@ fn tables_and_fields_of_a_path() {
     for step in 0..=3 {
         assert!(run.file(&RunDirectory::numbered("path", step)).exists());
     }
-    let mut history = History::open(&run, &[], &[]).unwrap();
+    let mut history = History::open(&run, FunctionNames::default(), &[]).unwrap();
     let record = slipstick::optimize::IterationRecord { objective: -2.5, status: [1, 2, 3], ..Default::default() };
     history.record(&record, 1.23456).unwrap();
     drop(history);
     let text = fs::read_to_string(run.file("history.csv")).unwrap();
     assert_eq!(text.lines().nth(1), Some("0,-2.5,0.0,,,0.0,0.0,0,0,0,1,2,3,0,0,1.235"));
-    History::open(&run, &[], &[]).unwrap();
+    History::open(&run, FunctionNames::default(), &[]).unwrap();
     assert_eq!(fs::read_to_string(run.file("history.csv")).unwrap().lines().count(), 1, "from row 0 again");
 }
 
@@ -217,7 +217,7 @@ fn failures_name_places_attempts_and_cures() {
     let slow = StepFailureKind::TooManyIterations { iterations: 25, changing: vec![] };
     let kinds = vec![inverted.clone(), inverted.clone(), slow.clone(), inverted];
     let failed = failure(&problem, path.clone(), kinds);
-    let report = FailureReport::of_march(&failed, &problem.mesh, &problem.analysis.design);
+    let report = FailureReport::of_march(&failed, &problem);
     assert_eq!(report.places[0].to_string(), "element 2 of body `slab` at (2.5000, 0.5000, 0.5000)");
     assert_eq!(report.places[1].body, "block");
     assert_eq!(report.attempts.len(), 3, "two alike in a row are one");
@@ -227,15 +227,11 @@ fn failures_name_places_attempts_and_cures() {
     assert!(report.to_string().starts_with("load step 3 failed: 2 inverted elements"), "{report}");
 
     let cycling = StepFailureKind::Cycling { nodes: vec![1] };
-    let report = FailureReport::of_march(
-        &failure(&problem, path.clone(), vec![cycling]),
-        &problem.mesh,
-        &problem.analysis.design,
-    );
+    let report = FailureReport::of_march(&failure(&problem, path.clone(), vec![cycling]), &problem);
     assert_eq!((report.places[0].number, report.places[0].position[1]), (slaves[1], 1.0));
     let index = 3 * (problem.mesh.nodes.len() + 2);
     let lost = AnalysisError::State(StateError::NotFinite { quantity: "the residual".into(), index });
-    assert_eq!(FailureReport::new(&lost, &problem.mesh, &problem.analysis.design).places[0].number, slaves[2]);
+    assert_eq!(FailureReport::new(&lost, &problem).places[0].number, slaves[2]);
 
     assert!(write_failure(Some(&run), &problem, &failed).unwrap());
     assert!(run.file("failure.vtu").exists() && run.file("path_0002.vtu").exists());

@@ -152,6 +152,15 @@ impl SolidModel {
         self.section_of.len()
     }
 
+    /// The same elements with other sections, one per body.
+    ///
+    /// # Panics
+    /// If there is not one section for each of the present ones.
+    pub fn with_sections(self, sections: Vec<Section>) -> Self {
+        assert_eq!(sections.len(), self.sections.len(), "one section per body");
+        Self { sections, ..self }
+    }
+
     /// The material and formulation of every body.
     pub fn sections(&self) -> &[Section] {
         &self.sections

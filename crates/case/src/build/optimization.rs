@@ -8,6 +8,10 @@ use super::BuildError;
 use super::maps::planes;
 use crate::case::{Case, OptimizerMethod, StartValues};
 
+/// Distance of the thresholds of the eroded and the dilated design from 0.5:
+/// [`RADIUS_OVER_THICKNESS`](crate::case::DensityFilter::RADIUS_OVER_THICKNESS) is for this margin.
+const MARGIN: f64 = 0.25;
+
 /// Prepares the optimization of a built case.
 ///
 /// # Errors
@@ -39,6 +43,7 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
             }
         },
         mma: optimizer.mma,
+        margin: design.minimum_thickness.map(|_| MARGIN),
         follow_previous_design: case.load_path.start_values == StartValues::PreviousDesign,
     };
     Optimization::new(problem, options).map_err(|error| match error {
@@ -46,6 +51,9 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
         PrepareError::NoDesign => no_design(),
         PrepareError::Filter(error) => BuildError::new("design.sensitivity_filter.radius", error, "change the value"),
         PrepareError::TwoFilters => BuildError::new("design.sensitivity_filter", error, "omit one of them"),
+        PrepareError::NoProjection | PrepareError::Margin(_) => {
+            BuildError::new("design.minimum_thickness", error, "change the value")
+        }
         PrepareError::Sharpness(error) => BuildError::new("optimizer.schedule.sharpness", error, "change the value"),
         PrepareError::Volume(error) => BuildError::new("design.volume_fraction", error, "change the value"),
     })

@@ -283,12 +283,12 @@ impl Context<'_> {
         let fail = |error: QuantityError| {
             BuildError::new("objective", error, "choose steps of the load path, and add a [[contact]]")
         };
-        let response = match objective {
-            case::Objective::Compliance { steps } => {
+        let response = match &objective.kind {
+            case::ObjectiveKind::Compliance { steps } => {
                 self.check_steps(steps)?;
                 Response::of(Arc::new(Compliance::default()), steps.clone(), 1.0)
             }
-            case::Objective::ContactForce { .. }
+            case::ObjectiveKind::ContactForce { .. }
                 if self.are_prescribed(&self.model.slave_nodes(), VectorMeasure::Norm) =>
             {
                 let message = "the objective would always be 0: all components of all slave nodes are prescribed, \
@@ -296,16 +296,16 @@ impl Context<'_> {
                 let help = "exchange slave and master, or prescribe fewer components";
                 return Err(BuildError::new("objective.contact_force", message, help));
             }
-            case::Objective::ContactForce { steps } => {
+            case::ObjectiveKind::ContactForce { steps } => {
                 self.check_steps(steps)?;
                 let mut nodes = self.model.slave_nodes();
                 nodes.dedup();
                 let force = ContactForce::new(nodes, self.mesh.nodes.len(), 0.0).map_err(fail)?;
                 Response::of(Arc::new(force.without_reactions(self.model.prescribed().fixed())), steps.clone(), -1.0)
             }
-            case::Objective::Minimise(combination) => self.combination(combination, quantities, 1.0)?,
-            case::Objective::Maximise(combination) => self.combination(combination, quantities, -1.0)?,
-            case::Objective::Follow(curve) => {
+            case::ObjectiveKind::Minimise(combination) => self.combination(combination, quantities, 1.0)?,
+            case::ObjectiveKind::Maximise(combination) => self.combination(combination, quantities, -1.0)?,
+            case::ObjectiveKind::Follow(curve) => {
                 if self.case.load_cases.len() > 1 {
                     let message = "a curve belongs to one load path, but the case has several load cases";
                     return Err(BuildError::new("objective.follow", message, "use a single load case"));
@@ -317,7 +317,7 @@ impl Context<'_> {
             return Ok(Some(response));
         }
         let weights = self.case.load_cases.iter().map(|load_case| load_case.weight).collect();
-        Ok(Some(response.in_load_cases(weights)))
+        Ok(Some(response.in_load_cases(weights).over_load_cases(objective.load_cases)))
     }
 
     fn check_steps(&self, steps: &ObservedSteps) -> Result<(), BuildError> {

@@ -104,8 +104,12 @@ pub(super) fn never_closed(case: &Case, problem: &Problem) -> Vec<Open> {
 
 /// Distance between two surfaces at the start, the smallest distance at the end of a load step, and
 /// their largest relative motion, as prescribed by the nodes of their bodies; `None` if they touch
-/// on the way, or a body deforms.
+/// on the way, or a body deforms or is moved at the start of a load case.
 fn approach(case: &Case, problem: &Problem, facets: [&[FacetNodes]; 2], bodies: [usize; 2]) -> Option<[f64; 3]> {
+    // the distance at the start would be different in each load case
+    if case.load_cases.iter().flat_map(|of| &of.bodies).any(|body| body.offset.is_some() || body.rotation.is_some()) {
+        return None;
+    }
     let mesh = &problem.mesh;
     let pair = SurfacePair::new(facets);
     let reference: Vec<f64> = mesh.nodes.iter().flatten().copied().collect();
@@ -121,7 +125,7 @@ fn approach(case: &Case, problem: &Problem, facets: [&[FacetNodes]; 2], bodies: 
             last.copy_from_slice(&reference);
             known = gap;
         }
-        problem.analysis.model().prescribed().apply(time, &mut prescribed);
+        problem.analysis.design_at(time).model().prescribed().apply(time, &mut prescribed);
         for body in bodies {
             let pose = Pose::of(case, problem, body, load_case, own, &prescribed)?;
             mesh.bodies[body]

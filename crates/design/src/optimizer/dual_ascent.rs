@@ -42,7 +42,7 @@ impl Subproblem<'_> {
         loop {
             at = self.maximise(at, epsilon, iterations);
             if epsilon <= tolerance {
-                // z = ε/(a₀ − a Σλ), and y = ε/(c − λ) for d = 0, lose digits if they are not
+                // z = ε/(a₀ − Σ a λ), and y = ε/(c − λ) for d = 0, lose digits if they are not
                 // small. The primal-dual iteration, for which they are unknowns, restores them.
                 let residual = self.centre(&mut at, epsilon, iterations);
                 return (at, residual);
@@ -55,9 +55,9 @@ impl Subproblem<'_> {
     fn maximise(&self, mut start: Point, epsilon: f64, iterations: &mut usize) -> Point {
         let p = self.parameters;
         let m = start.lambda.len();
-        // the domain of the dual: λ < c if the penalty is linear, a Σλ < a₀
-        let sum: f64 = start.lambda.iter().sum();
-        let shrink = if p.a * sum < p.a0 { 1.0 } else { 0.5 * p.a0 / (p.a * sum) };
+        // the domain of the dual: λ < c if the penalty is linear, Σ a λ < a₀
+        let sum = self.bounding(&start.lambda);
+        let shrink = if sum < p.a0 { 1.0 } else { 0.5 * p.a0 / sum };
         let most = if p.d > 0.0 { f64::INFINITY } else { 0.5 * p.c };
         start.lambda.iter_mut().for_each(|lambda| *lambda = (shrink * *lambda).min(most));
         let mut dual = self.dual(start, epsilon);
@@ -111,7 +111,7 @@ impl Subproblem<'_> {
             self.add_values(j, x, to_upp, to_low, &mut gradient);
         }
         self.ranks.sum(&mut gradient);
-        at.zeta = p.a0 - p.a * at.lambda.iter().sum::<f64>();
+        at.zeta = p.a0 - self.bounding(&at.lambda);
         at.z = epsilon / at.zeta;
         for i in 0..m {
             // (c + d y − λ) y = ε, without cancellation
@@ -120,7 +120,7 @@ impl Subproblem<'_> {
             at.y[i] = if free >= 0.0 { 2.0 * epsilon / (free + root) } else { (root - free) / (2.0 * p.d) };
             at.mu[i] = epsilon / at.y[i];
             at.slack[i] = epsilon / at.lambda[i];
-            gradient[i] += at.slack[i] - p.a * at.z - at.y[i];
+            gradient[i] += at.slack[i] - self.a[i] * at.z - at.y[i];
         }
         Dual { at, gradient }
     }
@@ -148,7 +148,7 @@ impl Subproblem<'_> {
         self.ranks.sum(&mut matrix);
         for i in 0..m {
             for k in 0..m {
-                matrix[i * m + k] += p.a * p.a * at.z / at.zeta;
+                matrix[i * m + k] += self.a[i] * self.a[k] * at.z / at.zeta;
             }
             matrix[i * m + i] += epsilon / at.lambda[i].powi(2) + 1.0 / (p.d + at.mu[i] / at.y[i]);
         }
@@ -170,7 +170,7 @@ impl Subproblem<'_> {
                 keep(p.c - lambda, *change);
             }
         }
-        keep(p.a0 - p.a * lambda.iter().sum::<f64>(), p.a * direction.iter().sum::<f64>());
+        keep(p.a0 - self.bounding(lambda), self.bounding(direction));
         length
     }
 }
@@ -219,13 +219,13 @@ mod tests {
     fn the_dual_gives_the_primal_dual_solution() {
         let tight = MmaParameters { subproblem_tolerance: 1e-10, ..MmaParameters::default() };
         let all = [
-            tight,
-            MmaParameters { a: 1.0, ..tight },
-            MmaParameters { c: 2.0, d: 0.0, ..tight },
-            MmaParameters { c: 0.5, d: 3.0, a: 0.3, ..tight },
+            (tight, 0.0),
+            (tight, 1.0),
+            (MmaParameters { c: 2.0, d: 0.0, ..tight }, 0.0),
+            (MmaParameters { c: 0.5, d: 3.0, ..tight }, 0.3),
         ];
         let number = |k: usize| ((k * 7919 + 13) % 1009) as f64 / 504.5 - 1.0;
-        for (kind, parameters) in all.iter().enumerate() {
+        for (kind, (parameters, a)) in all.iter().enumerate() {
             for m in 0..4 {
                 let variable = |index: usize| {
                     let (low, upp) = (-0.5 - 0.1 * number(index), 0.6 + 0.1 * number(index + 3));
@@ -237,7 +237,8 @@ mod tests {
                 let values = [0.3, -4.0, 5.0];
                 let functions = Functions::new(0.0, &objective, &values[..m], &slopes);
                 let rho = [1e-2, 1e-5, 1e-1, 1e-3];
-                let subproblem = Subproblem::new(parameters, &variables, &functions, &rho[..=m], &Alone);
+                let mut subproblem = Subproblem::new(parameters, &variables, &functions, &rho[..=m], &Alone);
+                subproblem.a = vec![*a; m];
                 let expected = subproblem.solve().unwrap();
                 let mut iterations = 0;
                 let (found, residual) = subproblem.solve_dual(&mut iterations);

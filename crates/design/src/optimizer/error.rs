@@ -90,12 +90,16 @@ pub(super) fn check_vector(what: &str, vector: &[f64], expected: usize) -> Resul
 
 /// Checks the functions of a problem with `n` variables and `m` constraints.
 pub(super) fn check_functions(n: usize, m: usize, functions: &Functions<'_>) -> Result<(), MmaError> {
-    let &Functions { objective, objective_gradient, constraints, constraint_gradients } = functions;
+    let &Functions { objective, objective_gradient, constraints, constraint_gradients, largest_of } = functions;
     if !objective.is_finite() {
         return Err(MmaError::NotFinite { what: "the objective".to_owned(), index: 0, value: objective });
     }
     check_vector("the objective gradient", objective_gradient, n)?;
     check_vector("the list of constraint values", constraints, m)?;
+    if largest_of > m {
+        let what = "the list of functions whose largest is minimised".to_owned();
+        return Err(MmaError::Length { what, expected: m, found: largest_of });
+    }
     if constraint_gradients.len() != m {
         let what = "the list of constraint gradients".to_owned();
         return Err(MmaError::Length { what, expected: m, found: constraint_gradients.len() });

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use slipstick_ranks::Ranks;
 
 use super::error::{check_functions, check_point, check_vector};
+use super::mma::is_zero;
 use super::{Functions, Mma, MmaError, MmaParameters, MmaStep};
 
 /// Smallest ρ at the start of an iteration. Notes, section on ρ.
@@ -77,6 +78,9 @@ struct Approximations {
     objective_gradient: Vec<f64>,
     constraints: Vec<f64>,
     constraint_gradients: Vec<Vec<f64>>,
+    /// [`Functions::largest_of`].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    largest_of: usize,
     /// Curvatures ρ, the objective first.
     rho: Vec<f64>,
     /// Rejected candidates.
@@ -86,6 +90,7 @@ struct Approximations {
 impl Approximations {
     fn functions(&self) -> Functions<'_> {
         Functions::new(self.objective, &self.objective_gradient, &self.constraints, &self.constraint_gradients)
+            .minimising_the_largest_of(self.largest_of)
     }
 }
 
@@ -166,7 +171,7 @@ impl Gcmma {
         functions: &Functions<'_>,
         ranks: &dyn Ranks,
     ) -> Result<MmaStep, MmaError> {
-        let &Functions { objective, objective_gradient, constraints, constraint_gradients } = functions;
+        let &Functions { objective, objective_gradient, constraints, constraint_gradients, largest_of } = functions;
         let gradients = [objective_gradient].into_iter().chain(constraint_gradients.iter().map(Vec::as_slice));
         let rho: Vec<f64> = gradients.map(|gradient| first_rho(gradient, bounds)).collect();
         let step = self.mma.update_with(x, bounds, functions, &rho, ranks)?;
@@ -175,6 +180,7 @@ impl Gcmma {
             objective_gradient: objective_gradient.to_vec(),
             constraints: constraints.to_vec(),
             constraint_gradients: constraint_gradients.to_vec(),
+            largest_of,
             rho,
             inner_iterations: 0,
         });

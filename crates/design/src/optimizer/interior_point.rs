@@ -131,7 +131,7 @@ impl Subproblem<'_> {
             y: vec![1.0; m],
             mu: vec![(0.5 * self.parameters.c).max(1.0); m],
             slack: vec![1.0; m],
-            z: 1.0,
+            z: self.values.iter().zip(&self.a).fold(1.0, |z: f64, (value, a)| z.max(a * value)),
             zeta: 1.0,
         }
     }
@@ -188,8 +188,9 @@ impl Subproblem<'_> {
         values.truncate(at.y.len());
         for (i, value) in values.iter().enumerate() {
             residual.add(p.c + p.d * at.y[i] - at.mu[i] - at.lambda[i]);
-            let violation = value - p.a * at.z - at.y[i] + at.slack[i];
-            let (free, lambda) = (p.a * at.z + at.y[i] - value, at.lambda[i]);
+            let a = self.a[i];
+            let violation = value - a * at.z - at.y[i] + at.slack[i];
+            let (free, lambda) = (a * at.z + at.y[i] - value, at.lambda[i]);
             let kept = violation.powi(2) + (lambda * at.slack[i] - epsilon).powi(2);
             if free > 0.0 && (lambda * free - epsilon).powi(2) < kept {
                 at.slack[i] = free;
@@ -199,7 +200,7 @@ impl Subproblem<'_> {
             residual.add(at.mu[i] * at.y[i] - epsilon);
             residual.add(at.lambda[i] * at.slack[i] - epsilon);
         }
-        residual.add(p.a0 - at.zeta - p.a * at.lambda.iter().sum::<f64>());
+        residual.add(p.a0 - at.zeta - self.bounding(&at.lambda));
         residual.add(at.zeta * at.z - epsilon);
         residual
     }
@@ -231,16 +232,16 @@ impl Subproblem<'_> {
         for i in 0..m {
             let curvature_y = p.d + at.mu[i] / at.y[i];
             let gradient_y = p.c + p.d * at.y[i] - at.lambda[i] - epsilon / at.y[i];
-            right[i] += values[i] - p.a * at.z - at.y[i] + epsilon / at.lambda[i] + gradient_y / curvature_y;
+            right[i] += values[i] - self.a[i] * at.z - at.y[i] + epsilon / at.lambda[i] + gradient_y / curvature_y;
             matrix[i * size + i] += at.slack[i] / at.lambda[i] + 1.0 / curvature_y;
             for k in 0..i {
                 matrix[k * size + i] = matrix[i * size + k];
             }
-            matrix[i * size + m] = p.a;
-            matrix[m * size + i] = p.a;
+            matrix[i * size + m] = self.a[i];
+            matrix[m * size + i] = self.a[i];
         }
         matrix[m * size + m] = -at.zeta / at.z;
-        right[m] = p.a0 - p.a * at.lambda.iter().sum::<f64>() - epsilon / at.z;
+        right[m] = p.a0 - self.bounding(&at.lambda) - epsilon / at.z;
         if !solve_dense(&mut matrix, &mut right) {
             return false;
         }
@@ -338,11 +339,12 @@ mod tests {
     /// and not with a multiplier of 100.
     #[test]
     fn slack_is_moved_where_that_costs_little() {
-        let parameters = MmaParameters { a: 0.5, ..MmaParameters::default() };
+        let parameters = MmaParameters::default();
         let variables = [Variable { index: 0, range: 1.0, low: -0.5, upp: 0.5, alpha: -0.4, beta: 0.4 }];
         let slopes = [vec![0.0]];
         let functions = Functions::new(0.0, &[0.0], &[-2.0], &slopes);
-        let subproblem = Subproblem::new(&parameters, &variables, &functions, &[1e-5; 2], &Alone);
+        let mut subproblem = Subproblem::new(&parameters, &variables, &functions, &[1e-5; 2], &Alone);
+        subproblem.a = vec![0.5];
         for (lambda, slack) in [(1e-3, 2.5), (100.0, 1.0)] {
             let mut at = Point { z: 0.5, y: vec![0.25], lambda: vec![lambda], slack: vec![1.0], ..subproblem.start() };
             let found = subproblem.residual_with_free_slack(&mut at, 1e-3);
@@ -350,7 +352,7 @@ mod tests {
             // two bounds of the variable, y, the constraint, whose violation is what the slack leaves,
             // μ y, λ s, z and ζ z; ε is 1e-3
             let of_y = parameters.c + parameters.d * 0.25 - at.mu[0] - lambda;
-            let of_z = parameters.a0 - at.zeta - parameters.a * lambda;
+            let of_z = parameters.a0 - at.zeta - 0.5 * lambda;
             let all = [
                 at.xi[0] * 0.4 - 1e-3,
                 at.eta[0] * 0.4 - 1e-3,

@@ -82,7 +82,7 @@ fn residual(
     bound_multipliers: impl Fn(usize, f64) -> (f64, f64),
 ) -> KktResidual {
     let (p, [lower, upper]) = (parameters, bounds);
-    let &Functions { objective_gradient, constraints, constraint_gradients, .. } = functions;
+    let &Functions { objective_gradient, constraints, constraint_gradients, largest_of, .. } = functions;
     let mut sum = Accumulator { squares: 0.0, max: 0.0 };
     for j in 0..x.len() {
         let mut slope = objective_gradient[j];
@@ -96,11 +96,14 @@ fn residual(
     }
     for i in 0..constraints.len() {
         sum.add(p.c + p.d * step.y[i] - step.mu[i] - step.lambda[i]);
-        sum.add(constraints[i] - p.a * step.z - step.y[i] + step.slack[i]);
+        let z = if i < largest_of { step.z } else { 0.0 };
+        sum.add(constraints[i] - z - step.y[i] + step.slack[i]);
         sum.add(step.mu[i] * step.y[i]);
         sum.add(step.lambda[i] * step.slack[i]);
     }
-    sum.add(p.a0 - step.zeta - p.a * step.lambda.iter().sum::<f64>());
-    sum.add(step.zeta * step.z);
+    sum.add(p.a0 - step.zeta - step.lambda[..largest_of].iter().sum::<f64>());
+    if largest_of == 0 {
+        sum.add(step.zeta * step.z);
+    }
     KktResidual { norm: sum.squares.sqrt(), max: sum.max }
 }

@@ -53,7 +53,7 @@ pub struct Mma {
     upp: Vec<f64>,
 }
 
-fn is_zero(number: &usize) -> bool {
+pub(super) fn is_zero(number: &usize) -> bool {
     *number == 0
 }
 
@@ -71,11 +71,12 @@ pub struct MmaStep {
     /// Elastic violation of each constraint. ≥ 0; clearly positive if no design within the move
     /// limit is feasible.
     pub y: Vec<f64>,
-    /// Elastic variable common to all constraints. ≥ 0
+    /// The largest of the [functions whose largest is minimised](Functions::largest_of), as
+    /// approximated at `x`; 0 without them.
     pub z: f64,
     /// Multipliers of `y ≥ 0`.
     pub mu: Vec<f64>,
-    /// Multiplier of `z ≥ 0`.
+    /// Multiplier of a lower bound on `z` that does not act with such functions; `a0` without them.
     pub zeta: f64,
     /// Slack of each approximated constraint. ≥ 0
     pub slack: Vec<f64>,
@@ -258,7 +259,8 @@ impl Mma {
         let [lower, upper] = bounds;
         let own = own_range(self.n, ranks);
         let variables = self.variables(x, bounds, asymptotes, own.clone());
-        let solution = Subproblem::new(&self.parameters, &variables, functions, rho, ranks).solve()?;
+        let subproblem = Subproblem::new(&self.parameters, &variables, functions, rho, ranks);
+        let solution = subproblem.solve()?;
 
         let mut step = MmaStep {
             x: x[own.clone()].to_vec(),
@@ -266,7 +268,7 @@ impl Mma {
             xi: vec![0.0; own.len()],
             eta: vec![0.0; own.len()],
             y: solution.y,
-            z: solution.z,
+            z: solution.z + subproblem.shift,
             mu: solution.mu,
             zeta: solution.zeta,
             slack: solution.slack,

@@ -8,9 +8,11 @@ use super::MmaError;
 /// Parameters of the method of moving asymptotes, version of 2007, named as in Svanberg's notes.
 ///
 /// Lengths are relative to the range `upper − lower` of each variable, so no parameter has a unit.
-/// The elastic variables `y`, `z` make every subproblem feasible: MMA minimises `f₀(x) + a₀ z + Σ_i
-/// (c y_i + ½ d y_i²)` subject to `f_i(x) − a z − y_i ≤ 0`, `y, z ≥ 0`; with the default values `z
-/// = 0`, and `y_i` is a violation of constraint `i` that costs `c` per unit.
+/// Elastic variables `y` make every subproblem feasible: MMA minimises `f₀(x) + a₀ z + Σ_i (c y_i +
+/// ½ d y_i²)` subject to `f_i(x) − a_i z − y_i ≤ 0`, `y ≥ 0`, where `y_i` is a violation of constraint
+/// `i` that costs `c` per unit. The coefficients `a_i` are 0, except for
+/// [functions whose largest is minimised](super::Functions::largest_of): there, they are 1, and `z`
+/// is the largest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MmaParameters {
@@ -34,9 +36,6 @@ pub struct MmaParameters {
     pub raa0: f64,
     /// Weight of `z`. In (0, ∞).
     pub a0: f64,
-    /// Coefficient of `z` in each constraint; 0 unless the maximum of several functions is
-    /// minimised. At least 0.
-    pub a: f64,
     /// Linear penalty for violating a constraint: well above the multipliers, after scaling. At
     /// least 0, `c + d > 0`.
     pub c: f64,
@@ -58,7 +57,6 @@ impl Default for MmaParameters {
             move_limit: 0.5,
             raa0: 1e-5,
             a0: 1.0,
-            a: 0.0,
             c: 1000.0,
             d: 1.0,
             subproblem_tolerance: 1e-7,
@@ -73,7 +71,7 @@ impl MmaParameters {
     }
 
     /// Each parameter by name.
-    pub fn by_name(&mut self) -> [(&'static str, &mut f64); 13] {
+    pub fn by_name(&mut self) -> [(&'static str, &mut f64); 12] {
         [
             ("move_limit", &mut self.move_limit),
             ("asyinit", &mut self.asyinit),
@@ -84,7 +82,6 @@ impl MmaParameters {
             ("albefa", &mut self.albefa),
             ("raa0", &mut self.raa0),
             ("a0", &mut self.a0),
-            ("a", &mut self.a),
             ("c", &mut self.c),
             ("d", &mut self.d),
             ("subproblem_tolerance", &mut self.subproblem_tolerance),
@@ -111,7 +108,6 @@ impl MmaParameters {
             ("move_limit", self.move_limit, self.move_limit > 0.0 && self.move_limit <= 1.0, "in (0, 1]"),
             ("raa0", self.raa0, positive(self.raa0), "positive and finite"),
             ("a0", self.a0, positive(self.a0), "positive and finite"),
-            ("a", self.a, not_negative(self.a), "finite and not negative"),
             ("d", self.d, not_negative(self.d), "finite and not negative"),
             ("c", self.c, not_negative(self.c) && !(self.c + self.d == 0.0), "finite and not negative, with c + d > 0"),
             ("subproblem_tolerance", self.subproblem_tolerance, inside(self.subproblem_tolerance), "in (0, 1)"),

@@ -1,6 +1,6 @@
 //! The separable convex subproblem of MMA.
 //!
-//! Minimise `f̃₀(x) + a₀z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a z − y_i ≤ 0`, `α ≤ x ≤
+//! Minimise `f̃₀(x) + a₀z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a_i z − y_i ≤ 0`, `α ≤ x ≤
 //! β`, `y, z ≥ 0`, where
 //!
 //! `f̃_i(x) = f_i(x⁰) + Σ_j [ p_ij/(u_j − x_j) + q_ij/(x_j − l_j) ] − [ the same at x⁰ ]`.
@@ -54,8 +54,13 @@ pub(super) struct Subproblem<'a> {
     q0: Vec<f64>,
     p: Vec<f64>,
     q: Vec<f64>,
-    /// `f_i(x⁰)`
-    pub values: &'a [f64],
+    /// `f_i(x⁰)`, for `a_i > 0` minus [`shift`](Self::shift).
+    pub values: Vec<f64>,
+    /// Coefficients `a_i` of z.
+    pub a: Vec<f64>,
+    /// Added to z, it gives the largest of the functions with `a_i > 0`. It is so low that z ≥ 0
+    /// never acts.
+    pub shift: f64,
     /// Largest derivative (with respect to `t`) or value, at least 1.
     pub scale: f64,
     /// The ranks over which the variables are distributed.
@@ -72,13 +77,16 @@ impl<'a> Subproblem<'a> {
         rho: &[f64],
         ranks: &'a dyn Ranks,
     ) -> Self {
-        let &Functions { objective_gradient, constraints, constraint_gradients, .. } = functions;
+        let &Functions { objective_gradient, constraints, constraint_gradients, largest_of, .. } = functions;
         let (p0, q0) = variables.iter().map(|v| v.approximation(objective_gradient[v.index], rho[0])).unzip();
         let gradients = || constraint_gradients.iter();
         let with_rho = || gradients().zip(&rho[1..]);
         let of_variable = |v: &'a Variable| with_rho().map(|(gradient, &rho)| v.approximation(gradient[v.index], rho));
         let (p, q) = variables.iter().flat_map(of_variable).unzip();
-        let mut scale = constraints.iter().fold(1.0, |scale: f64, value| scale.max(value.abs()));
+        let a: Vec<f64> = (0..constraints.len()).map(|i| if i < largest_of { 1.0 } else { 0.0 }).collect();
+        let shift = lowest(&constraints[..largest_of], &constraint_gradients[..largest_of], variables, ranks);
+        let values: Vec<f64> = constraints.iter().zip(&a).map(|(value, a)| value - a * shift).collect();
+        let mut scale = values.iter().fold(1.0, |scale: f64, value| scale.max(value.abs()));
         for variable in variables {
             let slopes = gradients().map(|gradient| gradient[variable.index]);
             for slope in slopes.chain([objective_gradient[variable.index]]) {
@@ -86,7 +94,7 @@ impl<'a> Subproblem<'a> {
             }
         }
         let scale = ranks.largest(scale);
-        Self { parameters, variables, p0, q0, p, q, values: constraints, scale, ranks }
+        Self { parameters, variables, p0, q0, p, q, values, a, shift, scale, ranks }
     }
 
     /// `∂f̃₀/∂x_j + Σ_i λ_i ∂f̃_i/∂x_j` from its parts: `p_j + Σ λ_i p_ij` and `q_j + Σ λ_i q_ij`.
@@ -100,10 +108,15 @@ impl<'a> Subproblem<'a> {
         (p, q)
     }
 
+    /// Σ a_i λ_i.
+    pub fn bounding(&self, lambda: &[f64]) -> f64 {
+        self.a.iter().zip(lambda).map(|(a, lambda)| a * lambda).sum()
+    }
+
     /// Initial values of the sums over all variables on this rank: the values of the constraints
     /// are added only once.
     pub fn first_values(&self) -> Vec<f64> {
-        if self.ranks.rank() == 0 { self.values.to_vec() } else { vec![0.0; self.values.len()] }
+        if self.ranks.rank() == 0 { self.values.clone() } else { vec![0.0; self.values.len()] }
     }
 
     /// Adds `f̃_i(t) − f_i(0)` of variable `j` to `values`, as a product with `t`, which avoids
@@ -143,4 +156,18 @@ impl<'a> Subproblem<'a> {
             slopes[i] = self.p[j * m + i] * upp2 - self.q[j * m + i] * low2;
         }
     }
+}
+
+/// A number that is below the largest of some functions everywhere between the bounds of this step,
+/// by at least 1: the approximations are convex, so they are nowhere below their linearisations. 0
+/// without functions.
+fn lowest(values: &[f64], gradients: &[Vec<f64>], variables: &[Variable], ranks: &dyn Ranks) -> f64 {
+    let Some(first) = (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b])) else { return 0.0 };
+    let fall = |v: &Variable| {
+        let slope = gradients[first][v.index] * v.range;
+        if slope > 0.0 { slope * -v.alpha } else { -slope * v.beta }
+    };
+    let mut fall = [variables.iter().map(fall).sum::<f64>()];
+    ranks.sum(&mut fall);
+    values[first] - fall[0] - 1.0
 }

@@ -12,6 +12,8 @@ pub use curve::{Curve, CurveError};
 pub use steps::ObservedSteps;
 
 use crate::quantity::{Dimension, Quantity};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::fmt;
 use std::sync::Arc;
 
@@ -44,6 +46,23 @@ pub enum Reduction {
     Distance(Curve),
 }
 
+/// How the values of several load cases, θ_c with weight w_c, become one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OverLoadCases {
+    /// Σ w_c θ_c.
+    #[default]
+    Sum,
+    /// Σ w_c θ_c / Σ w_c.
+    Mean,
+    /// Mean plus this multiple of the standard deviation, with w_c/Σ w as probabilities. It has a
+    /// kink where all θ_c are equal; there, the derivative is that of the mean.
+    MeanPlusDeviations(f64),
+    /// The largest w_c θ_c. It has a kink where the two largest are equal; an optimization bounds
+    /// all of them instead ([`Response::parts`]).
+    Worst,
+}
+
 /// A function of quantities over the load path.
 #[derive(Clone, Debug)]
 pub struct Response {
@@ -52,12 +71,13 @@ pub struct Response {
     reduction: Reduction,
     /// One weight for each load case, whose steps are consecutive.
     cases: Vec<f64>,
+    over: OverLoadCases,
 }
 
 impl Response {
     /// Reduces the values of some terms to one number.
     pub fn new(name: impl Into<String>, terms: Vec<Term>, reduction: Reduction) -> Self {
-        Self { name: name.into(), terms, reduction, cases: vec![1.0] }
+        Self { name: name.into(), terms, reduction, cases: vec![1.0], over: OverLoadCases::Sum }
     }
 
     /// The sum of a quantity over steps, times a weight; it has the quantity's name.
@@ -71,6 +91,39 @@ impl Response {
     pub fn in_load_cases(mut self, weights: Vec<f64>) -> Self {
         self.cases = weights;
         self
+    }
+
+    /// The values of the load cases become one in this way.
+    pub fn over_load_cases(mut self, over: OverLoadCases) -> Self {
+        self.over = over;
+        self
+    }
+
+    /// The functions whose largest is the response: those of the single load cases with a weight if
+    /// the worst counts, otherwise only the response itself.
+    pub fn parts(&self) -> Vec<Self> {
+        match self.over {
+            OverLoadCases::Worst => self.counted().map(|case| self.part(case, self.cases[case])).collect(),
+            _ => vec![self.clone()],
+        }
+    }
+
+    /// The load cases of the [`parts`](Self::parts); `None` if there is only one part.
+    pub fn worst_of(&self) -> Option<Vec<usize>> {
+        (self.over == OverLoadCases::Worst).then(|| self.counted().collect())
+    }
+
+    /// The load cases with a weight.
+    fn counted(&self) -> impl Iterator<Item = usize> {
+        (0..self.cases.len()).filter(|&case| self.cases[case] != 0.0)
+    }
+
+    /// The response of one load case, times a factor.
+    fn part(&self, case: usize, factor: f64) -> Self {
+        let terms = self.terms.iter().cloned().map(|term| Term { weight: factor * term.weight, ..term });
+        let mut cases = vec![0.0; self.cases.len()];
+        cases[case] = 1.0;
+        Self { terms: terms.collect(), cases, over: OverLoadCases::Sum, ..self.clone() }
     }
 
     /// Name for reports.
@@ -132,7 +185,46 @@ impl Response {
     /// The value, and its derivatives with respect to the entries of the table: `values[term][step
     /// − 1]`, of which those that are not observed are ignored. `times` are the ends of the steps.
     pub fn reduce(&self, values: &[Vec<f64>], times: &[f64]) -> (f64, Vec<Vec<f64>>) {
-        let mut slopes: Vec<Vec<f64>> = values.iter().map(|row| vec![0.0; row.len()]).collect();
+        match self.over {
+            OverLoadCases::Sum => self.reduce_sum(values, times),
+            OverLoadCases::Worst => {
+                let parts = self.parts();
+                let parts = parts.iter().map(|part| part.reduce_sum(values, times));
+                let larger = |a: (f64, Vec<Vec<f64>>), b: (f64, Vec<Vec<f64>>)| {
+                    if b.0 > a.0 || b.0.is_nan() { b } else { a }
+                };
+                parts.reduce(larger).unwrap_or_else(|| (0.0, zeros(values)))
+            }
+            OverLoadCases::Mean => self.mean_plus_deviations(0.0, values, times),
+            OverLoadCases::MeanPlusDeviations(factor) => self.mean_plus_deviations(factor, values, times),
+        }
+    }
+
+    fn mean_plus_deviations(&self, factor: f64, values: &[Vec<f64>], times: &[f64]) -> (f64, Vec<Vec<f64>>) {
+        let parts: Vec<(f64, f64, Vec<Vec<f64>>)> = self
+            .counted()
+            .map(|case| {
+                let (value, slopes) = self.part(case, 1.0).reduce_sum(values, times);
+                (self.cases[case], value, slopes)
+            })
+            .collect();
+        let all: f64 = parts.iter().map(|part| part.0).sum();
+        let mean = parts.iter().map(|(weight, value, _)| weight / all * value).sum::<f64>();
+        let variance: f64 = parts.iter().map(|(weight, value, _)| weight / all * (value - mean).powi(2)).sum();
+        let deviation = variance.sqrt();
+        let mut slopes = zeros(values);
+        for (weight, value, of_part) in &parts {
+            let off = if deviation > 0.0 { (value - mean) / deviation } else { 0.0 };
+            let by_value = weight / all * (1.0 + factor * off);
+            let both = slopes.iter_mut().flatten().zip(of_part.iter().flatten());
+            both.for_each(|(to, from)| *to += by_value * from);
+        }
+        (mean + factor * deviation, slopes)
+    }
+
+    /// As [`reduce`](Self::reduce), with the weighted sum over the load cases.
+    fn reduce_sum(&self, values: &[Vec<f64>], times: &[f64]) -> (f64, Vec<Vec<f64>>) {
+        let mut slopes = zeros(values);
         let value = match &self.reduction {
             Reduction::Sum => {
                 let parts = self.step_values(values);
@@ -168,7 +260,7 @@ impl Response {
     pub fn step_values(&self, values: &[Vec<f64>]) -> Vec<f64> {
         let steps = values.first().map_or(0, Vec::len);
         let mut parts = vec![0.0; steps];
-        if self.reduction == Reduction::Sum {
+        if self.reduction == Reduction::Sum && self.over == OverLoadCases::Sum {
             self.each(steps, |term, step| {
                 let weight = self.cases[self.place(step, steps).0] * self.terms[term].weight;
                 parts[step - 1] += weight * values[term][step - 1];
@@ -183,6 +275,10 @@ impl Response {
             (1..=steps).filter(|&step| self.term_observes(term, step, steps)).for_each(|step| visit(term, step));
         }
     }
+}
+
+fn zeros(values: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    values.iter().map(|row| vec![0.0; row.len()]).collect()
 }
 
 /// A bound on a response.
@@ -253,6 +349,38 @@ mod tests {
         assert_eq!(response.reduce(&values, &times).0, -(2.0 + 4.0) - 0.25 * (6.0 + 8.0) - 2.0 * (10.0 + 12.0));
         assert_eq!(response.step_values(&values)[5], -0.25 * 6.0);
         check_slopes(&response, &values, &times);
+    }
+
+    /// By hand: three cases of weights 1, 2 and 1 with θ = 3, 5 and 11, and a case without weight.
+    #[test]
+    fn several_load_cases_become_one() {
+        let of = |over| {
+            Response::new("sum", vec![term(ObservedSteps::Last, 1.0)], Reduction::Sum)
+                .in_load_cases(vec![1.0, 2.0, 0.0, 1.0])
+                .over_load_cases(over)
+        };
+        let values = [vec![9.0, 3.0, 9.0, 5.0, 9.0, 90.0, 9.0, 11.0]];
+        let times: Vec<f64> = (1..=8).map(f64::from).collect();
+        let reduce = |over| of(over).reduce(&values, &times).0;
+        assert_eq!((reduce(OverLoadCases::Sum), reduce(OverLoadCases::Worst)), (24.0, 11.0));
+        assert_eq!(
+            (of(OverLoadCases::Worst).worst_of(), of(OverLoadCases::Sum).worst_of()),
+            (Some(vec![0, 1, 3]), None)
+        );
+        let parts: Vec<f64> =
+            of(OverLoadCases::Worst).parts().iter().map(|part| part.reduce(&values, &times).0).collect();
+        assert_eq!(parts, [3.0, 10.0, 11.0]);
+        assert_eq!(reduce(OverLoadCases::Mean), 6.0);
+        // variance (9 + 2 · 1 + 25)/4
+        assert_eq!(reduce(OverLoadCases::MeanPlusDeviations(0.5)), 6.0 + 0.5 * 3.0);
+        for over in
+            [OverLoadCases::Sum, OverLoadCases::Mean, OverLoadCases::Worst, OverLoadCases::MeanPlusDeviations(0.5)]
+        {
+            check_slopes(&of(over), &values, &times);
+        }
+        let equal = [vec![4.0; 8]];
+        let (value, slopes) = of(OverLoadCases::MeanPlusDeviations(2.0)).reduce(&equal, &times);
+        assert_eq!((value, slopes[0][1], slopes[0][3]), (4.0, 0.25, 0.5));
     }
 
     /// By hand: the largest of 2 × the first quantity at the last step and 1 × the second at all

@@ -169,14 +169,15 @@ pub(crate) fn steps_of(path: &Path) -> Vec<usize> {
 }
 
 /// The values of all terms of all responses: a row for each term, with a column for each user's
-/// step. Columns of steps that a term does not observe are 0.
-pub(super) fn values(
-    design: &Design,
+/// step. Columns of steps that a term does not observe are 0. `design_at` returns the design of the
+/// load case at a pseudo-time.
+pub(super) fn values<'a>(
+    design_at: &dyn Fn(f64) -> &'a Design,
     path: &Path,
     steps: usize,
     responses: &[&Response],
 ) -> Result<Vec<Vec<Vec<f64>>>, AnalysisError> {
-    let ranks = design.model().share().ranks().clone();
+    let ranks = design_at(0.0).model().share().ranks().clone();
     let mut values: Vec<Vec<Vec<f64>>> =
         responses.iter().map(|response| vec![vec![0.0; steps]; response.terms().len()]).collect();
     // of the increments since the start of the load case
@@ -189,7 +190,7 @@ pub(super) fn values(
             sums.iter_mut().flatten().for_each(|sum| *sum = 0.0);
             continue;
         }
-        let step = user_steps[index];
+        let (step, design) = (user_steps[index], design_at(at.time));
         let read = |response: &Response, term: usize| {
             let accumulates = response.terms()[term].quantity.accumulates();
             accumulates || at.completes.is_some() && response.term_observes(term, step, steps)

@@ -119,6 +119,11 @@ impl Workspace {
         (self.pattern, self.scatter, self.matrix) = (PatternInUse::default(), None, None);
     }
 
+    /// Empty buffers, with the same clock.
+    pub(crate) fn another(&self) -> Self {
+        Self { timings: self.timings.restarted(), ..Self::default() }
+    }
+
     /// Kinematics to overwrite.
     fn spare(&mut self) -> Arc<Kinematics> {
         let free = self.kinematics.iter_mut().position(|kept| Arc::get_mut(kept).is_some());

@@ -59,6 +59,15 @@ impl Loads {
         Self { loads: loads.into_iter().zip(facets).map(apply).collect() }
     }
 
+    /// The same loads, each times a factor.
+    pub(super) fn times(&self, factors: &[f64]) -> Self {
+        let mut loads = self.clone();
+        for (applied, factor) in loads.loads.iter_mut().zip(factors) {
+            applied.load.amplitude.iter_mut().for_each(|point| point.factor *= factor);
+        }
+        loads
+    }
+
     /// Number of loads.
     pub fn len(&self) -> usize {
         self.loads.len()

@@ -40,6 +40,7 @@ pub mod prescribed;
 mod results;
 mod share;
 mod step;
+mod variation;
 
 pub use design::Design;
 pub use element_fields::ElementFields;
@@ -60,6 +61,8 @@ use slipstick_path::{Held, StateError, StepState, Unknowns};
 use slipstick_solid::{Interpolation, InvertedElements, SolidModel};
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
+pub use variation::Variation;
 
 /// An interface with the data that the model adds to its geometry.
 #[derive(Debug, Clone)]
@@ -92,6 +95,8 @@ struct SlaveData {
 /// The bodies' own stiffness at the contact, at the start design.
 #[derive(Debug, Clone, Default)]
 struct StartStiffness {
+    /// The density of every element there.
+    density: Vec<f64>,
     /// E_eff/h at each slave node. \[F/L³\]
     local_stiffness: Vec<f64>,
     /// Its logarithmic derivative ∂ln/∂ln E for each body: one list per slave node.
@@ -105,10 +110,12 @@ pub struct ContactModel {
     /// The part of this rank, and the slave nodes in it.
     share: Share,
     own: Vec<bool>,
-    solid: SolidModel,
+    solid: Arc<SolidModel>,
     interpolation: Interpolation,
     designed: Vec<bool>,
     coordinates: Vec<f64>,
+    /// Displacements at rest, three per node; empty: zero.
+    rest: Vec<f64>,
     /// Elements of each body.
     bodies: Vec<Range<usize>>,
     interfaces: Vec<ModelInterface>,
@@ -199,10 +206,11 @@ impl ContactModel {
         let mut model = Self {
             share,
             own,
-            solid,
+            solid: Arc::new(solid),
             interpolation,
             designed,
             coordinates,
+            rest: Vec::new(),
             bodies: mesh.bodies.iter().map(|body| body.elements.clone()).collect(),
             interfaces,
             uzawa,
@@ -219,6 +227,7 @@ impl ContactModel {
         };
         let (scalings, _) = model.scale(start);
         model.start = StartStiffness {
+            density: start.to_vec(),
             local_stiffness: model.local_stiffness(&scalings),
             shares: model.stiffness_shares(&scalings),
         };
@@ -333,9 +342,18 @@ impl ContactModel {
         self.interfaces.iter().flat_map(|i| i.interface.slave_nodes()).map(|s| s.node).collect()
     }
 
-    /// The state at rest: no displacement, no multiplier, no history.
+    /// The state at rest: no deformation, no multiplier, no history. Bodies may be elsewhere than in
+    /// the mesh, as a [`Variation`] says.
     pub fn rest(&self) -> StepState {
-        StepState { unknowns: vec![0.0; self.unknowns.count()], history: vec![0.0; self.unknowns.history] }
+        let mut unknowns = vec![0.0; self.unknowns.count()];
+        unknowns[..self.rest.len()].copy_from_slice(&self.rest);
+        StepState { unknowns, history: vec![0.0; self.unknowns.history] }
+    }
+
+    /// Norm of the displacements from their values at rest. \[L\]
+    fn distance_from_rest(&self, y: &[f64]) -> f64 {
+        let rest = self.rest.iter().copied().chain(std::iter::repeat(0.0));
+        y[..self.displacement_count()].iter().zip(rest).map(|(d, rest)| (d - rest) * (d - rest)).sum::<f64>().sqrt()
     }
 
     fn displacement_count(&self) -> usize {

@@ -17,6 +17,8 @@ pub struct Prescribed {
     fixed: Vec<bool>,
     /// Displacement unknowns normal to symmetry planes, which no motion prescribes: zero.
     mirrored: Vec<u32>,
+    /// Displacements at rest, to which motions add; empty: zero.
+    rest: Vec<f64>,
 }
 
 /// A motion moves a node off its symmetry plane.
@@ -96,7 +98,7 @@ impl Prescribed {
             }
         }
         let fixed = owners.iter().map(|owners| !owners.is_empty()).collect();
-        Ok(Self { motions, cases, entries, repeated, fixed, mirrored: Vec::new() })
+        Ok(Self { motions, cases, entries, repeated, fixed, mirrored: Vec::new(), rest: Vec::new() })
     }
 
     /// The same with the components normal to symmetry planes held: three per node in `mirrored`.
@@ -127,6 +129,30 @@ impl Prescribed {
             }
         }
         Ok(self)
+    }
+
+    /// The same supports with a factor on each motion, and with displacements at rest (three per
+    /// node; empty: none), from which the motions start. Axes of rotation stay where they are.
+    pub(super) fn varied(&self, factors: &[f64], rest: &[f64]) -> Self {
+        let mut varied = self.clone();
+        for (motion, factor) in varied.motions.iter_mut().zip(factors) {
+            for point in &mut motion.motion {
+                point.u.iter_mut().for_each(|u| *u *= factor);
+                point.angle *= factor;
+            }
+        }
+        if !rest.is_empty() {
+            for (dof, x, ..) in &mut varied.entries {
+                let node = 3 * (*dof as usize / 3);
+                x.iter_mut().zip(&rest[node..]).for_each(|(x, rest)| *x += rest);
+            }
+            varied.rest = rest.to_vec();
+        }
+        varied
+    }
+
+    fn at_rest(&self, dof: u32) -> f64 {
+        self.rest.get(dof as usize).copied().unwrap_or(0.0)
     }
 
     /// Which displacement unknowns are prescribed.
@@ -181,7 +207,7 @@ impl Prescribed {
     /// then translation.
     pub fn apply(&self, time: f64, d: &mut [f64]) {
         for &dof in &self.mirrored {
-            d[dof as usize] = 0.0;
+            d[dof as usize] = self.at_rest(dof);
         }
         let (case, time) = course::place(time);
         let pose = |(motion, own): (&Dirichlet, &Option<usize>)| {
@@ -190,12 +216,12 @@ impl Prescribed {
         let poses: Vec<_> = self.motions.iter().zip(&self.cases).map(pose).collect();
         for &(dof, _, _, motion) in &self.entries {
             if poses[motion as usize].is_none() {
-                d[dof as usize] = 0.0;
+                d[dof as usize] = self.at_rest(dof);
             }
         }
         for &(dof, x, c, motion) in &self.entries {
             let Some(((u, degrees), axis)) = &poses[motion as usize] else { continue };
-            let mut value = u[c as usize];
+            let mut value = self.at_rest(dof) + u[c as usize];
             if let (Some(axis), true) = (axis, *degrees != 0.0) {
                 let direction = Unit::new_normalize(Vector3::from(axis.direction));
                 let rotation = Rotation3::from_axis_angle(&direction, degrees.to_radians());

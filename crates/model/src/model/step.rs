@@ -354,7 +354,7 @@ impl Design {
         let floors = &self.model.floors;
         Scales {
             force: norm(internal).max(floors.force),
-            displacement: norm(&y[..self.model.displacement_count()]).max(floors.displacement),
+            displacement: self.model.distance_from_rest(y).max(floors.displacement),
             multiplier: traction.max(floors.multiplier),
             position: norm(&self.model.positions(y)),
         }

@@ -46,6 +46,9 @@ class Iteration:
         Norm of the optimality residual at this design.
     violation : float
         Largest violation of a constraint, relative to its bound; 0 if all are met.
+    parts : list of dict
+        Value and multiplier of each function whose largest is the objective: worst of load cases,
+        or of an eroded, the nominal and a dilated design. Empty if there is only one.
     constraints : list of dict
         Value and multiplier of each constraint, the bound on the volume first.
     discreteness : float
@@ -72,6 +75,7 @@ class Iteration:
     increments: int
     halvings: int
     status: list[int]
+    parts: list[dict[str, float | None]] = dataclasses.field(default_factory=list)
     seconds: float | None = None
 
     @classmethod

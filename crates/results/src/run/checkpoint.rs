@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::{RunDirectory, RunError, StartValuesFile, seal};
 use crate::output::write_atomically;
 use slipstick_model::optimize::{Optimization, OptimizationState};
+use slipstick_path::Guide;
 
 /// Version of the file layout; files of any other version are rejected.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 /// The state of an optimization after a finished iteration, `checkpoint.json`.
 ///
@@ -25,8 +26,9 @@ pub struct Checkpoint {
     pub iterations: usize,
     /// Number of rows of `newton.csv` after each evaluated design; as long as the state's history.
     pub newton_rows: Vec<usize>,
-    /// Start values of the next march, if they come from the previous design.
-    pub start_values: Option<StartValuesFile>,
+    /// Start values of the next march, if they come from the previous design: one file for each of
+    /// its realisations.
+    pub start_values: Vec<StartValuesFile>,
     /// The state.
     pub state: OptimizationState,
 }
@@ -34,7 +36,7 @@ pub struct Checkpoint {
 impl Checkpoint {
     /// A checkpoint of this state.
     pub fn new(case_sha256: String, iterations: usize, newton_rows: Vec<usize>, state: OptimizationState) -> Self {
-        Self { format: FORMAT, case_sha256, iterations, newton_rows, start_values: None, state }
+        Self { format: FORMAT, case_sha256, iterations, newton_rows, start_values: Vec::new(), state }
     }
 
     /// Drops the evaluation of the last design, if no update has followed it: when the run
@@ -86,8 +88,7 @@ impl Checkpoint {
     /// [`RunError::Damaged`] if a list does not have the length that the case needs, a value is out
     /// of range, or parts contradict each other; the optimization is then unchanged.
     pub fn restore(&self, run: &RunDirectory, optimization: &mut Optimization) -> Result<(), RunError> {
-        self.check(optimization.state.x.len(), &optimization.state.constraints)
-            .map_err(|reason| damaged(run, reason))?;
+        self.check(&optimization.state, optimization.function_counts()).map_err(|reason| damaged(run, reason))?;
         let methods = [&self.state, &optimization.state].map(|state| state.optimizer.name());
         if methods[0] != methods[1] {
             return Err(damaged(
@@ -95,25 +96,30 @@ impl Checkpoint {
                 format!("the optimizer is `{}`; that of the case is `{}`", methods[0], methods[1]),
             ));
         }
-        if self.start_values.is_some() != (optimization.follows_previous_design() && self.state.iteration > 0) {
+        let follows = optimization.follows_previous_design() && self.state.iteration > 0;
+        if self.start_values.len() != if follows { optimization.realisations() } else { 0 } {
             return Err(damaged(run, "`start_values` does not match the case and the number of updates".into()));
         }
         let ranks = optimization.problem.analysis.linear.ranks();
-        let guide = self.start_values.as_ref().map(|file| file.read(run, ranks)).transpose();
-        let elsewhere = ranks.any(guide.is_err()) && guide.is_ok();
-        let guide = guide?;
+        let guides: Vec<Result<Guide, RunError>> = self.start_values.iter().map(|file| file.read(run, ranks)).collect();
+        let guides = guides.into_iter().collect::<Result<Vec<Guide>, RunError>>();
+        let elsewhere = ranks.any(guides.is_err()) && guides.is_ok();
+        let guides = guides?;
         if elsewhere {
             return Err(damaged(run, "refers to start values that another rank could not read".into()));
         }
         optimization.state = self.state.clone();
-        optimization.problem.analysis.guide = guide;
+        optimization.set_guides(guides);
         Ok(())
     }
 
-    /// Checks that the state is valid for `n` design variables and constraints of these names; the
-    /// error says what is wrong.
-    fn check(&self, n: usize, constraints: &[String]) -> Result<(), String> {
-        let OptimizationState { iteration, x, x_before, optimizer, scaling, constraints: names, history } = &self.state;
+    /// Checks that the state is valid for an optimization that starts with `start`, and for these
+    /// numbers of constraints in the memory of the optimizer and in the scaling; the error says
+    /// what is wrong.
+    fn check(&self, start: &OptimizationState, [m, scaled]: [usize; 2]) -> Result<(), String> {
+        let OptimizationState { iteration, x, x_before, optimizer, scaling, constraints: names, history, .. } =
+            &self.state;
+        let (n, constraints) = (start.x.len(), &start.constraints);
         let (updates, records, rows) = (*iteration, history.len(), self.newton_rows.len());
         if rows != records || !(records == updates || records.checked_sub(1) == Some(updates)) {
             return Err(format!("{records} evaluated designs do not match {updates} updates and {rows} row counts"));
@@ -121,24 +127,33 @@ impl Checkpoint {
         if names != constraints {
             return Err(format!("the constraints are {names:?}; those of the case are {constraints:?}"));
         }
+        let parts = [&self.state, start].map(|state| &state.parts);
+        if parts[0] != parts[1] {
+            return Err(format!("the parts of the objective are {:?}; those of the case are {:?}", parts[0], parts[1]));
+        }
+        if self.state.dilated_limit.is_some_and(|limit| !(limit.is_finite() && limit > 0.0)) {
+            return Err("`dilated_limit` is not positive".into());
+        }
         densities("x", x, n)?;
         if let Some(before) = x_before {
             densities("x_before", before, n)?;
         }
-        optimizer.check(n, constraints.len()).map_err(|error| format!("`{}`: {error}", optimizer.name()))?;
+        optimizer.check(n, m).map_err(|error| format!("`{}`: {error}", optimizer.name()))?;
         let parts = [x_before.is_some(), scaling.is_some()];
         if optimizer.memory().iteration() != updates || parts.contains(&(updates == 0)) {
             return Err(format!("the optimizer's memory does not match {updates} updates"));
         }
-        if scaling.as_ref().is_some_and(|scaling| !scaling.is_valid(names.len())) {
+        if scaling.as_ref().is_some_and(|scaling| !scaling.is_valid(scaled)) {
             return Err("`scaling` must have a positive factor for the objective and for each constraint".into());
         }
         for (number, record) in history.iter().enumerate() {
-            let of_constraints = record.constraints.iter().flat_map(|of| [Some(of.value), of.multiplier]);
+            let functions = record.parts.iter().chain(&record.constraints);
+            let of_constraints = functions.flat_map(|of| [Some(of.value), of.multiplier]);
             let measured = [Some(record.objective), Some(record.volume_fraction), record.change, record.optimality];
             let measured: Vec<Option<f64>> = measured.into_iter().chain(of_constraints).collect();
             let complete = record.iteration == number
                 && record.change.is_some() == (number < updates)
+                && record.parts.len() == self.state.parts.len()
                 && record.constraints.len() == names.len();
             if !complete || measured.iter().flatten().any(|value| !value.is_finite()) {
                 return Err(format!("`history[{number}]` is not the record of iteration {number}"));

@@ -9,7 +9,8 @@ use slipstick_path::{IterationRecord, MarchFailure, StateError, StepFailureKind,
 
 use super::places::{LISTED, Place, Trial, conditions, places, reason};
 use slipstick_model::analysis::AnalysisError;
-use slipstick_model::model::{Design, course};
+use slipstick_model::model::course;
+use slipstick_model::problem::Problem;
 use slipstick_model::words::counted;
 
 /// One Newton iteration that led to a failure.
@@ -69,10 +70,11 @@ pub struct FailureReport {
 
 impl FailureReport {
     /// Explains a failed analysis of a design.
-    pub fn new(error: &AnalysisError, mesh: &Mesh, design: &Design) -> Self {
+    pub fn new(error: &AnalysisError, problem: &Problem) -> Self {
+        let (mesh, design) = (&problem.mesh, &problem.analysis.design);
         let model = Trial { model: design.model(), contact: None };
         match error {
-            AnalysisError::March(failure) => Self::of_march(failure, mesh, design),
+            AnalysisError::March(failure) => Self::of_march(failure, problem),
             AnalysisError::Sweep(error) => {
                 let mut report = Self::of_kind(&error.kind, mesh, model);
                 report.reached = Some(error.time);
@@ -91,7 +93,8 @@ impl FailureReport {
     }
 
     /// Explains a failed march.
-    pub fn of_march(failure: &MarchFailure, mesh: &Mesh, design: &Design) -> Self {
+    pub fn of_march(failure: &MarchFailure, problem: &Problem) -> Self {
+        let (mesh, design) = (&problem.mesh, problem.analysis.design_at(failure.increment.1));
         let contact = failure.path.states.last().filter(|last| {
             // the last state is complete on every rank
             let whole = failure.iterate.len() == last.state.unknowns.len();

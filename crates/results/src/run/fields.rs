@@ -1,6 +1,5 @@
 //! The load path of a design as files for ParaView.
 
-use slipstick_mesh::Mesh;
 use slipstick_path::{MarchFailure, Path, PathState, StepState};
 
 use super::first::agree;
@@ -10,7 +9,7 @@ use super::{RunDirectory, RunError, on_first};
 use crate::output::VtkHdf;
 use crate::output::{OutputError, Pvd, fields};
 use slipstick_model::analysis::pair_results;
-use slipstick_model::model::{ContactResults, Design};
+use slipstick_model::model::ContactResults;
 use slipstick_model::problem::Problem;
 use slipstick_model::quantities::{Quantities, Slipped, quantities};
 
@@ -24,13 +23,13 @@ use slipstick_model::quantities::{Quantities, Slipped, quantities};
 /// # Errors
 /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
 pub fn write_path(run: Option<&RunDirectory>, problem: &Problem, path: &Path) -> Result<Quantities, RunError> {
-    let (mesh, design) = (&problem.mesh, &problem.analysis.design);
-    let ranks = design.model().share().ranks().clone();
+    let (mesh, analysis) = (&problem.mesh, &problem.analysis);
+    let ranks = analysis.model().share().ranks().clone();
     let quantities = quantities(problem, path);
     let written = path.with_states(&*ranks, |state| {
         let Some(run) = run else { return Ok(()) };
         let steps = path.states.iter().enumerate().filter(|(index, at)| step_of(*index, at).is_some()).count();
-        let mut files = Files::new(run, mesh, design).with_series(steps)?;
+        let mut files = Files::new(run, problem).with_series(steps)?;
         let (mut collection, mut forces) = (Pvd::default(), ContactTable::new(mesh));
         let mut last = None;
         for (index, at) in path.states.iter().enumerate() {
@@ -43,14 +42,14 @@ pub fn write_path(run: Option<&RunDirectory>, problem: &Problem, path: &Path) ->
                 Some(before) => before,
                 None => state(index - 1),
             };
-            let contact = design.contact_results(&previous, &now).unwrap_or_default();
+            let contact = analysis.design_at(at.time).contact_results(&previous, &now).unwrap_or_default();
             let name = RunDirectory::numbered("path", step);
             let slipped = quantities.rows.iter().find(|row| row.step == step).map_or(&[][..], |row| &row.slipped);
             files.save(&name, at.time, &now, (&contact, slipped))?;
             collection.add(at.time, run.in_series(&name))?;
             // a state that cannot be evaluated has no results
             if !contact.nodes.is_empty() {
-                forces.add(step, at.time, &pair_results(design.model(), &contact));
+                forces.add(step, at.time, &pair_results(analysis.model(), &contact));
             }
             last = Some((index, now));
         }
@@ -77,23 +76,23 @@ fn step_of(index: usize, at: &PathState) -> Option<usize> {
 /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
 pub fn write_failure(run: Option<&RunDirectory>, problem: &Problem, failure: &MarchFailure) -> Result<bool, RunError> {
     write_path(run, problem, &failure.path)?;
-    let (mesh, design) = (&problem.mesh, &problem.analysis.design);
-    let written = on_first(&**design.model().share().ranks(), || {
-        run.map_or(Ok(false), |run| write_last(run, mesh, design, failure))
+    let written = on_first(&**problem.analysis.model().share().ranks(), || {
+        run.map_or(Ok(false), |run| write_last(run, problem, failure))
     })?;
     Ok(written.unwrap_or(false))
 }
 
 /// Writes the last converged sub-step, if it does not complete a step, and the failing iterate, if
 /// it is finite.
-fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchFailure) -> Result<bool, RunError> {
+fn write_last(run: &RunDirectory, problem: &Problem, failure: &MarchFailure) -> Result<bool, RunError> {
     let Some(last) = failure.path.states.last() else { return Ok(false) };
+    let design = problem.analysis.design_at(failure.increment.1);
     if last.completes.is_none() && failure.path.states.len() > 1 {
         // the last two states are complete on every rank
         let previous = &failure.path.states[failure.path.states.len() - if last.rest { 1 } else { 2 }].state;
         let contact = design.contact_results(previous, &last.state).unwrap_or_default();
         let name = RunDirectory::numbered("path", failure.step);
-        Files::new(run, mesh, design).save(&name, last.time, &last.state, (&contact, &[]))?;
+        Files::new(run, problem).save(&name, last.time, &last.state, (&contact, &[]))?;
     }
     let complete = failure.iterate.len() == last.state.unknowns.len();
     if !complete || failure.iterate.iter().any(|value| !value.is_finite()) {
@@ -101,15 +100,14 @@ fn write_last(run: &RunDirectory, mesh: &Mesh, design: &Design, failure: &MarchF
     }
     let iterate = StepState { unknowns: failure.iterate.clone(), history: last.state.history.clone() };
     let contact = design.contact_results(&last.state, &iterate).unwrap_or_default();
-    Files::whole(run, mesh, design).save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
+    Files::whole(run, problem).save("failure.vtu", failure.increment.1, &iterate, (&contact, &[]))?;
     Ok(true)
 }
 
 /// Data needed to write the states of a run.
 struct Files<'a> {
     run: &'a RunDirectory,
-    mesh: &'a Mesh,
-    design: &'a Design,
+    problem: &'a Problem,
     /// The piece of every element, if meshes are also written in pieces.
     pieces: Option<Vec<u32>>,
     /// The file of the whole path, if it is wanted.
@@ -118,17 +116,16 @@ struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
-    fn new(run: &'a RunDirectory, mesh: &'a Mesh, design: &'a Design) -> Self {
-        let pieces = run.pieces(design.model().share(), mesh.elements.len());
-        Self { pieces, ..Self::whole(run, mesh, design) }
+    fn new(run: &'a RunDirectory, problem: &'a Problem) -> Self {
+        let pieces = run.pieces(problem.analysis.model().share(), problem.mesh.elements.len());
+        Self { pieces, ..Self::whole(run, problem) }
     }
 
     /// Files that are not written in pieces.
-    fn whole(run: &'a RunDirectory, mesh: &'a Mesh, design: &'a Design) -> Self {
+    fn whole(run: &'a RunDirectory, problem: &'a Problem) -> Self {
         Self {
             run,
-            mesh,
-            design,
+            problem,
             pieces: None,
             #[cfg(feature = "vtkhdf")]
             series: None,
@@ -140,7 +137,7 @@ impl<'a> Files<'a> {
     fn with_series(self, steps: usize) -> Result<Self, OutputError> {
         #[cfg(feature = "vtkhdf")]
         if self.run.vtkhdf() {
-            let series = Some(VtkHdf::create(&self.run.file("path.vtkhdf"), self.mesh, steps)?);
+            let series = Some(VtkHdf::create(&self.run.file("path.vtkhdf"), &self.problem.mesh, steps)?);
             return Ok(Self { series, ..self });
         }
         Ok(self)
@@ -163,17 +160,18 @@ impl<'a> Files<'a> {
         state: &StepState,
         (contact, slipped): (&ContactResults, &[Slipped]),
     ) -> Result<(), OutputError> {
-        let model = self.design.model();
-        let displacement = &state.unknowns[..3 * self.mesh.nodes.len()];
-        let mut elements = self.design.element_fields(self.mesh, displacement, time, &contact.force);
+        let (mesh, design) = (&self.problem.mesh, self.problem.analysis.design_at(time));
+        let model = design.model();
+        let displacement = &state.unknowns[..3 * mesh.nodes.len()];
+        let mut elements = design.element_fields(mesh, displacement, time, &contact.force);
         // a failed iterate may be huge, but files can contain only finite numbers
         elements.determinants.iter_mut().for_each(|j| *j = j.clamp(f64::MIN, f64::MAX));
         // If no facet is opposite, the gap is at least the search distance.
         let no_gap = model.interfaces().iter().map(|i| i.interface.reach()).fold(0.0, f64::max);
-        let (density, elements) = (self.design.density(), &elements);
+        let (density, elements) = (design.density(), &elements);
         let state = fields::State { displacement, contact, density, elements, slipped, no_gap };
-        let fields = fields::of_state(self.mesh, &state);
-        fields::write_state(&self.run.file(name), self.mesh, time, &fields, self.pieces.as_deref())?;
+        let fields = fields::of_state(mesh, &state);
+        fields::write_state(&self.run.file(name), mesh, time, &fields, self.pieces.as_deref())?;
         #[cfg(feature = "vtkhdf")]
         if let Some(series) = &mut self.series {
             series.step(time, &fields)?;

@@ -33,5 +33,5 @@ pub fn keep_failure(
         },
         _ => Kept::Nothing,
     };
-    (Box::new(FailureReport::new(error, &problem.mesh, &problem.analysis.design)), kept)
+    (Box::new(FailureReport::new(error, problem)), kept)
 }

@@ -66,7 +66,7 @@ pub use record::{ExitState, Machine, RunPart, RunRecord};
 pub use slipstick_case::case::sha256;
 pub use start_values::StartValuesFile;
 pub use symmetry::{Image, asymmetry};
-pub use tables::{ContactTable, History, NewtonTable, write_evaluations, write_quantities};
+pub use tables::{ContactTable, FunctionNames, History, NewtonTable, write_evaluations, write_quantities};
 
 /// The file with the objective and the constraints that the Python package gave a run; `about` and
 /// `unit`, if they are there, describe the objective.

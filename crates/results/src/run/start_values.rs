@@ -18,7 +18,14 @@ const MAGIC: &[u8; 8] = b"slipsv01";
 
 /// The files are used alternately, so that the one that a checkpoint names remains until the next
 /// checkpoint is written.
-pub(super) const FILES: [&str; 2] = ["start_values_0.bin", "start_values_1.bin"];
+pub(super) const FILES: [&str; 6] = [
+    "start_values_0.bin",
+    "start_values_1.bin",
+    "start_values_eroded_0.bin",
+    "start_values_eroded_1.bin",
+    "start_values_dilated_0.bin",
+    "start_values_dilated_1.bin",
+];
 
 /// A file of start values, as a checkpoint refers to it.
 ///
@@ -32,18 +39,19 @@ pub struct StartValuesFile {
 }
 
 impl StartValuesFile {
-    /// Writes the path that iteration `iteration` follows. All ranks call it; `run` is that of the
+    /// Writes the path that iteration `iteration` follows with a realisation of the design: 0 for
+    /// the nominal one, 1 for the eroded and 2 for the dilated one. All ranks call it; `run` is that of the
     /// first rank, if it keeps one.
     ///
     /// # Errors
     /// [`RunError::Output`] on the first rank, [`RunError::FirstRank`] on the others.
     pub fn write(
         run: Option<&RunDirectory>,
-        iteration: usize,
+        (iteration, realisation): (usize, usize),
         guide: &Guide,
         ranks: &dyn Ranks,
     ) -> Result<Option<Self>, RunError> {
-        let file = FILES[iteration % 2];
+        let file = FILES[2 * realisation + iteration % 2];
         let written = guide.with_unknowns(ranks, |unknowns| {
             let Some(run) = run else { return Ok(None) };
             let mut hash = Sha256::new();
@@ -148,7 +156,7 @@ mod tests {
         let run = RunDirectory::create(&folder.path().join("run"), false).unwrap();
         let states = vec![vec![0.0; 2], vec![0.1, -2.5e-9], vec![1e30, 0.25]];
         let guide = Guide::from_parts(vec![0.0, 0.3, 1.0], states, 2, &Alone).unwrap();
-        let file = StartValuesFile::write(Some(&run), 3, &guide, &Alone).unwrap().unwrap();
+        let file = StartValuesFile::write(Some(&run), (3, 0), &guide, &Alone).unwrap().unwrap();
         assert_eq!(file.read(&run, &Alone).unwrap(), guide);
         let path = run.file(&file.file);
         let whole = fs::read(&path).unwrap();

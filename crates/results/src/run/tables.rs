@@ -9,7 +9,7 @@ use super::{RunDirectory, RunError};
 use crate::output::{Cell, Csv, OutputError, write_atomically};
 use slipstick_model::analysis::PairResult;
 use slipstick_model::model::course;
-use slipstick_model::optimize::IterationRecord;
+use slipstick_model::optimize::{IterationRecord, OptimizationState};
 use slipstick_model::quantities::Quantities;
 use slipstick_model::words::rounded;
 
@@ -33,30 +33,45 @@ const HISTORY: &[&str] = &[
 
 /// `history.csv`: one row per evaluated design ([`IterationRecord`]).
 ///
-/// After the first columns, there are two for each constraint: its value, under its name, and its
-/// multiplier. The volume fraction has only the latter, since it is among the first. The last
-/// column is the wall time. \[s\]
+/// After the first columns, there are two for each function whose largest is the objective and for
+/// each constraint: its value, under its name, and its multiplier. The volume fraction has only the
+/// latter, since it is among the first. The last column is the wall time. \[s\]
 #[derive(Debug)]
 pub struct History {
     csv: Csv,
-    constraints: Vec<String>,
+    names: FunctionNames,
+}
+
+/// FunctionNames of the functions of an optimization.
+#[derive(Debug, Clone, Default)]
+pub struct FunctionNames {
+    /// Of those whose largest is the objective; empty if there is only one.
+    pub parts: Vec<String>,
+    /// Of the constraints.
+    pub constraints: Vec<String>,
+}
+
+impl FunctionNames {
+    /// Those of an optimization.
+    pub fn of(state: &OptimizationState) -> Self {
+        Self { parts: state.parts.clone(), constraints: state.constraints.clone() }
+    }
 }
 
 impl History {
-    /// A table that keeps the rows of these designs; a new table has none. `constraints` are their
-    /// names.
+    /// A table that keeps the rows of these designs; a new table has none.
     ///
     /// # Errors
     /// [`RunError::Output`], with [`OutputError::OtherTable`] if the file has fewer rows;
     /// [`RunError::Damaged`] if rows differ from those of the designs, except in the seconds.
-    pub fn open(run: &RunDirectory, constraints: &[String], designs: &[IterationRecord]) -> Result<Self, RunError> {
+    pub fn open(run: &RunDirectory, names: FunctionNames, designs: &[IterationRecord]) -> Result<Self, RunError> {
         let path = run.file("history.csv");
-        let names = columns(constraints);
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let csv = Csv::resume(&path, &names, designs.len())?;
+        let columns = columns(&names);
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        let csv = Csv::resume(&path, &columns, designs.len())?;
         let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
         for (row, (line, record)) in text.lines().skip(1).zip(designs).enumerate() {
-            let expected = csv.line(&cells(constraints, record, 0.0))?;
+            let expected = csv.line(&cells(&names, record, 0.0))?;
             let without_seconds = |line: &str| line.rsplit_once(',').map(|(cells, _)| cells.to_owned());
             if without_seconds(line) != without_seconds(&expected) {
                 let reason = format!(
@@ -67,7 +82,7 @@ impl History {
                 return Err(RunError::Damaged { path, reason, cure: cure.into() });
             }
         }
-        Ok(Self { csv, constraints: constraints.to_vec() })
+        Ok(Self { csv, names })
     }
 
     /// Adds an evaluated design and the seconds that it took.
@@ -75,21 +90,22 @@ impl History {
     /// # Errors
     /// [`RunError::Output`].
     pub fn record(&mut self, record: &IterationRecord, seconds: f64) -> Result<(), RunError> {
-        Ok(self.csv.row(&cells(&self.constraints, record, seconds))?)
+        Ok(self.csv.row(&cells(&self.names, record, seconds))?)
     }
 }
 
 /// The bound on the volume, whose value is among the first columns.
 const VOLUME: &str = "volume_fraction";
 
-fn columns(constraints: &[String]) -> Vec<String> {
-    let values = constraints.iter().filter(|name| *name != VOLUME).cloned();
-    let multipliers = constraints.iter().map(|name| format!("multiplier_{name}"));
+fn columns(FunctionNames { parts, constraints }: &FunctionNames) -> Vec<String> {
+    let parts = || parts.iter().map(|name| format!("objective_{name}"));
+    let values = parts().chain(constraints.iter().filter(|name| *name != VOLUME).cloned());
+    let multipliers = parts().chain(constraints.iter().cloned()).map(|name| format!("multiplier_{name}"));
     let first = HISTORY.iter().map(|name| (*name).to_owned());
     first.chain(values).chain(multipliers).chain(["seconds".to_owned()]).collect()
 }
 
-fn cells(constraints: &[String], record: &IterationRecord, seconds: f64) -> Vec<Cell> {
+fn cells(names: &FunctionNames, record: &IterationRecord, seconds: f64) -> Vec<Cell> {
     let [open, stick, slip] = record.status;
     let mut cells: Vec<Cell> = vec![
         record.iteration.into(),
@@ -108,9 +124,10 @@ fn cells(constraints: &[String], record: &IterationRecord, seconds: f64) -> Vec<
         record.halvings.into(),
         record.inner_iterations.into(),
     ];
-    let named = || constraints.iter().zip(&record.constraints);
+    let named = || names.constraints.iter().zip(&record.constraints);
+    cells.extend(record.parts.iter().map(|part| Cell::from(part.value)));
     cells.extend(named().filter(|(name, _)| *name != VOLUME).map(|(_, constraint)| Cell::from(constraint.value)));
-    cells.extend(named().map(|(_, constraint)| Cell::from(constraint.multiplier)));
+    cells.extend(record.parts.iter().chain(&record.constraints).map(|function| Cell::from(function.multiplier)));
     cells.push(((seconds * 1e3).round() / 1e3).into());
     cells
 }

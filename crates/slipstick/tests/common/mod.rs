@@ -10,7 +10,7 @@ use slipstick::design::ElementValues;
 use slipstick::model::NodalContact;
 use slipstick_contact::friction::Status;
 use slipstick_mesh::Mesh;
-use slipstick_path::Silent;
+use slipstick_path::{PathState, Silent, StepState};
 
 pub mod abaqus;
 pub mod optimization;
@@ -88,7 +88,13 @@ pub fn forward(problem: &mut Problem, density: &ElementValues) -> Forward {
 pub fn contact_path(problem: &mut Problem, forward: &Forward) -> Vec<Vec<NodalContact>> {
     let (path, ranks) = (&forward.path, problem.analysis.linear.ranks());
     let states: Vec<_> = (0..path.states.len()).map(|index| path.state(index, ranks).into_owned()).collect();
-    states.windows(2).map(|w| problem.analysis.design.contact_results(&w[0], &w[1]).unwrap().nodes).collect()
+    let ends = path.states.iter().skip(1);
+    // a load case does not begin at the end of the one before
+    let within = states.windows(2).zip(ends).filter(|(_, end)| !end.rest);
+    let results = |(w, end): (&[StepState], &PathState)| {
+        problem.analysis.design_at(end.time).contact_results(&w[0], &w[1]).unwrap().nodes
+    };
+    within.map(results).collect()
 }
 
 /// Status of every slave node at every accepted state after the start: `O`pen, s`t`ick, s`l`ip, one

@@ -24,15 +24,15 @@ pub fn finish(optimization: &mut Optimization) -> Vec<IterationRecord> {
 /// Runs `iterations` iterations, each one in an optimization of its own, which starts
 /// from the written state and the path of the one before.
 pub fn finish_in_pieces(text: &str, iterations: usize) -> OptimizationState {
-    let (mut state, mut guide) = (None::<String>, None);
+    let (mut state, mut guides) = (None::<String>, Vec::new());
     for _ in 0..iterations {
         let mut part = prepared(text);
         if let Some(text) = &state {
             part.state = serde_json::from_str::<OptimizationState>(text).unwrap();
         }
-        part.problem.analysis.guide = guide;
+        part.set_guides(guides);
         part.advance(&mut Silent).unwrap();
-        guide = part.problem.analysis.guide.take();
+        guides = part.guides().into_iter().cloned().collect();
         state = Some(serde_json::to_string(&part.state).unwrap());
     }
     serde_json::from_str(&state.expect("at least one iteration")).unwrap()

@@ -71,6 +71,15 @@ macro_rules! laws {
             }
         }
 
+        impl Material {
+            /// The law, without its constants.
+            pub fn kind(&self) -> LawKind {
+                match self {
+                    $( Self::$law(_) => LawKind::$law, )+
+                }
+            }
+        }
+
         /// `with_law!(material, law => expression)`: the expression, compiled for each law, with
         /// `law` as the body's.
         macro_rules! with_law {
@@ -212,6 +221,14 @@ impl Material {
     /// Poisson's ratio ν of the small-strain limit.
     pub fn poisson_ratio(&self) -> f64 {
         self.constants().poisson_ratio
+    }
+
+    /// The same law with Young's modulus, and so every stress, times `factor`.
+    ///
+    /// # Errors
+    /// [`MaterialError::YoungsModulus`] if the product is not positive and finite.
+    pub fn stiffened(&self, factor: f64) -> Result<Self, MaterialError> {
+        self.kind().with_constants(factor * self.youngs_modulus(), self.poisson_ratio())
     }
 
     /// Energy density Ψ at deformation gradient F, det F > 0 (any F with

@@ -29,8 +29,11 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         filter.finish();
         SensitivityFilter { radius }
     });
-    let density_filter = table.table("density_filter").map(density_filter);
-    let projection = table.table("projection").map(projection);
+    let minimum_thickness = table.number("minimum_thickness").positive(CaseCode::OutOfRange).optional();
+    let density_filter = table.table("density_filter").map(|filter| density_filter(filter, minimum_thickness));
+    let density_filter = density_filter.or(minimum_thickness.map(DensityFilter::for_thickness));
+    let projection = table.table("projection").map(|projection_table| projection(projection_table, minimum_thickness));
+    let projection = projection.or(minimum_thickness.map(|_| Projection::DEFAULT));
     check_filters(&table);
     let design = Design {
         bodies: design_bodies,
@@ -41,6 +44,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         sensitivity_filter,
         density_filter,
         projection,
+        minimum_thickness,
         passive_solid: boxes(&table, "passive_solid"),
         passive_void: boxes(&table, "passive_void"),
     };
@@ -64,21 +68,35 @@ fn radius(filter: &Table<'_>) -> f64 {
     filter.number("radius").positive(CaseCode::OutOfRange).required(1.0, help)
 }
 
-fn density_filter(table: Table<'_>) -> DensityFilter {
-    let radius = radius(&table);
+/// With a minimum thickness, the radius follows from it and may be omitted.
+fn density_filter(table: Table<'_>, thickness: Option<f64>) -> DensityFilter {
+    let radius = match thickness {
+        Some(thickness) => {
+            let follows = DensityFilter::for_thickness(thickness).radius;
+            let same = |radius: &f64| *radius == follows;
+            let radius = table.number("radius");
+            radius.check(CaseCode::ChooseOne, same, "follows from `design.minimum_thickness`", "omit it").or(follows)
+        }
+        None => radius(&table),
+    };
     let words = [("truncated", FilterBoundary::Truncated), ("void", FilterBoundary::Void)];
     let boundary = table.word("boundary", &words).or(FilterBoundary::Truncated);
     table.finish();
     DensityFilter { radius, boundary }
 }
 
-fn projection(table: Table<'_>) -> Projection {
+/// With a minimum thickness, the threshold is 0.5.
+fn projection(table: Table<'_>, thickness: Option<f64>) -> Projection {
     let Projection { sharpness, threshold } = Projection::DEFAULT;
     let sharpness = table.number("sharpness").positive(CaseCode::OutOfRange).or(sharpness);
     let in_range = |threshold: &f64| (0.0..=1.0).contains(threshold);
     let help = "usually 0.5";
     let threshold =
         table.number("threshold").check(CaseCode::OutOfRange, in_range, "must lie in [0, 1]", help).or(threshold);
+    if thickness.is_some() && threshold != Projection::DEFAULT.threshold {
+        let message = "`threshold` must be 0.5 with `design.minimum_thickness`";
+        table.reader.error(&table.path_of("threshold"), CaseCode::ChooseOne, message, "omit it");
+    }
     table.finish();
     Projection { sharpness, threshold }
 }
@@ -92,6 +110,7 @@ fn check_filters(table: &Table<'_>) {
     let cures = [
         ("density_filter", "keep one of the two; `density_filter` gives exact gradients, which `gcmma` needs"),
         ("projection", "replace `sensitivity_filter` by `density_filter`, or omit `projection`"),
+        ("minimum_thickness", "omit `sensitivity_filter`: a density filter of this radius replaces it"),
     ];
     if let Some((key, cure)) = cures.into_iter().find(|(key, _)| table.has(key)) {
         let message = format!("`{key}` cannot be combined with `sensitivity_filter`");

@@ -1,11 +1,12 @@
 //! Load cases (`[[load_case]]`), and the load case that a table belongs to.
 
 use super::super::CaseCode;
+use super::super::names::Names;
 use super::super::reader::suggestion_or_list;
-use super::super::resolved::LoadCase;
+use super::super::resolved::{BodyInCase, Contact, LoadCase, LoadInCase, MotionInCase, PairInCase, Turn};
 use super::super::typed::Table;
 
-pub(super) fn load_cases(root: &Table<'_>) -> Vec<LoadCase> {
+pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) -> Vec<LoadCase> {
     let mut cases: Vec<LoadCase> = Vec::new();
     for table in root.tables("load_case") {
         let name = super::name(&table);
@@ -14,11 +15,98 @@ pub(super) fn load_cases(root: &Table<'_>) -> Vec<LoadCase> {
             table.reader.error(&table.path_of("name"), CaseCode::DuplicateName, message, "give each a different name");
         }
         let weight = table.number("weight").positive(CaseCode::OutOfRange).or(1.0);
+        let not_negative = |&friction: &f64| friction >= 0.0;
+        let friction = |table: &Table<'_>| {
+            let friction = table.number("friction");
+            friction.check(CaseCode::OutOfRange, not_negative, "must not be negative", "0 means no friction").optional()
+        };
+        let modulus_factor =
+            |table: &Table<'_>| table.number("modulus_factor").positive(CaseCode::OutOfRange).optional();
+        let case = LoadCase {
+            name,
+            weight,
+            friction: friction(&table),
+            modulus_factor: modulus_factor(&table),
+            motion_factor: table.number("motion_factor").optional(),
+            load_factor: table.number("load_factor").optional(),
+            pairs: each(&table, "pairs", |inner| PairInCase {
+                slave: super::quantity::slave(inner, contacts),
+                friction: {
+                    inner.require("friction", "the coefficient of friction in this load case");
+                    friction(inner).unwrap_or_default()
+                },
+            }),
+            bodies: each(&table, "bodies", |inner| {
+                inner.require_one_of(&["offset", "rotation", "modulus_factor"], "the body does not differ");
+                let body = inner.string("body").required(String::new(), "the name of a [[body]]");
+                names.check_body(inner.reader, &inner.path_of("body"), &body);
+                BodyInCase {
+                    body,
+                    offset: inner.vector("offset").optional(),
+                    rotation: inner.table("rotation").map(turn),
+                    modulus_factor: modulus_factor(inner),
+                }
+            }),
+            motions: each(&table, "motions", |inner| MotionInCase {
+                set: inner.string("set").required(String::new(), "the set of a [[dirichlet]]"),
+                factor: inner.number("factor").required(1.0, "the factor on its motion"),
+            }),
+            loads: each(&table, "loads", |inner| LoadInCase {
+                surface: inner.string("surface").required(String::new(), "the surface of a [[load]]"),
+                factor: inner.number("factor").required(1.0, "the factor on its value"),
+            }),
+        };
         table.finish();
-        cases.push(LoadCase { name, weight });
+        cases.push(case);
     }
     cases
 }
+
+/// The entries of a list of tables.
+fn each<T>(table: &Table<'_>, key: &'static str, read: impl Fn(&Table<'_>) -> T) -> Vec<T> {
+    let one = |inner: Table<'_>| {
+        let entry = read(&inner);
+        inner.finish();
+        entry
+    };
+    table.tables(key).into_iter().map(one).collect()
+}
+
+fn turn(table: Table<'_>) -> Turn {
+    let turn = Turn {
+        point: table.vector("point").required([0.0; 3], "a point on the axis"),
+        direction: super::direction(&table, "direction"),
+        angle: table.number("angle").required(0.0, "the angle in degrees"),
+    };
+    table.finish();
+    turn
+}
+
+/// Checks that motions and loads that differ in a load case exist there: `driven` and `loaded` list
+/// their sets with their load cases.
+pub(super) fn check_differences(root: &Table<'_>, cases: &[LoadCase], driven: &[Named], loaded: &[Named]) {
+    for (number, case) in cases.iter().enumerate() {
+        let check = |what: &str, key: &str, name: &str, known: &[Named]| {
+            let here = |(_, of): &&Named| of.as_ref().is_none_or(|of| *of == case.name);
+            let names: Vec<&str> = known.iter().filter(here).map(|(name, _)| name.as_str()).collect();
+            if name.is_empty() || names.contains(&name) || known.iter().any(|(name, _)| name.is_empty()) {
+                return;
+            }
+            let message = format!("nothing {what} `{name}` in load case `{}`", case.name);
+            let help = if names.is_empty() { "omit the entry".into() } else { suggestion_or_list(name, &names) };
+            root.reader.error(&format!("load_case[{number}].{key}"), CaseCode::UnknownSet, message, help);
+        };
+        for (i, motion) in case.motions.iter().enumerate() {
+            check("moves", &format!("motions[{i}].set"), &motion.set, driven);
+        }
+        for (i, load) in case.loads.iter().enumerate() {
+            check("loads", &format!("loads[{i}].surface"), &load.surface, loaded);
+        }
+    }
+}
+
+/// A set and the load case in which it is moved or loaded; `None`: in all.
+pub(super) type Named = (String, Option<String>);
 
 /// The load case that a table's `load_case` names; `None`: all.
 pub(super) fn of(table: &Table<'_>, cases: &[LoadCase]) -> Option<String> {

@@ -30,12 +30,15 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let symmetries = symmetry::symmetries(&root);
     let load_path = motion::load_path(&root);
     let contacts = contact::contacts(&root, &names);
-    let load_cases = load_case::load_cases(&root);
+    let load_cases = load_case::load_cases(&root, &names, &contacts);
     let dirichlet = motion::dirichlet(&root, &names, &load_cases, load_path.steps);
     let loads = load::loads(&root, &names, &load_cases, load_path.steps);
-    let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| d.load_case.clone());
-    let driven: Vec<Option<String>> = moving.chain(loads.iter().map(|load| load.load_case.clone())).collect();
+    let moving = dirichlet.iter().filter(|d| !d.motion.is_empty()).map(|d| (d.set.clone(), d.load_case.clone()));
+    let (moving, loaded): (Vec<load_case::Named>, Vec<load_case::Named>) =
+        (moving.collect(), loads.iter().map(|load| (load.surface.clone(), load.load_case.clone())).collect());
+    let driven: Vec<Option<String>> = moving.iter().chain(&loaded).map(|(_, of)| of.clone()).collect();
     load_case::warn_idle(&root, &load_cases, &driven);
+    load_case::check_differences(&root, &load_cases, &moving, &loaded);
     let design = design::design(&root, &names, &bodies);
     let known = quantity::Known { names: &names, contacts: &contacts, steps: load_path.steps };
     let quantities = quantity::quantities(&root, &known);

@@ -4,8 +4,8 @@ use super::super::CaseCode;
 use super::super::names::Names;
 use super::super::reader::suggestion_or_list;
 use super::super::resolved::{
-    Combination, Constraint, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, Objective, ObservedSteps,
-    PressureWord, Quantity, QuantityKind, QuantityTerm, VectorComponent, VectorWord,
+    Combination, Constraint, Contact, CurveToFollow, ForceComponent, ForceWord, GapWord, Objective, ObjectiveKind,
+    ObservedSteps, OverLoadCases, PressureWord, Quantity, QuantityKind, QuantityTerm, VectorComponent, VectorWord,
 };
 use super::super::typed::Table;
 
@@ -62,7 +62,7 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
         known.names.check_set(table.reader, &table.path_of(key), &set);
         Some(set)
     };
-    let slave = || slave(table, known);
+    let slave = || slave(table, known.contacts);
     let body = || {
         let body = table.string("body").optional()?;
         known.names.check_body(table.reader, &table.path_of("body"), &body);
@@ -152,8 +152,8 @@ fn kind_of(key: &str, table: &Table<'_>, known: &Known<'_>) -> Option<QuantityKi
 }
 
 /// The slave surface of a pair.
-fn slave(table: &Table<'_>, known: &Known<'_>) -> String {
-    let slaves: Vec<&str> = known.contacts.iter().map(|contact| contact.slave.as_str()).collect();
+pub(super) fn slave(table: &Table<'_>, contacts: &[Contact]) -> String {
+    let slaves: Vec<&str> = contacts.iter().map(|contact| contact.slave.as_str()).collect();
     let slave = table.string("slave").required(String::new(), "the slave surface of a [[contact]]");
     let readable = slaves.iter().all(|slave| !slave.is_empty());
     if !slave.is_empty() && readable && !slaves.contains(&slave.as_str()) {
@@ -198,16 +198,17 @@ fn component<T: Copy>(table: &Table<'_>, words: &[(&'static str, T)]) -> Option<
 pub(super) fn objective(root: &Table<'_>, quantities: &[Quantity], known: &Known<'_>) -> Option<Objective> {
     let table = root.table("objective")?;
     let chosen = table.choose("the objective", &["contact_force", "compliance", "minimise", "maximise", "follow"]);
+    let load_cases = over_load_cases(&table);
     let objective = chosen.and_then(|key| Some((key, table.table(key)?))).map(|(key, inner)| {
-        let objective = match key {
-            "contact_force" => Objective::ContactForce { steps: observed_steps(&inner, known.steps) },
-            "compliance" => Objective::Compliance { steps: observed_steps(&inner, known.steps) },
-            "minimise" => Objective::Minimise(combination(&inner, quantities, known.steps)),
-            "maximise" => Objective::Maximise(combination(&inner, quantities, known.steps)),
-            _ => Objective::Follow(curve(&inner, quantities)),
+        let kind = match key {
+            "contact_force" => ObjectiveKind::ContactForce { steps: observed_steps(&inner, known.steps) },
+            "compliance" => ObjectiveKind::Compliance { steps: observed_steps(&inner, known.steps) },
+            "minimise" => ObjectiveKind::Minimise(combination(&inner, quantities, known.steps)),
+            "maximise" => ObjectiveKind::Maximise(combination(&inner, quantities, known.steps)),
+            _ => ObjectiveKind::Follow(curve(&inner, quantities)),
         };
         inner.finish();
-        objective
+        Objective { kind, load_cases }
     });
     if chosen == Some("compliance") && !root.has("load") && !root.has_misspelt("load") {
         table.reader.error(
@@ -231,6 +232,21 @@ pub(super) fn objective(root: &Table<'_>, quantities: &[Quantity], known: &Known
     }
     table.finish();
     objective
+}
+
+/// `"sum"`, `"mean"`, `"worst"` or `{ mean_plus_deviations = k }`.
+fn over_load_cases(table: &Table<'_>) -> OverLoadCases {
+    const WORDS: &[(&str, OverLoadCases)] =
+        &[("sum", OverLoadCases::Sum), ("mean", OverLoadCases::Mean), ("worst", OverLoadCases::Worst)];
+    let given = table.value("load_cases");
+    if given.is_none_or(|value| value.get_ref().as_table().is_none()) {
+        return table.word("load_cases", WORDS).or(OverLoadCases::Sum);
+    }
+    let Some(inner) = table.table("load_cases") else { return OverLoadCases::Sum };
+    let positive = inner.number("mean_plus_deviations").positive(CaseCode::OutOfRange);
+    let factor = positive.required(1.0, "the number of standard deviations, for instance 2.0");
+    inner.finish();
+    OverLoadCases::MeanPlusDeviations(factor)
 }
 
 fn combination(table: &Table<'_>, quantities: &[Quantity], steps: usize) -> Combination {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{BoxRegion, Combination, CurveToFollow, ObservedSteps, QuantityTerm};
+use super::{BoxRegion, Combination, CurveToFollow, ObservedSteps, OverLoadCases, QuantityTerm};
 pub use slipstick_design::{MmaParameters, Schedule, Steps};
 pub use slipstick_solid::{EnergyInterpolation, Simp};
 
@@ -35,6 +35,11 @@ pub struct Design {
     /// Projection of the variables, after the density filter; `None`: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub projection: Option<Projection>,
+    /// Thickness of the thinnest member and the narrowest gap, > 0: an optimization improves the
+    /// worst of an eroded, the nominal and a dilated design. The radius of the density filter follows
+    /// from it, and the threshold of the projection is 0.5; `None`: only the nominal design. \[L\]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minimum_thickness: Option<f64>,
     /// Elements whose centroid lies in one of these boxes keep density 1.
     pub passive_solid: Vec<BoxRegion>,
     /// Elements whose centroid lies in one of these boxes keep density 0.
@@ -55,6 +60,19 @@ pub struct DensityFilter {
     pub radius: f64,
     /// What the filter sees beyond the faces of the design bodies.
     pub boundary: FilterBoundary,
+}
+
+impl DensityFilter {
+    /// Radius of the filter over the thickness of the thinnest plate that it leaves, if the
+    /// thresholds of the eroded and the dilated design are 0.75 and 0.25: a plate that just vanishes
+    /// when eroded is 0.8819 radii thick, as the integrals of the cone show. A bar, or a wall in a
+    /// mesh of one layer, is thicker. Test: `thickness_of_a_plate`.
+    pub const RADIUS_OVER_THICKNESS: f64 = 1.134;
+
+    /// The filter for a minimum thickness, with the default boundary.
+    pub fn for_thickness(thickness: f64) -> Self {
+        Self { radius: Self::RADIUS_OVER_THICKNESS * thickness, boundary: FilterBoundary::Truncated }
+    }
 }
 
 /// What a density filter sees beyond the faces of the design bodies.
@@ -84,8 +102,23 @@ impl Projection {
 
 /// What is minimised.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Objective {
+    /// In each load case.
+    #[serde(flatten)]
+    pub kind: ObjectiveKind,
+    /// How the values of several load cases become one.
+    #[serde(skip_serializing_if = "is_sum")]
+    pub load_cases: OverLoadCases,
+}
+
+fn is_sum(over: &OverLoadCases) -> bool {
+    *over == OverLoadCases::Sum
+}
+
+/// What is minimised in each load case.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Objective {
+pub enum ObjectiveKind {
     /// Minus the sum of the norms of the slave nodes' contact forces, friction included. This is
     /// not their resultant: forces in different directions do not cancel. Paper: (91), (96).
     ContactForce {
@@ -106,7 +139,7 @@ pub enum Objective {
     Follow(CurveToFollow),
 }
 
-impl Objective {
+impl ObjectiveKind {
     /// Description of θ:
     /// `minus the sum of the magnitudes of the nodal contact forces, …, at the last load step`.
     pub fn about(&self) -> String {

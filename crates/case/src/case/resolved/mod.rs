@@ -7,6 +7,7 @@
 mod bodies;
 mod contact;
 mod design;
+mod load_case;
 mod memory;
 mod mesh_file;
 mod motion;
@@ -17,6 +18,7 @@ mod units;
 pub use bodies::*;
 pub use contact::*;
 pub use design::*;
+pub use load_case::*;
 pub use memory::*;
 pub use mesh_file::*;
 pub use motion::*;
@@ -93,22 +95,32 @@ impl Case {
 
     /// Description of θ; `None` without an objective.
     pub fn objective_in_words(&self) -> Option<String> {
-        let weighted = if self.load_cases.is_empty() { "" } else { " of each load case, times its weight" };
-        self.objective.as_ref().map(|objective| format!("{}{weighted}", objective.about()))
+        self.objective.as_ref().map(|Objective { kind, load_cases }| {
+            let about = kind.about();
+            match load_cases {
+                _ if self.load_cases.is_empty() => about,
+                OverLoadCases::Sum => format!("{about} of each load case, times its weight"),
+                OverLoadCases::Mean => format!("{about}: the weighted mean of the load cases"),
+                OverLoadCases::MeanPlusDeviations(factor) => {
+                    format!("{about}: the weighted mean of the load cases plus {factor} standard deviations")
+                }
+                OverLoadCases::Worst => format!("{about}: the worst of the load cases, times their weights"),
+            }
+        })
     }
 
     /// The dimension of θ; `None` without an objective, or for quantities of different dimensions.
     pub fn objective_dimension(&self) -> Option<Dimension> {
         let of = |name: &str| self.quantities.iter().find(|q| q.name == name).map(|q| q.kind.dimension());
-        match self.objective.as_ref()? {
-            Objective::ContactForce { .. } => Some(Dimension::FORCE),
-            Objective::Compliance { .. } => Some(Dimension::WORK),
-            Objective::Minimise(of_terms) | Objective::Maximise(of_terms) => {
+        match &self.objective.as_ref()?.kind {
+            ObjectiveKind::ContactForce { .. } => Some(Dimension::FORCE),
+            ObjectiveKind::Compliance { .. } => Some(Dimension::WORK),
+            ObjectiveKind::Minimise(of_terms) | ObjectiveKind::Maximise(of_terms) => {
                 let mut dimensions = of_terms.sum.iter().map(|term| of(&term.quantity));
                 let first = dimensions.next()??;
                 dimensions.all(|dimension| dimension == Some(first)).then_some(first)
             }
-            Objective::Follow(_) => Some(Dimension::NONE),
+            ObjectiveKind::Follow(_) => Some(Dimension::NONE),
         }
     }
 

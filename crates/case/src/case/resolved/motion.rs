@@ -7,15 +7,6 @@ pub use slipstick_model::model::motion::{
     AmplitudePoint, Component, Dirichlet, Load, LoadKind, RotationAxis, Symmetry, Waypoint,
 };
 
-/// A load case: the same bodies and design on a separate load path that starts at rest.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct LoadCase {
-    /// Unique name.
-    pub name: String,
-    /// Factor on its part of the objective, > 0.
-    pub weight: f64,
-}
-
 /// Steps of pseudo-time from 0 to 1, and Newton's method in each.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct LoadPath {

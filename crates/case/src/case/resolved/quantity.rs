@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{BoxRegion, Dimension};
-pub use slipstick_design::ObservedSteps;
+pub use slipstick_design::{ObservedSteps, OverLoadCases};
 
 /// A number that every state of the load path has: a column of `quantities.csv`, and what
 /// objective and constraints are made of.

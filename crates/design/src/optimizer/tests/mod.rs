@@ -43,6 +43,18 @@ fn run(
     parameters: MmaParameters,
     steps: usize,
 ) -> Run {
+    run_with_largest(0, functions, start, bounds, parameters, steps)
+}
+
+/// As [`run`], with the largest of the first `largest_of` constraints minimised.
+fn run_with_largest(
+    largest_of: usize,
+    functions: impl Fn(&[f64]) -> Evaluated,
+    start: &[f64],
+    bounds: (f64, f64),
+    parameters: MmaParameters,
+    steps: usize,
+) -> Run {
     let (lower, upper) = (vec![bounds.0; start.len()], vec![bounds.1; start.len()]);
     let m = functions(start).2.len();
     let mut mma = Mma::new(start.len(), m, parameters);
@@ -50,9 +62,8 @@ fn run(
     let mut last = None;
     for _ in 0..steps {
         let (value, gradient, constraints, constraint_gradients) = functions(&x);
-        let step = mma
-            .update(&x, [&lower, &upper], &Functions::new(value, &gradient, &constraints, &constraint_gradients))
-            .unwrap();
+        let functions = Functions::new(value, &gradient, &constraints, &constraint_gradients);
+        let step = mma.update(&x, [&lower, &upper], &functions.minimising_the_largest_of(largest_of)).unwrap();
         x = step.x.clone();
         last = Some(step);
     }

@@ -47,16 +47,31 @@ fn infeasible_constraints_show_in_y() {
     assert!((result.last.lambda[0] - 1001.0).abs() < 1e-5);
 }
 
-/// min max of two lines through `a = 1`, without a cost for x: the solution is their intersection,
-/// x = 0.25, z = 0.75. Notes: the formulation for minimising a maximum; both lines are positive, as
-/// z ≥ 0 requires.
+/// The largest of two lines: the solution is their intersection, x = 0.25 and z = 0.75 plus any
+/// offset of both, also below 0; their multipliers are both 0.5. A constraint x ≥ 0.4 keeps its own
+/// bound: z = 0.9 is the second line there, which counts alone, and the constraint's multiplier is
+/// its slope.
 #[test]
 fn smallest_largest_value() {
-    let functions =
-        |x: &[f64]| -> Evaluated { (0.0, vec![0.0], vec![1.0 - x[0], 0.5 + x[0]], vec![vec![-1.0], vec![1.0]]) };
-    let parameters = MmaParameters { a: 1.0, ..tight() };
-    let result = run(functions, &[0.9], (0.0, 1.0), parameters, 60);
-    assert!((result.x[0] - 0.25).abs() < 1e-7 && (result.last.z - 0.75).abs() < 1e-7);
+    for offset in [0.0, -100.0] {
+        let functions = |x: &[f64]| -> Evaluated {
+            (0.0, vec![0.0], vec![offset + 1.0 - x[0], offset + 0.5 + x[0]], vec![vec![-1.0], vec![1.0]])
+        };
+        let Run { x, last } = run_with_largest(2, functions, &[0.9], (0.0, 1.0), tight(), 60);
+        assert!((x[0] - 0.25).abs() < 1e-7 && (last.z - offset - 0.75).abs() < 1e-7, "{x:?} {}", last.z);
+        assert!(last.lambda.iter().all(|lambda| (lambda - 0.5).abs() < 1e-6) && last.kkt_residual.max < 1e-6);
+        let bounded = |x: &[f64]| -> Evaluated {
+            let (f, df, mut g, mut dg) = functions(x);
+            g.push(0.4 - x[0]);
+            dg.push(vec![-1.0]);
+            (f, df, g, dg)
+        };
+        let Run { x, last } = run_with_largest(2, bounded, &[0.9], (0.0, 1.0), tight(), 60);
+        assert!((x[0] - 0.4).abs() < 1e-7 && (last.z - offset - 0.9).abs() < 1e-7, "{x:?} {}", last.z);
+        for (found, exact) in last.lambda.iter().zip([0.0, 1.0, 1.0]) {
+            assert!((found - exact).abs() < 1e-6, "{:?}", last.lambda);
+        }
+    }
 }
 
 /// A third function of −1, far below the two lines, is inactive: its slack is the difference to z =
@@ -66,8 +81,8 @@ fn slack_is_what_is_left_to_the_largest_value() {
     let functions = |x: &[f64]| -> Evaluated {
         (0.0, vec![0.0], vec![1.0 - x[0], 0.5 + x[0], -1.0], vec![vec![-1.0], vec![1.0], vec![0.0]])
     };
-    let parameters = MmaParameters { a: 1.0, ..tight() };
-    let MmaStep { slack, lambda, kkt_residual, .. } = run(functions, &[0.9], (0.0, 1.0), parameters, 60).last;
+    let last = run_with_largest(3, functions, &[0.9], (0.0, 1.0), tight(), 60).last;
+    let MmaStep { slack, lambda, kkt_residual, .. } = last;
     for (found, exact) in slack.iter().zip([0.0, 0.0, 1.75]) {
         assert!((found - exact).abs() < 1e-7, "{slack:?}");
     }

@@ -34,11 +34,13 @@ function curves() {
       const figure = chart(title, x, series, options);
       if (figure) element("history-charts").append(figure);
     };
-    curve(`Objective θ (minimised)${r ? r.unit : ""}`, ["objective"]);
+    const functions = h.columns.filter(name => name !== "volume_fraction" && h.columns.includes(`multiplier_${name}`));
+    const parts = functions.filter(name => name.startsWith("objective_"));
+    curve(`Objective θ (minimised)${r ? r.unit : ""}`, parts.length ? parts : ["objective"]);
+    if (parts.length) curve("Shares of the largest:", parts.map(name => `multiplier_${name}`), { zero: true });
     if (r && r.objective) { element("objective-help").hidden = false; element("objective-help").textContent = `θ is ${r.objective}.`; }
     curve("Volume fraction", ["volume_fraction"]);
-    const bounded = h.columns.filter(name => name !== "volume_fraction" && h.columns.includes(`multiplier_${name}`));
-    bounded.forEach(name => curve(`Constraint: ${name.replaceAll("_", " ")}`, [name]));
+    functions.filter(name => !parts.includes(name)).forEach(name => curve(`Constraint: ${name.replaceAll("_", " ")}`, [name]));
     if (column("violation").some(v => v > 0)) curve("Largest violation, relative to its bound", ["violation"], { zero: true });
     curve("Discreteness: 0 solid and void, 1 grey", ["discreteness"], { zero: true });
     curve("Largest change of a density", ["change"], { zero: true });

@@ -1,0 +1,129 @@
+//! The models of load cases that differ from the rest of the case.
+
+use nalgebra::{Rotation3, Unit, Vector3};
+use slipstick_mesh::Mesh;
+use slipstick_model::model::{ContactModel, Variation};
+
+use super::BuildError;
+use crate::case::{self, BodyInCase, Case, LoadCase, Turn};
+
+/// How each load case differs; `None`: not at all.
+pub(super) fn variations(
+    case: &Case,
+    mesh: &Mesh,
+    model: &ContactModel,
+    mirrored: &[[bool; 3]],
+) -> Result<Vec<Option<Variation>>, BuildError> {
+    let of = |(number, load_case): (usize, &LoadCase)| -> Result<Option<Variation>, BuildError> {
+        let none = Variation::none(model);
+        let variation = Variation {
+            rest: rest(case, mesh, (number, load_case), mirrored)?,
+            friction: frictions(case, load_case),
+            moduli: moduli(case, load_case),
+            motions: motions(case, load_case),
+            loads: loads(case, load_case),
+        };
+        Ok((variation != none).then_some(variation))
+    };
+    case.load_cases.iter().enumerate().map(of).collect()
+}
+
+/// The largest factor on a motion in any load case, at least 1.
+pub(super) fn largest_motion_factor(case: &Case) -> f64 {
+    let factors = case.load_cases.iter().flat_map(|load_case| motions(case, load_case));
+    factors.fold(1.0, |largest: f64, factor| largest.max(factor.abs()))
+}
+
+fn frictions(case: &Case, load_case: &LoadCase) -> Vec<Option<f64>> {
+    let of = |slave: &String| load_case.pairs.iter().rev().find(|pair| pair.slave == *slave).map(|pair| pair.friction);
+    case.contacts.iter().map(|contact| of(&contact.slave).or(load_case.friction)).collect()
+}
+
+fn moduli(case: &Case, load_case: &LoadCase) -> Vec<f64> {
+    let of = |name: &String| {
+        let own = load_case.bodies.iter().rev().filter(|body| body.body == *name);
+        own.filter_map(|body| body.modulus_factor).next().or(load_case.modulus_factor).unwrap_or(1.0)
+    };
+    case.bodies.iter().map(|body| of(&body.name)).collect()
+}
+
+fn motions(case: &Case, load_case: &LoadCase) -> Vec<f64> {
+    let of = |set: &String| {
+        let own = load_case.motions.iter().rev().find(|motion| motion.set == *set).map(|motion| motion.factor);
+        own.or(load_case.motion_factor).unwrap_or(1.0)
+    };
+    case.dirichlet.iter().map(|dirichlet| of(&dirichlet.set)).collect()
+}
+
+fn loads(case: &Case, load_case: &LoadCase) -> Vec<f64> {
+    let of = |surface: &String| {
+        let own = load_case.loads.iter().rev().find(|load| load.surface == *surface).map(|load| load.factor);
+        own.or(load_case.load_factor).unwrap_or(1.0)
+    };
+    case.loads.iter().map(|load| of(&load.surface)).collect()
+}
+
+/// Displacements of all nodes at the start of a load case; empty if no body is moved.
+fn rest(
+    case: &Case,
+    mesh: &Mesh,
+    (number, load_case): (usize, &LoadCase),
+    mirrored: &[[bool; 3]],
+) -> Result<Vec<f64>, BuildError> {
+    let mut rest = Vec::new();
+    for (entry, moved) in load_case.bodies.iter().enumerate() {
+        let BodyInCase { body, offset, rotation, .. } = moved;
+        if offset.is_none() && rotation.is_none() {
+            continue;
+        }
+        let path = |key: &str| format!("load_case[{number}].bodies[{entry}].{key}");
+        let Some(at) = case.bodies.iter().position(|known| known.name == *body) else { continue };
+        if rotation.is_some() {
+            check_rotation(case, at, &path("rotation"))?;
+        }
+        rest.resize(3 * mesh.nodes.len(), 0.0);
+        let nodes = mesh.bodies[at].elements.clone().flat_map(|element| mesh.elements[element].nodes().to_vec());
+        for node in nodes.map(|node| node as usize) {
+            let place = Vector3::from(mesh.nodes[node]);
+            let moved = rotation.map_or(place, |turn| turned(turn, place)) + Vector3::from(offset.unwrap_or_default());
+            for c in 0..3 {
+                rest[3 * node + c] = moved[c] - place[c];
+                if mirrored[node][c] && rest[3 * node + c].abs() > 1e-12 * place.norm().max(1.0) {
+                    let message = format!("`{body}` would leave its symmetry plane");
+                    let help = "move it within the plane, or model the whole body";
+                    return Err(BuildError::new(
+                        path(if offset.is_some() { "offset" } else { "rotation" }),
+                        message,
+                        help,
+                    ));
+                }
+                if mirrored[node][c] {
+                    rest[3 * node + c] = 0.0;
+                }
+            }
+        }
+    }
+    Ok(rest)
+}
+
+/// A rotated body must be free of stress.
+fn check_rotation(case: &Case, body: usize, path: &str) -> Result<(), BuildError> {
+    let case::Body { name, material, .. } = &case.bodies[body];
+    let small = material.law.with_constants(material.youngs_modulus, material.poisson_ratio);
+    if small.is_ok_and(|law| law.small_strains()) {
+        let message = format!("`{name}` has a law for small rotations: rotating it would strain it");
+        return Err(BuildError::new(path, message, "choose another law, such as neo_hooke"));
+    }
+    let interpolated = |design: &case::Design| design.energy_interpolation.is_some() && design.bodies.contains(name);
+    if case.design.as_ref().is_some_and(interpolated) {
+        let message = format!("`{name}` is designed with energy interpolation: rotating it would strain its voids");
+        return Err(BuildError::new(path, message, "rotate the other bodies, or set energy_interpolation = false"));
+    }
+    Ok(())
+}
+
+fn turned(Turn { point, direction, angle }: Turn, place: Vector3<f64>) -> Vector3<f64> {
+    let axis = Unit::new_normalize(Vector3::from(direction));
+    let point = Vector3::from(point);
+    point + Rotation3::from_axis_angle(&axis, angle.to_radians()) * (place - point)
+}
