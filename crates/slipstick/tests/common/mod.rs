@@ -154,7 +154,7 @@ pub struct GradientCheck {
 /// Turns the accepted sub-steps of a run into load steps, still with only the user's last step
 /// observed: a perturbed run must neither choose different steps nor cut back.
 pub fn fix_steps(problem: &mut Problem, base: &Forward) {
-    problem.analysis.times = base.path.states.iter().skip(1).map(|s| s.time).collect();
+    problem.analysis.times = base.path.states.iter().filter(|s| !s.rest).map(|s| s.time).collect();
     problem.analysis.march.newton.max_iterations = 40;
     problem.analysis.march.max_cutbacks = 0;
 }
@@ -169,7 +169,7 @@ pub fn check_gradient(problem: &mut Problem, density: &ElementValues) -> Gradien
     let statuses = status_path(problem, &base);
     let whole = problem.analysis.gradient(&base).unwrap_or_else(|e| panic!("{e}"));
     let adjoint: Vec<f64> = designed(problem).into_iter().map(|e| whole[e]).collect();
-    if base.path.states.iter().skip(1).any(|s| s.completes.is_none()) {
+    if base.path.states.iter().any(|s| !s.rest && s.completes.is_none()) {
         fix_steps(problem, &base);
     }
     let mut error = f64::INFINITY;
