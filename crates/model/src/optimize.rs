@@ -149,14 +149,20 @@ pub enum PrepareError {
     #[error(transparent)]
     Filter(FilterError),
     /// The sensitivity filter would falsify gradients that are exact with respect to the variables.
-    #[error("a sensitivity filter cannot be combined with a density filter or a projection")]
+    #[error("a sensitivity filter cannot be combined with a density filter, a projection or an overhang filter")]
     TwoFilters,
     /// The schedule of the sharpness is impossible.
     #[error(transparent)]
     Sharpness(FilterError),
+    /// The schedule of the filter radius is impossible.
+    #[error(transparent)]
+    FilterRadius(FilterError),
     /// The bound on the volume is impossible.
     #[error(transparent)]
     Volume(VolumeError),
+    /// The schedule of the bound on the volume is impossible.
+    #[error(transparent)]
+    VolumeSchedule(VolumeError),
 }
 
 /// Why an optimization stopped short.
@@ -196,6 +202,8 @@ pub struct Optimization {
     maps: Maps,
     filter: Option<SensitivityFilter>,
     volume: VolumeConstraint,
+    /// Its bound before the first entry of the schedule.
+    limit: f64,
     /// Whether the volume is bounded.
     bounded: bool,
     iterations: usize,
@@ -265,11 +273,15 @@ impl Optimization {
             SensitivityFilter::on_ranks(&centroids, &volumes, radius, &planes, ranks)
         });
         let filter = filter.transpose().map_err(PrepareError::Filter)?;
-        let volume = VolumeConstraint::new(volumes, volume_fraction.unwrap_or(1.0)).map_err(PrepareError::Volume)?;
+        let limit = volume_fraction.unwrap_or(1.0);
+        let volume = VolumeConstraint::new(volumes, limit).map_err(PrepareError::Volume)?;
+        let scheduled = schedule.volume_fraction.entries().iter();
+        let scheduled = scheduled.map(|entry| VolumeConstraint::check_limit(entry.1));
+        scheduled.collect::<Result<(), _>>().map_err(PrepareError::VolumeSchedule)?;
         let of_analysis = problem.analysis.constraints.iter().map(|constraint| constraint.response.name().to_owned());
         let constraints: Vec<String> =
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
-        let maps = Maps::new(map, &schedule.sharpness).map_err(PrepareError::Sharpness)?;
+        let maps = Maps::new(map, &schedule)?;
         let state = OptimizationState {
             iteration: 0,
             optimizer: Optimizer::new(method, x.len(), constraints.len(), mma),
@@ -284,6 +296,7 @@ impl Optimization {
             maps,
             filter,
             volume,
+            limit,
             bounded: volume_fraction.is_some(),
             iterations,
             stop,
@@ -309,9 +322,9 @@ impl Optimization {
         self.evaluated.as_ref()
     }
 
-    /// Bound on the volume fraction.
+    /// Bound on the volume fraction at the current iteration.
     pub fn volume_limit(&self) -> Option<f64> {
-        self.bounded.then(|| self.volume.limit())
+        self.bounded.then(|| self.schedule.volume_fraction.at(self.state.iteration).unwrap_or(self.limit))
     }
 
     /// Whether each march takes its start values from the path of the previous design. The next
@@ -363,6 +376,9 @@ impl Optimization {
         if let Some(p) = self.schedule.p.at(self.state.iteration) {
             self.problem.analysis.set_penalization(p);
         }
+        if let Some(limit) = self.volume_limit() {
+            self.volume.set_limit(limit);
+        }
         let Marched { x, density, mut forward, halvings, lost } = self.march_accepted(&mut optimizer, observer)?;
         if forward.rounding.is_some() {
             forward.path.forget_factors();
@@ -406,8 +422,8 @@ impl Optimization {
     /// Marches with the variables of the state and, as long as the optimizer rejects the result,
     /// with its next candidate.
     ///
-    /// Where the schedule changes the functions, there is nothing to compare a design with, and it
-    /// is accepted. A halved update is judged like a full one. It does not raise the objective
+    /// Where the schedule changes the functions or the bound on the volume, there is nothing to compare
+    /// a design with, and it is accepted. A halved update is judged like a full one. It does not raise the objective
     /// either: the approximations are convex, so where both ends are no worse than the last design,
     /// nor is the middle.
     fn march_accepted(
@@ -416,7 +432,7 @@ impl Optimization {
         observer: &mut dyn MarchObserver,
     ) -> Result<Marched, OptimizeError> {
         let bounds = Bounds::of_variables(self.state.x.len());
-        let comparable = !self.schedule.changes_functions_at(self.state.iteration);
+        let comparable = !self.schedule.changes_values_at(self.state.iteration);
         let (mut x, mut halvings, mut lost) = (self.state.x.clone(), 0, 0);
         loop {
             let mut marched = self.march_or_step_back(x, observer)?;

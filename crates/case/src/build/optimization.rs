@@ -47,6 +47,12 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
         PrepareError::Filter(error) => BuildError::new("design.sensitivity_filter.radius", error, "change the value"),
         PrepareError::TwoFilters => BuildError::new("design.sensitivity_filter", error, "omit one of them"),
         PrepareError::Sharpness(error) => BuildError::new("optimizer.schedule.sharpness", error, "change the value"),
+        PrepareError::FilterRadius(error) => {
+            BuildError::new("optimizer.schedule.filter_radius", error, "change the value")
+        }
+        PrepareError::VolumeSchedule(error) => {
+            BuildError::new("optimizer.schedule.volume_fraction", error, "change the value")
+        }
         PrepareError::Volume(error) => BuildError::new("design.volume_fraction", error, "change the value"),
     })
 }

@@ -98,10 +98,13 @@ case_codes! {
     InfeasibleVolume => "infeasible_volume",
     /// The passive solid and passive void regions share elements.
     ContradictoryPassive => "contradictory_passive",
+    /// The mesh of the design bodies does not have the symmetry, the pattern or the columns that the
+    /// design is to have.
+    AsymmetricMesh => "asymmetric_mesh",
     /// The initial design violates the volume constraint because of its density or its passive
     /// solid elements (warning).
     InitialVolume => "initial_volume",
-    /// A box of a passive region contains no element of the design (warning).
+    /// A passive region contains no element of the design (warning).
     EmptyPassiveRegion => "empty_passive_region",
     /// The filter radius is so small that no element has a neighbour within it (warning).
     IdleFilter => "idle_filter",
