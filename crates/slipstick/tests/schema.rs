@@ -96,10 +96,10 @@ symmetry = [
     { normal = 'x', at = 2 },
     { normal = [1, 0, 0], through = [2, 0, 0] },
     { axis = 'y', through = [2, 0, 0.5], folds = 2 },
-    { axis = [0, 1, 0], folds = 2 },
+    { axis = [0, 1, 0], through = [2, 0, 0.5], folds = 2, body = 'cuboid' },
 ]
 extrude = 'z'
-pattern = [{ step = [2, 0, 0], count = 2 }]
+pattern = [{ step = [2, 0, 0], count = 2, body = 'cuboid' }]
 passive_solid = [
     { min = [0, 0, 0], max = [1, 1, 1] },
     { start = [0, 0, 0], end = [1, 1, 1], radius = 0.5 },

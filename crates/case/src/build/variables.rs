@@ -46,37 +46,52 @@ fn ties(design: &Design, mesh: &Mesh, domain: &[u32]) -> Result<Option<Ties>, Bu
         return Ok(None);
     }
     let centroids = mesh.centroids();
-    let places = Places::new(domain.iter().map(|&element| centroids[element as usize]).collect());
-    let mut ties = Ties::new(places.len());
-    let error = |path: String, error: TieError| {
-        let (message, help) = told(&error, &|position| element(mesh, domain[position], &centroids));
-        BuildError::new(path, message, help)
+    let mut ties = Ties::new(domain.len());
+    // ties the elements of one body or, without a name, of all
+    let mut tie = |path: String, body: Option<&String>, tie: &dyn Fn(&mut Ties, &Places) -> Result<(), TieError>| {
+        let own = body.map(|name| mesh.body(name).map_or(0..0, |body| body.elements.clone()));
+        let member = |position: &u32| {
+            let element = domain[*position as usize] as usize;
+            own.as_ref().is_none_or(|own| own.contains(&element))
+        };
+        let members: Vec<u32> = (0..domain.len() as u32).filter(member).collect();
+        let global = |position: usize| domain[members[position] as usize];
+        let places = Places::new((0..members.len()).map(|position| centroids[global(position) as usize]).collect());
+        let mut part = Ties::new(places.len());
+        tie(&mut part, &places).map_err(|error| {
+            let (message, help) = told(&error, &|position| element(mesh, global(position), &centroids));
+            BuildError::new(path, message, help)
+        })?;
+        ties.add(&members, part);
+        Ok(())
     };
     for (i, symmetry) in design.symmetry.iter().enumerate() {
-        ties.symmetric(&places, &motion(symmetry)).map_err(|e| error(format!("design.symmetry[{i}]"), e))?;
+        let motion = motion(symmetry);
+        tie(format!("design.symmetry[{i}]"), symmetry.body(), &|ties, places| ties.symmetric(places, &motion))?;
     }
     for (i, pattern) in design.pattern.iter().enumerate() {
-        let tied = ties.repeated(&places, pattern.step, pattern.count);
-        tied.map_err(|e| error(format!("design.pattern[{i}]"), e))?;
+        let repeat = |ties: &mut Ties, places: &Places| ties.repeated(places, pattern.step, pattern.count);
+        tie(format!("design.pattern[{i}]"), pattern.body.as_ref(), &repeat)?;
     }
-    for name in design.bodies.iter().filter(|_| design.extrude.is_some()) {
-        let own = mesh.body(name).map_or(0..0, |body| body.elements.clone());
-        let member = |position: &u32| own.contains(&(domain[*position as usize] as usize));
-        let members: Vec<u32> = (0..domain.len() as u32).filter(member).collect();
-        let direction = design.extrude.map_or([0.0; 3], |direction| direction.vector());
-        ties.extruded(&places, &members, direction).map_err(|e| error("design.extrude".into(), e))?;
+    if let Some(direction) = design.extrude {
+        for name in &design.bodies {
+            let extrude = |ties: &mut Ties, places: &Places| ties.extruded(places, direction.vector());
+            tie("design.extrude".into(), Some(name), &extrude)?;
+        }
     }
     Ok(Some(ties))
 }
 
 fn motion(symmetry: &DesignSymmetry) -> Motion {
     match *symmetry {
-        DesignSymmetry::Plane { normal, at } => {
+        DesignSymmetry::Plane { normal, at, .. } => {
             let normal: [f64; 3] = std::array::from_fn(|k| if k == normal.index() { 1.0 } else { 0.0 });
             Motion::Mirror { through: normal.map(|x| at * x), normal }
         }
-        DesignSymmetry::InclinedPlane { normal, through } => Motion::Mirror { through, normal },
-        DesignSymmetry::Rotation { axis, through, folds } => Motion::Rotation { through, axis: axis.vector(), folds },
+        DesignSymmetry::InclinedPlane { normal, through, .. } => Motion::Mirror { through, normal },
+        DesignSymmetry::Rotation { axis, through, folds, .. } => {
+            Motion::Rotation { through, axis: axis.vector(), folds }
+        }
     }
 }
 

@@ -79,6 +79,11 @@ const CHANGES: &[(&str, &str, &str)] = &[
         "initial = 0.5",
         "initial = 0.5\nsymmetry = [{ axis = \"y\", through = [2, 0, 1], folds = 3 }]",
     ),
+    (
+        "a symmetry of a body that is not designed",
+        "initial = 0.5",
+        "initial = 0.5\nsymmetry = [{ normal = \"x\", at = 2, body = \"block\" }]",
+    ),
     ("a symmetry about nothing", "initial = 0.5", "initial = 0.5\nsymmetry = [{ at = 2 }]"),
     ("a rotation without sectors", "initial = 0.5", "initial = 0.5\nsymmetry = [{ axis = \"y\", folds = 1 }]"),
     ("too few cells", "initial = 0.5", "initial = 0.5\npattern = [{ step = [1, 0, 0], count = 3 }]"),

@@ -161,35 +161,45 @@ impl Ties {
         Ok(())
     }
 
-    /// Ties those of the `members` that lie in a column along a direction, which need not be a unit
-    /// vector and is not zero.
+    /// Ties the elements that lie in a column along a direction, which need not be a unit vector and is
+    /// not zero.
     ///
     /// # Errors
     ///
-    /// [`TieError::Columns`] if the members do not form columns: two of them are neither within a
+    /// [`TieError::Columns`] if the elements do not form columns: two of them are neither within a
     /// tenth of an element size of a line along the direction, nor half an element size apart.
-    pub fn extruded(&mut self, places: &Places, members: &[u32], direction: [f64; 3]) -> Result<(), TieError> {
-        let own = Places::new(members.iter().map(|&member| places.points()[member as usize]).collect());
-        if own.len() < 2 {
+    pub fn extruded(&mut self, places: &Places, direction: [f64; 3]) -> Result<(), TieError> {
+        if places.len() < 2 {
             return Ok(());
         }
-        let flat: Vec<[f64; 3]> = own.points().iter().map(|&point| motion::across(point, direction)).collect();
-        let largest = own.spacing().iter().fold(0.0_f64, |largest, size| largest.max(*size));
-        let grid = CellGrid::new(&flat, APART * largest);
-        for first in 0..members.len() {
-            for (second, weight) in grid.within(&flat, &flat[first], APART * largest) {
-                let second = second as usize;
-                let distance = APART * largest - weight;
-                let ratio = distance / own.spacing()[first].min(own.spacing()[second]);
+        let flat: Vec<[f64; 3]> = places.points().iter().map(|&point| motion::across(point, direction)).collect();
+        let spacing = places.spacing();
+        let farthest = APART * spacing.iter().fold(0.0_f64, |largest, size| largest.max(*size));
+        let grid = CellGrid::new(&flat, farthest);
+        for first in 0..flat.len() {
+            for (second, weight) in grid.within(&flat, &flat[first], farthest) {
+                let (second, distance) = (second as usize, farthest - weight);
+                let ratio = distance / spacing[first].min(spacing[second]);
                 if ratio <= TOLERANCE {
-                    self.join(members[first] as usize, members[second] as usize);
+                    self.join(first, second);
                 } else if ratio < APART {
-                    let [first, second] = [first, second].map(|at| members[at] as usize);
                     return Err(TieError::Columns { first, second, distance, ratio });
                 }
             }
         }
         Ok(())
+    }
+
+    /// Adds the ties of a part of the elements: element `k` of the part is `members[k]`.
+    ///
+    /// # Panics
+    ///
+    /// If the numbers of members and of elements of the part differ, or there is no such member.
+    pub fn add(&mut self, members: &[u32], mut part: Self) {
+        assert_eq!(members.len(), part.len(), "one member for each element of the part");
+        for element in 0..part.len() {
+            self.join(members[element] as usize, members[part.first(element)] as usize);
+        }
     }
 }
 
@@ -258,21 +268,25 @@ mod tests {
 
     #[test]
     fn columns_are_tied_in_any_direction() {
-        let all: Vec<u32> = (0..16).collect();
         let mut ties = Ties::new(16);
-        ties.extruded(&cubes(), &all, [-3.0, 0.0, 0.0]).unwrap();
+        ties.extruded(&cubes(), [-3.0, 0.0, 0.0]).unwrap();
         assert_eq!((groups(&mut ties).0[1].clone(), groups(&mut ties).1), (vec![1, 5, 9, 13], 4));
-        // elements that are no members are free
-        let mut ties = Ties::new(16);
-        ties.extruded(&cubes(), &all[..8], [1.0, 0.0, 0.0]).unwrap();
-        assert_eq!(groups(&mut ties).1, 12);
         // the same mesh, turned
         let turn = Motion::Rotation { through: [0.3; 3], axis: [1.0, 2.0, 3.0], folds: 7 };
         let [start, end] = [[0.0; 3], [1.0, 0.0, 0.0]].map(|point| turn.image(point));
         let turned = Places::new(cubes().points().iter().map(|&point| turn.image(point)).collect());
         let mut again = Ties::new(16);
-        again.extruded(&turned, &all, std::array::from_fn(|k| end[k] - start[k])).unwrap();
+        again.extruded(&turned, std::array::from_fn(|k| end[k] - start[k])).unwrap();
         assert_eq!(groups(&mut again).0[1], [1, 5, 9, 13]);
+    }
+
+    #[test]
+    fn ties_of_a_part_join_groups_of_the_whole() {
+        let (mut whole, mut part) = (Ties::new(6), Ties::new(3));
+        whole.join(0, 5);
+        part.join(0, 2);
+        whole.add(&[5, 1, 3], part);
+        assert_eq!(groups(&mut whole), (vec![vec![0, 3, 5]], 4));
     }
 
     /// A twentieth of an element is within the tolerance; a fifth is not, and the worst element is
@@ -298,8 +312,7 @@ mod tests {
         assert_eq!(repeated(2.0, 3), error(2, 3, 1.0));
         assert_eq!(repeated(1.0, 2), error(4, 2, 1.0));
         assert_eq!(repeated(0.0, 2), error(1, 2, 0.0));
-        let all: Vec<u32> = (0..16).collect();
-        let error = Ties::new(16).extruded(&moved(-0.2), &all, [1.0, 0.0, 0.0]);
+        let error = Ties::new(16).extruded(&moved(-0.2), [1.0, 0.0, 0.0]);
         assert!(matches!(error, Err(TieError::Columns { first: 2, second: 6, .. })), "{error:?}");
     }
 }

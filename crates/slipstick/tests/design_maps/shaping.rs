@@ -83,6 +83,36 @@ fn ties_hold_to_the_last_bit() {
     }
 }
 
+/// A tie may be limited to a body, beside one that lacks the symmetry: the cube's elements are free.
+#[test]
+fn ties_of_one_body() {
+    let text = text("symmetry = [{ normal = 'x', at = 2, body = 'cuboid' }]", "iterations = 1");
+    let text = text.replace("bodies = ['cuboid']", "bodies = ['cuboid', 'cube']");
+    let problem = problem(&text.replace("elements = [1, 1, 1]", "elements = [3, 1, 1]"));
+    let variables = problem.variables().unwrap();
+    assert_eq!((variables.designed().len(), variables.count()), (99, 51));
+}
+
+/// A clutch of two rings with 34 and 38 elements around, each with its own cyclic symmetry, and with
+/// mirror planes through the axis.
+#[test]
+fn rings_have_sectors() {
+    let text = template("clutch").expect("a template").text;
+    let with = |keys: &str| {
+        let problem = problem(&text.replace("initial = 0.2\n", keys));
+        let variables = problem.variables().unwrap();
+        (variables.designed().len(), variables.count())
+    };
+    let all = 3 * 6 * (34 + 38);
+    assert_eq!(with("symmetry = [{ axis = 'y', folds = 2 }]\n"), (all, all / 2));
+    let lower = "{ axis = 'y', folds = 17, body = 'lower' }";
+    let upper = "{ axis = [0, 2, 0], folds = 19, body = 'upper' }";
+    assert_eq!(with(&format!("symmetry = [{lower}, {upper}]\n")), (all, 3 * 6 * 4));
+    // in each of the layers, the two elements of a sector mirror each other
+    let planes = "{ normal = 'z', at = 0 }";
+    assert_eq!(with(&format!("symmetry = [{lower}, {upper}, {planes}]\nextrude = 'y'\n")), (all, 3 * 2));
+}
+
 /// Passive elements keep their densities; their images are designed and tied to each other.
 #[test]
 fn passive_elements_are_left_out_of_ties() {

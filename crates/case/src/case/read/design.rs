@@ -32,6 +32,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
     let density_filter = table.table("density_filter").map(density_filter);
     let projection = table.table("projection").map(projection);
     check_filters(&table);
+    let (symmetry, pattern) = (shaping::symmetries(&table, &design_bodies), shaping::patterns(&table, &design_bodies));
     let design = Design {
         bodies: design_bodies,
         initial,
@@ -42,9 +43,9 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         density_filter,
         projection,
         overhang: shaping::overhang(&table),
-        symmetry: shaping::symmetries(&table),
+        symmetry,
         extrude: shaping::extrude(&table),
-        pattern: shaping::patterns(&table),
+        pattern,
         passive_solid: shaping::regions(&table, "passive_solid", names),
         passive_void: shaping::regions(&table, "passive_void", names),
     };

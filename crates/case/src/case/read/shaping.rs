@@ -1,6 +1,7 @@
 //! Passive regions, ties and the overhang filter of a design.
 
 use super::super::names::Names;
+use super::super::reader::suggestion_or_list;
 use super::super::resolved::{BuildDirection, DesignSymmetry, Direction, Overhang, Pattern, Region};
 use super::super::typed::Table;
 use super::motion::COMPONENTS;
@@ -90,16 +91,27 @@ fn axis_or_vector(table: &Table<'_>, key: &'static str) -> Direction {
     }
 }
 
-pub(super) fn symmetries(table: &Table<'_>) -> Vec<DesignSymmetry> {
-    table.tables("symmetry").into_iter().filter_map(symmetry).collect()
+/// The design body that a tie is limited to.
+fn own_body(table: &Table<'_>, bodies: &[String]) -> Option<String> {
+    let name = table.string("body").optional()?;
+    if !bodies.contains(&name) && !bodies.is_empty() {
+        let message = format!("`{name}` is not a body of the design");
+        table.reader.error(&table.path_of("body"), CaseCode::UnknownBody, message, suggestion_or_list(&name, bodies));
+    }
+    Some(name)
 }
 
-fn symmetry(table: Table<'_>) -> Option<DesignSymmetry> {
+pub(super) fn symmetries(table: &Table<'_>, bodies: &[String]) -> Vec<DesignSymmetry> {
+    table.tables("symmetry").into_iter().filter_map(|table| symmetry(table, bodies)).collect()
+}
+
+fn symmetry(table: Table<'_>, bodies: &[String]) -> Option<DesignSymmetry> {
+    let body = own_body(&table, bodies);
     let symmetry = match table.choose("what the design is symmetric about", &["normal", "axis"]) {
         Some("normal") => Some(match axis_or_vector(&table, "normal") {
-            Direction::Axis(normal) => DesignSymmetry::Plane { normal, at: table.number("at").or(0.0) },
+            Direction::Axis(normal) => DesignSymmetry::Plane { normal, at: table.number("at").or(0.0), body },
             Direction::Vector(normal) => {
-                DesignSymmetry::InclinedPlane { normal, through: table.vector("through").or([0.0; 3]) }
+                DesignSymmetry::InclinedPlane { normal, through: table.vector("through").or([0.0; 3]), body }
             }
         }),
         Some(_) => {
@@ -107,7 +119,7 @@ fn symmetry(table: Table<'_>) -> Option<DesignSymmetry> {
             let through = table.vector("through").or([0.0; 3]);
             let help = "the number of equal sectors: 2 for half a turn";
             let folds = table.integer("folds").count(CaseCode::OutOfRange, 2).required(2, help);
-            Some(DesignSymmetry::Rotation { axis, through, folds })
+            Some(DesignSymmetry::Rotation { axis, through, folds, body })
         }
         None => {
             know(&table, &["at", "through", "folds"]);
@@ -122,7 +134,7 @@ pub(super) fn extrude(table: &Table<'_>) -> Option<Direction> {
     table.has("extrude").then(|| axis_or_vector(table, "extrude"))
 }
 
-pub(super) fn patterns(table: &Table<'_>) -> Vec<Pattern> {
+pub(super) fn patterns(table: &Table<'_>, bodies: &[String]) -> Vec<Pattern> {
     let pattern = |table: Table<'_>| {
         let moves = |step: &[f64; 3]| step.iter().any(|x| *x != 0.0);
         let help = "from a cell to the next one, [x, y, z]";
@@ -131,8 +143,9 @@ pub(super) fn patterns(table: &Table<'_>) -> Vec<Pattern> {
             .check(CaseCode::OutOfRange, moves, "must not be the zero vector", help)
             .required([1.0, 0.0, 0.0], help);
         let count = table.integer("count").count(CaseCode::OutOfRange, 2).required(2, "the number of cells");
+        let body = own_body(&table, bodies);
         table.finish();
-        Pattern { step, count }
+        Pattern { step, count, body }
     };
     table.tables("pattern").into_iter().map(pattern).collect()
 }

@@ -131,7 +131,7 @@ fn squared(a: [f64; 3]) -> f64 {
 }
 
 /// A motion that maps the design onto itself. \[L\]
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DesignSymmetry {
     /// Reflection at a plane normal to an axis.
@@ -141,6 +141,9 @@ pub enum DesignSymmetry {
         /// Its coordinate along that axis.
         #[schemars(default)]
         at: f64,
+        /// The body; `None`: all design bodies together.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        body: Option<String>,
     },
     /// Reflection at any plane.
     InclinedPlane {
@@ -149,6 +152,9 @@ pub enum DesignSymmetry {
         /// A point on it.
         #[schemars(default)]
         through: [f64; 3],
+        /// The body; `None`: all design bodies together.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        body: Option<String>,
     },
     /// Rotation about an axis.
     Rotation {
@@ -159,16 +165,31 @@ pub enum DesignSymmetry {
         through: [f64; 3],
         /// Number of equal sectors, at least 2.
         folds: usize,
+        /// The body; `None`: all design bodies together.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        body: Option<String>,
     },
 }
 
+impl DesignSymmetry {
+    /// The body that has the symmetry; `None`: all design bodies together.
+    pub fn body(&self) -> Option<&String> {
+        match self {
+            Self::Plane { body, .. } | Self::InclinedPlane { body, .. } | Self::Rotation { body, .. } => body.as_ref(),
+        }
+    }
+}
+
 /// Equal cells of a design.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Pattern {
     /// From each cell to the next; not zero. \[L\]
     pub step: [f64; 3],
     /// Number of cells, at least 2.
     pub count: usize,
+    /// The body; `None`: all design bodies together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
 }
 
 /// Overhang filter for additive manufacturing.
