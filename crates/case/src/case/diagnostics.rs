@@ -90,7 +90,8 @@ case_codes! {
     Steps => "steps",
     /// A SIMP parameter is out of range.
     Simp => "simp",
-    /// A density or volume fraction is outside (0, 1].
+    /// A density or volume fraction is outside (0, 1]; as a warning: a schedule ends with another bound
+    /// on the volume than all other commands use.
     Fraction => "fraction",
     /// The design has no elements to optimize.
     EmptyDesign => "empty_design",
