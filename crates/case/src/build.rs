@@ -4,11 +4,14 @@ mod maps;
 mod mesh;
 mod optimization;
 mod quantities;
+mod regions;
 mod symmetry;
+mod variables;
 mod variation;
 
 pub use mesh::build_mesh;
 pub use optimization::optimization;
+pub(crate) use regions::Regions;
 
 use crate::case::{self, Case};
 use crate::machine::Machine;
@@ -17,7 +20,6 @@ use quantities::Requested;
 use slipstick_contact::enforcement::Stiffness;
 use slipstick_contact::kinematics::CellRule;
 use slipstick_contact::{ContactInterface, InterfaceOptions};
-use slipstick_design::DesignVariables;
 use slipstick_mesh::{FacetNodes, Mesh, facet_area};
 use slipstick_model::analysis::{Analysis, LoadCases};
 use slipstick_model::model::course;
@@ -99,7 +101,7 @@ pub fn build_on(case: &Case, machine: &Machine) -> Result<Problem, BuildError> {
     let approach = prescribed.largest_step(&times) * driven.min(2) as f64 * variation::largest_motion_factor(case);
     let interfaces = build_interfaces(case, &mesh, &coordinates, &mirrored, approach)?;
     let uzawa = build_uzawa(case)?;
-    let variables = build_variables(case, &mesh)?;
+    let variables = variables::build_variables(case, &mesh)?;
     let designed: Vec<bool> = match &variables {
         Some(v) => v.roles().iter().map(|r| *r != slipstick_design::Role::Outside).collect(),
         None => vec![false; mesh.elements.len()],
@@ -310,30 +312,4 @@ fn given(enforcement: &case::Enforcement) -> Enforcement {
         Some(s) => GivenStiffness::Absolute(Stiffness { normal: s.normal, tangential: s.tangential, scaling }),
     };
     Enforcement { method, stiffness }
-}
-
-fn build_variables(case: &Case, mesh: &Mesh) -> Result<Option<DesignVariables>, BuildError> {
-    let Some(design) = &case.design else {
-        return Ok(None);
-    };
-    let mut domain = Vec::new();
-    for (i, name) in design.bodies.iter().enumerate() {
-        let body = mesh.body(name).ok_or_else(|| {
-            BuildError::new(format!("design.bodies[{i}]"), format!("there is no body `{name}`"), "name a [[body]]")
-        })?;
-        domain.extend(body.elements.clone().map(|e| e as u32));
-    }
-    let centroids = mesh.centroids();
-    let inside = |regions: &[case::BoxRegion]| -> Vec<u32> {
-        domain.iter().copied().filter(|&e| regions.iter().any(|r| r.contains(centroids[e as usize]))).collect()
-    };
-    let (solid, void) = (inside(&design.passive_solid), inside(&design.passive_void));
-    let variables = DesignVariables::new(mesh.elements.len(), &domain, &solid, &void)
-        .map_err(|e| BuildError::new("design", e, "change bodies or passive regions"))?;
-    if let Some(fraction) = design.volume_fraction {
-        variables.check_limit(&mesh.element_volumes(), fraction).map_err(|e| {
-            BuildError::new("design.volume_fraction", e, "raise the fraction or shrink the passive solid")
-        })?;
-    }
-    Ok(Some(variables))
 }

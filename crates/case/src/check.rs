@@ -44,7 +44,7 @@ pub enum NoticeKind {
     IdleLoad,
     /// The initial design exceeds the volume bound.
     InitialVolume,
-    /// A box of a passive region contains no element.
+    /// A passive region contains no element.
     EmptyPassiveRegion,
     /// The filter radius reaches no neighbouring element.
     IdleFilter,
@@ -118,6 +118,8 @@ pub struct Inspection {
     pub unknowns: usize,
     /// Designed elements.
     pub designed: usize,
+    /// Design variables; fewer than designed elements if these share variables.
+    pub variables: usize,
     /// Load steps.
     pub steps: usize,
     /// Predicted memory of one factorization. \[bytes\]
@@ -234,7 +236,8 @@ pub fn inspect(case: &Case, problem: &mut Problem) -> Result<Inspection, StateEr
         contacts,
         sets,
         unknowns,
-        designed: problem.variables().map_or(0, slipstick_design::DesignVariables::count),
+        designed: problem.variables().map_or(0, |variables| variables.designed().len()),
+        variables: problem.variables().map_or(0, slipstick_design::DesignVariables::count),
         steps: case.steps(),
         factor_bytes,
         steps_with_factors,

@@ -255,7 +255,10 @@ impl Setup {
         let _ = self.design_of.set(results.to_owned());
         let Some(variables) = problem.variables() else { return Ok(found) };
         // The case sets the densities of passive elements and of those outside the design.
-        let kept = variables.densities(&variables.restrict(&found));
+        let mut kept = found.clone();
+        for (kept, role) in kept.iter_mut().zip(variables.roles()) {
+            *kept = role.fixed_density().unwrap_or(*kept);
+        }
         if let Some(message) = replaced(variables, &found, &kept) {
             context.console.warning(&format!("{}: {message}", results.display()));
         }

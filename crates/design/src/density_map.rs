@@ -2,19 +2,22 @@
 
 use std::sync::Arc;
 
-use crate::filter::{DensityFilter, FilterError, Projection};
+use crate::filter::{DensityFilter, FilterError, OverhangFilter, PrintedBox, Projection};
 use crate::map::{Chain, DesignMap, OnElements};
 use crate::values::{ElementValues, VariableValues};
-use crate::variables::{DesignError, DesignVariables, Passives};
+use crate::variables::{DesignError, DesignVariables, Means, Passives, Role};
 
 /// From the design variables x to the densities φ of all elements:
 ///
-/// `x → elements of the domain → density filter → projection → passive elements reset → φ`.
+/// `x → elements of the domain → density filter → means of tied elements → projection → passive
+/// elements reset → overhang filter → φ`.
 ///
-/// Filter and projection are optional; without both, x are the densities of the designed elements.
+/// Filters and projection are optional; without them, x are the densities of the designed elements.
 /// The filter sees passive elements with their fixed densities, so solid ones support their
 /// neighbours; afterwards, they get these densities back. Elements outside the domain have no
-/// influence on those inside, and the other way round. Copies share the filter.
+/// influence on those inside, and the other way round. Tied elements have the same density up to the
+/// overhang filter: the density filter alone would give elements at the end of a column other
+/// densities than those in its middle. Copies share the filters.
 ///
 /// Source: Wang, Lazarov, Sigmund, Struct. Multidiscip. Optim. 43 (2011) 767–784. Test:
 /// `pull_back_agrees_with_central_differences`.
@@ -23,7 +26,9 @@ pub struct DensityMap {
     variables: Arc<DesignVariables>,
     filter: Option<Arc<OnElements<DensityFilter>>>,
     projection: Option<Projection>,
+    means: Arc<Means>,
     passives: Arc<Passives>,
+    overhang: Option<Arc<OverhangFilter>>,
     /// The links above, in order.
     chain: Chain,
 }
@@ -32,20 +37,37 @@ impl DensityMap {
     /// The map of these variables; the filter is one of the elements of their domain.
     pub fn new(variables: DesignVariables, filter: Option<DensityFilter>, projection: Option<Projection>) -> Self {
         let filter = filter.map(|filter| Arc::new(OnElements::new(variables.domain().to_vec(), filter)));
-        let passives = Arc::new(variables.passives());
-        Self { variables: Arc::new(variables), filter, projection, passives, chain: Chain::default() }.linked()
+        let (means, passives) = (Arc::new(variables.means()), Arc::new(variables.passives()));
+        let (variables, overhang, chain) = (Arc::new(variables), None, Chain::default());
+        Self { variables, filter, projection, means, passives, overhang, chain }.linked()
+    }
+
+    /// The same map, followed by an overhang filter of these boxes.
+    ///
+    /// # Panics
+    ///
+    /// As [`OverhangFilter::new`].
+    pub fn printed(self, boxes: &[PrintedBox]) -> Self {
+        let held = self.variables.roles().iter().map(|role| *role != Role::Designed).collect();
+        Self { overhang: Some(Arc::new(OverhangFilter::new(boxes, held))), ..self }.linked()
     }
 
     fn linked(self) -> Self {
         let mut maps: Vec<Arc<dyn DesignMap>> = vec![self.variables.clone()];
         if let Some(filter) = &self.filter {
             maps.push(filter.clone());
+            if self.variables.is_tied() {
+                maps.push(self.means.clone());
+            }
         }
         if let Some(projection) = self.projection {
             maps.push(Arc::new(projection));
         }
         if !self.is_identity() {
             maps.push(self.passives.clone());
+        }
+        if let Some(overhang) = &self.overhang {
+            maps.push(overhang.clone());
         }
         Self { chain: Chain::new(maps), ..self }
     }
@@ -60,9 +82,9 @@ impl DensityMap {
         self.projection
     }
 
-    /// Whether the variables are the densities of the designed elements.
+    /// Whether the density of each designed element is its variable.
     pub fn is_identity(&self) -> bool {
-        self.filter.is_none() && self.projection.is_none()
+        self.filter.is_none() && self.projection.is_none() && self.overhang.is_none()
     }
 
     /// The same map with another sharpness of the projection, if there is one; the rest is shared.
@@ -89,11 +111,25 @@ impl DensityMap {
         Ok(Self { projection, ..self.clone() }.linked())
     }
 
+    /// The same map with another radius \[L\] of the density filter, if there is one; the rest is
+    /// shared. All ranks call it.
+    ///
+    /// # Errors
+    ///
+    /// As [`DensityFilter::new`].
+    pub fn with_radius(&self, radius: f64) -> Result<Self, FilterError> {
+        let Some(before) = self.filter.as_ref().filter(|filter| filter.map().radius() != radius) else {
+            return Ok(self.clone());
+        };
+        let filter = OnElements::new(self.variables.domain().to_vec(), before.map().with_radius(radius)?);
+        Ok(Self { filter: Some(Arc::new(filter)), ..self.clone() }.linked())
+    }
+
     /// Densities of all elements.
     ///
     /// # Panics
     ///
-    /// If there is not one variable per designed element.
+    /// If the number of variables is not that of [`variables`](Self::variables).
     pub fn densities(&self, x: &VariableValues) -> ElementValues {
         self.chain.apply(x).into()
     }
@@ -102,13 +138,15 @@ impl DensityMap {
     ///
     /// # Panics
     ///
-    /// If there is not one variable per designed element, or not one derivative per element.
+    /// If the number of variables is not that of [`variables`](Self::variables), or there is not one
+    /// derivative per element.
     pub fn pull_back(&self, x: &VariableValues, gradient: &ElementValues) -> VariableValues {
         self.chain.pull_back(x, gradient).into()
     }
 
     /// Equal variables that give designed elements the density `density`, except within the
-    /// filter's radius of passive elements and of faces in void.
+    /// filter's radius of passive elements and of faces in void; the overhang filter then changes it
+    /// by its smoothing.
     ///
     /// # Errors
     ///
@@ -124,11 +162,20 @@ impl DensityMap {
 mod tests {
     use super::*;
     use crate::filter::tests::{box_grid, pseudo_random};
+    use crate::ties::Ties;
 
     /// 48 cubes: 0 to 5 outside, 6, 7 and 20 solid, 40 and 47 void.
     fn map(sharpness: Option<f64>) -> DensityMap {
+        tied_map(sharpness, &[])
+    }
+
+    /// The same with ties between these elements.
+    fn tied_map(sharpness: Option<f64>, pairs: &[(usize, usize)]) -> DensityMap {
         let (centroids, volumes) = box_grid([4, 4, 3], 1.0);
         let variables = DesignVariables::new(48, &(6..48).collect::<Vec<_>>(), &[6, 7, 20], &[40, 47]).unwrap();
+        let mut ties = Ties::new(42);
+        pairs.iter().for_each(|(a, b)| ties.join(a - 6, b - 6));
+        let variables = variables.tied(ties);
         let domain: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
         let filter = DensityFilter::new(&domain, &volumes[..42], 1.8).unwrap();
         let projection = sharpness.map(|sharpness| Projection::new(sharpness, 0.45).unwrap());
@@ -136,30 +183,67 @@ mod tests {
     }
 
     /// Central differences of order 4 of Σ φ⁴.
+    fn check(map: &DensityMap, step: f64) -> VariableValues {
+        let x: VariableValues = pseudo_random(map.variables().count(), 9).iter().copied().collect();
+        let value = |x: &VariableValues| map.densities(x).iter().map(|phi| phi.powi(4)).sum::<f64>();
+        let densities = map.densities(&x);
+        assert!(densities[..8].iter().all(|&phi| phi == 1.0));
+        assert_eq!([densities[20], densities[40], densities[47]], [1.0, 0.0, 0.0]);
+        let d_phi: ElementValues = densities.iter().map(|phi| 4.0 * phi.powi(3)).collect();
+        let gradient = map.pull_back(&x, &d_phi);
+        for entry in 0..x.len() {
+            let at = |steps: f64| {
+                let mut moved = x.clone();
+                moved[entry] += steps * step;
+                value(&moved)
+            };
+            let difference = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step);
+            let error = (difference - gradient[entry]).abs();
+            assert!(error < 2e-9 * gradient[entry].abs().max(1.0), "entry {entry}: {error:e}");
+        }
+        gradient
+    }
+
     #[test]
     fn pull_back_agrees_with_central_differences() {
         for sharpness in [None, Some(4.0), Some(16.0)] {
-            let map = map(sharpness);
-            let x: VariableValues = pseudo_random(map.variables().count(), 9).iter().copied().collect();
-            let value = |x: &VariableValues| map.densities(x).iter().map(|phi| phi.powi(4)).sum::<f64>();
-            let densities = map.densities(&x);
-            assert!(densities[..8].iter().all(|&phi| phi == 1.0));
-            assert_eq!([densities[20], densities[40], densities[47]], [1.0, 0.0, 0.0]);
-            let d_phi: ElementValues = densities.iter().map(|phi| 4.0 * phi.powi(3)).collect();
-            let gradient = map.pull_back(&x, &d_phi);
-            assert_eq!(gradient.len(), 37);
-            for entry in 0..x.len() {
-                let step = 1e-4;
-                let at = |steps: f64| {
-                    let mut moved = x.clone();
-                    moved[entry] += steps * step;
-                    value(&moved)
-                };
-                let difference = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step);
-                let error = (difference - gradient[entry]).abs();
-                assert!(error < 2e-9 * gradient[entry].abs().max(1.0), "{sharpness:?} entry {entry}: {error:e}");
-            }
+            assert_eq!(check(&map(sharpness), 1e-4).len(), 37);
         }
+    }
+
+    /// The same with ties, which hold exactly after filter and projection, and with printing.
+    #[test]
+    fn tied_and_printed_designs_have_exact_derivatives() {
+        let pairs = [(8, 9), (9, 25), (20, 21), (21, 33), (40, 41)];
+        for sharpness in [None, Some(4.0)] {
+            let map = tied_map(sharpness, &pairs);
+            assert_eq!(check(&map, 1e-4).len(), 34);
+            let x: VariableValues = pseudo_random(34, 7).iter().copied().collect();
+            let phi = map.densities(&x);
+            assert!(phi[8] == phi[9] && phi[9] == phi[25] && phi[21] == phi[33] && phi[20] == 1.0);
+            assert!(phi[8] != phi[10]);
+        }
+        // the last index of the grid runs fastest; the box is 3 × 4 × 4 in the order of the filter
+        let box_of_all =
+            PrintedBox { first: 0, cells: [3, 4, 4], axis: 1, downwards: false, mirrored: [[false; 2]; 3] };
+        // the smooth minimum bends within 0.01
+        let printed = tied_map(Some(4.0), &pairs).printed(&[box_of_all]);
+        assert!(!printed.is_identity());
+        assert_eq!(check(&printed, 2e-5).len(), 34);
+        let unfiltered = DensityMap::new(printed.variables().clone(), None, None).printed(&[box_of_all]);
+        assert!(!unfiltered.is_identity());
+        check(&unfiltered, 2e-5);
+    }
+
+    #[test]
+    fn another_radius_changes_the_filter_only() {
+        let wide = map(Some(4.0)).with_radius(2.5).unwrap();
+        let x = wide.uniform(0.4).unwrap();
+        assert_ne!(wide.densities(&x), map(Some(4.0)).densities(&x));
+        assert_eq!(wide.with_radius(1.8).unwrap().densities(&x), map(Some(4.0)).densities(&x));
+        assert!(wide.with_radius(-1.0).is_err());
+        let unfiltered = DensityMap::new(wide.variables().clone(), None, wide.projection());
+        assert_eq!(unfiltered.with_radius(1.0).unwrap().densities(&x), unfiltered.densities(&x));
     }
 
     #[test]

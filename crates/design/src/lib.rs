@@ -7,9 +7,10 @@
 //! |---|---|
 //! | [`values`] | densities and derivatives over elements, design domain and variables, as different types |
 //! | [`variables`] | which elements are designed, passive solid or passive void; the initial design |
+//! | [`ties`] | elements that share a variable: symmetric, repeated and extruded designs |
 //! | [`map`] | maps of densities, chains of them, and their exact transposes |
 //! | [`density_map`] | the chain from the design variables to the densities of all elements |
-//! | [`filter`] | density filter and projection (design maps), Sigmund's sensitivity filter (not a design map) |
+//! | [`filter`] | density filter, projection and overhang filter (design maps), Sigmund's sensitivity filter (not a design map) |
 //! | [`quantity`] | numbers computed from a state, with exact partial derivatives |
 //! | [`response`] | sums, maxima and curves of quantities over the load path: objectives and constraints |
 //! | [`volume`] | the volume constraint |
@@ -32,12 +33,15 @@ pub mod optimizer;
 pub mod quantity;
 pub mod response;
 pub mod schedule;
+pub mod ties;
 pub mod values;
 pub mod variables;
 pub mod volume;
 
 pub use density_map::DensityMap;
-pub use filter::{DensityFilter, FilterError, Neighbours, Projection, SensitivityFilter, Triangle};
+pub use filter::{
+    DensityFilter, FilterError, Neighbours, OverhangFilter, PrintedBox, Projection, SensitivityFilter, Triangle,
+};
 pub use map::{Chain, DesignMap, Identity, OnElements};
 pub use optimizer::{
     Functions, Gcmma, Judgement, KktResidual, Method, Mma, MmaError, MmaParameters, MmaStep, Optimizer, Scaling,
@@ -46,6 +50,7 @@ pub use optimizer::{
 pub use quantity::{Dimension, Quantity, QuantityError, Reads, StateDerivative, StateView, VectorMeasure};
 pub use response::{Bound, Constraint, Curve, ObservedSteps, OverLoadCases, Reduction, Response, Term};
 pub use schedule::{Schedule, Steps};
+pub use ties::{Motion, Places, TieError, Ties};
 pub use values::{DomainValues, ElementValues, VariableValues};
-pub use variables::{DesignError, DesignVariables, Passives, Role};
+pub use variables::{DesignError, DesignVariables, Means, Passives, Role};
 pub use volume::{VolumeConstraint, VolumeError};

@@ -81,6 +81,11 @@ impl<M: DesignMap> OnElements<M> {
         Self { elements, map }
     }
 
+    /// The map of the listed elements.
+    pub fn map(&self) -> &M {
+        &self.map
+    }
+
     fn gather(&self, all: &[f64]) -> Vec<f64> {
         self.elements.iter().map(|&element| all[element as usize]).collect()
     }

@@ -53,23 +53,40 @@ pub struct Schedule {
     /// Largest change of a variable in an update.
     #[serde(skip_serializing_if = "Steps::is_empty")]
     pub move_limit: Steps,
+    /// Radius of the density filter. \[L\]
+    #[serde(skip_serializing_if = "Steps::is_empty")]
+    pub filter_radius: Steps,
+    /// Bound on the volume fraction.
+    #[serde(skip_serializing_if = "Steps::is_empty")]
+    pub volume_fraction: Steps,
 }
 
 impl Schedule {
     /// Whether objective and constraints are other functions of the variables at this iteration
-    /// than at the one before, so that their values cannot be compared.
+    /// than at the one before, so that their curvatures are others too.
     pub fn changes_functions_at(&self, iteration: usize) -> bool {
-        self.sharpness.changes_at(iteration) || self.p.changes_at(iteration)
+        [&self.sharpness, &self.p, &self.filter_radius].iter().any(|steps| steps.changes_at(iteration))
+    }
+
+    /// Whether their values cannot be compared with those at the iteration before: because the
+    /// functions are others, or because their bound is.
+    pub fn changes_values_at(&self, iteration: usize) -> bool {
+        self.changes_functions_at(iteration) || self.volume_fraction.changes_at(iteration)
     }
 
     /// The iteration from which on nothing changes.
     pub fn end(&self) -> usize {
-        self.sharpness.end().max(self.p.end()).max(self.move_limit.end())
+        self.all().iter().map(|steps| steps.end()).fold(0, usize::max)
     }
 
     /// Whether nothing changes.
     pub fn is_empty(&self) -> bool {
-        self.sharpness.is_empty() && self.p.is_empty() && self.move_limit.is_empty()
+        self.all().iter().all(|steps| steps.is_empty())
+    }
+
+    fn all(&self) -> [&Steps; 5] {
+        let Self { sharpness, p, move_limit, filter_radius, volume_fraction } = self;
+        [sharpness, p, move_limit, filter_radius, volume_fraction]
     }
 }
 
@@ -87,15 +104,19 @@ mod tests {
     }
 
     #[test]
-    fn move_limits_change_no_function() {
+    fn limits_change_no_function() {
         let steps = |entries: &[(usize, f64)]| Steps::new(entries.to_vec()).unwrap();
         let schedule = Schedule {
             sharpness: steps(&[(0, 1.0), (4, 2.0)]),
             p: steps(&[(6, 3.0)]),
             move_limit: steps(&[(8, 0.05)]),
+            filter_radius: steps(&[(0, 2.0), (3, 1.0)]),
+            volume_fraction: steps(&[(0, 0.5), (7, 0.4)]),
         };
         let changes: Vec<usize> = (0..10).filter(|&k| schedule.changes_functions_at(k)).collect();
-        assert_eq!((changes, schedule.end()), (vec![4, 6], 8));
+        assert_eq!((changes, schedule.end()), (vec![3, 4, 6], 8));
+        let changes: Vec<usize> = (0..10).filter(|&k| schedule.changes_values_at(k)).collect();
+        assert_eq!(changes, [3, 4, 6, 7]);
         assert!(Schedule::default().is_empty() && Schedule::default().end() == 0);
     }
 }

@@ -18,7 +18,7 @@ pub enum Elements {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {}
 
-/// The design variables, in ascending order of their elements' numbers.
+/// The design variables, in ascending order of the number of the first element of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variables {}
 

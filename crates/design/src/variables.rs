@@ -1,10 +1,12 @@
 //! The designed and the passive elements, and the initial design.
 
 mod error;
+mod links;
 
 pub use error::DesignError;
+pub use links::{Means, Passives};
 
-use crate::map::DesignMap;
+use crate::ties::Ties;
 use crate::values::{DomainValues, ElementValues, VariableValues};
 
 /// The role of an element in the design.
@@ -12,7 +14,7 @@ use crate::values::{DomainValues, ElementValues, VariableValues};
 pub enum Role {
     /// Not in the design domain: full material, not part of the design volume.
     Outside,
-    /// In the design domain, with its own design variable.
+    /// In the design domain, with a design variable, which it may share with others.
     Designed,
     /// In the design domain, always φ = 1.
     Solid,
@@ -23,7 +25,7 @@ pub enum Role {
 
 impl Role {
     /// The density of an element that has no variable.
-    fn fixed_density(self) -> Option<f64> {
+    pub fn fixed_density(self) -> Option<f64> {
         match self {
             Self::Outside | Self::Solid => Some(1.0),
             Self::Void => Some(0.0),
@@ -32,13 +34,20 @@ impl Role {
     }
 }
 
-/// The maps between design variables (one per designed element), the design domain, and all
-/// elements.
+/// The maps between design variables, the design domain, and all elements.
+///
+/// Each designed element has its own variable, unless [ties](Self::tied) make elements share one.
 #[derive(Clone, Debug)]
 pub struct DesignVariables {
     roles: Vec<Role>,
     designed: Vec<u32>,
     domain: Vec<u32>,
+    /// The variable of each designed element.
+    variable: Vec<u32>,
+    /// The first element of each variable.
+    first: Vec<u32>,
+    /// The number of elements of each variable.
+    shared: Vec<u32>,
 }
 
 impl DesignVariables {
@@ -78,12 +87,43 @@ impl DesignVariables {
         if designed.is_empty() {
             return Err(DesignError::Empty { domain: domain.len(), passive: domain.len() });
         }
-        Ok(Self { roles, designed, domain })
+        let (variable, shared) = ((0..designed.len() as u32).collect(), vec![1; designed.len()]);
+        Ok(Self { roles, first: designed.clone(), designed, domain, variable, shared })
+    }
+
+    /// The same elements, of which those in a group of `ties` share one variable; `ties` are between
+    /// positions in [`domain`](Self::domain). Passive elements keep their densities.
+    ///
+    /// # Panics
+    ///
+    /// If `ties` is not for as many elements as the domain has.
+    pub fn tied(self, mut ties: Ties) -> Self {
+        assert_eq!(ties.len(), self.domain.len(), "ties between the elements of the domain");
+        let (mut of_group, mut variable) = (vec![None; ties.len()], Vec::with_capacity(self.designed.len()));
+        let (mut first, mut shared): (Vec<u32>, Vec<u32>) = (Vec::new(), Vec::new());
+        for (position, &element) in self.domain.iter().enumerate() {
+            if self.roles[element as usize] != Role::Designed {
+                continue;
+            }
+            let number = *of_group[ties.first(position)].get_or_insert_with(|| {
+                first.push(element);
+                shared.push(0);
+                first.len() - 1
+            });
+            shared[number] += 1;
+            variable.push(number as u32);
+        }
+        Self { variable, first, shared, ..self }
     }
 
     /// Number of design variables.
     pub fn count(&self) -> usize {
-        self.designed.len()
+        self.first.len()
+    }
+
+    /// Whether some elements share a variable.
+    pub fn is_tied(&self) -> bool {
+        self.first.len() < self.designed.len()
     }
 
     /// Number of elements of the mesh.
@@ -96,10 +136,20 @@ impl DesignVariables {
         &self.roles
     }
 
-    /// Designed elements in ascending order: variable `k` is the density of element
-    /// `designed()[k]`.
+    /// Designed elements in ascending order.
     pub fn designed(&self) -> &[u32] {
         &self.designed
+    }
+
+    /// The first element of each variable, in ascending order. Without ties, these are all designed
+    /// elements.
+    pub fn first_elements(&self) -> &[u32] {
+        &self.first
+    }
+
+    /// The designed elements, each with its variable.
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.designed.iter().zip(&self.variable).map(|(&element, &variable)| (element as usize, variable as usize))
     }
 
     /// Elements of the design domain, designed and passive, in ascending order.
@@ -112,35 +162,60 @@ impl DesignVariables {
     ///
     /// # Panics
     ///
-    /// If there is not one variable per designed element.
+    /// If the number of variables is not [`count`](Self::count).
     pub fn densities(&self, x: &VariableValues) -> ElementValues {
-        assert_eq!(x.len(), self.designed.len(), "one variable per designed element");
+        assert_eq!(x.len(), self.count(), "one value per variable");
         let mut densities: Vec<f64> = self.roles.iter().map(|role| role.fixed_density().unwrap_or(0.0)).collect();
-        for (&element, &value) in self.designed.iter().zip(x) {
-            densities[element as usize] = value;
-        }
+        self.pairs().for_each(|(element, variable)| densities[element] = x[variable]);
         densities.into()
     }
 
-    /// The entries of the designed elements: the inverse of [`densities`](Self::densities) for
-    /// densities, its transpose for derivatives.
+    /// The sum of the entries of each variable's elements: the transpose of
+    /// [`densities`](Self::densities), for derivatives.
     ///
     /// # Panics
     ///
     /// If there is not one entry per element.
     pub fn restrict(&self, all: &ElementValues) -> VariableValues {
         assert_eq!(all.len(), self.roles.len(), "one entry per element");
-        self.designed.iter().map(|&element| all[element as usize]).collect()
+        let mut sums = vec![0.0; self.count()];
+        self.pairs().for_each(|(element, variable)| sums[variable] += all[element]);
+        sums.into()
     }
 
-    /// These entries at the designed elements, 0 elsewhere: the transpose of
-    /// [`restrict`](Self::restrict).
+    /// The mean of the entries of each variable's elements: the inverse of
+    /// [`densities`](Self::densities), to the last bit.
     ///
     /// # Panics
     ///
-    /// If there is not one entry per designed element.
+    /// If there is not one entry per element.
+    pub fn mean(&self, all: &ElementValues) -> VariableValues {
+        let mut mean = self.at_first(all);
+        let from = mean.clone();
+        for (element, variable) in self.pairs() {
+            mean[variable] += (all[element] - from[variable]) / f64::from(self.shared[variable]);
+        }
+        mean
+    }
+
+    /// The entries of the first element of each variable.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one entry per element.
+    pub fn at_first(&self, all: &ElementValues) -> VariableValues {
+        assert_eq!(all.len(), self.roles.len(), "one entry per element");
+        self.first.iter().map(|&element| all[element as usize]).collect()
+    }
+
+    /// These entries at the first element of each variable, 0 elsewhere: the transpose of
+    /// [`at_first`](Self::at_first).
+    ///
+    /// # Panics
+    ///
+    /// If the number of entries is not [`count`](Self::count).
     pub fn spread(&self, values: &VariableValues) -> ElementValues {
-        spread(&self.designed, values, self.roles.len())
+        spread(&self.first, values, self.roles.len())
     }
 
     /// These entries at the elements of the design domain, 0 elsewhere: the transpose of
@@ -163,20 +238,13 @@ impl DesignVariables {
         self.domain.iter().map(|&element| all[element as usize]).collect()
     }
 
-    /// The entries of the designed elements of the design domain.
+    /// As [`restrict`](Self::restrict), for the entries of the design domain.
     ///
     /// # Panics
     ///
     /// If there is not one entry per element of the domain.
     pub fn restrict_domain(&self, values: &DomainValues) -> VariableValues {
-        assert_eq!(values.len(), self.domain.len(), "one entry per element of the design domain");
-        let designed = |element: u32| self.roles[element as usize] == Role::Designed;
-        self.domain.iter().zip(values).filter(|(element, _)| designed(**element)).map(|(_, value)| *value).collect()
-    }
-
-    /// The map that resets passive elements, for use after a filter that blurs them.
-    pub fn passives(&self) -> Passives {
-        Passives { fixed: self.roles.iter().map(|role| role.fixed_density()).collect() }
+        self.restrict(&self.spread_domain(values))
     }
 
     /// Volumes of the elements of the design domain. \[L³\]
@@ -232,7 +300,7 @@ impl DesignVariables {
     /// A value outside [0, 1].
     pub fn uniform(&self, value: f64) -> Result<VariableValues, DesignError> {
         if (0.0..=1.0).contains(&value) {
-            Ok(vec![value; self.designed.len()].into())
+            Ok(vec![value; self.count()].into())
         } else {
             Err(DesignError::Initial { value })
         }
@@ -262,39 +330,10 @@ fn spread(elements: &[u32], values: &[f64], count: usize) -> ElementValues {
     all.into()
 }
 
-/// [`densities`](DesignVariables::densities) and [`restrict`](DesignVariables::restrict) as a link
-/// of a [`Chain`](crate::Chain).
-impl DesignMap for DesignVariables {
-    fn apply(&self, x: &[f64]) -> Vec<f64> {
-        self.densities(&x.to_vec().into()).into()
-    }
-
-    fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
-        self.restrict(&d_phi.to_vec().into()).into()
-    }
-}
-
-/// Resets the densities of elements that are not designed; a [`DesignMap`] over all elements.
-#[derive(Clone, Debug)]
-pub struct Passives {
-    fixed: Vec<Option<f64>>,
-}
-
-impl DesignMap for Passives {
-    fn apply(&self, x: &[f64]) -> Vec<f64> {
-        assert_eq!(x.len(), self.fixed.len(), "one density per element");
-        self.fixed.iter().zip(x).map(|(fixed, &value)| fixed.unwrap_or(value)).collect()
-    }
-
-    fn pull_back(&self, _x: &[f64], d_phi: &[f64]) -> Vec<f64> {
-        assert_eq!(d_phi.len(), self.fixed.len(), "one derivative per element");
-        self.fixed.iter().zip(d_phi).map(|(fixed, &value)| if fixed.is_some() { 0.0 } else { value }).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::DesignMap;
     use crate::volume::VolumeConstraint;
 
     /// Elements 1 to 5 of seven are the domain; 2 is solid, 4 is void.
@@ -321,6 +360,33 @@ mod tests {
         let blurred = [0.7; 7];
         assert_eq!(variables.passives().apply(&blurred), [1.0, 0.7, 1.0, 0.7, 0.0, 0.7, 1.0]);
         assert_eq!(variables.passives().pull_back(&blurred, &[2.0; 7]), [0.0, 2.0, 0.0, 2.0, 0.0, 2.0, 0.0]);
+    }
+
+    /// Elements 1, 2 and 5 share a variable, but 2 is solid; so do 3 and 4, but 4 is void.
+    #[test]
+    fn tied_elements_share_a_variable() {
+        assert!(!example().is_tied());
+        let mut ties = Ties::new(5);
+        [(0, 1), (1, 4), (2, 3)].into_iter().for_each(|(a, b)| ties.join(a, b));
+        let variables = example().tied(ties);
+        assert!(variables.is_tied());
+        assert_eq!(
+            (variables.count(), variables.designed(), variables.first_elements()),
+            (2, &[1, 3, 5][..], &[1, 3][..])
+        );
+        let x = [0.1, 0.3].into();
+        let densities = variables.densities(&x);
+        assert_eq!(densities[..], [1.0, 0.1, 1.0, 0.3, 0.0, 0.1, 1.0]);
+        assert_eq!((variables.mean(&densities), variables.at_first(&densities)), (x.clone(), x.clone()));
+        let derivatives = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0].into();
+        assert_eq!(variables.restrict(&derivatives)[..], [34.0, 8.0]);
+        assert_eq!(variables.mean(&derivatives)[..], [17.0, 8.0]);
+        assert_eq!(variables.restrict_domain(&variables.on_domain(&derivatives))[..], [34.0, 8.0]);
+        assert_eq!(variables.spread(&x)[..], [0.0, 0.1, 0.0, 0.3, 0.0, 0.0, 0.0]);
+        let means = variables.means();
+        assert_eq!(means.apply(&derivatives), [1.0, 17.0, 4.0, 8.0, 16.0, 17.0, 64.0]);
+        assert_eq!(means.pull_back(&[0.0; 7], &derivatives), means.apply(&derivatives));
+        assert_eq!(variables.uniform(0.5).unwrap().len(), 2);
     }
 
     #[test]

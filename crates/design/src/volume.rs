@@ -49,9 +49,7 @@ impl VolumeConstraint {
         if let Some(element) = volumes.iter().position(|v| !v.is_finite() || *v < 0.0) {
             return Err(VolumeError::Volume { element, volume: volumes[element] });
         }
-        if !(fraction > 0.0 && fraction <= 1.0) {
-            return Err(VolumeError::Fraction { fraction });
-        }
+        Self::check_limit(fraction)?;
         let design_volume: f64 = volumes.iter().sum();
         if design_volume <= 0.0 {
             return Err(VolumeError::Empty);
@@ -67,6 +65,25 @@ impl VolumeConstraint {
     /// `V_max`, the largest allowed solid fraction.
     pub fn limit(&self) -> f64 {
         self.fraction
+    }
+
+    /// Checks whether a fraction may be a limit.
+    ///
+    /// # Errors
+    ///
+    /// A fraction outside (0, 1\].
+    pub fn check_limit(fraction: f64) -> Result<(), VolumeError> {
+        if fraction > 0.0 && fraction <= 1.0 { Ok(()) } else { Err(VolumeError::Fraction { fraction }) }
+    }
+
+    /// Changes the limit.
+    ///
+    /// # Panics
+    ///
+    /// If [`check_limit`](Self::check_limit) refuses it.
+    pub fn set_limit(&mut self, fraction: f64) {
+        assert_eq!(Self::check_limit(fraction), Ok(()), "the limit has been checked");
+        self.fraction = fraction;
     }
 
     /// `4 Σ v_e φ_e (1 − φ_e) / V_design`: 0 for densities of 0 and 1, 1 if all are 0.5. Source:
@@ -124,6 +141,16 @@ mod tests {
         let gradient = constraint.gradient();
         let change: f64 = gradient.iter().zip(&densities).map(|(g, density)| g * (density - 0.4)).sum();
         assert!((constraint.value(&densities) - change).abs() < 1e-15);
+    }
+
+    #[test]
+    fn another_limit_changes_value_and_gradient_only() {
+        let mut constraint = VolumeConstraint::new([1.0, 3.0].into(), 0.5).unwrap();
+        let design = [0.5; 2].into();
+        assert_eq!((constraint.value(&design), constraint.fraction(&design)), (0.0, 0.5));
+        constraint.set_limit(0.25);
+        assert_eq!((constraint.limit(), constraint.value(&design), constraint.fraction(&design)), (0.25, 1.0, 0.5));
+        assert_eq!(constraint.gradient()[..], [1.0, 3.0]);
     }
 
     #[test]

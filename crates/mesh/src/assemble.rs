@@ -138,6 +138,10 @@ impl Mesh {
             }
             self.surfaces.insert(name, surface);
         }
+        for (name, mut elements) in other.element_sets {
+            elements.iter_mut().for_each(|e| *e = e.saturating_add(first_element));
+            self.element_sets.insert(name, elements);
+        }
         Ok(())
     }
 
@@ -153,6 +157,7 @@ impl Mesh {
         }
         common("node set", &self.node_sets, &other.node_sets)?;
         common("surface", &self.surfaces, &other.surfaces)?;
+        common("set of elements", &self.element_sets, &other.element_sets)?;
         common("set or surface", &self.node_sets, &other.surfaces)?;
         common("set or surface", &self.surfaces, &other.node_sets)
     }

@@ -75,6 +75,10 @@ impl Mesh {
             .surfaces
             .iter()
             .map(|(name, surface)| (name.clone(), Surface { facets: surface.facets.iter().flat_map(parts).collect() }));
+        let element_sets = self.element_sets.iter().map(|(name, set)| {
+            let parts = set.iter().flat_map(|&e| first[e as usize] as u32..first[e as usize + 1] as u32);
+            (name.clone(), parts.collect())
+        });
         Mesh {
             nodes: self.nodes.clone(),
             surfaces: surfaces.collect(),
@@ -84,6 +88,7 @@ impl Mesh {
                 .map(|body| Body { elements: first[body.elements.start]..first[body.elements.end], ..body.clone() })
                 .collect(),
             node_sets: self.node_sets.clone(),
+            element_sets: element_sets.collect(),
             elements,
         }
     }

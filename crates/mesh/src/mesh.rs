@@ -68,6 +68,8 @@ pub struct Mesh {
     pub node_sets: BTreeMap<String, Vec<u32>>,
     /// Named surfaces.
     pub surfaces: BTreeMap<String, Surface>,
+    /// Named sets of elements, each ascending and unique.
+    pub element_sets: BTreeMap<String, Vec<u32>>,
 }
 
 impl Mesh {

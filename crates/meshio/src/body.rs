@@ -41,7 +41,7 @@ impl FileMesh {
     /// and top are swapped; for tetrahedra, the first two nodes are swapped. An element that
     /// appears twice with the same nodes is used once. A set becomes `{name}_{set}`, or keeps its
     /// name if it already begins with `{name}_`. Sets of triangles, quadrilaterals and faces become
-    /// surfaces; sets of nodes, points and lines become node sets. Anything on other parts is left
+    /// surfaces; sets of nodes, points and lines become node sets; sets of solid cells, sets of elements. Anything on other parts is left
     /// out, and so is a node set with the same name as a surface.
     ///
     /// # Errors
@@ -74,6 +74,11 @@ impl FileMesh {
         };
         for (set, surface) in extraction.surfaces(&mesh)? {
             if mesh.surfaces.insert(own(set), surface).is_some() {
+                return Err(doubled(&own(set)));
+            }
+        }
+        for (set, elements) in extraction.element_sets() {
+            if mesh.element_sets.insert(own(set), elements).is_some() {
                 return Err(doubled(&own(set)));
             }
         }
@@ -321,6 +326,17 @@ impl<'a> Extraction<'a> {
         sets.retain(|_, nodes| !nodes.is_empty());
         sets.values_mut().for_each(|nodes| nodes.retain(|&node| node != DROPPED));
         sets
+    }
+}
+
+impl<'a> Extraction<'a> {
+    /// The body's elements in each set of solid cells.
+    fn element_sets(&self) -> impl Iterator<Item = (&'a str, Vec<u32>)> {
+        self.file.cell_sets.iter().filter_map(|(set, cells)| {
+            let own = |(element, cell): (u32, &u32)| cells.binary_search(cell).is_ok().then_some(element);
+            let elements: Vec<u32> = (0..).zip(&self.chosen).filter_map(own).collect();
+            (!elements.is_empty()).then_some((set.as_str(), elements))
+        })
     }
 }
 

@@ -57,6 +57,8 @@ pub struct Optimization {
     realisations: Realisations,
     filter: Option<SensitivityFilter>,
     volume: VolumeConstraint,
+    /// Its bound before the first entry of the schedule.
+    limit: f64,
     /// Whether the volume is bounded.
     bounded: bool,
     iterations: usize,
@@ -126,12 +128,16 @@ impl Optimization {
             SensitivityFilter::on_ranks(&centroids, &volumes, radius, &planes, ranks)
         });
         let filter = filter.transpose().map_err(PrepareError::Filter)?;
-        let volume = VolumeConstraint::new(volumes, volume_fraction.unwrap_or(1.0)).map_err(PrepareError::Volume)?;
+        let limit = volume_fraction.unwrap_or(1.0);
+        let volume = VolumeConstraint::new(volumes, limit).map_err(PrepareError::Volume)?;
+        let scheduled = schedule.volume_fraction.entries().iter();
+        let scheduled = scheduled.map(|entry| VolumeConstraint::check_limit(entry.1));
+        scheduled.collect::<Result<(), _>>().map_err(PrepareError::VolumeSchedule)?;
         let of_analysis = problem.analysis.constraints.iter().map(|constraint| constraint.response.name().to_owned());
         let constraints: Vec<String> =
             volume_fraction.map(|_| VOLUME.to_owned()).into_iter().chain(of_analysis).collect();
         let n = x.len();
-        let realisations = Realisations::new(&mut problem, map, &schedule.sharpness, margin)?;
+        let realisations = Realisations::new(&mut problem, map, &schedule, margin)?;
         let parts = realisations.part_names(&problem);
         let counts = Counts::new(&parts, volume_fraction.is_some(), &problem, realisations.count());
         let state = OptimizationState {
@@ -150,6 +156,7 @@ impl Optimization {
             realisations,
             filter,
             volume,
+            limit,
             bounded: volume_fraction.is_some(),
             iterations,
             stop,
@@ -175,9 +182,9 @@ impl Optimization {
         self.evaluated.as_ref()
     }
 
-    /// Bound on the volume fraction.
+    /// Bound on the volume fraction at the current iteration.
     pub fn volume_limit(&self) -> Option<f64> {
-        self.bounded.then(|| self.volume.limit())
+        self.bounded.then(|| self.schedule.volume_fraction.at(self.state.iteration).unwrap_or(self.limit))
     }
 
     /// Whether each march takes its start values from the path of the previous design. The next
@@ -252,6 +259,9 @@ impl Optimization {
         if let Some(p) = self.schedule.p.at(self.state.iteration) {
             self.realisations.set_penalization(&mut self.problem.analysis, p);
         }
+        if let Some(limit) = self.volume_limit() {
+            self.volume.set_limit(limit);
+        }
         let Marched { x, mut designs, halvings, lost } = self.march_accepted(&mut optimizer, observer)?;
         if designs.first().rounding.is_some() {
             designs.forget_factors();
@@ -292,8 +302,8 @@ impl Optimization {
     /// Marches with the variables of the state and, as long as the optimizer rejects the result,
     /// with its next candidate.
     ///
-    /// Where the schedule changes the functions, there is nothing to compare a design with, and it
-    /// is accepted. A halved update is judged like a full one. It does not raise the objective
+    /// Where the schedule changes the functions or the bound on the volume, there is nothing to compare
+    /// a design with, and it is accepted. A halved update is judged like a full one. It does not raise the objective
     /// either: the approximations are convex, so where both ends are no worse than the last design,
     /// nor is the middle.
     fn march_accepted(
@@ -302,7 +312,7 @@ impl Optimization {
         observer: &mut dyn MarchObserver,
     ) -> Result<Marched, OptimizeError> {
         let bounds = Bounds::of_variables(self.state.x.len());
-        let comparable = !self.schedule.changes_functions_at(self.state.iteration);
+        let comparable = !self.schedule.changes_values_at(self.state.iteration);
         let (mut x, mut halvings, mut lost) = (self.state.x.clone(), 0, 0);
         loop {
             let mut marched = self.march_or_step_back(x, observer)?;

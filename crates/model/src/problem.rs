@@ -59,12 +59,12 @@ impl Problem {
         &self.initial_density
     }
 
-    /// Starts from variables with these values at the designed elements; the other values have no
-    /// effect. Densities may serve as variables: a filter then blurs them, and a projection sharpens
+    /// Starts from variables with these values at the designed elements, or with their mean where
+    /// elements share a variable; the other values have no effect. Densities may serve as variables: a filter then blurs them, and a projection sharpens
     /// them. Does nothing without a design.
     pub fn start_from(&mut self, values: &ElementValues) {
         let Some(start) = &mut self.start else { return };
-        start.variables = start.map.variables().restrict(values);
+        start.variables = start.map.variables().mean(values);
         self.initial_density = start.map.densities(&start.variables);
     }
 }

@@ -150,11 +150,12 @@ pub fn verify_variables(
     observer: &mut dyn MarchObserver,
 ) -> Result<GradientCheck, VerifyError> {
     let variables = map.variables();
-    let (at, varied) = (variables.densities(x), variables.designed());
+    let (at, varied) = (variables.densities(x), variables.first_elements());
     verify(&mut Function { analysis, map: Some(map) }, &at, varied, options, observer)
 }
 
-/// θ as a function of one number per element: its density or, with a map, its variable.
+/// θ as a function of one number per element: its density or, with a map, the variable of which it is
+/// the first element.
 struct Function<'a> {
     analysis: &'a mut Analysis,
     map: Option<&'a DensityMap>,
@@ -163,7 +164,7 @@ struct Function<'a> {
 impl Function<'_> {
     /// Computes the whole path at these numbers.
     fn forward(&mut self, at: &ElementValues, observer: &mut dyn MarchObserver) -> Result<Forward, VerifyError> {
-        let mapped = self.map.map(|map| map.densities(&map.variables().restrict(at)));
+        let mapped = self.map.map(|map| map.densities(&map.variables().at_first(at)));
         let forward = self.analysis.forward(mapped.as_ref().unwrap_or(at), observer)?;
         if forward.path.steps < self.analysis.times.len() { Err(VerifyError::Interrupted) } else { Ok(forward) }
     }
@@ -172,7 +173,7 @@ impl Function<'_> {
     fn gradient(&mut self, forward: &Forward, at: &ElementValues) -> Result<ElementValues, VerifyError> {
         let gradient = self.analysis.gradient(forward)?;
         Ok(match self.map {
-            Some(map) => map.variables().spread(&map.pull_back(&map.variables().restrict(at), &gradient)),
+            Some(map) => map.variables().spread(&map.pull_back(&map.variables().at_first(at), &gradient)),
             None => gradient,
         })
     }

@@ -89,15 +89,50 @@ fn misread(case: &Value) -> bool {
     parse_case(&text, "case.toml").is_err_and(|e| e.diagnostics().iter().any(|d| codes.contains(&d.code())))
 }
 
-/// Templates, with and without their defaults, each with one key omitted, misspelt, or of a
-/// different type: schema and reader agree.
+/// Keys of a design that no template has.
+const SHAPED: &str = "density_filter = { radius = 0.5 }
+overhang = { direction = '-z' }
+symmetry = [
+    { normal = 'x', at = 2 },
+    { normal = [1, 0, 0], through = [2, 0, 0] },
+    { axis = 'y', through = [2, 0, 0.5], folds = 2 },
+    { axis = [0, 1, 0], through = [2, 0, 0.5], folds = 2, body = 'cuboid' },
+]
+extrude = 'z'
+pattern = [{ step = [2, 0, 0], count = 2, body = 'cuboid' }]
+passive_solid = [
+    { min = [0, 0, 0], max = [1, 1, 1] },
+    { start = [0, 0, 0], end = [1, 1, 1], radius = 0.5 },
+    { axis = 'x', through = [0, 0, 0], radius = 0.5 },
+    { centre = [0, 0, 0], radius = 0.5 },
+]
+passive_void = [
+    { surface = 'cuboid_ymax', within = 0.1 },
+    { set = 'cuboid_ymax', within = 0.1 },
+    { body = 'cube' },
+]
+[optimizer]
+iterations = 9
+schedule = { filter_radius = [[0, 1.0]], volume_fraction = [[3, 0.5]] }
+";
+
+/// Templates and a case with the keys of [`SHAPED`], with and without their defaults, each with one
+/// key omitted, misspelt, or of a different type: schema and reader agree.
 #[test]
 fn schema_and_reader_agree() {
+    struct Text<'a> {
+        name: &'a str,
+        text: &'a str,
+    }
     let schema = schema();
     let mut tried = 0;
-    for template in TEMPLATES {
+    let template = |name: &str| TEMPLATES.iter().find(|template| template.name == name).expect("a template").text;
+    let shaped = template("cube-on-cuboid").replace("initial = 0.5\n", &format!("volume_fraction = 0.5\n{SHAPED}"));
+    let shaped = shaped.replace("simp = { p = 3.0, min = 0.0 }\n", "");
+    let templates = TEMPLATES.iter().map(|template| Text { name: template.name, text: template.text });
+    for template in templates.chain([Text { name: "shaped", text: &shaped }]) {
         let typed: toml::Table = template.text.parse().expect("TOML");
-        let resolved = parse_case(template.text, template.name).expect("a case").case;
+        let resolved = parse_case(template.text, template.name).unwrap_or_else(|e| panic!("{e}")).case;
         for case in [serde_json::to_value(typed), serde_json::to_value(resolved)] {
             let case = case.expect("JSON");
             assert!(accepts(&schema, &schema, &case) && !misread(&case), "{}", template.name);

@@ -1,14 +1,15 @@
 //! The map from design variables to densities.
 
-use slipstick_design::{DensityFilter, DensityMap, DesignVariables, FilterError, Projection, Triangle};
+use slipstick_design::{DensityFilter, DensityMap, DesignVariables, FilterError, PrintedBox, Projection, Triangle};
 use slipstick_linalg::Ranks;
 use slipstick_mesh::Mesh;
 use std::sync::Arc;
 
 use super::BuildError;
-use crate::case::{self, Case, Design, FilterBoundary};
+use super::mesh::default_tolerance;
+use crate::case::{self, Case, Design, FilterBoundary, Overhang, Shape};
 
-/// Density filter and projection of a design, the latter as sharp as in the first iteration of an
+/// The map of a design, with the filter radius and sharpness of the first iteration of an
 /// optimization. All ranks call it.
 pub(super) fn build_map(
     case: &Case,
@@ -18,27 +19,65 @@ pub(super) fn build_map(
     ranks: &Arc<dyn Ranks>,
 ) -> Result<Option<DensityMap>, BuildError> {
     let (Some(variables), Some(design)) = (variables, &case.design) else { return Ok(None) };
+    let schedule = case.optimizer.as_ref().map(|optimizer| &optimizer.schedule);
     let filter = design.density_filter.map(|filter| -> Result<DensityFilter, FilterError> {
         let centroids = mesh.centroids();
         let centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&e| centroids[e as usize]).collect();
         let volumes = variables.on_domain(&mesh.element_volumes().into());
-        let (radius, planes) = (filter.radius, planes(case));
-        let found = DensityFilter::on_ranks(&centroids, &volumes, radius, &planes, ranks.clone())?;
+        let radius = schedule.and_then(|schedule| schedule.filter_radius.at(0)).unwrap_or(filter.radius);
+        let found = DensityFilter::on_ranks(&centroids, &volumes, radius, &planes(case), ranks.clone())?;
         Ok(match filter.boundary {
             FilterBoundary::Truncated => found,
-            FilterBoundary::Void => {
-                found.in_void(&centroids, radius, &planes, &free_faces(case, design, mesh, mirrored))
-            }
+            FilterBoundary::Void => found.in_void(free_faces(case, design, mesh, mirrored)),
         })
     });
     let error = |path: &str, error| BuildError::new(path, error, "change the value");
     let filter = filter.transpose().map_err(|e| error("design.density_filter.radius", e))?;
     let projection = design.projection.map(|case::Projection { sharpness, threshold }| {
-        let first = case.optimizer.as_ref().and_then(|optimizer| optimizer.schedule.sharpness.at(0));
+        let first = schedule.and_then(|schedule| schedule.sharpness.at(0));
         Projection::new(first.unwrap_or(sharpness), threshold)
     });
     let projection = projection.transpose().map_err(|e| error("design.projection", e))?;
-    Ok(Some(DensityMap::new(variables.clone(), filter, projection)))
+    let map = DensityMap::new(variables.clone(), filter, projection);
+    Ok(Some(match design.overhang {
+        Some(overhang) => map.printed(&printed_boxes(case, design, overhang, mesh)?),
+        None => map,
+    }))
+}
+
+/// The design bodies as boxes that are printed in layers.
+fn printed_boxes(case: &Case, design: &Design, overhang: Overhang, mesh: &Mesh) -> Result<Vec<PrintedBox>, BuildError> {
+    let (axis, downwards) = (overhang.direction.axis(), overhang.direction.is_downwards());
+    if let Some(plane) = case.symmetries.iter().find(|plane| plane.normal.index() == axis) {
+        let letter = ["x", "y", "z"][axis];
+        let message = format!("the layers would be parallel to the symmetry plane {letter} = {}", plane.at);
+        let help = "choose a direction within the symmetry plane, or mesh the whole body";
+        return Err(BuildError::new("design.overhang.direction", message, help));
+    }
+    let tolerance = default_tolerance(mesh);
+    let bodies = case.bodies.iter().zip(&mesh.bodies).filter(|(body, _)| design.bodies.contains(&body.name));
+    let printed = bodies.map(|(body, in_mesh)| {
+        let refuse = |why: String| {
+            let message = format!("the overhang filter does not apply to body `{}`: {why}", body.name);
+            let help = "it needs bodies of the shape `box` without rotation, whose elements form layers; design only \
+                        such bodies, or omit `overhang`";
+            Err(BuildError::new("design.overhang", message, help))
+        };
+        let Shape::Box { min, max, elements: cells, .. } = body.shape else {
+            return refuse(format!("its shape is `{}`", body.shape.key()));
+        };
+        if body.place.rotate.is_some() {
+            return refuse("it is rotated".into());
+        }
+        let in_plane = |axis: usize, side: f64| {
+            let at = side + body.place.translate[axis];
+            let mut planes = case.symmetries.iter().filter(|plane| plane.normal.index() == axis);
+            planes.any(|plane| (plane.at - at).abs() <= tolerance)
+        };
+        let mirrored = std::array::from_fn(|axis| [min[axis], max[axis]].map(|side| in_plane(axis, side)));
+        Ok(PrintedBox { first: in_mesh.elements.start as u32, cells, axis, downwards, mirrored })
+    });
+    printed.collect()
 }
 
 /// The faces of the design bodies without contact, support, prescribed motion, load or symmetry

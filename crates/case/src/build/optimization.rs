@@ -55,6 +55,12 @@ pub fn optimization(case: &Case, problem: Problem) -> Result<Optimization, Build
             BuildError::new("design.minimum_thickness", error, "change the value")
         }
         PrepareError::Sharpness(error) => BuildError::new("optimizer.schedule.sharpness", error, "change the value"),
+        PrepareError::FilterRadius(error) => {
+            BuildError::new("optimizer.schedule.filter_radius", error, "change the value")
+        }
+        PrepareError::VolumeSchedule(error) => {
+            BuildError::new("optimizer.schedule.volume_fraction", error, "change the value")
+        }
         PrepareError::Volume(error) => BuildError::new("design.volume_fraction", error, "change the value"),
     })
 }

@@ -90,7 +90,8 @@ case_codes! {
     Steps => "steps",
     /// A SIMP parameter is out of range.
     Simp => "simp",
-    /// A density or volume fraction is outside (0, 1].
+    /// A density or volume fraction is outside (0, 1]; as a warning: a schedule ends with another bound
+    /// on the volume than all other commands use.
     Fraction => "fraction",
     /// The design has no elements to optimize.
     EmptyDesign => "empty_design",
@@ -98,10 +99,13 @@ case_codes! {
     InfeasibleVolume => "infeasible_volume",
     /// The passive solid and passive void regions share elements.
     ContradictoryPassive => "contradictory_passive",
+    /// The mesh of the design bodies does not have the symmetry, the pattern or the columns that the
+    /// design is to have.
+    AsymmetricMesh => "asymmetric_mesh",
     /// The initial design violates the volume constraint because of its density or its passive
     /// solid elements (warning).
     InitialVolume => "initial_volume",
-    /// A box of a passive region contains no element of the design (warning).
+    /// A passive region contains no element of the design (warning).
     EmptyPassiveRegion => "empty_passive_region",
     /// The filter radius is so small that no element has a neighbour within it (warning).
     IdleFilter => "idle_filter",

@@ -80,10 +80,16 @@ impl CaseCode {
             Steps => "Use at least one load step, and refer only to steps 1 to `load_path.steps`.",
             Simp => "Use p of at least 1, usually 3, and a small stiffness of the void, usually 1e-3.",
             Fraction => "Give a fraction greater than 0 and at most 1.",
-            EmptyDesign => "Leave some elements to optimize: name a body, or make the passive boxes smaller.",
-            InfeasibleVolume => "Raise `volume_fraction`, or make the boxes of `passive_solid` smaller.",
+            EmptyDesign => "Leave some elements to optimize: name a body, or make the passive regions smaller.",
+            InfeasibleVolume => "Raise `volume_fraction`, or make the regions of `passive_solid` smaller.",
             ContradictoryPassive => {
-                "Change the boxes so that no element's centroid lies both in `passive_solid` and in `passive_void`."
+                "Change the regions so that no element's centroid lies both in `passive_solid` and in `passive_void`."
+            }
+            AsymmetricMesh => {
+                "Elements share a variable if a symmetry, pattern or column maps the centroid of one to within 10 % of \
+                 an element size of the centroid of the other. The message says which element is farthest from that, \
+                 and by how much. Correct the plane, axis or step, design only bodies that have the symmetry, or mesh \
+                 them symmetrically: with the boxes of a case file, or by copying the mesh of one part."
             }
             InitialVolume => {
                 "Start with a density of at most `volume_fraction`, or omit `initial`. Passive solid elements count \
@@ -91,7 +97,7 @@ impl CaseCode {
                  but its first designs violate it."
             }
             EmptyPassiveRegion => {
-                "An element is passive if its centroid lies in one of the boxes. Enlarge or move the box; it refers to \
+                "An element is passive if its centroid lies in one of the regions. Enlarge or move the region; it refers to \
                  coordinates after `place`."
             }
             FilteredGradients => {

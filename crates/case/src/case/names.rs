@@ -17,6 +17,8 @@ pub(super) struct Names {
     bodies: Vec<String>,
     /// Surface or set, and the number of the body that it belongs to, if known.
     sets: Vec<(String, Kind, Option<usize>)>,
+    /// Sets of elements.
+    parts: Vec<String>,
     /// Bodies whose shape cannot be read, so that their surfaces are unknown.
     shapeless: Vec<usize>,
     /// Whether some body or set has no readable name: any unknown name may refer to it.
@@ -47,6 +49,7 @@ impl Names {
                     let named = |kind| move |name: &String| (name.clone(), kind, Some(body));
                     self.sets.extend(file.mesh.surfaces.keys().map(named(Kind::Surface)));
                     self.sets.extend(file.mesh.node_sets.keys().map(named(Kind::Set)));
+                    self.parts.extend(file.mesh.element_sets.keys().cloned());
                 }
             }
             None => self.shapeless.push(body),
@@ -134,6 +137,19 @@ impl Names {
                 suggestion_or_list(name, &surfaces),
             ),
         }
+    }
+
+    /// Reports a name that is not the name of a set of elements.
+    pub(super) fn check_part(&self, reader: &Reader, path: &str, name: &str) {
+        if self.parts.iter().any(|part| part == name) || self.excusable(name) {
+            return;
+        }
+        let help = match self.parts.is_empty() {
+            true => "bodies from mesh files have parts: their sets of solid elements, as `{body}_{set}`".to_owned(),
+            false => suggestion_or_list(name, &self.parts),
+        };
+        let message = format!("there is no set of elements called `{name}`");
+        reader.error(path, CaseCode::UnknownSet, message, help);
     }
 
     /// Reports a name that is not the name of a body.

@@ -1,11 +1,11 @@
 //! Checks whether passive regions and the filter of a design have any effect.
 
 use super::{Notice, NoticeKind};
-use crate::build::Problem;
+use crate::build::{Problem, Regions};
 use crate::case::Case;
 use slipstick_model::words::quantity;
 
-/// Notices for boxes of passive regions that contain no element, and for a filter that reaches no
+/// Notices for passive regions that contain no element, and for a filter that reaches no
 /// neighbour.
 pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
     let (Some(design), Some(variables)) = (&case.design, problem.variables()) else {
@@ -14,24 +14,32 @@ pub(super) fn notices(case: &Case, problem: &Problem) -> Vec<Notice> {
     let centroids = problem.mesh.centroids();
     let domain = variables.domain();
     let passive = [("passive_solid", &design.passive_solid), ("passive_void", &design.passive_void)];
-    let boxes = passive.into_iter().flat_map(|(key, boxes)| boxes.iter().enumerate().map(move |(i, b)| (key, i, b)));
-    let empty = boxes.filter(|(_, _, region)| !domain.iter().any(|&e| region.contains(centroids[e as usize])));
-    let mut notices: Vec<Notice> = empty
+    let regions = Regions::new(&problem.mesh, domain);
+    let found = passive.into_iter().flat_map(|(key, listed)| {
+        regions.each(listed).into_iter().enumerate().map(move |(i, elements)| (key, i, elements))
+    });
+    let mut notices: Vec<Notice> = found
+        .filter(|(_, _, elements)| elements.is_empty())
         .map(|(key, i, _)| Notice {
             kind: NoticeKind::EmptyPassiveRegion,
             path: format!("design.{key}[{i}]"),
-            message: "the box has no effect: no element of the design bodies has its centroid in it".into(),
-            help: "enlarge or move the box; it refers to coordinates after `place`".into(),
+            message: "the region has no effect: no element of the design bodies has its centroid in it".into(),
+            help: "enlarge or move the region; it refers to coordinates after `place`".into(),
         })
         .collect();
-    let sensitivities = design.sensitivity_filter.map(|filter| ("sensitivity_filter", filter.radius));
-    let filter = design.density_filter.map(|filter| ("density_filter", filter.radius)).or(sensitivities);
-    if let (Some((key, radius)), Some(nearest)) = (filter, nearest_centroids(problem, &centroids))
-        && radius <= nearest
-    {
+    let of_filter = |key: &str, radius: f64| (format!("design.{key}.radius"), radius);
+    let sensitivities = design.sensitivity_filter.map(|filter| of_filter("sensitivity_filter", filter.radius));
+    let filter = design.density_filter.map(|filter| of_filter("density_filter", filter.radius)).or(sensitivities);
+    let scheduled = case.optimizer.iter().flat_map(|optimizer| optimizer.schedule.filter_radius.entries());
+    let scheduled = (0..).zip(scheduled).map(|(i, &(_, radius))| {
+        let path = format!("optimizer.schedule.filter_radius[{i}]");
+        (path, radius)
+    });
+    let Some(nearest) = nearest_centroids(problem, &centroids) else { return notices };
+    for (path, _) in filter.into_iter().chain(scheduled).filter(|(_, radius)| *radius <= nearest) {
         notices.push(Notice {
             kind: NoticeKind::IdleFilter,
-            path: format!("design.{key}.radius"),
+            path,
             message: format!(
                 "the filter has no effect: the closest centroids of neighbouring elements are {} apart",
                 quantity(nearest)

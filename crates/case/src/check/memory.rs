@@ -174,10 +174,14 @@ fn filter(case: &Case, problem: &Problem) -> f64 {
     let design = case.design.as_ref();
     let sensitivities = design.and_then(|design| design.sensitivity_filter).filter(|_| case.optimizer.is_some());
     let densities = design.and_then(|design| design.density_filter).map(|filter| filter.radius);
-    let radius = densities.or(sensitivities.map(|filter| filter.radius));
-    let (Some(radius), Some(variables)) = (radius, problem.variables()) else {
-        return 0.0;
-    };
+    let Some(radius) = densities.or(sensitivities.map(|filter| filter.radius)) else { return 0.0 };
+    let schedule = case.optimizer.iter().flat_map(|optimizer| optimizer.schedule.filter_radius.entries());
+    let radii = std::iter::once(radius).chain(schedule.map(|entry| entry.1));
+    radii.map(|radius| filter_of_radius(case, problem, radius)).sum()
+}
+
+fn filter_of_radius(case: &Case, problem: &Problem, radius: f64) -> f64 {
+    let Some(variables) = problem.variables() else { return 0.0 };
     let centroids = problem.mesh.centroids();
     let centroids: Vec<[f64; 3]> = variables.domain().iter().map(|&element| centroids[element as usize]).collect();
     let stride = centroids.len().div_ceil(SAMPLES).max(1);

@@ -22,7 +22,8 @@ fn share(variables: &DesignVariables, volumes: &[f64], density: &ElementValues, 
 /// passive regions.
 pub fn start_volume(case: &Case, problem: &Problem, density: &ElementValues) -> Option<Notice> {
     let (variables, design) = (problem.variables()?, case.design.as_ref()?);
-    let limit = design.volume_fraction?;
+    let scheduled = case.optimizer.as_ref().and_then(|optimizer| optimizer.schedule.volume_fraction.at(0));
+    let limit = scheduled.or(design.volume_fraction)?;
     let volumes = problem.mesh.element_volumes();
     let [filled, _] = share(variables, &volumes, density, |_| true);
     if filled <= limit * (1.0 + ROUNDING) {

@@ -207,10 +207,14 @@ fn sharp_edges(setup: &Setup) -> Vec<String> {
 
 fn size(inspection: &Inspection, seconds: f64, ranks: Option<usize>) -> Vec<String> {
     let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let designed = match inspection.variables {
+        variables if variables == inspection.designed => inspection.designed.to_string(),
+        variables => format!("{}, which share {}", inspection.designed, counted(variables, "variable")),
+    };
     let mut rows = vec![
         row("load steps", inspection.steps.to_string()),
         row("unknowns of a step", inspection.unknowns.to_string()),
-        row("designed elements", inspection.designed.to_string()),
+        row("designed elements", designed),
         row("factors, predicted", bytes(inspection.factor_bytes)),
         row("steps that keep them for the gradient", inspection.steps_with_factors.to_string()),
         row("predicted memory of a run", bytes(inspection.peak_bytes - inspection.kept_bytes)),

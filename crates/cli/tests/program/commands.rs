@@ -404,7 +404,7 @@ fn settings_without_effect_are_told() {
     );
     let told = place.good("check case.toml").err;
     for part in [
-        "the box has no effect: no element of the design bodies has its centroid in it [slipstick::case::empty_passive_region]",
+        "the region has no effect: no element of the design bodies has its centroid in it [slipstick::case::empty_passive_region]",
         "the filter has no effect: the closest centroids of neighbouring elements are 0.5 apart [slipstick::case::idle_filter]",
     ] {
         assert!(told.contains(part), "{told}");

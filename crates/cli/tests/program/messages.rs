@@ -73,6 +73,64 @@ const CHANGES: &[(&str, &str, &str)] = &[
         "initial = 0.5",
         "initial = 0.5\npassive_solid = [{ min = [-1, -1, -1], max = [9, 9, 9] }]",
     ),
+    ("a symmetry that the mesh lacks", "initial = 0.5", "initial = 0.5\nsymmetry = [{ normal = \"x\", at = 1.9 }]"),
+    (
+        "a rotation that the mesh lacks",
+        "initial = 0.5",
+        "initial = 0.5\nsymmetry = [{ axis = \"y\", through = [2, 0, 1], folds = 3 }]",
+    ),
+    (
+        "a symmetry of a body that is not designed",
+        "initial = 0.5",
+        "initial = 0.5\nsymmetry = [{ normal = \"x\", at = 2, body = \"block\" }]",
+    ),
+    ("a symmetry about nothing", "initial = 0.5", "initial = 0.5\nsymmetry = [{ at = 2 }]"),
+    ("a rotation without sectors", "initial = 0.5", "initial = 0.5\nsymmetry = [{ axis = \"y\", folds = 1 }]"),
+    ("too few cells", "initial = 0.5", "initial = 0.5\npattern = [{ step = [1, 0, 0], count = 3 }]"),
+    ("too many cells", "initial = 0.5", "initial = 0.5\npattern = [{ step = [2, 0, 0], count = 3 }]"),
+    ("a pattern that stands still", "initial = 0.5", "initial = 0.5\npattern = [{ step = [0, 0, 0], count = 3 }]"),
+    ("an extrusion across the mesh", "initial = 0.5", "initial = 0.5\nextrude = [1, 0.2, 0]"),
+    ("an extrusion along no axis", "initial = 0.5", "initial = 0.5\nextrude = \"w\""),
+    ("an overhang filter without direction", "initial = 0.5", "initial = 0.5\noverhang = {}"),
+    ("an overhang filter with filtered gradients", "initial = 0.5", "initial = 0.5\noverhang = { direction = \"y\" }"),
+    (
+        "an overhang filter of a ball",
+        "bodies = [\"slab\"]\ninitial = 0.5\nvolume_fraction = 0.5\nsimp = { p = 3.0, min = 1e-3 }\n\
+         sensitivity_filter = { radius = 1.2 }",
+        "bodies = [\"slab\", \"ball\"]\nvolume_fraction = 0.5\noverhang = { direction = \"y\" }\n\
+         [[body]]\nname = \"ball\"\nhalf_ball = { radius = 1, elements = [2, 1, 1] }\nplace = { translate = [9, 9, 9] }\n\
+         material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }\n[[dirichlet]]\nset = \"ball_flat\"",
+    ),
+    ("a region of no kind", "initial = 0.5", "initial = 0.5\npassive_void = [{ radius = 1 }]"),
+    (
+        "a region of two kinds",
+        "initial = 0.5",
+        "initial = 0.5\npassive_void = [{ centre = [0, 0, 0], body = \"slab\", radius = 1 }]",
+    ),
+    (
+        "a region at an unknown surface",
+        "initial = 0.5",
+        "initial = 0.5\npassive_solid = [{ surface = \"slab_ymaxx\", within = 0.1 }]",
+    ),
+    ("a region of an unknown part", "initial = 0.5", "initial = 0.5\npassive_solid = [{ part = \"slab_core\" }]"),
+    ("a region of an unknown body", "initial = 0.5", "initial = 0.5\npassive_solid = [{ body = \"slap\" }]"),
+    (
+        "a schedule that runs backwards",
+        "iterations = 4",
+        "iterations = 4\nschedule = { volume_fraction = [[2, 0.6], [1, 0.5]] }",
+    ),
+    (
+        "a schedule of a radius without a filter",
+        "iterations = 4",
+        "iterations = 4\nschedule = { filter_radius = [[0, 1.5], [2, 1.2]] }",
+    ),
+    (
+        "a scheduled volume below that of passive elements",
+        "sensitivity_filter = { radius = 1.2 }\n[objective]\ncontact_force = { steps = \"last\" }\n[optimizer]\n\
+         iterations = 4",
+        "passive_solid = [{ surface = \"slab_xmin\", within = 1 }]\n[objective]\ncontact_force = {}\n[optimizer]\n\
+         iterations = 4\nschedule = { volume_fraction = [[0, 0.5], [2, 0.2]] }",
+    ),
     ("a load step that does not exist", "steps = \"last\"", "steps = [2, 5]"),
     ("a contact force of only prescribed nodes", "set = \"block_ymax\"", "set = \"block_ymin\""),
     ("an unknown objective", "contact_force = {", "stiffness = {"),

@@ -24,6 +24,17 @@ pub struct DensityFilter {
     /// `Σ_i w_ei v_i` of all elements, and of the void beyond faces. \[L⁴\]
     weight_sums: Vec<f64>,
     volumes: Vec<f64>,
+    region: Arc<Region>,
+}
+
+/// The region that a filter is applied to. \[L\]
+#[derive(Debug)]
+struct Region {
+    centroids: Vec<[f64; 3]>,
+    radius: f64,
+    planes: Vec<(usize, f64)>,
+    /// Faces beyond which there is void.
+    faces: Vec<Triangle>,
 }
 
 impl DensityFilter {
@@ -55,21 +66,42 @@ impl DensityFilter {
         let own = own_range(centroids.len(), &*ranks);
         let neighbours = Neighbours::of_some(centroids, radius, planes, own)?;
         let weight_sums = ranks.join(&neighbours.weighted_sums(volumes));
-        Ok(Self { ranks, neighbours, weight_sums, volumes: volumes.to_vec() })
+        let (centroids, planes) = (centroids.to_vec(), planes.to_vec());
+        let region = Arc::new(Region { centroids, radius, planes, faces: Vec::new() });
+        Ok(Self { ranks, neighbours, weight_sums, volumes: volumes.to_vec(), region })
     }
 
     /// The same filter of a domain that void surrounds beyond these faces: the weight of the ball's
     /// part there is added to the denominator, with density 0. Constants are then preserved only at
-    /// elements from which no such face is within the radius. `centroids`, `radius` and `planes` are
-    /// those of [`on_ranks`](Self::on_ranks); none of the `faces` lies in one of the planes. All ranks call it.
+    /// elements from which no such face is within the radius. None of the `faces` lies in a symmetry
+    /// plane. All ranks call it.
     ///
     /// Source: Clausen, Andreassen, Struct. Multidiscip. Optim. 56 (2017) 1147–1155, whose domain
     /// extension has elements beyond the faces.
-    pub fn in_void(mut self, centroids: &[[f64; 3]], radius: f64, planes: &[(usize, f64)], faces: &[Triangle]) -> Self {
+    pub fn in_void(mut self, faces: Vec<Triangle>) -> Self {
+        let Region { centroids, radius, planes, .. } = &*self.region;
         let own = own_range(centroids.len(), &*self.ranks);
-        let beyond = self.ranks.join(&weights_beyond(&centroids[own], radius, planes, faces));
+        let beyond = self.ranks.join(&weights_beyond(&centroids[own], *radius, planes, &faces));
         self.weight_sums.iter_mut().zip(beyond).for_each(|(sum, beyond)| *sum += beyond);
+        let (centroids, planes) = (centroids.clone(), planes.clone());
+        self.region = Arc::new(Region { centroids, radius: *radius, planes, faces });
         self
+    }
+
+    /// The same filter with another radius \[L\]. All ranks call it.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), on all ranks.
+    pub fn with_radius(&self, radius: f64) -> Result<Self, FilterError> {
+        let Region { centroids, planes, faces, .. } = &*self.region;
+        let other = Self::on_ranks(centroids, &self.volumes, radius, planes, self.ranks.clone())?;
+        Ok(if faces.is_empty() { other } else { other.in_void(faces.clone()) })
+    }
+
+    /// The radius. \[L\]
+    pub fn radius(&self) -> f64 {
+        self.region.radius
     }
 
     /// The neighbours of this rank's elements and their weights.
@@ -168,7 +200,7 @@ mod tests {
         let faces = surface([3.0, 2.5, 2.0], &[]);
         let radius = 0.7;
         let truncated = DensityFilter::new(&centroids, &volumes, radius).unwrap();
-        let filter = truncated.clone().in_void(&centroids, radius, &[], &faces);
+        let filter = truncated.clone().in_void(faces.clone());
         let x = pseudo_random(centroids.len(), 5);
         let (before, after) = (truncated.apply(&x), filter.apply(&x));
         let full = filter.apply(&vec![1.0; centroids.len()]);
@@ -179,6 +211,13 @@ mod tests {
             } else {
                 assert!(after[element] < before[element] && full[element] < 1.0);
             }
+        }
+        let wider = DensityFilter::new(&centroids, &volumes, 0.9).unwrap();
+        for (narrow, wide) in [(&truncated, wider.clone()), (&filter, wider.in_void(faces))] {
+            let found = narrow.with_radius(0.9).unwrap();
+            assert_eq!((found.radius(), found.apply(&x)), (0.9, wide.apply(&x)));
+            assert_eq!(found.with_radius(radius).unwrap().apply(&x), narrow.apply(&x));
+            assert!(narrow.with_radius(0.0).is_err());
         }
         // inside, at a face: 0.68 of the ball's weight; at a corner: about the third power
         let (face, corner) = (full[5 * 8 + 4], full[0]);
@@ -196,7 +235,7 @@ mod tests {
         let quarter = on_ranks(2, |rank| {
             DensityFilter::on_ranks(&mirrored, &volumes[..part.len()], radius, &planes, Arc::new(rank))
                 .unwrap()
-                .in_void(&mirrored, radius, &planes, &surface([1.5, 1.25, 2.0], &[0, 1]))
+                .in_void(surface([1.5, 1.25, 2.0], &[0, 1]))
                 .apply(&vec![1.0; part.len()])
         });
         for (value, &element) in quarter[0].iter().zip(&part) {

@@ -3,12 +3,15 @@
 mod density;
 mod extension;
 mod neighbours;
+mod overhang;
 mod projection;
 mod sensitivity;
 
 pub use density::DensityFilter;
 pub use extension::Triangle;
+pub(crate) use neighbours::CellGrid;
 pub use neighbours::Neighbours;
+pub use overhang::{OverhangFilter, PrintedBox};
 pub use projection::Projection;
 pub use sensitivity::SensitivityFilter;
 

@@ -157,7 +157,7 @@ fn split<'a, T>(mut list: &'a mut [T], starts: &[usize]) -> Vec<&'a mut [T]> {
 }
 
 /// Points sorted by cubic cells.
-pub(super) struct CellGrid {
+pub(crate) struct CellGrid {
     origin: [f64; 3],
     size: f64,
     cells: [usize; 3],
@@ -166,7 +166,7 @@ pub(super) struct CellGrid {
 }
 
 impl CellGrid {
-    pub(super) fn new(centroids: &[[f64; 3]], radius: f64) -> Self {
+    pub(crate) fn new(centroids: &[[f64; 3]], radius: f64) -> Self {
         let bound = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
             centroids.iter().fold([start; 3], |bound, x| std::array::from_fn(|k| pick(bound[k], x[k])))
         };
@@ -213,7 +213,9 @@ impl CellGrid {
         (i * self.cells[1] + j) * self.cells[2] + k
     }
 
-    pub(super) fn within(&self, centroids: &[[f64; 3]], x: &[f64; 3], radius: f64) -> Vec<(u32, f64)> {
+    /// The points closer than `radius`, which is at most that of the grid, with the radius minus
+    /// their distance.
+    pub(crate) fn within(&self, centroids: &[[f64; 3]], x: &[f64; 3], radius: f64) -> Vec<(u32, f64)> {
         let centre = self.cell(x);
         let range = |k: usize| centre[k].saturating_sub(1)..=(centre[k] + 1).min(self.cells[k] - 1);
         let mut found = Vec::new();

@@ -59,6 +59,6 @@ impl Lattice<'_> {
             elements.push(hex);
         }
         let body = Body { name: self.name.to_owned(), elements: 0..elements.len(), nodes: 0..nodes.len() };
-        Ok(Mesh { nodes, elements, bodies: vec![body], node_sets: BTreeMap::new(), surfaces })
+        Ok(Mesh { nodes, elements, bodies: vec![body], surfaces, ..Mesh::default() })
     }
 }

@@ -73,6 +73,11 @@ fn sets_and_surfaces_are_read() {
     // 1, 3, 5, 7, 13, 17: those of the odd numbers to 17 that exist
     assert_eq!(mesh.node_sets["a_odd"], [0, 2, 4, 6, 9, 11]);
     assert_eq!(mesh.node_sets["a_of_left"], (0..8).collect::<Vec<u32>>());
+    // shells are no elements of a body
+    let sets: Vec<(&str, &[u32])> = mesh.element_sets.iter().map(|(set, elements)| (&**set, &elements[..])).collect();
+    let expected: [(&str, &[u32]); 4] =
+        [("a_Left", &[0]), ("a_RIGHT", &[1]), ("a_both", &[0, 1]), ("a_counted", &[0, 1])];
+    assert_eq!(sets, expected);
     assert_eq!(read.notices, ["elements of type C3D8R are read as C3D8: trilinear, fully integrated"]);
     let counted = sound(&parse(CUBES), "a", Some("counted")).mesh;
     assert_eq!(counted.elements.len(), 2, "elements 10 and 20 of 10, 20, 30, of which 30 is a shell");

@@ -63,6 +63,7 @@ fn gmsh_files_are_read_with_their_groups() {
         assert_eq!(places(&slab, &slab.node_sets["slab_corner"]), [[0, 0, 0]], "{name}");
         let edge = [[0, 0, 0], [0, 0, 1_000_000], [0, 0, 2_000_000]];
         assert_eq!(places(&slab, &slab.node_sets["slab_edge"]), edge, "{name}");
+        assert_eq!(slab.element_sets["slab_slab"].len(), slab.elements.len(), "{name}");
         assert!(!slab.surfaces.keys().any(|surface| surface.contains("block")), "{name}: {:?}", slab.surfaces.keys());
     }
 }

@@ -1,8 +1,9 @@
 //! The design map of every iteration.
 
-use slipstick_design::{DensityMap, DesignVariables, FilterError, Steps};
+use super::PrepareError;
+use slipstick_design::{DensityMap, DesignVariables, Schedule};
 
-/// The maps that a schedule of the sharpness leads to.
+/// The maps that a schedule of sharpness and filter radius leads to.
 pub(super) struct Maps {
     first: DensityMap,
     /// Each with the iteration from which on it applies.
@@ -10,10 +11,24 @@ pub(super) struct Maps {
 }
 
 impl Maps {
-    pub(super) fn new(first: DensityMap, sharpness: &Steps) -> Result<Self, FilterError> {
-        let entries = sharpness.entries().iter();
-        let later = entries.map(|&(from, sharpness)| Ok((from, first.with_sharpness(sharpness)?)));
-        Ok(Self { later: later.collect::<Result<_, FilterError>>()?, first })
+    /// All ranks call it.
+    pub(super) fn new(first: DensityMap, schedule: &Schedule) -> Result<Self, PrepareError> {
+        let (sharpness, radius) = (&schedule.sharpness, &schedule.filter_radius);
+        let mut changes: Vec<usize> = sharpness.entries().iter().chain(radius.entries()).map(|entry| entry.0).collect();
+        changes.sort_unstable();
+        changes.dedup();
+        let mut later: Vec<(usize, DensityMap)> = Vec::with_capacity(changes.len());
+        for from in changes {
+            let mut map = later.last().map_or(&first, |(_, map)| map).clone();
+            if let Some(radius) = radius.at(from) {
+                map = map.with_radius(radius).map_err(PrepareError::FilterRadius)?;
+            }
+            if let Some(sharpness) = sharpness.at(from) {
+                map = map.with_sharpness(sharpness).map_err(PrepareError::Sharpness)?;
+            }
+            later.push((from, map));
+        }
+        Ok(Self { first, later })
     }
 
     pub(super) fn at(&self, iteration: usize) -> &DensityMap {

@@ -10,7 +10,7 @@ use super::{FunctionRecord, PrepareError};
 use crate::analysis::{Analysis, AnalysisError, Forward};
 use crate::problem::Problem;
 use crate::side_by_side::{Stop, side_by_side};
-use slipstick_design::{DensityMap, DesignVariables, ElementValues, Steps, VariableValues};
+use slipstick_design::{DensityMap, DesignVariables, ElementValues, Schedule, VariableValues};
 use slipstick_path::{Guide, MarchEvent, MarchObserver};
 
 /// The realisations of a design, with an analysis for each.
@@ -30,15 +30,15 @@ impl Realisations {
     pub fn new(
         problem: &mut Problem,
         map: DensityMap,
-        sharpness: &Steps,
+        schedule: &Schedule,
         margin: Option<f64>,
     ) -> Result<Self, PrepareError> {
-        let mut maps = vec![Maps::new(map.clone(), sharpness).map_err(PrepareError::Sharpness)?];
+        let mut maps = vec![Maps::new(map.clone(), schedule)?];
         let Some(margin) = margin else { return Ok(Self { maps, others: Vec::new() }) };
         let threshold = map.projection().ok_or(PrepareError::NoProjection)?.threshold();
         for threshold in [threshold + margin, threshold - margin] {
             let map = map.with_threshold(threshold).map_err(PrepareError::Margin)?;
-            maps.push(Maps::new(map, sharpness).map_err(PrepareError::Sharpness)?);
+            maps.push(Maps::new(map, schedule)?);
         }
         problem.analysis.march.factor_memory /= maps.len();
         let others = [(); 2].map(|()| problem.analysis.another());

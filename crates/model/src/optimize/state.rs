@@ -145,7 +145,7 @@ pub enum PrepareError {
     #[error(transparent)]
     Filter(FilterError),
     /// The sensitivity filter would falsify gradients that are exact with respect to the variables.
-    #[error("a sensitivity filter cannot be combined with a density filter or a projection")]
+    #[error("a sensitivity filter cannot be combined with a density filter, a projection or an overhang filter")]
     TwoFilters,
     /// Eroded and dilated designs need a projection.
     #[error("eroded and dilated designs need a projection")]
@@ -156,6 +156,12 @@ pub enum PrepareError {
     /// The schedule of the sharpness is impossible.
     #[error(transparent)]
     Sharpness(FilterError),
+    /// The schedule of the filter radius is impossible.
+    #[error(transparent)]
+    FilterRadius(FilterError),
+    /// The schedule of the bound on the volume is impossible.
+    #[error(transparent)]
+    VolumeSchedule(VolumeError),
     /// The bound on the volume is impossible.
     #[error(transparent)]
     Volume(VolumeError),

@@ -57,7 +57,7 @@ struct Row {
 #[derive(Clone, Copy)]
 enum With {
     Densities,
-    /// The variables of a density filter and a projection.
+    /// The variables of a chain of maps.
     Variables,
 }
 
@@ -68,7 +68,7 @@ fn check(seed: u64, with: With) -> Row {
         With::Densities => verify_gradient(&mut problem.analysis, &density, &designed, &OPTIONS, &mut Silent),
         With::Variables => {
             let map = random_map(seed, &problem);
-            let x = map.variables().restrict(&density);
+            let x = map.variables().mean(&density);
             verify_variables(&mut problem.analysis, &map, &x, &OPTIONS, &mut Silent)
         }
     });
@@ -214,7 +214,7 @@ fn gradients_of_the_first_random_problems() {
     suite(FIRST_OF_QUANTITIES..FIRST_OF_QUANTITIES + 30, With::Densities);
 }
 
-/// The same through density filters and projections.
+/// The same through ties, density filters, projections and overhang filters.
 #[test]
 fn gradients_with_respect_to_variables_of_the_first_random_problems() {
     suite(0..30, With::Variables);
@@ -238,11 +238,22 @@ fn kinks_next_to_the_design_are_no_errors() {
 #[test]
 #[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
 fn gradients_of_two_thousand_random_problems() {
-    let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
-    let seeds = bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 2050);
+    let seeds = chosen_seeds();
     if seeds.end - seeds.start == 1 {
         println!("{}", random_problem(seeds.start).text);
     }
     let table = suite(seeds, With::Densities);
     table::publish("random_gradients", &table);
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --release -p slipstick --test random_gradients -- --ignored --nocapture"]
+fn gradients_with_respect_to_variables_of_two_thousand_random_problems() {
+    suite(chosen_seeds(), With::Variables);
+}
+
+/// All seeds, or those that environment variables choose.
+fn chosen_seeds() -> std::ops::Range<u64> {
+    let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
+    bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 2050)
 }

@@ -4,11 +4,11 @@ use super::super::names::Names;
 use super::super::reader::Reader;
 use super::super::resolved::{
     Body, DensityFilter, Design, EnergyInterpolation, FilterBoundary, MmaParameters, Optimizer, OptimizerMethod,
-    Projection, SensitivityFilter, Shape, Simp,
+    Projection, Region, SensitivityFilter, Shape, Simp,
 };
 use super::super::typed::Table;
 use super::schedule::schedule;
-use super::{CaseCode, boxes};
+use super::{CaseCode, shaping};
 use slipstick_design::{Method, Schedule};
 
 pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option<Design> {
@@ -35,6 +35,7 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
     let projection = table.table("projection").map(|projection_table| projection(projection_table, minimum_thickness));
     let projection = projection.or(minimum_thickness.map(|_| Projection::DEFAULT));
     check_filters(&table);
+    let (symmetry, pattern) = (shaping::symmetries(&table, &design_bodies), shaping::patterns(&table, &design_bodies));
     let design = Design {
         bodies: design_bodies,
         initial,
@@ -45,8 +46,12 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         density_filter,
         projection,
         minimum_thickness,
-        passive_solid: boxes(&table, "passive_solid"),
-        passive_void: boxes(&table, "passive_void"),
+        overhang: shaping::overhang(&table),
+        symmetry,
+        extrude: shaping::extrude(&table),
+        pattern,
+        passive_solid: shaping::regions(&table, "passive_solid", names),
+        passive_void: shaping::regions(&table, "passive_void", names),
     };
     let may_vanish = root.has("optimizer") || !design.passive_void.is_empty();
     if may_vanish && design.simp.minimum == 0.0 {
@@ -58,7 +63,6 @@ pub(super) fn design(root: &Table<'_>, names: &Names, bodies: &[Body]) -> Option
         );
     }
     check_passive(table.reader, &design, bodies);
-    warn_initial(table.reader, &design);
     table.finish();
     Some(design)
 }
@@ -111,6 +115,7 @@ fn check_filters(table: &Table<'_>) {
         ("density_filter", "keep one of the two; `density_filter` gives exact gradients, which `gcmma` needs"),
         ("projection", "replace `sensitivity_filter` by `density_filter`, or omit `projection`"),
         ("minimum_thickness", "omit `sensitivity_filter`: a density filter of this radius replaces it"),
+        ("overhang", "replace `sensitivity_filter` by `density_filter`, or omit `overhang`"),
     ];
     if let Some((key, cure)) = cures.into_iter().find(|(key, _)| table.has(key)) {
         let message = format!("`{key}` cannot be combined with `sensitivity_filter`");
@@ -173,11 +178,17 @@ fn energy_interpolation(table: Table<'_>) -> EnergyInterpolation {
 }
 
 /// Checks the volumes of passive elements if the case file alone determines them, that is, if all
-/// design bodies are uniform, unrotated boxes. Other bodies are checked once the mesh exists.
+/// design bodies are uniform, unrotated boxes, and regions do not refer to the mesh. Otherwise they
+/// are checked once the mesh exists.
 fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
     if design.passive_solid.is_empty() {
         return;
     }
+    let depends_on_mesh = |region: &Region| region.contains([0.0; 3]).is_none();
+    if design.passive_solid.iter().chain(&design.passive_void).any(depends_on_mesh) {
+        return;
+    }
+    let inside = |regions: &[Region], point| regions.iter().any(|region| region.contains(point) == Some(true));
     let (mut solid, mut total, mut both) = (0.0, 0.0, false);
     for body in bodies.iter().filter(|body| design.bodies.contains(&body.name)) {
         let Some((volume, centroids)) = uniform_elements(body) else {
@@ -185,9 +196,9 @@ fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
         };
         for point in centroids {
             total += volume;
-            if design.passive_solid.iter().any(|region| region.contains(point)) {
+            if inside(&design.passive_solid, point) {
                 solid += volume;
-                both |= design.passive_void.iter().any(|region| region.contains(point));
+                both |= inside(&design.passive_void, point);
             }
         }
     }
@@ -196,7 +207,7 @@ fn check_passive(reader: &Reader, design: &Design, bodies: &[Body]) {
             "design.passive_void",
             CaseCode::ContradictoryPassive,
             "some elements are both passive solid and passive void",
-            "make the boxes disjoint; an element belongs to a box that contains its centroid",
+            "make the regions disjoint; an element belongs to a region that contains its centroid",
         );
     }
     if let Some(limit) = design.volume_fraction
@@ -231,8 +242,9 @@ fn uniform_elements(body: &Body) -> Option<(f64, impl Iterator<Item = [f64; 3]>)
     Some((size.iter().product(), (0..count).map(centroid)))
 }
 
-fn warn_initial(reader: &Reader, design: &Design) {
-    if let Some(limit) = design.volume_fraction
+pub(super) fn warn_initial(reader: &Reader, design: &Design, optimizer: Option<&Optimizer>) {
+    let first = optimizer.and_then(|optimizer| optimizer.schedule.volume_fraction.at(0));
+    if let Some(limit) = first.or(design.volume_fraction)
         && design.initial > limit
     {
         reader.warning(

@@ -11,10 +11,11 @@ mod quantity;
 mod run;
 mod schedule;
 mod sets;
+mod shaping;
 mod symmetry;
 
 use super::names::Names;
-use super::resolved::Case;
+use super::resolved::{Case, Cylinder};
 use super::typed::Table;
 use super::{BoxRegion, CaseCode, ReadFile};
 
@@ -45,6 +46,9 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let objective = quantity::objective(&root, &quantities, &known);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);
     let optimizer = design::optimizer(&root, design.as_ref());
+    if let Some(design) = &design {
+        design::warn_initial(root.reader, design, optimizer.as_ref());
+    }
     let output = run::output(&root);
     let solver = run::solver(&root);
     let adjoint = run::adjoint(&root);
@@ -106,6 +110,17 @@ fn box_region(table: Table<'_>) -> BoxRegion {
         .required(min, help);
     table.finish();
     BoxRegion { min, max }
+}
+
+fn cylinder(table: Table<'_>) -> Cylinder {
+    let start = table.vector("start").required([0.0; 3], "one end of the axis [x, y, z]");
+    let end = table
+        .vector("end")
+        .check(CaseCode::BadShape, |end| *end != start, "is the same point as `start`", "the axis must have a length")
+        .required(start.map(|x| x + 1.0), "the other end of the axis [x, y, z]");
+    let radius = table.number("radius").positive(CaseCode::BadShape).required(1.0, "a length");
+    table.finish();
+    Cylinder { start, end, radius }
 }
 
 /// A direction: three numbers, not all zero.

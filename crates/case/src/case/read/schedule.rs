@@ -10,27 +10,46 @@ type InRange = (fn(f64) -> bool, &'static str);
 pub(super) fn schedule(table: Table<'_>, design: Option<&Design>, iterations: usize) -> Schedule {
     let sharpness = steps(&table, "sharpness", (|value| value > 0.0, "greater than zero"));
     let p = steps(&table, "p", (|value| value >= 1.0, "at least 1"));
-    let move_limit = steps(&table, "move_limit", (|value| value > 0.0 && value <= 1.0, "in (0, 1]"));
-    if table.has("sharpness") && !table.reader.contains("design.projection") {
-        table.reader.error(
-            &table.path_of("sharpness"),
-            CaseCode::Unsupported,
-            "`sharpness` requires `projection` in [design]",
-            "add `projection = {}`, or omit the schedule of its sharpness",
-        );
+    let fraction: InRange = (|value| value > 0.0 && value <= 1.0, "in (0, 1]");
+    let move_limit = steps(&table, "move_limit", fraction);
+    let filter_radius = steps(&table, "filter_radius", (|value| value > 0.0, "greater than zero"));
+    let volume_fraction = steps(&table, "volume_fraction", fraction);
+    for (key, of, cure) in [
+        ("sharpness", "projection", "add `projection = {}`, or omit the schedule of its sharpness"),
+        ("filter_radius", "density_filter", "add `density_filter`, or omit the schedule of its radius"),
+        ("volume_fraction", "volume_fraction", "add `volume_fraction`, or omit its schedule"),
+    ] {
+        let by_thickness = key == "sharpness" && table.reader.contains("design.minimum_thickness");
+        if table.has(key) && !by_thickness && !table.reader.contains(&format!("design.{of}")) {
+            let message = format!("`{key}` requires `{of}` in [design]");
+            table.reader.error(&table.path_of(key), CaseCode::Unsupported, message, cure);
+        }
     }
-    if let (Some(design), Some(&(_, last))) = (design, p.entries().last())
-        && last != design.simp.penalization
-    {
-        let given = design.simp.penalization;
-        table.reader.warning(
-            &table.path_of("p"),
-            CaseCode::Simp,
-            format!("the schedule ends with p = {last}, but all other commands use `design.simp.p`, which is {given}"),
-            "give both the same value",
-        );
+    if table.has("filter_radius") && table.reader.contains("design.minimum_thickness") {
+        let message = "`filter_radius` follows from `design.minimum_thickness`";
+        table.reader.error(&table.path_of("filter_radius"), CaseCode::ChooseOne, message, "omit one of them");
     }
-    for (key, steps) in [("sharpness", &sharpness), ("p", &p), ("move_limit", &move_limit)] {
+    let ends = |key: &str, steps: &Steps, code: CaseCode, (name, given): (&str, Option<f64>)| {
+        if let (Some(given), Some(&(_, last))) = (given, steps.entries().last())
+            && last != given
+        {
+            let message =
+                format!("the schedule ends with {key} = {last}, but all other commands use `{name}`, which is {given}");
+            table.reader.warning(&table.path_of(key), code, message, "give both the same value");
+        }
+    };
+    ends("p", &p, CaseCode::Simp, ("design.simp.p", design.map(|design| design.simp.penalization)));
+    let of_design = ("design.volume_fraction", design.and_then(|design| design.volume_fraction));
+    ends("volume_fraction", &volume_fraction, CaseCode::Fraction, of_design);
+    let schedule = Schedule { sharpness, p, move_limit, filter_radius, volume_fraction };
+    let Schedule { sharpness, p, move_limit, filter_radius, volume_fraction } = &schedule;
+    for (key, steps) in [
+        ("sharpness", sharpness),
+        ("p", p),
+        ("move_limit", move_limit),
+        ("filter_radius", filter_radius),
+        ("volume_fraction", volume_fraction),
+    ] {
         // after the last update, one more design is evaluated
         if let Some(&(last, _)) = steps.entries().last()
             && last >= iterations
@@ -44,7 +63,7 @@ pub(super) fn schedule(table: Table<'_>, design: Option<&Design>, iterations: us
         }
     }
     table.finish();
-    Schedule { sharpness, p, move_limit }
+    schedule
 }
 
 /// A list of pairs `[iteration, value]`.

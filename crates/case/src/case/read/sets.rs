@@ -1,9 +1,9 @@
 //! Surfaces (`[[surface]]`) and node sets (`[[set]]`) that the case defines.
 
 use super::super::names::Names;
-use super::super::resolved::{Cylinder, NodeSet, NormalCone, Plane, SurfaceSet};
+use super::super::resolved::{NodeSet, NormalCone, Plane, SurfaceSet};
 use super::super::typed::Table;
-use super::{CaseCode, boxes, direction, name};
+use super::{CaseCode, boxes, cylinder, direction, name};
 
 /// Half the angle between adjacent faces of a box: each facet belongs to the nearest direction.
 const DEFAULT_ANGLE: f64 = 45.0;
@@ -87,15 +87,4 @@ fn plane(table: Table<'_>) -> Plane {
         .optional();
     table.finish();
     Plane { point, normal, tolerance }
-}
-
-fn cylinder(table: Table<'_>) -> Cylinder {
-    let start = table.vector("start").required([0.0; 3], "one end of the axis [x, y, z]");
-    let end = table
-        .vector("end")
-        .check(CaseCode::BadShape, |end| *end != start, "is the same point as `start`", "the axis must have a length")
-        .required(start.map(|x| x + 1.0), "the other end of the axis [x, y, z]");
-    let radius = table.number("radius").positive(CaseCode::BadShape).required(1.0, "a length");
-    table.finish();
-    Cylinder { start, end, radius }
 }

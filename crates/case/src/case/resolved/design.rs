@@ -3,14 +3,17 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{BoxRegion, Combination, CurveToFollow, ObservedSteps, OverLoadCases, QuantityTerm};
+use super::{
+    Combination, CurveToFollow, DesignSymmetry, Direction, ObservedSteps, OverLoadCases, Overhang, Pattern,
+    QuantityTerm, Region,
+};
 pub use slipstick_design::{MmaParameters, Schedule, Steps};
 pub use slipstick_solid::{EnergyInterpolation, Simp};
 
 /// The design: one density in \[0, 1\] per element of the design bodies. Paper: section 4.
 ///
-/// Without a density filter and a projection, the densities are themselves the variables of the
-/// optimizer.
+/// Without filters of the densities and a projection, the densities are themselves the variables of
+/// the optimizer.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Design {
     /// The bodies to be designed; at least one.
@@ -40,10 +43,22 @@ pub struct Design {
     /// from it, and the threshold of the projection is 0.5; `None`: only the nominal design. \[L\]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub minimum_thickness: Option<f64>,
-    /// Elements whose centroid lies in one of these boxes keep density 1.
-    pub passive_solid: Vec<BoxRegion>,
-    /// Elements whose centroid lies in one of these boxes keep density 0.
-    pub passive_void: Vec<BoxRegion>,
+    /// Printability, after the projection; `None`: densities are not restricted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub overhang: Option<Overhang>,
+    /// Motions that map the design onto itself.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub symmetry: Vec<DesignSymmetry>,
+    /// The density of each body is constant along this direction; `None`: it may vary.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extrude: Option<Direction>,
+    /// Cells that the design repeats.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pattern: Vec<Pattern>,
+    /// Elements whose centroid lies in one of these regions keep density 1.
+    pub passive_solid: Vec<Region>,
+    /// Elements whose centroid lies in one of these regions keep density 0.
+    pub passive_void: Vec<Region>,
 }
 
 /// Sensitivity filter.

@@ -13,6 +13,7 @@ mod mesh_file;
 mod motion;
 mod quantity;
 mod sets;
+mod shaping;
 mod units;
 
 pub use bodies::*;
@@ -24,6 +25,7 @@ pub use mesh_file::*;
 pub use motion::*;
 pub use quantity::*;
 pub use sets::*;
+pub use shaping::*;
 pub use units::*;
 
 use schemars::JsonSchema;

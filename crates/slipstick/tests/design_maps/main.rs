@@ -1,13 +1,15 @@
-//! Density filter, projection and schedules in the optimization loop.
+//! Density filter, projection, ties, overhang filter and schedules in the optimization loop.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod shaping;
 
 use common::optimization::{finish, finish_in_pieces};
 use common::problem;
 use slipstick::case::template;
 use slipstick::design::{ElementValues, VariableValues};
 use slipstick::optimize::Optimization;
-use slipstick::verify::{Verdict, VerifyOptions, verify_variables};
+use slipstick::verify::{Verdict, VerifyOptions, verify_gradient, verify_variables};
 use slipstick_path::Silent;
 
 /// Filter and projection of most tests.
@@ -18,11 +20,11 @@ fn text(maps: &str, optimizer: &str) -> String {
     let text = template("cube-on-cuboid").expect("a template").text;
     let (before, _) = text.split_once("[design]").expect("a design");
     let before = before.replace("elements = [4, 1, 1]", "elements = [6, 2, 2]").replace("steps = 10", "steps = 4");
+    let bodies = if maps.contains("bodies =") { "" } else { "bodies = ['cuboid', 'cube']\n" };
     format!(
         "{before}
 [design]
-bodies = ['cuboid', 'cube']
-volume_fraction = 0.6
+{bodies}volume_fraction = 0.6
 {maps}
 passive_solid = [{{ min = [0.6, 0.5, 0], max = [1.4, 1, 0.5] }}]
 passive_void = [{{ min = [3.4, 0, 0], max = [4, 0.5, 0.5] }}]
@@ -102,24 +104,43 @@ fn the_optimizer_gets_the_derivatives_with_respect_to_the_variables() {
     assert!(entries > 5 && worst.iter().all(|error| *error < 1e-7), "{worst:?}");
 }
 
+/// Checks the gradient with respect to the variables along a direction and at two elements; returns
+/// its norm, that of the gradient with respect to the densities, and the largest error.
+fn verified(maps: &str) -> [f64; 3] {
+    let mut problem = problem(&text(maps, "iterations = 1"));
+    let map = problem.map().unwrap().clone();
+    let x = uneven(map.variables().count());
+    let options = VerifyOptions { directions: 1, elements: 2, ..VerifyOptions::default() };
+    let check = verify_variables(&mut problem.analysis, &map, &x, &options, &mut Silent).unwrap();
+    assert_eq!(check.count(Verdict::Right), 3, "{maps}\n{check:#?}");
+    let (at, designed) = (map.densities(&x), map.variables().designed());
+    let by_densities = verify_gradient(&mut problem.analysis, &at, designed, &options, &mut Silent).unwrap();
+    [check.gradient_norm, by_densities.gradient_norm, check.worst.unwrap()]
+}
+
 /// `verify gradient` compares derivatives with respect to the variables.
 #[test]
 fn verification_varies_the_variables() {
     for maps in [MAPS, "density_filter = { radius = 0.9, boundary = 'void' }", "projection = { sharpness = 6 }"] {
-        let mut problem = problem(&text(maps, "iterations = 1"));
-        let map = problem.map().unwrap().clone();
-        let x = uneven(map.variables().count());
-        let options = VerifyOptions { directions: 1, elements: 2, ..VerifyOptions::default() };
-        let check = verify_variables(&mut problem.analysis, &map, &x, &options, &mut Silent).unwrap();
-        assert_eq!(check.count(Verdict::Right), 3, "{check:#?}");
-        let wrong_point = slipstick::verify::verify_gradient(
-            &mut problem.analysis,
-            &map.densities(&x),
-            map.variables().designed(),
-            &options,
-            &mut Silent,
-        );
-        assert!((wrong_point.unwrap().gradient_norm / check.gradient_norm - 1.0).abs() > 0.05);
+        let [norm, by_densities, _] = verified(maps);
+        assert!((by_densities / norm - 1.0).abs() > 0.05);
+    }
+}
+
+/// Ties and the overhang filter, alone and after filter and projection, have exact derivatives.
+#[test]
+fn tied_and_printed_designs_have_exact_gradients() {
+    let filtered = "density_filter = { radius = 1.3 }\nprojection = { sharpness = 4.0, threshold = 0.45 }";
+    let turned = "symmetry = [{ axis = 'y', through = [2, 0, 0.5], folds = 2 }]\nbodies = ['cuboid']";
+    let repeated = "pattern = [{ step = [0, 0, 0.5], count = 2 }]\nextrude = 'x'\nbodies = ['cuboid']";
+    let printed = "overhang = { direction = 'y' }";
+    for maps in
+        ["", filtered, &format!("projection = {{ sharpness = 2 }}\n{printed}"), &format!("{filtered}\n{printed}")]
+    {
+        for ties in ["symmetry = [{ normal = 'z', at = 0.5 }]\nextrude = 'z'", turned, repeated] {
+            let [_, _, worst] = verified(&format!("{maps}\n{ties}"));
+            println!("{worst:.1e}: {maps} {ties}");
+        }
     }
 }
 
@@ -153,11 +174,14 @@ fn the_start_has_the_initial_density_and_passive_elements_keep_theirs() {
 const SCHEDULE: &str = "mma = { move_limit = 0.2 }
 schedule = { sharpness = [[0, 1], [2, 4], [5, 8]], p = [[0, 2], [3, 3]], move_limit = [[4, 0.05]] }";
 
+const BOUNDS: &str = "mma = { move_limit = 0.2 }
+schedule = { filter_radius = [[0, 1.6], [2, 1.3], [5, 0.9]], volume_fraction = [[0, 0.7], [3, 0.65], [4, 0.6]] }";
+
 /// After every iteration, a scheduled optimization continues bit for bit from its written state.
 #[test]
 fn a_schedule_continues_bit_for_bit() {
-    for method in ["mma", "gcmma"] {
-        let optimizer = format!("iterations = 7\nmethod = '{method}'\n{SCHEDULE}");
+    for (method, schedule) in [("mma", SCHEDULE), ("gcmma", SCHEDULE), ("mma", BOUNDS), ("gcmma", BOUNDS)] {
+        let optimizer = format!("iterations = 7\nmethod = '{method}'\n{schedule}");
         let mut all = prepared(MAPS, &optimizer);
         let whole = finish(&mut all);
         assert_eq!(whole.len(), 8);
@@ -197,6 +221,29 @@ fn changes_of_the_functions_restart_the_optimizer() {
         (without[0].objective / history[0].objective - 1.0).abs() > 1e-3,
         "the exponent is scheduled from the start"
     );
+}
+
+/// A change of the filter radius restarts the asymptotes; a change of the bound on the volume does
+/// not, but it changes the constraint, and the design after it is not compared with the one before.
+#[test]
+fn bounds_change_only_their_constraint() {
+    let mut optimization = prepared(MAPS, &format!("iterations = 7\nmethod = 'gcmma'\n{BOUNDS}"));
+    let mut fresh = Vec::new();
+    while !optimization.finished() {
+        optimization.advance(&mut Silent).unwrap();
+        let (low, upp) = optimization.state.optimizer.memory().asymptotes();
+        fresh.push(low.iter().zip(upp).all(|(low, upp)| (upp - low - 1.0).abs() < 1e-12));
+    }
+    // two updates from the start and from each change of the radius
+    assert_eq!(fresh[..7], [true, true, true, true, false, true, true]);
+    let history = &optimization.state.history;
+    for (record, limit) in history.iter().zip([0.7, 0.7, 0.7, 0.65, 0.6, 0.6, 0.6, 0.6]) {
+        let volume = record.volume_fraction / limit - 1.0;
+        let push = record.constraints[1].value / 30.0 - 1.0;
+        assert!((record.violation - volume.max(push).max(0.0)).abs() < 1e-12, "{record:?}");
+    }
+    assert!([2, 3, 4, 5].iter().all(|&changed: &usize| history[changed].inner_iterations == 0), "{history:?}");
+    assert_eq!(optimization.volume_limit(), Some(0.6));
 }
 
 #[test]
