@@ -92,7 +92,7 @@ fn closed_surfaces(mesh: &Mesh) {
         if seed % 2 == 0 {
             density.iter_mut().for_each(|value| *value = value.round());
         }
-        let lattice = Lattice::new(mesh, &bodies, &density);
+        let lattice = Lattice::new(mesh, &bodies, &density, &FaceLabels::default());
         for threshold in [0.1, 0.25, 0.5, 0.75] {
             let raw = extract(&lattice, threshold);
             assert!(raw.triangles.len() > 1000);
@@ -113,7 +113,7 @@ fn enclosed_volume_is_the_volume_above() {
     let mesh = shapes();
     let bodies: Vec<usize> = (0..mesh.bodies.len()).collect();
     let density = random(mesh.elements.len(), 7);
-    let lattice = Lattice::new(&mesh, &bodies, &density);
+    let lattice = Lattice::new(&mesh, &bodies, &density, &FaceLabels::default());
     for target in [2.0, 10.0, 25.0, 45.0] {
         let surface = extract(&lattice, lattice.threshold_of_volume(target));
         assert!((surface.volume() / target - 1.0).abs() < 2e-3, "{} of {target}", surface.volume());
@@ -124,7 +124,7 @@ fn enclosed_volume_is_the_volume_above() {
     let wedges = mesh.divided_into_wedges(|_| Some(1));
     let all = mesh.divided_into_wedges(|element| (element % 3 == 0).then_some(2)).divided(|element| element % 2 == 0);
     for mesh in [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 2 == 0), wedges, all] {
-        let whole = extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()]), 0.5);
+        let whole = extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()], &FaceLabels::default()), 0.5);
         assert!((whole.volume() / 12.0 - 1.0).abs() < 1e-14);
         assert_eq!((whole.outer.iter().all(|&outer| outer), whole.pieces()), (true, 1));
     }

@@ -7,6 +7,7 @@ mod load;
 mod load_case;
 mod mesh_file;
 mod motion;
+mod promise;
 mod quantity;
 mod run;
 mod schedule;
@@ -41,6 +42,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let quantities = quantity::quantities(&root, &known);
     let objective = quantity::objective(&root, &quantities, &known);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);
+    let promises = promise::promises(&root, load_cases.len().max(1));
     let optimizer = design::optimizer(&root, design.as_ref());
     let output = run::output(&root);
     let solver = run::solver(&root);
@@ -66,6 +68,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         quantities,
         objective,
         constraints,
+        promises,
         optimizer,
         output,
         solver,
