@@ -2,6 +2,7 @@
 //! web pages of runs, [`export`] makes surfaces of designs, and [`part`] prepares such a surface to be
 //! meshed and analysed as a part.
 
+mod closest;
 pub mod export;
 pub mod part;
 pub mod picture;

@@ -67,6 +67,9 @@ pub struct Export {
     /// Length of the edges of the part's mesh [default: the shortest edges of the design's elements]
     #[arg(long, value_name = "LENGTH", requires = "case", value_parser = length)]
     pub size: Option<f64>,
+    /// Measure the thinnest member and the narrowest gap, and keep them for the report
+    #[arg(long)]
+    pub measure: bool,
     /// Replace files that exist
     #[arg(long)]
     pub force: bool,

@@ -11,6 +11,7 @@ use slipstick::export::{
 use slipstick::run::{RunDirectory, design_density};
 use slipstick::words::counted;
 
+mod measure;
 mod part;
 
 use super::digits;
@@ -78,6 +79,9 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     }
     for file in paths {
         context.console.text(&format!("written: {}", file.display()));
+    }
+    if args.measure {
+        measure::run(context, args, &directory, &resolved.case, &mesh, &export.surface)?;
     }
     match (&args.case, part) {
         (Some(folder), Some(part)) => part::write(context, args, &directory, &resolved.case, folder, part),

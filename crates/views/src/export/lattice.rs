@@ -45,7 +45,6 @@ pub(super) struct Tetrahedron {
 /// Labels of outer faces by their sorted nodes; faces that are not listed have the label 0.
 pub type FaceLabels = HashMap<FacetNodes, u32>;
 
-
 impl Cell {
     /// The tetrahedra: centre of the element, centre of a face, and two adjacent corners of that
     /// face.

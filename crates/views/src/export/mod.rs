@@ -34,6 +34,7 @@ mod error;
 mod extract;
 mod files;
 mod lattice;
+mod measure;
 mod smooth;
 mod surface;
 #[cfg(test)]
@@ -42,6 +43,7 @@ mod threemf;
 
 pub use error::ExportError;
 pub use files::{write_obj, write_stl, write_vtu};
+pub use measure::{Distance, Measures, MirrorPlane, measure};
 pub use surface::TriangleSurface;
 pub use threemf::{unit_of_3mf, write_3mf};
 

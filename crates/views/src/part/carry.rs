@@ -33,12 +33,7 @@ pub(super) fn name_groups(body: &str, faces: &mut [NamedFace]) {
 }
 
 /// The case of the part.
-pub(super) fn carried(
-    case: &Case,
-    mesh: &Mesh,
-    faces: &NamedFaces,
-    bodies: &[PartBody],
-) -> Result<Carried, PartError> {
+pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[PartBody]) -> Result<Carried, PartError> {
     let mut part = case.clone();
     if !part.title.is_empty() {
         part.title += ": the part";
@@ -48,9 +43,8 @@ pub(super) fn carried(
     part.constraints.clear();
     part.output.directory = None;
     let copies = shapes(&mut part, bodies);
-    let find = |name: &str| {
-        bodies.iter().find_map(|body| Some((body, body.faces.iter().find(|face| face.name == name)?)))
-    };
+    let find =
+        |name: &str| bodies.iter().find_map(|body| Some((body, body.faces.iter().find(|face| face.name == name)?)));
     let left = |name: &str| find(name).filter(|(_, face)| !face.patches.is_empty());
     let designed = |name: &str| {
         let named = |body: &PartBody| mesh.bodies.iter().position(|other| other.name == body.name);

@@ -35,6 +35,7 @@ def mesh(body, hexahedra):
     gmsh.model.mesh.optimize("")
     gmsh.model.mesh.optimize("Netgen")
     if hexahedra:
+        gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
         gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 2)
         gmsh.model.mesh.refine()
     gmsh.write(body["mesh"])

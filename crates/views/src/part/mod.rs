@@ -11,7 +11,6 @@
 //! the surface become almost equilateral; Gmsh fills it with elements and does not change it.
 
 mod carry;
-mod closest;
 mod error;
 mod files;
 mod patches;
@@ -157,6 +156,31 @@ fn part_body(
         pieces: around,
         surface: fine,
     })
+}
+
+/// Edges of a surface to be measured, over the size of the elements of its body.
+const MEASURED: f64 = 0.5;
+
+/// The surface of a design with regular triangles half as large as the elements of its bodies, to
+/// be measured: without the slivers and folds of the extracted surface, which have no size. Outer
+/// faces stay in place.
+pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurface {
+    let mut all = TriangleSurface::default();
+    for body in 0..mesh.bodies.len() {
+        let own = of_body(surface, body);
+        if own.triangles.is_empty() {
+            continue;
+        }
+        let (patched, list) = patches(&own);
+        let fine = remeshed(&patched, MEASURED * element_size(mesh, body), |patch| !list[patch as usize].outer);
+        let first = all.points.len() as u32;
+        all.points.extend(fine.points);
+        all.triangles.extend(fine.triangles.iter().map(|t| t.map(|n| first + n)));
+        all.outer.extend(fine.patch.iter().map(|&patch| list[patch as usize].outer));
+        all.labels.extend(fine.patch.iter().map(|&patch| list[patch as usize].label));
+        all.bodies.extend(fine.patch.iter().map(|_| body as u32));
+    }
+    all
 }
 
 /// The triangles of one body.

@@ -50,8 +50,7 @@ pub(super) fn pieces(surface: &TriangleSurface, held: impl Fn(usize) -> bool) ->
         around.min_by(|&a, &b| volumes[a].total_cmp(&volumes[b]))
     };
     let owners: Vec<Option<usize>> = (0..count).map(owner).collect();
-    let mut kept: Vec<usize> =
-        outside.iter().copied().filter(|&s| triangles[s].iter().any(|&t| held(t))).collect();
+    let mut kept: Vec<usize> = outside.iter().copied().filter(|&s| triangles[s].iter().any(|&t| held(t))).collect();
     if kept.is_empty() {
         kept.extend(outside.iter().copied().max_by(|&a, &b| volumes[a].total_cmp(&volumes[b])));
     }

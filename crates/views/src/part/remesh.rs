@@ -13,7 +13,7 @@ mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::closest::{ClosestPoint, Simplex};
+use crate::closest::{ClosestPoint, Simplex};
 use crate::vector::{area, cross, dot, minus, norm, unit, unit_normal};
 
 /// Edges longer or shorter than these multiples of the mesh size are split or collapsed.
@@ -180,8 +180,8 @@ impl Original {
     /// The nearest point of the patch or border of a point; `normal` is that of the surface there.
     fn project(&self, place: Place, x: [f64; 3], normal: [f64; 3]) -> Option<[f64; 3]> {
         match place {
-            Place::Patch(patch) => self.patches.get(&patch)?.of(x, normal),
-            Place::Border(p, q) => self.borders.get(&(p, q))?.of(x, normal),
+            Place::Patch(patch) => self.patches.get(&patch)?.of(x, (normal, 0.0), f64::INFINITY),
+            Place::Border(p, q) => self.borders.get(&(p, q))?.of(x, (normal, 0.0), f64::INFINITY),
             Place::Corner => None,
         }
     }

@@ -75,7 +75,7 @@ fn case_text(part: &Part, promised: &[Promise]) -> Outcome<String> {
     let promise = if promised.is_empty() {
         ""
     } else {
-        " The values of the\n# design are at the end; `solve` and `report` compare them with those of the part."
+        " `solve` and `report` compare\n# the part with the values that the design promised."
     };
     Ok(format!(
         "# The part of a design, of solid material. `python3 {SCRIPT}` makes {}.{promise}\n{text}",
@@ -85,8 +85,11 @@ fn case_text(part: &Part, promised: &[Promise]) -> Outcome<String> {
 
 fn of_body(body: &PartBody) -> Value {
     let loose = |piece: &LoosePiece| json!({ "volume": piece.volume, "bounds": piece.bounds });
-    let faces: serde_json::Map<String, Value> =
-        body.faces.iter().map(|face| (face.name.clone(), json!({ "group": face.group, "share": face.share }))).collect();
+    let faces: serde_json::Map<String, Value> = body
+        .faces
+        .iter()
+        .map(|face| (face.name.clone(), json!({ "group": face.group, "share": face.share })))
+        .collect();
     json!({
         "name": body.name, "size": body.size, "triangles": body.triangles(), "volume": body.volume,
         "pieces": body.pieces.len(), "faces": faces, "loose": body.loose.iter().map(loose).collect::<Vec<_>>(),
@@ -104,8 +107,7 @@ fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
         console.lines(&lines(&["face", "solid"], &rows));
         if let Some(largest) = body.loose.first() {
             let volume: f64 = body.loose.iter().map(|piece| piece.volume).sum();
-            let at: Vec<String> =
-                (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
+            let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
             console.warning(&format!(
                 "{} of `{name}` that no support holds, with a volume of {}, left out; the largest is at ({})",
                 counted(body.loose.len(), "piece"),

@@ -56,10 +56,7 @@ impl Remesh<'_> {
         edges.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         for (_, [a, b]) in edges {
             // the edge may have changed since
-            if self.at_edge(a, b).is_some()
-                && self.length(a, b) < SHORTEST * self.size
-                && !self.try_collapse(a, b)
-            {
+            if self.at_edge(a, b).is_some() && self.length(a, b) < SHORTEST * self.size && !self.try_collapse(a, b) {
                 self.try_collapse(b, a);
             }
         }
@@ -95,9 +92,9 @@ impl Remesh<'_> {
             let (normal, quality) = shape(self.corners(t));
             let moved = corners.map(|n| if n == gone { target } else { self.points[n as usize] });
             let (now, then) = shape(moved);
-            let long = corners.iter().any(|&n| {
-                n != gone && norm(minus(self.points[n as usize], target)) > LONGEST * self.size
-            });
+            let long = corners
+                .iter()
+                .any(|&n| n != gone && norm(minus(self.points[n as usize], target)) > LONGEST * self.size);
             let degenerate = then < 0.1 && then < quality;
             // slivers have no reliable normal
             if long || degenerate || quality > 0.01 && dot(normal, now) < TURN {

@@ -1,10 +1,10 @@
 //! Closest points on triangles and segments, by a tree of boxes.
 
-use crate::vector::{dot, minus, norm};
+use crate::vector::{cross, dot, minus, norm};
 
-/// A triangle or a segment (its last two corners are the same), and the number of its owner.
+/// A triangle or a segment (its last two corners are the same).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Simplex {
+pub(crate) struct Simplex {
     pub corners: [[f64; 3]; 3],
     /// Unit normal of a triangle; zero for a segment.
     pub normal: [f64; 3],
@@ -12,7 +12,7 @@ pub(super) struct Simplex {
 
 /// Triangles or segments, sorted into nested boxes.
 #[derive(Debug, Default)]
-pub(super) struct ClosestPoint {
+pub(crate) struct ClosestPoint {
     simplices: Vec<Simplex>,
     boxes: Vec<Node>,
 }
@@ -62,15 +62,15 @@ impl ClosestPoint {
         number
     }
 
-    /// The point nearest to `x` on the simplices that are segments or whose normal has a positive
-    /// product with `facing`; `None` if there is none. \[L\]
-    pub fn of(&self, x: [f64; 3], facing: [f64; 3]) -> Option<[f64; 3]> {
-        let mut best: Option<(f64, [f64; 3])> = None;
+    /// The point nearest to `x` on the simplices that are segments or whose normal has a product
+    /// with a direction above a limit; `None` if there is none within a radius. \[L\]
+    pub fn of(&self, x: [f64; 3], (facing, limit): ([f64; 3], f64), radius: f64) -> Option<[f64; 3]> {
+        let mut best = (radius, None);
         let mut open: Vec<u32> = if self.boxes.is_empty() { Vec::new() } else { vec![0] };
         while let Some(at) = open.pop() {
             let node = &self.boxes[at as usize];
             let outside: [f64; 3] = std::array::from_fn(|c| (node.min[c] - x[c]).max(x[c] - node.max[c]).max(0.0));
-            if best.is_some_and(|(distance, _)| norm(outside) >= distance) {
+            if norm(outside) >= best.0 {
                 continue;
             }
             if node.second > 0 {
@@ -88,19 +88,82 @@ impl ClosestPoint {
             }
             for simplex in &self.simplices[node.start as usize..node.end as usize] {
                 let segment = simplex.normal == [0.0; 3];
-                if !segment && dot(simplex.normal, facing) <= 0.0 {
+                if !segment && dot(simplex.normal, facing) <= limit {
                     continue;
                 }
                 let [a, b, c] = simplex.corners;
                 let point = if segment { on_segment(x, a, b) } else { on_triangle(x, a, b, c) };
                 let distance = norm(minus(point, x));
-                if best.is_none_or(|(least, _)| distance < least) {
-                    best = Some((distance, point));
+                if distance < best.0 {
+                    best = (distance, Some(point));
                 }
             }
         }
-        best.map(|(_, point)| point)
+        best.1
     }
+}
+
+/// Smallest distance from the ends at which a triangle crosses a segment, as a fraction of its
+/// length.
+const ENDS: f64 = 1e-6;
+
+impl ClosestPoint {
+    /// Whether a triangle crosses the segment from `p` to `q` away from its ends.
+    pub fn crosses(&self, p: [f64; 3], q: [f64; 3]) -> bool {
+        let along = minus(q, p);
+        let mut open: Vec<u32> = if self.boxes.is_empty() { Vec::new() } else { vec![0] };
+        while let Some(at) = open.pop() {
+            let node = &self.boxes[at as usize];
+            if !meets_box(p, along, node) {
+                continue;
+            }
+            if node.second > 0 {
+                open.extend([at + 1, node.second]);
+                continue;
+            }
+            let mut inside = self.simplices[node.start as usize..node.end as usize].iter();
+            if inside.any(|simplex| crossing(p, along, simplex.corners)) {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// Whether a segment meets a box, by its intervals between the planes of the box.
+fn meets_box(p: [f64; 3], along: [f64; 3], node: &Node) -> bool {
+    let (mut from, mut to) = (0.0f64, 1.0f64);
+    for c in 0..3 {
+        if along[c] == 0.0 {
+            if p[c] < node.min[c] || p[c] > node.max[c] {
+                return false;
+            }
+            continue;
+        }
+        let (a, b) = ((node.min[c] - p[c]) / along[c], (node.max[c] - p[c]) / along[c]);
+        from = from.max(a.min(b));
+        to = to.min(a.max(b));
+    }
+    from <= to
+}
+
+/// Whether a triangle crosses a segment between its ends.
+///
+/// Method: T. Möller, B. Trumbore, Fast, minimum storage ray/triangle intersection, J. Graphics
+/// Tools 2 (1997) 21–28.
+fn crossing(p: [f64; 3], along: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> bool {
+    let (u, v) = (minus(b, a), minus(c, a));
+    let h = cross(along, v);
+    let determinant = dot(u, h);
+    if determinant == 0.0 {
+        return false;
+    }
+    let from = minus(p, a);
+    let s = dot(from, h) / determinant;
+    let g = cross(from, u);
+    let t = dot(along, g) / determinant;
+    let where_on = dot(v, g) / determinant;
+    s >= 0.0 && t >= 0.0 && s + t <= 1.0 && (ENDS..=1.0 - ENDS).contains(&where_on)
 }
 
 /// `a` + `s` `u` + `t` `v`: coordinates that all corners share stay the same bit for bit.
@@ -180,11 +243,11 @@ mod tests {
         let facing = [1.0, 0.0, 0.0];
         for k in 300..340 {
             let x = corner(k);
-            let found = norm(minus(tree.of(x, facing).expect("one faces x"), x));
+            let found = norm(minus(tree.of(x, (facing, 0.0), f64::INFINITY).expect("one faces x"), x));
             let faces = simplices.iter().filter(|s| dot(s.normal, facing) > 0.0);
             let all = faces.map(|s| norm(minus(on_triangle(x, s.corners[0], s.corners[1], s.corners[2]), x)));
             assert_eq!(found, all.fold(f64::INFINITY, f64::min));
         }
-        assert_eq!(ClosestPoint::default().of([0.0; 3], facing), None);
+        assert_eq!(ClosestPoint::default().of([0.0; 3], (facing, 0.0), f64::INFINITY), None);
     }
 }
