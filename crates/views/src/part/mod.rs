@@ -242,7 +242,7 @@ fn named_faces(
         found.push(NamedFace {
             name: name.clone(),
             group: name.clone(),
-            share: (own.iter().map(|&k| areas[k]).sum::<f64>() / whole).min(1.0),
+            share: (own.iter().fold(0.0, |sum, &k| sum + areas[k]) / whole).min(1.0),
             patches: own.iter().map(|&k| k as u32 + 1).collect(),
         });
     }
