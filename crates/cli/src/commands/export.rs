@@ -80,11 +80,12 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     for file in paths {
         context.console.text(&format!("written: {}", file.display()));
     }
-    if args.measure {
-        measure::run(context, args, &directory, &resolved.case, &mesh, &export.surface)?;
-    }
+    let measures = match args.measure {
+        true => Some(measure::run(context, args, &directory, &resolved.case, &mesh, &export.surface)?),
+        false => None,
+    };
     match (&args.case, part) {
-        (Some(folder), Some(part)) => part::write(context, args, &directory, &resolved.case, folder, part),
+        (Some(folder), Some(part)) => part::write(context, args, &directory, &resolved.case, part, folder, measures),
         _ => Ok(()),
     }
 }

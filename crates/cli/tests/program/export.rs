@@ -118,6 +118,7 @@ fn a_part_and_its_promises() {
     // all of the slab of 4 × 1 × 2 is above the threshold, so it is 1 thick and has no gap
     let measures = ran.event("measures");
     assert!((measures["member"]["length"].as_f64().expect("a number") - 1.0).abs() < 1e-12, "{measures}");
+    assert_eq!(measures["member"], part["part"]["measures"]["member"]);
     assert!(measures["gap"].is_null() && place.path("case/measures.json").exists());
     assert!(!place.path("case/design.stl").exists(), "only the part was requested");
     let script = place.read("part/mesh.py");

@@ -1,5 +1,6 @@
 //! `slipstick export --measure`: the thinnest member and the narrowest gap of a design.
 
+use serde_json::{Value, json};
 use slipstick::case::{Case, Dimension};
 use slipstick::export::{Distance, TriangleSurface, measure};
 use slipstick::mesh::Mesh;
@@ -12,7 +13,8 @@ use crate::args::Export;
 use crate::commands::digits;
 use crate::{Context, Outcome};
 
-/// Measures a surface, prints the results and, if it is the newest design, keeps them in the run.
+/// Measures a surface, prints the results and, if it is the newest design, keeps them in the run;
+/// returns what was written.
 pub(super) fn run(
     context: &Context,
     args: &Export,
@@ -20,7 +22,7 @@ pub(super) fn run(
     case: &Case,
     mesh: &Mesh,
     surface: &TriangleSurface,
-) -> Outcome {
+) -> Outcome<Value> {
     let mirrors: Vec<(usize, f64)> = case.symmetries.iter().map(|plane| (plane.normal as usize, plane.at)).collect();
     let found = measure(&regular_surface(mesh, surface), &mirrors);
     let unit = case.units.bracket(Dimension::LENGTH);
@@ -34,11 +36,11 @@ pub(super) fn run(
     };
     text("thinnest member", found.member);
     text("narrowest gap", found.gap);
-    let value = serde_json::json!({ "member": found.member, "gap": found.gap });
+    let value = json!({ "member": found.member, "gap": found.gap });
     if args.iteration.is_none() {
         let line = format!("{value:#}\n");
         write_atomically(&directory.file(MEASURES), |writer| writer.write_all(line.as_bytes()))?;
     }
-    context.console.event("measures", value);
-    Ok(())
+    context.console.event("measures", value.clone());
+    Ok(value)
 }

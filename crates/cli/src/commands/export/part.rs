@@ -35,8 +35,9 @@ pub(super) fn write(
     args: &Export,
     run: &RunDirectory,
     design: &Case,
-    folder: &Path,
     mut part: Part,
+    folder: &Path,
+    measures: Option<Value>,
 ) -> Outcome {
     // the tables of a run belong to its last design
     let promised = if args.iteration.is_none() { promises(run, design)? } else { Vec::new() };
@@ -57,6 +58,7 @@ pub(super) fn write(
     let record = json!({
         "threshold": part.export.threshold, "density_volume": part.export.density_volume,
         "bodies": part.bodies.iter().map(of_body).collect::<Vec<_>>(), "promises": promised,
+        "measures": measures,
     });
     let text = format!("{record:#}\n");
     write_atomically(&folder.join(RECORD), |writer| writer.write_all(text.as_bytes()))?;
