@@ -37,7 +37,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// # Errors
 /// [`RunError::Read`].
 pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunError> {
-    let Some((columns, rows)) = last_rows(run, case)? else { return Ok(Vec::new()) };
+    let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
     let ofs = |name: &str| -> Option<Vec<f64>> {
         let column = columns.iter().position(|column| column == name)?;
         rows.iter().map(|row| row.get(column)?.parse().ok()).collect()
@@ -74,7 +74,7 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
     if case.promises.is_empty() {
         return Ok(Vec::new());
     }
-    let Some((columns, rows)) = last_rows(run, case)? else { return Ok(Vec::new()) };
+    let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
     let names = case.load_case_names();
     let mut found = Vec::new();
     for promise in &case.promises {
@@ -88,9 +88,15 @@ pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, R
     Ok(found)
 }
 
+/// Columns of `quantities.csv`, and one row for each load case.
+struct LastRows {
+    columns: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
 /// Columns of `quantities.csv` and its rows at the end of each load case; `None` if the file does
 /// not exist, belongs to an evaluation under several coefficients of friction, or lacks such a row.
-fn last_rows(run: &RunDirectory, case: &Case) -> Result<Option<(Vec<String>, Vec<Vec<String>>)>, RunError> {
+fn last_rows(run: &RunDirectory, case: &Case) -> Result<Option<LastRows>, RunError> {
     let path = run.file("quantities.csv");
     if !path.is_file() {
         return Ok(None);
@@ -106,5 +112,5 @@ fn last_rows(run: &RunDirectory, case: &Case) -> Result<Option<(Vec<String>, Vec
     let steps = case.load_path.steps;
     let ends = (1..=case.steps() / steps).map(|number| (number * steps).to_string());
     let rows: Option<Vec<Vec<String>>> = ends.map(|end| rows.iter().find(|row| row[0] == end).cloned()).collect();
-    Ok(rows.map(|rows| (columns, rows)))
+    Ok(rows.map(|rows| LastRows { columns, rows }))
 }

@@ -53,6 +53,9 @@ impl PatchedSurface {
     }
 }
 
+/// Two different patches, the smaller number first.
+type Pair = (u32, u32);
+
 /// Where a point may move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Place {
@@ -79,7 +82,7 @@ struct Remesh<'a> {
 /// The original patches and borders, for projections.
 struct Original {
     patches: BTreeMap<u32, ClosestPoint>,
-    borders: BTreeMap<(u32, u32), ClosestPoint>,
+    borders: BTreeMap<Pair, ClosestPoint>,
 }
 
 /// The surface with edges of about this length \[L\]; `free` says which patches are not outer
@@ -111,7 +114,7 @@ pub(super) fn remeshed(surface: &PatchedSurface, size: f64, free: impl Fn(u32) -
 }
 
 /// Edges between different patches, by their points in ascending order, with the two patches.
-fn borders(surface: &PatchedSurface) -> BTreeMap<[u32; 2], (u32, u32)> {
+fn borders(surface: &PatchedSurface) -> BTreeMap<[u32; 2], Pair> {
     let mut first: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     let mut borders = BTreeMap::new();
     for (t, &patch) in surface.triangles.iter().zip(&surface.patch) {
@@ -132,16 +135,12 @@ fn borders(surface: &PatchedSurface) -> BTreeMap<[u32; 2], (u32, u32)> {
     borders
 }
 
-fn places(
-    surface: &PatchedSurface,
-    borders: &BTreeMap<[u32; 2], (u32, u32)>,
-    free: impl Fn(u32) -> bool,
-) -> Vec<Place> {
+fn places(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>, free: impl Fn(u32) -> bool) -> Vec<Place> {
     let mut places = vec![Place::Corner; surface.points.len()];
     for (t, &patch) in surface.triangles.iter().zip(&surface.patch) {
         t.iter().for_each(|&n| places[n as usize] = Place::Patch(patch));
     }
-    let mut along: BTreeMap<u32, Vec<(u32, (u32, u32))>> = BTreeMap::new();
+    let mut along: BTreeMap<u32, Vec<(u32, Pair)>> = BTreeMap::new();
     for (&[a, b], &pair) in borders {
         along.entry(a).or_default().push((b, pair));
         along.entry(b).or_default().push((a, pair));
@@ -161,13 +160,13 @@ fn places(
 }
 
 impl Original {
-    fn new(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], (u32, u32)>) -> Self {
+    fn new(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>) -> Self {
         let mut triangles: BTreeMap<u32, Vec<Simplex>> = BTreeMap::new();
         for (t, &patch) in surface.patch.iter().enumerate() {
             let corners = surface.corners(t);
             triangles.entry(patch).or_default().push(Simplex { corners, normal: unit_normal(corners) });
         }
-        let mut segments: BTreeMap<(u32, u32), Vec<Simplex>> = BTreeMap::new();
+        let mut segments: BTreeMap<Pair, Vec<Simplex>> = BTreeMap::new();
         for (edge, &pair) in borders {
             let [a, b] = edge.map(|n| surface.points[n as usize]);
             segments.entry(pair).or_default().push(Simplex { corners: [a, b, b], normal: [0.0; 3] });
