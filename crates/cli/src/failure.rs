@@ -6,6 +6,7 @@ use slipstick::build::BuildError;
 use slipstick::case::{CaseCode, CaseDiagnostic, CaseErrors, Severity, SourceMap};
 use slipstick::export::ExportError;
 use slipstick::output::OutputError;
+use slipstick::part::PartError;
 use slipstick::picture::PictureError;
 use slipstick::run::{ExitState, FailureReport, RunError};
 
@@ -135,6 +136,12 @@ impl From<RunError> for Failure {
 
 impl From<PictureError> for Failure {
     fn from(error: PictureError) -> Self {
+        Self::Input { message: error.to_string(), cure: error.cure() }
+    }
+}
+
+impl From<PartError> for Failure {
+    fn from(error: PartError) -> Self {
         Self::Input { message: error.to_string(), cure: error.cure() }
     }
 }

@@ -19,9 +19,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const PAGES: [&str; 5] = [
+const PAGES: [&str; 6] = [
     "tutorials/first_design.md",
     "tutorials/my_mesh.md",
+    "tutorials/part.md",
     "tutorials/report.md",
     "tutorials/verify_gradient.md",
     "how_to.md",

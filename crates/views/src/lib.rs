@@ -1,7 +1,11 @@
 //! Views of results: [`render`] draws pictures, [`picture`] draws those of a run, [`report`] makes
-//! web pages of runs, and [`export`] makes surfaces of designs.
+//! web pages of runs, [`export`] makes surfaces of designs, and [`part`] prepares such a surface to be
+//! meshed and analysed as a part.
 
+mod closest;
 pub mod export;
+pub mod part;
 pub mod picture;
 pub mod render;
 pub mod report;
+mod vector;

@@ -60,9 +60,23 @@ pub struct Export {
     /// Bodies to export, by name [default: the designed ones]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub body: Vec<String>,
+    /// Write the design as a part to this folder: its surfaces, a script that fills them with
+    /// elements (it needs `pip install gmsh`), and a case that analyses them under the same loads
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "body")]
+    pub case: Option<PathBuf>,
+    /// Length of the edges of the part's mesh [default: the shortest edges of the design's elements]
+    #[arg(long, value_name = "LENGTH", requires = "case", value_parser = length)]
+    pub size: Option<f64>,
+    /// Measure the thinnest member and the narrowest gap, and keep them for the report
+    #[arg(long)]
+    pub measure: bool,
     /// Replace files that exist
     #[arg(long)]
     pub force: bool,
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    number(text, |v| v > 0.0, "a positive number")
 }
 
 /// A threshold, or `auto` for the program's choice.

@@ -1,4 +1,4 @@
-//! `slipstick export`: a design as a closed triangle surface.
+//! `slipstick export`: a design as a closed triangle surface, or as a part with its own case.
 
 use std::path::{Path, PathBuf};
 
@@ -10,6 +10,9 @@ use slipstick::export::{
 };
 use slipstick::run::{RunDirectory, design_density};
 use slipstick::words::counted;
+
+mod measure;
+mod part;
 
 use super::digits;
 use crate::args::Export;
@@ -24,6 +27,9 @@ use crate::{Context, Outcome};
 pub fn run(context: &Context, args: &Export) -> Outcome {
     let directory = RunDirectory::open(&args.results)?;
     let files = files(args, &directory)?;
+    if let Some(folder) = &args.case {
+        part::refuse(folder, args.force)?;
+    }
     let resolved = read(&directory.file("case.toml").as_path().into())?;
     let mesh = build_mesh(&resolved.case).map_err(|error| Failure::build(&error, &resolved.source_map))?;
     let density = design_density(&directory, &mesh, args.iteration)?;
@@ -37,7 +43,14 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     if args.threemf.is_some() {
         unit_of_3mf(length)?;
     }
-    let export = design_surface(&mesh, &density, &options)?;
+    let part = match &args.case {
+        Some(_) => Some(slipstick::part::part(&resolved.case, &mesh, &density, &options, args.size)?),
+        None => None,
+    };
+    let export = match &part {
+        Some(part) => part.export.clone(),
+        None => design_surface(&mesh, &density, &options)?,
+    };
     let names: Vec<&str> = mesh.bodies.iter().map(|body| body.name.as_str()).collect();
     for (format, file) in &files {
         format.write(file, &export.surface, &names, length)?;
@@ -67,7 +80,14 @@ pub fn run(context: &Context, args: &Export) -> Outcome {
     for file in paths {
         context.console.text(&format!("written: {}", file.display()));
     }
-    Ok(())
+    let measures = match args.measure {
+        true => Some(measure::run(context, args, &directory, &resolved.case, &mesh, &export.surface)?),
+        false => None,
+    };
+    match (&args.case, part) {
+        (Some(folder), Some(part)) => part::write(context, args, &directory, &resolved.case, part, folder, measures),
+        _ => Ok(()),
+    }
 }
 
 /// A file format for surfaces.
@@ -128,5 +148,5 @@ fn files(args: &Export, directory: &RunDirectory) -> Outcome<Vec<(Format, PathBu
             return Err(Failure::input(message, "name another file, or give --force to replace it"));
         }
     }
-    Ok(if files.is_empty() { vec![(Format::Stl, directory.file("design.stl"))] } else { files })
+    Ok(if files.is_empty() && args.case.is_none() { vec![(Format::Stl, directory.file("design.stl"))] } else { files })
 }

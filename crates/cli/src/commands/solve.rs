@@ -3,13 +3,15 @@
 use serde_json::json;
 use slipstick::analysis::{Analysis, Forward};
 use slipstick::build::Problem;
+use slipstick::case::Case;
 use slipstick::design::ElementValues;
-use slipstick::run::{Run, RunDirectory, write_densities, write_path};
+use slipstick::run::{Comparison, Run, RunDirectory, comparisons, write_densities, write_path};
 
 use super::{digits, final_status, last_values, phases, tell_phases, tell_quantities, whole};
 use crate::args::Solve;
 use crate::runs::{end, failed, first, start, watch};
 use crate::setup::{prepare, volume_fraction};
+use crate::table::lines;
 use crate::{Context, Outcome, clock};
 
 /// Values of the objective per load step; `None` for steps that it does not depend on.
@@ -28,8 +30,37 @@ pub fn run(context: &Context, args: &Solve) -> Outcome {
     let density = setup.density(context, &problem, &args.design)?;
     problem.analysis.march.factor_memory = 0; // no gradient follows
     let run = start(context, &setup, &args.out, "solve")?;
-    let outcome = solve(context, &mut problem, run.as_ref(), &density);
+    let outcome = solve(context, &mut problem, run.as_ref(), &density)
+        .and_then(|()| tell_promises(context, &setup.resolved.case, run.as_ref()));
     end(run, outcome)
+}
+
+/// Compares the values that a design promised with those of this run.
+fn tell_promises(context: &Context, case: &Case, run: Option<&Run>) -> Outcome {
+    let found = match run {
+        Some(run) => comparisons(run.directory(), case)?,
+        None => Vec::new(),
+    };
+    if found.is_empty() {
+        return Ok(());
+    }
+    let row = |of: &Comparison| {
+        let name = if of.load_case.is_empty() { String::new() } else { format!(" in {}", of.load_case) };
+        let deviation = of.deviation().map_or(String::new(), |value| format!("{:+.1} %", 100.0 * value));
+        vec![format!("{}{name}", of.quantity), digits(of.promised), digits(of.found), deviation]
+    };
+    let event = |of: &Comparison| {
+        json!({
+            "quantity": of.quantity, "load_case": of.load_case, "promised": of.promised, "found": of.found,
+            "deviation": of.deviation(),
+        })
+    };
+    context.console.event("promises", json!({ "promises": found.iter().map(event).collect::<Vec<_>>() }));
+    context.console.text("compared with what the design promised:");
+    context
+        .console
+        .lines(&lines(&["quantity", "design", "part", "deviation"], &found.iter().map(row).collect::<Vec<_>>()));
+    Ok(())
 }
 
 /// The weighted parts of the load cases in the objective, as text; empty if there is only one load

@@ -70,3 +70,107 @@ fn what_cannot_be_exported() {
     std::fs::remove_file(place.path("case/design.csv")).expect("there");
     place.bad("export case", 2, &["there is no design.csv in case"]);
 }
+
+/// Solid bottom or top elements of the slab, and all of the block.
+fn layers(bottom: f64, top: f64) -> String {
+    let density = |e: usize| if e < 16 { [bottom, top][e / 4 % 2] } else { 1.0 };
+    let rows: Vec<String> = (0..20).map(|e| format!("{e},{}", density(e))).collect();
+    format!("element,density\n{}\n", rows.join("\n"))
+}
+
+/// The slab of 4 × 1 × 2 unit hexahedra in Gmsh's format, with the groups that the part's case
+/// names: what Gmsh would write, but simpler.
+fn slab_mesh() -> String {
+    let node = |x: usize, y: usize, z: usize| 1 + x + 5 * (y + 2 * z);
+    let mut nodes = String::new();
+    for (z, y, x) in (0..3).flat_map(|z| (0..2).flat_map(move |y| (0..5).map(move |x| (z, y, x)))) {
+        nodes += &format!("{} {x} {y} {z}\n", node(x, y, z));
+    }
+    let mut elements: Vec<String> = Vec::new();
+    for (z, x) in (0..2).flat_map(|z| (0..4).map(move |x| (z, x))) {
+        let at = |y: usize| [node(x, y, z), node(x + 1, y, z), node(x + 1, y, z + 1), node(x, y, z + 1)];
+        let text = |nodes: &[usize]| nodes.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
+        elements.push(format!("5 2 1 1 {} {}", text(&at(1)), text(&at(0))));
+        elements.push(format!("3 2 2 2 {}", text(&at(0))));
+        elements.push(format!("3 2 3 3 {}", text(&at(1))));
+    }
+    let lines: String = (1..).zip(&elements).map(|(k, line)| format!("{k} {line}\n")).collect();
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n3 1 \"slab\"\n2 2 \"slab_ymin\"\n2 3 \"slab_ymax\"\n\
+         $EndPhysicalNames\n$Nodes\n30\n{nodes}$EndNodes\n$Elements\n{}\n{lines}$EndElements\n",
+        elements.len()
+    )
+}
+
+/// From a design to its part: the case has the promises of the run, and `solve` and `report` compare
+/// them with a run of the part. A mesh of hexahedra stands in for that of Gmsh.
+#[test]
+fn a_part_and_its_promises() {
+    let place = Place::new();
+    place.write("start.csv", &layers(1.0, 0.9));
+    place.good("solve case.toml --design start.csv --out case -q");
+    let ran = place.good("export case --case part --threshold 0.5 --measure --json");
+    let part = ran.event("part");
+    let body = &part["part"]["bodies"][0];
+    assert_eq!((&body["name"], &body["pieces"]), (&"slab".into(), &1.into()));
+    assert!((body["volume"].as_f64().expect("a number") / 8.0 - 1.0).abs() < 1e-12, "{body}");
+    assert_eq!(body["faces"]["slab_ymax"]["share"], 1.0);
+    // all of the slab of 4 × 1 × 2 is above the threshold, so it is 1 thick and has no gap
+    let measures = ran.event("measures");
+    assert!((measures["member"]["length"].as_f64().expect("a number") - 1.0).abs() < 1e-12, "{measures}");
+    assert_eq!(measures["member"], part["part"]["measures"]["member"]);
+    assert!(measures["gap"].is_null() && place.path("case/measures.json").exists());
+    assert!(!place.path("case/design.stl").exists(), "only the part was requested");
+    let script = place.read("part/mesh.py");
+    assert!(script.contains("\"slab_ymax\": [") && script.contains("slab_surface.msh"), "{script}");
+    assert!(place.read("part/slab_surface.msh").starts_with("$MeshFormat\n2.2 0 8\n"));
+    let case = place.read("part/case.toml");
+    assert!(case.contains("[[promise]]") && !case.contains("[design"), "{case}");
+    place.bad("check part/case.toml", 2, &["slab_part.msh"]);
+    place.bad("export case --case part", 2, &["part/case.toml already exists", "--force"]);
+
+    place.write("part/slab_part.msh", &slab_mesh());
+    place.good("check part/case.toml");
+    let ran = place.good("solve part/case.toml --json");
+    let all = ran.event("promises")["promises"].clone();
+    let (design, part) = (place.table("case/quantities.csv"), place.table("part/case_solve/quantities.csv"));
+    let value = |table: &[Vec<String>], name: &str| {
+        let column = table[0].iter().position(|column| column == name).expect("the column");
+        number(&table.last().expect("rows")[column])
+    };
+    let names: Vec<&str> = all.as_array().expect("a list").iter().filter_map(|of| of["quantity"].as_str()).collect();
+    for needed in ["block_ymin_normal_force", "reaction_slab_ymin_y", "strain_energy"] {
+        assert!(names.contains(&needed), "{names:?}");
+    }
+    for of in all.as_array().expect("a list") {
+        let name = of["quantity"].as_str().expect("a name");
+        let [promised, found, deviation] =
+            ["promised", "found", "deviation"].map(|key| of[key].as_f64().expect("a number"));
+        assert_eq!((promised, found), (value(&design, name), value(&part, name)), "{name}");
+        assert!((deviation - (found / promised - 1.0)).abs() < 1e-12, "{name}");
+    }
+    let told = place.good("solve part/case.toml --force").out;
+    assert!(told.contains("compared with what the design promised:") && told.contains(" %"), "{told}");
+    place.good("report part/case_solve");
+    let html = place.read("part/case_solve/report.html");
+    assert!(html.contains("\"promise\":{\"columns\":[\"quantity\",\"design\",\"part\",\"deviation\"]"));
+    place.good("report case");
+    assert!(place.read("case/report.html").contains("thinnest member"));
+}
+
+#[test]
+fn what_is_no_part() {
+    let place = Place::new();
+    place.write("start.csv", &layers(0.0, 1.0));
+    place.good("solve case.toml --design start.csv --out case -q");
+    place.bad("export case --case part", 2, &["no material is left on `slab_ymin`", "support", "passive_solid"]);
+    assert!(!place.path("part").exists());
+    place.bad("export case --size 1", 2, &["--case"]);
+    place.bad("export case --case part --size 0", 2, &["a positive number"]);
+    // without quantities there is nothing to promise
+    place.write("start.csv", &layers(1.0, 1.0));
+    place.good("solve case.toml --design start.csv --out case -q --force");
+    std::fs::remove_file(place.path("case/quantities.csv")).expect("there");
+    let err = place.good("export case --case part --threshold 0.5").err;
+    assert!(err.contains("no quantities of this design"), "{err}");
+}

@@ -33,6 +33,7 @@ const FILES: &[&str] = &[
     "design.csv",
     "design.pvd",
     "design.stl",
+    "measures.json",
     "evaluate.csv",
     "failure.vtu",
     "gradient.csv",
@@ -55,7 +56,7 @@ const FILES: &[&str] = &[
 const MARK: &str = "run.json";
 
 /// Files that commands for viewing a run write to its directory, without its lock.
-const OF_READERS: &[&str] = &["curve.png", "design.stl", "history.png", "picture.png", "report.html"];
+const OF_READERS: &[&str] = &["curve.png", "design.stl", "history.png", "measures.json", "picture.png", "report.html"];
 
 /// Numbered files of a run: `{stem}_XXXX.vtu`, and in pieces `{stem}_XXXX.pvtu` and
 /// `{stem}_XXXX.{rank}.vtu`.

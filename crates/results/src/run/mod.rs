@@ -23,6 +23,7 @@
 //! | `history.png` | the curves of `history.csv` | on request |
 //! | `report.html` | the run as a web page: `slipstick_views::report` | on request |
 //! | `design.stl` | a design as a surface: `slipstick_views::export` | on request |
+//! | `measures.json` | thinnest member and narrowest gap of a design: `slipstick_views::export` | on request |
 //! | `responses.json` | objective and constraints that are not those of the case: [`RESPONSES`] | at start |
 //! | `run.lock` | nothing; its lock shows that a process is writing here | at start |
 //! | `evaluate.csv`, `verify.csv`, `verify.json` | results of runs that evaluate a design or verify its gradient | during the run |
@@ -45,6 +46,7 @@ mod kept;
 mod lifetime;
 mod lock;
 mod places;
+mod promises;
 mod record;
 mod seal;
 mod start_values;
@@ -62,6 +64,7 @@ pub use inputs::{InputFile, keep_mesh_files, mesh_files};
 pub use kept::{Kept, keep_failure};
 pub use lifetime::Run;
 pub use places::Place;
+pub use promises::{Comparison, comparisons, promises};
 pub use record::{ExitState, Machine, RunPart, RunRecord};
 pub use slipstick_case::case::sha256;
 pub use start_values::StartValuesFile;

@@ -35,6 +35,8 @@ pub(super) fn extract(lattice: &Lattice, threshold: f64) -> TriangleSurface {
             let added = extraction.surface.triangles.len() - before;
             extraction.surface.outer.extend(std::iter::repeat_n(true, added - inside));
             extraction.surface.bodies.extend(std::iter::repeat_n(cell.body, added));
+            extraction.surface.labels.extend(std::iter::repeat_n(0, inside));
+            extraction.surface.labels.extend(std::iter::repeat_n(tetrahedron.label, added - inside));
         }
     }
     extraction.surface

@@ -29,6 +29,7 @@ struct CellFace {
     centre: u32,
     /// Whether no other element of the body has this face.
     outer: bool,
+    label: u32,
 }
 
 /// A tetrahedron of positive orientation: its first triangle (vertices 1, 2, 3) is
@@ -37,7 +38,12 @@ struct CellFace {
 pub(super) struct Tetrahedron {
     pub vertices: [u32; 4],
     pub outer: bool,
+    /// The label of that face.
+    pub label: u32,
 }
+
+/// Labels of outer faces by their sorted nodes; faces that are not listed have the label 0.
+pub type FaceLabels = HashMap<FacetNodes, u32>;
 
 impl Cell {
     /// The tetrahedra: centre of the element, centre of a face, and two adjacent corners of that
@@ -47,7 +53,7 @@ impl Cell {
             (0..face.nodes.len()).map(move |k| {
                 let next = (k + 1) % face.nodes.len();
                 let vertices = [self.centre, face.centre, face.nodes[k], face.nodes[next]];
-                Tetrahedron { vertices, outer: face.outer }
+                Tetrahedron { vertices, outer: face.outer, label: face.label }
             })
         })
     }
@@ -61,7 +67,7 @@ impl Cell {
 impl Lattice {
     /// The lattice of some bodies. The centre of an element gets the element's density, the centre
     /// of a face the mean of its elements, a node the volume-weighted mean of its elements.
-    pub fn new(mesh: &Mesh, bodies: &[usize], density: &[f64]) -> Self {
+    pub fn new(mesh: &Mesh, bodies: &[usize], density: &[f64], labels: &FaceLabels) -> Self {
         let mut lattice = Self { points: mesh.nodes.clone(), values: vec![0.0; mesh.nodes.len()], cells: Vec::new() };
         let mut weights = vec![0.0; mesh.nodes.len()];
         for &body in bodies {
@@ -94,7 +100,8 @@ impl Lattice {
                             (vertex, true)
                         }
                     };
-                    cell.faces.push(CellFace { nodes, centre, outer });
+                    let label = labels.get(&key).copied().unwrap_or(0);
+                    cell.faces.push(CellFace { nodes, centre, outer, label });
                 }
                 lattice.cells.push(cell);
             }

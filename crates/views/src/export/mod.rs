@@ -34,6 +34,7 @@ mod error;
 mod extract;
 mod files;
 mod lattice;
+mod measure;
 mod smooth;
 mod surface;
 #[cfg(test)]
@@ -42,12 +43,15 @@ mod threemf;
 
 pub use error::ExportError;
 pub use files::{write_obj, write_stl, write_vtu};
+pub use measure::{Distance, Measures, MirrorPlane, measure};
 pub use surface::TriangleSurface;
 pub use threemf::{unit_of_3mf, write_3mf};
 
 use slipstick_mesh::Mesh;
 
 use extract::extract;
+pub use lattice::FaceLabels;
+
 use lattice::Lattice;
 use smooth::{Rules, smoothed};
 
@@ -98,11 +102,25 @@ const VOLUME_LIMIT: f64 = 0.05;
 /// [`ExportError`]: densities that do not match the mesh or are invalid, unknown bodies, a
 /// threshold that no density exceeds, or no suitable threshold.
 pub fn design_surface(mesh: &Mesh, density: &[f64], options: &ExportOptions) -> Result<Export, ExportError> {
+    labelled_surface(mesh, density, options, &FaceLabels::default())
+}
+
+/// The same surface with labels on its outer triangles; smoothing keeps the borders between
+/// different labels in place, also those within a plane.
+///
+/// # Errors
+/// As [`design_surface`].
+pub fn labelled_surface(
+    mesh: &Mesh,
+    density: &[f64],
+    options: &ExportOptions,
+    labels: &FaceLabels,
+) -> Result<Export, ExportError> {
     check(mesh, density, options)?;
     let bodies = bodies(mesh, density, options)?;
     let density_volume: f64 =
         bodies.iter().flat_map(|&b| mesh.bodies[b].elements.clone()).map(|e| density[e] * mesh.element_volume(e)).sum();
-    let lattice = Lattice::new(mesh, &bodies, density);
+    let lattice = Lattice::new(mesh, &bodies, density, labels);
     let rules = Rules { passes: options.smoothing, keep_outer: options.keep_surfaces };
     let at = |threshold: f64| smoothed(extract(&lattice, threshold), &rules);
     if let Some(threshold) = options.threshold {

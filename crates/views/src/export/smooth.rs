@@ -4,6 +4,7 @@
 //! Method: G. Taubin, A signal processing approach to fair surface design, SIGGRAPH 1995.
 
 use super::surface::TriangleSurface;
+use crate::vector::{dot, unit};
 
 /// Step towards the mean of the neighbours, and step away from it: ripples are damped by
 /// (1 − λk)(1 − μk); frequencies k below 1/λ + 1/μ = 0.11 (of at most 2) pass.
@@ -17,7 +18,8 @@ const PLANE: f64 = 1.0 - 1e-8;
 pub(super) struct Rules {
     pub passes: usize,
     /// Points on outer faces stay on them: those on plane parts move within the plane, and the rim
-    /// of the material moves along itself; edges, corners and curved faces stay.
+    /// of the material moves along itself; edges, corners, curved faces and the borders between
+    /// labels stay.
     pub keep_outer: bool,
 }
 
@@ -98,8 +100,8 @@ type Wall = ([f64; 3], f64);
 fn kept(surface: &TriangleSurface) -> (Vec<Vec<u32>>, Vec<Vec<Wall>>) {
     let mut kinds = vec![Kind::default(); surface.points.len()];
     for (t, triangle) in surface.triangles.iter().enumerate() {
-        let normal = surface.outer[t].then(|| unit(surface.area_vector(t)));
-        triangle.iter().for_each(|&n| kinds[n as usize].meet(normal));
+        let face = surface.outer[t].then(|| (unit(surface.area_vector(t)), surface.labels[t]));
+        triangle.iter().for_each(|&n| kinds[n as usize].meet(face));
     }
     let mut neighbours = all(surface);
     let mut rims: Vec<Vec<u32>> = vec![Vec::new(); surface.points.len()];
@@ -120,7 +122,7 @@ fn kept(surface: &TriangleSurface) -> (Vec<Vec<u32>>, Vec<Vec<Wall>>) {
     }
     let wall = |&m: &u32| {
         let Kind { plane, bent, .. } = kinds[m as usize];
-        plane.filter(|_| !bent).map(|normal| (normal, dot(normal, surface.points[m as usize])))
+        plane.filter(|_| !bent).map(|(normal, _)| (normal, dot(normal, surface.points[m as usize])))
     };
     let mut walls = vec![Vec::new(); surface.points.len()];
     for (n, kind) in kinds.iter().enumerate() {
@@ -138,30 +140,20 @@ fn kept(surface: &TriangleSurface) -> (Vec<Vec<u32>>, Vec<Vec<Wall>>) {
 /// The triangles at a point.
 #[derive(Debug, Clone, Copy, Default)]
 struct Kind {
-    /// Normal of its outer triangles.
-    plane: Option<[f64; 3]>,
-    /// Whether the outer triangles lie in several planes.
+    /// Normal and label of its outer triangles.
+    plane: Option<([f64; 3], u32)>,
+    /// Whether the outer triangles lie in several planes or have several labels.
     bent: bool,
     /// Whether there are inner triangles.
     inside: bool,
 }
 
 impl Kind {
-    fn meet(&mut self, normal: Option<[f64; 3]>) {
-        match (normal, self.plane) {
+    fn meet(&mut self, face: Option<([f64; 3], u32)>) {
+        match (face, self.plane) {
             (None, _) => self.inside = true,
-            (Some(normal), None) => self.plane = Some(normal),
-            (Some(normal), Some(other)) => self.bent |= dot(normal, other) < PLANE,
+            (Some(face), None) => self.plane = Some(face),
+            (Some((normal, label)), Some((other, known))) => self.bent |= dot(normal, other) < PLANE || label != known,
         }
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// The direction of a vector; zero for zero.
-fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = dot(v, v).sqrt();
-    v.map(|c| if length > 0.0 { c / length } else { 0.0 })
 }

@@ -13,6 +13,8 @@ pub struct TriangleSurface {
     pub outer: Vec<bool>,
     /// For each triangle, the number of its body.
     pub bodies: Vec<u32>,
+    /// For each triangle, the label of its outer face; 0 on faces without a label and inside.
+    pub labels: Vec<u32>,
 }
 
 impl TriangleSurface {

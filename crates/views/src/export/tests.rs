@@ -3,7 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use slipstick_mesh::{
-    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, Mesh, box_mesh, half_ball, half_ring, hollow_cylinder,
+    BoxShape, HalfBallShape, HalfRingShape, HollowCylinderShape, Mesh, Placement, Rotation, box_mesh, half_ball,
+    half_ring, hollow_cylinder,
 };
 
 use super::extract::extract;
@@ -92,7 +93,7 @@ fn closed_surfaces(mesh: &Mesh) {
         if seed % 2 == 0 {
             density.iter_mut().for_each(|value| *value = value.round());
         }
-        let lattice = Lattice::new(mesh, &bodies, &density);
+        let lattice = Lattice::new(mesh, &bodies, &density, &FaceLabels::default());
         for threshold in [0.1, 0.25, 0.5, 0.75] {
             let raw = extract(&lattice, threshold);
             assert!(raw.triangles.len() > 1000);
@@ -113,7 +114,7 @@ fn enclosed_volume_is_the_volume_above() {
     let mesh = shapes();
     let bodies: Vec<usize> = (0..mesh.bodies.len()).collect();
     let density = random(mesh.elements.len(), 7);
-    let lattice = Lattice::new(&mesh, &bodies, &density);
+    let lattice = Lattice::new(&mesh, &bodies, &density, &FaceLabels::default());
     for target in [2.0, 10.0, 25.0, 45.0] {
         let surface = extract(&lattice, lattice.threshold_of_volume(target));
         assert!((surface.volume() / target - 1.0).abs() < 2e-3, "{} of {target}", surface.volume());
@@ -124,7 +125,7 @@ fn enclosed_volume_is_the_volume_above() {
     let wedges = mesh.divided_into_wedges(|_| Some(1));
     let all = mesh.divided_into_wedges(|element| (element % 3 == 0).then_some(2)).divided(|element| element % 2 == 0);
     for mesh in [mesh.clone(), mesh.divided(|_| true), mesh.divided(|element| element % 2 == 0), wedges, all] {
-        let whole = extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()]), 0.5);
+        let whole = extract(&Lattice::new(&mesh, &[0], &vec![1.0; mesh.elements.len()], &FaceLabels::default()), 0.5);
         assert!((whole.volume() / 12.0 - 1.0).abs() < 1e-14);
         assert_eq!((whole.outer.iter().all(|&outer| outer), whole.pieces()), (true, 1));
     }
@@ -256,4 +257,92 @@ fn files_hold_the_surface() {
     far.points.iter_mut().for_each(|p| p[0] += 1e8);
     assert!(matches!(write_stl(&file("b.stl"), &far), Err(ExportError::TooFar)));
     assert!(!file("b.stl").exists());
+}
+
+/// A mesh turned about an oblique axis.
+fn turned(mut mesh: Mesh) -> Mesh {
+    let rotate = Some(Rotation { axis: [1.0, 2.0, 0.5], degrees: 37.0 });
+    mesh.transform(&Placement { rotate, translate: [3.0, -1.0, 2.0] }).expect("a rotation");
+    mesh
+}
+
+/// The elements of a mesh of one body whose centroids are in a region.
+fn cut(mesh: &Mesh, region: impl Fn([f64; 3]) -> bool) -> Mesh {
+    let mut part = Mesh { nodes: mesh.nodes.clone(), bodies: mesh.bodies.clone(), ..Mesh::default() };
+    part.elements = (0..mesh.elements.len()).filter(|&e| region(mesh.centroid(e))).map(|e| mesh.elements[e]).collect();
+    part.bodies[0].elements = 0..part.elements.len();
+    part
+}
+
+/// The surface of all of a mesh.
+fn whole(mesh: &Mesh) -> TriangleSurface {
+    design_surface(mesh, &vec![1.0; mesh.elements.len()], &ExportOptions::default()).expect("a surface").surface
+}
+
+/// A slab's thickness is the shortest distance between its faces, whatever its edges and its
+/// direction; it has no gap.
+#[test]
+fn a_slab_is_as_thick_as_it_is() {
+    let shape = BoxShape { min: [0.0; 3], max: [4.0, 0.3, 2.0], elements: [8, 2, 4], grading: [1.0; 3] };
+    let mesh = box_mesh("slab", &shape).expect("a box");
+    for mesh in [mesh.clone(), turned(mesh)] {
+        let found = measure(&whole(&mesh), &[]);
+        let member = found.member.expect("opposite faces");
+        assert!((member.length / 0.3 - 1.0).abs() < 1e-12, "{member:?}");
+        assert_eq!(found.gap, None);
+    }
+}
+
+/// Two blocks joined by a web have the gap between them; the web is the thinnest member. A symmetry
+/// plane through the middle of the gap leaves one of the blocks, which sees its mirror image.
+#[test]
+fn a_slot_is_as_wide_as_it_is() {
+    let shape = BoxShape { min: [0.0; 3], max: [5.0, 3.0, 2.0], elements: [20, 12, 8], grading: [1.0; 3] };
+    let mesh = box_mesh("u", &shape).expect("a box");
+    let slotted = cut(&mesh, |[x, y, _]| !((2.0..3.0).contains(&x) && y > 0.5));
+    for mesh in [slotted.clone(), turned(slotted)] {
+        let found = measure(&whole(&mesh), &[]);
+        let (member, gap) = (found.member.expect("a web"), found.gap.expect("a slot"));
+        assert!((member.length / 0.5 - 1.0).abs() < 1e-12, "{member:?}");
+        assert!((gap.length - 1.0).abs() < 1e-12, "{gap:?}");
+    }
+    let surface = whole(&cut(&mesh, |[x, y, _]| x < 2.0 && y < 1.5));
+    assert_eq!(measure(&surface, &[]).gap, None);
+    let gap = measure(&surface, &[(0, 2.3)]).gap.expect("the mirror image");
+    assert!((gap.length - 0.6).abs() < 1e-12 && (gap.at[0] - 2.3).abs() < 1e-12, "{gap:?}");
+    // a symmetry plane on a face doubles the block there
+    let across = |planes: &[MirrorPlane]| measure(&surface, planes).member.expect("a block").length;
+    assert!((across(&[]) - 1.5).abs() < 1e-12 && (across(&[(1, 0.0)]) - 2.0).abs() < 1e-12);
+}
+
+/// The wall of a tube, and its hole as a gap. Its faces are polygons of 96 sides: distances are too
+/// small by at most a fifth of a side.
+#[test]
+fn a_tube_is_as_thick_as_its_wall() {
+    let shape = HollowCylinderShape { inner_radius: 0.7, outer_radius: 1.0, height: 2.0, elements: [2, 96, 8] };
+    let mesh = hollow_cylinder("tube", &shape).expect("a tube");
+    let outer = 2.0 * (std::f64::consts::PI / 96.0).sin();
+    for mesh in [mesh.clone(), turned(mesh)] {
+        let found = measure(&whole(&mesh), &[]);
+        let (wall, hole) = (found.member.expect("a wall"), found.gap.expect("a hole"));
+        assert!((0.3 - 0.2 * outer..0.3 + 1e-9).contains(&wall.length), "{wall:?}");
+        assert!((1.4 - 0.2 * 0.7 * outer..1.4 + 1e-9).contains(&hole.length), "{hole:?}");
+    }
+}
+
+/// Faces of an edge are not opposite unless it is sharper than 20°: a wedge of 40° has the
+/// thickness between its other faces, one of 15° goes to zero.
+#[test]
+fn edges_are_no_thin_members() {
+    let wedge = |degrees: f64| {
+        let mut mesh = block([12, 12, 6]);
+        let slope = f64::to_radians(0.5 * degrees).tan();
+        // the face at x = 0 becomes an edge, the height grows along x
+        for node in &mut mesh.nodes {
+            *node = [node[0] + 0.05, (node[1] - 6.0) / 6.0 * (node[0] + 0.05) * slope, node[2]];
+        }
+        measure(&whole(&mesh), &[]).member.expect("the ends at z").length
+    };
+    assert!((wedge(40.0) - 6.0).abs() < 1e-9, "{}", wedge(40.0));
+    assert!(wedge(15.0) < 0.2, "{}", wedge(15.0));
 }

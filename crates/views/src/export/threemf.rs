@@ -128,6 +128,7 @@ mod tests {
             triangles: [faces, faces.map(|t| t.map(|n| n + 4))].concat(),
             outer: vec![true; 8],
             bodies: vec![1, 1, 1, 1, 0, 0, 0, 0],
+            labels: vec![0; 8],
         }
     }
 

@@ -39,6 +39,9 @@ use pack::base64;
 use summary::Summary;
 use tables::{Checked, NewtonSteps, Table};
 
+/// The file of a run with the thinnest member and the narrowest gap of its newest design.
+pub const MEASURES: &str = "measures.json";
+
 /// A page and its contents.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {

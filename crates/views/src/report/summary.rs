@@ -4,10 +4,11 @@ use serde::Serialize;
 use serde_json::Value;
 use slipstick_mesh::Mesh;
 
+use super::MEASURES;
 use super::tables::{self, Table};
 use slipstick_case::case::{Case, Dimension};
 use slipstick_model::words::{quantity, vector};
-use slipstick_results::run::{RESPONSES, RunDirectory, RunError, load_density};
+use slipstick_results::run::{Comparison, RESPONSES, RunDirectory, RunError, comparisons, load_density};
 
 /// The numbers at the top of the page.
 #[derive(Debug, Default, Serialize)]
@@ -21,6 +22,9 @@ pub(super) struct Summary {
     /// By load case and contact pair.
     #[serde(skip_serializing_if = "Option::is_none")]
     contact: Option<Table>,
+    /// Values that the case promises, and those of the run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    promise: Option<Table>,
 }
 
 /// A row of `contact.csv`.
@@ -52,6 +56,8 @@ impl Summary {
         {
             summary.rows.push(row);
         }
+        summary.rows.extend(measured(run, case)?);
+        summary.promise = promised(run, case)?;
         if let Some(table) = tables::optional(run, "contact.csv")? {
             summary.contact = contact(case, &table);
         }
@@ -60,8 +66,50 @@ impl Summary {
 
     /// Whether there is anything to show.
     pub(super) fn is_empty(&self) -> bool {
-        self.rows.is_empty() && self.contact.is_none()
+        self.rows.is_empty() && self.contact.is_none() && self.promise.is_none()
     }
+}
+
+/// The thinnest member and the narrowest gap, if they were measured.
+fn measured(run: &RunDirectory, case: &Case) -> Result<Vec<[String; 2]>, RunError> {
+    let path = run.file(MEASURES);
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let text = std::fs::read_to_string(&path).map_err(RunError::read(&path))?;
+    let found: Value = serde_json::from_str(&text).map_err(|error| RunError::Damaged {
+        path: path.clone(),
+        reason: format!("is not a list of measures: {error}"),
+        cure: "run `slipstick export --measure` again".into(),
+    })?;
+    let unit = in_unit(case, Dimension::LENGTH, "L");
+    let row = |key: &str, what: &str| {
+        let numbers: Option<Vec<f64>> = found[key]["at"].as_array()?.iter().map(Value::as_f64).collect();
+        let [x, y, z] = numbers?[..] else { return None };
+        let length = quantity(found[key]["length"].as_f64()?);
+        Some([format!("{what}{unit}"), format!("{length} at {}", vector([x, y, z]))])
+    };
+    Ok([row("member", "thinnest member"), row("gap", "narrowest gap")].into_iter().flatten().collect())
+}
+
+/// Promised values next to those of the run.
+fn promised(run: &RunDirectory, case: &Case) -> Result<Option<Table>, RunError> {
+    let found = comparisons(run, case)?;
+    let mut columns: Vec<String> = vec!["quantity".into()];
+    let cases = !case.load_cases.is_empty();
+    if cases {
+        columns.push("load case".into());
+    }
+    columns.extend(["design", "part", "deviation"].map(str::to_owned));
+    let row = |of: &Comparison| {
+        let mut row: Vec<Value> = vec![of.quantity.as_str().into()];
+        row.extend(cases.then(|| of.load_case.as_str().into()));
+        let deviation = of.deviation().map_or(String::new(), |value| format!("{:+.1} %", 100.0 * value));
+        row.extend([quantity(of.promised).into(), quantity(of.found).into(), deviation.into()]);
+        row
+    };
+    let rows: Vec<Vec<Value>> = found.iter().map(row).collect();
+    Ok((!rows.is_empty()).then_some(Table { columns, rows }))
 }
 
 /// Description and unit of an objective that is not that of the case, which the run records.

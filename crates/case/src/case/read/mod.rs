@@ -7,6 +7,7 @@ mod load;
 mod load_case;
 mod mesh_file;
 mod motion;
+mod promise;
 mod quantity;
 mod run;
 mod schedule;
@@ -45,6 +46,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
     let quantities = quantity::quantities(&root, &known);
     let objective = quantity::objective(&root, &quantities, &known);
     let constraints = quantity::constraints(&root, &quantities, load_path.steps);
+    let promises = promise::promises(&root, load_cases.len().max(1));
     let optimizer = design::optimizer(&root, design.as_ref());
     if let Some(design) = &design {
         design::warn_initial(root.reader, design, optimizer.as_ref());
@@ -73,6 +75,7 @@ pub(super) fn case(root: Table<'_>, files: ReadFile<'_>) -> Case {
         quantities,
         objective,
         constraints,
+        promises,
         optimizer,
         output,
         solver,

@@ -63,7 +63,7 @@ fn set(table: Table<'_>, names: &mut Names) -> NodeSet {
     let plane = table.table("plane").map(plane);
     let cylinder = table.table("cylinder").map(cylinder);
     let nearest = table.vector("nearest").optional();
-    conditions(&table, "a set", &["boxes", "plane", "cylinder", "nearest"], boxes.is_empty());
+    conditions(&table, "a set", &["boxes", "plane", "cylinder", "nearest", "within"], boxes.is_empty());
     table.finish();
     NodeSet { name, within, boxes, plane, cylinder, nearest }
 }

@@ -19,6 +19,8 @@ pub struct MeshFile {
     /// Whether second-order elements are read as first-order elements, without mid-side nodes.
     pub first_order: bool,
     /// SHA-256 of the file, in hexadecimal: with it, the case determines the results completely.
+    /// Empty, and not written, in a case for a file that does not exist yet.
+    #[serde(skip_serializing_if = "String::is_empty")]
     pub sha256: String,
     /// The mesh of this body, as if it came from a generator; its surfaces and node sets have their
     /// final names.

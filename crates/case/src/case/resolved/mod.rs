@@ -11,6 +11,7 @@ mod load_case;
 mod memory;
 mod mesh_file;
 mod motion;
+mod promise;
 mod quantity;
 mod sets;
 mod shaping;
@@ -23,6 +24,7 @@ pub use load_case::*;
 pub use memory::*;
 pub use mesh_file::*;
 pub use motion::*;
+pub use promise::*;
 pub use quantity::*;
 pub use sets::*;
 pub use shaping::*;
@@ -78,6 +80,9 @@ pub struct Case {
     /// Bounds on quantities.
     #[serde(rename = "constraint", skip_serializing_if = "Vec::is_empty")]
     pub constraints: Vec<Constraint>,
+    /// Values that a design promised, for comparison with those of its part.
+    #[serde(rename = "promise", skip_serializing_if = "Vec::is_empty")]
+    pub promises: Vec<Promise>,
     /// The optimizer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub optimizer: Option<Optimizer>,

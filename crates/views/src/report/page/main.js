@@ -14,6 +14,10 @@ function texts() {
   if (r) {
     show("results");
     if (r.rows.length) element("results-table").append(table([], r.rows, "words"));
+    if (r.promise) {
+      show("promise");
+      element("promise-table").append(table(r.promise.columns, r.promise.rows, "wide"));
+    }
     if (r.contact) {
       element("contact-table").append(table(r.contact.columns, r.contact.rows, "wide"));
       element("results-help").textContent = "A resultant is the vector sum of all contact forces of a pair on the meshed part, friction included. A peak pressure is the value at a single node; at edges and corners it depends on the mesh. contact.csv lists all load steps.";

@@ -1,0 +1,29 @@
+//! Values that a design promised (`[[promise]]`).
+
+use super::super::CaseCode;
+use super::super::resolved::Promise;
+use super::super::typed::Table;
+
+/// The promises; `cases` is the number of load paths.
+pub(super) fn promises(root: &Table<'_>, cases: usize) -> Vec<Promise> {
+    let mut promises: Vec<Promise> = Vec::new();
+    for table in root.tables("promise") {
+        let quantity = table.string("quantity").required(String::new(), "a column of quantities.csv");
+        if promises.iter().any(|other| other.quantity == quantity) && !quantity.is_empty() {
+            let message = format!("`{quantity}` is promised twice");
+            table.reader.error(&table.path_of("quantity"), CaseCode::DuplicateName, message, "keep one of the two");
+        }
+        let values = table
+            .list("values", |value, what| table.reader.number(value, &what))
+            .check(
+                CaseCode::BadShape,
+                |values| values.len() == cases,
+                "must have one value for each load case",
+                "without [[load_case]] tables, give one value",
+            )
+            .required(Vec::new(), "the values at the end of each load case, for instance [12.5]");
+        table.finish();
+        promises.push(Promise { quantity, values });
+    }
+    promises
+}

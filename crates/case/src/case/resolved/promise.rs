@@ -1,0 +1,14 @@
+//! Values that a design promised.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// The values of a quantity that a design promised at the end of each load case; a run of its part
+/// is compared with them.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Promise {
+    /// A column of `quantities.csv`.
+    pub quantity: String,
+    /// Its values, one for each load case, in the order of the case.
+    pub values: Vec<f64>,
+}

@@ -1,0 +1,133 @@
+//! `slipstick export --case`: the design as a part, with a case that analyses it.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+use slipstick::case::{Case, Promise};
+use slipstick::output::write_atomically;
+use slipstick::part::{LoosePiece, Part, PartBody, SCRIPT, write_script, write_surface};
+use slipstick::run::{RunDirectory, mesh_files, promises};
+use slipstick::words::counted;
+
+use crate::args::Export;
+use crate::commands::digits;
+use crate::failure::Failure;
+use crate::table::lines;
+use crate::{Context, Outcome};
+
+/// The file with all numbers of the part.
+const RECORD: &str = "part.json";
+
+/// Refuses a folder that has a case, unless it may be replaced.
+pub(super) fn refuse(folder: &Path, force: bool) -> Outcome {
+    let case = folder.join("case.toml");
+    if case.exists() && !force {
+        let cure = "name another folder, or give --force to replace its case";
+        return Err(Failure::input(format!("{} already exists", case.display()), cure));
+    }
+    Ok(())
+}
+
+/// Writes the files of a part and says what they contain.
+pub(super) fn write(
+    context: &Context,
+    args: &Export,
+    run: &RunDirectory,
+    design: &Case,
+    mut part: Part,
+    folder: &Path,
+    measures: Option<Value>,
+) -> Outcome {
+    // the tables of a run belong to its last design
+    let promised = if args.iteration.is_none() { promises(run, design)? } else { Vec::new() };
+    part.case.promises.clone_from(&promised);
+    fs::create_dir_all(folder).map_err(|error| {
+        Failure::input(format!("cannot create {}: {error}", folder.display()), "check its name and permissions")
+    })?;
+    let case_file = run.file("case.toml");
+    let read = mesh_files(&case_file);
+    for (name, copy) in &part.copies {
+        let bytes = read(name).map_err(|error| Failure::input(format!("{name}: {error}"), "restore the file"))?;
+        write_atomically(&folder.join(copy), |writer| writer.write_all(&bytes))?;
+    }
+    for body in &part.bodies {
+        write_surface(&folder.join(body.surface_file()), body)?;
+    }
+    write_script(&folder.join(SCRIPT), &part.bodies)?;
+    let record = json!({
+        "threshold": part.export.threshold, "density_volume": part.export.density_volume,
+        "bodies": part.bodies.iter().map(of_body).collect::<Vec<_>>(), "promises": promised,
+        "measures": measures,
+    });
+    let text = format!("{record:#}\n");
+    write_atomically(&folder.join(RECORD), |writer| writer.write_all(text.as_bytes()))?;
+    let case = case_text(&part, &promised)?;
+    write_atomically(&folder.join("case.toml"), |writer| writer.write_all(case.as_bytes()))?;
+    context.console.event("part", json!({ "folder": folder, "part": record }));
+    tell(context, folder, &part, &promised);
+    Ok(())
+}
+
+/// The case with a heading.
+fn case_text(part: &Part, promised: &[Promise]) -> Outcome<String> {
+    let text = toml::to_string_pretty(&part.case)
+        .map_err(|error| Failure::input(format!("the case cannot be written: {error}"), "report this as a bug"))?;
+    let files: Vec<String> = part.bodies.iter().map(PartBody::mesh_file).collect();
+    let promise = if promised.is_empty() {
+        ""
+    } else {
+        " `solve` and `report` compare\n# the part with the values that the design promised."
+    };
+    Ok(format!(
+        "# The part of a design, of solid material. `python3 {SCRIPT}` makes {}.{promise}\n{text}",
+        files.join(", ")
+    ))
+}
+
+fn of_body(body: &PartBody) -> Value {
+    let loose = |piece: &LoosePiece| json!({ "volume": piece.volume, "bounds": piece.bounds });
+    let faces: serde_json::Map<String, Value> = body
+        .faces
+        .iter()
+        .map(|face| (face.name.clone(), json!({ "group": face.group, "share": face.share })))
+        .collect();
+    json!({
+        "name": body.name, "size": body.size, "triangles": body.triangles(), "volume": body.volume,
+        "pieces": body.pieces.len(), "faces": faces, "loose": body.loose.iter().map(loose).collect::<Vec<_>>(),
+    })
+}
+
+fn tell(context: &Context, folder: &Path, part: &Part, promised: &[Promise]) {
+    let console = &context.console;
+    for body in &part.bodies {
+        let (name, size, volume) = (&body.name, digits(body.size), digits(body.volume));
+        let triangles = counted(body.triangles(), "triangle");
+        console.text(&format!("part {name}: {triangles} with edges of {size}; volume {volume}"));
+        let rows: Vec<Vec<String>> =
+            body.faces.iter().map(|face| vec![face.name.clone(), format!("{:.1} %", 100.0 * face.share)]).collect();
+        console.lines(&lines(&["face", "solid"], &rows));
+        if let Some(largest) = body.loose.first() {
+            let volume: f64 = body.loose.iter().map(|piece| piece.volume).sum();
+            let at: Vec<String> = (0..3).map(|c| digits(0.5 * (largest.bounds[0][c] + largest.bounds[1][c]))).collect();
+            console.warning(&format!(
+                "{} of `{name}` that no support holds, with a volume of {}, left out; the largest is at ({})",
+                counted(body.loose.len(), "piece"),
+                digits(volume),
+                at.join(", ")
+            ));
+        }
+    }
+    for name in &part.reselected {
+        console.warning(&format!(
+            "the set `{name}` is not made of whole faces of one body: the case of the part selects its nodes again by \
+             position"
+        ));
+    }
+    if promised.is_empty() {
+        console.warning("there are no quantities of this design to compare with: solve it, and export that run");
+    }
+    let shown = folder.display();
+    console.text(&format!("written: {shown}/case.toml, {SCRIPT}, {RECORD} and the surfaces"));
+    console.text(&format!("next: pip install gmsh; python3 {shown}/{SCRIPT}; slipstick solve {shown}/case.toml"));
+}

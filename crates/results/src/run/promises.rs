@@ -1,0 +1,116 @@
+//! What a design promised, and what its part keeps: quantities at the end of each load case.
+
+use std::fs;
+
+use slipstick_case::case::{Case, Promise};
+
+use super::{RunDirectory, RunError};
+
+/// A promised value and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// The quantity, a column of `quantities.csv`.
+    pub quantity: String,
+    /// The load case; empty if there is only one load path.
+    pub load_case: String,
+    /// The value that the design promised.
+    pub promised: f64,
+    /// The value in this run.
+    pub found: f64,
+}
+
+impl Comparison {
+    /// The relative deviation from the promise; `None` if nothing or zero was promised.
+    pub fn deviation(&self) -> Option<f64> {
+        let deviation = self.found / self.promised - 1.0;
+        (self.promised != 0.0 && deviation.is_finite()).then_some(deviation)
+    }
+}
+
+/// Reactions smaller than this fraction of the largest one are round-off of a symmetric case.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// The values that a run of a design promises: quantities of the case, contact forces, peak
+/// pressures, reactions and energies at the end of each load case. Empty if the run has no complete
+/// load path.
+///
+/// # Errors
+/// [`RunError::Read`].
+pub fn promises(run: &RunDirectory, case: &Case) -> Result<Vec<Promise>, RunError> {
+    let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
+    let ofs = |name: &str| -> Option<Vec<f64>> {
+        let column = columns.iter().position(|column| column == name)?;
+        rows.iter().map(|row| row.get(column)?.parse().ok()).collect()
+    };
+    let mut names: Vec<String> = case.quantities.iter().map(|quantity| quantity.name.clone()).collect();
+    for contact in &case.contacts {
+        let of_pair = ["normal_force", "friction_force", "peak_pressure"];
+        names.extend(of_pair.map(|what| format!("{}_{what}", contact.slave)));
+    }
+    let mut reactions: Vec<String> = Vec::new();
+    for support in &case.dirichlet {
+        reactions.extend(["x", "y", "z"].map(|axis| format!("reaction_{}_{axis}", support.set)));
+    }
+    let size = |name: &String| ofs(name).map_or(0.0, |values| values.iter().fold(0.0, |a: f64, v| a.max(v.abs())));
+    let largest = reactions.iter().map(size).fold(0.0, f64::max);
+    names.extend(reactions.into_iter().filter(|name| size(name) > NEGLIGIBLE * largest));
+    names.extend(["strain_energy", "friction_work", "external_work"].map(str::to_owned));
+    let mut promises: Vec<Promise> = Vec::new();
+    for quantity in names {
+        let values = ofs(&quantity);
+        if let Some(values) = values.filter(|_| promises.iter().all(|other| other.quantity != quantity)) {
+            promises.push(Promise { quantity, values });
+        }
+    }
+    Ok(promises)
+}
+
+/// The promises of a case and the values of its run. Empty if the case has none, or if the run has
+/// no complete load path; quantities that the run does not have are left out.
+///
+/// # Errors
+/// [`RunError::Read`].
+pub fn comparisons(run: &RunDirectory, case: &Case) -> Result<Vec<Comparison>, RunError> {
+    if case.promises.is_empty() {
+        return Ok(Vec::new());
+    }
+    let Some(LastRows { columns, rows }) = last_rows(run, case)? else { return Ok(Vec::new()) };
+    let names = case.load_case_names();
+    let mut found = Vec::new();
+    for promise in &case.promises {
+        let Some(column) = columns.iter().position(|column| *column == promise.quantity) else { continue };
+        for (number, (row, &promised)) in rows.iter().zip(&promise.values).enumerate() {
+            let Some(value) = row.get(column).and_then(|cell| cell.parse().ok()) else { continue };
+            let (quantity, load_case) = (promise.quantity.clone(), names.get(number).cloned().unwrap_or_default());
+            found.push(Comparison { quantity, load_case, promised, found: value });
+        }
+    }
+    Ok(found)
+}
+
+/// Columns of `quantities.csv`, and one row for each load case.
+struct LastRows {
+    columns: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+/// Columns of `quantities.csv` and its rows at the end of each load case; `None` if the file does
+/// not exist, belongs to an evaluation under several coefficients of friction, or lacks such a row.
+fn last_rows(run: &RunDirectory, case: &Case) -> Result<Option<LastRows>, RunError> {
+    let path = run.file("quantities.csv");
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let text = fs::read_to_string(&path).map_err(RunError::read(&path))?;
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<String>>();
+    let mut lines = text.lines();
+    let columns = cells(lines.next().unwrap_or_default());
+    if columns.first().is_none_or(|first| first != "step") {
+        return Ok(None);
+    }
+    let rows: Vec<Vec<String>> = lines.map(cells).collect();
+    let steps = case.load_path.steps;
+    let ends = (1..=case.steps() / steps).map(|number| (number * steps).to_string());
+    let rows: Option<Vec<Vec<String>>> = ends.map(|end| rows.iter().find(|row| row[0] == end).cloned()).collect();
+    Ok(rows.map(|rows| LastRows { columns, rows }))
+}

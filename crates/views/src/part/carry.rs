@@ -1,0 +1,161 @@
+//! The case of a part: what stays, and what its new meshes change.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use slipstick_case::case::{Case, MeshFile, NodeSet, Placement, QuantityKind, Shape, SurfaceSet};
+use slipstick_mesh::Mesh;
+
+use super::patches::NamedFaces;
+use super::{NamedFace, PartBody, PartError, on_body};
+
+/// A case without design, and what belongs to it.
+pub(super) struct Carried {
+    pub case: Case,
+    /// Names of mesh files in the design's case and in the part's.
+    pub copies: Vec<(String, String)>,
+    /// Node sets that are selected again by position.
+    pub reselected: Vec<String>,
+}
+
+/// Gives each surface and set of a body its name in the mesh file: `{body}_{name}`, or the name
+/// itself if it already starts like this.
+pub(super) fn name_groups(body: &str, faces: &mut [NamedFace]) {
+    let prefix = format!("{body}_");
+    let mut taken: BTreeSet<String> =
+        faces.iter().map(|face| face.name.clone()).filter(|name| name.starts_with(&prefix)).collect();
+    for face in faces.iter_mut().filter(|face| !face.name.starts_with(&prefix)) {
+        face.group = format!("{prefix}{}", face.name);
+        while !taken.insert(face.group.clone()) {
+            face.group += "_faces";
+        }
+    }
+}
+
+/// The case of the part.
+pub(super) fn carried(case: &Case, mesh: &Mesh, faces: &NamedFaces, bodies: &[PartBody]) -> Result<Carried, PartError> {
+    let mut part = case.clone();
+    if !part.title.is_empty() {
+        part.title += ": the part";
+    }
+    part.design = None;
+    part.optimizer = None;
+    part.constraints.clear();
+    part.output.directory = None;
+    let copies = shapes(&mut part, bodies);
+    let find =
+        |name: &str| bodies.iter().find_map(|body| Some((body, body.faces.iter().find(|face| face.name == name)?)));
+    let left = |name: &str| find(name).filter(|(_, face)| !face.patches.is_empty());
+    let designed = |name: &str| {
+        let named = |body: &PartBody| mesh.bodies.iter().position(|other| other.name == body.name);
+        bodies.iter().filter_map(named).any(|body| on_body(mesh, name, body))
+    };
+    // a surface or set without material disappears; an error follows if something needs it
+    let mut gone: BTreeSet<String> = mesh.names().into_iter().map(str::to_owned).collect();
+    gone.retain(|name| designed(name) && left(name).is_none());
+    let mut reselected = Vec::new();
+    part.surfaces.retain(|surface| !gone.contains(&surface.name));
+    for surface in &mut part.surfaces {
+        if let Some((body, face)) = left(&surface.name) {
+            let (name, body, within) = (surface.name.clone(), body.name.clone(), Some(face.group.clone()));
+            *surface = SurfaceSet { name, body, within, boxes: Vec::new(), normal: None };
+        }
+    }
+    for set in &mut part.sets {
+        let whole = faces.whole.contains_key(&set.name);
+        match left(&set.name) {
+            Some((_, face)) if whole => {
+                let (name, within) = (set.name.clone(), Some(face.group.clone()));
+                *set = NodeSet { name, within, boxes: Vec::new(), plane: None, cylinder: None, nearest: None };
+            }
+            _ if designed(&set.name) && !whole => {
+                reselected.push(set.name.clone());
+                gone.remove(&set.name);
+            }
+            _ => {}
+        }
+    }
+    part.sets.retain(|set| !gone.contains(&set.name));
+    for (name, used) in uses(&part) {
+        let of_case = part.sets.iter().any(|set| set.name == name);
+        let of_file = mesh.node_sets.contains_key(&name) && !of_case && designed(&name);
+        if of_file && !faces.whole.contains_key(&name) {
+            return Err(PartError::NotFaces { name });
+        }
+        if gone.contains(&name) {
+            return Err(PartError::NoMaterial { name, used });
+        }
+    }
+    Ok(Carried { case: part, copies, reselected })
+}
+
+/// Replaces the shapes of the designed bodies and the names of the other bodies' mesh files;
+/// returns the latter.
+fn shapes(part: &mut Case, bodies: &[PartBody]) -> Vec<(String, String)> {
+    let mut taken: BTreeSet<String> = bodies.iter().flat_map(|body| [body.mesh_file(), body.surface_file()]).collect();
+    let mut copies: Vec<(String, String)> = Vec::new();
+    for body in &mut part.bodies {
+        if let Some(designed) = bodies.iter().find(|designed| designed.name == body.name) {
+            body.place = Placement::default();
+            body.shape = Shape::Mesh(MeshFile {
+                file: designed.mesh_file(),
+                part: Some(body.name.clone()),
+                scale: 1.0,
+                first_order: false,
+                sha256: String::new(),
+                mesh: Arc::default(),
+            });
+            continue;
+        }
+        let Shape::Mesh(file) = &mut body.shape else { continue };
+        if let Some((_, copy)) = copies.iter().find(|(name, _)| *name == file.file) {
+            file.file.clone_from(copy);
+            continue;
+        }
+        let name = std::path::Path::new(&file.file).file_name().map(|name| name.to_string_lossy().into_owned());
+        let mut copy = name.unwrap_or_else(|| file.file.clone());
+        while !taken.insert(copy.clone()) {
+            copy.insert(0, '_');
+        }
+        copies.push((file.file.clone(), copy.clone()));
+        file.file = copy;
+    }
+    copies
+}
+
+/// All surfaces and sets that a case needs, each with the table that names it.
+fn uses(case: &Case) -> Vec<(String, String)> {
+    let mut uses = Vec::new();
+    let mut need = |name: &str, table: String| uses.push((name.to_owned(), table));
+    for contact in &case.contacts {
+        need(&contact.slave, "a contact pair".into());
+        need(&contact.master, "a contact pair".into());
+    }
+    for support in &case.dirichlet {
+        need(&support.set, "a support or motion".into());
+    }
+    for load in &case.loads {
+        need(&load.surface, "a load".into());
+    }
+    for surface in &case.surfaces {
+        surface.within.iter().for_each(|within| need(within, format!("the surface `{}`", surface.name)));
+    }
+    for set in &case.sets {
+        set.within.iter().for_each(|within| need(within, format!("the set `{}`", set.name)));
+    }
+    for quantity in &case.quantities {
+        let names: Vec<&String> = match &quantity.kind {
+            QuantityKind::Reaction { set, .. } | QuantityKind::Moment { set, .. } => vec![set],
+            QuantityKind::Displacement { set, relative_to, .. } => [set].into_iter().chain(relative_to).collect(),
+            QuantityKind::ExternalWork { set } => set.iter().collect(),
+            QuantityKind::ContactForce { within, .. }
+            | QuantityKind::ContactPressure { within, .. }
+            | QuantityKind::ContactShare { within, .. }
+            | QuantityKind::Gap { within, .. }
+            | QuantityKind::FrictionWork { within, .. } => within.iter().collect(),
+            _ => Vec::new(),
+        };
+        names.into_iter().for_each(|name| need(name, format!("the quantity `{}`", quantity.name)));
+    }
+    uses
+}

@@ -1,0 +1,50 @@
+//! Errors of preparing a part.
+
+use crate::export::ExportError;
+
+/// Why a design cannot become a part; [`PartError::cure`] is the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum PartError {
+    /// A case without design.
+    #[error("the case has no section [design], so no body is a part")]
+    NoDesign,
+    /// A body without material.
+    #[error("no material of body `{body}` is above the threshold")]
+    Empty {
+        /// The body.
+        body: String,
+    },
+    /// A surface or set without material.
+    #[error("no material is left on `{name}`, which {used} needs")]
+    NoMaterial {
+        /// The surface or set.
+        name: String,
+        /// The table of the case that names it.
+        used: String,
+    },
+    /// A node set of a mesh file that is not made of faces.
+    #[error("the set `{name}` of a mesh file is made of edges or points, which the mesh of the part does not have")]
+    NotFaces {
+        /// The set.
+        name: String,
+    },
+    /// The surface.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+}
+
+impl PartError {
+    /// The remedy, for users of the program.
+    pub fn cure(&self) -> String {
+        match self {
+            Self::NoDesign => "export the run of a case with a design".into(),
+            Self::Empty { .. } => "give a lower --threshold".into(),
+            Self::NoMaterial { .. } => {
+                "keep the material there with `passive_solid` and run the optimization again, or give a lower --threshold"
+                    .into()
+            }
+            Self::NotFaces { .. } => "select its nodes by position with a [[set]] in the case of the design".into(),
+            Self::Export(error) => error.cure(),
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! Prepares a design to be meshed and analysed as a part.
+//!
+//! ```text
+//! densities ──export──▶ closed surface ──held pieces──▶ patches by name ──remeshed──▶ MSH file, script for Gmsh
+//! case      ─────────────────────────────────────────▶ the same bodies, contact and path, without design
+//! ```
+//!
+//! The faces of the design domain stay where they were. Each connected part of the surface that
+//! carries the same surfaces and node sets of the case is a patch, whose borders are kept, so that
+//! Gmsh finds contact faces, supports and loads again and gives them their names. The triangles of
+//! the surface become almost equilateral; Gmsh fills it with elements and does not change it.
+
+mod carry;
+mod error;
+mod files;
+mod patches;
+mod pieces;
+mod remesh;
+#[cfg(test)]
+mod tests;
+
+pub use error::PartError;
+pub use files::{SCRIPT, write_script, write_surface};
+pub use pieces::LoosePiece;
+
+use slipstick_case::case::Case;
+use slipstick_mesh::Mesh;
+
+use crate::export::{Export, ExportOptions, TriangleSurface, labelled_surface};
+use patches::{NamedFaces, Patch, patches};
+use pieces::pieces;
+use remesh::{PatchedSurface, remeshed};
+
+/// A part: the designed bodies as surfaces to be meshed, and the case in which they are analysed.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The designed bodies.
+    pub bodies: Vec<PartBody>,
+    /// The case of the part; its designed bodies come from the files that Gmsh writes.
+    pub case: Case,
+    /// Mesh files that other bodies use: their names in the design's case and in the part's.
+    pub copies: Vec<(String, String)>,
+    /// Node sets that the part's case selects again by position.
+    pub reselected: Vec<String>,
+    /// The surface of the design, as it is exported.
+    pub export: Export,
+}
+
+/// A designed body as a surface of patches.
+#[derive(Debug, Clone)]
+pub struct PartBody {
+    /// Its name.
+    pub name: String,
+    /// Length of its edges. \[L\]
+    pub size: f64,
+    /// Volume that its surface encloses. \[L³\]
+    pub volume: f64,
+    /// Pieces that are left out because no support holds them, the largest first.
+    pub loose: Vec<LoosePiece>,
+    /// Its surfaces and node sets.
+    pub faces: Vec<NamedFace>,
+    /// The patches around each piece of its material, also those of cavities; counted from 1.
+    pub pieces: Vec<Vec<u32>>,
+    surface: PatchedSurface,
+}
+
+/// A surface or a node set of a designed body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedFace {
+    /// Its name in the case.
+    pub name: String,
+    /// Its name in the mesh file.
+    pub group: String,
+    /// Area of the part over area of the design domain, 0 … 1.
+    pub share: f64,
+    /// Its patches, counted from 1.
+    pub patches: Vec<u32>,
+}
+
+impl PartBody {
+    /// Number of triangles of its surface.
+    pub fn triangles(&self) -> usize {
+        self.surface.triangles.len()
+    }
+
+    /// The mesh file that the script writes.
+    pub fn mesh_file(&self) -> String {
+        format!("{}_part.msh", self.name)
+    }
+
+    /// The file with its surface.
+    pub fn surface_file(&self) -> String {
+        format!("{}_surface.msh", self.name)
+    }
+}
+
+/// The part that a design becomes. `size` is the length of the edges \[L\]; by default, for each
+/// body, the mean over its elements of their shortest edges.
+///
+/// # Errors
+/// [`PartError`]: the case has no design, the design has no surface, or no material is left on a
+/// surface or set that the case needs.
+pub fn part(
+    case: &Case,
+    mesh: &Mesh,
+    density: &[f64],
+    options: &ExportOptions,
+    size: Option<f64>,
+) -> Result<Part, PartError> {
+    let design = case.design.as_ref().ok_or(PartError::NoDesign)?;
+    let designed: Vec<usize> =
+        (0..mesh.bodies.len()).filter(|&b| design.bodies.contains(&mesh.bodies[b].name)).collect();
+    let faces = NamedFaces::new(mesh, &designed);
+    let options = ExportOptions { bodies: design.bodies.clone(), keep_surfaces: true, ..options.clone() };
+    let export = labelled_surface(mesh, density, &options, &faces.labels)?;
+    let bodies = designed
+        .iter()
+        .map(|&body| part_body(case, mesh, &faces, &of_body(&export.surface, body), body, size))
+        .collect::<Result<Vec<_>, _>>()?;
+    let carried = carry::carried(case, mesh, &faces, &bodies)?;
+    Ok(Part { bodies, case: carried.case, copies: carried.copies, reselected: carried.reselected, export })
+}
+
+fn part_body(
+    case: &Case,
+    mesh: &Mesh,
+    faces: &NamedFaces,
+    surface: &TriangleSurface,
+    body: usize,
+    size: Option<f64>,
+) -> Result<PartBody, PartError> {
+    let name = mesh.bodies[body].name.clone();
+    if surface.triangles.is_empty() {
+        return Err(PartError::Empty { body: name });
+    }
+    let supports: Vec<&String> = case.dirichlet.iter().map(|support| &support.set).collect();
+    let held = |t: usize| faces.of(surface.labels[t]).iter().any(|name| supports.contains(&name));
+    let kept = pieces(surface, held);
+    let size = size.unwrap_or_else(|| element_size(mesh, body));
+    let (patched, list) = patches(&kept.surface);
+    let mut around = vec![Vec::new(); kept.piece.iter().max().map_or(0, |&most| most as usize + 1)];
+    for (&piece, &patch) in kept.piece.iter().zip(&patched.patch) {
+        around[piece as usize].push(patch + 1);
+    }
+    for patches in &mut around {
+        patches.sort_unstable();
+        patches.dedup();
+    }
+    let fine = remeshed(&patched, size, |patch| !list[patch as usize].outer);
+    Ok(PartBody {
+        faces: named_faces(mesh, faces, &fine, &list, body),
+        name,
+        size,
+        volume: fine.volume(),
+        loose: kept.loose,
+        pieces: around,
+        surface: fine,
+    })
+}
+
+/// Edges of a surface to be measured, over the size of the elements of its body.
+const MEASURED: f64 = 0.5;
+
+/// The surface of a design with regular triangles half as large as the elements of its bodies, to
+/// be measured: without the slivers and folds of the extracted surface, which have no size. Outer
+/// faces stay in place.
+pub fn regular_surface(mesh: &Mesh, surface: &TriangleSurface) -> TriangleSurface {
+    let mut all = TriangleSurface::default();
+    for body in 0..mesh.bodies.len() {
+        let own = of_body(surface, body);
+        if own.triangles.is_empty() {
+            continue;
+        }
+        let (patched, list) = patches(&own);
+        let fine = remeshed(&patched, MEASURED * element_size(mesh, body), |patch| !list[patch as usize].outer);
+        let first = all.points.len() as u32;
+        all.points.extend(fine.points);
+        all.triangles.extend(fine.triangles.iter().map(|t| t.map(|n| first + n)));
+        all.outer.extend(fine.patch.iter().map(|&patch| list[patch as usize].outer));
+        all.labels.extend(fine.patch.iter().map(|&patch| list[patch as usize].label));
+        all.bodies.extend(fine.patch.iter().map(|_| body as u32));
+    }
+    all
+}
+
+/// The triangles of one body.
+fn of_body(surface: &TriangleSurface, body: usize) -> TriangleSurface {
+    let own: Vec<usize> = (0..surface.triangles.len()).filter(|&t| surface.bodies[t] as usize == body).collect();
+    let mut numbers = vec![u32::MAX; surface.points.len()];
+    let mut of = TriangleSurface::default();
+    for t in own {
+        of.triangles.push(surface.triangles[t].map(|n| {
+            let number = &mut numbers[n as usize];
+            if *number == u32::MAX {
+                *number = of.points.len() as u32;
+                of.points.push(surface.points[n as usize]);
+            }
+            *number
+        }));
+        of.outer.push(surface.outer[t]);
+        of.bodies.push(surface.bodies[t]);
+        of.labels.push(surface.labels[t]);
+    }
+    of
+}
+
+/// Mean over the elements of a body of their shortest edges. \[L\]
+fn element_size(mesh: &Mesh, body: usize) -> f64 {
+    let elements = mesh.bodies[body].elements.clone();
+    let shortest = |e: usize| {
+        let element = &mesh.elements[e];
+        let sides = (0..element.sides()).map(|side| element.side(side));
+        let lengths = sides.flat_map(|side| {
+            let at = |k: usize| mesh.nodes[side[k % side.len()] as usize];
+            (0..side.len()).map(|k| crate::vector::norm(crate::vector::minus(at(k + 1), at(k)))).collect::<Vec<_>>()
+        });
+        lengths.fold(f64::INFINITY, f64::min)
+    };
+    let count = elements.len() as f64;
+    elements.map(shortest).sum::<f64>() / count
+}
+
+/// The surfaces and node sets of a body, and their patches.
+fn named_faces(
+    mesh: &Mesh,
+    faces: &NamedFaces,
+    surface: &PatchedSurface,
+    list: &[Patch],
+    body: usize,
+) -> Vec<NamedFace> {
+    let mut areas = vec![0.0; list.len()];
+    for (t, &patch) in surface.patch.iter().enumerate() {
+        areas[patch as usize] += 0.5 * crate::vector::norm(crate::vector::area(surface.corners(t)));
+    }
+    let mut found: Vec<NamedFace> = Vec::new();
+    for (name, &whole) in &faces.areas {
+        if !on_body(mesh, name, body) {
+            continue;
+        }
+        let carries = |k: &usize| faces.of(list[*k].label).contains(name);
+        let own: Vec<usize> = (0..list.len()).filter(carries).collect();
+        found.push(NamedFace {
+            name: name.clone(),
+            group: name.clone(),
+            share: (own.iter().fold(0.0, |sum, &k| sum + areas[k]) / whole).min(1.0),
+            patches: own.iter().map(|&k| k as u32 + 1).collect(),
+        });
+    }
+    carry::name_groups(&mesh.bodies[body].name, &mut found);
+    found
+}
+
+/// Whether a surface or a set has a node of a body.
+fn on_body(mesh: &Mesh, name: &str, body: usize) -> bool {
+    let nodes = mesh.set_nodes(name);
+    nodes.is_some_and(|nodes| nodes.iter().any(|&n| mesh.bodies[body].nodes.contains(&(n as usize))))
+}

@@ -1,0 +1,151 @@
+//! The pieces of a body's material: which are held, and which are loose and left out.
+
+use std::f64::consts::PI;
+
+use super::patches::shells;
+use crate::export::TriangleSurface;
+use crate::vector::{cross, dot, minus, norm};
+
+/// A loose piece of material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoosePiece {
+    /// Its volume. \[L³\]
+    pub volume: f64,
+    /// Its lowest corner and its highest corner. \[L\]
+    pub bounds: [[f64; 3]; 2],
+}
+
+/// The material of a body without its loose pieces.
+#[derive(Debug)]
+pub(super) struct Pieces {
+    pub surface: TriangleSurface,
+    /// The number of the piece to which each triangle belongs, also of cavities.
+    pub piece: Vec<u32>,
+    /// The loose pieces, the largest first.
+    pub loose: Vec<LoosePiece>,
+}
+
+/// Keeps the pieces with a triangle that `held` accepts or, if there is none, the largest piece.
+pub(super) fn pieces(surface: &TriangleSurface, held: impl Fn(usize) -> bool) -> Pieces {
+    let (shell, count) = shells(surface);
+    let mut triangles: Vec<Vec<usize>> = vec![Vec::new(); count];
+    shell.iter().enumerate().for_each(|(t, &number)| triangles[number as usize].push(t));
+    let volume = |shell: &[usize]| -> f64 {
+        let origin = surface.corners(shell[0])[0];
+        let part = |&t: &usize| {
+            let [a, b, c] = surface.corners(t).map(|p| minus(p, origin));
+            dot(a, cross(b, c)) / 6.0
+        };
+        shell.iter().map(part).sum()
+    };
+    let volumes: Vec<f64> = triangles.iter().map(|shell| volume(shell)).collect();
+    let outside: Vec<usize> = (0..count).filter(|&s| volumes[s] > 0.0).collect();
+    // A cavity belongs to the smallest shell around it.
+    let owner = |s: usize| -> Option<usize> {
+        if volumes[s] > 0.0 {
+            return Some(s);
+        }
+        let x = surface.corners(triangles[s][0])[0];
+        let around = outside.iter().copied().filter(|&o| winding(surface, &triangles[o], x) > 0.5);
+        around.min_by(|&a, &b| volumes[a].total_cmp(&volumes[b]))
+    };
+    let owners: Vec<Option<usize>> = (0..count).map(owner).collect();
+    let mut kept: Vec<usize> = outside.iter().copied().filter(|&s| triangles[s].iter().any(|&t| held(t))).collect();
+    if kept.is_empty() {
+        kept.extend(outside.iter().copied().max_by(|&a, &b| volumes[a].total_cmp(&volumes[b])));
+    }
+    let mut loose: Vec<LoosePiece> = outside
+        .iter()
+        .filter(|s| !kept.contains(s))
+        .map(|&s| {
+            let own = (0..count).filter(|&other| owners[other] == Some(s));
+            LoosePiece { volume: own.map(|shell| volumes[shell]).sum(), bounds: bounds(surface, &triangles[s]) }
+        })
+        .collect();
+    loose.sort_by(|a, b| b.volume.total_cmp(&a.volume));
+    let number = |t: usize| owners[shell[t] as usize].and_then(|owner| kept.iter().position(|&k| k == owner));
+    let (mut rest, mut piece) = (TriangleSurface::default(), Vec::new());
+    let mut points = vec![u32::MAX; surface.points.len()];
+    for t in 0..surface.triangles.len() {
+        let Some(of) = number(t) else { continue };
+        piece.push(of as u32);
+        rest.triangles.push(surface.triangles[t].map(|n| {
+            let place = &mut points[n as usize];
+            if *place == u32::MAX {
+                *place = rest.points.len() as u32;
+                rest.points.push(surface.points[n as usize]);
+            }
+            *place
+        }));
+        rest.outer.push(surface.outer[t]);
+        rest.bodies.push(surface.bodies[t]);
+        rest.labels.push(surface.labels[t]);
+    }
+    Pieces { surface: rest, piece, loose }
+}
+
+fn bounds(surface: &TriangleSurface, triangles: &[usize]) -> [[f64; 3]; 2] {
+    let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for corner in triangles.iter().flat_map(|&t| surface.corners(t)) {
+        for c in 0..3 {
+            bounds[0][c] = bounds[0][c].min(corner[c]);
+            bounds[1][c] = bounds[1][c].max(corner[c]);
+        }
+    }
+    bounds
+}
+
+/// How many times a shell winds around a point: 1 inside, 0 outside; the sum of the solid angles of
+/// its triangles over 4π.
+///
+/// Method: A. Van Oosterom, J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed.
+/// Eng. 30 (1983) 125–126.
+fn winding(surface: &TriangleSurface, triangles: &[usize], x: [f64; 3]) -> f64 {
+    let angle = |&t: &usize| {
+        let [a, b, c] = surface.corners(t).map(|p| minus(p, x));
+        let (p, q, r) = (norm(a), norm(b), norm(c));
+        let volume = dot(a, cross(b, c));
+        2.0 * volume.atan2(p * q * r + dot(a, b) * r + dot(b, c) * p + dot(c, a) * q)
+    };
+    triangles.iter().map(angle).sum::<f64>() / (4.0 * PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::export::{ExportOptions, design_surface};
+    use slipstick_mesh::{BoxShape, box_mesh};
+
+    /// A hollow cube of 5³ elements with a cavity of 3³ and a solid element within it, two elements
+    /// away from a bar of 1 × 5 × 5 elements.
+    #[test]
+    fn loose_pieces_are_left_out() {
+        let shape = BoxShape { min: [0.0; 3], max: [8.0, 5.0, 5.0], elements: [8, 5, 5], grading: [1.0; 3] };
+        let mesh = box_mesh("block", &shape).expect("a box");
+        let density: Vec<f64> = (0..mesh.elements.len())
+            .map(|e| {
+                let [x, y, z] = mesh.centroid(e);
+                let far = (x - 2.5).abs().max((y - 2.5).abs()).max((z - 2.5).abs());
+                f64::from(u8::from(x > 7.0 || x < 5.0 && !(0.9..1.9).contains(&far)))
+            })
+            .collect();
+        let options = ExportOptions { threshold: Some(0.4), smoothing: 0, ..ExportOptions::default() };
+        let surface = design_surface(&mesh, &density, &options).expect("a surface").surface;
+        assert_eq!(surface.pieces(), 4);
+        let left = |t: usize| surface.corners(t).iter().all(|p| p[0] == 0.0);
+        let right = |t: usize| surface.corners(t).iter().all(|p| p[0] == 8.0);
+        let cube = pieces(&surface, left);
+        let (bar, inner) = (cube.loose[0], cube.loose[1]);
+        assert_eq!((cube.surface.pieces(), cube.loose.len()), (2, 2), "the cube and its cavity");
+        assert!(cube.piece.iter().all(|&piece| piece == 0));
+        assert!(bar.bounds[0][0] > 6.5 && bar.bounds[1] == [8.0, 5.0, 5.0], "{bar:?}");
+        assert!(inner.volume < bar.volume && inner.bounds[0][0] > 1.5 && inner.bounds[1][0] < 3.5, "{inner:?}");
+        let whole = surface.volume();
+        assert!((cube.surface.volume() + bar.volume + inner.volume - whole).abs() < 1e-12 * whole);
+        // Without a support, the largest piece remains; with two, both.
+        assert_eq!(pieces(&surface, |_| false).surface, cube.surface);
+        let both = pieces(&surface, |t| left(t) || right(t));
+        assert_eq!((both.surface.pieces(), both.loose.len()), (3, 1));
+        assert_eq!(both.piece.iter().max(), Some(&1));
+    }
+}

@@ -1,0 +1,297 @@
+//! Makes the triangles of a surface equilateral and equal in size, and keeps its patches.
+//!
+//! The corners where patches meet stay in place, bit for bit. Points on the border between two
+//! patches move along this border, and all others within their patch. Each pass splits long edges,
+//! collapses short ones, flips edges to enlarge the smallest angle, and moves points to the
+//! centroid of their triangles; moved points are projected onto the original surface.
+//!
+//! Method: M. Botsch, L. Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004.
+
+mod operations;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::closest::{ClosestPoint, Simplex};
+use crate::vector::{area, cross, dot, minus, norm, unit, unit_normal};
+
+/// Edges longer or shorter than these multiples of the mesh size are split or collapsed.
+const LONGEST: f64 = 4.0 / 3.0;
+const SHORTEST: f64 = 4.0 / 5.0;
+
+/// Number of passes.
+const PASSES: usize = 8;
+
+/// Cosine of the largest angle between the normals of a triangle before and after a change (60°).
+const TURN: f64 = 0.5;
+
+/// Angle between two segments of a border between outer faces above which their common point is a
+/// corner (30°).
+const BEND: f64 = 0.866;
+
+/// A closed surface that is divided into patches.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct PatchedSurface {
+    /// Coordinates. \[L\]
+    pub points: Vec<[f64; 3]>,
+    /// Counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// The patch of each triangle.
+    pub patch: Vec<u32>,
+}
+
+impl PatchedSurface {
+    pub fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
+        self.triangles[triangle].map(|n| self.points[n as usize])
+    }
+
+    /// The volume that the surface encloses. \[L³\]
+    pub fn volume(&self) -> f64 {
+        let Some(&origin) = self.points.first() else { return 0.0 };
+        (0..self.triangles.len()).map(|t| dot(minus(self.corners(t)[0], origin), area(self.corners(t))) / 6.0).sum()
+    }
+}
+
+/// Two different patches, the smaller number first.
+type Pair = (u32, u32);
+
+/// Where a point may move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Place {
+    /// Within this patch.
+    Patch(u32),
+    /// Along the border between these two patches, the smaller number first.
+    Border(u32, u32),
+    /// Nowhere.
+    Corner,
+}
+
+/// A surface while it is changed. Triangles and points that no longer exist keep their numbers.
+struct Remesh<'a> {
+    size: f64,
+    points: Vec<[f64; 3]>,
+    places: Vec<Place>,
+    triangles: Vec<[u32; 3]>,
+    patch: Vec<u32>,
+    /// The triangles at each point.
+    around: Vec<Vec<u32>>,
+    original: &'a Original,
+}
+
+/// The original patches and borders, for projections.
+struct Original {
+    patches: BTreeMap<u32, ClosestPoint>,
+    borders: BTreeMap<Pair, ClosestPoint>,
+}
+
+/// The surface with edges of about this length \[L\]; `free` says which patches are not outer
+/// faces, so that bends of their borders are no corners.
+pub(super) fn remeshed(surface: &PatchedSurface, size: f64, free: impl Fn(u32) -> bool) -> PatchedSurface {
+    let borders = borders(surface);
+    let original = Original::new(surface, &borders);
+    let mut around = vec![Vec::new(); surface.points.len()];
+    for (t, triangle) in (0..).zip(&surface.triangles) {
+        triangle.iter().for_each(|&n| around[n as usize].push(t));
+    }
+    let mut remesh = Remesh {
+        size,
+        points: surface.points.clone(),
+        places: places(surface, &borders, free),
+        triangles: surface.triangles.clone(),
+        patch: surface.patch.clone(),
+        around,
+        original: &original,
+    };
+    for _ in 0..PASSES {
+        remesh.split_long();
+        remesh.collapse_short();
+        remesh.flip();
+        remesh.relax();
+    }
+    remesh.flip();
+    remesh.finish()
+}
+
+/// Edges between different patches, by their points in ascending order, with the two patches.
+fn borders(surface: &PatchedSurface) -> BTreeMap<[u32; 2], Pair> {
+    let mut first: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    let mut borders = BTreeMap::new();
+    for (t, &patch) in surface.triangles.iter().zip(&surface.patch) {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            let edge = [a.min(b), a.max(b)];
+            match first.remove(&edge) {
+                Some(other) if other != patch => {
+                    borders.insert(edge, (other.min(patch), other.max(patch)));
+                }
+                Some(_) => {}
+                None => {
+                    first.insert(edge, patch);
+                }
+            }
+        }
+    }
+    borders
+}
+
+fn places(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>, free: impl Fn(u32) -> bool) -> Vec<Place> {
+    let mut places = vec![Place::Corner; surface.points.len()];
+    for (t, &patch) in surface.triangles.iter().zip(&surface.patch) {
+        t.iter().for_each(|&n| places[n as usize] = Place::Patch(patch));
+    }
+    let mut along: BTreeMap<u32, Vec<(u32, Pair)>> = BTreeMap::new();
+    for (&[a, b], &pair) in borders {
+        along.entry(a).or_default().push((b, pair));
+        along.entry(b).or_default().push((a, pair));
+    }
+    for (n, edges) in along {
+        let direction = |to: u32| unit(minus(surface.points[to as usize], surface.points[n as usize]));
+        places[n as usize] = match edges[..] {
+            [(a, pair), (b, other)] if pair == other => {
+                let straight = -dot(direction(a), direction(b));
+                let bends = straight < BEND && !free(pair.0) && !free(pair.1);
+                if bends { Place::Corner } else { Place::Border(pair.0, pair.1) }
+            }
+            _ => Place::Corner,
+        };
+    }
+    places
+}
+
+impl Original {
+    fn new(surface: &PatchedSurface, borders: &BTreeMap<[u32; 2], Pair>) -> Self {
+        let mut triangles: BTreeMap<u32, Vec<Simplex>> = BTreeMap::new();
+        for (t, &patch) in surface.patch.iter().enumerate() {
+            let corners = surface.corners(t);
+            triangles.entry(patch).or_default().push(Simplex { corners, normal: unit_normal(corners) });
+        }
+        let mut segments: BTreeMap<Pair, Vec<Simplex>> = BTreeMap::new();
+        for (edge, &pair) in borders {
+            let [a, b] = edge.map(|n| surface.points[n as usize]);
+            segments.entry(pair).or_default().push(Simplex { corners: [a, b, b], normal: [0.0; 3] });
+        }
+        let patches = triangles.into_iter().map(|(patch, all)| (patch, ClosestPoint::new(all))).collect();
+        let borders = segments.into_iter().map(|(pair, all)| (pair, ClosestPoint::new(all))).collect();
+        Self { patches, borders }
+    }
+
+    /// The nearest point of the patch or border of a point; `normal` is that of the surface there.
+    fn project(&self, place: Place, x: [f64; 3], normal: [f64; 3]) -> Option<[f64; 3]> {
+        match place {
+            Place::Patch(patch) => self.patches.get(&patch)?.of(x, (normal, 0.0), f64::INFINITY),
+            Place::Border(p, q) => self.borders.get(&(p, q))?.of(x, (normal, 0.0), f64::INFINITY),
+            Place::Corner => None,
+        }
+    }
+}
+
+impl Remesh<'_> {
+    fn length(&self, a: u32, b: u32) -> f64 {
+        norm(minus(self.points[b as usize], self.points[a as usize]))
+    }
+
+    fn corners(&self, t: u32) -> [[f64; 3]; 3] {
+        self.triangles[t as usize].map(|n| self.points[n as usize])
+    }
+
+    /// The two triangles at an edge, the one that runs from `a` to `b` first; `None` if there is no
+    /// such edge.
+    fn at_edge(&self, a: u32, b: u32) -> Option<[u32; 2]> {
+        let runs = |t: &u32, a: u32, b: u32| {
+            let corners = self.triangles[*t as usize];
+            (0..3).any(|k| corners[k] == a && corners[(k + 1) % 3] == b)
+        };
+        let find = |a: u32, b: u32| self.around[a as usize].iter().find(|t| runs(t, a, b)).copied();
+        Some([find(a, b)?, find(b, a)?])
+    }
+
+    fn opposite(&self, t: u32, a: u32, b: u32) -> u32 {
+        let corners = self.triangles[t as usize];
+        corners.into_iter().find(|&n| n != a && n != b).unwrap_or(a)
+    }
+
+    /// Whether the edge between two adjacent triangles lies between patches.
+    fn is_border(&self, [s, t]: [u32; 2]) -> bool {
+        self.patch[s as usize] != self.patch[t as usize]
+    }
+
+    /// Whether points `a` and `b` have an edge that lies between patches.
+    fn joined_by_border(&self, a: u32, b: u32) -> bool {
+        self.at_edge(a, b).is_some_and(|pair| self.is_border(pair))
+    }
+
+    /// All edges, each once, by ascending numbers of their points.
+    fn edges(&self) -> BTreeSet<[u32; 2]> {
+        let alive = (0..self.triangles.len()).filter(|&t| self.is_alive(t as u32)).map(|t| self.triangles[t]);
+        alive.flat_map(|t| (0..3).map(move |k| [t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])])).collect()
+    }
+
+    /// A triangle that was removed has three equal corners.
+    fn is_alive(&self, t: u32) -> bool {
+        let [a, b, _] = self.triangles[t as usize];
+        a != b
+    }
+
+    /// Points adjacent to a point, ascending.
+    fn neighbours(&self, n: u32) -> Vec<u32> {
+        let all = self.around[n as usize].iter().flat_map(|&t| self.triangles[t as usize]);
+        let mut all: Vec<u32> = all.filter(|&m| m != n).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// The direction of the surface at a point: the mean of its triangles, by area.
+    fn normal(&self, n: u32) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for &t in &self.around[n as usize] {
+            let part = area(self.corners(t));
+            (0..3).for_each(|c| sum[c] += part[c]);
+        }
+        unit(sum)
+    }
+
+    /// Moves a point, unless this would turn one of its triangles over or make it much thinner.
+    fn try_move(&mut self, n: u32, to: [f64; 3]) {
+        let from = self.points[n as usize];
+        let before: Vec<([f64; 3], f64)> = self.around[n as usize].iter().map(|&t| shape(self.corners(t))).collect();
+        self.points[n as usize] = to;
+        let worst = before.iter().map(|(_, quality)| *quality).fold(1.0, f64::min);
+        let good = self.around[n as usize].iter().zip(&before).all(|(&t, (normal, _))| {
+            let (now, quality) = shape(self.corners(t));
+            dot(now, *normal) > TURN && quality >= worst.min(0.3)
+        });
+        if !good {
+            self.points[n as usize] = from;
+        }
+    }
+
+    /// The surface without the numbers that no longer exist.
+    fn finish(self) -> PatchedSurface {
+        let mut numbers = vec![u32::MAX; self.points.len()];
+        let mut surface = PatchedSurface::default();
+        for t in (0..self.triangles.len()).filter(|&t| self.is_alive(t as u32)) {
+            let triangle = self.triangles[t].map(|n| {
+                let number = &mut numbers[n as usize];
+                if *number == u32::MAX {
+                    *number = surface.points.len() as u32;
+                    surface.points.push(self.points[n as usize]);
+                }
+                *number
+            });
+            surface.triangles.push(triangle);
+            surface.patch.push(self.patch[t]);
+        }
+        surface
+    }
+}
+
+/// Unit normal of a triangle and its quality, 4√3 A / Σ l²: 1 if it is equilateral, 0 if it is flat.
+fn shape(corners: [[f64; 3]; 3]) -> ([f64; 3], f64) {
+    let [a, b, c] = corners;
+    let twice = cross(minus(b, a), minus(c, a));
+    let squares: f64 = [minus(b, a), minus(c, b), minus(a, c)].iter().map(|&e| dot(e, e)).sum();
+    let quality = if squares > 0.0 { 2.0 * 3f64.sqrt() * norm(twice) / squares } else { 0.0 };
+    (unit(twice), quality)
+}

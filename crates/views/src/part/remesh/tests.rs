@@ -1,0 +1,97 @@
+//! Checks that patches stay what they are, and that triangles become regular.
+
+use std::collections::HashMap;
+
+use super::*;
+use slipstick_mesh::{BoxShape, box_mesh};
+
+use crate::export::{ExportOptions, FaceLabels, labelled_surface};
+
+/// The faces of a block as six patches with numbers 1 to 6.
+fn block(size: [f64; 3], elements: [usize; 3]) -> PatchedSurface {
+    let mesh = box_mesh("block", &BoxShape { min: [0.0; 3], max: size, elements, grading: [1.0; 3] }).expect("a box");
+    let mut labels = FaceLabels::default();
+    for (number, surface) in (1..).zip(mesh.surfaces.values()) {
+        labels.extend(surface.facets.iter().map(|facet| (facet.nodes.sorted(), number)));
+    }
+    let density = vec![1.0; mesh.elements.len()];
+    let options = ExportOptions { threshold: Some(0.5), ..ExportOptions::default() };
+    let surface = labelled_surface(&mesh, &density, &options, &labels).expect("a surface").surface;
+    PatchedSurface { points: surface.points, triangles: surface.triangles, patch: surface.labels }
+}
+
+fn open_edges(surface: &PatchedSurface) -> usize {
+    let mut directed: HashMap<(u32, u32), u32> = HashMap::new();
+    for t in &surface.triangles {
+        (0..3).for_each(|k| *directed.entry((t[k], t[(k + 1) % 3])).or_default() += 1);
+    }
+    directed.iter().filter(|((a, b), count)| **count != 1 || directed.get(&(*b, *a)) != Some(&1)).count()
+}
+
+/// A block keeps its volume, its six faces with their areas and its corners, whether the mesh
+/// becomes finer or coarser; no triangle is worse than half a square (√3/2), as at the start.
+#[test]
+fn a_block_keeps_its_faces() {
+    let size = [3.0, 1.0, 2.0];
+    let surface = block(size, [6, 2, 4]);
+    for edge in [0.12, 0.3] {
+        let fine = remeshed(&surface, edge, |_| false);
+        assert_eq!(open_edges(&fine), 0);
+        assert!((fine.volume() / 6.0 - 1.0).abs() < 1e-12, "{}", fine.volume());
+        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
+        for (t, &patch) in fine.patch.iter().enumerate() {
+            let twice = area(fine.corners(t));
+            *areas.entry(patch).or_default() += 0.5 * norm(twice);
+            // exactly in the plane of its face
+            let along = twice.iter().filter(|c| **c != 0.0).count();
+            assert_eq!(along, 1, "{twice:?}");
+        }
+        let mut found: Vec<f64> = areas.into_values().collect();
+        found.sort_by(f64::total_cmp);
+        for (found, expected) in found.iter().zip([2.0, 2.0, 3.0, 3.0, 6.0, 6.0]) {
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
+        for corner in 0..8 {
+            let x = std::array::from_fn(|c| if corner >> c & 1 == 1 { size[c] } else { 0.0 });
+            assert!(fine.points.contains(&x), "{x:?}");
+        }
+        let quality: Vec<f64> = (0..fine.triangles.len()).map(|t| shape(fine.corners(t)).1).collect();
+        let worst = quality.iter().copied().fold(1.0, f64::min);
+        let mean = quality.iter().sum::<f64>() / quality.len() as f64;
+        assert!(worst > 0.5 && mean > 0.86, "worst {worst}, mean {mean} at {edge}");
+        let ideal = 22.0 / (0.25 * 3f64.sqrt() * edge * edge);
+        assert!((0.7..1.6).contains(&(quality.len() as f64 / ideal)), "{} of {ideal}", quality.len());
+    }
+}
+
+/// A ball stays round, with the volume of its triangles, and a border around it stays in its plane.
+#[test]
+fn a_ball_stays_round() {
+    let mut surface = block([2.0; 3], [10; 3]);
+    for point in &mut surface.points {
+        let centred = point.map(|c| c - 1.0);
+        *point = unit(centred);
+    }
+    surface.patch = (0..surface.triangles.len())
+        .map(|t| if surface.corners(t).iter().map(|p| p[1]).sum::<f64>() > 0.0 { 1 } else { 2 })
+        .collect();
+    let fine = remeshed(&surface, 0.15, |_| true);
+    assert_eq!(open_edges(&fine), 0);
+    // points on chords: each edge of length h lies up to h²/8 below the sphere
+    let ratio = fine.volume() / surface.volume();
+    assert!((1.0 - 3.0 * 0.15 * 0.15 / 8.0..1.0).contains(&ratio), "{ratio}");
+    for point in &fine.points {
+        assert!((norm(*point) - 1.0).abs() < 0.01, "{point:?}");
+    }
+    let worst = (0..fine.triangles.len()).map(|t| shape(fine.corners(t)).1).fold(1.0, f64::min);
+    assert!(worst > 0.4, "{worst}");
+    let on_border = |a: u32, b: u32| fine.points[a as usize][1].abs().max(fine.points[b as usize][1].abs());
+    assert!(borders(&fine).keys().all(|&[a, b]| on_border(a, b) < 0.2));
+}
+
+/// Each pass is the same from run to run.
+#[test]
+fn results_are_reproducible() {
+    let surface = block([2.0, 1.0, 1.0], [4, 2, 2]);
+    assert_eq!(remeshed(&surface, 0.2, |_| false), remeshed(&surface, 0.2, |_| false));
+}

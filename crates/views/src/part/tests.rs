@@ -1,0 +1,136 @@
+//! Checks of whole parts: what they keep of the case, and what is left out.
+
+use slipstick_case::build::build_mesh;
+use slipstick_case::case::parse_case;
+
+use super::*;
+
+const CASE: &str = r#"
+[[body]]
+name = "slab"
+box = { min = [0, 0, 0], max = [4, 1, 2], elements = [16, 4, 8] }
+material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }
+place = { translate = [0.5, 0, 0] }
+[[body]]
+name = "block"
+box = { min = [1.5, 1.0, 0.5], max = [2.5, 1.5, 1.5], elements = [2, 1, 2] }
+material = { neo_hooke = { youngs_modulus = 1000.0, poisson_ratio = 0.3 } }
+[[surface]]
+name = "pad"
+body = "slab"
+boxes = [{ min = [1.5, 1, 0], max = [3.5, 1, 2] }]
+[[set]]
+name = "feet"
+within = "slab_ymin"
+boxes = [{ min = [0.5, 0, 0], max = [1.5, 0, 2] }]
+[[set]]
+name = "tip"
+nearest = [4.5, 1, 1]
+[[contact]]
+slave = "block_ymin"
+master = "pad"
+friction = 0.3
+[[dirichlet]]
+set = "feet"
+[[dirichlet]]
+set = "block_ymax"
+motion = [{ t = 1.0, u = [0, -0.1, 0] }]
+[load_path]
+steps = 2
+[design]
+bodies = ["slab"]
+volume_fraction = 0.5
+sensitivity_filter = { radius = 0.5 }
+[objective]
+contact_force = { steps = "last" }
+[optimizer]
+iterations = 4
+"#;
+
+/// The part of a design that is solid where `solid` says so.
+fn part_of(text: &str, solid: impl Fn([f64; 3]) -> bool) -> Result<Part, PartError> {
+    let case = parse_case(text, "case.toml").expect("a case").case;
+    let mesh = build_mesh(&case).expect("a mesh");
+    let filled = |e: usize| !mesh.bodies[0].elements.contains(&e) || solid(mesh.centroid(e));
+    let density: Vec<f64> = (0..mesh.elements.len()).map(|e| f64::from(u8::from(filled(e)))).collect();
+    part(&case, &mesh, &density, &ExportOptions { threshold: Some(0.5), ..ExportOptions::default() }, None)
+}
+
+/// A full slab keeps its volume; its faces, the pad of 2 × 2 and the feet of 1 × 2 keep their areas
+/// exactly, also where they end within a plane.
+#[test]
+fn named_faces_keep_their_areas() {
+    let part = part_of(CASE, |_| true).expect("a part");
+    let body = &part.bodies[0];
+    assert!((body.volume / 8.0 - 1.0).abs() < 1e-12, "{}", body.volume);
+    assert_eq!((body.size, body.pieces.len(), body.loose.len()), (0.25, 1, 0));
+    let area_of = |name: &str| {
+        let face = body.faces.iter().find(|face| face.name == name).expect("the face");
+        assert!((face.share - 1.0).abs() < 1e-12, "{face:?}");
+        let own = (0..body.surface.triangles.len()).filter(|&t| face.patches.contains(&(body.surface.patch[t] + 1)));
+        own.map(|t| 0.5 * crate::vector::norm(crate::vector::area(body.surface.corners(t)))).sum::<f64>()
+    };
+    for (name, expected) in [("pad", 4.0), ("feet", 2.0), ("slab_ymin", 8.0), ("slab_ymax", 8.0), ("slab_xmin", 2.0)] {
+        assert!((area_of(name) / expected - 1.0).abs() < 1e-12, "{name}: {}", area_of(name));
+    }
+}
+
+/// The case of the part has the same path and contact, no design, and finds its sets in the mesh
+/// file; a single point is selected again.
+#[test]
+fn the_case_names_the_faces_of_the_mesh() {
+    let part = part_of(CASE, |_| true).expect("a part");
+    let case = &part.case;
+    assert!(case.design.is_none() && case.optimizer.is_none() && case.objective.is_some());
+    assert_eq!((case.contacts[0].master.as_str(), case.dirichlet[0].set.as_str()), ("pad", "feet"));
+    assert_eq!((case.surfaces[0].within.as_deref(), case.surfaces[0].boxes.len()), (Some("slab_pad"), 0));
+    assert_eq!((case.sets[0].within.as_deref(), case.sets[0].boxes.len()), (Some("slab_feet"), 0));
+    assert_eq!(
+        (part.reselected.as_slice(), case.sets[1].nearest),
+        (["tip".to_owned()].as_slice(), Some([4.5, 1.0, 1.0]))
+    );
+    assert_eq!((case.bodies[0].shape.key(), case.bodies[0].place.translate), ("mesh", [0.0; 3]));
+    assert_eq!(case.bodies[1].shape.key(), "box", "a body that is not designed stays");
+}
+
+/// A piece that touches no support is left out, with its volume; the rest keeps its named faces.
+#[test]
+fn loose_material_is_left_out() {
+    let part = part_of(CASE, |[x, ..]| !(3.5..4.0).contains(&x)).expect("a part");
+    let body = &part.bodies[0];
+    assert_eq!((body.loose.len(), body.pieces.len()), (1, 1));
+    let loose = body.loose[0];
+    assert!((0.8..1.1).contains(&loose.volume) && loose.bounds[0][0] > 3.7, "{loose:?}");
+    let share = |name: &str| body.faces.iter().find(|face| face.name == name).map(|face| face.share);
+    assert_eq!(share("slab_xmax"), Some(0.0));
+    assert!(share("feet").is_some_and(|share| (share - 1.0).abs() < 1e-12));
+}
+
+#[test]
+fn what_is_no_part() {
+    let error = part_of(CASE, |[x, ..]| x > 1.6).expect_err("no feet");
+    assert!(error.to_string().contains("no material is left on `feet`, which a support or motion needs"), "{error}");
+    let (start, end) = (CASE.find("[design]").expect("there"), CASE.find("[objective]").expect("there"));
+    let error = part_of(&(CASE[..start].to_owned() + &CASE[end..]), |_| true).expect_err("no design");
+    assert!(matches!(error, PartError::NoDesign), "{error}");
+    assert!(matches!(part_of(CASE, |_| false), Err(PartError::Export(_))));
+}
+
+/// The script has the patches of each group, and the surface file each triangle on its patch.
+#[test]
+fn files_for_gmsh() {
+    let part = part_of(CASE, |_| true).expect("a part");
+    let folder = tempfile::tempdir().expect("a folder");
+    let (script, surface) = (folder.path().join(SCRIPT), folder.path().join("slab_surface.msh"));
+    write_script(&script, &part.bodies).expect("written");
+    write_surface(&surface, &part.bodies[0]).expect("written");
+    let text = std::fs::read_to_string(script).expect("text");
+    let list = text.split("BODIES = ").nth(1).and_then(|rest| rest.split("\n\n\n").next()).expect("the list");
+    let list: serde_json::Value = serde_json::from_str(list).expect("JSON");
+    let face = part.bodies[0].faces.iter().find(|face| face.name == "pad").expect("the pad");
+    assert_eq!(list[0]["groups"]["slab_pad"], serde_json::json!(face.patches));
+    assert_eq!((&list[0]["mesh"], &list[0]["size"]), (&"slab_part.msh".into(), &0.25.into()));
+    let text = std::fs::read_to_string(surface).expect("text");
+    let triangles = text.lines().filter(|line| line.contains(" 2 2 0 ")).count();
+    assert_eq!(triangles, part.bodies[0].triangles());
+}
