@@ -93,6 +93,14 @@ pub enum AnalysisError {
         /// Load step, counted through all load cases.
         step: usize,
     },
+    /// The analysis of an eroded or a dilated design failed.
+    #[error("{design} design: {source}")]
+    Realisation {
+        /// Which one.
+        design: &'static str,
+        /// Why.
+        source: Box<AnalysisError>,
+    },
     /// The path was cancelled before its end.
     #[error("the path ends after {steps} of {all} load steps: the objective has no gradient there")]
     Unfinished {
@@ -101,6 +109,17 @@ pub enum AnalysisError {
         /// Steps of the load path.
         all: usize,
     },
+}
+
+impl AnalysisError {
+    /// The failed march, if a march failed.
+    pub fn march(&self) -> Option<&MarchFailure> {
+        match self {
+            Self::March(failure) => Some(failure),
+            Self::Realisation { source, .. } => source.march(),
+            _ => None,
+        }
+    }
 }
 
 /// Why a response is rejected.
@@ -422,7 +441,8 @@ impl Analysis {
     /// the weights with the Jacobian of all these values. The weights of steps that a term does not
     /// observe must be 0. The objective's own reduction, weights and load cases have no effect, so
     /// with an objective that has several terms at all steps, each call gives any derivative of its
-    /// quantities at the cost of one adjoint. Derivatives with respect to parameters other than
+    /// quantities at the cost of one adjoint; an objective with several [parts](Response::parts) gives
+    /// those of its first part only. Derivatives with respect to parameters other than
     /// densities are zero unless `parameters`. Test: `weighted_values_are_pulled_back`.
     ///
     /// # Errors

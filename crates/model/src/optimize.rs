@@ -29,7 +29,7 @@ pub use stop::StopCriteria;
 use functions::{Counts, Designs, Gradients, Values};
 use realisations::Realisations;
 
-use crate::analysis::{AnalysisError, Forward};
+use crate::analysis::Forward;
 use crate::problem::Problem;
 use slipstick_design::{
     DensityMap, ElementValues, Functions, Judgement, Optimizer, Scaling, Schedule, SensitivityFilter, VariableValues,
@@ -263,9 +263,11 @@ impl Optimization {
             self.volume.set_limit(limit);
         }
         let Marched { x, mut designs, halvings, lost } = self.march_accepted(&mut optimizer, observer)?;
-        if designs.first().rounding.is_some() {
+        if designs.is_rounded() {
             designs.forget_factors();
-            return Err(OptimizeError::Rounding(Box::new(designs.into_first())));
+        }
+        if let Some(rounded) = designs.take_rounded() {
+            return Err(OptimizeError::Rounding(Box::new(rounded)));
         }
         let dilated_limit = self.dilated_limit(&designs);
         let values = self.values(&designs, dilated_limit);
@@ -318,7 +320,7 @@ impl Optimization {
             let mut marched = self.march_or_step_back(x, observer)?;
             marched.halvings += halvings;
             marched.lost += lost;
-            let judged = comparable && marched.designs.first().rounding.is_none();
+            let judged = comparable && !marched.designs.is_rounded();
             // without scales, nothing has been approximated yet
             let Some(scaling) = self.state.scaling.as_ref().filter(|_| judged) else {
                 return Ok(marched);
@@ -354,8 +356,8 @@ impl Optimization {
                 Ok(designs) => return Ok(Marched { x, designs, halvings, lost }),
                 Err(failure) => failure,
             };
-            let back = match (&failure, &self.state.x_before) {
-                (AnalysisError::March(march), Some(before)) if halvings < MAX_HALVINGS => {
+            let back = match (failure.march(), &self.state.x_before) {
+                (Some(march), Some(before)) if halvings < MAX_HALVINGS => {
                     lost += march.path.newton_iterations() + march.failed_iterations;
                     before
                 }

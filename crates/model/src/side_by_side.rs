@@ -8,6 +8,10 @@ use std::time::Duration;
 /// Works on the tasks 0 to `count` − 1: this thread with `own`, beginning with the first task, and
 /// one more thread for each lane. While this thread has nothing left to do, it calls `wait` every
 /// few milliseconds. Returns the results in the order of the tasks.
+///
+/// The tasks may use the pool of threads. If this thread belongs to the pool, it works for the others
+/// while it waits: otherwise, if all threads of the pool waited, none would be left to work. Test:
+/// `load_cases_in_a_busy_pool`.
 pub(crate) fn side_by_side<L: Send, T: Send>(
     count: usize,
     lanes: &mut [L],
@@ -34,8 +38,10 @@ pub(crate) fn side_by_side<L: Send, T: Send>(
             task = next.fetch_add(1, Ordering::Relaxed);
         }
         while threads.iter().any(|thread| !thread.is_finished()) {
-            wait();
-            thread::sleep(Duration::from_millis(2));
+            if rayon::yield_now() != Some(rayon::Yield::Executed) {
+                wait();
+                thread::sleep(Duration::from_millis(2));
+            }
         }
     });
     let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);

@@ -81,9 +81,11 @@ impl Path {
         self.factor_bytes += next.factor_bytes;
     }
 
-    /// The states of each load case, in order.
+    /// The states of each load case, in order; each begins at rest, except the first of a part of a
+    /// path.
     pub fn load_cases(&self) -> Vec<Range<usize>> {
-        let starts: Vec<usize> = (0..self.states.len()).filter(|&index| self.states[index].rest).collect();
+        let begins = |&index: &usize| index == 0 || self.states[index].rest;
+        let starts: Vec<usize> = (0..self.states.len()).filter(begins).collect();
         let ends = starts.iter().skip(1).copied().chain([self.states.len()]);
         starts.iter().copied().zip(ends).map(|(start, end)| start..end).collect()
     }

@@ -5,6 +5,7 @@ mod common;
 
 use common::scene::*;
 use common::*;
+use rayon::prelude::*;
 use slipstick::analysis::{Forward, Gradients};
 use slipstick::build::Problem;
 use slipstick::path::Silent;
@@ -170,6 +171,16 @@ fn threads_do_not_matter() {
     assert!(results[0].0.is_sorted());
     assert_eq!(results[0], results[1]);
     assert_eq!(results[0], results[2]);
+}
+
+/// More analyses at a time than the pool has threads, each with several load cases on threads of
+/// their own: none waits for ever.
+#[test]
+fn load_cases_in_a_busy_pool() {
+    let text = together(LAGRANGE, &[&SCENARIOS[1], &SCENARIOS[4], &SCENARIOS[5]], "");
+    let expected = solve(&text).1.value;
+    let values: Vec<f64> = (0..6).into_par_iter().map(|_| solve(&text).1.value).collect();
+    assert_eq!(values, [expected; 6]);
 }
 
 /// The times of accepted steps.

@@ -310,6 +310,11 @@ impl Context<'_> {
                     let message = "a curve belongs to one load path, but the case has several load cases";
                     return Err(BuildError::new("objective.follow", message, "use a single load case"));
                 }
+                let moved = self.case.load_cases.iter().flat_map(|load_case| &load_case.bodies);
+                if moved.into_iter().any(|body| body.offset.is_some() || body.rotation.is_some()) {
+                    let message = "a curve starts at 0, but bodies are moved at the start of the load case";
+                    return Err(BuildError::new("objective.follow", message, "move them with `place`"));
+                }
                 self.curve(curve, quantities)?
             }
         };

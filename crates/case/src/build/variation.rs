@@ -5,7 +5,7 @@ use slipstick_mesh::Mesh;
 use slipstick_model::model::{ContactModel, Variation};
 
 use super::BuildError;
-use crate::case::{self, BodyInCase, Case, LoadCase, Turn};
+use crate::case::{self, BodyInCase, Case, Dirichlet, LoadCase, Turn};
 
 /// How each load case differs; `None`: not at all.
 pub(super) fn variations(
@@ -20,7 +20,11 @@ pub(super) fn variations(
             rest: rest(case, mesh, (number, load_case), mirrored)?,
             friction: frictions(case, load_case),
             moduli: moduli(case, load_case),
-            motions: motions(case, load_case),
+            motions: {
+                let factors = motions(case, load_case);
+                check_shared(case, mesh, (number, load_case), &factors)?;
+                factors
+            },
             loads: loads(case, load_case),
         };
         Ok((variation != none).then_some(variation))
@@ -35,29 +39,55 @@ pub(super) fn largest_motion_factor(case: &Case) -> f64 {
 }
 
 fn frictions(case: &Case, load_case: &LoadCase) -> Vec<Option<f64>> {
-    let of = |slave: &String| load_case.pairs.iter().rev().find(|pair| pair.slave == *slave).map(|pair| pair.friction);
+    let of = |slave: &String| load_case.pairs.iter().find(|pair| pair.slave == *slave).map(|pair| pair.friction);
     case.contacts.iter().map(|contact| of(&contact.slave).or(load_case.friction)).collect()
 }
 
 fn moduli(case: &Case, load_case: &LoadCase) -> Vec<f64> {
     let of = |name: &String| {
-        let own = load_case.bodies.iter().rev().filter(|body| body.body == *name);
-        own.filter_map(|body| body.modulus_factor).next().or(load_case.modulus_factor).unwrap_or(1.0)
+        let own = load_case.bodies.iter().find(|body| body.body == *name);
+        own.and_then(|body| body.modulus_factor).or(load_case.modulus_factor).unwrap_or(1.0)
     };
     case.bodies.iter().map(|body| of(&body.name)).collect()
 }
 
 fn motions(case: &Case, load_case: &LoadCase) -> Vec<f64> {
     let of = |set: &String| {
-        let own = load_case.motions.iter().rev().find(|motion| motion.set == *set).map(|motion| motion.factor);
+        let own = load_case.motions.iter().find(|motion| motion.set == *set).map(|motion| motion.factor);
         own.or(load_case.motion_factor).unwrap_or(1.0)
     };
     case.dirichlet.iter().map(|dirichlet| of(&dirichlet.set)).collect()
 }
 
+/// Nodes that two sets move in the same way need the same factor for both.
+fn check_shared(
+    case: &Case,
+    mesh: &Mesh,
+    (number, load_case): (usize, &LoadCase),
+    factors: &[f64],
+) -> Result<(), BuildError> {
+    let acts = |d: &&Dirichlet| !d.motion.is_empty() && d.load_case.as_ref().is_none_or(|of| *of == load_case.name);
+    let moving: Vec<(&Dirichlet, f64)> =
+        case.dirichlet.iter().zip(factors).filter(|(d, _)| acts(d)).map(|(d, factor)| (d, *factor)).collect();
+    for (k, (a, of_a)) in moving.iter().enumerate() {
+        for (b, _) in moving[..k].iter().filter(|(_, of_b)| of_a != of_b) {
+            let nodes = |d: &Dirichlet| mesh.set_nodes(&d.set).unwrap_or_default().to_vec();
+            let together = a.components.iter().any(|component| b.components.contains(component));
+            let others = nodes(b);
+            if together && nodes(a).iter().any(|node| others.contains(node)) {
+                let message =
+                    format!("`{}` and `{}` share nodes, but their motions have different factors", b.set, a.set);
+                let path = format!("load_case[{number}].motions");
+                return Err(BuildError::new(path, message, "give both the same factor"));
+            }
+        }
+    }
+    Ok(())
+}
+
 fn loads(case: &Case, load_case: &LoadCase) -> Vec<f64> {
     let of = |surface: &String| {
-        let own = load_case.loads.iter().rev().find(|load| load.surface == *surface).map(|load| load.factor);
+        let own = load_case.loads.iter().find(|load| load.surface == *surface).map(|load| load.factor);
         own.or(load_case.load_factor).unwrap_or(1.0)
     };
     case.loads.iter().map(|load| of(&load.surface)).collect()

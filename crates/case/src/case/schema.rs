@@ -22,8 +22,8 @@ pub fn schema() -> Value {
     close(&mut schema);
     if let Some(definitions) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         definitions.values_mut().for_each(close);
-        if let Some(body) = definitions.get_mut("Body") {
-            one_shape(body);
+        for of_one_kind in ["Body", "Objective"] {
+            definitions.get_mut(of_one_kind).into_iter().for_each(one_kind);
         }
     }
     let mut tables = BTreeMap::new();
@@ -136,20 +136,21 @@ fn one_line(object: &mut Map<String, Value>) {
     }
 }
 
-/// The shapes of a body as keys next to its other keys; exactly one of them must be present.
-fn one_shape(body: &mut Value) {
-    let Some(Value::Array(shapes)) = body.as_object_mut().and_then(|body| body.remove("oneOf")) else { return };
+/// The kinds of a table, such as the shapes of a body, as keys next to its other keys; exactly one of
+/// them must be present.
+fn one_kind(table: &mut Value) {
+    let Some(Value::Array(kinds)) = table.as_object_mut().and_then(|table| table.remove("oneOf")) else { return };
     let mut keys = Vec::new();
-    for mut shape in shapes {
-        let about = shape.get("description").cloned();
-        let Some(Value::Object(properties)) = shape.get_mut("properties").map(Value::take) else { continue };
+    for mut kind in kinds {
+        let about = kind.get("description").cloned();
+        let Some(Value::Object(properties)) = kind.get_mut("properties").map(Value::take) else { continue };
         for (key, mut property) in properties {
             if let (Some(about), Value::Object(property)) = (&about, &mut property) {
                 property.entry("description").or_insert(about.clone());
             }
             keys.push(json!({ "required": [key] }));
-            body["properties"][&key] = property;
+            table["properties"][&key] = property;
         }
     }
-    body["oneOf"] = keys.into();
+    table["oneOf"] = keys.into();
 }

@@ -42,13 +42,17 @@ pub(super) fn peak(case: &Case, problem: &Problem, systems: &Systems) -> (f64, f
     // free multipliers, and each keeps its factors for the next time.
     let plain = |c: &Contact| matches!(c.enforcement, Enforcement::Augmented { acceleration: 0, .. });
     let second = if case.contacts.iter().any(plain) && problem.analysis.objective.is_some() { factors } else { 0.0 };
+    // realisations of a design keep their matrices, load cases only while they run
+    let realisations = realisations(case);
+    let at_once = problem.analysis.at_once().min(if realisations > 1 { realisations } else { case.load_cases.len() });
+    let at_once = at_once.max(1) as f64;
     let fixed = PROGRAM
         + bytes_of_building(counts(&problem.mesh), problem.mesh.nodes.len() as f64)
-        + MATRICES * matrix
+        + MATRICES * matrix * at_once.max(realisations as f64)
         + states(case, problem)
         + (RESPONSE_WHOLE + RESPONSE_DIVIDED) * responses(problem)
         + filter(case, problem);
-    let peak = fixed + (1.0 + FRONTS) * factors + second;
+    let peak = fixed + ((1.0 + FRONTS) * factors + second) * at_once;
     let all_kept = kept.saturating_sub(1) as f64 * factors;
     (peak + all_kept, all_kept)
 }
@@ -129,12 +133,19 @@ const RESPONSE_WHOLE: f64 = 10.0;
 /// 7 vectors to the peak, because the march needs more memory than the sweep of one response.
 const RESPONSE_DIVIDED: f64 = 12.0;
 
-/// Memory of one vector of all unknowns for each constraint, which the sweep treats besides the
-/// objective.
+/// How many realisations of a design are analysed.
+fn realisations(case: &Case) -> usize {
+    let three = case.design.as_ref().is_some_and(|design| design.minimum_thickness.is_some());
+    if three && case.optimizer.is_some() { 3 } else { 1 }
+}
+
+/// Memory of one vector of all unknowns for each constraint and each further part of the objective,
+/// which the sweep treats besides the objective.
 fn responses(problem: &Problem) -> f64 {
     let model = problem.analysis.model();
     let unknowns = 3.0 * (problem.mesh.nodes.len() + model.slave_nodes().len()) as f64;
-    problem.analysis.constraints.len() as f64 * 8.0 * unknowns
+    let parts = problem.analysis.objective.as_ref().and_then(|of| of.worst_of()).map_or(1, |cases| cases.len());
+    (problem.analysis.constraints.len() + parts - 1) as f64 * 8.0 * unknowns
 }
 
 /// A point and its mirror images across symmetry planes.
@@ -162,7 +173,7 @@ fn states(case: &Case, problem: &Problem) -> f64 {
     // replaces it.
     let follows = case.optimizer.is_some() && case.load_path.start_values == StartValues::PreviousDesign;
     let copies = if follows { 2.0 } else { 1.0 };
-    (steps + 1) as f64 * copies * state
+    (steps + 1) as f64 * copies * state * realisations(case) as f64
 }
 
 /// Number of sample elements from which the number of neighbours is estimated.

@@ -175,6 +175,43 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ("a symmetry plane normal to no axis", "[[contact]]", "[[symmetry]]\nnormal = \"w\"\n[[contact]]"),
     ("a load case that does not exist", "set = \"slab_ymin\"", "set = \"slab_ymin\"\nload_case = \"second\""),
     ("a load case without weight", "[load_path]", "[[load_case]]\nname = \"first\"\nweight = 0.0\n[load_path]"),
+    (
+        "friction of a pair that does not exist",
+        "[load_path]",
+        "[[load_case]]\nname = \"dry\"\npairs = [{ slave = \"block_ymax\", friction = 0.1 }]\n[load_path]",
+    ),
+    (
+        "a load case in which a body does not differ",
+        "[load_path]",
+        "[[load_case]]\nname = \"dry\"\nbodies = [{ body = \"block\" }]\n[load_path]",
+    ),
+    (
+        "a factor on a support",
+        "[load_path]",
+        "[[load_case]]\nname = \"far\"\nmotions = [{ set = \"slab_ymin\", factor = 2 }]\n[load_path]",
+    ),
+    (
+        "a factor on no load",
+        "[load_path]",
+        "[[load_case]]\nname = \"heavy\"\nloads = [{ surface = \"slab_xmax\", factor = 2 }]\n[load_path]",
+    ),
+    ("load cases without deviations", "[objective]", "[objective]\nload_cases = { mean_plus_deviations = 0 }"),
+    ("load cases combined otherwise", "[objective]", "[objective]\nload_cases = \"best\""),
+    (
+        "a minimum thickness and a sensitivity filter",
+        "initial = 0.5",
+        "initial = 0.5\nminimum_thickness = 0.5",
+    ),
+    (
+        "a minimum thickness and another radius",
+        "sensitivity_filter = { radius = 1.2 }",
+        "minimum_thickness = 0.5\ndensity_filter = { radius = 1 }",
+    ),
+    (
+        "a minimum thickness and another threshold",
+        "sensitivity_filter = { radius = 1.2 }",
+        "minimum_thickness = 0.5\nprojection = { threshold = 0.4 }",
+    ),
     ("a set without conditions", "[[contact]]", "[[set]]\nname = \"far\"\n[[contact]]"),
     (
         "a body that nothing holds",

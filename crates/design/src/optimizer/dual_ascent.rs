@@ -42,7 +42,7 @@ impl Subproblem<'_> {
         loop {
             at = self.maximise(at, epsilon, iterations);
             if epsilon <= tolerance {
-                // z = ε/(a₀ − Σ a λ), and y = ε/(c − λ) for d = 0, lose digits if they are not
+                // z = ε/(1 − Σ a λ), and y = ε/(c − λ) for d = 0, lose digits if they are not
                 // small. The primal-dual iteration, for which they are unknowns, restores them.
                 let residual = self.centre(&mut at, epsilon, iterations);
                 return (at, residual);
@@ -55,9 +55,9 @@ impl Subproblem<'_> {
     fn maximise(&self, mut start: Point, epsilon: f64, iterations: &mut usize) -> Point {
         let p = self.parameters;
         let m = start.lambda.len();
-        // the domain of the dual: λ < c if the penalty is linear, Σ a λ < a₀
+        // the domain of the dual: λ < c if the penalty is linear, Σ a λ < 1
         let sum = self.bounding(&start.lambda);
-        let shrink = if sum < p.a0 { 1.0 } else { 0.5 * p.a0 / sum };
+        let shrink = if sum < 1.0 { 1.0 } else { 0.5 / sum };
         let most = if p.d > 0.0 { f64::INFINITY } else { 0.5 * p.c };
         start.lambda.iter_mut().for_each(|lambda| *lambda = (shrink * *lambda).min(most));
         let mut dual = self.dual(start, epsilon);
@@ -111,7 +111,7 @@ impl Subproblem<'_> {
             self.add_values(j, x, to_upp, to_low, &mut gradient);
         }
         self.ranks.sum(&mut gradient);
-        at.zeta = p.a0 - self.bounding(&at.lambda);
+        at.zeta = 1.0 - self.bounding(&at.lambda);
         at.z = epsilon / at.zeta;
         for i in 0..m {
             // (c + d y − λ) y = ε, without cancellation
@@ -170,7 +170,7 @@ impl Subproblem<'_> {
                 keep(p.c - lambda, *change);
             }
         }
-        keep(p.a0 - self.bounding(lambda), self.bounding(direction));
+        keep(1.0 - self.bounding(lambda), self.bounding(direction));
         length
     }
 }

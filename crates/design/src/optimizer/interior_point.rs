@@ -200,7 +200,7 @@ impl Subproblem<'_> {
             residual.add(at.mu[i] * at.y[i] - epsilon);
             residual.add(at.lambda[i] * at.slack[i] - epsilon);
         }
-        residual.add(p.a0 - at.zeta - self.bounding(&at.lambda));
+        residual.add(1.0 - at.zeta - self.bounding(&at.lambda));
         residual.add(at.zeta * at.z - epsilon);
         residual
     }
@@ -241,7 +241,7 @@ impl Subproblem<'_> {
             matrix[m * size + i] = self.a[i];
         }
         matrix[m * size + m] = -at.zeta / at.z;
-        right[m] = p.a0 - self.bounding(&at.lambda) - epsilon / at.z;
+        right[m] = 1.0 - self.bounding(&at.lambda) - epsilon / at.z;
         if !solve_dense(&mut matrix, &mut right) {
             return false;
         }
@@ -352,7 +352,7 @@ mod tests {
             // two bounds of the variable, y, the constraint, whose violation is what the slack leaves,
             // μ y, λ s, z and ζ z; ε is 1e-3
             let of_y = parameters.c + parameters.d * 0.25 - at.mu[0] - lambda;
-            let of_z = parameters.a0 - at.zeta - 0.5 * lambda;
+            let of_z = 1.0 - at.zeta - 0.5 * lambda;
             let all = [
                 at.xi[0] * 0.4 - 1e-3,
                 at.eta[0] * 0.4 - 1e-3,

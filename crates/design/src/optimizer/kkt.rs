@@ -101,7 +101,7 @@ fn residual(
         sum.add(step.mu[i] * step.y[i]);
         sum.add(step.lambda[i] * step.slack[i]);
     }
-    sum.add(p.a0 - step.zeta - step.lambda[..largest_of].iter().sum::<f64>());
+    sum.add(1.0 - step.zeta - step.lambda[..largest_of].iter().sum::<f64>());
     if largest_of == 0 {
         sum.add(step.zeta * step.z);
     }

@@ -76,7 +76,7 @@ pub struct MmaStep {
     pub z: f64,
     /// Multipliers of `y ≥ 0`.
     pub mu: Vec<f64>,
-    /// Multiplier of a lower bound on `z` that does not act with such functions; `a0` without them.
+    /// Multiplier of a lower bound on `z` that does not act with such functions; 1 without them.
     pub zeta: f64,
     /// Slack of each approximated constraint. ≥ 0
     pub slack: Vec<f64>,

@@ -8,8 +8,8 @@ use super::MmaError;
 /// Parameters of the method of moving asymptotes, version of 2007, named as in Svanberg's notes.
 ///
 /// Lengths are relative to the range `upper − lower` of each variable, so no parameter has a unit.
-/// Elastic variables `y` make every subproblem feasible: MMA minimises `f₀(x) + a₀ z + Σ_i (c y_i +
-/// ½ d y_i²)` subject to `f_i(x) − a_i z − y_i ≤ 0`, `y ≥ 0`, where `y_i` is a violation of constraint
+/// Elastic variables `y` make every subproblem feasible: MMA minimises `f₀(x) + z + Σ_i (c y_i + ½ d
+/// y_i²)` subject to `f_i(x) − a_i z − y_i ≤ 0`, `y ≥ 0`, where `y_i` is a violation of constraint
 /// `i` that costs `c` per unit. The coefficients `a_i` are 0, except for
 /// [functions whose largest is minimised](super::Functions::largest_of): there, they are 1, and `z`
 /// is the largest.
@@ -34,8 +34,6 @@ pub struct MmaParameters {
     pub move_limit: f64,
     /// Curvature that is added to each function. In (0, ∞).
     pub raa0: f64,
-    /// Weight of `z`. In (0, ∞).
-    pub a0: f64,
     /// Linear penalty for violating a constraint: well above the multipliers, after scaling. At
     /// least 0, `c + d > 0`.
     pub c: f64,
@@ -56,7 +54,6 @@ impl Default for MmaParameters {
             albefa: 0.1,
             move_limit: 0.5,
             raa0: 1e-5,
-            a0: 1.0,
             c: 1000.0,
             d: 1.0,
             subproblem_tolerance: 1e-7,
@@ -71,7 +68,7 @@ impl MmaParameters {
     }
 
     /// Each parameter by name.
-    pub fn by_name(&mut self) -> [(&'static str, &mut f64); 12] {
+    pub fn by_name(&mut self) -> [(&'static str, &mut f64); 11] {
         [
             ("move_limit", &mut self.move_limit),
             ("asyinit", &mut self.asyinit),
@@ -81,7 +78,6 @@ impl MmaParameters {
             ("asymax", &mut self.asymax),
             ("albefa", &mut self.albefa),
             ("raa0", &mut self.raa0),
-            ("a0", &mut self.a0),
             ("c", &mut self.c),
             ("d", &mut self.d),
             ("subproblem_tolerance", &mut self.subproblem_tolerance),
@@ -107,7 +103,6 @@ impl MmaParameters {
             ("albefa", self.albefa, inside(self.albefa), "in (0, 1)"),
             ("move_limit", self.move_limit, self.move_limit > 0.0 && self.move_limit <= 1.0, "in (0, 1]"),
             ("raa0", self.raa0, positive(self.raa0), "positive and finite"),
-            ("a0", self.a0, positive(self.a0), "positive and finite"),
             ("d", self.d, not_negative(self.d), "finite and not negative"),
             ("c", self.c, not_negative(self.c) && !(self.c + self.d == 0.0), "finite and not negative, with c + d > 0"),
             ("subproblem_tolerance", self.subproblem_tolerance, inside(self.subproblem_tolerance), "in (0, 1)"),

@@ -1,6 +1,6 @@
 //! The separable convex subproblem of MMA.
 //!
-//! Minimise `f̃₀(x) + a₀z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a_i z − y_i ≤ 0`, `α ≤ x ≤
+//! Minimise `f̃₀(x) + z + Σ_i (c y_i + ½ d y_i²)` subject to `f̃_i(x) − a_i z − y_i ≤ 0`, `α ≤ x ≤
 //! β`, `y, z ≥ 0`, where
 //!
 //! `f̃_i(x) = f_i(x⁰) + Σ_j [ p_ij/(u_j − x_j) + q_ij/(x_j − l_j) ] − [ the same at x⁰ ]`.
@@ -86,7 +86,7 @@ impl<'a> Subproblem<'a> {
         let a: Vec<f64> = (0..constraints.len()).map(|i| if i < largest_of { 1.0 } else { 0.0 }).collect();
         let shift = lowest(&constraints[..largest_of], &constraint_gradients[..largest_of], variables, ranks);
         let values: Vec<f64> = constraints.iter().zip(&a).map(|(value, a)| value - a * shift).collect();
-        let mut scale = values.iter().fold(1.0, |scale: f64, value| scale.max(value.abs()));
+        let mut scale = constraints.iter().fold(1.0, |scale: f64, value| scale.max(value.abs()));
         for variable in variables {
             let slopes = gradients().map(|gradient| gradient[variable.index]);
             for slope in slopes.chain([objective_gradient[variable.index]]) {

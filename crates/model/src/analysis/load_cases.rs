@@ -116,11 +116,16 @@ impl Analysis {
         self.cases.design_at(&self.design, time)
     }
 
+    /// How many load cases, or realisations of a design, can run at the same time: as many as there
+    /// are threads, and one if several ranks solve together.
+    pub fn at_once(&self) -> usize {
+        if self.linear.ranks().size() == 1 { rayon::current_num_threads() } else { 1 }
+    }
+
     /// Further solvers and buffers: one for each load case that can run at the same time, except
     /// the first.
     fn lanes(&self) -> Vec<Lane> {
-        let several = self.linear.ranks().size() == 1 && !self.cases.one_by_one;
-        let wanted = if several { self.cases.count().min(rayon::current_num_threads()) } else { 1 };
+        let wanted = if self.cases.one_by_one { 1 } else { self.cases.count().min(self.at_once()) };
         let lane = |_| Lane { linear: self.linear.another(), workspace: self.workspace.another() };
         (1..wanted).map(lane).collect()
     }
@@ -164,9 +169,9 @@ impl Analysis {
                 marched
             };
         let of_lane = |case: usize, lane: &mut Lane| {
-            let mut kept = Kept { case, stop: &stop, accepted: 0, retries: Vec::new() };
-            let marched = one(case, &mut lane.linear, &mut lane.workspace, &mut kept);
-            (marched, kept.retries)
+            let mut events = Buffered { case, stop: &stop, accepted: 0, retries: Vec::new() };
+            let marched = one(case, &mut lane.linear, &mut lane.workspace, &mut events);
+            (marched, events.retries)
         };
         let watched = Mutex::new(&mut *observer);
         let watch = || watched.lock().unwrap_or_else(PoisonError::into_inner);
@@ -175,9 +180,10 @@ impl Analysis {
                 let mut live = Live { case, stop: &stop, observer: &mut **watch() };
                 (one(case, linear, workspace, &mut live), Vec::new())
             } else {
-                let mut kept = Kept { case, stop: &stop, accepted: 0, retries: Vec::new() };
-                let marched = one(case, linear, workspace, &mut kept);
-                (marched, kept.retries)
+                let events = Buffered { case, stop: &stop, accepted: 0, retries: Vec::new() };
+                let mut asking = Asking { events, observer: &**watch() };
+                let marched = one(case, linear, workspace, &mut asking);
+                (marched, asking.events.retries)
             }
         };
         let wait = || {
@@ -290,11 +296,30 @@ impl MarchObserver for Live<'_> {
 }
 
 /// Keeps the events of a load case until those of the earlier ones have been passed on.
-struct Kept<'a> {
+struct Buffered<'a> {
     case: usize,
     stop: &'a Stop,
     accepted: usize,
     retries: Vec<Retry>,
+}
+
+/// The same on the caller's thread, where the caller's observer can be asked whether to stop.
+struct Asking<'a> {
+    events: Buffered<'a>,
+    observer: &'a dyn MarchObserver,
+}
+
+impl MarchObserver for Asking<'_> {
+    fn on_event(&mut self, event: &MarchEvent<'_>) {
+        self.events.on_event(event);
+    }
+
+    fn cancelled(&self) -> bool {
+        if self.observer.cancelled() {
+            self.events.stop.requested.store(true, Ordering::Relaxed);
+        }
+        self.events.cancelled()
+    }
 }
 
 /// A failed attempt.
@@ -307,7 +332,7 @@ struct Retry {
     remedy: Remedy,
 }
 
-impl MarchObserver for Kept<'_> {
+impl MarchObserver for Buffered<'_> {
     fn on_event(&mut self, event: &MarchEvent<'_>) {
         match *event {
             MarchEvent::Accepted(_) => self.accepted += 1,

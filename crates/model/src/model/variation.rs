@@ -16,7 +16,7 @@ pub struct Variation {
     pub motions: Vec<f64>,
     /// Factor on each load.
     pub loads: Vec<f64>,
-    /// Displacement of every node at rest, from its place in the mesh: rigid motions of bodies.
+    /// Displacement of every node at rest, from its position in the mesh: rigid motions of bodies.
     /// Three components per node; empty: none. \[L\]
     pub rest: Vec<f64>,
 }

@@ -26,6 +26,17 @@ impl Designs {
         self.forwards.swap_remove(0)
     }
 
+    /// The first one whose objective is only round-off.
+    pub fn take_rounded(&mut self) -> Option<Forward> {
+        let rounded = self.forwards.iter().position(|forward| forward.rounding.is_some())?;
+        Some(self.forwards.swap_remove(rounded))
+    }
+
+    /// Whether the objective of any of them is only round-off.
+    pub fn is_rounded(&self) -> bool {
+        self.forwards.iter().any(|forward| forward.rounding.is_some())
+    }
+
     /// Densities of the nominal design.
     pub fn nominal(&self) -> &ElementValues {
         &self.first().density
@@ -156,7 +167,8 @@ impl Optimization {
     pub(super) fn dilated_limit(&self, designs: &Designs) -> Option<f64> {
         let [nominal, _, dilated] = &designs.forwards[..] else { return None };
         let fraction = |forward: &Forward| self.volume.fraction(&self.on_domain(forward));
-        Some(self.volume.limit() * fraction(dilated) / fraction(nominal))
+        let ratio = fraction(dilated) / fraction(nominal);
+        Some(self.volume.limit() * if ratio.is_finite() { ratio } else { 1.0 })
     }
 
     fn on_domain(&self, forward: &Forward) -> DomainValues {

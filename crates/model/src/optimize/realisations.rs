@@ -119,8 +119,7 @@ impl Realisations {
         if self.others.is_empty() {
             return vec![on_this(0, nominal)];
         }
-        let alone = nominal.linear.ranks().size() == 1;
-        let threads = if alone { self.maps.len().min(rayon::current_num_threads()) } else { 1 };
+        let threads = self.maps.len().min(nominal.at_once());
         // the load cases of each share its thread
         nominal.cases.one_by_one = threads > 1;
         for analysis in &mut self.others {
@@ -176,8 +175,11 @@ impl Realisations {
             match result {
                 Ok(forward) => forwards.push(forward),
                 Err(error) => {
+                    if number == 0 {
+                        return Err(error);
+                    }
                     nominal.set_density(&densities[number]);
-                    return Err(error);
+                    return Err(AnalysisError::Realisation { design: NAMES[number], source: Box::new(error) });
                 }
             }
         }

@@ -190,7 +190,7 @@ impl OptimizeError {
     /// The failed march, if a march failed.
     pub fn march_failure(&self) -> Option<&MarchFailure> {
         match self {
-            Self::Analysis(AnalysisError::March(failure)) => Some(failure),
+            Self::Analysis(error) => error.march(),
             _ => None,
         }
     }

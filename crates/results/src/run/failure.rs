@@ -75,6 +75,11 @@ impl FailureReport {
         let model = Trial { model: design.model(), contact: None };
         match error {
             AnalysisError::March(failure) => Self::of_march(failure, problem),
+            AnalysisError::Realisation { design, source } => {
+                let mut report = Self::new(source, problem);
+                report.cause = format!("the {design} design: {}", report.cause);
+                report
+            }
             AnalysisError::Sweep(error) => {
                 let mut report = Self::of_kind(&error.kind, mesh, model);
                 report.reached = Some(error.time);

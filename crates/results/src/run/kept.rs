@@ -24,14 +24,14 @@ pub fn keep_failure(
     problem: &Problem,
     error: &AnalysisError,
 ) -> (Box<FailureReport>, Kept) {
-    let kept = match error {
-        AnalysisError::March(failure) => match write_failure(run, problem, failure) {
+    let kept = match error.march() {
+        Some(failure) => match write_failure(run, problem, failure) {
             _ if run.is_none() => Kept::Nothing,
             Ok(true) => Kept::FailingState,
             Ok(false) => Kept::States,
             Err(error) => Kept::Lost(error),
         },
-        _ => Kept::Nothing,
+        None => Kept::Nothing,
     };
     (Box::new(FailureReport::new(error, problem)), kept)
 }

@@ -42,7 +42,7 @@ pub struct History {
     names: FunctionNames,
 }
 
-/// FunctionNames of the functions of an optimization.
+/// Names of the functions of an optimization.
 #[derive(Debug, Clone, Default)]
 pub struct FunctionNames {
     /// Of those whose largest is the objective; empty if there is only one.

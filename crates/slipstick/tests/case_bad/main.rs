@@ -144,7 +144,6 @@ fn missing_keys_and_choices() {
     one(19, "lagrange = {}", "", ChooseOne, "{");
     one(8, "half_ball =", "box = {}\nhalf_ball =", ChooseOne, "{ radius");
     one(24, "{ t = 0.5, u", "{ u", MissingKey, "{ u");
-    one_at(14, "boxes = [{ min = [0, 0, 0], max = [1, 0, 1] }]", "", MissingKey, (11, 1));
 }
 
 #[test]

@@ -37,8 +37,9 @@ fn surfaces_and_sets() {
     one(14, boxes, "cylinder = { start = [0, 0, 1], end = [0, 0, 1], radius = 1 }", BadShape, "[0, 0, 1], radius");
     one(14, boxes, "cylinder = { start = [0, 0, 0], end = [0, 0, 1], radius = 0 }", BadShape, "0 }");
     one(14, boxes, "nearest = [1, 2]", WrongType, "[1, 2]");
-    let help = one_at(14, boxes, "", MissingKey, (11, 1));
-    assert_eq!(help, "give one or more of: boxes, plane, cylinder, nearest");
+    let all = GOOD.replace("within = \"plate_ymin\"", "").replace(boxes, "");
+    let help = only_error(&all, MissingKey, (11, 1));
+    assert_eq!(help, "give one or more of: boxes, plane, cylinder, nearest, within");
     let surface = |keys: &str| GOOD.replacen("[[set]]", &format!("[[surface]]\nname = \"top\"\n{keys}\n[[set]]"), 1);
     let up = "normal = { direction = [0, 1, 0] }";
     parse_case(&surface(&format!("body = \"plate\"\n{up}")), "case.toml").unwrap_or_else(|errors| panic!("{errors}"));

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::panic::catch_unwind;
 use std::time::Instant;
 
-use problem::{FIRST_OF_QUANTITIES, RandomProblem, random_map, random_problem};
+use problem::{FIRST_OF_QUANTITIES, FIRST_OF_SCENARIOS, RandomProblem, random_map, random_problem};
 use rayon::prelude::*;
 use slipstick::analysis::AnalysisError;
 use slipstick::verify::{
@@ -221,6 +221,13 @@ fn gradients_with_respect_to_variables_of_the_first_random_problems() {
     suite(FIRST_OF_QUANTITIES..FIRST_OF_QUANTITIES + 30, With::Variables);
 }
 
+/// The same of load cases with friction, moduli, motions and positions of their own.
+#[test]
+fn gradients_of_random_load_cases() {
+    suite(FIRST_OF_SCENARIOS..FIRST_OF_SCENARIOS + 20, With::Densities);
+    suite(FIRST_OF_SCENARIOS + 20..FIRST_OF_SCENARIOS + 40, With::Variables);
+}
+
 /// Problems with a kink closer than the smallest step, or small compared to the curvature:
 /// one-sided differences agree with the adjoint to second order, central ones do not. They are
 /// reported as kinks, not as errors.
@@ -255,5 +262,5 @@ fn gradients_with_respect_to_variables_of_two_thousand_random_problems() {
 /// All seeds, or those that environment variables choose.
 fn chosen_seeds() -> std::ops::Range<u64> {
     let bound = |name: &str, other: u64| std::env::var(name).map_or(other, |text| text.parse().expect(name));
-    bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 2050)
+    bound("SLIPSTICK_RANDOM_FROM", 0)..bound("SLIPSTICK_RANDOM_TO", 2450)
 }

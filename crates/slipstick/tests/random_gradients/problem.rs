@@ -120,6 +120,39 @@ fn motion(random: &mut Random, turn: &Rotation3<f64>, gap: f64) -> String {
 /// Problems from this seed on have an objective that is drawn from all quantities.
 pub const FIRST_OF_QUANTITIES: u64 = 1050;
 
+/// Problems from this seed on have load cases that differ in friction, moduli, motions and positions.
+pub const FIRST_OF_SCENARIOS: u64 = 2050;
+
+/// Two or three load cases, and how their objectives become one. `turn` is the frame of the slab,
+/// and `pivot` and `axis` are those of a rotation, if bodies may be rotated.
+fn scenarios(random: &mut Random, turn: &Rotation3<f64>, rotation: Option<([f64; 3], [f64; 3])>) -> (String, String) {
+    let mut text = String::new();
+    for case in 0..one_of(random, &[2, 2, 3]) {
+        let _ = write!(text, "[[load_case]]\nname = \"case_{case}\"\nweight = {:?}\n", random.within(0.3, 2.0));
+        let drawn = [
+            ("friction", 0.5, random.within(0.0, 1.5)),
+            ("modulus_factor", 0.4, random.within(0.7, 1.4)),
+            ("motion_factor", 0.4, random.within(0.8, 1.2)),
+        ];
+        for (key, _, value) in drawn.into_iter().filter(|(_, probability, _)| chance(random, *probability)) {
+            let _ = writeln!(text, "{key} = {value:?}");
+        }
+        let offset = Vector3::new(random.within(-0.1, 0.1), random.within(-0.01, 0.01), random.within(-0.1, 0.1));
+        let offset: [f64; 3] = (turn * offset).into();
+        let degrees = random.within(-3.0, 3.0);
+        let (moved, turned) = (chance(random, 0.5), chance(random, 0.3));
+        let rotation = rotation.filter(|_| turned).map(|(point, direction)| {
+            format!(", rotation = {{ point = {point:?}, direction = {direction:?}, angle = {degrees:?} }}")
+        });
+        if moved {
+            let rotation = rotation.unwrap_or_default();
+            let _ = writeln!(text, "bodies = [{{ body = \"block\", offset = {offset:?}{rotation} }}]");
+        }
+    }
+    let over = ["\"sum\"", "\"mean\"", "\"worst\"", "{ mean_plus_deviations = 1.5 }"];
+    (one_of(random, &over).to_owned(), text)
+}
+
 /// Sets an objective of one to three quantities with weights, summed over steps or the largest of
 /// them; returns its description.
 fn draw_objective(random: &mut Random, problem: &mut Problem) -> String {
@@ -235,13 +268,24 @@ pub fn random_problem(seed: u64) -> RandomProblem {
         if chance(r, 0.15) { "energy_interpolation = {}\n" } else { "" },
         one_of(r, &["last", "all"]),
     );
+    let mut over = String::new();
+    let text = if seed < FIRST_OF_SCENARIOS {
+        text
+    } else {
+        let rotation = (!text.contains("energy_interpolation")).then_some((pivot, axis));
+        let load_cases;
+        (over, load_cases) = scenarios(r, &turn, rotation);
+        format!("{text}load_cases = {over}\n{load_cases}")
+    };
     let mut problem = problem(&text);
     let elements = designed(&problem);
     let lowest = one_of(r, &[0.1, 0.4]);
     let mut density = ElementValues::from(vec![1.0; problem.initial_density().len()]);
     elements.iter().for_each(|&e| density[e] = r.within(lowest, 0.95));
     let mut objective = if chance(r, 0.7) { "contact force" } else { "reaction force" }.to_owned();
-    if seed >= FIRST_OF_QUANTITIES {
+    if seed >= FIRST_OF_SCENARIOS {
+        objective = format!("load cases: {over}");
+    } else if seed >= FIRST_OF_QUANTITIES {
         objective = draw_objective(r, &mut problem);
     } else if objective == "reaction force" {
         let nodes = problem.mesh.set_nodes("block_ymax").expect("the block's top").to_vec();

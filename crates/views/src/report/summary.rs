@@ -89,7 +89,10 @@ fn measured(run: &RunDirectory, case: &Case) -> Result<Vec<[String; 2]>, RunErro
         let length = quantity(found[key]["length"].as_f64()?);
         Some([format!("{what}{unit}"), format!("{length} at {}", vector([x, y, z]))])
     };
-    Ok([row("member", "thinnest member"), row("gap", "narrowest gap")].into_iter().flatten().collect())
+    let requested = found["requested"].as_f64();
+    let requested = requested.map(|thickness| [format!("requested of both{unit}"), quantity(thickness)]);
+    let rows = [row("member", "thinnest member"), row("gap", "narrowest gap"), requested];
+    Ok(rows.into_iter().flatten().collect())
 }
 
 /// Promised values next to those of the run.

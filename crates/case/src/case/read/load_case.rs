@@ -29,32 +29,52 @@ pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) 
             modulus_factor: modulus_factor(&table),
             motion_factor: table.number("motion_factor").optional(),
             load_factor: table.number("load_factor").optional(),
-            pairs: each(&table, "pairs", |inner| PairInCase {
-                slave: super::quantity::slave(inner, contacts),
-                friction: {
-                    inner.require("friction", "the coefficient of friction in this load case");
-                    friction(inner).unwrap_or_default()
+            pairs: each(
+                &table,
+                ("pairs", "slave"),
+                |pair: &PairInCase| &pair.slave,
+                |inner| PairInCase {
+                    slave: super::quantity::slave(inner, contacts),
+                    friction: {
+                        inner.require("friction", "the coefficient of friction in this load case");
+                        friction(inner).unwrap_or_default()
+                    },
                 },
-            }),
-            bodies: each(&table, "bodies", |inner| {
-                inner.require_one_of(&["offset", "rotation", "modulus_factor"], "the body does not differ");
-                let body = inner.string("body").required(String::new(), "the name of a [[body]]");
-                names.check_body(inner.reader, &inner.path_of("body"), &body);
-                BodyInCase {
-                    body,
-                    offset: inner.vector("offset").optional(),
-                    rotation: inner.table("rotation").map(turn),
-                    modulus_factor: modulus_factor(inner),
-                }
-            }),
-            motions: each(&table, "motions", |inner| MotionInCase {
-                set: inner.string("set").required(String::new(), "the set of a [[dirichlet]]"),
-                factor: inner.number("factor").required(1.0, "the factor on its motion"),
-            }),
-            loads: each(&table, "loads", |inner| LoadInCase {
-                surface: inner.string("surface").required(String::new(), "the surface of a [[load]]"),
-                factor: inner.number("factor").required(1.0, "the factor on its value"),
-            }),
+            ),
+            bodies: each(
+                &table,
+                ("bodies", "body"),
+                |body: &BodyInCase| &body.body,
+                |inner| {
+                    inner.require_one_of(&["offset", "rotation", "modulus_factor"], "the body does not differ");
+                    let body = inner.string("body").required(String::new(), "the name of a [[body]]");
+                    names.check_body(inner.reader, &inner.path_of("body"), &body);
+                    BodyInCase {
+                        body,
+                        offset: inner.vector("offset").optional(),
+                        rotation: inner.table("rotation").map(turn),
+                        modulus_factor: modulus_factor(inner),
+                    }
+                },
+            ),
+            motions: each(
+                &table,
+                ("motions", "set"),
+                |motion: &MotionInCase| &motion.set,
+                |inner| MotionInCase {
+                    set: inner.string("set").required(String::new(), "the set of a [[dirichlet]]"),
+                    factor: inner.number("factor").required(1.0, "the factor on its motion"),
+                },
+            ),
+            loads: each(
+                &table,
+                ("loads", "surface"),
+                |load: &LoadInCase| &load.surface,
+                |inner| LoadInCase {
+                    surface: inner.string("surface").required(String::new(), "the surface of a [[load]]"),
+                    factor: inner.number("factor").required(1.0, "the factor on its value"),
+                },
+            ),
         };
         table.finish();
         cases.push(case);
@@ -62,14 +82,24 @@ pub(super) fn load_cases(root: &Table<'_>, names: &Names, contacts: &[Contact]) 
     cases
 }
 
-/// The entries of a list of tables.
-fn each<T>(table: &Table<'_>, key: &'static str, read: impl Fn(&Table<'_>) -> T) -> Vec<T> {
-    let one = |inner: Table<'_>| {
+/// The entries of a list of tables, at most one for each `name`.
+fn each<T>(
+    table: &Table<'_>,
+    (key, of): (&'static str, &'static str),
+    name: impl Fn(&T) -> &str,
+    read: impl Fn(&Table<'_>) -> T,
+) -> Vec<T> {
+    let mut entries: Vec<T> = Vec::new();
+    for inner in table.tables(key) {
         let entry = read(&inner);
+        if entries.iter().any(|other| name(other) == name(&entry)) && !name(&entry).is_empty() {
+            let message = format!("`{}` has two entries", name(&entry));
+            inner.reader.error(&inner.path_of(of), CaseCode::DuplicateName, message, "join them");
+        }
         inner.finish();
-        entry
-    };
-    table.tables(key).into_iter().map(one).collect()
+        entries.push(entry);
+    }
+    entries
 }
 
 fn turn(table: Table<'_>) -> Turn {
@@ -86,7 +116,7 @@ fn turn(table: Table<'_>) -> Turn {
 /// their sets with their load cases.
 pub(super) fn check_differences(root: &Table<'_>, cases: &[LoadCase], driven: &[Named], loaded: &[Named]) {
     for (number, case) in cases.iter().enumerate() {
-        let check = |what: &str, key: &str, name: &str, known: &[Named]| {
+        let check = |name: &str, key: &str, what: &str, known: &[Named]| {
             let here = |(_, of): &&Named| of.as_ref().is_none_or(|of| *of == case.name);
             let names: Vec<&str> = known.iter().filter(here).map(|(name, _)| name.as_str()).collect();
             if name.is_empty() || names.contains(&name) || known.iter().any(|(name, _)| name.is_empty()) {
@@ -97,10 +127,10 @@ pub(super) fn check_differences(root: &Table<'_>, cases: &[LoadCase], driven: &[
             root.reader.error(&format!("load_case[{number}].{key}"), CaseCode::UnknownSet, message, help);
         };
         for (i, motion) in case.motions.iter().enumerate() {
-            check("moves", &format!("motions[{i}].set"), &motion.set, driven);
+            check(&motion.set, &format!("motions[{i}].set"), "moves", driven);
         }
         for (i, load) in case.loads.iter().enumerate() {
-            check("loads", &format!("loads[{i}].surface"), &load.surface, loaded);
+            check(&load.surface, &format!("loads[{i}].surface"), "loads", loaded);
         }
     }
 }

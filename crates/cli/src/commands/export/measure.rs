@@ -36,7 +36,11 @@ pub(super) fn run(
     };
     text("thinnest member", found.member);
     text("narrowest gap", found.gap);
-    let value = json!({ "member": found.member, "gap": found.gap });
+    let requested = case.design.as_ref().and_then(|design| design.minimum_thickness);
+    if let Some(thickness) = requested {
+        context.console.text(&format!("requested of both{unit}: {}", digits(thickness)));
+    }
+    let value = json!({ "member": found.member, "gap": found.gap, "requested": requested });
     if args.iteration.is_none() {
         let line = format!("{value:#}\n");
         write_atomically(&directory.file(MEASURES), |writer| writer.write_all(line.as_bytes()))?;

@@ -1,0 +1,161 @@
+#!/usr/bin/env bash
+# Runs what docs/designs.md describes and puts its tables between the marks of that page; about an hour on two idle cores.
+# `measure.sh NAME …` repeats single ones: friction, landing, thickness, costs, voids.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+source docs/tables.sh
+slipstick() { "$programs/slipstick" "$@"; }
+
+# column FILE NAME: a column of a table.
+column() { awk -F, -v name="$2" 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == name) at = i; next } { print $at }' "$1"; }
+
+# Each design for one coefficient of friction, and the robust one, under all coefficients.
+friction() {
+    slipstick study cases/ironing/projected_study.toml -q
+    awk -F, '
+        $2 ~ /^objective_over_volume_fraction at/ { split($2, at, " at "); value[$1, at[2]] = -$3 }
+        END {
+            n = split("designed_for_mu_0 designed_for_mu_01 designed_for_mu_025 robust_for_all", design, " ")
+            split("0 0.1 0.25", mu, " ")
+            print "| −θ/V | designed for μ = 0 | 0.1 | 0.25 | robust | loss of the robust design |\n|---|--:|--:|--:|--:|--:|"
+            for (k = 1; k <= 3; k++) {
+                printf "| μ = %s |", mu[k]
+                for (d = 1; d <= n; d++) printf d == k ? " **%.3f** |" : " %.3f |", value[design[d], mu[k]]
+                printf " %.2f %% |\n", 100 * (1 - value[design[4], mu[k]] / value[design[k], mu[k]])
+            }
+        }' cases/ironing/projected_study/numbers.csv > "$work/friction.md"
+    put docs/designs.md friction "$work/friction.md"
+}
+
+# The half ball that lands in three places: the design for the middle one, and the worst-case design.
+landing() {
+    local case=cases/half_ball_on_plate/landing.toml one='load_case=[{ name = "centre" }]'
+    slipstick optimize "$case" --set "$one" --out "$work/centre" -q
+    slipstick optimize "$case" --out "$work/worst" -q
+    {
+        echo '| nodal contact force | at the centre | before it | beyond it | worst |'
+        echo '|---|--:|--:|--:|--:|'
+        for design in centre worst; do
+            slipstick solve "$case" --design "$work/$design" --out "$work/solve_$design" -q
+            column "$work/solve_$design/quantities.csv" force | awk -v design="$design" '
+                NR == 11 || NR == 21 || NR == 31 { force[++n] = $1; if (n == 1 || $1 < least) least = $1 }
+                END {
+                    name = design == "centre" ? "designed for the centre" : "designed for the worst"
+                    printf "| %s | %.3f | %.3f | %.3f | **%.3f** |\n", name, force[1], force[2], force[3], least
+                }'
+        done
+    } > "$work/landing.md"
+    put docs/designs.md landing "$work/landing.md"
+}
+
+# The half ball with a sensitivity filter, with a projection, and with three designs: thinnest member, narrowest gap.
+thickness() {
+    local case=cases/half_ball_on_plate/coarse.toml schedule='optimizer.schedule={ sharpness = [[0, 1], [15, 2], [25, 4], [35, 8], [45, 16]] }'
+    local -A of=(
+        [sensitivity]=''
+        [projection]='design.density_filter={ radius = 0.51 }'
+        [three_fields]='design.minimum_thickness=0.45'
+    )
+    {
+        echo '| | −θ | discreteness | thinnest member | narrowest gap |'
+        echo '|---|--:|--:|--:|--:|'
+        for name in sensitivity projection three_fields; do
+            local more=()
+            if [ -n "${of[$name]}" ]; then
+                sed '/^sensitivity_filter/d' "$case" > "$work/$name.toml"
+                more=(--set "${of[$name]}" --set 'design.projection={}' --set "$schedule" --set optimizer.mma='{ move_limit = 0.1 }')
+            else
+                cp "$case" "$work/$name.toml"
+            fi
+            slipstick optimize "$work/$name.toml" "${more[@]}" --set optimizer.iterations=55 --out "$work/$name" -q
+            slipstick export "$work/$name" --measure --out "$work/$name.stl" -q
+            slipstick render "$work/$name" --bodies plate --out "docs/figures/designs_$name.png" --size 560x440 -q
+            python3 - "$work/$name" "$name" <<'PYTHON'
+import csv, json, sys
+from pathlib import Path
+
+run, name = Path(sys.argv[1]), sys.argv[2].replace("_", " ")
+last = list(csv.DictReader(open(run / "history.csv")))[-1]
+objective = float(last.get("objective_nominal") or last["objective"])
+found = json.loads((run / "measures.json").read_text())
+length = lambda of: f"{of['length']:.3f}" if of else "none"
+print(f"| {name} | {-objective:.3f} | {float(last['discreteness']):.3f} | {length(found['member'])} | {length(found['gap'])} |")
+PYTHON
+        done
+    } > "$work/thickness.md"
+    put docs/designs.md thickness "$work/thickness.md"
+}
+
+# An iteration with three designs or three load cases compared with one with a single one, in turns, on all cores.
+costs() {
+    local case=cases/ironing/projected.toml
+    local load_cases='load_case=[{ name = "a", friction = 0.0 }, { name = "b", friction = 0.1 }, { name = "c" }]'
+    # Seconds of iterations 3 to 8, the least of three runs.
+    best() {
+        local name=$1 least=
+        shift
+        for turn in 1 2 3; do
+            slipstick optimize "$@" --set optimizer.iterations=8 --set optimizer.schedule='{}' --out "$work/$name" --force -q
+            local seconds
+            seconds=$(column "$work/$name/history.csv" seconds | awk 'NR > 3 && NR < 9 { sum += $1 } END { print sum }')
+            least=$(echo "${least:-$seconds} $seconds" | awk '{ print $1 < $2 ? $1 : $2 }')
+        done
+        echo "$least"
+    }
+    sed '/^density_filter/d' "$case" > "$work/thick.toml"
+    local one three cases
+    one=$(best one "$case")
+    three=$(best three "$work/thick.toml" --set design.minimum_thickness=1.06)
+    cases=$(best cases "$case" --set "$load_cases" --set 'objective.load_cases="worst"')
+    {
+        echo '| iteration with | time relative to one design and load case |'
+        echo '|---|--:|'
+        awk -v one="$one" -v three="$three" -v cases="$cases" 'BEGIN {
+            printf "| eroded, nominal and dilated design | %.2f |\n| three load cases | %.2f |\n", three / one, cases / one }'
+    } > "$work/costs.md"
+    put docs/designs.md costs "$work/costs.md"
+}
+
+# Void elements: designs of 40 % at three indentations.
+voids() {
+    local case=cases/ironing/projected.toml
+    local -a names=('as they are' 'energy interpolation' 'stiffness floor 0.01' 'both')
+    local -a keys=('design.simp.min=1e-3' 'design.energy_interpolation={}' 'design.simp.min=1e-2' 'design.simp.min=1e-2')
+    {
+        echo '| voids | indentation | designs analysed | Newton iterations per path | of them in failed attempts | halved updates | −θ at the end |'
+        echo '|---|--:|--:|--:|--:|--:|--:|'
+        for k in 0 1 2 3; do
+            for depth in 0.3 0.6 0.9; do
+                local more=()
+                [ "$k" = 3 ] && more=(--set 'design.energy_interpolation={}')
+                slipstick optimize "$case" --set "${keys[k]}" "${more[@]}" --set optimizer.iterations=20 \
+                    --set 'optimizer.schedule={ sharpness = [[0, 1], [10, 4]] }' \
+                    --set "dirichlet[1].motion=[{ t = 0.2, u = [0, -$depth, 0] }, { t = 1, u = [4, -$depth, 0] }]" \
+                    --out "$work/void_${k}_$depth" -q || true
+                python3 - "$work/void_${k}_$depth" "${names[k]}" "$depth" <<'PYTHON'
+import csv, json, sys
+from pathlib import Path
+
+run, name, depth = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+rows = list(csv.DictReader(open(run / "history.csv")))
+if not rows:
+    print(f"| {name} | {depth} | none: the path of the uniform design fails | | | | |")
+    sys.exit()
+history = json.loads((run / "checkpoint.json").read_text())["state"]["history"]
+mean = lambda key: sum(record[key] for record in history) / len(history)
+print(
+    f"| {name} | {depth} | {len(rows)} of 21 | {mean('newton_iterations') + mean('failed_iterations'):.0f} "
+    f"| {mean('failed_iterations'):.0f} | {sum(record['halvings'] for record in history)} "
+    f"| {-float(rows[-1]['objective']):.3f} |"
+)
+PYTHON
+            done
+        done
+    } > "$work/voids.md"
+    put docs/designs.md voids "$work/voids.md"
+}
+
+for part in "${@:-friction landing thickness costs voids}"; do
+    for name in $part; do "$name"; done
+done
