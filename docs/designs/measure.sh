@@ -51,11 +51,11 @@ landing() {
 
 # The half ball with a sensitivity filter, with a projection, and with three designs: thinnest member, narrowest gap.
 thickness() {
-    local case=cases/half_ball_on_plate/coarse.toml schedule='optimizer.schedule={ sharpness = [[0, 1], [15, 2], [25, 4], [35, 8], [45, 16]] }'
+    local case=cases/half_ball_on_plate/coarse.toml schedule='optimizer.schedule={ sharpness = [[0, 1], [15, 2], [25, 4], [35, 8]] }'
     local -A of=(
         [sensitivity]=''
-        [projection]='design.density_filter={ radius = 0.51 }'
-        [three_fields]='design.minimum_thickness=0.45'
+        [projection]='design.density_filter={ radius = 0.34 }'
+        [three_fields]='design.minimum_thickness=0.3'
     )
     {
         echo '| | −θ | discreteness | thinnest member | narrowest gap |'
@@ -68,8 +68,8 @@ thickness() {
             else
                 cp "$case" "$work/$name.toml"
             fi
-            slipstick optimize "$work/$name.toml" "${more[@]}" --set optimizer.iterations=55 --out "$work/$name" -q
-            slipstick export "$work/$name" --measure --out "$work/$name.stl" -q
+            slipstick optimize "$work/$name.toml" "${more[@]}" --set optimizer.iterations=45 --out "$work/$name" -q
+            slipstick export "$work/$name" --measure -q
             slipstick render "$work/$name" --bodies plate --out "docs/figures/designs_$name.png" --size 560x440 -q
             python3 - "$work/$name" "$name" <<'PYTHON'
 import csv, json, sys
