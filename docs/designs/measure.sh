@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs what docs/designs.md describes and puts its tables between the marks of that page; about an hour on two idle cores.
-# `measure.sh NAME …` repeats single ones: friction, landing, thickness, costs, voids.
+# `measure.sh NAME …` repeats single ones: friction, landing, thickness, costs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -117,45 +117,6 @@ costs() {
     put docs/designs.md costs "$work/costs.md"
 }
 
-# Void elements: designs of 40 % at three indentations.
-voids() {
-    local case=cases/ironing/projected.toml
-    local -a names=('as they are' 'energy interpolation' 'stiffness floor 0.01' 'both')
-    local -a keys=('design.simp.min=1e-3' 'design.energy_interpolation={}' 'design.simp.min=1e-2' 'design.simp.min=1e-2')
-    {
-        echo '| voids | indentation | designs analysed | Newton iterations per path | of them in failed attempts | halved updates | −θ at the end |'
-        echo '|---|--:|--:|--:|--:|--:|--:|'
-        for k in 0 1 2 3; do
-            for depth in 0.3 0.6 0.9; do
-                local more=()
-                [ "$k" = 3 ] && more=(--set 'design.energy_interpolation={}')
-                slipstick optimize "$case" --set "${keys[k]}" "${more[@]}" --set optimizer.iterations=20 \
-                    --set 'optimizer.schedule={ sharpness = [[0, 1], [10, 4]] }' \
-                    --set "dirichlet[1].motion=[{ t = 0.2, u = [0, -$depth, 0] }, { t = 1, u = [4, -$depth, 0] }]" \
-                    --out "$work/void_${k}_$depth" -q || true
-                python3 - "$work/void_${k}_$depth" "${names[k]}" "$depth" <<'PYTHON'
-import csv, json, sys
-from pathlib import Path
-
-run, name, depth = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
-rows = list(csv.DictReader(open(run / "history.csv")))
-if not rows:
-    print(f"| {name} | {depth} | none: the path of the uniform design fails | | | | |")
-    sys.exit()
-history = json.loads((run / "checkpoint.json").read_text())["state"]["history"]
-mean = lambda key: sum(record[key] for record in history) / len(history)
-print(
-    f"| {name} | {depth} | {len(rows)} of 21 | {mean('newton_iterations') + mean('failed_iterations'):.0f} "
-    f"| {mean('failed_iterations'):.0f} | {sum(record['halvings'] for record in history)} "
-    f"| {-float(rows[-1]['objective']):.3f} |"
-)
-PYTHON
-            done
-        done
-    } > "$work/voids.md"
-    put docs/designs.md voids "$work/voids.md"
-}
-
-for part in "${@:-friction landing thickness costs voids}"; do
+for part in "${@:-friction landing thickness costs}"; do
     for name in $part; do "$name"; done
 done
