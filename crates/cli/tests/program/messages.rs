@@ -197,11 +197,7 @@ const CHANGES: &[(&str, &str, &str)] = &[
     ),
     ("load cases without deviations", "[objective]", "[objective]\nload_cases = { mean_plus_deviations = 0 }"),
     ("load cases combined otherwise", "[objective]", "[objective]\nload_cases = \"best\""),
-    (
-        "a minimum thickness and a sensitivity filter",
-        "initial = 0.5",
-        "initial = 0.5\nminimum_thickness = 0.5",
-    ),
+    ("a minimum thickness and a sensitivity filter", "initial = 0.5", "initial = 0.5\nminimum_thickness = 0.5"),
     (
         "a minimum thickness and another radius",
         "sensitivity_filter = { radius = 1.2 }",
